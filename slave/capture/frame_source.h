@@ -27,6 +27,7 @@ struct StereoPair {
   cv::Mat left, right;         // 8 bit grey, the rig's size; depth: 16 bit and empty
   std::uint64_t sequence = 0;  // from 1
   Time sensed_at{};            // when they were taken (middle of the exposures of both)
+  double skew = 0;             // right minus left, as their stamps tell [s]
 };
 
 // Of live eyes, for people.

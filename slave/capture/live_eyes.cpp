@@ -5,6 +5,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -19,6 +20,8 @@ namespace {
 
 constexpr std::size_t kKept = 4;  // pictures per eye that may still find theirs
 constexpr auto kRetry = std::chrono::milliseconds(250);  // until an eye that went is looked for
+constexpr auto kEnds = std::chrono::seconds(3);          // a thread that is asked to
+constexpr auto kAnswers = std::chrono::seconds(5);       // a stream that is opened
 constexpr double kNoPair = 1;                            // [s] without one is told
 
 struct Taken {
@@ -31,6 +34,9 @@ struct Look {
   cv::Size size;  // empty: none came yet
   int type = -1;
 };
+
+// Of an eye's thread.
+enum class Stage : std::uint8_t { kOpening, kOpened, kEnded };
 
 std::string InWords(const Look& look) {
   return fmt::format("{} x {} px, {} channel{} of {} bit", look.size.width, look.size.height,
@@ -45,11 +51,19 @@ struct LiveEyes::State {
       : inputs(std::move(of)), sync(most_apart), patience(longest) {
     queues.resize(inputs.size());
     gone.resize(inputs.size());
+    stages.resize(inputs.size(), Stage::kOpening);
+    refusals.resize(inputs.size());
     firsts.resize(inputs.size());
     unlike.resize(inputs.size());
   }
 
-  void Watch(std::size_t eye, std::unique_ptr<Film> film, const std::stop_token& stop);
+  // An eye's thread. Opening and reading it are another library's, which may never come back.
+  void Watch(std::size_t eye, const std::stop_token& stop);
+  void WatchOpened(std::size_t eye, std::unique_ptr<Film> film, const std::stop_token& stop);
+  void Reach(std::size_t eye, Stage stage);
+  // Throws std::runtime_error: it is not there, or does not answer.
+  void AwaitOpened(std::size_t eye);
+  [[nodiscard]] bool HasEnded(std::size_t eye);  // waits for it, not forever
   void Put(std::size_t eye, cv::Mat picture, Time at);
   void SetGone(std::size_t eye, bool is_gone);
   // With the mutex, as those below. Whether the eye's picture is like those before; told if not.
@@ -68,6 +82,8 @@ struct LiveEyes::State {
   std::condition_variable_any changed;
   std::vector<std::deque<Taken>> queues;
   std::vector<bool> gone;
+  std::vector<Stage> stages;
+  std::vector<std::exception_ptr> refusals;  // of the first opening
   std::vector<Look> firsts;
   std::vector<std::string> unlike;  // of each eye's newest picture, in words; empty: nothing
   std::optional<Shot> slot;
@@ -75,11 +91,50 @@ struct LiveEyes::State {
   EyesHealth health;
   double apart = 0;  // of the pair dropped last [s]
   Time matched_at = Clock::now();
-  std::vector<std::jthread> threads;  // last
 };
 
-void LiveEyes::State::Watch(std::size_t eye, std::unique_ptr<Film> film,
-                            const std::stop_token& stop) {
+void LiveEyes::State::Watch(std::size_t eye, const std::stop_token& stop) {
+  std::unique_ptr<Film> film;
+  try {
+    film = inputs[eye].open();
+    if (!film) {
+      throw std::runtime_error(inputs[eye].name +
+                               ": no such camera or stream, or not permitted, or no answer");
+    }
+    Reach(eye, Stage::kOpened);
+    WatchOpened(eye, std::move(film), stop);
+  } catch (const std::exception&) {
+    const std::lock_guard lock(mutex);
+    refusals[eye] = std::current_exception();
+  }
+  Reach(eye, Stage::kEnded);
+}
+
+void LiveEyes::State::Reach(std::size_t eye, Stage stage) {
+  {
+    const std::lock_guard lock(mutex);
+    stages[eye] = stage;
+  }
+  changed.notify_all();
+}
+
+void LiveEyes::State::AwaitOpened(std::size_t eye) {
+  std::unique_lock lock(mutex);
+  changed.wait_for(lock, patience, [&] { return stages[eye] != Stage::kOpening; });
+  if (stages[eye] == Stage::kOpening) {
+    throw std::runtime_error(fmt::format("{}: no answer within {:g} s", inputs[eye].name,
+                                         std::chrono::duration<double>(patience).count()));
+  }
+  if (refusals[eye]) std::rethrow_exception(refusals[eye]);
+}
+
+bool LiveEyes::State::HasEnded(std::size_t eye) {
+  std::unique_lock lock(mutex);
+  return changed.wait_for(lock, kEnds, [&] { return stages[eye] == Stage::kEnded; });
+}
+
+void LiveEyes::State::WatchOpened(std::size_t eye, std::unique_ptr<Film> film,
+                                  const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     cv::Mat picture = film ? film->Next() : cv::Mat();
     if (!picture.empty()) {
@@ -141,7 +196,7 @@ bool LiveEyes::State::IsLikeFirst(std::size_t eye, const cv::Mat& picture) {
 void LiveEyes::State::Match() {
   auto& left = queues.front();
   if (queues.size() == 1) {
-    slot = Shot{{left.back().picture}, ++shots, left.back().at};
+    slot = Shot{{left.back().picture}, ++shots, left.back().at, 0};
     left.clear();
     ++health.taken;
     return;
@@ -152,7 +207,8 @@ void LiveEyes::State::Match() {
     if (std::abs(skew) <= sync) {
       slot = Shot{{left.front().picture, right.front().picture},
                   ++shots,
-                  left.front().at + Seconds(skew / 2)};
+                  left.front().at + Seconds(skew / 2),
+                  skew};
       health.skew = skew;
       ++health.taken;
       matched_at = Clock::now();
@@ -193,23 +249,29 @@ void LiveEyes::State::AwaitFirst(std::unique_lock<std::mutex>& lock, const std::
 }
 
 LiveEyes::LiveEyes(std::vector<EyeInput> inputs, double sync, std::chrono::milliseconds patience)
-    : state_(std::make_unique<State>(std::move(inputs), sync, patience)) {
-  std::vector<std::unique_ptr<Film>> films;
-  for (const EyeInput& input : state_->inputs) {
-    films.push_back(input.open());
-    if (!films.back()) {
-      throw std::runtime_error(input.name + ": no such camera or stream, or not permitted");
+    : state_(std::make_shared<State>(std::move(inputs), sync, patience)) {
+  try {
+    for (std::size_t i = 0; i < state_->inputs.size(); ++i) {
+      threads_.emplace_back(
+          [state = state_, i](const std::stop_token& stop) { state->Watch(i, stop); });
+      state_->AwaitOpened(i);
     }
-  }
-  for (std::size_t i = 0; i < films.size(); ++i) {
-    state_->threads.emplace_back(
-        [state = state_.get(), i, film = std::move(films[i])](const std::stop_token& stop) mutable {
-          state->Watch(i, std::move(film), stop);
-        });
+  } catch (...) {
+    End();
+    throw;
   }
 }
 
-LiveEyes::~LiveEyes() = default;
+LiveEyes::~LiveEyes() {
+  End();
+}
+
+void LiveEyes::End() {
+  for (std::jthread& thread : threads_) thread.request_stop();
+  for (std::size_t i = 0; i < threads_.size(); ++i) {
+    if (!state_->HasEnded(i)) threads_[i].detach();
+  }
+}
 
 std::optional<LiveEyes::Shot> LiveEyes::Next(const std::stop_token& stop) {
   State& s = *state_;
@@ -260,7 +322,8 @@ EyeInput InputOf(const Eye& eye, const cv::Size& size, double rate, double unit)
     return {fmt::format("camera {}", eye.device),
             [&films, eye, size, rate] { return films.OpenDevice(eye.device, size, rate); }, size};
   }
-  return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address); }, size};
+  return {"stream " + eye.address, [&films, eye] { return films.OpenUrl(eye.address, kAnswers); },
+          size};
 }
 
 namespace {
@@ -293,6 +356,7 @@ class LivePairs final : public StereoSource {
     StereoPair pair = PairFrom(shot->pictures, layout_, eyes_.description());
     pair.sequence = shot->sequence;
     pair.sensed_at = shot->sensed_at;
+    pair.skew = shot->skew;
     return pair;
   }
   [[nodiscard]] std::string description() const override { return eyes_.description(); }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "slave/capture/codecs/codecs.h"
@@ -35,11 +36,12 @@ class LiveEyes {
     std::vector<cv::Mat> pictures;  // one per eye
     std::uint64_t sequence = 0;     // from 1
     Time sensed_at{};               // in the middle of the two eyes'
+    double skew = 0;                // right minus left [s]
   };
 
   // One or two. `sync`: pictures of two eyes that came farther apart are no pair [s]. Opens them at
-  // once. `patience`: how long the first picture or pair may take. Throws std::runtime_error: one
-  // is not there.
+  // once. `patience`: how long opening one, and the first picture or pair, may take. Throws
+  // std::runtime_error: one is not there, or does not answer.
   LiveEyes(std::vector<EyeInput> inputs, double sync,
            std::chrono::milliseconds patience = std::chrono::seconds(10));
   ~LiveEyes();
@@ -55,7 +57,10 @@ class LiveEyes {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  void End();  // threads that do not come back are left to themselves
+
+  std::shared_ptr<State> state_;       // its threads', too, as long as they live
+  std::vector<std::jthread> threads_;  // one per eye
 };
 
 enum class PairLayout : std::uint8_t { kTwoEyes, kSideBySide, kDepth };

@@ -339,7 +339,7 @@ std::unique_ptr<StereoSource> PictureInbox::OpenPairs() {
     std::optional<StereoPair> Next(const std::stop_token& stop) override {
       auto sample = state_.Take(stop);
       if (!sample) return std::nullopt;
-      return StereoPair{sample->left, sample->right, ++count_, sample->sensed_at};
+      return StereoPair{sample->left, sample->right, ++count_, sample->sensed_at, sample->skew};
     }
     [[nodiscard]] std::string description() const override { return kDescription; }
 

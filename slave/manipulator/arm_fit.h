@@ -11,9 +11,11 @@ namespace palpate {
 //   p - u = (scale - 1) u - scale lag v + constant
 //
 // with the measured tip p, the target u at that moment and its velocity v: least squares over about
-// the last two seconds of motion. Frame S. Not thread-safe, allocation-free.
+// the last `memory` seconds of motion. Frame S. Not thread-safe, allocation-free.
 class ArmFit {
  public:
+  ArmFit() = default;
+  explicit ArmFit(double memory) : memory_(memory) {}
   struct Found {
     double lag = 0;    // [s]
     double scale = 1;  // [-]
@@ -23,7 +25,7 @@ class ArmFit {
   void Add(const Eigen::Vector3d& p_S_measured, const Eigen::Vector3d& p_S_target,
            const Eigen::Vector3d& v_S_target, double dt) noexcept {
     if (v_S_target.norm() < kStands || !(dt > 0)) return;  // what stands tells nothing new
-    const double keep = std::exp(-dt / kMemory), share = 1 - keep;
+    const double keep = std::exp(-dt / memory_), share = 1 - keep;
     const Eigen::Vector3d y = p_S_measured - p_S_target;
     const double weight = weight_ * keep + share;
     const double step = share / weight;
@@ -53,13 +55,13 @@ class ArmFit {
   }
 
  private:
-  static constexpr double kMemory = 2;       // [s]
   static constexpr double kStands = 1e-4;    // [m/s]
   static constexpr double kEnough = 0.2;     // of the memory filled
   static constexpr double kWay = 3e-4;       // least spread of the targets, rms [m]
   static constexpr double kDistinct = 0.05;  // of place and velocity: a ramp alone is neither
   static constexpr double kSmallest = 0.01;  // a scale that still tells a lag
 
+  double memory_ = 2;  // [s]
   double weight_ = 0;
   Eigen::Vector3d mean_u_ = Eigen::Vector3d::Zero(), mean_v_ = mean_u_, mean_y_ = mean_u_;
   double uu_ = 0, uv_ = 0, vv_ = 0, uy_ = 0, vy_ = 0;  // weighted, about the means

@@ -91,6 +91,7 @@ bool RecordedSamples::NextPictures(StereoPair* pair) {
   } while (!step.has_pictures());
   pair->sequence = step.pictures().sequence();
   pair->sensed_at = StampFrom(step.pictures().sensed_at_ns());
+  pair->skew = step.pictures().skew();
   pair->left = NextPicture(kLeftTopic, pair->sensed_at);
   if (step.pictures().pictures() > 1) pair->right = NextPicture(kRightTopic, pair->sensed_at);
   return !pair->left.empty() && (step.pictures().pictures() < 2 || !pair->right.empty());

@@ -163,11 +163,12 @@ void SenseRecording::Opened() {
   recording_->Put(steps_, Clock::now(), step);
 }
 
-void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int pictures) {
+void SenseRecording::PutInstant(std::uint64_t sequence, Time sensed_at, int pictures, double skew) {
   v1::SenseStep step;
   step.mutable_pictures()->set_sequence(sequence);
   step.mutable_pictures()->set_sensed_at_ns(Nanoseconds(sensed_at));
   step.mutable_pictures()->set_pictures(static_cast<std::uint32_t>(pictures));
+  step.mutable_pictures()->set_skew(skew);
   recording_->Put(steps_, Clock::now(), step);
 }
 
@@ -179,12 +180,12 @@ void SenseRecording::PutPicture(std::uint16_t channel, const cv::Mat& image, Tim
 }
 
 void SenseRecording::See(const Frame& frame) {
-  PutInstant(frame.sequence, frame.sensed_at, 1);
+  PutInstant(frame.sequence, frame.sensed_at, 1, 0);
   PutPicture(left_, frame.image, frame.sensed_at);
 }
 
 void SenseRecording::See(const StereoPair& pair) {
-  PutInstant(pair.sequence, pair.sensed_at, pair.right.empty() ? 1 : 2);
+  PutInstant(pair.sequence, pair.sensed_at, pair.right.empty() ? 1 : 2, pair.skew);
   PutPicture(left_, pair.left, pair.sensed_at);
   if (!pair.right.empty()) PutPicture(right_, pair.right, pair.sensed_at);
 }

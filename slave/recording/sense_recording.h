@@ -50,7 +50,7 @@ class SenseRecording final : public SenseRecorder {
  private:
   class WatchedSense;
   void PutPicture(std::uint16_t channel, const cv::Mat& image, Time sensed_at);
-  void PutInstant(std::uint64_t sequence, Time sensed_at, int pictures);
+  void PutInstant(std::uint64_t sequence, Time sensed_at, int pictures, double skew);
 
   std::vector<std::string> left_out_;  // files of the scene that are too large to keep
   std::string overrides_;              // a line each

@@ -62,7 +62,8 @@ class FakeFilms final : public Films {
                                                  double /*rate*/) const override {
     return Open(CV_8UC1);
   }
-  [[nodiscard]] std::unique_ptr<Film> OpenUrl(const std::string& /*address*/) const override {
+  [[nodiscard]] std::unique_ptr<Film> OpenUrl(
+      const std::string& /*address*/, std::chrono::milliseconds /*patience*/) const override {
     return nullptr;
   }
   [[nodiscard]] cv::Mat Decode(Bytes /*bytes*/) const override { return {}; }

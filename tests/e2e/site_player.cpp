@@ -1,16 +1,20 @@
 // Plays a simulated site to a slave that takes it for a real one: what it shows goes without loss
 // through FeedPictures or FeedTactile, or to whoever connects as a stream of raw pictures; the tool
 // in it is where an arm's driver says by UDP, whom it answers with the force.
-//   site_player SCENE HOST:PORT      feeds that slave
+//   site_player SCENE HOST:PORT [HOW]  feeds that slave; on SIGUSR1 its driver goes wrong, as HOW:
+//     queue (a dozen pictures wait in it and are stamped when they leave), zoom (by
+//     a tenth), exchange (left and right), right-late (by a pair)
 //   site_player SCENE y4m | raw      serves pictures by TCP, pairs side by side: YUV4MPEG2, which
 //                                    FFmpeg knows by its first line, or bare rows of 8 bit grey
 // Prints `site on HOST:PORT`, where it hears of the tool, then `pictures on HOST:PORT` where it
 // serves them, and plays until SIGTERM.
 #include <csignal>
 #include <cstdio>
+#include <deque>
 #include <exception>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <arpa/inet.h>
@@ -18,6 +22,7 @@
 #include <linux/sockios.h>
 #include <netinet/tcp.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -162,14 +167,43 @@ int Finish(grpc::ClientWriter<Sample>* writer) {
   return 1;
 }
 
-int FeedPictures(Pictures pictures, v1::Teleoperation::Stub* stub) {
+volatile std::sig_atomic_t g_is_wrong = 0;
+
+// A camera's driver that goes wrong in silence.
+class WrongDriver {
+ public:
+  explicit WrongDriver(std::string how) : how_(std::move(how)) {}
+  Pictures::Shot Spoilt(Pictures::Shot shot) {
+    kept_.push_back(shot);
+    if (kept_.size() > kQueue) kept_.pop_front();
+    if (!g_is_wrong) return shot;
+    if (how_ == "queue") shot.pictures = kept_.front().pictures;
+    if (how_ == "exchange") std::swap(shot.pictures.front(), shot.pictures.back());
+    if (how_ == "right-late") shot.pictures.back() = kept_[kept_.size() - 2].pictures.back();
+    if (how_ == "zoom") {
+      for (cv::Mat& picture : shot.pictures) {
+        const int dx = picture.cols / 20, dy = picture.rows / 20;
+        cv::Mat middle = picture(cv::Rect(dx, dy, picture.cols - 2 * dx, picture.rows - 2 * dy));
+        cv::resize(middle.clone(), picture, picture.size());
+      }
+    }
+    return shot;
+  }
+
+ private:
+  static constexpr std::size_t kQueue = 12;
+  std::string how_;
+  std::deque<Pictures::Shot> kept_;
+};
+
+int FeedPictures(Pictures pictures, WrongDriver driver, v1::Teleoperation::Stub* stub) {
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
   v1::FeedPicturesReply reply;
   const auto writer = stub->FeedPictures(&context, &reply);
   v1::PictureSample sample;
   do {
-    const auto shot = pictures.Next();
+    const auto shot = driver.Spoilt(pictures.Next());
     sample.set_sequence(sample.sequence() + 1);
     Put(shot.pictures.front(), sample.mutable_picture());
     if (shot.pictures.size() > 1) Put(shot.pictures.back(), sample.mutable_right());
@@ -202,7 +236,7 @@ int FeedTactile(World& world, const Scene& scene, v1::Teleoperation::Stub* stub)
   return Finish(writer.get());
 }
 
-int Play(const std::string& file, const std::string& to) {
+int Play(const std::string& file, const std::string& to, const std::string& how) {
   const Scene scene = LoadScene(file, {});
   const auto world = MakeWorld(scene);
   world->SolveAhead();
@@ -214,19 +248,20 @@ int Play(const std::string& file, const std::string& to) {
   const auto stub = v1::Teleoperation::NewStub(
       grpc::CreateCustomChannel(to, grpc::InsecureChannelCredentials(), arguments));
   if (scene.sense.Find<Tactile>()) return FeedTactile(*world, scene, stub.get());
-  return FeedPictures(Pictures(*world, scene), stub.get());
+  return FeedPictures(Pictures(*world, scene), WrongDriver(how), stub.get());
 }
 
 }  // namespace
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: site_player SCENE HOST:PORT|y4m|raw\n");
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "usage: site_player SCENE HOST:PORT|y4m|raw [HOW]\n");
     return 2;
   }
+  std::signal(SIGUSR1, [](int) { palpate::g_is_wrong = 1; });
   try {
-    return palpate::Play(argv[1], argv[2]);
+    return palpate::Play(argv[1], argv[2], argc > 3 ? argv[3] : "");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

@@ -5,6 +5,7 @@
 // with IMREAD_UNCHANGED; alpha is left out.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <span>
 #include <string>
@@ -76,8 +77,9 @@ class Films {
   [[nodiscard]] virtual std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
                                                          double rate) const = 0;
   // A stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an appsink.
-  // nullptr: nothing answers there.
-  [[nodiscard]] virtual std::unique_ptr<Film> OpenUrl(const std::string& address) const = 0;
+  // nullptr: nothing answers there within `patience`, which each picture may take, too.
+  [[nodiscard]] virtual std::unique_ptr<Film> OpenUrl(const std::string& address,
+                                                      std::chrono::milliseconds patience) const = 0;
   // A picture as it is, alpha and all. Empty: not a picture, damaged, or larger than kMostPixels.
   [[nodiscard]] virtual cv::Mat Decode(Bytes bytes) const = 0;
 };

@@ -49,9 +49,13 @@ class OpenCvFilms final : public Films {
     capture.set(cv::CAP_PROP_AUTOFOCUS, 0);
     return Opened(capture);
   }
-  [[nodiscard]] std::unique_ptr<Film> OpenUrl(const std::string& address) const override {
+  [[nodiscard]] std::unique_ptr<Film> OpenUrl(const std::string& address,
+                                              std::chrono::milliseconds patience) const override {
     const bool is_pipeline = address.find('!') != std::string::npos;
-    return Opened(cv::VideoCapture(address, is_pipeline ? cv::CAP_GSTREAMER : cv::CAP_FFMPEG));
+    const int ms = static_cast<int>(patience.count());
+    return Opened(
+        cv::VideoCapture(address, is_pipeline ? cv::CAP_GSTREAMER : cv::CAP_FFMPEG,
+                         {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, ms}));
   }
   [[nodiscard]] cv::Mat Decode(Bytes bytes) const override {
     try {

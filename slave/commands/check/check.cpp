@@ -26,24 +26,6 @@
 namespace palpate {
 namespace {
 
-std::string Source(const Camera& camera) {
-  switch (camera.source) {
-    case Camera::Source::kSimulated:
-      return fmt::format("simulated site, {}x{} px", camera.size[0], camera.size[1]);
-    case Camera::Source::kFiles:
-      return "picture files " + camera.pattern;
-    case Camera::Source::kVideo:
-      return "video " + camera.pattern;
-    case Camera::Source::kUrl:
-      return "stream " + camera.pattern;
-    case Camera::Source::kStream:
-      return "pictures that a driver pushes (FeedPictures)";
-    case Camera::Source::kDevice:
-      break;
-  }
-  return fmt::format("camera {}", camera.device);
-}
-
 void PrintMesh(const BoundaryMesh& mesh) {
   const auto [shortest, longest] =
       std::ranges::minmax(mesh.elements | std::views::transform(&BoundaryElement::length));
@@ -202,7 +184,7 @@ void PrintChecks(const Scene& scene) {
             fmt::format("a wrong young_modulus, thickness or `fixed`; a tip told wrong by less "
                         "than {}; a thing that lies on the touched edge from the start{}",
                         LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
-                        camera.source == Camera::Source::kSimulated
+                        camera.source == Camera::Source::kSimulated || ShowsArm(scene)
                             ? ""
                             : "; pictures that are late, as no manipulator is seen in them"));
 }
@@ -359,8 +341,9 @@ int RunCheck(const CheckOptions& options) {
   const std::string lens =
       camera.lens.empty() ? ""
                           : ", straightened from the lens of " + camera.lens.filename().string();
-  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", Source(camera), camera.rate,
+  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", InWords(camera), camera.rate,
                                 LengthInWords(camera.pixel), lens));
+  PrintManipulator(scene);
   PrintTip(scene);
   PrintChecks(scene);
   PrintHand(scene);

@@ -13,6 +13,13 @@ std::string LengthInWords(double metres);
 std::string InWords(const Geometry& geometry);
 // Name, object and material.
 void PrintObject(const Scene& scene);
+std::string InWords(const Camera& camera);
+// Two eyes or a depth camera: from where; of two that run freely when they are a pair.
+void PrintEyes(const Scene& scene);
+// Whether a real arm moves what live pictures show.
+bool ShowsArm(const Scene& scene);
+// The arm, and what it is a witness of.
+void PrintManipulator(const Scene& scene);
 // Scales and limit of the operator's hand.
 void PrintHand(const Scene& scene);
 

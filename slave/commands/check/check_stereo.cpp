@@ -316,6 +316,8 @@ void PrintLoadChecks(const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
+  PrintEyes(scene);  // before they are opened: one may not be there yet
+  if (EstimatesForce(scene)) PrintManipulator(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
   if (scene.sense.Find<DepthPictures>())
     PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);

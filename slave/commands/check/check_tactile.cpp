@@ -163,6 +163,7 @@ void CheckTactile(const Scene& scene) {
   PrintPlaces(scene, estimator.localiser());
   PrintPace(scene, estimator);
   PrintFelt(scene, estimator);
+  if (MeetsObject(scene)) PrintManipulator(scene);
   PrintHand(scene);
   PrintLine("off", "cameras: the fingertips alone tell");
   PrintLine("on demand", "the deformed shape: sent only while somebody watches");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 
@@ -56,8 +57,15 @@ Steps FromBytes(std::string_view bytes) {
   return steps;
 }
 
-bool IsWithinTravel(const Steps& steps) {
-  return std::ranges::all_of(steps, [](auto s) { return s >= 0 && s <= Mp285::kTravel; });
+// Counted from an origin that is set anywhere on the travel. `known`: where it stood, if anywhere,
+// from which nothing is farther than the travel.
+bool IsWithinTravel(const Steps& steps, const std::optional<Steps>& known) {
+  const auto is_within = [](std::int64_t s) { return std::abs(s) <= Mp285::kTravel; };
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (!is_within(steps[i])) return false;
+    if (known && !is_within(std::int64_t{steps[i]} - (*known)[i])) return false;
+  }
+  return true;
 }
 
 std::string InWords(const Steps& s) {
@@ -168,7 +176,7 @@ std::optional<Steps> Mp285::Ask() {
   const auto answer = Read(kPlaceBytes + 1, patience_);
   if (!answer) {
     Fail("no whole answer to where it is");
-  } else if (answer->back() != kEnd || !IsWithinTravel(FromBytes(*answer))) {
+  } else if (answer->back() != kEnd || !IsWithinTravel(FromBytes(*answer), known_)) {
     Fail("an answer to where it is that is none");
   } else {
     heard_at_ = SteadyClock::now();
@@ -197,7 +205,8 @@ bool Mp285::Find() {
 
 bool Mp285::MoveTo(const Steps& steps, Patience takes) {
   if (!at_) return false;
-  if (!IsWithinTravel(steps)) return Fail(InWords(steps) + " lies beyond its travel of 25 mm");
+  if (!IsWithinTravel(steps, known_))
+    return Fail(InWords(steps) + " lies beyond its travel of 25 mm");
   sent_ = steps;
   if (!Send(std::string(1, 'm') + ToBytes(steps) + kEnd)) return false;
   const auto done = Read(1, takes + patience_);

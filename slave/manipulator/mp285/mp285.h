@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// Microsteps along the axes of the drive.
+// Microsteps along the axes of the drive, from the origin that is set at it: of either sign.
 using Steps = std::array<std::int32_t, 3>;
 
 // One thread. After whatever goes wrong, `fault` says what, nothing moves, and the place is unknown

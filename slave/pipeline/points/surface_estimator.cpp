@@ -32,6 +32,7 @@ constexpr double kArmDoubts = 0.1, kArmFar = 0.001;
 constexpr int kDistrust = 3;
 constexpr double kForceOfScale = 3;    // a stretched membrane's force goes with the third power
 constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
+constexpr double kNoChange = 2;        // sigmas, of the force from pair to pair
 constexpr double kSpread = 0.1;        // of that ratio before anything was felt
 constexpr double kLearningTime = 0.1;  // [s], of the ratio felt / modelled
 constexpr double kNear = 0.1;  // of the larger side: a load farther from the tip is another's
@@ -79,6 +80,8 @@ void SurfaceEstimator::Reset() noexcept {
   felt_ratio_.Forget();
   rules_.Reset();
   distrust_ = 0;
+  last_force_.reset();
+  last_change_ = 0;
 }
 
 const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
@@ -98,6 +101,7 @@ const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
     felt_.details.misfit = load_.residual;
     DoubtPull(&load_);
     DoubtAs(seen, &load_);
+    DoubtMoment(seen.moment_sigma);
     if (arm_lag && p_S_tip.allFinite()) AskArm(*arm_lag);
     times_.Add(lap.Lap());
     Tell();
@@ -167,6 +171,18 @@ void SurfaceEstimator::AskArm(double lag) noexcept {
                   : kDistrust;
   if (distrust_ > 0) load_.Doubt(FailedCheck::kInstants, kOtherDepth);
   if (std::isfinite(sigma)) load_.sigma_force = std::hypot(load_.sigma_force, sigma);
+}
+
+// A force that is right for its pictures is wrong for their stamps, by what it changes meanwhile:
+// `sigma` [times from pair to pair]. Of two changes the larger, since where the tool turns back
+// there seems to be none. What is no more than noise is no change.
+void SurfaceEstimator::DoubtMoment(double sigma) noexcept {
+  if (!IsForceKnown(load_.validity)) return;
+  const double change = last_force_ ? std::abs(load_.force - *last_force_) : 0;
+  last_force_ = load_.force;
+  const double largest = std::max(change, std::exchange(last_change_, change));
+  const double beyond = std::max(0.0, largest - kNoChange * load_.sigma_force);
+  load_.sigma_force = std::hypot(load_.sigma_force, sigma * beyond);
 }
 
 // What the load that explains the points says of the press that the tip's depth alone would be. The

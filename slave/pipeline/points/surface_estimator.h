@@ -64,6 +64,7 @@ class SurfaceEstimator {
  private:
   void ToObject(const std::vector<SurfacePoint>& points_S);
   void AskArm(double lag) noexcept;
+  void DoubtMoment(double sigma) noexcept;
   void Learn() noexcept;
   void Tell() noexcept;
   void Lose(Validity validity, FailedCheck check) noexcept;
@@ -81,8 +82,10 @@ class SurfaceEstimator {
   StiffnessScale felt_ratio_;
   double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last picture [m]
   double arm_depth_ = 0;                                          // likewise, as the arm says [m]
-  int distrust_ = 0;  // pictures until eyes and arm are believed again
-  LocalModel local_;  // the last one told
+  int distrust_ = 0;                  // pictures until eyes and arm are believed again
+  LocalModel local_;                  // the last one told
+  std::optional<double> last_force_;  // that was known, outward [N]
+  double last_change_ = 0;            // from the one before it [N]
   LatencyHistogram times_;
   EstimateRules rules_;
 };

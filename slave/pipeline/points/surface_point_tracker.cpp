@@ -59,6 +59,7 @@ class PairEyes : public SurfacePointTracker {
     checked_ = seen;
     checked_.sequence = pair.sequence;
     checked_.sensed_at = pair.sensed_at;
+    checked_.skew = pair.skew;
     if (frozen_.See(pair.left, pair.right)) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
     epipolar_.See(&checked_);
     checks_us_ = lap.Lap();

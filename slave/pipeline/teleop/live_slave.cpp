@@ -45,6 +45,12 @@ bool MayRest(const Scene& scene, const Sense& sense, bool is_simulated) {
   return is_one_camera && (is_simulated || sense.health());
 }
 
+// Whether pictures that are taken now show what a real arm moves.
+bool ShowsArm(const Scene& scene, const Sense& sense, const Manipulator& arm) {
+  const bool is_live = sense.health().has_value() || TakesPictures(scene.sense);
+  return is_live && HasPictures(scene.sense) && arm.carries_tool();
+}
+
 // Where no force is told, none is missed.
 ManipulatorOptions LimitsOf(const Scene& scene, const Sense& sense) {
   ManipulatorOptions limits = scene.manipulator;
@@ -75,6 +81,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
     : world_(std::move(world)),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
+      shows_arm_(!world_ && ShowsArm(scene, *sense_, *manipulator_)),
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
@@ -152,8 +159,9 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   trace.seen_at = Clock::now();
   const std::lock_guard lock(sense_mutex_);
   const Time began = Clock::now();
-  const ContactEstimate& felt = sense_->Estimate(p_S_encoders);
+  ContactEstimate felt = sense_->Estimate(p_S_encoders);
   const bool senses_tip = sense_info_.tip_resolution > 0;
+  HoldAgainstArm(p_S_encoders, &felt);
   if (felt.validity != Validity::kTrackingLost || !senses_tip) {
     p_S_sensed_ = felt.p_S_tip;
     p_S_encoders_ = p_S_encoders;
@@ -171,6 +179,21 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   newest_.Put(felt, trace);
   if (model_watch_) model_watch_->See(felt, newest_.Touches(), update);
   return true;
+}
+
+// By the tip where it is seen, else by how deep it presses.
+void LiveSlave::HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept {
+  if (!shows_arm_) return;
+  if (felt->validity == Validity::kTrackingLost) return late_pictures_.Miss(felt->sensed_at);
+  if (sense_info_.tip_resolution > 0) {
+    return late_pictures_.See(felt->p_S_tip, p_S_arm, sense_info_.tip_resolution, felt);
+  }
+  const LocalModel& local = felt->local_model;
+  const double stiffness = local.normal.dot(local.stiffness * local.normal);
+  if (!felt->force || !(felt->depth > 0) || !(stiffness > 0))
+    return late_pictures_.Miss(felt->sensed_at);
+  late_pictures_.See({felt->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
+                     felt->sigma / stiffness, felt);
 }
 
 void LiveSlave::MeetSense() {

@@ -20,6 +20,7 @@
 #include "slave/pipeline/local_model/patch_keeper.h"
 #include "slave/pipeline/sense.h"
 #include "slave/pipeline/sense_recorder.h"
+#include "slave/pipeline/teleop/late_pictures.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/model_watch.h"
 #include "slave/pipeline/teleop/operator_port.h"
@@ -86,6 +87,7 @@ class LiveSlave final : public Slave {
   // One sample; false: the source has ended.
   bool Feel(const std::stop_token& stop);
   void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
+  void HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept;
   void TellDoubt();
   // The sense has its first sample and knows what it is.
   void MeetSense();
@@ -110,6 +112,8 @@ class LiveSlave final : public Slave {
   const std::unique_ptr<World> world_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<Sense> sense_;
+  const bool shows_arm_;        // a real one, in live pictures
+  LatePictures late_pictures_;  // the sensing thread's
   OperatorPort port_;
   LatestEstimate newest_;
   std::optional<TipRegistration>

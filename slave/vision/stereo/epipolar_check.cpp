@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -20,6 +21,8 @@ constexpr std::string_view kMoved =
     "the two eyes' rays pass each other by more than at rest: one camera has moved";
 constexpr std::string_view kOtherRig =
     "the two eyes' rays pass each other at rest: check the sides (left, right) and the rig";
+constexpr std::string_view kWrongStamps =
+    "the left and the right picture are of other instants than their stamps tell";
 constexpr std::string_view kLate =
     "the left and the right picture are of different instants, or one camera stands still";
 
@@ -34,17 +37,59 @@ struct Share {
   }
 };
 
+// Of a place's change between two pictures, squared, by that of the miss: what noise makes of it.
+constexpr double kNoiseMoves = 0.5;
+constexpr double kMoves = 3;  // times that, at least: less says nothing of instants
+
+double Square(double x) {
+  return x * x;
+}
+
 }  // namespace
+
+// What noise alone makes of the motion is no weight. What one pair tells is forgotten, as a clock
+// drifts.
+void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
+  for (double* sum : {&weight, &late, &square, &pairs}) *sum *= kRemembered;
+  weights *= Square(kRemembered);
+  if (!(motion > 0)) return;
+  weight += motion;
+  late += product;
+  square += product * product / motion;
+  weights += motion * motion;
+  pairs += 1;
+}
+
+bool EpipolarCheck::Stamps::AreWrong() const noexcept {
+  return std::abs(late) > kSigmas * std::sqrt(weight) && std::abs(late) > kMostLag * weight;
+}
+
+// Before anything has moved, as much as is not doubted; then what is seen, and how far pairs differ
+// among themselves by more than noise (R. DerSimonian, N. Laird, Controlled Clinical Trials 7,
+// 1986).
+double EpipolarCheck::Stamps::Sigma() const noexcept {
+  const double unknown = kMostLag * kMostLag;
+  if (!(weight > 0)) return kMostLag;
+  const double known = unknown / (unknown + 1 / weight);
+  const double mean = late / weight;
+  const double apart = square - late * mean - (pairs - 1);
+  const double freedom = weight - weights / weight;
+  const double jitter = freedom > 1e-3 * weight ? std::max(0.0, apart / freedom) : 0;
+  return std::sqrt(Square(known * mean) + known / weight + jitter);
+}
 
 void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
   if (rows_.size() != seen->points.size()) {
     rows_.assign(seen->points.size(), {});
     sorted_.reserve(rows_.size());
     evidence_.fill({});
+    stamps_ = {};
     taken_ = 0;
     noise_at_rest_ = 1;
   }
   newest_ = (newest_ + 1) % (kLags + 1);
+  const double since = SecondsBetween(std::exchange(newest_at_, seen->sensed_at), seen->sensed_at);
+  told_late_ = since > 0 ? -seen->skew / since : 0;  // what is taken later shows what is newer
   bool any = false;
   for (const SurfacePoint& point : seen->points) any |= point.seen;
   const bool takes_rest = any && taken_ < rest_pictures_;
@@ -62,6 +107,8 @@ void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
   if (taken_ < rest_pictures_) return;
   JudgeRest(seen);
   if (ExplainByMotion()) Judge(seen);
+  // The middle of the two is off by half of what one of them is.
+  seen->moment_sigma = stamps_.Sigma() / 2;
 }
 
 // Sums of the misses at rest are by what the picture says of their noise.
@@ -158,6 +205,11 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   if (!(motion > 0)) return false;
   const double explained = product * product / motion;
   const double scatter = std::max(1.0, (misses - explained) / std::max(1.0, count - kMotions - 1));
+  if (lag == 1) {
+    const double noise = kNoiseMoves * std::max(0.0, count - kMotions);
+    const double weight = motion > kMoves * noise ? (motion - noise) / scatter : 0;
+    stamps_.Learn(weight, product / scatter - told_late_ * weight);
+  }
   Evidence& evidence = evidence_[static_cast<std::size_t>(lag - 1)];
   evidence.motion = kRemembered * evidence.motion + motion / scatter;
   evidence.product = kRemembered * evidence.product + product / scatter;
@@ -208,6 +260,7 @@ void EpipolarCheck::Judge(SurfaceObservation* seen) noexcept {
   for (int lag = 1; lag <= kLags + 1; ++lag) {
     if (IsOfAnotherInstant(lag)) seen->Doubt(FailedCheck::kInstants, kLate);
   }
+  if (stamps_.AreWrong()) seen->Doubt(FailedCheck::kInstants, kWrongStamps);
   // The scatter of the misses is that of the places, which the pictures' noise alone understates
   // where they are compressed or out of focus.
   const double known_px = std::max(sigma_px_, std::sqrt(said / count_));

@@ -40,8 +40,9 @@ class EpipolarCheck {
         sigma_px_(sigma_px),
         most_at_rest_(most_at_rest) {}
 
-  // Puts its doubt into `seen`, and widens its points' covariances where the misses scatter by more
-  // than the pictures' noise says.
+  // Puts its doubt into `seen`, how well the moment is known that its stamps tell (sensed_at,
+  // skew), and widens its points' covariances where the misses scatter by more than the pictures'
+  // noise says.
   void See(SurfaceObservation* seen) noexcept;
   void Reset() { rows_.clear(); }
 
@@ -64,6 +65,15 @@ class EpipolarCheck {
   struct Evidence {  // of one lag: its normal equation, by sigma
     double motion = 0, product = 0;
   };
+  // How late the right picture is beyond what its stamp tells, of each pair by weighted mean [times
+  // from pair to pair].
+  struct Stamps {
+    double weight = 0, late = 0, square = 0, weights = 0, pairs = 0;
+    void Learn(double motion, double product) noexcept;
+    [[nodiscard]] bool AreWrong() const noexcept;
+    // Of one pair, what is known of the others included.
+    [[nodiscard]] double Sigma() const noexcept;
+  };
   using Matrix4 = Eigen::Matrix<double, kMotions, kMotions>;
 
   void Read(const SurfacePoint& point, bool takes_rest, Row* row) noexcept;
@@ -84,6 +94,9 @@ class EpipolarCheck {
   int newest_ = 0;  // place in the rings
   std::vector<Row> rows_;
   std::array<Evidence, kLags + 1> evidence_{};
+  Stamps stamps_;
+  double told_late_ = 0;  // the right picture, by its stamp [times from pair to pair]
+  Time newest_at_{};
   std::vector<double> sorted_;
   Matrix4 normal_ = Matrix4::Identity();
   Eigen::Vector4d motion_{0, 0, 0, 0};  // what explains the misses [px]

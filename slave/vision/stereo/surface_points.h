@@ -42,6 +42,10 @@ struct SurfaceObservation {
     check = failed;
     why = clause;
   }
+  double skew = 0;  // of two eyes' pictures, right minus left, as their stamps tell [s]
+  // One sigma of how far their moment may be from what the stamps tell [times from pair to pair];
+  // 0: not of two eyes.
+  double moment_sigma = 0;
 };
 
 }  // namespace palpate

@@ -2,16 +2,23 @@
 // OpenCV's stand.
 #include "slave/capture/live_eyes.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <future>
+#include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <sys/socket.h>
+#include <unistd.h>
 
 namespace palpate {
 namespace {
@@ -109,7 +116,39 @@ TEST(LiveEyesTest, ACameraThatIsNotThereIsSaidAtOnce) {
         FramesOf({{"camera 3", [] { return std::unique_ptr<Film>(); }}}, {});
       },
       testing::ThrowsMessage<std::runtime_error>(
-          HasSubstr("camera 3: no such camera or stream, or not permitted")));
+          HasSubstr("camera 3: no such camera or stream, or not permitted, or no answer")));
+}
+
+// A server that takes the call and says nothing: OpenCV alone would wait for 30 s.
+TEST(LiveEyesTest, AStreamThatDoesNotAnswerIsGivenUp) {
+  const int listening = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in here{};
+  here.sin_family = AF_INET;
+  here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(bind(listening, reinterpret_cast<sockaddr*>(&here), sizeof here), 0);
+  ASSERT_EQ(listen(listening, 4), 0);
+  socklen_t size = sizeof here;
+  getsockname(listening, reinterpret_cast<sockaddr*>(&here), &size);
+  const auto began = std::chrono::steady_clock::now();
+  const auto film =
+      LoadFilms().OpenUrl("http://127.0.0.1:" + std::to_string(ntohs(here.sin_port)) + "/eye.mjpg",
+                          std::chrono::milliseconds(300));
+  EXPECT_EQ(film, nullptr);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, std::chrono::seconds(20));
+  close(listening);
+}
+
+// As a GStreamer pipeline whose source says nothing.
+TEST(LiveEyesTest, AnEyeWhoseOpeningNeverEndsIsSaidAndGivenUp) {
+  auto held = std::make_shared<std::promise<void>>();
+  const EyeInput mute{"stream of nobody", [held] {
+                        held->get_future().wait();
+                        return std::unique_ptr<Film>();
+                      }};
+  EXPECT_THAT([&] { LiveEyes({mute}, 0, std::chrono::milliseconds(10)); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  HasSubstr("stream of nobody: no answer within 0.01 s")));
+  held->set_value();
 }
 
 TEST(LiveEyesTest, OneThatIsUnpluggedComesBackByItself) {
@@ -176,6 +215,8 @@ TEST(LiveEyesTest, TwoThatComeTogetherAreAPair) {
   const auto pair = source->Next({});
   EXPECT_EQ(LevelOf(pair->left), 1);
   EXPECT_EQ(LevelOf(pair->right), 2);
+  EXPECT_NE(pair->skew, 0);
+  EXPECT_EQ(pair->skew, source->health()->skew);
 }
 
 // No two pictures come within a nanosecond of each other: all are dropped and counted.

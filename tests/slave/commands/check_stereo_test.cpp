@@ -150,6 +150,54 @@ TEST_F(CheckFilesTest, ARigOfOtherPicturesIsRefused) {
               AllOf(HasSubstr("640 x 480"), HasSubstr("320 x 240")));
 }
 
+// What a laboratory looks for: which camera is which eye, when two pictures are a pair, the arm.
+TEST_F(CheckFilesTest, WhatIsPluggedInIsNamed) {
+  const auto said = [&](const std::string& eyes, const std::string& arm = "simulated") {
+    return Said(folder_.Write(
+        "scene.yaml",
+        "name: plugged\nobject:\n  geometry: {membrane: {radius: 39 mm, thickness: 1 mm}}\n"
+        "  material: {young_modulus: 27.2 MPa, poisson_ratio: 0.45}\nmodel: {kind: plate-large}\n"
+        "sense:\n  camera:\n    stereo: {" +
+            eyes +
+            ", rig: rig.yaml}\n    pose: {translation: [-30 mm, 0, -250 mm], rotation: [0, 6.8428 "
+            "deg, 0]}\nmanipulator: {source: " +
+            arm + "}\n"));
+  };
+  EXPECT_THAT(said("left: {device: 90}, right: {device: 92}, sync: 8 ms"),
+              AllOf(HasSubstr("left camera 90 (/dev/video90), right camera 92 (/dev/video92), 30 "
+                              "Hz"),
+                    HasSubstr("pictures that come more than 8 ms apart are no pair"),
+                    HasSubstr("manipulator    simulated")));
+  EXPECT_THAT(said("device: 90, layout: side-by-side"),
+              AllOf(HasSubstr("camera 90 (/dev/video90), left and right side by side"),
+                    Not(HasSubstr("no pair"))));
+  EXPECT_THAT(said("left: {url: \"a ! appsink\"}, right: {url: \"udp://127.0.0.1:9\"}, sync: 1 "
+                   "ms"),
+              HasSubstr("left GStreamer pipeline a ! appsink, right stream udp://127.0.0.1:9"));
+  const std::string pushed = said("source: stream", "stream, silence: 60 ms");
+  EXPECT_THAT(pushed, AllOf(HasSubstr("pairs that a driver pushes (FeedPictures), 30 Hz"),
+                            HasSubstr("have more than 5 ms apart are no pair"),
+                            HasSubstr("an arm whose driver is a client (DriveTool); silent for 60 "
+                                      "ms, it has a fault")));
+  EXPECT_THAT(said("source: stream", "mp285, port: /dev/no-such-line"),
+              HasSubstr("Sutter MP-285 or MP-225 on /dev/no-such-line (NOT THERE NOW), steps of "
+                        "62.5 nm, travel 25 mm; where it stands at the start is ("));
+}
+
+TEST(CheckCameraTest, WhatIsPluggedInIsNamed) {
+  EXPECT_THAT(Said(kScenes / "silicone-block.yaml"), AllOf(HasSubstr("simulated site, 640x480 px"),
+                                                           HasSubstr("manipulator    simulated")));
+  EXPECT_THAT(Said(kScenes / "silicone-block.yaml",
+                   {"sense.camera.source=stream", "manipulator.source=stream"}),
+              AllOf(HasSubstr("pictures that a driver pushes (FeedPictures)"),
+                    HasSubstr("an arm whose driver is a client (DriveTool)"),
+                    HasSubstr("how late the pictures are, by the arm"),
+                    Not(HasSubstr("pictures that are late, as no"))));
+  EXPECT_THAT(Said(kScenes / "silicone-block.yaml", {"sense.camera.source=stream"}),
+              AllOf(HasSubstr("pictures that are late, as no manipulator is seen in them"),
+                    Not(HasSubstr("how late the pictures are"))));
+}
+
 TEST_F(CheckFilesTest, UnequalNumbersOfPicturesAreCounted) {
   EXPECT_THAT(SaidOfFiles("right?.png", "rig.yaml"),
               AllOf(HasSubstr("are 12 pictures"), HasSubstr("are 10")));

@@ -31,6 +31,31 @@ TEST(Mp285Test, GoesWhereItIsSentAndSaysSo) {
   EXPECT_EQ(*drive.at(), fake.at());
 }
 
+// Its origin is wherever somebody set it, so that places lie on both sides of it.
+TEST(Mp285Test, WithAnOriginInTheMiddleOfItsTravelPlacesAreOfEitherSign) {
+  FakeMp285 fake;
+  fake.Place({-150'000, -1, 20});
+  Mp285 drive(fake.port(), kLong);
+  ASSERT_TRUE(drive.Find()) << drive.fault();
+  EXPECT_EQ(*drive.at(), (Steps{-150'000, -1, 20}));
+  ASSERT_TRUE(drive.MoveTo({13, -200'000, -3}, kLong)) << drive.fault();
+  EXPECT_EQ(fake.at(), (Steps{13, -200'000, -3}));
+  EXPECT_EQ(*drive.at(), fake.at());
+}
+
+TEST(Mp285Test, NothingIsFartherFromWhereItStoodThanItsTravel) {
+  FakeMp285 fake;
+  fake.Place({-150'000, 0, 0});
+  Mp285 drive(fake.port(), Patience(50));
+  ASSERT_TRUE(drive.Find()) << drive.fault();
+  EXPECT_FALSE(drive.MoveTo({250'001, 0, 0}, kShort));
+  EXPECT_THAT(drive.fault(), HasSubstr("beyond its travel of 25 mm"));
+  ASSERT_TRUE(drive.Find()) << drive.fault();
+  fake.Place({250'001, 0, 0});
+  EXPECT_FALSE(drive.Look());
+  EXPECT_THAT(drive.fault(), HasSubstr("an answer to where it is that is none"));
+}
+
 TEST(Mp285Test, ALineThatIsNotThereIsSaid) {
   EXPECT_THAT([] { Mp285 drive("/dev/no-such-line"); },
               testing::ThrowsMessage<std::runtime_error>(
@@ -115,6 +140,7 @@ TEST(Mp285Test, TenThousandMovesOverALineThatFailsNeverEndAtAWrongPlace) {
   const char* const asked = std::getenv("PALPATE_SEED");
   const auto seed = static_cast<unsigned>(asked == nullptr ? 1 : std::atoi(asked));
   FakeMp285 fake(2, seed);
+  fake.Place({200'000, 0, -200'000});
   Mp285 drive(fake.port(), kShort);
   std::mt19937 random(seed + 6);
   int known = 0, faults = 0;
@@ -123,8 +149,9 @@ TEST(Mp285Test, TenThousandMovesOverALineThatFailsNeverEndAtAWrongPlace) {
     if (drive.at()) {
       ASSERT_EQ(*drive.at(), fake.at()) << "move " << i;
     }
-    const Steps to{static_cast<int>(random() % 400'001), static_cast<int>(random() % 400'001),
-                   static_cast<int>(random() % 400'001)};
+    const Steps to{static_cast<int>(random() % 400'001),
+                   static_cast<int>(random() % 400'001) - 200'000,
+                   static_cast<int>(random() % 400'001) - 400'000};
     const bool moved = drive.MoveTo(to, kShort);
     ASSERT_EQ(moved, drive.at().has_value()) << "move " << i;
     ASSERT_EQ(moved, drive.fault().empty()) << "move " << i;

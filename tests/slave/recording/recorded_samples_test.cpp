@@ -77,6 +77,7 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   pair.right = Noise(CV_8UC1, 2);
   pair.sequence = 1;
   pair.sensed_at = kBegin;
+  pair.skew = -0.003;
   depth.left = Noise(CV_16UC1, 3);
   depth.sequence = 2;
   depth.sensed_at = kBegin + Seconds(1);
@@ -93,6 +94,7 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   ASSERT_TRUE(first && second);
   EXPECT_TRUE(IsSame(first->left, pair.left));
   EXPECT_TRUE(IsSame(first->right, pair.right));
+  EXPECT_EQ(first->skew, pair.skew);
   EXPECT_TRUE(IsSame(second->left, depth.left));
   EXPECT_TRUE(second->right.empty());
 }

@@ -1,6 +1,8 @@
-// Two cameras that do not look at the same instant, on a membrane that moves: each force is right
-// or is not `valid`. `Long` ones run all rows.
+// Two cameras that do not look at the same instant, or whose stamps tell another one, on a membrane
+// that moves: each force is right at the moment that is told, within its sigma, or is not `valid`.
+// `Long` ones run all rows.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -25,12 +27,17 @@ constexpr int kMoving = 60;      // pairs after
 constexpr double kRight = 0.05;  // of the largest force
 constexpr double kSigmas = 3;
 
-// The shipped membrane pressed to kDepth and let go, to and fro; the right picture is taken `skew`
-// after the left one [s].
+// When the right picture is taken, and when its stamp says that it was, after the left one [s].
+struct Skew {
+  double is = 0, told = 0;
+  double jitter = 0;  // of the stamp: later in one pair, earlier in the next
+};
+
+// The shipped membrane pressed to kDepth and let go, to and fro.
 class SkewedEyes final : public StereoSource {
  public:
   // `speed`: the tool's largest [m/s].
-  SkewedEyes(StereoSite* site, const Scene& scene, double speed, double skew)
+  SkewedEyes(StereoSite* site, const Scene& scene, double speed, const Skew& skew)
       : site_(site),
         home_(scene.manipulator.home),
         period_(1 / scene.sense.Find<StereoCameras>()->rate),
@@ -38,20 +45,20 @@ class SkewedEyes final : public StereoSource {
         skew_(skew) {}
 
   std::optional<StereoPair> Next(const std::stop_token& /*stop*/) override {
-    const double t = static_cast<double>(count_) * period_;
+    const double left = static_cast<double>(count_) * period_, right = left + skew_.is;
     StereoPair pair;
-    // In the order of time: the membrane is not moved back.
-    const auto take = [&](bool is_left) {
-      site_->MoveTool(TipAt(t + (is_left ? 0 : skew_)));
-      StereoPictures pictures = site_->TakePictures();
-      (is_left ? pair.left : pair.right) = is_left ? pictures.left : pictures.right;
-    };
-    take(skew_ >= 0);
-    site_->MoveTool(TipAt(t + skew_ / 2));
-    truth_ = site_->truth();
-    take(skew_ < 0);
+    pair.skew = skew_.told + (count_ % 2 == 0 ? skew_.jitter : -skew_.jitter);
+    const double told = left + pair.skew / 2;
+    std::array<double, 3> times{left, right, told};  // in order: the membrane is not moved back
+    std::ranges::sort(times);
+    for (const double t : times) {
+      site_->MoveTool(TipAt(t));
+      if (t == left) pair.left = site_->TakePictures().left;
+      if (t == right) pair.right = site_->TakePictures().right;
+      if (t == told) truth_ = site_->truth();
+    }
     pair.sequence = ++count_;
-    pair.sensed_at = Time{} + Seconds(t + skew_ / 2);
+    pair.sensed_at = Time{} + Seconds(told);
     return pair;
   }
   [[nodiscard]] std::string description() const override { return "skewed eyes"; }
@@ -66,7 +73,8 @@ class SkewedEyes final : public StereoSource {
 
   StereoSite* site_;
   Eigen::Vector3d home_;
-  double period_, turn_, skew_;
+  double period_, turn_;
+  Skew skew_;
   std::uint64_t count_ = 0;
   Truth truth_;
 };
@@ -74,9 +82,10 @@ class SkewedEyes final : public StereoSource {
 struct Row {
   int valid = 0, silent = 0, other = 0;
   double rms = 0, worst = 0;  // of the valid ones, of the largest force
+  double sigma = 0;           // likewise, their sum in parts of all
 };
 
-Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, double skew) {
+Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, const Skew& skew) {
   auto eyes = std::make_unique<SkewedEyes>(site, scene, speed, skew);
   const SkewedEyes& seen = *eyes;
   PointsSense sense(scene, std::move(eyes));
@@ -92,21 +101,22 @@ Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, doub
     const double error = (*felt.force - seen.truth().force).norm() / peak;
     ++row.valid;
     row.rms += error * error;
+    row.sigma += felt.sigma / peak / kMoving;
     row.worst = std::max(row.worst, error);
     row.silent += !(error <= kRight || error <= kSigmas * felt.sigma / peak);
   }
   row.rms = std::sqrt(row.rms / std::max(1, row.valid));
   std::printf(
-      "%3.0f mm/s, right picture %+6.1f ms: %2d of %d valid, rms %4.1f %%, worst %5.1f %%, "
-      "%d silently wrong\n",
-      1e3 * speed, 1e3 * skew, row.valid, row.valid + row.other, 100 * row.rms, 100 * row.worst,
-      row.silent);
+      "%3.0f mm/s, right picture %+6.1f ms, told %+5.1f +- %.1f: %2d of %d valid, rms %4.1f %%, "
+      "worst %5.1f %%, sigma %4.1f %%, %d silently wrong\n",
+      1e3 * speed, 1e3 * skew.is, 1e3 * skew.told, 1e3 * skew.jitter, row.valid,
+      row.valid + row.other, 100 * row.rms, 100 * row.worst, 100 * row.sigma, row.silent);
   return row;
 }
 
 // Reference: the simulated site's large-strain solid. Tolerance: the 5 % of the largest force that
-// are promised of what is `valid`.
-void ExpectRightOrNotValid(const std::vector<double>& speeds, const std::vector<double>& skews) {
+// are promised of what is `valid`, or three of its sigmas.
+void ExpectRightOrNotValid(const std::vector<double>& speeds, const std::vector<Skew>& skews) {
   const Scene scene = LoadScene(SourcePath("/deploy/scenes/rubber-membrane.yaml"));
   StereoSite site(scene);
   site.SolveAhead();
@@ -114,22 +124,46 @@ void ExpectRightOrNotValid(const std::vector<double>& speeds, const std::vector<
   site.MoveTool({home.x(), home.y(), -kDepth});
   const double peak = site.truth().force.norm();
   for (const double speed : speeds) {
-    for (const double skew : skews) {
+    for (const Skew& skew : skews) {
       const Row row = RunRow(&site, scene, peak, speed, skew);
-      EXPECT_EQ(row.silent, 0) << speed << " " << skew;
-      EXPECT_LE(row.rms, kRight) << speed << " " << skew;
-      if (skew == 0) EXPECT_GE(row.valid, 0.8 * kMoving) << speed;
+      EXPECT_EQ(row.silent, 0) << speed << " " << skew.is << " " << skew.told;
+      if (skew.is == skew.told) EXPECT_LE(row.rms, kRight) << speed << " " << skew.is;
+      if (skew.is == 0 && skew.told == 0) EXPECT_GE(row.valid, 0.8 * kMoving) << speed;
     }
   }
 }
 
 TEST(SkewTest, EyesApartAreRightOrNotValid) {
-  ExpectRightOrNotValid({30e-3}, {0, 10e-3});
+  ExpectRightOrNotValid({30e-3}, {{0, 0}, {10e-3, 10e-3}});
 }
 
+// Of 60 forces 21 were `valid` and up to 10 % of the largest off: they are of a moment 5 ms beside
+// the one that is told.
+TEST(SkewTest, StampsThatLieMakeTheForceLessSure) {
+  ExpectRightOrNotValid({60e-3}, {{5e-3, -5e-3}});
+}
+
+constexpr std::array kSpeeds{5e-3, 15e-3, 30e-3, 60e-3};  // [m/s]
+
 TEST(Long, EveryRow) {
-  ExpectRightOrNotValid({5e-3, 15e-3, 30e-3, 60e-3},
-                        {0, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -20e-3, -40e-3});
+  std::vector<Skew> skews;
+  for (const double skew : {0.0, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -20e-3, -40e-3}) {
+    skews.push_back({skew, skew});
+  }
+  ExpectRightOrNotValid({kSpeeds.begin(), kSpeeds.end()}, skews);
+}
+
+// Told at once, or up to the shipped `sync` to the other side, or never twice alike.
+TEST(Long, EveryLie) {
+  std::vector<Skew> skews;
+  for (const double skew : {1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 40e-3, -5e-3, -10e-3, -40e-3}) {
+    skews.push_back({skew, 0});
+    skews.push_back({skew, std::clamp(-skew, -5e-3, 5e-3)});
+  }
+  skews.push_back({0, 5e-3});
+  skews.push_back({0, 0, 5e-3});
+  skews.push_back({5e-3, 0, 5e-3});
+  ExpectRightOrNotValid({kSpeeds.begin(), kSpeeds.end()}, skews);
 }
 
 }  // namespace

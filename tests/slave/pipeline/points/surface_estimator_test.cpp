@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -93,6 +94,29 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
     sum += error * error;
   }
   EXPECT_NEAR(sum / kPictures, 0.9, 0.48);
+}
+
+// A tenth of the time from pair to pair is a tenth of what the force changes in it, be it in the
+// next pair, where a tool that turns back seems to stand; of noise it is nothing.
+TEST(SurfaceEstimatorTest, AMomentThatIsNotSureMakesAChangingForceLessSure) {
+  constexpr double kMoment = 0.1;
+  const auto sigmas = [](double moment) {
+    SurfaceEstimator& estimator = Large();
+    std::vector<double> felt;
+    for (const double force : {-1.0, -2.0, -2.0, -2.0}) {
+      SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr);
+      seen.moment_sigma = moment;
+      felt.push_back(estimator.Feel(seen, kAway).sigma);
+    }
+    return felt;
+  };
+  const auto sure = sigmas(0), unsure = sigmas(kMoment);
+  EXPECT_NEAR(unsure[0], sure[0], 1e-6);
+  for (const std::size_t i : {1U, 2U}) {
+    const double more = std::sqrt(unsure[i] * unsure[i] - sure[i] * sure[i]);
+    EXPECT_NEAR(more, kMoment * (1 - 2 * sure[i]), 0.05 * kMoment) << i;
+  }
+  EXPECT_NEAR(unsure[3], sure[3], 1e-6);
 }
 
 // As exchanged cameras show it. A press of the same size is valid.

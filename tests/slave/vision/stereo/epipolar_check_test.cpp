@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -18,6 +19,7 @@ using Eigen::Vector3d;
 
 constexpr double kNoise = 0.01;  // of a place in a picture, per axis [px]
 constexpr int kRest = 10;
+constexpr double kPeriod = 1.0 / 30;  // [s]
 
 // 35 points on a membrane that is dented in its middle, and what spoils how they are seen.
 class Watched {
@@ -25,6 +27,8 @@ class Watched {
   // Depths of the dent [m] that the left and the right picture show.
   SurfaceObservation& Show(double left_depth, double right_depth) {
     seen_.check = FailedCheck::kNone;
+    seen_.sensed_at += Seconds(kPeriod);
+    seen_.skew = -told_late * kPeriod;  // what is late was taken before
     seen_.points.resize(35);
     for (std::size_t i = 0; i < seen_.points.size(); ++i) {
       const Vector3d rest(0.01 * (static_cast<double>(i % 7) - 3),
@@ -63,7 +67,19 @@ class Watched {
     }
     return FailedCheck::kNone;
   }
+  // Likewise of a press to 5 mm and back again and again, a dozen pictures each.
+  FailedCheck Swing(double late) {
+    const auto depth = [](double picture) {
+      return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * picture));
+    };
+    for (int i = 1; i < 40; ++i) {
+      const FailedCheck check = Look(depth(i), depth(i - late));
+      if (check != FailedCheck::kNone) return check;
+    }
+    return FailedCheck::kNone;
+  }
   EpipolarCheck& check() { return check_; }
+  [[nodiscard]] double moment_sigma() const { return seen_.moment_sigma; }  // of the last pair
 
   static constexpr double kStated = 0.03;  // [px]
   std::function<Vector2d(const Vector2d&)> spoil;
@@ -77,6 +93,7 @@ class Watched {
 
  public:
   double noise = 1;
+  double told_late = 0;  // the right picture, by its stamp [pictures]
 
  private:
   StereoRig rig_ = VergedTestRig();
@@ -99,6 +116,32 @@ TEST(EpipolarCheckTest, PicturesOfDifferentInstantsAreDoubtedWhileThePressMoves)
     watched.Rest();
     EXPECT_EQ(watched.Press(late), FailedCheck::kInstants) << late;
   }
+}
+
+// Reference: the lateness drawn; the moment in the middle is off by half of what stamps do not
+// tell. What 40 pairs' noise, as they are told to have, leaves open besides is 0.02 of a picture.
+// Tolerance: the speed is that of half a picture before, which makes up to a quarter of it.
+TEST(EpipolarCheckTest, TheMomentIsAsSureAsStampsAgreeWithWhatMoves) {
+  for (const double late : {0.0, 0.08, -0.08}) {
+    for (const double told : {0.0, 0.08, -0.08}) {
+      Watched watched;
+      watched.told_late = told;
+      watched.Rest();
+      EXPECT_NEAR(watched.moment_sigma(), EpipolarCheck::kMostLag / 2, 1e-12)
+          << "nothing moved yet";
+      watched.noise = 0.1;
+      EXPECT_EQ(watched.Swing(late), FailedCheck::kNone) << late << " " << told;
+      EXPECT_NEAR(watched.moment_sigma(), std::hypot((late - told) / 2, 0.02), 0.015)
+          << late << " " << told;
+    }
+  }
+}
+
+TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreDoubted) {
+  Watched watched;
+  watched.told_late = -0.15;
+  watched.Rest();
+  EXPECT_EQ(watched.Swing(0.15), FailedCheck::kInstants);
 }
 
 // On a still membrane there is nothing to see, and nothing wrong.

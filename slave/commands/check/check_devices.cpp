@@ -1,0 +1,158 @@
+// What a laboratory plugs in, as `check` names it: eyes, how two of them are paired, the arm.
+#include <filesystem>
+#include <system_error>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/commands/check/check.h"
+#include "slave/manipulator/mp285/mp285.h"
+#include "slave/pipeline/teleop/late_pictures.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kPushed = "that a driver pushes (FeedPictures)";
+
+std::string DeviceInWords(int device) {
+  return fmt::format("camera {0} (/dev/video{0})", device);
+}
+
+std::string AddressInWords(const std::string& address) {
+  const bool is_pipeline = address.find('!') != std::string::npos;
+  return (is_pipeline ? "GStreamer pipeline " : "stream ") + address;
+}
+
+std::string InWords(const Eye& eye) {
+  switch (eye.kind) {
+    case Eye::Kind::kDevice:
+      return DeviceInWords(eye.device);
+    case Eye::Kind::kVideo:
+      return "video " + eye.address;
+    case Eye::Kind::kUrl:
+      return AddressInWords(eye.address);
+    case Eye::Kind::kOpenNi:
+      break;
+  }
+  return fmt::format("OpenNI2 depth camera {}", eye.device);
+}
+
+std::string InWords(const StereoCameras& pair) {
+  switch (pair.source) {
+    case StereoCameras::Source::kSimulated:
+      return "simulated site";
+    case StereoCameras::Source::kFiles:
+      return fmt::format("picture files {}, right {}", pair.left, pair.right);
+    case StereoCameras::Source::kStream:
+      return std::string("pairs ") + kPushed;
+    case StereoCameras::Source::kEyes:
+      break;
+  }
+  if (pair.eyes.size() == 1) return InWords(pair.eyes[0]) + ", left and right side by side";
+  return fmt::format("left {}, right {}", InWords(pair.eyes[0]), InWords(pair.eyes[1]));
+}
+
+std::string InWords(const DepthPictures& depth) {
+  switch (depth.source) {
+    case DepthPictures::Source::kFiles:
+      return "depth picture files " + depth.pattern;
+    case DepthPictures::Source::kStream:
+      return std::string("depth pictures ") + kPushed;
+    case DepthPictures::Source::kEye:
+      break;
+  }
+  return InWords(depth.eye);
+}
+
+// Whether stamps of two pictures make them a pair.
+bool IsPairedByStamps(const StereoCameras& pair) {
+  const bool has_two = pair.source == StereoCameras::Source::kEyes && pair.eyes.size() == 2;
+  return pair.source == StereoCameras::Source::kStream ||
+         (has_two && pair.eyes[0].kind != Eye::Kind::kVideo);
+}
+
+void PrintArm(const Scene& scene) {
+  using Source = ManipulatorOptions::Source;
+  const ManipulatorOptions& arm = scene.manipulator;
+  if (arm.source == Source::kSimulated) return PrintLine("manipulator", "simulated");
+  if (arm.source == Source::kStream) {
+    return PrintLine("manipulator",
+                     fmt::format("an arm whose driver is a client (DriveTool); silent for {:.3g} "
+                                 "ms, it has a fault",
+                                 1e3 * arm.silence));
+  }
+  std::error_code none;
+  const bool is_there = std::filesystem::exists(arm.port, none);
+  const Eigen::Vector3d& home = arm.home;
+  PrintLine("manipulator",
+            fmt::format("Sutter MP-285 or MP-225 on {}{}, steps of {}, travel {}; where it stands "
+                        "at the start is ({}, {}, {})",
+                        arm.port, is_there ? "" : " (NOT THERE NOW)", LengthInWords(Mp285::kStep),
+                        LengthInWords(Mp285::kStep * Mp285::kTravel), LengthInWords(home.x()),
+                        LengthInWords(home.y()), LengthInWords(home.z())));
+}
+
+bool IsLive(const Eye& eye) {
+  return eye.kind != Eye::Kind::kVideo;
+}
+
+bool IsLive(const SenseOptions& sense) {
+  if (TakesPictures(sense)) return true;
+  if (const auto* depth = sense.Find<DepthPictures>()) {
+    return depth->source == DepthPictures::Source::kEye && IsLive(depth->eye);
+  }
+  if (const auto* pair = sense.Find<StereoCameras>()) {
+    return pair->source == StereoCameras::Source::kEyes && IsLive(pair->eyes[0]);
+  }
+  const auto* camera = sense.Find<Camera>();
+  return camera != nullptr &&
+         (camera->source == Camera::Source::kDevice || camera->source == Camera::Source::kUrl);
+}
+
+}  // namespace
+
+bool ShowsArm(const Scene& scene) {
+  return scene.manipulator.source != ManipulatorOptions::Source::kSimulated && IsLive(scene.sense);
+}
+
+std::string InWords(const Camera& camera) {
+  switch (camera.source) {
+    case Camera::Source::kSimulated:
+      return fmt::format("simulated site, {}x{} px", camera.size[0], camera.size[1]);
+    case Camera::Source::kFiles:
+      return "picture files " + camera.pattern;
+    case Camera::Source::kVideo:
+      return "video " + camera.pattern;
+    case Camera::Source::kUrl:
+      return AddressInWords(camera.pattern);
+    case Camera::Source::kStream:
+      return std::string("pictures ") + kPushed;
+    case Camera::Source::kDevice:
+      break;
+  }
+  return DeviceInWords(camera.device);
+}
+
+void PrintEyes(const Scene& scene) {
+  if (const auto* depth = scene.sense.Find<DepthPictures>()) {
+    return PrintLine("eyes", fmt::format("{}, {:g} Hz", InWords(*depth), depth->rate));
+  }
+  const auto* pair = scene.sense.Find<StereoCameras>();
+  if (pair == nullptr) return;
+  PrintLine("eyes", fmt::format("{}, {:g} Hz", InWords(*pair), pair->rate));
+  if (!IsPairedByStamps(*pair)) return;
+  const bool is_told = pair->source == StereoCameras::Source::kStream;
+  PrintLine("sync", fmt::format("pictures {} more than {:.3g} ms apart are no pair: dropped and "
+                                "counted; GetStatus tells how far apart they are",
+                                is_told ? "that their driver's stamps have" : "that come",
+                                1e3 * pair->sync));
+}
+
+void PrintManipulator(const Scene& scene) {
+  PrintArm(scene);
+  if (!ShowsArm(scene)) return;
+  PrintLine("checked", fmt::format("how late the pictures are, by the arm while it moves what they "
+                                   "show: it goes into the force's sigma, {:.3g} s is doubted",
+                                   LatePictures::kMost));
+}
+
+}  // namespace palpate
