@@ -4,7 +4,7 @@ import { niceAbove, viridisLight } from './colours.js';
 const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
 const LEAST_TRACTION = 1;  // at full colour [Pa]
-const HELD_PX = 3;
+const HELD_PX = 3, HELD = 0xf2f6fa;  // lighter than the bar's lower half, where what is held stays
 const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
 
 // The corners of an outline in their order, where its lines form one ring; else null.
@@ -43,9 +43,9 @@ export class Body {
     const { three } = this, places = new three.BufferGeometry();
     places.setAttribute('position', new three.BufferAttribute(this.rest, 3));
     places.setIndex(new three.BufferAttribute(this.held, 1));
-    this.supports = new three.Points(places, new three.PointsMaterial({ size: HELD_PX, sizeAttenuation: false }));
-    if (this.planar) this.supports.position.z = this.ribbon * 0.6;
-    this.group.add(this.supports);
+    const supports = new three.Points(places, new three.PointsMaterial({ color: HELD, size: HELD_PX, sizeAttenuation: false }));
+    if (this.planar) supports.position.z = this.ribbon * 0.6;
+    this.group.add(supports);
   }
   dispose() {
     this.group.traverse((part) => {
@@ -159,9 +159,8 @@ export class Body {
     this.filled.array.set(places);
     this.filled.needsUpdate = true;
   }
-  paint({ line, fill, held }) {
+  paint({ line, fill }) {
     this.outline.material.color.set(line);
-    this.supports?.material.color.set(held);
     if (this.filling) this.filling.color.set(fill);
   }
 }

@@ -9,9 +9,9 @@ const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
 // known of before it was opened. A series: its name, column, colour, dash and width; without a name it has no key.
 const STRIPS = [
   { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
-  { title: "Tip's way, mm", note: ' thin: asked', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
+  { title: "Tip's way, mm", note: 'from where it was first; thick as measured, thin as commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
     ['', 11, '--series-a', undefined, 0.7], ['', 12, '--series-b', undefined, 0.7], ['', 13, '--series-c', undefined, 0.7]], factor: 1e3, least: 0.5, fromFirst: true },
-  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
+  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
   { title: 'Hand, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
   { title: 'Energy, mJ', series: [['from the hand', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
   { title: 'Match', series: [['tip', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
@@ -94,7 +94,8 @@ export class Charts {
         key.className = `key ${tone.slice(2)} ${dash ? (dash[0] > 3 ? 'dashed' : 'dotted') : ''}`;
         key.textContent = name;
         return key;
-      }), strip.note || '');
+      }));
+      box.querySelector('h3').title = strip.note || '';
       this.host.append(box);
       return new this.uPlot(this.options(strip, box), this.columns(strip), box.querySelector('.plot'));
     });

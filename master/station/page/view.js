@@ -101,7 +101,7 @@ export class View {
     this.spring.material.color.set(colour('--dim'));
     this.workspace.material.color.set(colour('--rest'));
     for (const arrow of [this.arrow, ...this.others.map(([, own]) => own)]) arrow.material.color.set(colour('--force'));
-    this.body?.paint({ line: colour('--rest'), fill: colour('--gel'), held: colour('--tool') });
+    this.body?.paint({ line: colour('--rest'), fill: colour('--gel') });
     this.dirty = true;
   }
   resize() {
