@@ -6,6 +6,7 @@
 #include "master/recording/replay.h"
 #include "master/station/replay_station.h"
 #include "master/view/console.h"
+#include "shared/program/program.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -81,7 +82,8 @@ int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::sto
   for (const std::string& line : Introduction(replay.span(), options.file.string())) {
     console.Say(line);
   }
-  ReplayStation station(&replay, {at, options.from, options.speed, options.file.string()});
+  ReplayStation station(&replay,
+                        {at, options.from, options.speed, options.file.string(), Version()});
   console.Say("view at " + station.address());
   station.Run(stop);
   return 0;

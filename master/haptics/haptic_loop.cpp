@@ -303,6 +303,7 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   record_.position_scale = transform_.position_scale;
   record_.force_scale = transform_.force_scale;
   record_.force_limit = options_.force_limit;
+  if (newest_) record_.p_S_tip = newest_->state.p_S_tip;
   if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
   record_.render = renderer_.mode();
   record_.tare_state = tare_.state();

@@ -26,6 +26,7 @@ class MeshState;
 struct MeshTopology {
   SurfaceMesh surface;                    // nodes at rest, and the triangles of a volume's surface
   std::vector<std::array<int, 2>> lines;  // the outline of a planar object
+  std::vector<std::uint32_t> held;        // nodes that the scene holds
 };
 
 struct RemoteMesh {

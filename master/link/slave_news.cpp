@@ -85,7 +85,7 @@ void SlaveNews::Parts::Take(const v1::SlaveState& message) {
   if (!state) return;  // the operator's own stream says so
   std::string details = JsonOf(message.details());
   const std::scoped_lock lock(mutex);
-  felt = {*state, std::move(details)};
+  felt = {*state, std::move(details), Clock::now()};
   events.Add(state->events);
 }
 

@@ -33,6 +33,7 @@ class SlaveNews {
   struct Felt {
     SlaveState state;  // sequence 0: none yet
     std::string details = "{}";
+    Time received_at{};
   };
 
   // Asks at once and then every second; states come 30 times a second. Throws

@@ -13,9 +13,11 @@ namespace {
 
 constexpr double kLate = 0.030;      // [s]
 constexpr double kLateShare = 0.01;  // [-]
+constexpr double kSlowLoop = 900;    // [Hz]
 constexpr double kNearLimit = 0.8;   // [-]
 constexpr const char* kSameRelease =
     "What only one of them knows is left out. Install the same release at both ends.";
+constexpr const char* kOtherBuild = "What only that one knew is left out.";
 
 std::string Spaced(std::string_view code) {
   std::string words(code);
@@ -81,7 +83,9 @@ class Alarms {
                      100 * moment_.ticks.late_share),
            "A slower line or a busy machine: see the charts.");
     }
-    if (!moment_.other_release.empty()) Note(moment_.other_release, kSameRelease);
+    if (!moment_.other_release.empty()) {
+      Note(moment_.other_release, moment_.replay ? kOtherBuild : kSameRelease);
+    }
     for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
     if (moment_.recording && !moment_.recording->trouble.empty()) {
       Note("The recording: " + moment_.recording->trouble + ".",
@@ -116,6 +120,8 @@ std::string NextFor(Validity validity) {
 void Alarms::AddValidity() {
   const SlaveState& felt = moment_.felt.state;
   if (felt.sequence == 0 || felt.validity == Validity::kValid) return;
+  const bool line_says_so = felt.validity == Validity::kStale && tick_.state_age > kLate;
+  if (line_says_so) return;
   const std::string check = Spaced(ToString(felt.check));
   const std::string text = "The force is " + Spaced(ToString(felt.validity)) +
                            (check.empty() ? "" : " (check: " + check + ")") + ".";
@@ -142,6 +148,24 @@ void Alarms::AddReasons() {
 }
 
 }  // namespace
+
+LineState LineOf(const StationMoment& moment) {
+  const LinkStats& link = moment.status.link;
+  const TickRecord& tick = moment.ticks.newest;
+  if (!link.connected && !link.answers) return {"lost", {}, {}};
+  if (!link.connected) return {"connected", {}, "observer"};
+  if (tick.state == OperatorState::kDisconnected) return {"connected", {}, "operator"};
+  std::string why;
+  const auto add = [&why](const std::string& clause) { why += (why.empty() ? "" : "; ") + clause; };
+  if (moment.ticks.late_share > kLateShare) {
+    add(Formatted("%.0f %% of the states late", 100 * moment.ticks.late_share));
+  }
+  if (moment.ticks.rate > 0 && moment.ticks.rate < kSlowLoop) {
+    add(Formatted("the loop at %.0f Hz", moment.ticks.rate));
+  }
+  if (!link.trouble.empty()) add(link.trouble);
+  return {why.empty() ? "good" : "degraded", why, "operator"};
+}
 
 std::string_view ToString(Alarm::Level level) {
   return level == Alarm::Level::kStop ? "bad" : "warn";

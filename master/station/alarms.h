@@ -17,6 +17,14 @@ struct Alarm {
 };
 std::string_view ToString(Alarm::Level level);  // `warn`, `bad`
 
+// How the line to the slave is, and whom the slave takes this station for.
+struct LineState {
+  std::string_view word;  // `lost`; `connected`: the slave answers, no states; `degraded`; `good`
+  std::string why;        // it is degraded
+  std::string_view role;  // `operator`; `observer`: the slave does not serve it; empty: not known
+};
+LineState LineOf(const StationMoment& moment);
+
 // The worst need not come first: in the order of a force's way. Empty: nothing is wrong.
 std::vector<Alarm> AlarmsOf(const StationMoment& moment);
 

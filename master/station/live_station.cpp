@@ -160,6 +160,9 @@ void LiveStation::Parts::PutMoment() {
     moment.waiting = waiting;
   }
   moment.felt = news.felt();
+  if (moment.felt.state.sequence > 0) {
+    moment.felt_age = SecondsBetween(moment.felt.received_at, Clock::now());
+  }
   SetWhenFree(moment);
   moment.trace = TraceNow(moment.ticks);
   diary.See(moment.ticks.t, news.TakeEvents());
@@ -182,6 +185,7 @@ void LiveStation::Parts::PutMoment() {
     said = *sayings;
     board.Put(Topic::kSaid, SaidJson(said));
   }
+  LeaveOutOld(&moment);
   board.Put(Topic::kStatus, StatusJson(moment));
   if (terminal) PutTerminal(moment);
 }

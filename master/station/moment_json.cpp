@@ -54,8 +54,12 @@ Json ChainOf(const ForceChain& chain) {
 
 Json LinkOf(const StationMoment& moment) {
   const LinkStats& link = moment.status.link;
+  const LineState line = LineOf(moment);
   return {
       {"connected", link.connected},
+      {"word", line.word},
+      {"why", line.why},
+      {"role", line.role},
       {"round_trip", moment.ticks.round_trip > 0 ? Json(moment.ticks.round_trip) : Json()},
       {"rtt_p50", link.rtt_p50_us > 0 ? Json(link.rtt_p50_us * kMicro) : Json()},
       {"rtt_p99", link.rtt_p99_us > 0 ? Json(link.rtt_p99_us * kMicro) : Json()},
@@ -73,7 +77,8 @@ Json LinkOf(const StationMoment& moment) {
 Json FeltOf(const StationMoment& moment) {
   const SlaveState& state = moment.felt.state;
   if (state.sequence == 0) return nullptr;
-  return {{"sequence", state.sequence},
+  return {{"age", Number(moment.felt_age)},
+          {"sequence", state.sequence},
           {"sigma", Number(state.sigma)},
           {"validity", ToString(state.validity)},
           {"check", ToString(state.check)},
@@ -139,14 +144,21 @@ Json WaitingOf(const SlaveLink::Mapping& waiting) {
           {"force_limit", OrNull(waiting.force_limit)}};
 }
 
-// [number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy]
+// To ten nanometres: charts tell no more, and are told so in half the characters.
+Json Place(double metres) {
+  return Number(std::round(1e8 * metres) / 1e8);
+}
+
+// [number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy, tip's x, y, z as
+// commanded, and as measured]
 Json SamplesOf(const std::vector<TickSample>& taken) {
   Json samples = Json::array();
   for (const TickSample& s : taken) {
     samples.push_back({s.number, s.t, Number(s.scaled), Number(s.sent), Number(s.p_M.x()),
                        Number(s.p_M.y()), Number(s.p_M.z()), s.age >= 0 ? Number(s.age) : Json(),
                        s.round_trip > 0 ? Json(s.round_trip) : Json(), s.longest_tick,
-                       Number(s.energy)});
+                       Number(s.energy), Place(s.p_S.x()), Place(s.p_S.y()), Place(s.p_S.z()),
+                       Place(s.p_S_tip.x()), Place(s.p_S_tip.y()), Place(s.p_S_tip.z())});
   }
   return samples;
 }
@@ -200,6 +212,25 @@ std::string HelloJson(const StationHello& hello) {
                {"pointer", hello.pointer},
                {"libraries", hello.libraries},
                {"version", hello.version}});
+}
+
+void LeaveOutOld(StationMoment* moment) {
+  constexpr double kOld = 0.250;  // [s]
+  SlaveState& felt = moment->felt.state;
+  if (moment->felt_age > kOld) {
+    felt.validity = Validity::kStale;
+    felt.check = FailedCheck::kNone;
+    felt.sigma = std::nan("");
+    felt.local_model = {};
+    moment->felt.details.clear();
+  }
+  TickRecord& tick = moment->ticks.newest;
+  if (tick.state_age <= kOld) return;
+  tick.chain.force_known = false;
+  for (NamedFinger& finger : moment->status.fingers) {
+    finger.felt.validity = Validity::kStale;
+    finger.felt.force.reset();
+  }
 }
 
 std::string StatusJson(const StationMoment& moment) {
@@ -304,6 +335,7 @@ std::string TopologyBytes(const MeshTopology& topology) {
   } else {
     AppendElements(topology.surface.triangles, &bytes);
   }
+  for (const std::uint32_t node : topology.held) Append(node, &bytes);
   return bytes;
 }
 

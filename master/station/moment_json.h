@@ -58,7 +58,10 @@ struct StationMoment {
   std::string other_release;                 // see OtherRelease
   std::optional<HandTrace> trace;            // of a recent tick; nothing: it is not told
   SlaveLink::Mapping waiting;                // asked for, until nobody feels the change
+  double felt_age = 0;                       // since `felt` came [s]
 };
+// What the slave told a quarter second ago and more is no longer so: the force is unknown, stale.
+void LeaveOutOld(StationMoment* moment);
 std::string StatusJson(const StationMoment& moment);
 
 // Of an examination, the bad first; one that goes on has found nothing yet.
@@ -83,7 +86,8 @@ std::string PongJson(double at);
 std::string PastJson(const std::vector<TickSample>& samples, std::optional<std::uint64_t> run = {});
 std::string RefusedJson(const std::string& why);
 
-// Node and element counts, places at rest, elements: what Topology messages hold after the header.
+// Node and element counts, places at rest, elements, nodes that are held: what Topology messages
+// hold after the header.
 std::string TopologyBytes(const MeshTopology& topology);
 // Validity as a number (0: valid), then the places; where the traction is told its unit [Pa] and a
 // byte of steps per node.

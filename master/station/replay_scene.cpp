@@ -60,6 +60,11 @@ void ReplayScene::TakeNote(const McapMap& session) {
   hello_.scene.force_limit = ParseFinite(limit).value_or(hello_.scene.force_limit);
 }
 
+std::string ReplayScene::OtherBuild(const std::string& own) const {
+  if (hello_.version.empty() || own.empty() || hello_.version == own) return {};
+  return "Recorded by palpate-master " + hello_.version + ", played by " + own + ".";
+}
+
 SlaveNews::Words ReplayScene::WordsAt(double t) const {
   return {0, NewestBy(t, scenes_), NewestBy(t, capabilities_), NewestBy(t, health_), {}};
 }

@@ -19,6 +19,8 @@ class ReplayScene {
   ReplayScene(const Replay& replay, const std::string& file);
 
   [[nodiscard]] const StationHello& hello() const { return hello_; }
+  // That another build than `own` recorded it, in words; empty: it did not, or is not told.
+  [[nodiscard]] std::string OtherBuild(const std::string& own) const;
   // What the slave had said of itself by `t` [s].
   [[nodiscard]] SlaveNews::Words WordsAt(double t) const;
   // The newest of the log by `t` [s], the newest last.

@@ -8,7 +8,6 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "master/station/display.h"
@@ -48,6 +47,7 @@ struct ReplayStation::Parts {
     board.Put(Topic::kHello, HelloJson(hello));
     moment.status.force_limit = hello.scene.force_limit;
     moment.replay.emplace().seconds = length;
+    moment.other_release = scene.OtherBuild(options.version);
     for (const auto& tip : hello.scene.fingertips) finger_names.push_back(tip.name);
   }
 
@@ -77,8 +77,12 @@ struct ReplayStation::Parts {
   TickDigest ticks;
   StationMoment moment;
   std::vector<std::string> finger_names;
-  // Of the newest states, by their numbers: when their sample was taken, and when they left.
-  std::map<std::uint64_t, std::pair<Time, Time>> stamps_of;
+  // Of the newest states, by their numbers.
+  struct Told {
+    Time sensed_at, sent_at;
+    Eigen::Vector3d p_S_tip;
+  };
+  std::map<std::uint64_t, Told> told_of;
   // The first tick that went by each sample, until the sample's trace comes.
   std::map<Time, std::pair<TickRecord, double>> untraced;
   double health_told = -1;            // [s]
@@ -112,8 +116,12 @@ ReplayFeed ReplayStation::Parts::Feed() {
 void ReplayStation::Parts::See(const TickRecord& told) {
   const SlaveState& state = moment.felt.state;
   TickRecord tick = told;
-  const auto stamps = stamps_of.find(tick.state_sequence);
-  if (stamps != stamps_of.end()) std::tie(tick.sensed_at, tick.sent_at) = stamps->second;
+  const auto told_then = told_of.find(tick.state_sequence);
+  if (told_then != told_of.end()) {
+    tick.sensed_at = told_then->second.sensed_at;
+    tick.sent_at = told_then->second.sent_at;
+    tick.p_S_tip = told_then->second.p_S_tip;
+  }
   const double t = ticks.Add(tick);
   if (tick.sensed_at != Time{}) untraced.try_emplace(tick.sensed_at, tick, t);
   if (untraced.size() > kUntraced) untraced.erase(untraced.begin());
@@ -125,8 +133,8 @@ void ReplayStation::Parts::See(const TickRecord& told) {
 
 void ReplayStation::Parts::See(const SlaveState& state) {
   moment.felt.state = state;
-  stamps_of[state.sequence] = {state.sensed_at, state.sent_at};
-  if (stamps_of.size() > kUntraced) stamps_of.erase(stamps_of.begin());
+  told_of[state.sequence] = {state.sensed_at, state.sent_at, state.p_S_tip};
+  if (told_of.size() > kUntraced) told_of.erase(told_of.begin());
   ++moment.status.link.states;
   TickRecord seen;
   SeeFingers(state, &seen);
@@ -173,9 +181,11 @@ Course ReplayStation::Parts::Take() {
 
 void ReplayStation::Parts::Cut(double t) {
   ticks.Restart(replay.span().first);
-  stamps_of.clear();
+  told_of.clear();
   untraced.clear();
   moment.trace.reset();
+  moment.felt = {};
+  moment.status.fingers.clear();
   moment.replay->run = ++run;
   health_told = -1;
   at = std::max(0.0, t - kBefore);
@@ -219,7 +229,10 @@ void ReplayStation::Parts::Put() {
     moment.replay->playing = course.playing;
     moment.replay->speed = course.speed;
   }
-  board.Put(Topic::kStatus, StatusJson(moment));
+  StationMoment shown = moment;
+  shown.felt_age = shown.ticks.newest.state_age;
+  LeaveOutOld(&shown);
+  board.Put(Topic::kStatus, StatusJson(shown));
   server->Tell();
 }
 

@@ -14,10 +14,11 @@ namespace palpate {
 class ReplayStation {
  public:
   struct Options {
-    PagePlace at;      // where it is served
-    double from = 0;   // [s] after the recording's beginning
-    double speed = 1;  // Replay::kSlowest to kFastest
-    std::string file;  // its name, for people
+    PagePlace at;              // where it is served
+    double from = 0;           // [s] after the recording's beginning
+    double speed = 1;          // Replay::kSlowest to kFastest
+    std::string file;          // its name, for people
+    std::string version = {};  // of this program; empty: not told
   };
   // `replay` outlives it. Reads through what the slave said of itself. Throws InputError: a message
   // is damaged; std::runtime_error: it cannot be listened at `at`.

@@ -74,6 +74,11 @@ void AddHead(const StationHello& hello, const StationMoment& moment, Sheet* shee
   sheet->Add(Formatted("%-12s  %8.1f s  epoch %u%s", std::string(ToString(tick.state)).c_str(),
                        moment.ticks.t, tick.epoch, tick.clutched ? "  CLUTCH OPEN (c)" : ""),
              ToneOf(tick.state));
+  const LineState line = LineOf(moment);
+  std::string words = "line   " + std::string(line.word);
+  if (!line.why.empty()) words += ": " + line.why;
+  if (!line.role.empty() && !moment.replay) words += "  as " + std::string(line.role);
+  sheet->Add(words, line.word == "good" ? Tone::kPlain : Tone::kNote);
 }
 
 void AddForce(const StationMoment& moment, Sheet* sheet) {

@@ -23,6 +23,8 @@ struct TickSample {
   double round_trip = 0;         // the newest [s]; 0: none yet
   double longest_tick = 0;       // between two ticks [s]
   double energy = 0;             // of the last tick [J]; NaN: unknown
+  // Of the last tick [m]: where the tool is to be, and where it was seen last; NaN: not known.
+  Eigen::Vector3d p_S{0, 0, 0}, p_S_tip{0, 0, 0};
 };
 
 class TickDigest {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -192,6 +194,27 @@ std::vector<std::array<bool, kComponents>> HeldBy(const Scene& scene, int count,
   return held;
 }
 
+template <std::size_t kComponents>
+bool IsHeld(const std::array<bool, kComponents>& components) {
+  return std::ranges::find(components, true) != components.end();
+}
+
+// Nodes of edges that only one triangle has.
+std::vector<std::uint32_t> RimOf(const SurfaceMesh& surface) {
+  std::map<std::pair<int, int>, int> triangles_at;
+  for (const auto& [a, b, c] : surface.triangles) {
+    for (const auto& edge : {std::minmax(a, b), std::minmax(b, c), std::minmax(c, a)}) {
+      ++triangles_at[edge];
+    }
+  }
+  std::set<std::uint32_t> rim;
+  for (const auto& [edge, count] : triangles_at) {
+    if (count != 1) continue;
+    rim.insert({static_cast<std::uint32_t>(edge.first), static_cast<std::uint32_t>(edge.second)});
+  }
+  return {rim.begin(), rim.end()};
+}
+
 }  // namespace
 
 TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
@@ -266,6 +289,30 @@ HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Vector3d>& nodes) 
   return HeldBy<3>(scene, static_cast<int>(nodes.size()),
                    "node: accepted is a plane that contains nodes, or their numbers",
                    [&](const Fixed& fixed, int i) { return Holds(fixed, nodes, near, i); });
+}
+
+std::vector<std::uint32_t> HeldVertices(const Scene& scene, const BoundaryMesh& mesh) {
+  std::set<std::uint32_t> held;
+  const auto components = FixedElementDofs(scene, mesh);
+  for (int i = 0; i < mesh.size(); ++i) {
+    if (!IsHeld(components[Index(i)])) continue;
+    held.insert({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(mesh.Next(i))});
+  }
+  return {held.begin(), held.end()};
+}
+
+std::vector<std::uint32_t> HeldVertices(const Scene& scene, const SurfaceMesh& surface) {
+  const Geometry& geometry = scene.object.geometry;
+  if (std::holds_alternative<MembraneGeometry>(geometry) ||
+      std::holds_alternative<DomeGeometry>(geometry)) {
+    return RimOf(surface);
+  }
+  std::vector<std::uint32_t> held;
+  const HeldNodes components = FixedNodeDofs(scene, surface.nodes);
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    if (IsHeld(components[i])) held.push_back(static_cast<std::uint32_t>(i));
+  }
+  return held;
 }
 
 }  // namespace palpate

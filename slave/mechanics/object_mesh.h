@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -51,5 +52,11 @@ class TouchableSurface {
 // std::invalid_argument: an entry that holds nothing, a node that does not exist.
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh);
 HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Eigen::Vector3d>& nodes);
+
+// What of an object's picture is held, along one axis at least: of an outline both ends of such
+// elements, element i beginning at vertex i; of a surface its nodes, of a membrane its rim. Throw
+// as above.
+std::vector<std::uint32_t> HeldVertices(const Scene& scene, const BoundaryMesh& mesh);
+std::vector<std::uint32_t> HeldVertices(const Scene& scene, const SurfaceMesh& surface);
 
 }  // namespace palpate

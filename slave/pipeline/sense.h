@@ -66,11 +66,12 @@ struct BoundaryShape {
   // Of the tool on the object, its size per vertex [Pa], where the model tells more than the forces
   // on the nodes do; empty where not, and unless those were asked for.
   std::vector<float> traction;
+  std::vector<std::uint32_t> held;  // vertices that the scene holds, along one axis at least
 };
 void Append(std::vector<float>* out, const Eigen::Vector3d& v);
 // Without a vertex, as of `felt`.
 inline BoundaryShape ShapeAsOf(const ContactEstimate& felt, int nodes_per_element) {
-  return {felt.sample, felt.sensed_at, felt.validity, nodes_per_element, {}, {}, {}, {}, {}};
+  return {felt.sample, felt.sensed_at, felt.validity, nodes_per_element, {}, {}, {}, {}, {}, {}};
 }
 
 // What was seen last and how to draw into it what was made of it: cheap to take, costly to draw.

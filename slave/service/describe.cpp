@@ -177,6 +177,7 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
     message->mutable_elements()->Assign(shape.elements.begin(), shape.elements.end());
     message->set_nodes_per_element(static_cast<std::uint32_t>(shape.nodes_per_element));
     Assign(shape.rest, message->mutable_rest());
+    message->mutable_held()->Assign(shape.held.begin(), shape.held.end());
   }
   Assign(shape.positions, message->mutable_positions());
   Assign(shape.nodal_forces, message->mutable_nodal_forces());

@@ -41,7 +41,7 @@ describe('a scripted hand presses the block', () => {
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     const first = Number(await stage.text('magnitude'));
     await until(async () => Math.abs(Number(await stage.text('magnitude')) - first) > 0.05, 'a force that changes');
-    assert.equal(await stage.page.locator('.u-over').count(), 5, 'five strips');
+    assert.equal(await stage.page.locator('.u-over').count(), 6, 'six strips');
     await until(async () => /score 0\.\d+|score 1/.test(await stage.text('seen')), 'a score');
   });
 
@@ -56,21 +56,58 @@ describe('a scripted hand presses the block', () => {
     console.log(await stage.text('trace'));
   });
 
-  test('energy and match stand behind a key', async () => {
+  test('hand, energy and match stand behind a key', async () => {
     const shown = () => stage.page.locator('.strip:visible h3').allInnerTexts();
-    assert.deepEqual(await shown(), ['Force, N', 'Hand, mm', 'Line, ms']);
+    assert.deepEqual(await shown(), ['Force, N', "Tip's way, mm", 'Line, ms']);
     await stage.page.keyboard.press('o');
-    assert.deepEqual(await shown(), ['Force, N', 'Energy, mJ', 'Match']);
+    assert.deepEqual(await shown(), ['Hand, mm', 'Energy, mJ', 'Match']);
     await until(async () => {
-      const last = (await downloaded(stage)).filter((row) => row[11] > 0.5 && row[11] <= 1);
+      const last = (await downloaded(stage)).filter((row) => row[17] > 0.5 && row[17] <= 1);
       return last.length > 20 && last.some((row) => Math.abs(row[10]) > 1e-5);
     }, 'score and energy');
     await stage.page.keyboard.press('o');
   });
 
+  test('the tip is told as commanded and as measured, and curves where the cursor is', async () => {
+    await until(async () => {
+      const rows = (await downloaded(stage)).filter((row) => row.length > 16 && Number.isFinite(row[15]));
+      // A tool at 20 mm/s that is seen some tens of milliseconds ago lags by less than two millimetres.
+      return rows.length > 100 && rows.some((row) => Math.abs(row[12] - row[15]) > 1e-5) && rows.every((row) => Math.abs(row[12] - row[15]) < 5e-3) && rows;
+    }, 'commanded and measured');
+    const plot = await stage.page.locator('.strip:nth-child(2) .u-over').boundingBox(), keys = () => stage.page.locator('.strip:nth-child(2) .key').allInnerTexts();
+    await stage.page.mouse.move(plot.x + 0.6 * plot.width, plot.y + 0.5 * plot.height);
+    await until(async () => (await keys()).every((key, i) => /^[xyz] -?[\d.]+$/.test(key) && key.startsWith('xyz'[i])), 'figures');
+    await stage.page.mouse.move(5, 5);
+    await until(async () => String(await keys()) === 'x,y,z', 'none');
+  });
+
+  test('whom the slave takes it for, and how the line is, stand in the bar', async () => {
+    await until(async () => (await stage.text('role')) === 'operator', 'the role');
+    const { link } = await stage.when((status) => status.link.word !== 'lost', 'a line');
+    assert.match(link.word, /^(good|degraded)$/);
+    await stage.page.evaluate(() => { window.chip = document.querySelector('#state small').textContent; });
+    await until(async () => {  // as busy as the machine is
+      const words = await stage.page.locator('#state small').innerText();
+      return stage.status.link.word === 'degraded' ? words === `DEGRADED: ${stage.status.link.why}` : !words.startsWith('DEGRADED');
+    }, 'what is degraded');
+  });
+
+  // The block is held at its bottom: dots in one row there, as wide as the block, and nowhere else but at the tool.
+  test('what holds the object is drawn', async () => {
+    await until(async () => /dots: held/.test(await stage.text('view-line')), 'words for it');
+    const view = await stage.page.locator('#view').boundingBox(), places = [];
+    for (let x = 0; x < 0.8 * view.width; x += 2) for (let y = view.height / 2; y < view.height; y += 2) places.push([view.x + x, view.y + y]);
+    const tone = await stage.page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue('--tool').trim().match(/[0-9a-f]{2}/g).map((part) => parseInt(part, 16)));
+    await until(async () => {
+      const colours = await stage.coloursAt(await stage.page.screenshot(), places), at = places.filter((_, i) => near(colours[i], tone, 12));
+      const span = (axis) => Math.max(...at.map((place) => place[axis])) - Math.min(...at.map((place) => place[axis]));
+      return at.length > 40 && span(1) <= 8 && span(0) > 0.2 * view.width;
+    }, 'a row of dots');
+  });
+
   test('the figure of the force is one that was told at that moment', async () => {
     await pressed();
-    const shown = Number(await stage.text('magnitude'));
+    const shown = Number(await until(async () => /\d/.test(await stage.text('magnitude')) && stage.text('magnitude'), 'a force'));
     await pause(200);  // what the page was told may be heard here a little later
     const told = stage.statuses.slice(-46).map((status) => size(status.chain.sent));
     assert.ok(told.some((force) => Math.abs(force - shown) <= 0.00501), `${shown} is none of ${told}`);
@@ -298,9 +335,12 @@ describe('a scripted hand presses the block', () => {
     const { statuses } = stage;
     await stage.endMaster();
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
+    for (const id of ['magnitude', 'peak', 'role']) assert.equal(await stage.text(id), '-', `${id}: nobody knows it`);
+    assert.match(await stage.text('validity'), /not told/);
+    assert.equal(await stage.page.locator('.force-label').isVisible(), false);
     log = stage.readLog();
-    const rows = log, byTime = new Map(rows.map((row) => [row.t.toFixed(5), row]));
-    const pairs = statuses.map((status) => [status, byTime.get(status.t.toFixed(5))]).filter(([, row]) => row);
+    const rows = log, byTime = new Map(rows.map((row) => [row.t.toFixed(4), row]));
+    const pairs = statuses.map((status) => [status, byTime.get(status.t.toFixed(4))]).filter(([, row]) => row);
     assert.ok(pairs.length > 0.95 * statuses.length, `${pairs.length} of ${statuses.length} are in the log`);
     for (const [status, row] of pairs) {
       assert.equal(status.state, row.state);
@@ -353,11 +393,11 @@ describe('its recording is played', () => {
       const samples = await downloaded(stage);
       return samples.length > 300 && samples;
     }, 'three seconds of samples');
-    const byTime = new Map(log.map((row, i) => [row.t.toFixed(5), i]));
+    const byTime = new Map(log.map((row, i) => [row.t.toFixed(4), i]));
     const force = (row, station) => size([row[`${station}_x`], row[`${station}_y`], row[`${station}_z`]]);
     let compared = 0;
     for (const [, t, scaled, sent] of drawn) {
-      const i = byTime.get(t.toFixed(5));
+      const i = byTime.get(t.toFixed(4));
       if (i === undefined || i < 20) continue;
       compared += 1;
       assert.ok(Math.abs(scaled - force(log[i], 'scaled')) < 1e-5, `${t} s: ${scaled} N`);
@@ -410,6 +450,12 @@ describe('its recording is played', () => {
     assert.ok(last <= back.t + 1e-6 && last - first < 10.1, `${first} to ${last} s`);
     const row = log.reduce((best, one) => (Math.abs(one.t - back.t) < Math.abs(best.t - back.t) ? one : best));
     assert.ok(Math.abs(size(back.chain.sent) - size([row.sent_x, row.sent_y, row.sent_z])) < 1e-5);
+    // Before anything was felt: no peak, no picture and no shape of what came later.
+    await stage.page.keyboard.press('Home');
+    await stage.when((status) => status.t < 0.1, 'its beginning');
+    await until(async () => Number(await stage.text('peak')) < 0.05, 'no peak of later');
+    for (const id of ['picture-age', 'model-age']) await until(async () => /^(\d+ ms old)?$/.test(await stage.text(id)), id);
+    assert.doesNotMatch(await stage.text('view-line'), /moved by up to [1-9]/);
     await stage.page.keyboard.press('[');
     await stage.when((status) => status.replay.speed === 2, 'half of it');
     await stage.page.keyboard.press('End');

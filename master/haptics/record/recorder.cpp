@@ -26,7 +26,8 @@ void AppendVectorOrNothing(std::string* row, bool known, const Eigen::Vector3d& 
   }
 }
 
-constexpr double kLongestGap = 0.100;  // [s]
+constexpr double kLongestGap = 0.100;       // [s]
+constexpr std::size_t kMostRows = 1 << 16;  // that wait to be flushed [bytes]
 
 }  // namespace
 
@@ -60,6 +61,7 @@ void TickLog::Add(double t, const TickRecord& record, const std::optional<Eigen:
     rows_.append(chain.reasons.empty() ? "mark" : "+mark");
   }
   rows_.append("\n");
+  if (rows_.size() > kMostRows) Flush();
 }
 
 void TickLog::Flush() {
@@ -100,15 +102,21 @@ Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log,
 
 void Recorder::Drain(Time now) {
   TickRecord record;
-  while (ring_->Pop(&record)) Take(record);
-  while (!waiting_.empty() && IsRipe(waiting_.front(), now)) FinishFirst();
+  while (ring_->Pop(&record)) {
+    Take(record);
+    // At once: after a stall the ring holds seconds, which are not to be held a second time.
+    while (!waiting_.empty() && IsKnown(waiting_.front())) FinishFirst();
+  }
+  const double patience = kPatience + kTrips * round_trip_;
+  while (!waiting_.empty() &&
+         (IsKnown(waiting_.front()) || SecondsBetween(waiting_.front().at, now) > patience)) {
+    FinishFirst();
+  }
   if (log_) log_->Flush();
 }
 
-bool Recorder::IsRipe(const TickRecord& record, Time now) const {
-  const bool is_known =
-      truth_.Reaches(record.at) && (placed_.empty() || placed_.Reaches(record.at));
-  return is_known || SecondsBetween(record.at, now) > kPatience + kTrips * round_trip_;
+bool Recorder::IsKnown(const TickRecord& record) const {
+  return truth_.Reaches(record.at) && (placed_.empty() || placed_.Reaches(record.at));
 }
 
 void Recorder::Finish() {

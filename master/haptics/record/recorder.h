@@ -90,7 +90,8 @@ class Recorder {
  private:
   void Take(const TickRecord& record);
   void FinishFirst();
-  [[nodiscard]] bool IsRipe(const TickRecord& record, Time now) const;
+  // Its true force has come.
+  [[nodiscard]] bool IsKnown(const TickRecord& record) const;
 
   SpscRing<TickRecord>* ring_;
   Onlooker onlooker_;

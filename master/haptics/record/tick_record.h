@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include <Eigen/Core>
 
@@ -43,6 +44,7 @@ struct TickRecord {
   // What the hand goes by [-], [-], [N]; 0: not told.
   double position_scale = 0, force_scale = 0, force_limit = 0;
   double energy = 0;  // that the hand put in, less what it got out, at its port [J]; NaN: unknown
+  Eigen::Vector3d p_S_tip{NAN, NAN, NAN};  // by the newest state [m]; NaN: none yet
 };
 
 // What the fingertips feel by `state`; a tool that has none is one itself. Real-time safe.

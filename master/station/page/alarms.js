@@ -1,6 +1,6 @@
 // What is wrong at this moment, in words, each with the next step, as the master tells it; and what happened.
 
-import { write } from './words.js';
+import { minutes, write } from './words.js';
 
 // An alarm whose numbers have changed is the same.
 const kindOf = ({ text }) => text.replace(/[\d.]+/g, '#');
@@ -51,7 +51,8 @@ export class AlarmPanel {
     this.since = new Map(alarms.map(({ text }) => [text, this.since.get(text) ?? t]));
     this.list.replaceChildren(...alarms.map(({ level, text, next }) => {
       const item = noteItem(level, text, next, this.known.has(kindOf({ text })));
-      if (level !== 'ok' && Number.isFinite(this.since.get(text))) item.firstChild.title = `since ${this.since.get(text).toFixed(1)} s`;
+      const since = this.since.get(text);
+      if (level !== 'ok' && Number.isFinite(since)) item.lastChild.textContent += `${next && ' '}Since ${minutes(since)}.`;
       return item;
     }));
   }

@@ -4,6 +4,7 @@ import { niceAbove, viridisLight } from './colours.js';
 const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
 const LEAST_TRACTION = 1;  // at full colour [Pa]
+const HELD_PX = 3, HELD = 0xf2f6fa;  // lighter than the bar's lower half, where what is held stays
 const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
 
 // The corners of an outline in their order, where its lines form one ring; else null.
@@ -24,6 +25,7 @@ export class Body {
     [this.perElement, this.nodes, this.elements] = [16, 20, 24].map((at) => view.getUint32(at, true));
     this.rest = new Float32Array(buffer.slice(28, 28 + 12 * this.nodes));
     this.index = new Uint32Array(buffer.slice(28 + 12 * this.nodes, 28 + 12 * this.nodes + 4 * this.perElement * this.elements));
+    this.held = new Uint32Array(buffer.slice(28 + 12 * this.nodes + 4 * this.perElement * this.elements));
     this.number = message.number;
     this.planar = this.perElement === 2;
     this.group = new three.Group();
@@ -33,7 +35,17 @@ export class Body {
     this.box = new three.Box3().setFromArray(this.rest);
     if (this.planar) this.makePlanar();
     else this.makeSolid();
+    if (this.held.length) this.makeHeld();
     this.deform(this.rest);
+  }
+  // Dots on the nodes that the scene holds.
+  makeHeld() {
+    const { three } = this, places = new three.BufferGeometry();
+    places.setAttribute('position', new three.BufferAttribute(this.rest, 3));
+    places.setIndex(new three.BufferAttribute(this.held, 1));
+    const supports = new three.Points(places, new three.PointsMaterial({ color: HELD, size: HELD_PX, sizeAttenuation: false }));
+    if (this.planar) supports.position.z = this.ribbon * 0.6;
+    this.group.add(supports);
   }
   dispose() {
     this.group.traverse((part) => {

@@ -1,15 +1,20 @@
 // The last ten seconds as strips, drawn by uPlot where it was built in.
 import { save } from './save.js';
+import { figure, write } from './words.js';
 
+const TIP_AT = 14;  // column of the tip as measured
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
-// Columns of a sample: number, t, scaled, sent, x, y, z, age, round trip, longest tick, energy; then what the page adds of
-// what was felt at that moment: score and misfit, of which nothing is known of before it was opened.
+// Columns of a sample: number, t, scaled, sent, the hand's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
+// commanded and as measured, drawn from where it was first; then what the page adds of what was felt at that moment: score and misfit, of which nothing is
+// known of before it was opened. A series: its name, column, colour, dash and width; without a name it has no key.
 const STRIPS = [
   { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
+  { title: "Tip's way, mm", note: 'from where it was first; thick as measured, thin as commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
+    ['', 11, '--series-a', undefined, 0.7], ['', 12, '--series-b', undefined, 0.7], ['', 13, '--series-c', undefined, 0.7]], factor: 1e3, least: 0.5, fromFirst: true },
+  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
   { title: 'Hand, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
-  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
-  { title: 'Energy, mJ', series: [['taken from the hand', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
-  { title: 'Match', series: [['tip', 11, '--series-a'], ['misfit, σ', 12, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
+  { title: 'Energy, mJ', series: [['from the hand', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
+  { title: 'Match', series: [['tip', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
 ];
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -40,6 +45,7 @@ export class Charts {
   // Nothing is known of what was before.
   begin() {
     this.samples = [];
+    this.first = null;
     this.pastAskedAt = -Infinity;  // NaN: it was told
   }
   asksPast(now) {
@@ -83,12 +89,13 @@ export class Charts {
       box.className = 'strip';
       box.innerHTML = '<h3></h3><p class="legend"></p><div class="plot"></div>';
       box.querySelector('h3').textContent = strip.title;
-      box.querySelector('.legend').replaceChildren(...strip.series.map(([name, , tone, dash]) => {
+      box.querySelector('.legend').replaceChildren(...strip.series.filter(([name]) => name).map(([name, , tone, dash]) => {
         const key = document.createElement('span');
         key.className = `key ${tone.slice(2)} ${dash ? (dash[0] > 3 ? 'dashed' : 'dotted') : ''}`;
         key.textContent = name;
         return key;
       }));
+      box.querySelector('h3').title = strip.note || '';
       this.host.append(box);
       return new this.uPlot(this.options(strip, box), this.columns(strip), box.querySelector('.plot'));
     });
@@ -100,8 +107,14 @@ export class Charts {
       cursor: { y: false, points: { size: 6 } }, padding: [6, 6, 0, 0],
       scales: { x: { time: false, range: (_, low, high) => [high - SECONDS, high] }, y: { range: (_, low, high) => this.range(strip, low, high) } },
       axes: [{ ...axis, size: 18, space: 80, values: (u, marks) => marks.map((mark) => `${Math.round(mark - u.scales.x.max)} s`) }, { ...axis, space: 40, size: 38 }],
-      series: [{}, ...strip.series.map(([label, , tone, dash]) => ({ label, stroke: colour(tone), width: 1.75, dash, points: { show: false } }))],
+      series: [{}, ...strip.series.map(([label, , tone, dash, width = 1.75]) => ({ label, stroke: colour(tone), width, dash, points: { show: false } }))],
+      hooks: { setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)] },
     };
+  }
+  // What the curves are where the cursor is, in their keys.
+  tell(strip, box, at, data) {
+    const values = strip.series.map((_, i) => (at === null || at === undefined ? null : data[i + 1][at]));
+    box.querySelectorAll('.key').forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
   }
   range(strip, low, high) {
     if (low === null || high === null) return [0, 1];
@@ -119,7 +132,9 @@ export class Charts {
   }
   columns(strip) {
     const t = this.shown.map((sample) => sample[1]);
-    return [t, ...strip.series.map(([, column]) => this.shown.map((sample) => (sample[column] === undefined || sample[column] === null ? null : sample[column] * strip.factor)))];
+    this.first ??= this.shown.find((sample) => Number.isFinite(sample[TIP_AT]));
+    const from = (column) => (strip.fromFirst && this.first ? this.first[TIP_AT + ((column - TIP_AT + 3) % 3)] : 0);
+    return [t, ...strip.series.map(([, column]) => this.shown.map((sample) => (sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor)))];
   }
   // One strip a time, of those that are seen: that which waits longest.
   show() {
@@ -140,7 +155,7 @@ export class Charts {
     this.plots.forEach((plot, i) => plot.setSize({ width: Math.max(80, boxes[i].clientWidth), height: Math.max(60, boxes[i].clientHeight - 24) }));
   }
   download() {
-    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,score,misfit_sigmas', ...this.shown.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
+    const rows = ['number,t_s,scaled_N,sent_N,x_m,y_m,z_m,age_s,round_trip_s,longest_tick_s,energy_J,commanded_x_m,commanded_y_m,commanded_z_m,tip_x_m,tip_y_m,tip_z_m,score,misfit_sigmas', ...this.shown.filter((sample) => sample.length > 2).map((sample) => sample.join(','))];
     save(new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }), 'palpate-last-10-s.csv');
   }
 }

@@ -34,9 +34,19 @@ export class ForcePanel {
     this.showValidity(status.felt);
     this.showFingers(status.fingers);
   }
+  // Nothing is known of it.
+  forget() {
+    this.peak = 0;
+    for (const figure of [byId('magnitude'), byId('peak'), ...this.rows.map(({ value }) => value)]) write(figure, '-');
+    for (const bar of [...this.meter.children, ...this.rows.map(({ bar }) => bar)]) bar.style.width = 0;
+    for (const words of ['components', 'trace', 'meter-scale']) write(byId(words), '');
+    this.showValidity(null);
+    this.showFingers([]);
+  }
   holdPeak(status, sent) {
-    const most = Math.max(sent, ...status.samples.map((sample) => sample[3] || 0));
-    if (most >= this.peak || status.t - this.peakAt > HOLD_S) {
+    const most = Math.max(sent, ...status.samples.map((sample) => sample[3] || 0)), isElsewhere = this.run !== status.replay?.run;
+    this.run = status.replay?.run;
+    if (isElsewhere || most >= this.peak || status.t - this.peakAt > HOLD_S) {
       this.peak = most;
       this.peakAt = status.t;
     }

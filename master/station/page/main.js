@@ -46,6 +46,8 @@ const takers = {
       charts.load(message.libraries);
     }
     told.hello = message;
+    picture.forget();
+    view.forgetShape();
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
     byId('hint').textContent = message.pointer ? 'Drag here: the tool, the ball, follows the cursor. Press it against the object.' : '';
@@ -86,7 +88,17 @@ function take(kind, message) {
 function tellLine(lost) {
   told.lost = lost;
   changed = true;
+  if (lost) forget();
   showState();
+}
+
+// What the master does not tell is not known, and is neither shown nor heard.
+function forget() {
+  told.status = null;
+  force.forget();
+  view.forget();
+  sound.show(0);
+  byId('record').hidden = true;
 }
 
 function showState() {
@@ -94,12 +106,16 @@ function showState() {
   let [level, words] = status ? STATES[status.state] : ['off', 'waiting for the first tick'];
   let name = status?.state || 'STARTING';
   if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
+  const line = status?.link;
+  if (status?.state === 'DISCONNECTED' && line.word === 'connected' && !lost) [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, no states come'];
+  if (!lost && line?.word === 'degraded') [level, words] = [level === 'bad' ? level : 'warn', `DEGRADED: ${line.why}`];
   const chip = byId('state');
   chip.dataset.level = level;
   const [mark, title, more] = chip.children;
   write(mark, MARK[level]);
   write(title, name);
   write(more, words);
+  more.title = words;
   byId('reset').hidden = Boolean(lost) || status?.state !== 'ESTOP';
   document.body.classList.toggle('lost', Boolean(lost));
 }
@@ -112,15 +128,17 @@ function showFacts() {
     if (byId(id).dataset.level !== level) byId(id).dataset.level = level;
   };
   set('rtt', ms(line?.round_trip ?? NaN));
-  set('rtt-more', line ? `half ${ms(line.rtt_p50)}, 99 % ${ms(line.rtt_p99)}` : '');
+  set('rtt-more', line ? `half ${fixed(1e3 * line.rtt_p50, 1)}, 99 % ${ms(line.rtt_p99)}` : '');
   set('age', line?.age === null || !line ? '-' : ms(Math.min(line.age, 99), 0), line?.age > 0.03 ? 'bad' : '');
   set('late', line ? `late ${fixed(100 * line.late_share, 1)} %` : '', line?.late_share > 0.01 ? 'warn' : '');
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
   set('missed', status && !lost ? `missed ${status.missed}` : '');
   set('scene', hello?.scene || '-');
   set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated site' : 'real site'}` : '');
-  set('device', hello ? hello.device.split(':')[0] : '-');
-  const own = pointer.delay !== null ? `hand to page ${Math.round(pointer.delay)} ms` : link.delay !== null ? `page ${fixed(link.delay, 1)} ms` : '';
+  const isReplay = hello?.badge === 'REPLAY';
+  set('role', isReplay ? 'none' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
+  set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `led by ${told.health.status.operator_name}` : hello ? hello.device.split(':')[0] : '');
+  const own = pointer.delay !== null ? `, hand to page ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';
   write(byId('badge'), hello?.badge || '');
@@ -148,7 +166,7 @@ function showFigures(now) {
   showFacts();
   alarms.show(alarmsOf(told), told.status?.t);
   if (told.status) force.show(told.status, mapping());
-  if (told.hello) scales.show(mapping(), told.hello, told.status?.waiting);
+  if (told.hello) scales.show(mapping(), told.hello, told.status?.waiting, told.health?.capabilities);
   controls.showKinds(told.health?.scene?.model?.kind || told.hello?.model, told.health?.capabilities?.degrees_of_freedom === 2);
   if (told.status) controls.showActs(told.status);
   if (now - healthAt < 500 || byId('health').hidden) return;

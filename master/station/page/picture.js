@@ -1,5 +1,5 @@
 // The slave's picture as it comes; how old it is stands on it.
-import { figure, write } from './words.js';
+import { LATER_S, ageWords, figure, write } from './words.js';
 
 const STALE_S = 0.2, RECORDED_S = 1.2;  // a recording keeps two pictures a second
 
@@ -11,6 +11,10 @@ export class PicturePanel {
     this.shownT = null;
     this.busy = false;
     this.next = null;
+  }
+  // Of another session.
+  forget() {
+    this.shownT = null;
   }
   take(message) {
     this.next = message;
@@ -29,7 +33,6 @@ export class PicturePanel {
       this.context.drawImage(bitmap, 0, 0);
       bitmap.close();
       this.shownT = message.t;
-      document.getElementById('picture-empty').hidden = true;
     } catch {
       document.getElementById('picture-empty').textContent = 'The picture could not be decoded.';
     }
@@ -38,15 +41,20 @@ export class PicturePanel {
   }
   show(status) {
     const now = this.link.now();
-    const age = this.shownT === null || now === null ? null : Math.max(0, now - this.shownT);
-    write(document.getElementById('picture-age'), age === null ? '' : `${Math.round(age * 1e3)} ms old`);
+    const age = this.shownT === null || now === null ? null : now - this.shownT, isLater = Boolean(status?.replay) && age < -LATER_S;
+    write(document.getElementById('picture-age'), isLater ? '' : ageWords(age, false));
+    this.canvas.hidden = isLater || this.shownT === null;
+    this.showWhyNone(isLater, status);
     const stale = document.getElementById('picture-stale');
     stale.hidden = !(age > (status?.replay ? RECORDED_S : STALE_S));
     if (!stale.hidden) stale.textContent = `FROZEN for ${age.toFixed(1)} s`;
-    if (this.shownT === null && status?.video_trouble) {
-      document.getElementById('picture-empty').textContent = `No picture: ${status.video_trouble}`;
-    }
     this.showChecks(status);
+  }
+  showWhyNone(isLater, status) {
+    const empty = document.getElementById('picture-empty');
+    empty.hidden = this.shownT !== null && !isLater;
+    if (isLater) write(empty, 'No picture of this moment was recorded.');
+    else if (this.shownT === null && status?.video_trouble) write(empty, `No picture: ${status.video_trouble}`);
   }
   showChecks(status) {
     const details = status?.felt?.details || {};

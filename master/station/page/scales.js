@@ -42,10 +42,12 @@ export class Scales {
     if (told.title !== text) told.title = text;
     if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
   }
-  // `mapping`: in force, as `own` by the scene; `waiting`: asked for.
-  show(mapping, own, waiting) {
+  // `mapping`: in force, as `own` by the scene; `waiting`: asked for; `can`: the slave's limits, where they are known.
+  show(mapping, own, waiting, can) {
     this.own = own;
     for (const slider of this.sliders) {
+      const most = can?.[`max_${slider.key}`];
+      if (most > 0) slider.input.max = Math.min(1, Math.log10(most / own[slider.key])).toFixed(3);
       if (performance.now() - slider.chosenAt < HELD_MS || slider.input.matches(':active')) continue;
       const scale = waiting?.[slider.key] ?? mapping[slider.key], place = Math.log10(scale / own[slider.key]);
       if (Math.abs(slider.input.valueAsNumber - place) > 0.025) slider.input.value = place;

@@ -2,7 +2,7 @@
 import { Body } from './body.js';
 import { Camera } from './camera.js';
 import { viridisBar } from './colours.js';
-import { figure, fixed, lengthUnit, norm, stressUnit, write } from './words.js';
+import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write } from './words.js';
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
 const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
@@ -69,7 +69,7 @@ export class View {
     this.sun = new three.DirectionalLight(0xffffff, 1.6);
     scene.add(this.sun);
     const ball = new three.SphereGeometry(1, 24, 16);
-    this.tip = new three.Mesh(ball, new three.MeshLambertMaterial());
+    this.tip = new three.Mesh(ball, new three.MeshLambertMaterial({ transparent: true }));
     this.hand = new three.Mesh(ball, new three.MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.5 }));
     this.spring = new three.Line(new three.BufferGeometry().setFromPoints([new three.Vector3(), new three.Vector3()]), new three.LineBasicMaterial());
     this.arrow = this.makeArrow();
@@ -148,6 +148,18 @@ export class View {
     this.status = status;
     this.dirty = true;
   }
+  // A shape of a later moment is none.
+  forgetShape() {
+    this.shapeT = null;
+    this.body?.deform(this.body.rest);
+    this.dirty = true;
+  }
+  // The line to the master is lost: no force is known.
+  forget() {
+    this.status = null;
+    for (const arrow of [this.arrow, ...(this.others || []).map(([, own]) => own)]) if (arrow) arrow.visible = false;
+    this.dirty = true;
+  }
   // What came last, where it is to be drawn: what is never drawn costs nothing.
   put() {
     const { status, shape } = this;
@@ -163,6 +175,7 @@ export class View {
     this.size = this.body.box.getSize(new this.three.Vector3()).length();
     const felt = status.felt, tip = felt ? felt.tip : status.fingers[0].place;
     this.putBall(this.tip, tip, 0.016);
+    this.tip.material.opacity = felt?.validity === 'stale' ? 0.3 : 1;
     this.putBall(this.hand, status.p_S, 0.02);
     this.spring.visible = true;
     this.spring.geometry.setFromPoints([new this.three.Vector3(...tip), new this.three.Vector3(...status.p_S)]);
@@ -246,8 +259,9 @@ export class View {
   showWords() {
     this.showForce();
     const now = this.link.now();
-    const age = this.shapeT === null || now === null ? null : Math.max(0, now - this.shapeT);
-    write(document.getElementById('model-age'), age === null ? '' : age > 1 ? `${age.toFixed(0)} s old` : `${Math.round(age * 1e3)} ms old`);
+    const age = this.shapeT === null || now === null ? null : now - this.shapeT;
+    if (age < -LATER_S && this.status?.replay) this.forgetShape();
+    write(document.getElementById('model-age'), this.shapeT === null ? '' : ageWords(age, false));
     if (!this.body) {
       if (this.waiting && this.status?.mesh_trouble) this.waiting.textContent = `No shape: ${this.status.mesh_trouble}`;
       return;
@@ -258,9 +272,9 @@ export class View {
     write(top, figure(full[quantity] * factor));
     write(name, `${quantity}, ${unit}`);
     const told = isMoved ? 'moved' : 'pushed', most = largest[quantity];
-    const words = most === null ? 'no traction is told: a force is unknown, or nothing holds the object' : `${told} by up to ${figure(most * factor)} ${unit}`;
+    const words = this.shapeT === null ? 'no shape of this moment is told' : most === null ? 'no traction is told: a force is unknown, or nothing holds the object' : `${told} by up to ${figure(most * factor)} ${unit}`;
     const old = this.isAnswered === false ? 'the model has no answer for this press: its last shape; ' : '';
-    write(this.line, `${old}${words}; grey lines: at rest; ball: the tool as seen, wire: where the hand has it, ring: the local model; outer lines: the workspace`);
+    write(this.line, `${old}${words}; grey lines: at rest${this.body.held.length ? '; dots: held' : ''}; ball: the tool as seen, wire: where the hand has it, ring: the local model; outer lines: the workspace`);
   }
   // Displacement or traction.
   toggleColours() {

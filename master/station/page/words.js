@@ -14,6 +14,13 @@ export const figure = (value) => {
   return size >= 1e5 || size < 1e-3 ? value.toExponential(1) : String(Number(value.toPrecision(3)));
 };
 export const ms = (seconds, digits = 1) => (Number.isFinite(seconds) ? `${(seconds * 1e3).toFixed(digits)} ms` : '-');
+// How long ago it was [s]; null: nothing came. What a recording shows of a later moment, and stamps ahead of our clock, say so.
+export const LATER_S = 0.1;
+export const ageWords = (age, isReplay) => {
+  if (age === null) return '';
+  if (age < -LATER_S) return isReplay ? 'of a later moment' : 'stamped ahead: the clocks differ';
+  return age > 1 ? `${age.toFixed(1)} s old` : `${Math.round(1e3 * Math.max(0, age))} ms old`;
+};
 // A time as minutes and seconds.
 export const minutes = (seconds, digits = 0) => {
   const whole = Number(seconds.toFixed(digits));

@@ -169,6 +169,7 @@ std::unique_ptr<TouchModel> Estimator::Prepare(const Scene& scene, Progress* pro
   auto touch = std::make_unique<TouchModel>();
   touch->mesh = MeshOutline(scene, seen_);
   touch->deformation = MakeModel(scene, touch->mesh, progress);
+  touch->held = HeldVertices(scene, touch->mesh);
   if (scene.tool->shape == Tool::Shape::kRound) {
     touch->indenter = std::make_unique<RoundIndenter>(TouchablePlaces(touch->mesh),
                                                       scene.tool->radius, scene.model.contact);

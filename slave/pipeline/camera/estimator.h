@@ -69,6 +69,7 @@ struct TouchModel final : Rebuilt {
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the nearest place of any point
   std::optional<ToolWidth> width;          // of a flat tool
+  std::vector<std::uint32_t> held;         // vertices of the outline
 };
 
 // One thread at a time.

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-void NumberSkin(TactileBody* body) {
+void NumberSkin(const Scene& scene, TactileBody* body) {
   std::vector<int> number(body->surface.nodes.size(), -1);
   for (const auto& triangle : body->surface.triangles) {
     for (const int node : triangle) {
@@ -22,6 +22,9 @@ void NumberSkin(TactileBody* body) {
       }
       body->skin_triangles.push_back(static_cast<std::uint32_t>(known));
     }
+  }
+  for (const std::uint32_t node : HeldVertices(scene, body->surface)) {
+    if (number[node] >= 0) body->skin_held.push_back(static_cast<std::uint32_t>(number[node]));
   }
 }
 
@@ -47,7 +50,7 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   body->deformation = MakeModel(stepped, mesh, body->limit.Listen(progress));
   body->contact = std::make_unique<SurfaceContact>(body->surface);
   body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid);
-  NumberSkin(body.get());
+  NumberSkin(stepped, body.get());
   body->larger_side = LargerSide(body->surface.nodes);
   body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;
   body->limit.Finish();

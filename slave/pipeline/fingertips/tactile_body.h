@@ -30,9 +30,10 @@ struct TactileBody final : Rebuilt {
   // `surface`, its triangles by those in `skin`.
   std::vector<int> skin;
   std::vector<std::uint32_t> skin_triangles;
-  double larger_side = 0;      // of the bounding box [m]
-  double largest_force = 0;    // that is believed: E times the larger side squared [N]
-  bool moves_in_time = false;  // a Respond is one sample's period
+  std::vector<std::uint32_t> skin_held;  // what the scene holds of it, by its number in `skin`
+  double larger_side = 0;                // of the bounding box [m]
+  double largest_force = 0;              // that is believed: E times the larger side squared [N]
+  bool moves_in_time = false;            // a Respond is one sample's period
 };
 
 // `time: dynamic` steps once per sample, whatever model.step says. Throws std::invalid_argument: an

@@ -81,6 +81,7 @@ PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> sourc
       eyes_(MakeSurfacePointTracker(scene, rig_)) {
   if (EstimatesForce(scene)) {
     estimator_ = std::make_unique<SurfaceEstimator>(scene);
+    held_ = HeldVertices(scene, estimator_->body().surface());
   } else {
     followed_ = FollowedSurface(scene);
   }
@@ -129,6 +130,7 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
   BoundaryShape shape = ShapeAsOf(*felt_, 3);
+  shape.held = held_;
   for (const auto& triangle : surface.triangles) {
     for (const int node : triangle) shape.elements.push_back(static_cast<std::uint32_t>(node));
   }
@@ -158,6 +160,7 @@ void PointsSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) 
   if (!estimator_) return;
   estimator_->Adopt(
       std::unique_ptr<LoadIdentifier>(static_cast<LoadIdentifier*>(rebuilt.release())), changed);
+  held_ = HeldVertices(changed, estimator_->body().surface());
 }
 
 void PointsSense::Reset() {

@@ -81,9 +81,10 @@ class PointsSense final : public Sense {
   StereoRig rig_;
   std::unique_ptr<SurfacePointTracker> eyes_;
   std::unique_ptr<SurfaceEstimator> estimator_;
-  RigidTranslation place_;         // stands for the estimator where no force is told
-  SurfaceMesh followed_;           // frame O; empty where a force is told or the scene has no mesh
-  std::optional<double> arm_lag_;  // nullopt: the pictures do not show the manipulator's tool
+  RigidTranslation place_;  // stands for the estimator where no force is told
+  SurfaceMesh followed_;    // frame O; empty where a force is told or the scene has no mesh
+  std::vector<std::uint32_t> held_;  // nodes of the estimator's surface
+  std::optional<double> arm_lag_;    // nullopt: the pictures do not show the manipulator's tool
   ContactEstimate before_rest_;
   bool sees_rest_ = false;
   const ContactEstimate* felt_ = &before_rest_;

@@ -1,5 +1,6 @@
 #include "master/haptics/record/recorder.h"
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -7,6 +8,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 namespace palpate {
 namespace {
@@ -120,6 +122,27 @@ TEST(RecorderTest, RowsReachTheFileWithinHalfASecondWithoutATruth) {
   EXPECT_EQ(Lines(LogFile()).size(), 1U + 1500U);
   recorder.Finish();
   EXPECT_FALSE(recorder.summary().force_error()) << "null without a true force";
+}
+
+// Four seconds of a stall are 4 MB in the ring, and would be 4 MB in what waits for its truth.
+TEST(RecorderTest, AfterAStallItsSecondsAreNotHeldASecondTime) {
+  constexpr int kTicks = 4000;
+  SpscRing<TickRecord> ring(4096);
+  for (int ms = 0; ms < kTicks; ++ms) {
+    TickRecord record = Record(ms, 1.0);
+    record.has_truth = ms % 10 == 4;
+    record.truth_at = record.at - std::chrono::milliseconds(4);
+    ring.Push(record);
+  }
+  const std::size_t before = mallinfo2().uordblks;
+  std::size_t most = before;
+  Recorder recorder(&ring, LogFile(), [&](const TickRecord&) {
+    most = std::max<std::size_t>(most, mallinfo2().uordblks);
+  });
+  recorder.Drain(kStart + std::chrono::milliseconds(kTicks));
+  recorder.Finish();
+  EXPECT_LT(most - before, 512U << 10);
+  EXPECT_EQ(Lines(LogFile()).size(), 1U + kTicks);
 }
 
 TEST(RecorderTest, AFullDiskIsTroubleNotACrash) {

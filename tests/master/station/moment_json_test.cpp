@@ -85,6 +85,64 @@ TEST(MomentJsonTest, ASlaveThatRefusesIsNotSearchedFor) {
   EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("mend that"));
 }
 
+// What a slave told before it fell silent is neither felt nor measured any more.
+TEST(MomentJsonTest, WhatWasToldTooLongAgoIsNotKnown) {
+  StationMoment moment = Pressed();
+  moment.status.fingers = {{"tool", {.force = Eigen::Vector3f(0, 1.5F, 0)}}};
+  moment.felt.state.local_model.revision = 1;
+  moment.felt_age = moment.ticks.newest.state_age = 0.2;
+  LeaveOutOld(&moment);
+  Json json = Json::parse(StatusJson(moment));
+  EXPECT_FALSE(json["chain"]["estimated"].is_null());
+  EXPECT_EQ(json["felt"]["details"]["score"], 0.97);
+  moment.felt_age = moment.ticks.newest.state_age = 0.3;
+  LeaveOutOld(&moment);
+  json = Json::parse(StatusJson(moment));
+  EXPECT_TRUE(json["chain"]["estimated"].is_null());
+  EXPECT_EQ(json["felt"]["validity"], "stale");
+  EXPECT_EQ(json["felt"]["age"], 0.3);
+  for (const char* key : {"sigma", "details", "normal"}) {
+    EXPECT_TRUE(json["felt"][key].is_null()) << key;
+  }
+  EXPECT_TRUE(json["fingers"][0]["force"].is_null());
+  EXPECT_EQ(json["fingers"][0]["validity"], "stale");
+}
+
+TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
+  StationMoment moment = Pressed();
+  const auto told = [&moment](const char* key) {
+    return Json::parse(StatusJson(moment))["link"][key].get<std::string>();
+  };
+  EXPECT_EQ(told("word"), "lost");
+  EXPECT_EQ(told("role"), "");
+  moment.status.link.answers = true;
+  EXPECT_EQ(told("word"), "connected");
+  EXPECT_EQ(told("role"), "observer") << "the lease is another's";
+  moment.status.link.connected = true;
+  EXPECT_EQ(told("word"), "good");
+  EXPECT_EQ(told("role"), "operator");
+  moment.ticks.late_share = 0.05;
+  moment.ticks.rate = 780;
+  EXPECT_EQ(told("word"), "degraded");
+  EXPECT_EQ(told("why"), "5 % of the states late; the loop at 780 Hz");
+  moment.ticks.newest.state = OperatorState::kDisconnected;
+  EXPECT_EQ(told("word"), "connected") << "no states yet";
+}
+
+TEST(MomentJsonTest, WhereTheTipIsToBeAndWhereItWasSeenAreTold) {
+  StationMoment moment = Pressed();
+  TickSample sample;
+  sample.p_S = {0.001, 0.0020000000499, 0};
+  sample.p_S_tip = {0.0015, 0, std::numeric_limits<double>::quiet_NaN()};
+  moment.ticks.samples = {sample};
+  const Json told = Json::parse(StatusJson(moment))["samples"][0];
+  ASSERT_EQ(told.size(), 17U);
+  EXPECT_EQ(told[11], 0.001);
+  EXPECT_EQ(told[12], 0.002) << "to ten nanometres";
+  EXPECT_EQ(told[14], 0.0015);
+  EXPECT_TRUE(told[16].is_null());
+}
+
 TEST(MomentJsonTest, TheDoctorsBadFindingsStandFirst) {
   const Json json = Json::parse(FindingsJson(
       {{Verdict::kGood, "clocks", "0 s", ""}, {Verdict::kBad, "line", "none", "mend it"}}, true));

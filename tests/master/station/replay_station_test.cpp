@@ -1,6 +1,7 @@
 // A recording as its page meets it.
 #include "master/station/replay_station.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <thread>
 
@@ -46,9 +47,12 @@ class ReplayStationTest : public testing::Test {
  protected:
   void SetUp() override {
     SessionRecording recording({.file = file_});
-    recording.Begin({{"scene", "block"}, {"device", "a hand"}, {"force_limit_N", "2.5"}});
+    recording.Begin({{"scene", "block"},
+                     {"device", "a hand"},
+                     {"force_limit_N", "2.5"},
+                     {"version", "0.0.9+a"}});
     for (int i = 0; i < kTicks; ++i) {
-      if (i % 100 == 0) PutState(&recording, i / 100 + 1);
+      if (i > 0 && i % 100 == 0) PutState(&recording, i / 100 + 1);
       recording.OnTick(TickAt(i));
     }
     v1::TraceUpdate traces;
@@ -74,8 +78,8 @@ class ReplayStationTest : public testing::Test {
   }
   void Open(double from, double speed) {
     replay_.emplace(file_);
-    station_.emplace(&*replay_,
-                     ReplayStation::Options{{{"127.0.0.1", 0}, {}}, from, speed, "a.mcap"});
+    station_.emplace(&*replay_, ReplayStation::Options{
+                                    {{"127.0.0.1", 0}, {}}, from, speed, "a.mcap", "0.1.0+b"});
     const std::string address = station_->address();
     const std::string host = address.substr(7, address.size() - 8);
     line_.emplace(ParseEndpoint(host));
@@ -159,6 +163,29 @@ TEST_F(ReplayStationTest, StandsAndGoesWhereItIsSent) {
   EXPECT_NEAR(back["t"].get<double>(), 0.1, 0.011);
   EXPECT_GT(back["replay"]["run"], run) << "what was drawn before is another place's";
   for (const Json& sample : back["samples"]) EXPECT_LE(sample[1], back["t"]);
+}
+
+// Before the first state nothing was felt, whatever was felt after.
+TEST_F(ReplayStationTest, NothingOfALaterMomentIsShown) {
+  Open(0.4, 0.1);
+  line_->SendText(R"({"do":"replay","playing":false})");
+  const Json later = Next("status", [](const Json& status) { return !status["felt"].is_null(); });
+  ASSERT_FALSE(later.is_null());
+  EXPECT_GE(later["felt"]["sequence"], 4);
+  line_->SendText(R"({"do":"replay","to":0})");
+  const auto run = later["replay"]["run"];
+  const Json first =
+      Next("status", [&run](const Json& status) { return status["replay"]["run"] > run; });
+  ASSERT_FALSE(first.is_null());
+  EXPECT_TRUE(first["felt"].is_null());
+}
+
+TEST_F(ReplayStationTest, ARecordingOfAnotherBuildIsNamed) {
+  Open(0, 0.1);
+  const Json status = Next("status");
+  const std::string said = "Recorded by palpate-master 0.0.9+a, played by 0.1.0+b.";
+  EXPECT_TRUE(std::ranges::any_of(status["alarms"],
+                                  [&said](const Json& alarm) { return alarm["text"] == said; }));
 }
 
 // What the charts show of a place that was sought lies before it.

@@ -53,6 +53,7 @@ TEST(TerminalTextTest, TellsTheEssentialsInWords) {
   const std::string text = TextOf(Pressed(), {120, 40, false});
   EXPECT_THAT(text, HasSubstr("palpate LIVE  block  bem2d  slave 10.0.0.7:50051 (TLS)"));
   EXPECT_THAT(text, HasSubstr("FOLLOWING         12.5 s"));
+  EXPECT_THAT(text, HasSubstr("line   good  as operator"));
   EXPECT_THAT(text, HasSubstr("3.30 N of 3.30 N [##############################]"));
   EXPECT_THAT(text, HasSubstr("felt   1.500 N  sigma 0.020 N  valid"));
   EXPECT_THAT(text, HasSubstr("changed by clamped"));

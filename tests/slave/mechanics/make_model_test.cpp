@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
 namespace {
@@ -36,6 +37,29 @@ std::string RefusalOf(const Scene& scene) {
   } catch (const std::invalid_argument& error) {
     return error.what();
   }
+}
+
+// Of the rectangle's 60 elements those along the bottom, the longer side twice as long as the
+// other.
+TEST(HeldVertices, AreTheEndsOfWhatHoldsAnOutlineThePlaneOfAVolumeTheRimOfAMembrane) {
+  const Scene block = BlockScene();
+  const BoundaryMesh outline = MeshOutline(block, std::nullopt);
+  const auto held = HeldVertices(block, outline);
+  EXPECT_EQ(held.size(), 21U);
+  for (const std::uint32_t vertex : held) {
+    EXPECT_NEAR(outline.elements[vertex].a.y(), outline.elements[held[0]].a.y(), 1e-12);
+  }
+  Scene cube = block;
+  cube.object.geometry = BoxGeometry{{0.03, 0.03, 0.03}, {2, 2, 2}};
+  cube.object.fixed = {Fixed{FixedPlane{2, 0}, {false, false, true}}};
+  const SurfaceMesh skin = SurfaceOf(std::get<SolidMesh>(MeshObject(cube, std::nullopt)));
+  EXPECT_EQ(HeldVertices(cube, skin).size(), 9U);
+  Scene membrane = block;
+  membrane.object.geometry = MembraneGeometry{0.039, 0.001};
+  const SurfaceMesh disc = MembraneGrid(0.039);
+  const auto rim = HeldVertices(membrane, disc);
+  EXPECT_GT(rim.size(), 10U);
+  for (const std::uint32_t node : rim) EXPECT_NEAR(disc.nodes[node].norm(), 0.039, 1e-12);
 }
 
 TEST(MakeModel, AutoIsBem2dAndSaysThatNoStudyExists) {
