@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRate = 60, kStiffness = 400, kDepth = 5e-3;  // [Hz], [N/m], [m]
-constexpr double kSeen = 2e-5;                                 // one sigma of a place [m]
+constexpr double kSeenSigma = 2e-5;                            // one sigma of a place [m]
 constexpr double kPeak = kStiffness * kDepth;
 
 // What the arm does: up to 16 mm/s.
@@ -32,7 +32,7 @@ struct Told {
 Told Press(const std::function<double(double)>& late, double scale = 1, double away_at = 100) {
   LatePictures pictures;
   std::mt19937 random(1);
-  std::normal_distribution<double> noise(0, kSeen);
+  std::normal_distribution<double> noise(0, kSeenSigma);
   Told told;
   for (int k = 0; k < 10 * kRate; ++k) {
     const double t = k / kRate;
@@ -42,14 +42,14 @@ Told Press(const std::function<double(double)>& late, double scale = 1, double a
     felt.sensed_at = Time{} + Seconds(1 + t);
     felt.validity = Validity::kValid;
     felt.force = Vector3d(0, 0, kStiffness * depth);
-    felt.sigma = kStiffness * kSeen;
+    felt.sigma = kStiffness * kSeenSigma;
     felt.depth = std::max(0.0, depth);
     felt.p_S_tip = Vector3d(0.1, 0, -depth);
     felt.local_model.normal = Vector3d::UnitZ();
     felt.local_model.stiffness = kStiffness * Vector3d::UnitZ() * Vector3d::UnitZ().transpose();
     felt.local_model.revision = 1;
     felt.local_model.valid_radius = 1;
-    pictures.See(felt.p_S_tip, {7, 0, -scale * DepthAt(t)}, kSeen, &felt);
+    pictures.See(felt.p_S_tip, {7, 0, -scale * DepthAt(t)}, kSeenSigma, &felt);
     if (felt.validity != Validity::kValid) {
       ++told.doubted;
       continue;
@@ -66,7 +66,7 @@ TEST(LatePicturesTest, ThoseThatAreInTimeAreAsSureAsBefore) {
   const Told told = Press([](double) { return 0.0; });
   EXPECT_EQ(told.doubted, 0);
   EXPECT_EQ(told.wrong, 0);
-  EXPECT_LT(told.sigma, 3 * kStiffness * kSeen);
+  EXPECT_LT(told.sigma, 3 * kStiffness * kSeenSigma);
 }
 
 // As a camera's that are stamped when they come.
@@ -98,7 +98,7 @@ TEST(LatePicturesTest, ADriverThatComesBackInTimeIsBelieved) {
 TEST(LatePicturesTest, AnArmOfOtherStepsMakesNothingLate) {
   const Told told = Press([](double) { return 0.0; }, 1.1);
   EXPECT_EQ(told.doubted, 0);
-  EXPECT_LT(told.sigma, 3 * kStiffness * kSeen);
+  EXPECT_LT(told.sigma, 3 * kStiffness * kSeenSigma);
 }
 
 }  // namespace
