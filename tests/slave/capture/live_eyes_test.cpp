@@ -199,7 +199,7 @@ TEST(LiveEyesTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore) {
 TEST(LiveEyesTest, WhereNothingComesTheStartSaysSo) {
   FakeCamera left, right;
   LiveEyes eyes({left.Input("camera 0"), right.Input("camera 2")}, 1e6,
-                std::chrono::milliseconds(1));
+                std::chrono::seconds(1));  // which opening them may take, too
   const Ending ending({&left, &right});
   EXPECT_THAT([&] { eyes.Next({}); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("camera 0: no picture came")));
