@@ -226,9 +226,10 @@ describe('a scripted hand presses the block', () => {
       await stage.page.locator('#mapping button').click();
     };
     let limit = 3.1;
-    await until(async () => {  // while the scripted hand follows: it lets go by itself between two presses
+    await until(async () => {  // early in what the scripted hand follows: it lets go by itself after each press
       limit -= 0.1;
-      await pressed();
+      await stage.when((status) => status.state !== 'FOLLOWING', 'the end of a press');
+      await stage.when((status) => status.state === 'FOLLOWING', 'the next one');
       await lower(limit.toFixed(1));
       await stage.when((status) => Math.abs(status.force_limit - limit) < 1e-6, 'a lower one');
       const at = stage.statuses.findIndex((status) => Math.abs(status.force_limit - limit) < 1e-6);
