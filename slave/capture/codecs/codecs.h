@@ -77,7 +77,8 @@ class Films {
   [[nodiscard]] virtual std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
                                                          double rate) const = 0;
   // A stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an appsink.
-  // nullptr: nothing answers there within `patience`, which each picture may take, too.
+  // nullptr: nothing answers there within `patience`, which each picture may take, too. Of a
+  // pipeline only its own elements know how long they wait.
   [[nodiscard]] virtual std::unique_ptr<Film> OpenUrl(const std::string& address,
                                                       std::chrono::milliseconds patience) const = 0;
   // A picture as it is, alpha and all. Empty: not a picture, damaged, or larger than kMostPixels.

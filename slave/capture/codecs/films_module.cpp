@@ -51,10 +51,13 @@ class OpenCvFilms final : public Films {
   }
   [[nodiscard]] std::unique_ptr<Film> OpenUrl(const std::string& address,
                                               std::chrono::milliseconds patience) const override {
-    const bool is_pipeline = address.find('!') != std::string::npos;
+    // OpenCV closes a pipeline that is asked for a timeout: it knows none.
+    if (address.find('!') != std::string::npos) {
+      return Opened(cv::VideoCapture(address, cv::CAP_GSTREAMER));
+    }
     const int ms = static_cast<int>(patience.count());
     return Opened(
-        cv::VideoCapture(address, is_pipeline ? cv::CAP_GSTREAMER : cv::CAP_FFMPEG,
+        cv::VideoCapture(address, cv::CAP_FFMPEG,
                          {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, ms, cv::CAP_PROP_READ_TIMEOUT_MSEC, ms}));
   }
   [[nodiscard]] cv::Mat Decode(Bytes bytes) const override {

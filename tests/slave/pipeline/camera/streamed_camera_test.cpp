@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
@@ -121,6 +122,14 @@ TEST_F(StreamedCameraTest, APressByAStreamedArmGoesThroughTheSameGuards) {
   EXPECT_TRUE(send(0));
   EXPECT_FALSE(send(-0.05)) << "a leap beyond the arm";
   slave_->EndOperating();
+}
+
+TEST(FilmsTest, APipelineOfGStreamerIsOpened) {
+  const auto film = LoadFilms().OpenUrl(
+      "videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=64,height=48 ! appsink",
+      std::chrono::seconds(1));
+  ASSERT_NE(film, nullptr);
+  EXPECT_EQ(film->Next().size(), cv::Size(64, 48));
 }
 
 }  // namespace
