@@ -126,6 +126,16 @@ export class Stage {
   text(id) {
     return this.page.locator(`#${id}`).innerText();
   }
+  // Until the text of `id` is `words`, or matches it: what was heard here need not be drawn there yet.
+  async shows(id, words) {
+    let text;
+    const fits = async () => ((text = await this.text(id)), words instanceof RegExp ? words.test(text) : text === words);
+    await until(fits, '').catch(() => { throw new Error(`#${id} shows ${JSON.stringify(text)}, never ${words}`); });
+  }
+  // Until `selector` is to be seen, or is not.
+  sees(selector, wanted = true) {
+    return this.page.locator(selector).waitFor({ state: wanted ? 'visible' : 'hidden', timeout: PATIENCE_MS });
+  }
   // Until the status is as `condition` wants it.
   when(condition, what) {
     return until(() => this.status && condition(this.status), what).then(() => this.status);
