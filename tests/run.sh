@@ -67,9 +67,9 @@ run_again() {
   cp "build/$preset/Testing/Temporary/LastTest.log" "build/$preset/Testing/Temporary/LastTest.log.first"  # even -N writes it anew
   local again=(ctest --test-dir "build/$preset" --rerun-failed --output-on-failure)
   local red of_programs
-  red=$("${again[@]}" -N | sed -n 's/^Total Tests: //p')
-  of_programs=$("${again[@]}" -N -L '^e2e$' | sed -n 's/^Total Tests: //p')
-  if [ "$red" -gt 3 ] || [ "$red" != "$of_programs" ]; then repeat "${again[*]}"; fi
+  red=$("${again[@]}" -N | sed -n 's/^ *Test *#[0-9]*: //p')
+  of_programs=$(ctest --test-dir "build/$preset" -N -L '^e2e$' -R "^($(paste -sd'|' <<<"$red"))\$" | sed -n 's/^ *Test *#[0-9]*: //p')
+  if [ "$(wc -l <<<"$red")" -gt 3 ] || [ "$red" != "$of_programs" ]; then repeat "${again[*]}"; fi
   "${again[@]}" --output-log "build/ctest-$preset-again.log" || repeat "${again[*]}"
 }
 

@@ -14,7 +14,7 @@ namespace palpate {
 
 PageClient::PageClient(const Endpoint& server, int receive_buffer)
     : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-  const timeval patience{10, 0};
+  const timeval patience{30, 0};
   setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
   if (receive_buffer > 0) {

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// One TCP connection on loopback. What does not come within 10 s counts as never.
+// One TCP connection on loopback. What does not come within 30 s counts as never.
 class PageClient {
  public:
   // `receive_buffer` [bytes], 0: as the system has it. Throws std::runtime_error: refused.
