@@ -48,7 +48,12 @@ void ConnectRecorder::LookOn(Recorder::Onlooker* onlooker) {
 
 RecordingMoment ConnectRecorder::moment() const {
   const Recording::Stats stats = recording_.stats();
-  return {recording_.is_on(), kMegabytes * static_cast<double>(stats.bytes), stats.trouble};
+  RecordingMoment moment{recording_.is_on(), kMegabytes * static_cast<double>(stats.bytes),
+                         stats.trouble};
+  std::error_code failed;
+  const auto space = std::filesystem::space(std::filesystem::absolute(file_).parent_path(), failed);
+  if (!failed) moment.room = kMegabytes * static_cast<double>(space.available);
+  return moment;
 }
 
 bool ConnectRecorder::Finish(Console* console, Report* report) {

@@ -30,7 +30,7 @@ class ConnectRecorder {
   void LookOn(Recorder::Onlooker* onlooker);
   // Goes on, or keeps nothing for a while. Thread-safe, as is what follows.
   void Switch(bool on) { recording_.Switch(on); }
-  [[nodiscard]] RecordingMoment moment() const;
+  [[nodiscard]] RecordingMoment moment() const;  // asks the disk for its room
   // Closes the file, says how large it is, tells the report what is missing. False: it could not be
   // written.
   bool Finish(Console* console, Report* report);

@@ -130,9 +130,11 @@ void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
 }
 
 void SessionRecording::TellAlarms(const google::protobuf::Message& status) {
-  for (const std::string& alarm : static_cast<const v1::Status&>(status).alarms()) {
-    if (alarms_.insert(alarm).second) Say("slave: " + alarm, true);
+  const auto& told = static_cast<const v1::Status&>(status).alarms();
+  for (const std::string& alarm : told) {
+    if (!alarms_.contains(alarm)) Say("slave: " + alarm, true);
   }
+  alarms_ = {told.begin(), told.end()};
 }
 
 void SessionRecording::Say(const std::string& line, bool is_alarm, Time at) {

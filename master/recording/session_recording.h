@@ -77,7 +77,8 @@ class SessionRecording {
   // Of the thread that brings ticks.
   TickRecord last_;
   Time hand_told_{};
-  std::set<std::string> alarms_;  // told; of the thread that asks for the slave's health
+  std::set<std::string>
+      alarms_;  // of the last status; of the thread that asks for the slave's health
   // Of the thread that watches the mesh.
   std::unique_ptr<v1::MeshState> topology_;  // the last mesh that had one
   int topology_part_ = 1;                    // that tells it

@@ -15,6 +15,8 @@ constexpr double kLate = 0.030;      // [s]
 constexpr double kLateShare = 0.01;  // [-]
 constexpr double kSlowLoop = 900;    // [Hz]
 constexpr double kNearLimit = 0.8;   // [-]
+constexpr double kLittleRoom = 200;  // ten minutes of a session [MB]
+constexpr double kClocksApart = 60;  // [s]
 constexpr const char* kSameRelease =
     "What only one of them knows is left out. Install the same release at both ends.";
 constexpr const char* kOtherBuild = "What only that one knew is left out.";
@@ -87,12 +89,22 @@ class Alarms {
       Note(moment_.other_release, moment_.replay ? kOtherBuild : kSameRelease);
     }
     for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
-    if (moment_.recording && !moment_.recording->trouble.empty()) {
-      Note("The recording: " + moment_.recording->trouble + ".",
-           "Make room, or give a larger --record-limit, at the next start.");
+    if (moment_.recording) AddRecording(*moment_.recording);
+    if (const double apart = moment_.status.link.clock_offset; std::abs(apart) > kClocksApart) {
+      Note(Formatted("The slave's clock is %+.0f s from ours.", apart),
+           "Times in logs and certificates go by it, no force does: run NTP at both ends.");
     }
     if (!moment_.health_trouble.empty()) {
       Note("The slave's health is not told: " + moment_.health_trouble + ".");
+    }
+  }
+  void AddRecording(const RecordingMoment& recording) {
+    if (!recording.trouble.empty()) {
+      Note("The recording: " + recording.trouble + ".",
+           "Make room, or give a larger --record-limit, at the next start.");
+    } else if (recording.on && recording.room && *recording.room < kLittleRoom) {
+      Note(Formatted("The recording: its disk has %.0f MB left.", *recording.room),
+           "Make room now: a full disk ends the recording, not the hand.");
     }
   }
 

@@ -40,7 +40,8 @@ struct ReplayMoment {
 struct RecordingMoment {
   bool on = false;
   double megabytes = 0;
-  std::string trouble;  // why it ended, or what is missing
+  std::string trouble;              // why it ended, or what is missing
+  std::optional<double> room = {};  // what its disk has left [MB]; nothing: not known
 };
 
 // Everything that moves, at one moment.

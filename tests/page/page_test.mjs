@@ -326,6 +326,7 @@ describe('a scripted hand presses the block', () => {
         // What axe measures depends on the theme and not on the size, which each theme meets once.
         if ((theme === 'dark') === (width === 1280)) assert.deepEqual(await seriousFindings(stage.page), [], `${width} x ${height}, ${theme}`);
         await until(() => stage.page.evaluate(() => document.documentElement.scrollWidth <= innerWidth && document.documentElement.scrollHeight <= innerHeight), `${width} x ${height}: nothing lies outside`);
+        await until(() => stage.page.evaluate(() => document.getElementById('source').getBoundingClientRect().bottom <= document.querySelector('.facts').getBoundingClientRect().bottom), `${width} x ${height}: the scene's name stands in the bar`);
         await stage.shoot(`block-${theme}-${width}`);
       }
     }

@@ -67,12 +67,41 @@ TEST(MomentJsonTest, AlarmsSayTheNextStep) {
 TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
   StationMoment moment;
   moment.recording = {false, 12.5,
-                      "a.mcap: the recording has ended: it cannot be written: No space"};
+                      "a.mcap: the recording has ended: it cannot be written: No space", 0.0};
   const auto alarms = AlarmsOf(moment);
   const auto said = std::ranges::find_if(
       alarms, [](const Alarm& alarm) { return alarm.text.starts_with("The recording: a.mcap"); });
   ASSERT_NE(said, alarms.end());
   EXPECT_THAT(said->next, testing::HasSubstr("Make room"));
+}
+
+TEST(MomentJsonTest, ADiskThatWillBeFullIsSaidBeforeItIs) {
+  StationMoment moment;
+  const auto is_said = [&moment] {
+    return std::ranges::any_of(AlarmsOf(moment), [](const Alarm& alarm) {
+      return alarm.text == "The recording: its disk has 150 MB left.";
+    });
+  };
+  moment.recording = {true, 12.5, "", 150.0};
+  EXPECT_TRUE(is_said());
+  moment.recording->on = false;
+  EXPECT_FALSE(is_said());
+  moment.recording = {true, 12.5, "", 15000.0};
+  EXPECT_FALSE(is_said());
+}
+
+TEST(MomentJsonTest, ClocksThatAreFarApartAreSaid) {
+  StationMoment moment;
+  const auto is_said = [&moment] {
+    return std::ranges::any_of(AlarmsOf(moment), [](const Alarm& alarm) {
+      return alarm.text == "The slave's clock is -3600 s from ours.";
+    });
+  };
+  moment.status.link.clock_offset = -3600;
+  EXPECT_TRUE(is_said());
+  moment.status.link.clock_offset = -30;
+  EXPECT_THAT(AlarmsOf(moment), testing::Not(testing::Contains(testing::Field(
+                                    &Alarm::text, testing::HasSubstr("The slave's clock")))));
 }
 
 // Who refuses is there: whether it runs is not the question.
