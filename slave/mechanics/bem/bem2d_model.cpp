@@ -12,6 +12,7 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
 #include "shared/text/text.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -22,6 +23,7 @@ using Eigen::Vector2d;
 constexpr double kAbsurd = 1e6;           // larger sides
 constexpr int kMeasurements = 20;         // of an update
 constexpr double kSameDirection = 1e-12;  // sine of the angle between two
+constexpr double kMostOff = 0.1;          // of the stiffness
 
 Bem2dModel::Params Checked(const Bem2dModel::Params& params, const ReferenceProblem& problem,
                            Progress* progress) {
@@ -261,8 +263,24 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) noexce
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
-  response.validity = deflection <= params_.range ? Validity::kValid : Validity::kExtrapolated;
+  const bool coarse = IsPatchCoarse(contact, patch);
+  const bool is_valid = deflection <= params_.range && !coarse;
+  response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
+  if (coarse) response.doubt = kCoarsePatch;
   return response;
+}
+
+// A strip on a plane body gives way by 2 / (pi E t) ln(c L / width), L its larger side: c is 3.3
+// for the block of paper A, measured from its stiffness, and hardly counts.
+bool Bem2dModel::IsPatchCoarse(const Contact& contact, int patch) const noexcept {
+  constexpr double kBody = 3.3;
+  if (contact.width == 0) return false;
+  double length = 0;
+  for (const int e : elements_[Index(patch)]) {
+    length += greens_.problem().mesh.elements[Index(e)].length();
+  }
+  const double lacking = std::abs(std::log(length / contact.width));
+  return lacking > kMostOff * std::max(1.0, std::log(kBody * larger_side_ / length));
 }
 
 // Components that the reference problem holds cannot move: no stiffness is known for them.

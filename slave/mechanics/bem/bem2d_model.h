@@ -39,6 +39,8 @@ class Bem2dModel final : public DeformationModel {
   // A contact on held elements must have a zero displacement there and reports the reaction. Loads
   // on a body that nothing holds must balance to 1e-6. Displacements beyond 1e6 larger sides, and
   // forces that would need such, are absurd: kFailed.
+  // kExtrapolated too where the elements of a contact's width are so much longer or shorter than
+  // it that the stiffness is off by more than a tenth.
   // A place is found by a walk over all elements if `element` is -1: give it where time counts.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
@@ -76,6 +78,7 @@ class Bem2dModel final : public DeformationModel {
   [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
+  [[nodiscard]] bool IsPatchCoarse(const Contact& contact, int patch) const noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) noexcept;
 
   Params params_;
