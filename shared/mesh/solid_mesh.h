@@ -25,6 +25,8 @@ struct SurfaceMesh {
 
 // Which components x, y, z of every node, or of every triangle, are held at zero.
 using HeldNodes = std::vector<std::array<bool, 3>>;
+// Which are held in any component.
+std::vector<char> AnyHeld(const HeldNodes& held);
 
 // The faces that belong to one tetrahedron only, in the order of the tetrahedra, outward. Node
 // numbers stay. O(N log N).

@@ -49,6 +49,7 @@ struct ContactResponse {
   Validity validity = Validity::kFailed;
   // Why it is kExtrapolated, one clause that lives on; may be empty.
   std::string_view doubt;
+  bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };
 
 // What a model says of itself.

@@ -69,9 +69,10 @@ class Trial {
 
   PressAnswers Answer(const Press& press) {
     PressAnswers answers;
-    answers.width_mismatch = WidthMismatch(mesh_, options_, press, question_.width);
     model_.Reset();
     answers.small = At(press, question_.small_depth, 1);
+    answers.width_mismatch =
+        answers.small.takes_width ? 0 : WidthMismatch(mesh_, options_, press, question_.width);
     if (question_.presses.size() < kMany || !slope_) slope_ = SlopeOf(press);
     answers.width_slope = *slope_;
     model_.Reset();
@@ -138,7 +139,8 @@ class Trial {
     ContactResponse response;
     model_.Respond(std::span(&contact, 1), std::span(&response, 1));
     if (!IsForceKnown(response.validity)) return {};
-    return {press.inward_O.dot(response.force_O), response.validity, response.doubt};
+    return {press.inward_O.dot(response.force_O), response.validity, response.doubt,
+            response.takes_width};
   }
 
   study::Answer Push(const Press& press, double depth, double width) {
@@ -182,15 +184,15 @@ class Trial {
   // tell. Not asked where nothing is to be corrected: a shell solves each width anew.
   double SlopeOf(const Press& press) {
     if (TakesWidthAsItIs(mesh_, options_)) return 0;
-    const auto seen = [&](double share) {
-      if (press.loaded) return share;
+    const auto seen = [&](double share, const study::Answer& answer) {
+      if (press.loaded || answer.takes_width) return share;
       return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));
     };
-    const double ratio = seen(kWide) / seen(kNarrow);
-    if (!(ratio > 1.01)) return kUnknown;
-    const double thin = At(press, question_.small_depth, kNarrow).value;
-    const double thick = At(press, question_.small_depth, kWide).value;
-    return thin > 0 && thick > 0 ? std::log(thick / thin) / std::log(ratio) : kUnknown;
+    const study::Answer thin = At(press, question_.small_depth, kNarrow);
+    const study::Answer thick = At(press, question_.small_depth, kWide);
+    const double ratio = seen(kWide, thick) / seen(kNarrow, thin);
+    if (!(ratio > 1.01) || !(thin.value > 0) || !(thick.value > 0)) return kUnknown;
+    return std::log(thick.value / thin.value) / std::log(ratio);
   }
 
   DeformationModel& model_;

@@ -25,7 +25,8 @@ struct Estimate {
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
-  std::string_view doubt;  // why it is extrapolated; may be empty
+  std::string_view doubt;    // why it is extrapolated; may be empty
+  bool takes_width = false;  // see ContactResponse
 };
 
 struct PressAnswers {

@@ -28,12 +28,13 @@ Bem3dModel::Bem3dModel(const SurfaceMesh& mesh, HeldNodes held, double young_mod
     : young_modulus_(Checked(young_modulus, options.range)),
       greens_(mesh, std::move(held), poisson_ratio,
               {.cache = options.cache, .memory_limit = options.memory_limit}, progress),
-      places_(mesh),
+      places_(mesh, AnyHeld(greens_.system().held())),
       solver_(greens_, places_,
               {.young_modulus = young_modulus,
                .larger_side = greens_.length_unit(),
                .range = options.range,
-               .contact = options.contact}),
+               .contact = options.contact,
+               .poisson_ratio = poisson_ratio}),
       force_unit_(young_modulus * greens_.length_unit() * greens_.length_unit()) {
   field_mesh_ = {.vertices = mesh.nodes, .triangles = mesh.triangles};
   Describe(options);

@@ -10,6 +10,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/text/text.h"
+#include "slave/mechanics/footprint/disc_compliance.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -136,7 +137,41 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
     return Fail(
         "the Green's functions of a loaded place are not there: the memory for them is used up");
   }
+  SoftenLoads();
   return true;
+}
+
+// By how much the disc of a contact gives way more than the wider one that stands for it:
+// nondimensional, all components.
+Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
+  const double nu = params_.poisson_ratio;
+  const DiscCompliance disc = slot.load >= 0                                 ? OfEvenLoad(nu)
+                              : params_.contact == ContactLaw::kFrictionless ? OfSlidingDisc(nu)
+                                                                             : OfBondedDisc(nu);
+  return length_unit_ * slot.footprint.narrower * disc.Around(slot.footprint.normal_O);
+}
+
+// The places move by so much less than the contact as all their forces together make it.
+void ComplianceSolver::SoftenNarrow(const ContactSlot& slot, bool lower_half) {
+  if (slot.footprint.narrower == 0 || slot.load >= 0) return;
+  const Matrix3d lacking = Lacking(slot);
+  const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
+  for (const auto& at : unknowns) {
+    for (const auto& by : unknowns) {
+      if (lower_half && at.row < by.row) continue;
+      const Matrix3d block = at.basis.transpose() * lacking * by.basis;
+      double* to = inverse_.row(at.row) + by.row;
+      for (int r = 0; r < at.count; ++r, to += inverse_.stride()) {
+        for (int c = 0; c < by.count; ++c) to[c] += block(r, c);
+      }
+    }
+  }
+}
+
+void ComplianceSolver::SoftenLoads() {
+  for (const auto& slot : set_.slots()) {
+    if (slot.load >= 0 && slot.footprint.narrower != 0) loads_.Soften(slot.load, Lacking(slot));
+  }
 }
 
 // Factors where everything is new; the inverse where little changes, so that the next change, which
@@ -157,6 +192,7 @@ bool ComplianceSolver::AnswerAnew(bool little_changed) {
                 inverse_.stride());
     }
   }
+  for (const auto& slot : set_.slots()) SoftenNarrow(slot, symmetric);
   return little_changed ? inverse_.Invert() : inverse_.Factorise();
 }
 
@@ -184,6 +220,9 @@ bool ComplianceSolver::InvertChanged() {
           FillBlock(by, at, inverse_.row(by.row) + at.row, inverse_.stride());
         }
       }
+    }
+    for (const auto& slot : set_.slots().subspan(Index(change.slot), Index(change.slots))) {
+      SoftenNarrow(slot, false);
     }
     if (!inverse_.Border(change.row, change.inserted)) return false;
   }
@@ -351,6 +390,7 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   const bool coarse = slot.footprint.coarse;
   const bool is_valid = deflection <= params_.range && !coarse && !slot.on_support;
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
+  response.takes_width = slot.footprint.narrower != 0;
   if (coarse) response.doubt = kCoarsePatch;
   if (slot.on_support) response.doubt = kOnSupport;
   return response;

@@ -37,6 +37,7 @@ class ComplianceSolver {
     double larger_side = 0;    // of the body [m]
     double range = 0.1;        // largest |displacement| / larger side before `extrapolated` [-]
     ContactLaw contact = ContactLaw::kBonded;
+    double poisson_ratio = 0;  // counts where contacts are narrower than the mesh (SoftenNarrow)
   };
 
   // Throws std::invalid_argument: a parameter is not finite and > 0.
@@ -80,6 +81,9 @@ class ComplianceSolver {
   bool AnswerAnew(bool little_changed);
   [[nodiscard]] bool LittleChanged() const;
   bool InvertChanged();
+  [[nodiscard]] Eigen::Matrix3d Lacking(const ContactSlot& slot) const;
+  void SoftenNarrow(const ContactSlot& slot, bool lower_half);
+  void SoftenLoads();
   void FillStiffness();
   [[nodiscard]] Eigen::Matrix3d StiffnessBySolving(const ContactSlot& slot);
   [[nodiscard]] Eigen::Matrix3d StiffnessByBlocks(const ContactSlot& slot) const;

@@ -47,14 +47,48 @@ ContactSet::Outcome ContactSet::Fail(std::string_view why) {
 ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
   failure_ = {};
   changes_.clear();
-  const bool anew = !known_;
+  if (crowded_ && !IsSame(contacts)) known_ = false;  // there may be room again
+  bool anew = !known_;
   if (anew) count_ = 0;
-  const bool found = contacts.size() == Count() ? FindChanged(contacts) : FindSpliced(contacts);
+  bool found = contacts.size() == Count() ? FindChanged(contacts) : FindSpliced(contacts);
+  if (found && changes_.empty() && !anew) return Outcome::kSame;
+  crowded_ = found && IsCrowded();
+  if (crowded_) {
+    anew = true;
+    found = FindAsTheyAre(contacts);
+  }
   if (!found) return Fail("no place is known there");
-  if (changes_.empty() && !anew) return Outcome::kSame;
   known_ = true;
   if (!Number()) return Fail("no answer is known there");
   return anew ? Outcome::kAnew : Outcome::kChanged;
+}
+
+bool ContactSet::IsSame(std::span<const Contact> contacts) const {
+  return std::ranges::equal(slots(), contacts, [](const ContactSlot& slot, const Contact& contact) {
+    return slot.contact.IsAt(contact);
+  });
+}
+
+// What a disc does to others nearer than its own width depends on how wide it is.
+bool ContactSet::IsCrowded() const {
+  for (const auto& wide : slots()) {
+    if (wide.footprint.reach == 0) continue;
+    for (const auto& other : slots()) {
+      const double own = std::max(other.footprint.reach, other.contact.width / 2);
+      const double distance = (wide.contact.p_O - other.contact.p_O).norm();
+      if (&other != &wide && distance < 2 * wide.footprint.reach + own) return true;
+    }
+  }
+  return false;
+}
+
+bool ContactSet::FindAsTheyAre(std::span<const Contact> contacts) {
+  count_ = 0;
+  changes_.clear();
+  places_.MayWiden(false);
+  const bool found = FindSpliced(contacts);
+  places_.MayWiden(true);
+  return found;
 }
 
 // Contacts that moved, each by itself.

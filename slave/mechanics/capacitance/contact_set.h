@@ -27,15 +27,21 @@ class ContactPlaces {
   // Empty: found; otherwise why not, one clause that lives on. Allocates nothing where `footprint`
   // has room already. Called only for contacts that changed; the contact is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
+  // Whether contacts that are too narrow for the mesh get wider discs (SurfaceFootprints)
+  // from now on, as they do at first.
+  virtual void MayWiden(bool /*may*/) {}
 };
 
 // Places are the surface's nodes (fem-green).
 class SurfaceNodePlaces final : public ContactPlaces {
  public:
-  // `place_of_node`: -1 for nodes that are none.
-  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node)
-      : footprints_(std::move(surface)), place_of_node_(std::move(place_of_node)) {}
+  // `place_of_node`: -1 for nodes that are none. `held`: see SurfaceFootprints.
+  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node,
+                    std::vector<char> held = {})
+      : footprints_(std::move(surface), std::move(held)),
+        place_of_node_(std::move(place_of_node)) {}
   std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
+  void MayWiden(bool may) override { footprints_.MayWiden(may); }
 
  private:
   SurfaceFootprints footprints_;
@@ -45,10 +51,12 @@ class SurfaceNodePlaces final : public ContactPlaces {
 // Places are the surface's triangles (bem3d).
 class SurfaceTrianglePlaces final : public ContactPlaces {
  public:
-  explicit SurfaceTrianglePlaces(SurfaceMesh surface) : footprints_(std::move(surface)) {}
+  explicit SurfaceTrianglePlaces(SurfaceMesh surface, std::vector<char> held = {})
+      : footprints_(std::move(surface), std::move(held)) {}
   std::string_view Find(const Contact& contact, ContactFootprint* footprint) override {
     return footprints_.OnTriangles(contact, footprint);
   }
+  void MayWiden(bool may) override { footprints_.MayWiden(may); }
 
  private:
   SurfaceFootprints footprints_;
@@ -110,6 +118,9 @@ class ContactSet {
   }
   bool FindChanged(std::span<const Contact> contacts);
   bool FindSpliced(std::span<const Contact> contacts);
+  bool FindAsTheyAre(std::span<const Contact> contacts);
+  [[nodiscard]] bool IsSame(std::span<const Contact> contacts) const;
+  [[nodiscard]] bool IsCrowded() const;
   bool Find(const Contact& contact, ContactSlot* slot);
   // Patches wander from slot to slot as contacts come and go: where one fits, it fits everywhere.
   void MakeRoom() {
@@ -127,6 +138,7 @@ class ContactSet {
   std::vector<Touched> touched_;
   int set_ = 0;
   bool known_ = false;
+  bool crowded_ = false;            // some would have got wider discs, had they been alone
   std::vector<ContactSlot> slots_;  // the first count_ are in use: footprints keep their memory
   int count_ = 0;
   std::size_t most_places_ = 1;  // of a footprint so far: all slots have that much room
@@ -155,6 +167,10 @@ class LoadCoupling {
   // Mean displacement of a load's places by another load's unit force.
   [[nodiscard]] const Eigen::Matrix3d& between(int at, int by) const {
     return between_[static_cast<std::size_t>(at * loads_ + by)];
+  }
+  // A load's own places move by so much more.
+  void Soften(int load, const Eigen::Matrix3d& compliance) {
+    between_[static_cast<std::size_t>(load * (loads_ + 1))] += compliance;
   }
 
  private:

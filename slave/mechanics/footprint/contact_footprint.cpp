@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -21,14 +22,16 @@ constexpr double kOnNode = 1e-6;   // of the diagonal
 constexpr double kSlack = 1e-9;    // relative, of the patch's radius
 constexpr double kSameSide = 0.5;  // cosine of the angle between normals
 constexpr double kOnEdge = 1e-9;   // barycentric weight
+constexpr double kWider = 1.15;    // from one disc that is tried to the next
+constexpr double kPlane = 0.01;    // of a disc's area and rim
 
 constexpr std::string_view kNoPlace =
     "no surface is met there: farther from it than half the longest edge of the nearest triangle";
 
 }  // namespace
 
-SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface)
-    : surface_(std::move(surface)), diagonal_(Diagonal(surface_.nodes)) {
+SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface, std::vector<char> held)
+    : surface_(std::move(surface)), diagonal_(Diagonal(surface_.nodes)), held_(std::move(held)) {
   const int triangles = static_cast<int>(surface_.triangles.size());
   first_of_node_.assign(surface_.nodes.size() + 1, 0);
   for (int t = 0; t < triangles; ++t) {
@@ -150,6 +153,82 @@ void SurfaceFootprints::AddTriangle(int triangle) {
   patch_.triangle_area += areas_[Index(triangle)];
 }
 
+void SurfaceFootprints::FindDisc(const Contact& contact, PatchBasis basis,
+                                 ContactFootprint* footprint) {
+  footprint->coarse = false;
+  footprint->reach = footprint->narrower = 0;
+  if (contact.width == 0) return;
+  FindPatch(footprint->at, contact.p_O, contact.width);
+  footprint->coarse = IsPatchCoarse(CoverOf(patch_, basis));
+  if (!footprint->coarse || held_.empty() || !may_widen_) return;
+  if (!FindWiderDisc(contact, basis, footprint)) {
+    FindPatch(footprint->at, contact.p_O, contact.width);
+  }
+}
+
+// From the first width on that may hold three pieces.
+bool SurfaceFootprints::FindWiderDisc(const Contact& contact, PatchBasis basis,
+                                      ContactFootprint* footprint) {
+  const auto& corners = surface_.triangles[Index(footprint->at.triangle)];
+  Vector3d p_O = Vector3d::Zero();
+  double edge = 0;
+  for (int v = 0; v < 3; ++v) {
+    const Vector3d& corner = surface_.nodes[Index(corners[Index(v)])];
+    p_O += footprint->at.weights[v] * corner;
+    edge = std::max(edge, (surface_.nodes[Index(corners[Index((v + 1) % 3)])] - corner).norm());
+  }
+  const double thickness = ThicknessAt(footprint->at, p_O);
+  for (double width = std::max(kWider * contact.width, edge); width <= thickness; width *= kWider) {
+    FindPatch(footprint->at, p_O, width);
+    if (!IsWholeAndPlane(width)) return false;
+    const PatchCover cover = CoverOf(patch_, basis);
+    if (IsPatchCoarse(cover)) continue;
+    if (HoldsPatch(basis)) return false;
+    footprint->coarse = false;
+    footprint->reach = width / 2;
+    footprint->narrower = 2 / contact.width - 2 / (PatchStiffness(cover) * width);
+    return true;
+  }
+  return false;
+}
+
+bool SurfaceFootprints::IsWholeAndPlane(double width) const {
+  const double area = std::numbers::pi / 4 * width * width;
+  return std::abs(patch_.disc.area / area - 1) < kPlane &&
+         patch_.disc.rim > (1 - kPlane) * 2 * std::numbers::pi;
+}
+
+bool SurfaceFootprints::HoldsPatch(PatchBasis basis) const {
+  const auto is_held = [this](int place) { return held_[Index(place)] != 0; };
+  if (basis == PatchBasis::kTractionTriangles) {
+    return std::ranges::any_of(patch_.triangles, is_held);
+  }
+  return std::ranges::any_of(patch_.triangles, [&](int t) {
+    return std::ranges::any_of(surface_.triangles[Index(t)], is_held);
+  });
+}
+
+double SurfaceFootprints::ThicknessAt(const SurfacePlace& place, const Vector3d& p_O) const {
+  const Vector3d inward = -normals_[Index(place.triangle)];
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t t = 0; t < normals_.size(); ++t) {
+    const double slope = normals_[t].dot(inward);
+    if (slope <= 0) continue;  // it faces the place
+    const auto& corners = surface_.triangles[t];
+    const Vector3d& a = surface_.nodes[Index(corners[0])];
+    const double distance = (a - p_O).dot(normals_[t]) / slope;
+    if (distance <= 0 || distance >= nearest) continue;
+    const Vector3d hit = p_O + distance * inward;
+    const auto is_inside = [&](int i, int j) {
+      const Vector3d &p = surface_.nodes[Index(corners[Index(i)])],
+                     &q = surface_.nodes[Index(corners[Index(j)])];
+      return (q - p).cross(hit - p).dot(normals_[t]) >= -kSlack * areas_[t];
+    };
+    if (is_inside(0, 1) && is_inside(1, 2) && is_inside(2, 0)) nearest = distance;
+  }
+  return nearest;
+}
+
 // A third of the area of each triangle of the patch to each of its nodes.
 void SurfaceFootprints::ShareAmongNodes(ContactFootprint* footprint) {
   for (const int t : patch_.triangles) {
@@ -173,13 +252,8 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
   footprint->places.clear();
   footprint->point = true;
   footprint->normal_O = NormalAt(*at);
-  footprint->coarse = false;
   const bool loads = contact.kind == Contact::Kind::kForce;
-  if (contact.width > 0) {
-    FindPatch(*at, contact.p_O, contact.width);
-    footprint->coarse = IsPatchCoarse(
-        CoverOf(patch_, loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes));
-  }
+  FindDisc(contact, loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes, footprint);
   if (contact.width > 0 && loads) {
     ShareAmongNodes(footprint);
   } else if (contact.width > 0 && !patch_.nodes.empty()) {
@@ -204,6 +278,7 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
   footprint->places.clear();
   footprint->point = true;
   footprint->coarse = false;
+  footprint->reach = footprint->narrower = 0;
   const int triangles = static_cast<int>(surface_.triangles.size());
   if (contact.width == 0 && contact.element >= 0 && contact.element < triangles) {
     footprint->places.push_back({contact.element, 1});
@@ -218,8 +293,7 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
     footprint->places.push_back({at->triangle, 1});
     return {};
   }
-  FindPatch(*at, contact.p_O, contact.width);
-  footprint->coarse = IsPatchCoarse(CoverOf(patch_, PatchBasis::kTractionTriangles));
+  FindDisc(contact, PatchBasis::kTractionTriangles, footprint);
   for (const int t : patch_.triangles) {
     footprint->places.push_back({t, areas_[Index(t)] / patch_.triangle_area});
   }

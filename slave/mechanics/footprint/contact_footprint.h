@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,6 +13,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 
@@ -31,7 +33,11 @@ struct ContactFootprint {
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
   bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
-  SurfacePlace at;                    // where the contact's centre meets the surface
+  // Where the places stand for a wider disc (SurfaceFootprints): its radius [m]; and by how
+  // much the contact's own disc gives way more, in DiscCompliance over E: 1 / radius less that of
+  // a disc which gives way as the places do [1/m]. Else 0.
+  double reach = 0, narrower = 0;
+  SurfacePlace at;  // where the contact's centre meets the surface
 };
 constexpr int kMostPointPlaces = 3;
 
@@ -41,7 +47,13 @@ constexpr int kMostPointPlaces = 3;
 // The contact is finite; its kind, p_O, element and width count, its value does not.
 class SurfaceFootprints {
  public:
-  explicit SurfaceFootprints(SurfaceMesh surface);
+  // With `held`, one per node (OnNodes) or triangle (OnTriangles), a contact whose width the mesh
+  // is too coarse for has the places of the narrowest disc around it which the mesh follows, where
+  // all of that lies on a plane part of the surface, on a body that is as thick there as the disc
+  // is wide, and touches nothing held: on that disc's scale the body is a half-space, whose discs
+  // are known (disc_compliance.h).
+  explicit SurfaceFootprints(SurfaceMesh surface, std::vector<char> held = {});
+  void MayWiden(bool may) { may_widen_ = may; }
 
   // A contact moves a node, a point between three, or the nodes of a disc alike; a load acts on a
   // node, on three by their barycentric weights, or evenly on the triangles of a disc, a third of
@@ -64,6 +76,13 @@ class SurfaceFootprints {
   // Mean of the normals of the triangles there, unit; zero where they cancel.
   [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
   void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);  // O(N)
+  // FindPatch, and whether the mesh follows it.
+  void FindDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
+  bool FindWiderDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
+  [[nodiscard]] bool IsWholeAndPlane(double width) const;
+  [[nodiscard]] bool HoldsPatch(PatchBasis basis) const;
+  // Along the ray from `p_O` into the body [m]; infinite: it meets nothing.
+  [[nodiscard]] double ThicknessAt(const SurfacePlace& place, const Eigen::Vector3d& p_O) const;
   void AddTriangle(int triangle);
   [[nodiscard]] std::span<const int> TrianglesOf(int node) const;
   void ShareAmongNodes(ContactFootprint* footprint);
@@ -77,6 +96,8 @@ class SurfaceFootprints {
   std::vector<int> seen_;  // per node: the last patch that it is in
   int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls
+  std::vector<char> held_;    // empty: nothing is widened
+  bool may_widen_ = true;
 };
 
 }  // namespace palpate

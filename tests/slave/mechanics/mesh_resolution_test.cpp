@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/text/text.h"
+#include "slave/mechanics/footprint/disc_compliance.h"
 #include "slave/mechanics/make_model.h"
 
 namespace palpate {
@@ -94,7 +96,12 @@ int CellsOf(const Kind& kind) {
   return kind.name == "fem tet10" ? 4 : 6;
 }
 
-// A tool of 1 and 2 mm on the foam cube of 60 mm with cells of 10 mm: 2 to 21 times too stiff.
+bool KnowsNarrowDiscs(const Kind& kind, bool loaded) {
+  return kind.kind == "bem3d" || (kind.kind == "fem-green" && !loaded);
+}
+
+// A tool of 1 and 2 mm on the foam cube of 60 mm with cells of 10 mm: 2 to 21 times too stiff by
+// what the mesh has there.
 TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
   for (const Kind& kind : Kinds()) {
     const int n = CellsOf(kind);
@@ -102,10 +109,111 @@ TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
     for (const double width : {1.0 / 60, 2.0 / 60}) {
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         for (const bool loaded : {false, true}) {
+          if (KnowsNarrowDiscs(kind, loaded)) continue;
           const ContactResponse r = Ask(*model, Press(loaded, p_O, width));
           EXPECT_EQ(r.validity, Validity::kExtrapolated) << kind.name << " at " << p_O.transpose();
           EXPECT_EQ(r.doubt, kCoarsePatch) << kind.name;
         }
+      }
+    }
+  }
+}
+
+// Reference: the half-space, whose disc is some thirty times narrower than the cube: it is within 5
+// % (measured: 3 %), where the mesh alone was up to 21 times too stiff.
+TEST(PatchResolution, ANarrowDiscIsAsStiffAsOnAHalfSpace) {
+  for (const Kind& kind : Kinds()) {
+    const int n = 6;
+    for (const double nu : {0.15, 0.45}) {
+      const auto model = Make(kind, {.cells = {n, n, n}, .nu = nu});
+      for (const double width : {1e-4, 1.0 / 60, 2.0 / 60}) {
+        for (const Vector3d& p_O : PlacesOnTop(n)) {
+          for (const bool loaded : {false, true}) {
+            if (!KnowsNarrowDiscs(kind, loaded)) continue;
+            const ContactResponse r = Ask(*model, Press(loaded, p_O, width));
+            const std::string where =
+                Formatted("%s, nu %.2f, width %.4f, x %.3f", kind.name.c_str(), nu, width, p_O.x());
+            EXPECT_NE(r.doubt, kCoarsePatch) << where;
+            EXPECT_NEAR(StiffnessOf(r) / HalfSpace(loaded, width, nu), 1, 0.05) << where;
+            EXPECT_NEAR(r.stiffness_O(2, 2) / StiffnessOf(r), 1, loaded ? 0.02 : 1e-9) << where;
+          }
+        }
+      }
+    }
+  }
+}
+
+// Reference: the same body with four times finer cells, whose discs are not narrow; along the
+// surface, too, where the whole body gives way with it. Both are within the estimate's tenth.
+TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
+  for (const Kind& kind : Kinds()) {
+    if (!KnowsNarrowDiscs(kind, false)) continue;
+    const auto fine = Make({"fem-green", "fem-green"}, {.cells = {24, 24, 24}});
+    const auto coarse = Make(kind, {.cells = {6, 6, 6}});
+    for (const Vector3d& p_O : {Vector3d(0.5, 0.5, 1), {0.625, 0.5, 1}, {0.7083, 0.6667, 1}}) {
+      for (const Vector3d& direction : {Vector3d(0, 0, -1), {1, 0, 0}}) {
+        Contact press = Press(false, p_O, 3.0 / 24);
+        press.prescribed_O = 1e-6 * direction;
+        const ContactResponse is = Ask(*coarse, press), should = Ask(*fine, press);
+        EXPECT_EQ(should.validity, Validity::kValid);
+        EXPECT_NEAR(is.force_O.dot(direction) / should.force_O.dot(direction), 1, 0.1)
+            << kind.name << " at " << p_O.transpose() << " along " << direction.transpose();
+      }
+    }
+  }
+}
+
+// Where the body is no half-space on the scale of the mesh, what the mesh makes of it is doubted as
+// ever.
+TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolated) {
+  const double width = 1.0 / 60;
+  for (const Kind& kind : Kinds()) {
+    if (!KnowsNarrowDiscs(kind, false)) continue;
+    const auto cube = Make(kind, {.cells = {6, 6, 6}});
+    const auto pad = Make(kind, {.size = {1, 1, 0.1}, .cells = {6, 6, 1}});
+    EXPECT_EQ(Ask(*cube, Press(false, {0.97, 0.5, 1}, width)).doubt, kCoarsePatch) << "by an edge";
+    EXPECT_EQ(Ask(*cube, Press(false, {0.0, 0.5, 0.1}, width)).doubt, kCoarsePatch)
+        << "by what is held";
+    EXPECT_EQ(Ask(*pad, Press(false, {0.52, 0.51, 0.1}, width)).doubt, kCoarsePatch)
+        << "a thin pad";
+    const std::array beside{Press(false, {0.4, 0.5, 1}, width), Press(false, {0.6, 0.5, 1}, width)};
+    std::array<ContactResponse, 2> both;
+    cube->Respond(beside, both);
+    EXPECT_EQ(both[0].doubt, kCoarsePatch) << kind.name;
+    EXPECT_EQ(both[1].doubt, kCoarsePatch) << kind.name;
+    // It is answered by itself again once the other has gone, and as if that had never been.
+    const double alone = Ask(*Make(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
+    const ContactResponse again = Ask(*cube, beside[0]);
+    EXPECT_EQ(again.doubt, "") << kind.name;
+    EXPECT_NEAR(again.force_O.z() / alone, 1, 1e-12) << kind.name;
+  }
+}
+
+// Law: an answer that is made of the one before is that of a new beginning.
+TEST(PatchResolution, ANarrowDiscThatMovesAmongManyContactsIsAnsweredAsAnew) {
+  for (const Kind& kind : Kinds()) {
+    if (!KnowsNarrowDiscs(kind, false)) continue;
+    const Box box{.cells = {6, 6, 6}};
+    std::vector<Contact> contacts{Press(false, {0.5, 0.5, 1}, 1.0 / 60)};
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 1; j < 5; ++j) {
+        for (const double x : {0.0, 1.0})
+          contacts.push_back(Press(false, {x, i / 6.0, j / 6.0}, 0));
+      }
+    }
+    const auto moves = Make(kind, box), is_new = Make(kind, box);
+    std::vector<ContactResponse> got(contacts.size()), wanted(contacts.size());
+    for (const double x : {0.5, 0.45, 0.55, 0.52}) {
+      contacts[0].p_O.x() = x;
+      moves->Respond(contacts, got);
+      is_new->Respond({}, {});
+      is_new->Respond(contacts, wanted);
+      for (std::size_t i = 0; i < contacts.size(); ++i) {
+        ASSERT_EQ(got[i].doubt, "");
+        EXPECT_LT((got[i].force_O - wanted[i].force_O).norm(), 1e-9 * wanted[0].force_O.norm())
+            << kind.name << " " << i;
+        EXPECT_LT((got[i].stiffness_O - wanted[i].stiffness_O).norm(),
+                  1e-9 * wanted[i].stiffness_O.norm());
       }
     }
   }
@@ -155,6 +263,24 @@ TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
     }
     EXPECT_GT(valid, 2 * good / 3) << kind.name << ": of " << good;
   }
+}
+
+// Laws: a body that keeps its volume does not hold a disc by sticking (Spence), nor by Poisson's
+// ratio (Mindlin); a disc that sticks is the stiffer one; under an even load the middle sinks more.
+TEST(DiscCompliance, SticksSlidesAndSinksAsItMust) {
+  EXPECT_NEAR(OfBondedDisc(0.5).normal, OfSlidingDisc(0.5).normal, 1e-12);
+  EXPECT_NEAR(OfBondedDisc(0.5).across, (2 - 0.5) * 1.5 / 4, 1e-12);
+  EXPECT_NEAR(OfBondedDisc(0.5 - 1e-7).normal, OfBondedDisc(0.5).normal, 1e-6);
+  for (const double nu : {-0.5, 0.0, 0.2, 0.4}) {
+    EXPECT_LT(OfBondedDisc(nu).normal, OfSlidingDisc(nu).normal) << nu;
+    EXPECT_GT(OfEvenLoad(nu).normal, OfSlidingDisc(nu).normal) << nu;
+    EXPECT_NEAR(OfEvenLoad(nu).across / OfEvenLoad(nu).normal, (2 - nu) / (2 * (1 - nu)), 1e-12)
+        << nu;
+  }
+  const Eigen::Matrix3d around = OfEvenLoad(0.3).Around({0, 0.6, 0.8});
+  EXPECT_NEAR(Vector3d(0, 0.6, 0.8).dot(around * Vector3d(0, 0.6, 0.8)), OfEvenLoad(0.3).normal,
+              1e-12);
+  EXPECT_NEAR((around * Vector3d::UnitX()).norm(), OfEvenLoad(0.3).across, 1e-12);
 }
 
 // An even load on, or one displacement of, a whole side has no rim.

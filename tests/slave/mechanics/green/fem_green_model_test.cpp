@@ -44,7 +44,7 @@ std::vector<ContactResponse> Answer(DeformationModel& model, const std::vector<C
 }
 
 // Nodes, points inside triangles and discs far from the support, on every side; several kinds
-// together. `side` scales the displacements.
+// together, as wide as the meshes follow. `side` scales the displacements.
 std::vector<Contact> Mixed(const Body& body) {
   const SurfaceMesh surface = SurfaceOf(body.mesh);
   const double side = Diagonal(body.mesh.nodes);
@@ -68,7 +68,7 @@ std::vector<Contact> Mixed(const Body& body) {
           Load(Centroid(surface, far.at(1)), {0.02, 0.01, -0.03}, 0.2 * side),
           Move(0.9 * Centroid(surface, far.at(2)) + 0.1 * node(2), {0, 0.004 * side, -0.01 * side}),
           Load(node(3), {-0.01, 0.02, 0.005}),
-          Move(node(4), {-0.01 * side, 0.002 * side, 0.003 * side}, 0.2 * side)};
+          Move(node(4), {-0.01 * side, 0.002 * side, 0.003 * side}, 0.25 * side)};
 }
 
 void ExpectSame(const std::vector<Contact>& contacts, const std::vector<ContactResponse>& got,

@@ -1,0 +1,26 @@
+// How a disc on an elastic half-space gives way: what a mesh lacks that is coarser than a contact.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+// Displacement by force, times Young's modulus and the disc's radius [-].
+struct DiscCompliance {
+  double normal = 0, across = 0;  // along the surface's normal; along the surface
+
+  // By components; `n`: the unit normal.
+  [[nodiscard]] Eigen::Matrix3d Around(const Eigen::Vector3d& n) const {
+    return across * Eigen::Matrix3d::Identity() + (normal - across) * n * n.transpose();
+  }
+};
+
+// Of a rigid disc that sticks: Spence (1968); across: Bycroft (1956), who lets the normal traction
+// be what it is on average, exact at nu = 1/2.
+DiscCompliance OfBondedDisc(double poisson_ratio) noexcept;
+// Of one that slides: Boussinesq's flat punch. Across: none.
+DiscCompliance OfSlidingDisc(double poisson_ratio) noexcept;
+// Mean displacement under an even load: Johnson, Contact Mechanics, 3.4 and 3.6.
+DiscCompliance OfEvenLoad(double poisson_ratio) noexcept;
+
+}  // namespace palpate
