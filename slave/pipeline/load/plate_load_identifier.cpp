@@ -78,7 +78,9 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
     load.depth = -fit_.answered().Displacement(fit.p_O);
-    const bool noise_alone = std::ranges::all_of(points_O, &SurfacePoint::errs_by_noise_alone);
+    // Points that are put right err by that, too.
+    const bool noise_alone =
+        !answer.moved && std::ranges::all_of(points_O, &SurfacePoint::errs_by_noise_alone);
     const double scatter = ScatterOf(answer, noise_alone ? ScatterAtRest(answer) : 1);
     load.sigma_force =
         std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load) * load.force);
