@@ -77,7 +77,8 @@ std::vector<StageMaker> StagesOf(Extent extent) {
   stages.back().is_special = true;
   if (extent == Extent::kQuick) return stages;
   stages.push_back(OneCamera("zebrafish-embryo"));
-  stages.push_back(Pair("rubber-membrane-texture", {"sense.points.track=texture"}));
+  stages.push_back(Pair("rubber-membrane-texture",
+                        {"sense.points={track: texture, count: 31, sigma: 0.03 px}"}));
   stages.push_back(Touch("foam-sponge", "foam-sponge", {}));
   stages.push_back(Touch("foam-bar", "foam-bar", {}));
   return stages;

@@ -78,7 +78,10 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
     load.depth = -fit_.answered().Displacement(fit.p_O);
-    const double scatter = ScatterOf(answer);
+    // Points that are put right err by that, too.
+    const bool noise_alone =
+        !answer.moved && std::ranges::all_of(points_O, &SurfacePoint::errs_by_noise_alone);
+    const double scatter = ScatterOf(answer, noise_alone ? ScatterAtRest(answer) : 1);
     load.sigma_force =
         std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load) * load.force);
     const Eigen::Matrix2d place = fit.covariance.topLeftCorner<2, 2>();
@@ -166,15 +169,24 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
 }
 
 // By how much the points scatter, in the sigmas told of them: as they do in this picture, if less
-// than told as far as there are enough of them to say so. What they scatter beyond their noise at
-// rest neighbours share: it does not average out as fast.
-double PlateLoadIdentifier::ScatterOf(const RobustPlateFit::Answer& answer) const noexcept {
+// than told as far as there are enough of them to say so, else as was known before, whose square is
+// `told_square`. What they scatter beyond their noise at rest neighbours share: it does not average
+// out as fast.
+double PlateLoadIdentifier::ScatterOf(const RobustPlateFit::Answer& answer,
+                                      double told_square) const noexcept {
   const double freedom = std::max(1, answer.points - answer.left_out - 3);
   const double told = answer.load.residual < 1 ? kTold : 0;
   const double noise = NoiseShare(answer);
   const double seen =
       answer.load.residual * answer.load.residual * (noise + (1 - noise) * kTogether);
-  return std::sqrt((told + freedom * seen) / (told + freedom));
+  return std::sqrt((told * told_square + freedom * seen) / (told + freedom));
+}
+
+// Square of what the points scattered while nothing was pressed, in the sigmas told of them now; 1:
+// unknown, or no less than told.
+double PlateLoadIdentifier::ScatterAtRest(const RobustPlateFit::Answer& answer) const noexcept {
+  const double sigma = answer.off / answer.load.residual;
+  return rest_square_ > 0 && sigma > 0 ? std::min(1.0, rest_square_ / (sigma * sigma)) : 1;
 }
 
 // Of the residuals' square, by what the points scattered while nothing was pressed; 1: unknown.

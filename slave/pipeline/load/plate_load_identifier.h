@@ -49,7 +49,9 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   void Judge(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
   void WeighTension(const RobustPlateFit::Answer& answer, SurfaceLoad* load) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
-  [[nodiscard]] double ScatterOf(const RobustPlateFit::Answer& answer) const noexcept;
+  [[nodiscard]] double ScatterOf(const RobustPlateFit::Answer& answer,
+                                 double told_square) const noexcept;
+  [[nodiscard]] double ScatterAtRest(const RobustPlateFit::Answer& answer) const noexcept;
   [[nodiscard]] double NoiseShare(const RobustPlateFit::Answer& answer) const noexcept;
   [[nodiscard]] bool LiesOff(const RobustPlateFit::Answer& answer) const noexcept;
   [[nodiscard]] double SigmaOfTension(double amount, double sigma) const noexcept;

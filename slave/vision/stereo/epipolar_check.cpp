@@ -16,6 +16,9 @@ constexpr double kStandsOut = 4.5;    // of the scatter: a point that is another
 constexpr double kLeastSigma = 5e-3;  // [px]
 constexpr double kSigmas = 5;         // at which something is told from noise
 constexpr double kRemembered = 0.97;  // of what a pair told of its lag, by the next one
+constexpr double kKept = 0.999;       // of it by one that tells nothing: clocks part slowly
+constexpr double kNoMore = 1.1;       // than the noise that pictures say: what may still be that
+constexpr double kNoLess = 0.2;       // likewise: what stands still shows no noise
 
 constexpr std::string_view kMoved =
     "the two eyes' rays pass each other by more than at rest: one camera has moved";
@@ -47,11 +50,12 @@ double Square(double x) {
 
 }  // namespace
 
-// What noise alone makes of the motion is no weight. What one pair tells is forgotten, as a clock
-// drifts.
+// What noise alone makes of the motion is no weight. What one pair tells is forgotten as others
+// tell anew, and slowly while nothing moves, as clocks drift.
 void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
-  for (double* sum : {&weight, &late, &square, &pairs}) *sum *= kRemembered;
-  weights *= Square(kRemembered);
+  const double left = motion > 0 ? kRemembered : kKept;
+  for (double* sum : {&weight, &late, &square, &pairs}) *sum *= left;
+  weights *= Square(left);
   if (!(motion > 0)) return;
   weight += motion;
   late += product;
@@ -85,6 +89,7 @@ void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
     evidence_.fill({});
     stamps_ = {};
     taken_ = 0;
+    scatter_at_rest_ = std::numeric_limits<double>::infinity();
     noise_at_rest_ = 1;
   }
   newest_ = (newest_ + 1) % (kLags + 1);
@@ -102,8 +107,13 @@ void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
       square += row.rest_square - row.rest_miss * row.rest_miss / row.rest_count;
       degrees += row.rest_count - 1;
     }
-    if (degrees >= kLeastPoints) noise_at_rest_ = std::max(1.0, std::sqrt(square / degrees));
+    if (degrees >= kLeastPoints) {
+      scatter_at_rest_ = std::sqrt(square / degrees);
+      noise_at_rest_ = std::max(1.0, scatter_at_rest_);
+    }
   }
+  const bool as_said = kNoLess < scatter_at_rest_ && scatter_at_rest_ < kNoMore;
+  for (SurfacePoint& point : seen->points) point.errs_by_noise_alone = as_said;
   if (taken_ < rest_pictures_) return;
   JudgeRest(seen);
   if (ExplainByMotion()) Judge(seen);

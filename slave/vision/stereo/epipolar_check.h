@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -41,8 +42,8 @@ class EpipolarCheck {
         most_at_rest_(most_at_rest) {}
 
   // Puts its doubt into `seen`, how well the moment is known that its stamps tell (sensed_at,
-  // skew), and widens its points' covariances where the misses scatter by more than the pictures'
-  // noise says.
+  // skew), whether its points err by noise alone, and widens their covariances where the misses
+  // scatter by more than the pictures' noise says.
   void See(SurfaceObservation* seen) noexcept;
   void Reset() { rows_.clear(); }
 
@@ -102,7 +103,9 @@ class EpipolarCheck {
   Eigen::Vector4d motion_{0, 0, 0, 0};  // what explains the misses [px]
   int count_ = 0;                       // of the points that are kept
   double scatter_ = 1;                  // of the residuals by sigma
-  double noise_at_rest_ = 1;  // scatter of a point's miss at rest by what its picture says
+  // Scatter of a point's miss at rest by what its picture says; infinite: unknown.
+  double scatter_at_rest_ = std::numeric_limits<double>::infinity();
+  double noise_at_rest_ = 1;  // likewise, the least to count with
   double offset_px_ = 0, noise_px_ = 0;
 };
 

@@ -24,6 +24,9 @@ struct SurfacePoint {
   Eigen::Vector2d left_I{0, 0}, right_I{0, 0};  // in their pictures [px]
   double sigma_px = 0;                          // of these, per axis, as the pictures show it [px]
   double miss_px = 0;                           // Triangulated::miss_px
+  // It scatters at rest as that noise says, so that what scatters is all that errs: errors that are
+  // fixed to the pixels, as compression's, need not.
+  bool errs_by_noise_alone = true;
 };
 
 struct SurfaceObservation {

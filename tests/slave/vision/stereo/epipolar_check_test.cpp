@@ -80,6 +80,9 @@ class Watched {
   }
   EpipolarCheck& check() { return check_; }
   [[nodiscard]] double moment_sigma() const { return seen_.moment_sigma; }  // of the last pair
+  [[nodiscard]] bool err_by_noise_alone() const {
+    return std::ranges::all_of(seen_.points, &SurfacePoint::errs_by_noise_alone);
+  }
 
   static constexpr double kStated = 0.03;  // [px]
   std::function<Vector2d(const Vector2d&)> spoil;
@@ -184,6 +187,29 @@ TEST(EpipolarCheckTest, NoiseThatPicturesDoNotTellWidensTheCovariances) {
     EXPECT_NEAR(wider, std::max(1.0, more * kNoise / Watched::kStated), 0.4 * wider) << more;
     EXPECT_EQ(seen.check, FailedCheck::kNone) << more;
   }
+}
+
+// Noise as it is told and some less; then a tenth and one and a half times as much, of which 300
+// misses tell within a twentieth.
+TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
+  for (const double more : {0.1, 0.4, 1.0, 1.5}) {
+    Watched watched;
+    watched.noise = more;
+    watched.Look(0, 0);
+    EXPECT_FALSE(watched.err_by_noise_alone()) << "of one pair nobody can tell";
+    watched.Rest();
+    EXPECT_EQ(watched.err_by_noise_alone(), 0.2 < more && more <= 1) << more;
+  }
+}
+
+// For two seconds nothing tells of stamps; they are as sure as before within a tenth.
+TEST(EpipolarCheckTest, WhatMovedTellsOfTheMomentAfterItStandsStill) {
+  Watched watched;
+  watched.Rest();
+  watched.Swing(0);
+  const double sure = watched.moment_sigma();
+  for (int i = 0; i < 60; ++i) watched.Look(0, 0);
+  EXPECT_LT(watched.moment_sigma(), 1.1 * sure);
 }
 
 // One dot seen beside its place, and dots hidden, say nothing of the cameras.

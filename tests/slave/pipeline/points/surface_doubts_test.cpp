@@ -1,0 +1,308 @@
+#include <cmath>
+#include <random>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/mechanics/plate/plate_model.h"
+#include "slave/pipeline/points/surface_estimator.h"
+#include "tests/slave/pipeline/points/felt_membrane.h"
+#include "tests/slave/pipeline/points/membrane_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using testing::HasSubstr;
+using testing_fakes::DotsUnder;
+using testing_fakes::FinerPlate;
+using testing_fakes::kAway;
+using testing_fakes::kModulus;
+using testing_fakes::kNu;
+using testing_fakes::kRadius;
+using testing_fakes::kSigma;
+using testing_fakes::kThickness;
+using testing_fakes::Large;
+using testing_fakes::MembraneScene;
+
+// As exchanged cameras show it. A press of the same size is valid.
+TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
+  SurfaceEstimator& estimator = Large();
+  for (const double force : {-1.0, 1.0}) {
+    const ContactEstimate& felt =
+        estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr), kAway);
+    ASSERT_TRUE(felt.force.has_value());
+    EXPECT_NEAR(felt.force->z(), -force, 0.02);
+    EXPECT_EQ(felt.validity, force < 0 ? Validity::kValid : Validity::kExtrapolated);
+  }
+  EXPECT_THAT(std::string(estimator.load().why), HasSubstr("pulls outward: check the sides"));
+}
+
+// Reference: the same picture without those dots.
+TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(3);
+  for (const int wrong : {1, 4}) {
+    const SurfaceObservation good = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, &random);
+    SurfaceObservation seen = good, without = good;
+    for (int i = 0; i < wrong; ++i) {
+      const auto dot = static_cast<std::size_t>(7 * i + 4);
+      seen.points[dot].p_S.z() += i % 2 == 0 ? 1e-3 : -1e-3;
+      without.points[dot].seen = false;
+    }
+    estimator.Reset();
+    const double reference = estimator.Feel(without, kAway).force->z();
+    EXPECT_NEAR(reference, 1, 0.03);
+    estimator.Reset();
+    const ContactEstimate& felt = estimator.Feel(seen, kAway);
+    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why << " " << wrong;
+    EXPECT_NEAR(felt.force->z(), reference, 1e-4) << wrong;
+  }
+}
+
+TEST(SurfaceDoubtsTest, ManyContradictingDotsAreFlagged) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> astray(-3e-3, 3e-3);
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, &random);
+  for (std::size_t i = 0; i < seen.points.size(); i += 2) seen.points[i].p_S.z() += astray(random);
+  EXPECT_GT(estimator.Feel(seen, kAway).validity, Validity::kValid);
+  EXPECT_FALSE(estimator.load().why.empty());
+}
+
+TEST(SurfaceDoubtsTest, UnseenDotsAreLeftOut) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(5);
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {-0.005, 0.01}, -1, kSigma, &random);
+  for (const std::size_t i : {2U, 9U, 15U, 20U, 30U}) {
+    seen.points[i].seen = false;
+    seen.points[i].p_S = seen.points[i].p_S_rest;
+  }
+  const ContactEstimate& felt = estimator.Feel(seen, kAway);
+  ASSERT_EQ(felt.validity, Validity::kValid);
+  EXPECT_NEAR(felt.force->z(), 1, 0.015);
+}
+
+TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
+  SurfaceEstimator& estimator = Large();
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
+  for (std::size_t i = 3; i < seen.points.size(); ++i) seen.points[i].seen = false;
+  EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kTrackingLost);
+  EXPECT_FALSE(estimator.felt().force.has_value());
+  seen.found = false;
+  const ContactEstimate& felt = estimator.Feel(seen, kAway);
+  EXPECT_EQ(felt.validity, Validity::kTrackingLost);
+  EXPECT_FALSE(felt.force.has_value());
+  EXPECT_TRUE(felt.events.Has(Event::kTrackingLost));
+  EXPECT_TRUE(felt.local_model.known());  // the plane stays
+}
+
+// A tenth of a millimetre is felt as force where nobody looks for a moved rim: with it the force
+// must stay within its flag's promise of a fifth, and be flagged.
+TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(9);
+  Isometry3d tilted = Isometry3d::Identity();
+  tilted.linear() = Eigen::AngleAxisd(0.01, Vector3d::UnitX()).toRotationMatrix();
+  Isometry3d raised = Isometry3d::Identity();
+  raised.translation().z() = -4e-4;
+  for (const Isometry3d& moved : {tilted, raised}) {
+    for (const double force : {0.0, -0.5}) {
+      SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
+      for (SurfacePoint& point : seen.points) point.p_S = moved * point.p_S;
+      estimator.Reset();
+      const ContactEstimate& felt = estimator.Feel(seen, kAway);
+      EXPECT_EQ(felt.validity, Validity::kExtrapolated);
+      EXPECT_THAT(std::string(estimator.load().why), HasSubstr("moved"));
+      ASSERT_TRUE(felt.force.has_value());
+      EXPECT_NEAR(felt.force->z(), -force, 0.05) << force;
+    }
+  }
+}
+
+// A rig 250 mm away that turns by ten pixels, and one that is pushed: what its points do together
+// no press does. Reference: the load; 5 %.
+TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(9);
+  const auto after = [&](const Isometry3d& moved, double force) -> const ContactEstimate& {
+    SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
+    for (SurfacePoint& point : seen.points) point.p_S = moved * point.p_S;
+    estimator.Reset();
+    return estimator.Feel(seen, kAway);
+  };
+  const Eigen::Translation3d rig(0, 0, -0.25);
+  for (const Vector3d& turn : {Vector3d(0.0125, 0, 0), Vector3d(-0.005, 0.01, 0.003)}) {
+    const Isometry3d bumped =
+        rig * Eigen::AngleAxisd(turn.norm(), turn.normalized()) * rig.inverse();
+    for (const double force : {0.0, -0.1, -2.0, -4.0}) {
+      const ContactEstimate& felt = after(bumped, force);
+      EXPECT_EQ(felt.validity, Validity::kValid) << force << " " << estimator.load().why;
+      ASSERT_TRUE(felt.force.has_value());
+      EXPECT_NEAR(felt.force->z(), -force, std::max(0.05 * -force, 0.03)) << turn.transpose();
+    }
+  }
+  EXPECT_EQ(after(Isometry3d(Eigen::Translation3d(5e-4, 0, 0)), -0.1).validity, Validity::kValid);
+  for (const Vector3d& pushed : {Vector3d(6e-3, 0, 0), Vector3d(1e-3, 0, 3e-3)}) {
+    EXPECT_EQ(after(Isometry3d(Eigen::Translation3d(pushed)), -0.5).check,
+              FailedCheck::kCameraMotion);
+  }
+}
+
+// Reference: the load on the same sheet at another tension, through modes of order 18: the scene's
+// makes 10 to 70 % more or less of the force. A press that rises to 4 N and stays; silently wrong
+// is what is `valid` and off by more than three sigma and a twentieth of the peak. Of a shallow
+// dent, up to a quarter of the peak, the width does not tell it yet.
+TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
+  constexpr double kPeak = 4;
+  std::mt19937 random(11);
+  for (const auto& [told, is] : {std::pair(0.0, 0.0), std::pair(0.0, 50.0), std::pair(100.0, 100.0),
+                                 std::pair(100.0, 50.0)}) {
+    Scene scene = MembraneScene("plate-large");
+    scene.model.prestress = told;
+    SurfaceEstimator estimator(scene);
+    PlateLargeModel sheet({kRadius, kThickness, kModulus, kNu, is, 18});
+    for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0117, 0)}) {
+      estimator.Reset();
+      int flagged = 0;
+      for (int i = 1; i <= 20; ++i) {
+        const double force = -kPeak * std::min(1.0, i / 16.0);
+        const ContactEstimate& felt =
+            estimator.Feel(DotsUnder(sheet, p, force, kSigma, &random), kAway);
+        ASSERT_TRUE(felt.force.has_value());
+        const double error = std::abs(felt.force->z() + force);
+        flagged += felt.validity == Validity::kValid ? 0 : 1;
+        if (felt.validity == Validity::kValid) {
+          EXPECT_LE(force > -kPeak / 4 ? 0 : error, std::max(3 * felt.sigma, 0.05 * kPeak))
+              << told << " is " << is << ": " << force << " at " << p.transpose();
+        } else {
+          EXPECT_EQ(felt.check, FailedCheck::kMisfit);
+        }
+      }
+      EXPECT_TRUE(told != is || flagged == 0) << told << " " << p.transpose();
+      EXPECT_TRUE(told > 0 || is == 0 || flagged >= 10) << p.transpose() << " " << flagged;
+    }
+  }
+}
+
+// A zoom, or eyes that both came nearer: half a percent moves the outer dots by 0.15 mm.
+TEST(SurfaceDoubtsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(13);
+  for (const double force : {0.0, -0.5, -2.0}) {
+    for (const double growth : {-0.02, -0.005, 0.0, 0.005, 0.02}) {
+      SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
+      for (SurfacePoint& p : seen.points) p.p_S.head<2>() += growth * p.p_S_rest.head<2>();
+      estimator.Reset();
+      const FailedCheck check = estimator.Feel(seen, kAway).check;
+      const bool is_clear = std::abs(growth) > 0.01 || (growth != 0 && force > -1);
+      if (growth == 0 || is_clear) {
+        EXPECT_EQ(check, is_clear ? FailedCheck::kScale : FailedCheck::kNone)
+            << growth << " " << force;
+      }
+    }
+  }
+}
+
+// The told membrane ends at 0.9 of the true one's radius: half of a small force too much.
+TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
+  Scene scene = MembraneScene("plate-large");
+  std::get<MembraneGeometry>(scene.object.geometry).radius *= 0.9;
+  SurfaceEstimator estimator(scene);
+  std::mt19937 random(14);
+  for (int i = 0; i < 5; ++i) {
+    estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
+  }
+  for (const double force : {-0.5, -1.0, -2.0}) {
+    const SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, force, kSigma, &random);
+    EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kExtrapolated) << force;
+  }
+}
+
+// Pictures that were bumped sideways show a flat membrane as before, and its dent elsewhere.
+TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(15);
+  const SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -2, kSigma, &random);
+  const Vector3d pressing(-0.005, 0, -0.003), away(-0.005, 0, 0.003);
+  EXPECT_EQ(estimator.Feel(seen, pressing, 0.0).check, FailedCheck::kArm);
+  EXPECT_EQ(estimator.Feel(seen, away, 0.0).check, FailedCheck::kNone);
+  EXPECT_EQ(estimator.Feel(seen, pressing).check, FailedCheck::kNone);
+}
+
+// Each of the points lies off by what noise makes of one.
+TEST(SurfaceDoubtsTest, APatchThatLiesOffToOneSideIsFlagged) {
+  SurfaceEstimator& estimator = Large();
+  std::mt19937 random(12);
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, nullptr);
+  std::normal_distribution<double> noise(0, 3e-4);
+  SurfacePoint point = seen.points.front();
+  seen.points.clear();
+  for (int k = 0; k < 11 * 11; ++k) {
+    const Vector2d rest = Vector2d(k % 11 - 5, k / 11 - 5) * 0.0065;
+    if (rest.norm() > 0.98 * kRadius) continue;
+    const double z = FinerPlate().Displacement(rest) + noise(random);
+    point.p_S_rest = {rest.x(), rest.y(), 0};
+    point.p_S = {rest.x(), rest.y(), z};
+    point.covariance = 9e-8 * Eigen::Matrix3d::Identity();
+    seen.points.push_back(point);
+  }
+  EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kValid) << estimator.load().why;
+  for (SurfacePoint& p : seen.points) {
+    if ((p.p_S_rest - Vector3d(-0.013, 0.013, 0)).norm() < 0.01) p.p_S.z() -= 1e-3;
+  }
+  EXPECT_EQ(estimator.Feel(seen, kAway).check, FailedCheck::kMisfit);
+}
+
+TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {
+  SurfaceEstimator estimator(MembraneScene("plate"));
+  PlateModel small({kRadius, kThickness, kModulus, kNu});
+  std::mt19937 random(10);
+  EXPECT_EQ(estimator.Feel(DotsUnder(small, {0.01, 0}, -0.04, kSigma, &random), kAway).validity,
+            Validity::kValid);
+  EXPECT_LT(estimator.felt().depth, 5e-4);
+  EXPECT_NEAR(estimator.felt().force->z(), 0.04, 4e-3);
+  EXPECT_EQ(estimator.Feel(DotsUnder(small, {0.01, 0}, -0.08, kSigma, &random), kAway).validity,
+            Validity::kExtrapolated);
+  EXPECT_GT(estimator.felt().depth, 5e-4);
+  EXPECT_THAT(std::string(estimator.load().why), HasSubstr("range"));
+  // A real press of 5 mm.
+  EXPECT_EQ(estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, -4.4, kSigma, &random), kAway).validity,
+            Validity::kExtrapolated);
+}
+
+TEST(SurfaceDoubtsTest, NonsenseIsNoForce) {
+  SurfaceEstimator& estimator = Large();
+  const double nan = std::nan("");
+  SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
+  const auto check = [&](const SurfaceObservation& bad) {
+    const ContactEstimate& felt = estimator.Feel(bad, {nan, nan, nan});
+    EXPECT_TRUE(!felt.force || felt.force->allFinite());
+    EXPECT_TRUE(felt.p_S_tip.allFinite() && felt.p_S_contact.allFinite());
+    EXPECT_TRUE(std::isfinite(felt.sigma) && std::isfinite(felt.depth));
+    return felt.validity;
+  };
+  SurfaceObservation bad = seen;
+  for (auto& point : bad.points) point.p_S.z() = nan;
+  EXPECT_EQ(check(bad), Validity::kTrackingLost);
+  bad = seen;
+  for (auto& point : bad.points) point.covariance.setZero();
+  EXPECT_EQ(check(bad), Validity::kTrackingLost);
+  bad = seen;
+  for (auto& point : bad.points) point.p_S *= 1e300;
+  EXPECT_NE(check(bad), Validity::kValid);
+  bad = seen;
+  for (auto& point : bad.points) point.covariance *= 1e-300;
+  EXPECT_NE(check(bad), Validity::kValid);
+  bad = seen;
+  bad.points.clear();
+  EXPECT_EQ(check(bad), Validity::kTrackingLost);
+  EXPECT_EQ(check(seen), Validity::kValid);
+}
+
+}  // namespace
+}  // namespace palpate
