@@ -26,9 +26,11 @@ constexpr double kBriskly = 0.3;       // likewise, over a few: of pressure and 
 constexpr double kStirs = 3;           // 0.02 N [counts]
 constexpr double kRestSigmas = 2;      // that the pressure's rest value may be off, besides
 constexpr double kQuietest = 0.8;      // times the usual noise; five real fingers: 0.83 to 1.17
+constexpr double kFallen = 0.85;       // of the first noise; real fingers in a minute: 0.95 to 1.1
 constexpr double kLag = 3;             // samples that a recurrent network's answer is late, about
 constexpr double kPromptLag = 1;       // that another one's is
 constexpr double kDisagrees = 2.5;     // standard deviations between pressure and electrodes
+constexpr double kHardlyAgrees = 1.5;  // likewise: from where on it is less sure
 constexpr double kMisfit = 1.6;        // over what there is in the mean
 constexpr double kUsualScatter = 0.5;  // of the misfit of one sample
 constexpr double kBelowRest = -8;      // five real fingers: -2 after a press [counts]
@@ -111,6 +113,7 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
     return touch_;
   }
   touch_.takes_rest = false;
+  if (!was_known) LearnKeptNoise();
   FollowSteps(reading, was_known && looks_back && missed == 0);
   if (was_known && is_clear) FollowRest(reading);
   FingerReading mended = reading;
@@ -124,7 +127,7 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
     // What the pressure does not show may as well be nothing.
     const bool shows = touch_.stirs.value_or(false);
     if (touch_.force_F && !shows) {
-      touch_.sigma = std::hypot(touch_.sigma, touch_.force_F->norm() / 2);
+      Widen(touch_.force_F->norm() / 2);
     }
     touch_.drift = pattern_->drift();
   }
@@ -203,7 +206,7 @@ void Fingertip::Miss() noexcept {
   if (missed_ >= miss_patience_) {
     Lose(FailedCheck::kFingerMissing, "the fingertip is silent");
   } else if (touch_.force_F && missed_ <= kBelieved) {
-    touch_.sigma = std::hypot(touch_.sigma, missed_ * std::max(pace_F_.norm(), step_));
+    Widen(missed_ * std::max(pace_F_.norm(), step_));
   } else if (touch_.force_F) {
     touch_.validity = Worse(touch_.validity, Validity::kStale);
     touch_.check = FailedCheck::kFingerMissing;
@@ -242,6 +245,16 @@ bool Fingertip::Push(const TactileSignals& change) noexcept {
   return estimate_ && estimate_->Push(change, outputs_);
 }
 
+// All but the newest, whose turn comes.
+void Fingertip::LearnKeptNoise() noexcept {
+  if (!pattern_) return;
+  const std::size_t oldest = kept_.size() + kept_next_ - kept_count_;
+  for (std::size_t k = 0; k + 1 < kept_count_; ++k) {
+    const FingerReading& reading = kept_[(oldest + k) % kept_.size()];
+    pattern_->Take(rest_.Change(reading, static_cast<double>(kept_count_ - 1 - k)), {}, {}, 0);
+  }
+}
+
 bool Fingertip::PushKept() noexcept {
   bool known = false;
   for (std::size_t i = kept_.size() + kept_next_ - kept_count_; kept_count_ > 0; ++i) {
@@ -257,8 +270,8 @@ void Fingertip::TakeForce(bool known) noexcept {
   if (!known) return;
   Eigen::Vector3d force_F(outputs_[0], outputs_[1], outputs_[2]);
   if (!force_F.allFinite()) return;
+  const double size = Eigen::Map<const Eigen::VectorXd>(last_.data(), kElectrodeCount).norm();
   if (pattern_) {
-    const double size = Eigen::Map<const Eigen::VectorXd>(last_.data(), kElectrodeCount).norm();
     force_F = steady_.Take(force_F, size, pattern_->noise());
   }
   step_ = before_F ? (force_F - *before_F).norm() : 0;
@@ -268,10 +281,15 @@ void Fingertip::TakeForce(bool known) noexcept {
   if (!pattern_) return;
   const double gain_sigma = pattern_->gain_sigma() * force_F.norm();
   // Signals that hardly go together any more are none that the network's error was measured on.
-  const double misfit = std::max(pattern_->misfit(), pattern_->misfit_now() - kUsualScatter);
+  const double misfit = std::max({pattern_->misfit(), pattern_->misfit_now() - kUsualScatter,
+                                  pattern_->disagreement() / kHardlyAgrees});
   touch_.sigma *= std::max(1.0, misfit * misfit);
-  touch_.sigma = std::hypot(touch_.sigma, pattern_->force_sigma(), gain_sigma);
-  touch_.sigma = std::hypot(touch_.sigma, steady_.left_out());
+  Widen(std::hypot(pattern_->force_sigma(), gain_sigma, steady_.left_out()));
+}
+
+// By what is wrong independently of the rest [N].
+void Fingertip::Widen(double by) noexcept {
+  touch_.sigma = std::hypot(touch_.sigma, by);
 }
 
 // Beyond what was learnt it grows with the force, and it grows with how fast that changes. Where it
@@ -347,6 +365,8 @@ void Fingertip::DoubtPattern() noexcept {
   Doubt(steps_ > kManySteps, FailedCheck::kElectrode,
         "all electrodes step together, again and again");
   Doubt(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
+  Doubt(pattern_->noise_since_start() < kFallen, FailedCheck::kTransfer,
+        "the electrodes are quieter than they were at the start: their gain has fallen");
   Doubt(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
         "the electrodes are quieter than those the network has learnt from: their gain is lower");
 }

@@ -150,6 +150,7 @@ class Fingertip {
   void ForgetWindow() noexcept;
   bool Push(const TactileSignals& change) noexcept;
   bool PushKept() noexcept;
+  void LearnKeptNoise() noexcept;
   void TakeForce(bool known) noexcept;
   void DecideTouch(const TouchPlace& place) noexcept;
   void NoteFlaws(const TouchPlace& place) noexcept;
@@ -157,6 +158,7 @@ class Fingertip {
   void DoubtPattern() noexcept;
   void Doubt(bool fails, FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F) const noexcept;
+  void Widen(double by) noexcept;
 
   const Localiser* localiser_;
   NetworkInfo network_;

@@ -29,11 +29,15 @@ constexpr double kUnknown2 = 1e6;        // variance of what is left out [counts
 constexpr double kSecondDifference = 6;  // variances of noise in x - 2 x' + x''
 constexpr double kLevelling = 0.1;       // share of a sample in what is told
 constexpr std::size_t kCandidates = 3;   // kinds that are looked at closely
-constexpr double kNoiseShare = 0.3;      // of the noise's share: three times as slow
+constexpr double kLevelTime = 1;         // of each electrode's noise [s]
 constexpr double kLesser = 0.77;         // of a square in the lesser one of two
 constexpr double kNoisy = 1.3;           // times the usual noise, from where on that is made good
 constexpr double kWildest = 50;          // second difference that counts for all [counts^2]
-constexpr double kSameNoise = 0.09;      // of its logarithm: three sigma of a second of it
+constexpr double kSameNoise = 0.03;      // of its logarithm: one sigma of what is measured of it
+constexpr int kTelling = 80;             // samples, before an electrode's noise is known
+constexpr int kBeginning = 60;           // samples, whose noise is that at the start
+constexpr double kEven = 0.2;            // of its differences; five real fingers: 0.08 to 0.18
+constexpr double kTelltale = 1.5;        // parts of what the noise says of the gain: one sigma
 constexpr double kLargestGain = 0.3;     // that comes with noise; more is noise alone
 
 // What a drift of one count of all electrodes does.
@@ -62,7 +66,9 @@ void LeaveOut(Eigen::Index i, Covariance* inverse) {
 }  // namespace
 
 PatternCheck::PatternCheck(const SignalPattern& pattern, double rate)
-    : pattern_(pattern), share_(1 - std::exp(-1 / (kMeasuringTime * rate))) {
+    : pattern_(pattern),
+      share_(1 - std::exp(-1 / (kMeasuringTime * rate))),
+      level_share_(1 - std::exp(-1 / (kLevelTime * rate))) {
   for (const SignalPattern::Kind& kind : pattern_.kinds) {
     Covariance S = kind.shape;
     S += (UsualNoise2() / (kTypicalSize * kTypicalSize)).asDiagonal();
@@ -76,8 +82,10 @@ PatternCheck::PatternCheck(const SignalPattern& pattern, double rate)
 void PatternCheck::Reset() noexcept {
   noise2_ = UsualNoise2();
   drift2_ = drift_ = level2_ = 0;
-  misfit_ = misfit_now_ = noise_ = 1;
+  levels2_.setZero();
+  misfit_ = misfit_now_ = noise_ = first_noise_ = 1;
   jumped_.fill(0);
+  calm_.fill(0);
   disagreement_ = 0;
   seen_ = 0;
 }
@@ -93,6 +101,7 @@ void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
   is_wrong_.fill(false);
   replaced_ = 0;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    calm_[i] = jumped_[i] == 0 ? calm_[i] + 1 : 0;
     if (!is_dead[i] && jumped_[i] == 0) continue;
     is_wrong_[i] = true;
     ++replaced_;
@@ -149,12 +158,17 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
   const double variance = 1 / together.dot(inverse * together);
   const double drift = together.dot(y) * variance;
   if (seen_ >= 2) {
-    const Signals jerk2 =
+    Signals jerk2 =
         (off - 2 * off_ + before_off_).cwiseAbs2().cwiseMin((x - 2 * x_ + before_x_).cwiseAbs2());
+    LeaveOutJumps(&jerk2);
     noise2_ += share_ * (jerk2 / kSecondDifference - noise2_);
-    const double level2 = jerk2.head(kElectrodeCount).cwiseMin(kWildest).mean();
-    level2_ += std::max(kNoiseShare * share_, 1.0 / (seen_ - 1)) * (level2 - level2_);
+    const Signals tame2 = jerk2.cwiseMin(kWildest);
+    const double first = seen_ <= kBeginning ? 1.0 / (seen_ - 1) : 0;
+    level2_ += std::max(share_, first) * (tame2.head(kElectrodeCount).mean() - level2_);
+    levels2_ += std::max(level_share_, first) * (tame2 - levels2_);
     noise_ = std::sqrt(level2_ / (kLesser * kSecondDifference * UsualNoise2()[0]));
+    // What differs from electrode to electrode, as coarse counts do, tells nothing of all gains.
+    if (seen_ <= kBeginning || unevenness() > kEven) first_noise_ = noise_;
   }
   const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_ - common2_);
   drift2_ += share_ * (std::max(0.0, beyond) - drift2_);
@@ -162,6 +176,13 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
   before_off_ = std::exchange(off_, off);
   before_x_ = std::exchange(x_, x);
   ++seen_;
+}
+
+// A second difference looks back over three samples: what jumped in them tells nothing of noise.
+void PatternCheck::LeaveOutJumps(Signals* jerk2) const noexcept {
+  for (Eigen::Index i = 0; i < kElectrodeCount; ++i) {
+    if (calm_[static_cast<std::size_t>(i)] < 3) (*jerk2)[i] = kSecondDifference * noise2_[i];
+  }
 }
 
 // A contact moves neighbours, too, and none of them between two samples by far the most: an
@@ -203,8 +224,26 @@ void PatternCheck::Reinstate(const Signals& x, const Signals& alive,
 }
 
 double PatternCheck::gain_sigma() const noexcept {
-  const double off = std::abs(std::log(noise_));
-  return off > kSameNoise ? std::min(off, kLargestGain) / 2 : 0;
+  const auto beyond = [](double off, double usual) {
+    const double most = std::min(off, kLargestGain);
+    return std::sqrt(std::max(0.0, most * most - usual * usual));
+  };
+  return std::hypot(beyond(std::abs(std::log(noise_)), kSameNoise) / kTelltale,
+                    beyond(unevenness(), kEven));
+}
+
+double PatternCheck::unevenness() const noexcept {
+  if (seen_ < kTelling) return 0;
+  std::array<double, kElectrodeCount> logs;
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    logs[i] = std::log(std::max(levels2_[static_cast<Eigen::Index>(i)], 1e-6)) / 2;
+  }
+  const auto middle = logs.begin() + kElectrodeCount / 2;
+  std::ranges::nth_element(logs, middle);
+  const double median = *middle;
+  for (double& away : logs) away = std::abs(away - median);
+  std::ranges::nth_element(logs, middle);
+  return 1.4826 * *middle;
 }
 
 void PatternCheck::LeaveOutWrong(const Signals& x, const Electrodes& is_still, Signals* noise2,

@@ -55,7 +55,10 @@ class PatternCheck {
   [[nodiscard]] double force_sigma() const { return force_sigma_; }
   // The electrodes' noise, over the usual one.
   [[nodiscard]] double noise() const { return noise_; }
-  // How wrong the gain of all may be that comes with it, one sigma [-].
+  // The same over that of the first samples.
+  [[nodiscard]] double noise_since_start() const { return noise_ / first_noise_; }
+  // How wrong the gains may be that come with it, of all or from electrode to electrode, one sigma
+  // [-].
   [[nodiscard]] double gain_sigma() const noexcept;
 
  private:
@@ -72,6 +75,10 @@ class PatternCheck {
                      Covariance* inverse) noexcept;
   void Measure(const Signals& x, const Covariance& inverse) noexcept;
   void NoteJumps(const Signals& x) noexcept;
+  // How much the electrodes' noise differs from electrode to electrode: of its logarithm, as one
+  // sigma, by the median; a few that do not work do not count. 0: not known yet.
+  [[nodiscard]] double unevenness() const noexcept;
+  void LeaveOutJumps(Signals* jerk2) const noexcept;
   void Reinstate(const Signals& x, const Signals& alive, const Covariance& inverse) noexcept;
   void Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
             const Covariance& inverse) noexcept;
@@ -82,19 +89,21 @@ class PatternCheck {
     double offset = 0;
   };
   std::vector<Quick> quick_;
-  double share_;  // of a sample in what is measured over time
+  double share_, level_share_;  // of a sample in what is measured over time
   Signals noise2_, raw_, x_, before_x_, off_, before_off_;
   double drift2_ = 0, common2_ = 0;  // as measured, as told [counts^2]
   double level2_ = 0;                // of second differences of all electrodes [counts^2]
+  Signals levels2_;                  // likewise of each by itself [counts^2]
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
   // Electrodes that have jumped and are not what is expected: how far [counts]; and for how long
   // they have been that since [samples].
   std::array<double, kElectrodeCount> jumped_{};
   std::array<int, kElectrodeCount> agrees_{};
+  std::array<int, kElectrodeCount> calm_{};  // samples since it jumped, or was back
   int replaced_ = 0;
   double disagreement_ = 0, misfit_ = 0, misfit_now_ = 0;
-  double drift_ = 0, force_sigma_ = 0, noise_ = 1;
+  double drift_ = 0, force_sigma_ = 0, noise_ = 1, first_noise_ = 1;
   TactileSignals mended_{};
 };
 

@@ -375,7 +375,10 @@ void TactileEstimator::AskArm(const ArmWord& said) noexcept {
   const Vector3d& n = felt_.local_model.normal;
   const double slope = n.dot(felt_.local_model.stiffness * n);
   if (!std::isfinite(slope)) return;
-  first.sigma = std::hypot(first.sigma, slope * arm_.apart());
+  // The arm carries all of them, on the same object.
+  for (FingerEstimate& finger : std::span(fingers_).first(fingertips_.size())) {
+    finger.sigma = std::hypot(finger.sigma, slope * arm_.apart());
+  }
   felt_.sigma = first.sigma;
 }
 

@@ -1,19 +1,19 @@
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/make_model.h"
-#include "slave/tactile/network/network_file.h"
-#include "tests/slave/capture/scratch.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 #include "tests/support/allocation_count.h"
-#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -24,48 +24,10 @@ using testing_fakes::CubeScene;
 using testing_fakes::Fakes;
 using testing_fakes::Hand;
 using testing_fakes::kAbove;
+using testing_fakes::kFive;
 using testing_fakes::kRest;
 using testing_fakes::kWindow;
-
-// A scene, its estimator, and fingertips that rested.
-struct Touching {
-  explicit Touching(const Scene& scene_in)
-      : scene(scene_in),
-        estimator(scene, Fakes()),
-        hand(scene.sense.Find<Tactile>()->fingers.size()) {
-    Feel(kRest + kWindow);
-  }
-  const ContactEstimate& Feel(int samples, const Vector3d& way = {0, 0, 0}) {
-    for (int i = 0; i < samples; ++i) {
-      estimator.Feel(hand.Next(), scene.manipulator.home + way);
-    }
-    return estimator.felt();
-  }
-  const ContactEstimate& Press(const Vector3d& force_F, const Vector3d& way, std::size_t finger = 0,
-                               int samples = kWindow) {
-    hand.forces_F[finger] = force_F;
-    hand.active[finger] = true;
-    return Feel(samples, way);
-  }
-  std::vector<Vector3d> Nodes() {
-    std::vector<Vector3d> p_S;
-    estimator.DeformedNodes(&p_S);
-    return p_S;
-  }
-  [[nodiscard]] double LargestMove() {
-    const std::vector<Vector3d> p_S = Nodes();
-    double largest = 0;
-    for (std::size_t i = 0; i < p_S.size(); ++i) {
-      const Vector3d rest = estimator.X_SO() * estimator.body()->surface.nodes[i];
-      largest = std::fmax(largest, (p_S[i] - rest).norm());
-    }
-    return largest;
-  }
-
-  Scene scene;
-  TactileEstimator estimator;
-  Hand hand;
-};
+using testing_fakes::Touching;
 
 // Reference: the scene's model alone, loaded with the same force at the place under the pad.
 TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
@@ -232,30 +194,6 @@ TEST(TactileEstimatorTest, AnAbsurdForceIsFlaggedAndHoldsNobodyUp) {
   }
 }
 
-// Where the model has no answer the shape is that of the last one, and says of when; what was felt
-// goes on. At rest again the shape is the model's.
-TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsTold) {
-  Touching t(CubeScene(kAbove));
-  t.Press({0, 0, -0.2}, {0, 0, -0.003});
-  const BoundaryShape known = t.estimator.Shape(true);
-  ASSERT_NE(known.validity, Validity::kFailed);
-  ASSERT_NE(known.positions, known.rest);
-  const ContactEstimate& felt = t.Press({0, 0, -7}, {0, 0, -0.003});
-  const BoundaryShape beyond = t.estimator.Shape(true);
-  ASSERT_EQ(beyond.validity, Validity::kFailed);
-  EXPECT_EQ(beyond.positions, known.positions);
-  EXPECT_EQ(beyond.sensed_at, known.sensed_at);
-  EXPECT_LT(beyond.sensed_at, felt.sensed_at);
-  EXPECT_EQ(beyond.nodal_forces.size(), beyond.rest.size());
-  EXPECT_NE(beyond.nodal_forces, known.nodal_forces);
-  t.hand.active[0] = false;
-  t.hand.forces_F[0].setZero();
-  t.Feel(20);
-  const BoundaryShape after = t.estimator.Shape(false);
-  EXPECT_NE(after.validity, Validity::kFailed);
-  EXPECT_GT(after.sensed_at, beyond.sensed_at);
-}
-
 // Without a pose nobody knows where the object is touched: the force is told as it is, in frame F.
 TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
   Touching t(CubeScene("finger: rf"));
@@ -269,13 +207,6 @@ TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
   EXPECT_FALSE(t.estimator.finger(0).p_S_contact.has_value());
   EXPECT_TRUE(t.estimator.Shape(true).positions.empty());
 }
-
-constexpr const char* kFive =
-    "fingers: {a: {pose: {translation: [20 mm, 20 mm, 47 mm]}},"
-    " b: {pose: {translation: [8 mm, 10 mm, 47 mm]}},"
-    " c: {pose: {translation: [47 mm, 20 mm, 25 mm], rotation: [0, 90 deg, 0]}},"
-    " d: {pose: {translation: [-7 mm, 21 mm, 20 mm], rotation: [0, -90 deg, 0]}},"
-    " e: {pose: {translation: [33 mm, 30 mm, 47 mm]}, motion: stands}}";
 
 // Reference: superposition, in the linear law: five fingertips together move every node by the sum
 // of what each alone does, to rounding.
@@ -307,28 +238,6 @@ TEST(TactileEstimatorTest, FiveFingertipsAddUp) {
   for (std::size_t k = 0; k < p.size(); ++k) {
     EXPECT_NEAR((p[k] - together.estimator.body()->surface.nodes[k] - sum[k]).norm(), 0, 1e-8);
   }
-}
-
-// Reference: equilibrium: what the nodes take is what the fingertips push with.
-TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
-  Touching t(CubeScene(kFive));
-  Vector3d total(0, 0, 0);
-  for (std::size_t i = 0; i < 5; ++i) {
-    t.hand.forces_F[i] = {0.01, 0, -0.05 - 0.01 * static_cast<double>(i)};
-    t.hand.active[i] = true;
-    total += t.scene.sense.Find<Tactile>()->fingers[i].X_SF.linear() * t.hand.forces_F[i];
-  }
-  t.Feel(kWindow);
-  const BoundaryShape shape = t.estimator.Shape(true);
-  EXPECT_EQ(shape.nodes_per_element, 3);
-  EXPECT_EQ(shape.rest.size(), 3U * 98);  // nodes on the surface of 4 x 4 x 4 cells
-  EXPECT_EQ(shape.elements.size(), 3U * 192);
-  ASSERT_EQ(shape.nodal_forces.size(), shape.rest.size());
-  Vector3d sum(0, 0, 0);
-  for (std::size_t i = 0; i < shape.nodal_forces.size(); ++i) {
-    sum[static_cast<Eigen::Index>(i % 3)] += static_cast<double>(shape.nodal_forces[i]);
-  }
-  EXPECT_NEAR((sum - total).norm(), 0, 1e-6);
 }
 
 // The skin cannot pull (the authors' node clamps as well): a force outward is left out.
@@ -398,86 +307,6 @@ TEST(TactileEstimatorTest, APatchSpreadsTheLoad) {
   EXPECT_GT(patch.LargestMove(), 0.1 * point.LargestMove());
 }
 
-// Sum over the nodes of the streamed forces, frame S, and on how many nodes they act.
-struct Streamed {
-  Vector3d sum{0, 0, 0};
-  int nodes = 0;
-};
-Streamed Forces(Touching& t) {
-  const BoundaryShape shape = t.estimator.Shape(true);
-  Streamed streamed;
-  for (std::size_t i = 0; i + 2 < shape.nodal_forces.size(); i += 3) {
-    const Eigen::Vector3f f(&shape.nodal_forces[i]);
-    streamed.sum += f.cast<double>();
-    if (f.norm() > 0) ++streamed.nodes;
-  }
-  return streamed;
-}
-
-// The tolerance is single precision of 0.2 N. A place that is pulled, which the model leaves out,
-// is felt as well.
-TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
-  const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
-  for (const char* extra :
-       {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {
-    Scene scene = CubeScene(kAbove + extra);
-    scene.object.X_SO = turned;
-    scene.sense.Find<Tactile>()->fingers[0].X_SF.translation() =
-        turned * Vector3d(0.02, 0.02, 0.047);
-    scene.manipulator.home = turned * Vector3d(0.02, 0.02, 0.04);
-    Touching t(scene);
-    for (const Vector3d& force : {Vector3d(0.03, 0.01, -0.2), Vector3d(0.03, 0.01, 0.05)}) {
-      const ContactEstimate& felt = t.Press(force, {0, 0, -0.004});
-      ASSERT_TRUE(felt.force && t.estimator.finger(0).p_S_contact);
-      EXPECT_NEAR((Forces(t).sum + *felt.force).norm(), 0, 1e-7) << extra;
-    }
-  }
-}
-
-// Reference: the model alone, each streamed force put on its node by itself; loads superpose, so
-// the object deforms as under the patch. Single precision of forces and places: 1e-7 m of 1 mm.
-TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem) {
-  Touching t(CubeScene(kAbove + ", patch: 22 mm"));
-  t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
-  EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
-  const BoundaryShape shape = t.estimator.Shape(true);
-  const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
-    return Eigen::Vector3f(&values[i]).cast<double>();
-  };
-  std::vector<Contact> loads;
-  for (std::size_t i = 0; i < shape.nodal_forces.size(); i += 3) {
-    const Vector3d force = at(shape.nodal_forces, i);
-    if (force.norm() == 0) continue;
-    loads.push_back(
-        {.kind = Contact::Kind::kForce, .p_O = at(shape.rest, i), .prescribed_O = force});
-  }
-  const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
-  std::vector<ContactResponse> responses(loads.size());
-  model->Respond(loads, responses);
-  std::vector<Vector3d> u;
-  model->Displacements(&u);
-  const std::vector<Vector3d> p = t.Nodes();
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;
-  }
-}
-
-TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
-  const Scene scene = CubeScene(kAbove + ", hold: displacement");
-  TactileSenses senses = Fakes();
-  senses.network = nullptr;
-  TactileEstimator estimator(scene, senses);
-  Hand hand(1);
-  for (int i = 0; i < kRest + 2 * kWindow; ++i) {
-    hand.active[0] = i > kRest;
-    estimator.Feel(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
-  }
-  ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
-  const BoundaryShape shape = estimator.Shape(true);
-  EXPECT_FALSE(shape.positions.empty());
-  EXPECT_TRUE(shape.nodal_forces.empty());
-}
-
 // One sample in twenty does not come, which only the stamps of the others tell.
 TEST(TactileEstimatorTest, SamplesThatAreLostNowAndThenLeaveTheForceKnown) {
   Touching t(CubeScene(kAbove));
@@ -499,80 +328,6 @@ TEST(TactileEstimatorTest, TimesOfMechanicsAreThoseOfSamplesThatTouch) {
   t.Press({0, 0, -0.2}, {0, 0, -0.003});
   EXPECT_GT(t.estimator.times().mechanics.count(), 0U);
   EXPECT_LE(t.estimator.times().mechanics.count(), static_cast<std::uint64_t>(kWindow));
-}
-
-// --- the contact that the master renders
-
-// The plane is known before anything touches: the sphere comes through it when its centre is one
-// radius above the surface, whatever the fingertip's direction; the reference is where the apex is.
-TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
-  for (const double degrees : {0.0, 35.0, 80.0}) {
-    Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 55 mm], rotation: [0, " +
-                         std::to_string(degrees) + " deg, 0]}"));
-    const LocalModel& local = t.estimator.felt().local_model;
-    ASSERT_TRUE(local.known()) << degrees;
-    EXPECT_FALSE(local.in_contact);
-    EXPECT_NEAR((local.normal - Vector3d::UnitZ()).norm(), 0, 1e-12);
-    // 15 mm from the middle of the sphere to the top, 7 mm of it the sphere's.
-    EXPECT_NEAR(local.Penetration(t.scene.manipulator.home), -0.008, 1e-12) << degrees;
-    EXPECT_NEAR(local.Penetration(t.scene.manipulator.home - Vector3d(0, 0, 0.010)), 0.002, 1e-12);
-    EXPECT_EQ(local.force, Vector3d(0, 0, 0));
-    const Eigen::Matrix3d& K = local.stiffness;
-    EXPECT_EQ(K, K.transpose().eval());
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(K).eigenvalues().minCoeff(), 0);
-  }
-}
-
-// Beside an edge the sphere meets it from its own side: nothing is rendered in thin air.
-TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
-  Touching t(CubeScene(kAbove));
-  const ContactEstimate& felt =
-      t.Feel(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
-  EXPECT_LT(felt.local_model.Penetration(felt.p_S_tip), -0.007);
-}
-
-// The hand goes on from over the top to beside the cube before the next sample: the plane of the
-// last one would have it 6.9 mm deep. Reference: a sample that is taken there.
-TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
-  const Vector3d way(0.035, 0, -0.0069);
-  Touching t(CubeScene(kAbove)), there(CubeScene(kAbove));
-  t.Feel(1, {0.015, 0, 0.001});
-  const Vector3d beside = t.scene.manipulator.home + way;
-  EXPECT_NEAR(t.estimator.felt().local_model.Penetration(beside), 0.0069, 1e-12);
-  const LocalModel& expected = there.Feel(1, way).local_model;
-  const LocalModel local = t.estimator.LocalAt(beside);
-  EXPECT_NEAR((local.normal - expected.normal).norm(), 0, 1e-12);
-  EXPECT_NEAR((local.reference - expected.reference).norm(), 0, 1e-12);
-  EXPECT_NEAR((local.stiffness - expected.stiffness).norm(), 0, 1e-9 * local.stiffness.norm());
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(t.estimator.LocalAt(Vector3d::Constant(nan)).revision, local.revision);
-}
-
-TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
-  Touching t(CubeScene(kAbove));
-  t.Feel(1, {0, 0, 0.005});
-  const auto revision = t.estimator.felt().local_model.revision;
-  t.Feel(10, {0, 0, 0.005});
-  EXPECT_EQ(t.estimator.felt().local_model.revision, revision);
-  t.Feel(1, {0.001, 0, 0.005});
-  EXPECT_EQ(t.estimator.felt().local_model.revision, revision + 1);
-}
-
-// A bonded contact keeps its reference while the fingertip shears it; a frictionless one follows.
-TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) {
-  for (const char* law : {"bonded", "frictionless"}) {
-    Touching t(CubeScene(kAbove, std::string("kind: fem-green, contact: ") + law));
-    t.Feel(1, {0, 0, 0.001});
-    t.Feel(1, {0, 0, -0.002});
-    const Vector3d before = t.estimator.felt().local_model.reference;
-    t.Feel(1, {0.003, 0, -0.002});
-    const LocalModel& after = t.estimator.felt().local_model;
-    const double moved = std::string(law) == "bonded" ? 0 : 0.003;
-    EXPECT_NEAR((after.reference - before - Vector3d(moved, 0, 0)).norm(), 0, 1e-9) << law;
-    if (moved > 0) {
-      EXPECT_NEAR((after.stiffness * Vector3d::UnitX()).norm(), 0, 1e-9);
-    }
-  }
 }
 
 TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
@@ -609,83 +364,6 @@ TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
   const long before = AllocationCount();
   for (int i = 0; i < 300; ++i) t.Feel(1, circle(i));
   EXPECT_EQ(AllocationCount() - before, 0);
-}
-
-// --- what the scene names
-
-const std::string kShipped = SourcePath("/deploy/fingertips/simulated-tnn21");
-
-std::string ComplaintOf(const Scene& scene) {
-  try {
-    LoadSenses(scene);
-    return {};
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-}
-
-TEST(LoadSensesTest, ARecordingWithoutASignalThatTheNetworkTakesIsRefused) {
-  const Scratch scratch;
-  Scene scene = CubeScene(kAbove);
-  Tactile& tactile = *scene.sense.Find<Tactile>();
-  tactile.source = Tactile::Source::kRecording;
-  tactile.network = kShipped;
-  const auto write = [&](const char* columns) {
-    std::string text = columns;
-    for (int e = 1; e <= kElectrodeCount; ++e) text += ",E" + std::to_string(e);
-    tactile.file = scratch.Write("touch.csv", text + "\n");
-  };
-  write("t,pac0,pdc");
-  EXPECT_EQ(ComplaintOf(scene), "");
-  write("t,pac0");
-  EXPECT_NE(ComplaintOf(scene).find("touch.csv: no column pdc: " + std::string(kShipped)),
-            std::string::npos);
-  write("t,pdc");
-  EXPECT_NE(ComplaintOf(scene).find("no column pac0"), std::string::npos);
-}
-
-TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
-  const Scratch scratch;
-  const auto none = scratch.path() / "nothing";
-  Scene scene = CubeScene(kAbove);
-  scene.sense.Find<Tactile>()->network = none;
-  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.network: "), std::string::npos);
-  scene.sense.Find<Tactile>()->network.clear();
-  scene.sense.Find<Tactile>()->electrodes = none;
-  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
-  scene.sense.Find<Tactile>()->electrodes.clear();
-  scene.sense.Find<Tactile>()->localise = (scratch.path() / "none.json").string();
-  EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-}
-
-TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
-  const Scratch scratch;
-  Scene scene = CubeScene(kAbove);
-  Tactile& tactile = *scene.sense.Find<Tactile>();
-  tactile.carries_state = true;
-  NetworkInfo info;
-  info.architecture = "rnn_19";
-  info.inputs = 19;
-  info.outputs = 3;
-  info.window = 50;
-  NetworkWeights weights;
-  weights.LeaveUnscaled(info.inputs, info.outputs);
-  weights.lstm = {{WeightMatrix::Zero(19 + 2, 4 * 2), Eigen::VectorXf::Zero(4 * 2)}};
-  weights.dense = {{WeightMatrix::Zero(2, 3), Eigen::VectorXf::Zero(3)}};
-  WriteForceNetwork(scratch.path() / "recurrent", info, weights);
-  tactile.network = scratch.path() / "recurrent";
-  EXPECT_EQ(ComplaintOf(scene), "");
-  info.architecture = "dnn_19";
-  info.window = 1;
-  weights.lstm.clear();
-  weights.dense = {{WeightMatrix::Zero(19, 3), Eigen::VectorXf::Zero(3)}};
-  WriteForceNetwork(scratch.path() / "dense", info, weights);
-  tactile.network = scratch.path() / "dense";
-  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.state = carried: accepted is windowed"),
-            std::string::npos)
-      << ComplaintOf(scene);
 }
 
 }  // namespace

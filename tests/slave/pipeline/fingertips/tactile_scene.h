@@ -1,6 +1,8 @@
 // Scenes of fingertips for tests, and what their fingertips would read.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -70,5 +72,52 @@ class Hand {
  private:
   std::uint64_t sequence_ = 0;
 };
+
+// A scene, its estimator, and fingertips that rested.
+struct Touching {
+  explicit Touching(const Scene& scene_in)
+      : scene(scene_in),
+        estimator(scene, Fakes()),
+        hand(scene.sense.Find<Tactile>()->fingers.size()) {
+    Feel(kRest + kWindow);
+  }
+  const ContactEstimate& Feel(int samples, const Eigen::Vector3d& way = {0, 0, 0}) {
+    for (int i = 0; i < samples; ++i) {
+      estimator.Feel(hand.Next(), scene.manipulator.home + way);
+    }
+    return estimator.felt();
+  }
+  const ContactEstimate& Press(const Eigen::Vector3d& force_F, const Eigen::Vector3d& way,
+                               std::size_t finger = 0, int samples = kWindow) {
+    hand.forces_F[finger] = force_F;
+    hand.active[finger] = true;
+    return Feel(samples, way);
+  }
+  std::vector<Eigen::Vector3d> Nodes() {
+    std::vector<Eigen::Vector3d> p_S;
+    estimator.DeformedNodes(&p_S);
+    return p_S;
+  }
+  [[nodiscard]] double LargestMove() {
+    const std::vector<Eigen::Vector3d> p_S = Nodes();
+    double largest = 0;
+    for (std::size_t i = 0; i < p_S.size(); ++i) {
+      const Eigen::Vector3d rest = estimator.X_SO() * estimator.body()->surface.nodes[i];
+      largest = std::fmax(largest, (p_S[i] - rest).norm());
+    }
+    return largest;
+  }
+
+  Scene scene;
+  TactileEstimator estimator;
+  Hand hand;
+};
+
+inline constexpr const char* kFive =
+    "fingers: {a: {pose: {translation: [20 mm, 20 mm, 47 mm]}},"
+    " b: {pose: {translation: [8 mm, 10 mm, 47 mm]}},"
+    " c: {pose: {translation: [47 mm, 20 mm, 25 mm], rotation: [0, 90 deg, 0]}},"
+    " d: {pose: {translation: [-7 mm, 21 mm, 20 mm], rotation: [0, -90 deg, 0]}},"
+    " e: {pose: {translation: [33 mm, 30 mm, 47 mm]}, motion: stands}}";
 
 }  // namespace palpate::testing_fakes

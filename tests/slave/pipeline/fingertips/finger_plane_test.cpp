@@ -1,0 +1,91 @@
+#include <limits>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::kAbove;
+using testing_fakes::Touching;
+
+// The plane is known before anything touches: the sphere comes through it when its centre is one
+// radius above the surface, whatever the fingertip's direction; the reference is where the apex is.
+TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
+  for (const double degrees : {0.0, 35.0, 80.0}) {
+    Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 55 mm], rotation: [0, " +
+                         std::to_string(degrees) + " deg, 0]}"));
+    const LocalModel& local = t.estimator.felt().local_model;
+    ASSERT_TRUE(local.known()) << degrees;
+    EXPECT_FALSE(local.in_contact);
+    EXPECT_NEAR((local.normal - Vector3d::UnitZ()).norm(), 0, 1e-12);
+    // 15 mm from the middle of the sphere to the top, 7 mm of it the sphere's.
+    EXPECT_NEAR(local.Penetration(t.scene.manipulator.home), -0.008, 1e-12) << degrees;
+    EXPECT_NEAR(local.Penetration(t.scene.manipulator.home - Vector3d(0, 0, 0.010)), 0.002, 1e-12);
+    EXPECT_EQ(local.force, Vector3d(0, 0, 0));
+    const Eigen::Matrix3d& K = local.stiffness;
+    EXPECT_EQ(K, K.transpose().eval());
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(K).eigenvalues().minCoeff(), 0);
+  }
+}
+
+// Beside an edge the sphere meets it from its own side: nothing is rendered in thin air.
+TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
+  Touching t(CubeScene(kAbove));
+  const ContactEstimate& felt =
+      t.Feel(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
+  EXPECT_LT(felt.local_model.Penetration(felt.p_S_tip), -0.007);
+}
+
+// The hand goes on from over the top to beside the cube before the next sample: the plane of the
+// last one would have it 6.9 mm deep. Reference: a sample that is taken there.
+TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
+  const Vector3d way(0.035, 0, -0.0069);
+  Touching t(CubeScene(kAbove)), there(CubeScene(kAbove));
+  t.Feel(1, {0.015, 0, 0.001});
+  const Vector3d beside = t.scene.manipulator.home + way;
+  EXPECT_NEAR(t.estimator.felt().local_model.Penetration(beside), 0.0069, 1e-12);
+  const LocalModel& expected = there.Feel(1, way).local_model;
+  const LocalModel local = t.estimator.LocalAt(beside);
+  EXPECT_NEAR((local.normal - expected.normal).norm(), 0, 1e-12);
+  EXPECT_NEAR((local.reference - expected.reference).norm(), 0, 1e-12);
+  EXPECT_NEAR((local.stiffness - expected.stiffness).norm(), 0, 1e-9 * local.stiffness.norm());
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(t.estimator.LocalAt(Vector3d::Constant(nan)).revision, local.revision);
+}
+
+TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
+  Touching t(CubeScene(kAbove));
+  t.Feel(1, {0, 0, 0.005});
+  const auto revision = t.estimator.felt().local_model.revision;
+  t.Feel(10, {0, 0, 0.005});
+  EXPECT_EQ(t.estimator.felt().local_model.revision, revision);
+  t.Feel(1, {0.001, 0, 0.005});
+  EXPECT_EQ(t.estimator.felt().local_model.revision, revision + 1);
+}
+
+// A bonded contact keeps its reference while the fingertip shears it; a frictionless one follows.
+TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) {
+  for (const char* law : {"bonded", "frictionless"}) {
+    Touching t(CubeScene(kAbove, std::string("kind: fem-green, contact: ") + law));
+    t.Feel(1, {0, 0, 0.001});
+    t.Feel(1, {0, 0, -0.002});
+    const Vector3d before = t.estimator.felt().local_model.reference;
+    t.Feel(1, {0.003, 0, -0.002});
+    const LocalModel& after = t.estimator.felt().local_model;
+    const double moved = std::string(law) == "bonded" ? 0 : 0.003;
+    EXPECT_NEAR((after.reference - before - Vector3d(moved, 0, 0)).norm(), 0, 1e-9) << law;
+    if (moved > 0) {
+      EXPECT_NEAR((after.stiffness * Vector3d::UnitX()).norm(), 0, 1e-9);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate

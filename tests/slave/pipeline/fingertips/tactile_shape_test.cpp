@@ -1,0 +1,152 @@
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/make_model.h"
+#include "slave/pipeline/fingertips/tactile_estimator.h"
+#include "tests/slave/pipeline/fingertips/tactile_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using testing_fakes::CubeScene;
+using testing_fakes::Fakes;
+using testing_fakes::Hand;
+using testing_fakes::kAbove;
+using testing_fakes::kFive;
+using testing_fakes::kRest;
+using testing_fakes::kWindow;
+using testing_fakes::Touching;
+
+// Where the model has no answer the shape is that of the last one, and says of when; what was felt
+// goes on. At rest again the shape is the model's.
+TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsTold) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  const BoundaryShape known = t.estimator.Shape(true);
+  ASSERT_NE(known.validity, Validity::kFailed);
+  ASSERT_NE(known.positions, known.rest);
+  const ContactEstimate& felt = t.Press({0, 0, -7}, {0, 0, -0.003});
+  const BoundaryShape beyond = t.estimator.Shape(true);
+  ASSERT_EQ(beyond.validity, Validity::kFailed);
+  EXPECT_EQ(beyond.positions, known.positions);
+  EXPECT_EQ(beyond.sensed_at, known.sensed_at);
+  EXPECT_LT(beyond.sensed_at, felt.sensed_at);
+  EXPECT_EQ(beyond.nodal_forces.size(), beyond.rest.size());
+  EXPECT_NE(beyond.nodal_forces, known.nodal_forces);
+  t.hand.active[0] = false;
+  t.hand.forces_F[0].setZero();
+  t.Feel(20);
+  const BoundaryShape after = t.estimator.Shape(false);
+  EXPECT_NE(after.validity, Validity::kFailed);
+  EXPECT_GT(after.sensed_at, beyond.sensed_at);
+}
+
+// Reference: equilibrium: what the nodes take is what the fingertips push with.
+TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
+  Touching t(CubeScene(kFive));
+  Vector3d total(0, 0, 0);
+  for (std::size_t i = 0; i < 5; ++i) {
+    t.hand.forces_F[i] = {0.01, 0, -0.05 - 0.01 * static_cast<double>(i)};
+    t.hand.active[i] = true;
+    total += t.scene.sense.Find<Tactile>()->fingers[i].X_SF.linear() * t.hand.forces_F[i];
+  }
+  t.Feel(kWindow);
+  const BoundaryShape shape = t.estimator.Shape(true);
+  EXPECT_EQ(shape.nodes_per_element, 3);
+  EXPECT_EQ(shape.rest.size(), 3U * 98);  // nodes on the surface of 4 x 4 x 4 cells
+  EXPECT_EQ(shape.elements.size(), 3U * 192);
+  ASSERT_EQ(shape.nodal_forces.size(), shape.rest.size());
+  Vector3d sum(0, 0, 0);
+  for (std::size_t i = 0; i < shape.nodal_forces.size(); ++i) {
+    sum[static_cast<Eigen::Index>(i % 3)] += static_cast<double>(shape.nodal_forces[i]);
+  }
+  EXPECT_NEAR((sum - total).norm(), 0, 1e-6);
+}
+
+// Sum over the nodes of the streamed forces, frame S, and on how many nodes they act.
+struct Streamed {
+  Vector3d sum{0, 0, 0};
+  int nodes = 0;
+};
+Streamed Forces(Touching& t) {
+  const BoundaryShape shape = t.estimator.Shape(true);
+  Streamed streamed;
+  for (std::size_t i = 0; i + 2 < shape.nodal_forces.size(); i += 3) {
+    const Eigen::Vector3f f(&shape.nodal_forces[i]);
+    streamed.sum += f.cast<double>();
+    if (f.norm() > 0) ++streamed.nodes;
+  }
+  return streamed;
+}
+
+// The tolerance is single precision of 0.2 N. A place that is pulled, which the model leaves out,
+// is felt as well.
+TEST(TactileEstimatorTest, StreamedForcesAreThoseFeltHoweverTheContactActs) {
+  const Isometry3d turned(Eigen::AngleAxisd(0.5, Vector3d::UnitZ()));
+  for (const char* extra :
+       {"", ", hold: displacement", ", patch: 22 mm", ", hold: displacement, patch: 22 mm"}) {
+    Scene scene = CubeScene(kAbove + extra);
+    scene.object.X_SO = turned;
+    scene.sense.Find<Tactile>()->fingers[0].X_SF.translation() =
+        turned * Vector3d(0.02, 0.02, 0.047);
+    scene.manipulator.home = turned * Vector3d(0.02, 0.02, 0.04);
+    Touching t(scene);
+    for (const Vector3d& force : {Vector3d(0.03, 0.01, -0.2), Vector3d(0.03, 0.01, 0.05)}) {
+      const ContactEstimate& felt = t.Press(force, {0, 0, -0.004});
+      ASSERT_TRUE(felt.force && t.estimator.finger(0).p_S_contact);
+      EXPECT_NEAR((Forces(t).sum + *felt.force).norm(), 0, 1e-7) << extra;
+    }
+  }
+}
+
+// Reference: the model alone, each streamed force put on its node by itself; loads superpose, so
+// the object deforms as under the patch. Single precision of forces and places: 1e-7 m of 1 mm.
+TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem) {
+  Touching t(CubeScene(kAbove + ", patch: 22 mm"));
+  t.Press({0.01, 0, -0.1}, {0, 0, -0.002});
+  EXPECT_GE(Forces(t).nodes, 9);  // the corners of the four middle faces
+  const BoundaryShape shape = t.estimator.Shape(true);
+  const auto at = [](const std::vector<float>& values, std::size_t i) -> Vector3d {
+    return Eigen::Vector3f(&values[i]).cast<double>();
+  };
+  std::vector<Contact> loads;
+  for (std::size_t i = 0; i < shape.nodal_forces.size(); i += 3) {
+    const Vector3d force = at(shape.nodal_forces, i);
+    if (force.norm() == 0) continue;
+    loads.push_back(
+        {.kind = Contact::Kind::kForce, .p_O = at(shape.rest, i), .prescribed_O = force});
+  }
+  const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
+  std::vector<ContactResponse> responses(loads.size());
+  model->Respond(loads, responses);
+  std::vector<Vector3d> u;
+  model->Displacements(&u);
+  const std::vector<Vector3d> p = t.Nodes();
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;
+  }
+}
+
+TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
+  const Scene scene = CubeScene(kAbove + ", hold: displacement");
+  TactileSenses senses = Fakes();
+  senses.network = nullptr;
+  TactileEstimator estimator(scene, senses);
+  Hand hand(1);
+  for (int i = 0; i < kRest + 2 * kWindow; ++i) {
+    hand.active[0] = i > kRest;
+    estimator.Feel(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
+  }
+  ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
+  const BoundaryShape shape = estimator.Shape(true);
+  EXPECT_FALSE(shape.positions.empty());
+  EXPECT_TRUE(shape.nodal_forces.empty());
+}
+
+}  // namespace
+}  // namespace palpate
