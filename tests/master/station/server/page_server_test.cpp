@@ -100,7 +100,7 @@ TEST_F(PageServerTest, AnswersWhatAPageSays) {
 // and one message.
 TEST_F(PageServerTest, ASlowPageGetsTheNewestAndNothingPilesUp) {
   constexpr int kMessages = 400, kSize = 256 << 10;  // 100 MB in all
-  PageClient slow(server_.endpoint(), 32 << 10);  // a window of a few bytes makes TCP wait
+  PageClient slow(server_.endpoint(), 32 << 10);     // a window of a few bytes makes TCP wait
   ASSERT_THAT(slow.Upgrade(Host(), Origin()), HasSubstr("101"));
   PageClient quick(server_.endpoint());
   ASSERT_THAT(quick.Upgrade(Host(), Origin()), HasSubstr("101"));
