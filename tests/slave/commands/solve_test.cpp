@@ -267,7 +267,8 @@ TEST_F(SolveTest, WritesOverNothingItReads) {
   EXPECT_EQ(std::filesystem::file_size(scene), original);
 }
 
-// A tool of 2 mm on cells of 10 mm: the row says that it is extrapolated, the words say why.
+// A tool of 2 mm on cells of 10 mm, by an edge: the row says that it is extrapolated, the words say
+// why. In the middle it is answered. Reference: a bonded disc on a half-space (Spence), 3 %.
 TEST_F(SolveTest, SaysWhyARowIsExtrapolated) {
   options_.scene = Write("scene.yaml", R"(name: cube
 object:
@@ -278,14 +279,20 @@ model: {kind: fem-green}
 )");
   const Outcome outcome = RunContacts(
       "case,x,y,z,dx,dy,dz,width\n"
-      "wide,0.03,0.03,0.06,0,0,-0.001,0.04\nnarrow,0.03,0.03,0.06,0,0,-0.001,0.002\n");
+      "wide,0.03,0.03,0.06,0,0,-0.001,0.04\nedge,0.058,0.03,0.06,0,0,-0.001,0.002\n"
+      "narrow,0.03,0.03,0.06,0,0,-0.001,0.002\n");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.rows.at(0).at("validity"), "valid");
   EXPECT_EQ(outcome.rows.at(1).at("validity"), "extrapolated");
   EXPECT_THAT(
       outcome.message,
-      HasSubstr("1 of 2 rows are extrapolated, first row 2 (case narrow at 0.03, 0.03, 0.06): "
+      HasSubstr("1 of 3 rows are extrapolated, first row 2 (case edge at 0.058, 0.03, 0.06): "
                 "the mesh is too coarse for a patch of this width here"));
+  EXPECT_EQ(outcome.rows.at(2).at("validity"), "valid");
+  const double G = 3800 / (2 * 1.15), a = 0.001, nu = 0.15;
+  EXPECT_NEAR(std::stod(outcome.rows.at(2).at("fz")) /
+                  (-4 * G * a * std::log(3 - 4 * nu) / (1 - 2 * nu) * 0.001),
+              1, 0.03);
 }
 
 // Devices without end are no tables.

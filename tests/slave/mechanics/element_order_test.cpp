@@ -369,7 +369,7 @@ TEST(ElementOrder, AContactMovesAllNodesOfItsElementsAndReportsTheirForce) {
     Bem2dModel model(problem, {.young_modulus = 127e3, .thickness = 9e-3});
     Contact wide = bodies::Move(37, {0.2e-3, -1e-3});
     wide.p_O = {0.044, 0.088, 0};
-    wide.width = 2 * 0.088 / 15;
+    wide.width = 3 * 0.088 / 15;
     const auto patch = bodies::Respond(model, {wide}).front();
     ASSERT_EQ(patch.validity, Validity::kValid);
     const auto& greens = model.greens_functions();

@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "3 pressures: accepted is"},
         BadSample{"NoSuchFinger", [](auto* s) { s->set_finger("mf"); },
                   "finger mf is no finger of this scene: accepted is rf, th"},
-        BadSample{"EndlessName", [](auto* s) { s->set_finger(std::string(9000, 'x')); },
+        BadSample{"EndlessName", [](auto* s) { s->set_finger(std::string(6000, 'x')); },
                   "x is no finger of this scene: accepted is rf, th"},
         BadSample{"NoStamp", [](auto* s) { s->clear_sensed_at(); }, "sensed_at is absent"},
         BadSample{"StampOfNothing", [](auto* s) { s->mutable_sensed_at()->set_nanos(-1); },

@@ -243,10 +243,16 @@ TEST(Bem3dModel, BigBlockIsAlmostAHalfSpace) {
   const double half = 1.0 / (cells * cells);
   for (const double nu : {0.0, 0.5}) {
     Bem3dModel model(body.mesh, body.held, 1e4, nu, {});
-    Contact disc = Load(-1, {0, 0, -1e-3});
-    disc.p_O = {0, 0, 0};
-    disc.width = 3 * half;  // all centroids within the square, none beyond
-    const double depth = -Answer(&model, {disc})[0].displacement_O.z();
+    std::vector<Contact> square;
+    for (const int i : Top(body.mesh)) {
+      if (Centroid(body.mesh, i).head<2>().cwiseAbs().maxCoeff() > half) continue;
+      square.push_back(Load(i, {0, 0, -1e-3 * Area(body.mesh, i) / (4 * half * half)}));
+    }
+    double depth = 0;
+    const auto responses = Answer(&model, square);
+    for (std::size_t i = 0; i < square.size(); ++i) {
+      depth += responses[i].displacement_O.dot(square[i].prescribed_O) / 1e-3;
+    }
     const double root = std::sqrt(2.0);
     const double expected = 1e-3 * (1 - nu * nu) / (M_PI * 1e4 * 2 * half) * 4 / 3 *
                             (1 - root + 3 * std::log(1 + root));
