@@ -69,7 +69,7 @@ run_again() {
   local red of_programs
   red=$("${again[@]}" -N | sed -n 's/^ *Test *#[0-9]*: //p')
   of_programs=$(ctest --test-dir "build/$preset" -N -L '^e2e$' -R "^($(paste -sd'|' <<<"$red"))\$" | sed -n 's/^ *Test *#[0-9]*: //p')
-  if [ "$(wc -l <<<"$red")" -gt 3 ] || [ "$red" != "$of_programs" ]; then repeat "${again[*]}"; fi
+  if [ -z "$red" ] || [ "$(wc -l <<<"$red")" -gt 3 ] || [ "$red" != "$of_programs" ]; then repeat "${again[*]}"; fi
   "${again[@]}" --output-log "build/ctest-$preset-again.log" || repeat "${again[*]}"
 }
 
