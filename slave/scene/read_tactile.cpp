@@ -143,6 +143,8 @@ void ReadMeasures(Section& section, Tactile* tactile) {
   }
   tactile->finger_radius = section.Number(
       "radius", Between(Dimension::kLength, 1e-3, 0.05, "1 mm to 50 mm"), tactile->finger_radius);
+  tactile->pose_tolerance = section.Number(
+      "pose_tolerance", Between(Dimension::kAngle, 0, 0.5, "0 to 28 deg"), tactile->pose_tolerance);
   tactile->gate = section.Number(
       "gate", Between(Dimension::kLength, kSmallest, 1, "> 0 (1e-15 to 1 m)"), tactile->gate);
   tactile->patch =

@@ -188,6 +188,7 @@ struct Tactile {
   double threshold = 5;              // change of an active electrode [counts]
   double full_scale = 200;           // change of intensity 1 [counts]
   double finger_radius = 7e-3;       // of sphere and cylinder [m]
+  double pose_tolerance = 0.035;     // of the fingers' poses, about each axis, one sigma [rad]
   double gate = 0.01;                // farther contacts do not touch the object [m]
   double patch = 0;                  // diameter of a contact's area [m]; 0: a point
   enum class Hold : std::uint8_t { kForce, kDisplacement } hold = Hold::kForce;

@@ -28,7 +28,7 @@ constexpr double kRestSigmas = 2;      // that the pressure's rest value may be 
 constexpr double kQuietest = 0.8;      // times the usual noise; five real fingers: 0.83 to 1.17
 constexpr double kFallen = 0.85;       // of the first noise; real fingers in a minute: 0.95 to 1.1
 constexpr double kLag = 3;             // samples that a recurrent network's answer is late, about
-constexpr double kPromptLag = 1;       // that another one's is
+constexpr double kPromptLag = 0.5;     // that another one's is
 constexpr double kDisagrees = 2.5;     // standard deviations between pressure and electrodes
 constexpr double kHardlyAgrees = 1.5;  // likewise: from where on it is less sure
 constexpr double kMisfit = 1.6;        // over what there is in the mean
@@ -297,9 +297,12 @@ void Fingertip::Widen(double by) noexcept {
 // are taken for as wrong as the worst that is.
 double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
   const double size = force_F.norm(), largest = network_.sigma.maxCoeff();
-  if (network_.relative_sigma > 0) {
+  if (network_.error.known()) {
     const double lag = IsRecurrent(network_.architecture) ? kLag : kPromptLag;
-    return std::hypot(network_.rest_sigma, network_.relative_sigma * size, lag * pace_F_.norm());
+    const ForceErrorLaw of_kind =
+        pattern_ ? network_.pattern.kinds[pattern_->kind()].error : ForceErrorLaw{};
+    const double learnt = (of_kind.known() ? of_kind : network_.error).At(size);
+    return std::hypot(network_.rest_sigma, learnt, lag * pace_F_.norm());
   }
   const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
   const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;

@@ -55,18 +55,15 @@ class StuckElectrodes {
   }
   // Likewise for five samples.
   [[nodiscard]] bool are_frozen() const noexcept { return repeated_ >= kRepeats && are_repeated(); }
+  // Those that have read the same for 300 ms: what the others let expect is better than they are,
+  // whether they work or not.
   [[nodiscard]] std::array<bool, kElectrodeCount> which() const noexcept {
-    std::array<bool, kElectrodeCount> stuck;
-    std::ranges::transform(same_, stuck.begin(), [&](int same) { return same >= patience_; });
-    return stuck;
+    return SameFor(patience_ * 3 / 10);
   }
   // Those that have read the same for 50 ms, which happens; with less than usual besides they are
   // wrong.
   [[nodiscard]] std::array<bool, kElectrodeCount> still() const noexcept {
-    std::array<bool, kElectrodeCount> still;
-    const int few = std::max(2, patience_ / kStill);
-    std::ranges::transform(same_, still.begin(), [&](int same) { return same >= few; });
-    return still;
+    return SameFor(patience_ / kStill);
   }
   // How many have read the same for as long as the patience lasts.
   [[nodiscard]] int count() const noexcept {
@@ -74,6 +71,13 @@ class StuckElectrodes {
   }
 
  private:
+  [[nodiscard]] std::array<bool, kElectrodeCount> SameFor(int samples) const noexcept {
+    std::array<bool, kElectrodeCount> same_for;
+    std::ranges::transform(same_, same_for.begin(),
+                           [&](int same) { return same >= std::max(2, samples); });
+    return same_for;
+  }
+
   static constexpr int kRepeats = 4;  // of a sample
   static constexpr int kKnown = 20;   // changes, before anything is said of the noise
   static constexpr int kMoved = 6;    // electrodes per change, in the mean
@@ -89,7 +93,7 @@ class StuckElectrodes {
 // What one sample told of a fingertip. Frame F.
 struct FingerTouch {
   std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
-  double sigma = 0;                        // of its magnitude, one standard deviation [N]
+  double sigma = 0;                        // rms that its vector may be off by [N]
   TouchPlace place;                        // of this sample; while touching the last usable one
   bool touching = false;
   // Its pressure has moved, which is known sooner than the force; nullopt: nobody knows of what

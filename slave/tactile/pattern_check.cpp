@@ -110,6 +110,7 @@ void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
   }
   const double size2 = std::max(alive.squaredNorm() - UsualNoise2().sum(), kLeastSize * kLeastSize);
   Reading reading = Explain(alive, noise2, size2);
+  kind_ = reading.kind;
   LeaveOutWrong(alive, is_still, &noise2, &reading.inverse);
   Measure(alive, reading.inverse);
   Reinstate(x, alive, reading.inverse);

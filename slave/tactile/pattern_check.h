@@ -49,6 +49,8 @@ class PatternCheck {
   [[nodiscard]] double misfit() const { return misfit_; }
   // Of the last sample alone.
   [[nodiscard]] double misfit_now() const { return misfit_now_; }
+  // What the last sample is taken for.
+  [[nodiscard]] std::size_t kind() const { return kind_; }  // in SignalPattern::kinds
   // How far all electrodes have drifted together [counts].
   [[nodiscard]] double drift() const { return drift_; }
   // What noise, drift and replaced signals add to the error of the force [N].
@@ -102,6 +104,7 @@ class PatternCheck {
   std::array<int, kElectrodeCount> agrees_{};
   std::array<int, kElectrodeCount> calm_{};  // samples since it jumped, or was back
   int replaced_ = 0;
+  std::size_t kind_ = 0;
   double disagreement_ = 0, misfit_ = 0, misfit_now_ = 0;
   double drift_ = 0, force_sigma_ = 0, noise_ = 1, first_noise_ = 1;
   TactileSignals mended_{};

@@ -1,6 +1,7 @@
 // How the signals of one make of fingertip go together, whatever presses it where.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,6 +13,19 @@ namespace palpate {
 // E1 to E19 and pdc; pac0 is the rate of pdc and tells of the past.
 inline constexpr int kPatternSignals = kElectrodeCount + 1;
 
+// How wrong a network's forces are on contacts that it did not learn from: 68 % of the errors'
+// vectors are no longer than sqrt(growing |f| + relative^2 |f|^2). Both 0: not known.
+struct ForceErrorLaw {
+  double growing = 0;   // [N]
+  double relative = 0;  // [-]
+
+  [[nodiscard]] bool known() const noexcept { return growing > 0 || relative > 0; }
+  // Of a force of this size, one sigma [N].
+  [[nodiscard]] double At(double size) const noexcept {
+    return std::sqrt(growing * size + relative * relative * size * size);
+  }
+};
+
 // Learnt with a network, from the same contacts.
 struct SignalPattern {
   using Signals = Eigen::Matrix<double, kPatternSignals, 1>;  // counts minus rest
@@ -20,6 +34,7 @@ struct SignalPattern {
   struct Kind {
     double share = 0;  // of all contacts [-], > 0
     Covariance shape;  // mean of x x' / x'x over their signals x [-], positive definite
+    ForceErrorLaw error = {};
   };
   std::vector<Kind> kinds;
   // Force of small signals, least squares of the relative error [N/count].

@@ -23,9 +23,10 @@ constexpr const char* kHelp = R"(Examples:
   coverage --sense camera --scenes 50 --seed 7     fifty presses that one camera sees
   coverage --sense pairs --each                    and how each of them went
 
-The error is that of the force's magnitude, as sigma is. The modulus that the sense is told differs
-from the true one by what the scene says it may (material.tolerance): `material` is what that makes
-of the error, `rest` what is left. Estimates count where the tool touches or is told to; `near the
+The error is that of the force's magnitude, of fingertips that of its vector, as sigma is. The
+modulus that the sense is told differs from the true one by what the scene says it may
+(material.tolerance): `material` is what that makes of the error, `rest` what is left; so do the
+fingers' poses (pose_tolerance). Estimates count where the tool touches or is told to; `near the
 edge` are those below a tenth of the press's largest force.
 
 With --exact the modulus is no part of either, so that what is left of sigma stands alone: it is
@@ -72,13 +73,16 @@ std::vector<Told> TryPress(const Options& options, int number) {
     if (!touches) return;
     const double e = press.modulus_error;
     const double material = stage.sense() == "fingertips" ? 0 : -e / (1 + e) * right;
-    told.push_back({PhaseOf(row, stage.script(), index, larger), force - right,
-                    (*row.force - truth).norm() / stage.peak(), row.sigma / stage.peak(),
-                    material});
+    const double off = (*row.force - truth).norm() / stage.peak();
+    const double error = stage.sense() == "fingertips" ? off : force - right;
+    told.push_back({PhaseOf(row, stage.script(), index, larger), error, off,
+                    row.sigma / stage.peak(), material});
     if (!options.trace) return;
-    std::printf("  %4zu %-10s %8.4f true %8.4f error %8.4f less material %8.4f sigma %7.4f\n",
-                index, ToString(row.validity).data(), force, right, force - right,
-                force - right - material, row.sigma / stage.peak());
+    std::printf(
+        "  %4zu %-10s %8.4f true %8.4f error %8.4f less material %8.4f vector %7.4f "
+        "sigma %7.4f\n",
+        index, ToString(row.validity).data(), force, right, force - right, force - right - material,
+        told.back().off, row.sigma / stage.peak());
   };
   try {
     Replay(stage, press.alteration, take);

@@ -2,9 +2,12 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
 #include "tests/adversity/stages.h"
@@ -16,8 +19,9 @@ namespace {
 using adversity::Counts;
 using adversity::Overrides;
 
-constexpr double kTensionTold = 0.5;  // one sigma, of itself
-constexpr double kWide = 0.1;         // share of the presses that go beyond the model's range
+constexpr double kTensionTold = 0.5;          // one sigma, of itself
+constexpr double kFoam = 4e4, kRubber = 1e6;  // moduli [Pa]
+constexpr double kWide = 0.1;  // share of the presses that go beyond the model's range
 
 // x with a share of `below` of all normal draws below it.
 double NormalQuantile(double below) {
@@ -135,21 +139,48 @@ Overrides Membrane(Dice* dice, const Told& told, double wide) {
   return scene;
 }
 
-// Two fingertips, their places and tilts, on foam of any stiffness.
+// A block between foam and rubber, two fingertips on either side of it, from near an edge to the
+// middle, on their tips, pads or sides.
 Overrides Pinch(Dice* dice, const Told& told, double wide) {
+  const double length = dice->Between(0.04, 0.08), width = dice->Between(0.04, 0.08),
+               height = dice->Between(0.045, 0.08);
   const auto pose = [&](double x, double turn) {
-    const double y = dice->Between(0.02, 0.04), z = dice->Between(0.028, 0.042);
-    const double tilt = 120 + dice->Between(-15, 15);
-    return fmt::format("{{translation: {}, rotation: [0 deg, {:.9g} deg, {:.9g} deg]}}",
-                       Vector(x, y, z), tilt, turn);
+    const double y = width * dice->Between(0.2, 0.8), z = height * dice->Between(0.45, 0.75);
+    const double roll = dice->Between(-30, 30), tilt = 115 + dice->Between(-30, 25);
+    return fmt::format("{{translation: {}, rotation: [{:.9g} deg, {:.9g} deg, {:.9g} deg]}}",
+                       Vector(x, y, z), roll, tilt, turn);
   };
-  return {
-      "sense.tactile.fingers.ff.pose=" + pose(0.073, 0),
-      "sense.tactile.fingers.th.pose=" + pose(-0.013, 180),
-      fmt::format("object.material.young_modulus={:.9g}", told.modulus),
-      fmt::format("object.material.tolerance={:.9g}", told.tolerance),
-      fmt::format("object.material.poisson_ratio={:.3g}", dice->Between(0.05, 0.35)),
-      fmt::format("operator.press.depth={:.9g}", wide > 0 ? 0.012 : dice->Between(0.003, 0.009))};
+  // Some newtons at most, whatever the modulus.
+  const double least = std::min(1.0, std::pow(kFoam / told.modulus, 0.75));
+  const double depth = wide > 0 ? 0.012 : least * dice->Between(0.003, 0.009);
+  return {fmt::format("object.geometry={{box: {{size: {}, cells: [6, 6, 6]}}}}",
+                      Vector(length, width, height)),
+          "sense.tactile.fingers.ff.pose=" + pose(length + 0.013, 0),
+          "sense.tactile.fingers.th.pose=" + pose(-0.013, 180),
+          fmt::format("object.material.young_modulus={:.9g}", told.modulus),
+          fmt::format("object.material.tolerance={:.9g}", told.tolerance),
+          fmt::format("object.material.poisson_ratio={:.3g}", dice->Between(0.05, 0.35)),
+          fmt::format("operator.press.depth={:.9g}", depth)};
+}
+
+// How the fingers' poses are told wrong: by what the scene says that they may be.
+std::vector<Eigen::AngleAxisd> DrawTurns(Dice* dice, const Tactile& tactile) {
+  std::vector<Eigen::AngleAxisd> turns;
+  for (std::size_t i = 0; i < tactile.fingers.size(); ++i) {
+    const double x = dice->Normal(), y = dice->Normal(), z = dice->Normal();
+    const Eigen::Vector3d turn = tactile.pose_tolerance * Eigen::Vector3d(x, y, z);
+    turns.emplace_back(turn.norm(), turn.stableNormalized());
+  }
+  return turns;
+}
+
+// About the pads' apices, so that they stay where they touch.
+void TurnFingers(const std::vector<Eigen::AngleAxisd>& turns, double radius, TactileFrame* frame) {
+  const Eigen::Translation3d apex(0, 0, -radius);
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    std::optional<Eigen::Isometry3d>& X_SF = frame->fingers[i].X_SF;
+    if (X_SF) *X_SF = *X_SF * apex * turns[i] * apex.inverse();
+  }
 }
 
 Scene Make(const std::string& base, Overrides overrides, Dice* dice, int number) {
@@ -175,7 +206,7 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
     told = DrawMaterial(&dice, 1e6, 3e7);
     scene = Make("rubber-membrane", Membrane(&dice, told, wide), &dice, number);
   } else if (sense == "fingertips") {
-    told = DrawMaterial(&dice, 3e3, wide > 0 ? 2e5 : 4e4);
+    told = DrawMaterial(&dice, 3e3, wide > 0 ? 2e5 : kRubber);
     scene = Make("foam-cube", Pinch(&dice, told, wide), &dice, number);
   } else {
     throw std::invalid_argument("--sense = " + sense +
@@ -191,6 +222,12 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
     scene.object.material.young_modulus = told.modulus;
     scene.model.prestress = tension;
   };
+  if (const auto* tactile = scene.sense.Find<Tactile>()) {
+    press.alteration.touch = [turns = DrawTurns(&dice, *tactile), radius = tactile->finger_radius](
+                                 const adversity::Moment&, TactileFrame& frame) {
+      TurnFingers(turns, radius, &frame);
+    };
+  }
   if (sense == "camera") {
     press.stage = adversity::MakeCameraStage(std::move(scene), {4, 22, 8, 12, 3});
   } else if (sense == "fingertips") {

@@ -15,7 +15,7 @@ inline constexpr std::array<const char*, 4> kPhaseNames{"near the edge", "moving
 // One estimate in contact. Forces in parts of the largest true one of its press [-].
 struct Told {
   Phase phase = Phase::kMoving;
-  double error = 0;  // of the force's magnitude: told less true
+  double error = 0;  // that sigma is told of: of the magnitude, told less true, or of the vector
   double off = 0;    // size of the error's vector
   double sigma = 0;
   double material = 0;  // part of `error` that is the modulus told, which is not the true one
@@ -25,7 +25,7 @@ struct Told {
 struct Bands {
   std::size_t count = 0;
   double one = 0, two = 0;     // share within one and two sigma [-]
-  double z = 0, z_vector = 0;  // rms of error / sigma: of the magnitude, of the vector [-]
+  double z = 0, z_vector = 0;  // rms of error / sigma, and of the vector's error / sigma [-]
   double sigma = 0;            // median [-]
   double error = 0;            // rms [-]
   double material = 0;         // rms [-]

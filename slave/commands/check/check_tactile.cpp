@@ -1,4 +1,5 @@
 #include <array>
+#include <numbers>
 #include <string>
 #include <string_view>
 
@@ -95,6 +96,9 @@ void PrintPlaces(const Scene& scene, const Localiser& localiser) {
                         tactile.electrodes.empty() ? "of the simulated fingertip"
                                                    : "from " + tactile.electrodes.string()));
   if (!MeetsObject(scene)) return;
+  PrintLine("poses", fmt::format("known to {:.2g} deg about each axis: {:.1f} % of a force",
+                                 tactile.pose_tolerance * 180 / std::numbers::pi,
+                                 100 * std::numbers::sqrt2 * tactile.pose_tolerance));
   PrintLine("contact",
             fmt::format("within {} of the surface, {}, held by {}", LengthInWords(tactile.gate),
                         tactile.patch > 0 ? LengthInWords(tactile.patch) + " wide"

@@ -11,6 +11,7 @@
 #include "slave/commands/train/train_data.h"
 #include "slave/tactile/network/network_file.h"
 #include "slave/tactile/training/estimate_errors.h"
+#include "slave/tactile/training/learn_pattern.h"
 
 namespace palpate {
 namespace {
@@ -58,12 +59,19 @@ Lesson Prepare(const TrainOptions& options) {
   return lesson;
 }
 
-ForceErrors Test(const LearntForce& learnt, const Lesson& lesson, bool hasty) {
+// Tells `learnt` how wrong it is, too.
+ForceErrors Test(const Lesson& lesson, bool hasty, LearntForce* learnt) {
   std::vector<Window> windows = WindowsOf(lesson.split.test, kNetworkWindow);
   if (hasty) windows.resize(std::min(windows.size(), kHastyTest));
-  const auto network = MakeForceNetwork(learnt.info, learnt.weights);
-  return CompareForces(EstimateForces(*network, lesson.test_recordings(), windows),
-                       MeasuredForces(lesson.test_recordings(), windows));
+  const auto network = MakeForceNetwork(learnt->info, learnt->weights);
+  const auto estimated = EstimateForces(*network, lesson.test_recordings(), windows);
+  const auto measured = MeasuredForces(lesson.test_recordings(), windows);
+  LearnErrors(lesson.test_recordings(), windows, estimated, measured, &learnt->info.pattern);
+  const ForceErrors errors = CompareForces(estimated, measured);
+  learnt->info.sigma = errors.rmse;
+  learnt->info.rest_sigma = errors.at_rest;
+  learnt->info.error = errors.law;
+  return errors;
 }
 
 nlohmann::json Axes(const Eigen::Vector3d& values) {
@@ -117,10 +125,7 @@ TestedNetwork TrainOne(const TrainOptions& options, const std::string& architect
   // First of all what was learnt is kept; the test may be interrupted.
   WriteForceNetwork(dir, learnt.info, learnt.weights, Summary(options, lesson, learnt, nullptr));
   WriteEpochs(dir / "training.csv", learnt.epochs);
-  const TestedNetwork tested{architecture, Test(learnt, lesson, stop.stop_requested())};
-  learnt.info.sigma = tested.errors.rmse;
-  learnt.info.rest_sigma = tested.errors.at_rest;
-  learnt.info.relative_sigma = tested.errors.relative;
+  const TestedNetwork tested{architecture, Test(lesson, stop.stop_requested(), &learnt)};
   WriteForceNetwork(dir, learnt.info, learnt.weights,
                     Summary(options, lesson, learnt, &tested.errors));
   std::printf("%s: best of %zu epochs is %d%s, %s\n", architecture.c_str(), learnt.epochs.size(),
@@ -228,7 +233,9 @@ int TrainForceGain(const TrainOptions& options) {
   }
   // Only the gain of fz is known to fit; the others' errors are not.
   known.info.sigma = {0, 0, tested.rmse.z()};
-  known.info.rest_sigma = known.info.relative_sigma = 0;
+  known.info.rest_sigma = 0;
+  known.info.error = {};
+  for (SignalPattern::Kind& kind : known.info.pattern.kinds) kind.error = {};
   nlohmann::json training = nlohmann::json::parse(known.training);
   training["gain"] = {{"data", NamesOf(options.data)},
                       {"test", NamesOf(options.test)},

@@ -32,7 +32,7 @@ class FingerLocalModel {
   // What the fingertip feels.
   struct FeltForce {
     Eigen::Vector3d force_S{0, 0, 0};  // of the object on it [N]
-    double sigma = 0;                  // of its magnitude [N]
+    double sigma = 0;                  // rms that it may be off by [N]
   };
   // `model` becomes that of the fingertip at `X_SF`; it keeps its plane while the pose is not
   // finite. `felt`: absent where it touches nothing or the force is not to be relied on.

@@ -109,6 +109,7 @@ TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
       X_SO_(scene.object.X_SO),
       p_S_home_(scene.manipulator.home),
       press_depth_(scene.operator_options.press_depth),
+      pose_tolerance_(scene.sense.Find<Tactile>()->pose_tolerance),
       period_(1 / scene.sense.Find<Tactile>()->rate),
       radius_(scene.sense.Find<Tactile>()->finger_radius),
       senses_(std::move(senses)) {
@@ -283,6 +284,11 @@ void TactileEstimator::Tell(std::size_t i) noexcept {
   finger.force.reset();
   if (touch.force_F) finger.force = -(finger.X_SF.linear() * *touch.force_F);
   finger.sigma = touch.sigma;
+  // A pose that is turned turns the force, about the two axes across it.
+  if (finger.force && finger.has_pose) {
+    const double across = pose_tolerance_ * finger.force->norm();
+    finger.sigma = std::hypot(finger.sigma, across, across);
+  }
   finger.validity = Worse(touch.validity, contact.validity());
   const bool by_touch = !touch.why.empty() || contact.why().empty();
   finger.check = by_touch ? touch.check : contact.check();

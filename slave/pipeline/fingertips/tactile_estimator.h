@@ -32,7 +32,7 @@ struct FingerEstimate {
   std::optional<Eigen::Vector3d> p_S_contact;  // the place it touches, at rest [m]
   bool in_contact = false;
   std::optional<Eigen::Vector3d> force;  // of the object on the fingertip [N]; nullopt: unknown
-  double sigma = 0;                      // of its magnitude [N]
+  double sigma = 0;                      // rms that its vector may be off by [N]
   Validity validity = Validity::kFailed;
   FailedCheck check = FailedCheck::kNone;
   std::string_view why;  // it is not kValid, one clause; lives on
@@ -144,8 +144,9 @@ class TactileEstimator {
   bool has_poses_file_;  // which alone tells where fingertips are
   Eigen::Isometry3d X_SO_;
   Eigen::Vector3d p_S_home_;
-  double press_depth_;  // the scene's [m]
-  double period_;       // of the samples [s]
+  double press_depth_;     // the scene's [m]
+  double pose_tolerance_;  // likewise [rad]
+  double period_;          // of the samples [s]
   double radius_;
   TactileSenses senses_;
   std::vector<Fingertip> fingertips_;

@@ -15,15 +15,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPeriod = 0.01;     // [s]
-constexpr double kRadius = 7e-3;     // of the fingertip [m]
-constexpr double kSideways = 1.2;    // furthest place from the pad's middle [rad]
-constexpr double kUpwards = 1.3;     // furthest place towards the tip [rad]
-constexpr double kBackwards = 6e-3;  // furthest place behind the tip's sphere [m]
-constexpr double kSoftest = 2e3;     // objects' modulus E / (1 - nu^2): foam [Pa]
-constexpr double kHardest = 1e7;     // hard rubber; the skin itself yields more [Pa]
+constexpr double kPeriod = 0.01;      // [s]
+constexpr double kRadius = 7e-3;      // of the fingertip [m]
+constexpr double kSideways = 1.2;     // furthest place from the pad's middle [rad]
+constexpr double kUpwards = 1.3;      // furthest place towards the tip [rad]
+constexpr double kBackwards = 14e-3;  // furthest place behind the tip's sphere [m]
+constexpr double kSoftest = 2e3;      // objects' modulus E / (1 - nu^2): foam [Pa]
+constexpr double kHardest = 1e7;      // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
 constexpr double kFlattest = 2.2;   // as wide as on a flat object a fingertip lies, to a sphere's
+constexpr double kLonger = 1.5;     // that, where it lies on its pad as long as it is
 constexpr double kGentlest = 0.01;  // peak of a press, parts of the largest one
 constexpr double kFriction = 0.5;   // largest tangential force, parts of the normal one
 
@@ -73,9 +74,10 @@ class Press {
         fall_(dice->Ratio(0.1, 1.2)),
         probe_radius_(dice->Between(0, kWidestProbe)),
         modulus_(dice->Ratio(kSoftest, kHardest)),
-        flatness_(dice->Between(1, kFlattest)),
         upwards_(dice->Between(-kUpwards / 2, kUpwards)),
-        backwards_(upwards_ > 0 ? 0 : dice->Between(0, kBackwards)),
+        backwards_(upwards_ > 0 ? 0 : kBackwards * std::pow(dice->Between(0, 1), 2)),
+        longest_(upwards_ > 0 ? 1 : kLonger),
+        flatness_(dice->Between(1, longest_ * kFlattest)),
         sideways_(dice->Between(-kSideways, kSideways)),
         roll_(-0.1, 0.1, dice),
         level_(0.7, 1, dice),
@@ -98,14 +100,14 @@ class Press {
     // Hertz: a sphere on an elastic half space, 3 F R = 4 E a^3; along its side a fingertip is no
     // sphere. Wider probes press on all they have, and a fingertip has no more than its pad.
     const double hertz = flatness_ * std::cbrt(0.75 * normal_force * kRadius / modulus_);
-    load.radius = std::min(std::max(probe_radius_, hertz), kWidestContact);
+    load.radius = std::min(std::max(probe_radius_, hertz), longest_ * kWidestContact);
     return load;
   }
 
  private:
   static double Smooth(double x) { return x * x * (3 - 2 * x); }
-  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, flatness_, upwards_, backwards_,
-      sideways_;
+  double peak_, rise_, hold_, fall_, probe_radius_, modulus_, upwards_, backwards_, longest_,
+      flatness_, sideways_;
   Wave roll_, level_, along_, across_;
 };
 

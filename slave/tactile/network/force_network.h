@@ -22,12 +22,11 @@ struct NetworkInfo {
   double rate = 100;  // of the samples it was trained on [Hz]
   double gain = 1;    // its outputs are multiplied by it
   Eigen::Vector3d sigma{0, 0, 0};  // rms error on contacts not trained on [N]; 0: not known
-  // Of the force's vector, rms on contacts not trained on: where nothing touches [N], and in parts
-  // of the force [-]. 0: not known.
-  double rest_sigma = 0, relative_sigma = 0;
-  double learnt_force = 0;  // largest |force| it was trained on [N]; 0: not known
-  SignalPattern pattern;    // of the signals it was trained on
-  std::string origin;       // where it comes from, one clause
+  double rest_sigma = 0;           // likewise of the vector, where nothing touches [N]
+  ForceErrorLaw error;             // and where something does, besides
+  double learnt_force = 0;         // largest |force| it was trained on [N]; 0: not known
+  SignalPattern pattern;           // of the signals it was trained on
+  std::string origin;              // where it comes from, one clause
 };
 
 // One fingertip's force, sample by sample. Allocation-free.

@@ -90,6 +90,16 @@ void ReadMatrix(const json& root, const std::string& name, Matrix* matrix) {
   *matrix = read.cast<double>();
 }
 
+ForceErrorLaw ReadErrorLaw(const json& root, const std::string& where) {
+  const auto read = [&](const char* key) {
+    if (!root.contains(key)) return 0.0;
+    const double value = ReadNumber(root[key], where + key);
+    if (!(value >= 0)) throw std::runtime_error(where + key + ": accepted is a number >= 0");
+    return value;
+  };
+  return {read("growing_variance"), read("relative_sigma")};
+}
+
 SignalPattern ReadPattern(const json& root) {
   SignalPattern pattern;
   ReadMatrix(root, "force", &pattern.force);
@@ -97,6 +107,7 @@ SignalPattern ReadPattern(const json& root) {
     SignalPattern::Kind read;
     read.share = ReadNumber(Member(kind, "share", "pattern.kinds"), "pattern.kinds.share");
     ReadMatrix(kind, "shape", &read.shape);
+    read.error = ReadErrorLaw(kind, "pattern.kinds.");
     const Eigen::LLT<SignalPattern::Covariance> factor(read.shape);
     if (!(read.share > 0 && factor.info() == Eigen::Success)) {
       throw std::runtime_error("pattern.kinds: accepted are shares > 0 and covariances");
@@ -109,7 +120,10 @@ SignalPattern ReadPattern(const json& root) {
 json PatternJson(const SignalPattern& pattern) {
   json kinds = json::array();
   for (const SignalPattern::Kind& kind : pattern.kinds) {
-    kinds.push_back({{"share", kind.share}, {"shape", RowsOf(kind.shape.cast<float>())}});
+    kinds.push_back({{"share", kind.share},
+                     {"shape", RowsOf(kind.shape.cast<float>())},
+                     {"growing_variance", kind.error.growing},
+                     {"relative_sigma", kind.error.relative}});
   }
   return {{"kinds", kinds}, {"force", RowsOf(pattern.force.cast<float>())}};
 }
@@ -131,9 +145,7 @@ NetworkInfo ReadInfo(const json& root) {
     info.learnt_force = ReadNumber(root["learnt_force"], "learnt_force");
   }
   if (root.contains("rest_sigma")) info.rest_sigma = ReadNumber(root["rest_sigma"], "rest_sigma");
-  if (root.contains("relative_sigma")) {
-    info.relative_sigma = ReadNumber(root["relative_sigma"], "relative_sigma");
-  }
+  info.error = ReadErrorLaw(root, "");
   if (root.contains("pattern")) info.pattern = ReadPattern(root["pattern"]);
   if (root.contains("origin")) info.origin = ReadText(root, "origin");
   return info;
@@ -177,7 +189,8 @@ json Document(const NetworkInfo& info, const NetworkWeights& weights, const std:
                    {"gain", info.gain},
                    {"sigma", {info.sigma.x(), info.sigma.y(), info.sigma.z()}},
                    {"rest_sigma", info.rest_sigma},
-                   {"relative_sigma", info.relative_sigma},
+                   {"growing_variance", info.error.growing},
+                   {"relative_sigma", info.error.relative},
                    {"learnt_force", info.learnt_force},
                    {"origin", info.origin},
                    {"training", TrainingOf(training)},

@@ -56,6 +56,8 @@ Eigen::ArrayXd Axis(std::span<const Eigen::Vector3f> forces, Eigen::Index axis) 
 }
 
 constexpr float kContactShare = 0.02F;  // of the largest force
+constexpr double kWithin = 0.6827;      // share of the errors within one sigma
+constexpr double kSameSizes = 1e-6;     // of forces whose sizes are taken for one
 
 float LargestOf(std::span<const Eigen::Vector3f> forces) {
   float largest = 0;
@@ -67,23 +69,21 @@ float LargestOf(std::span<const Eigen::Vector3f> forces) {
 void CompareSizes(std::span<const Eigen::Vector3f> estimated,
                   std::span<const Eigen::Vector3f> measured, ForceErrors* errors) {
   const float least = kContactShare * LargestOf(measured);
-  double squares_at_rest = 0, relative_squares = 0;
-  std::size_t at_rest = 0, in_contact = 0;
+  double squares_at_rest = 0;
+  std::size_t at_rest = 0;
+  ErrorLawFit in_contact;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const auto square = static_cast<double>((estimated[i] - measured[i]).squaredNorm());
-    const auto size2 = static_cast<double>(measured[i].squaredNorm());
-    if (measured[i].norm() > least) {
-      relative_squares += square / size2;
-      ++in_contact;
-    } else if (!(size2 > 0)) {
+    const float size = measured[i].norm();
+    if (size > least) {
+      in_contact.Take(square, static_cast<double>(size));
+    } else if (!(size > 0)) {
       squares_at_rest += square;
       ++at_rest;
     }
   }
   if (at_rest > 0) errors->at_rest = std::sqrt(squares_at_rest / static_cast<double>(at_rest));
-  if (in_contact > 0) {
-    errors->relative = std::sqrt(relative_squares / static_cast<double>(in_contact));
-  }
+  errors->law = in_contact.law();
 }
 
 using Normals = std::vector<Eigen::Vector3d>;
@@ -115,6 +115,39 @@ std::vector<Eigen::Matrix3d> AllAxes() {
 }
 
 }  // namespace
+
+// by_size = n growing + sizes relative^2, by_size2 = inverses growing + n relative^2.
+ForceErrorLaw ErrorLawFit::ByMeans() const noexcept {
+  double sizes = 0, inverses = 0, by_size = 0, by_size2 = 0;
+  for (const auto& [square, size] : taken_) {
+    sizes += size;
+    inverses += 1 / size;
+    by_size += square / size;
+    by_size2 += square / (size * size);
+  }
+  const auto n = static_cast<double>(taken_.size());
+  const double spread = sizes * inverses - n * n;
+  const ForceErrorLaw all_relative{0, std::sqrt(by_size2 / n)};
+  if (!(spread > kSameSizes * n * n)) return all_relative;
+  const double growing = (sizes * by_size2 - n * by_size) / spread;
+  const double relative2 = (inverses * by_size - n * by_size2) / spread;
+  if (!(growing > 0)) return all_relative;
+  if (!(relative2 > 0)) return {by_size / n, 0};
+  return {growing, std::sqrt(relative2)};
+}
+
+ForceErrorLaw ErrorLawFit::law() const {
+  if (taken_.empty()) return {};
+  const ForceErrorLaw mean = ByMeans();
+  if (!mean.known()) return {};
+  std::vector<double> parts;
+  parts.reserve(taken_.size());
+  for (const auto& [square, size] : taken_) parts.push_back(std::sqrt(square) / mean.At(size));
+  const auto count = static_cast<double>(parts.size());
+  const auto within = parts.begin() + static_cast<std::ptrdiff_t>(kWithin * count);
+  std::ranges::nth_element(parts, within);
+  return {mean.growing * *within * *within, mean.relative * *within};
+}
 
 std::vector<Eigen::Vector3f> EstimateForces(const ForceNetwork& network,
                                             std::span<const LabelledRecording> recordings,

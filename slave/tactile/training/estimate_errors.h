@@ -13,6 +13,7 @@
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/recordings/labelled_recording.h"
 #include "slave/tactile/rest_values.h"
+#include "slave/tactile/signal_pattern.h"
 
 namespace palpate {
 
@@ -35,9 +36,26 @@ struct ForceErrors {
   Eigen::Vector3d peak{0, 0, 0};         // largest |measured| [N]
   Eigen::Vector3d at_peak{0, 0, 0};      // |error| at that instant [N]
   Eigen::Vector3d worst{0, 0, 0};        // largest |error| [N]
-  // Of the vector, rms: where nothing was measured [N], and in parts of what was, from a fiftieth
-  // of the largest force on [-]. 0: no such sample.
-  double at_rest = 0, relative = 0;
+  double at_rest = 0;  // of the vector, rms, where nothing was measured [N]; 0: no such sample
+  ForceErrorLaw law;   // from a fiftieth of the largest force on
+};
+
+// Fits ForceErrorLaw: how it grows by the mean squares in parts of |f| and of |f|^2, how large it
+// is by the share of the errors that lie within it.
+class ErrorLawFit {
+ public:
+  // Of one sample the error's square [N^2] and the size of the force [N], > 0.
+  void Take(double square, double size) { taken_.push_back({square, size}); }
+  [[nodiscard]] ForceErrorLaw law() const;  // not known: nothing was taken
+  [[nodiscard]] std::size_t count() const noexcept { return taken_.size(); }
+
+ private:
+  struct Sample {
+    double square, size;
+  };
+  [[nodiscard]] ForceErrorLaw ByMeans() const noexcept;
+
+  std::vector<Sample> taken_;
 };
 
 // `estimated` and `measured` are of the same length, [N]. Empty ones give count 0.

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+
+#include "slave/tactile/pattern_check.h"
+#include "slave/tactile/training/estimate_errors.h"
 
 namespace palpate {
 namespace {
@@ -13,15 +17,16 @@ namespace {
 using Signals = SignalPattern::Signals;
 using Covariance = SignalPattern::Covariance;
 
-constexpr double kLeastSize = 30;      // of signals that stand out of their noise [counts]
-constexpr float kLeastForce = 0.02F;   // [N]
-constexpr float kLargestForce = 1.5F;  // signals of more bend; gentle hands are what counts [N]
-constexpr std::size_t kKinds = 24;
+constexpr double kLeastSize = 30;     // of signals that stand out of their noise [counts]
+constexpr float kLeastForce = 0.02F;  // [N]
+constexpr float kLargestForce = 3;    // signals of more bend; gentle hands are what counts [N]
+constexpr std::size_t kKinds = 40;
 constexpr std::size_t kFewest = 100 * kPatternSignals;  // per kind that is told apart
 constexpr std::size_t kMost = 200'000;
 constexpr int kByDirection = 12, kByLikelihood = 8;  // rounds
 constexpr double kFloor = 2e-5;                      // of the variance, of unit signals
 constexpr double kRidge = 1e-6;
+constexpr std::size_t kTelling = 500;  // samples that tell the error of a kind
 
 struct Lessons {
   std::vector<Signals> x;  // of unit length
@@ -126,6 +131,31 @@ SignalPattern LearnPattern(std::span<const LabelledRecording> recordings,
   SignalPattern pattern{KindsOf(lessons, kinds), lessons.force};
   std::erase_if(pattern.kinds, [](const SignalPattern::Kind& kind) { return !(kind.share > 0); });
   return pattern;
+}
+
+void LearnErrors(std::span<const LabelledRecording> recordings, std::span<const Window> windows,
+                 std::span<const Eigen::Vector3f> estimated,
+                 std::span<const Eigen::Vector3f> measured, SignalPattern* pattern) {
+  if (!pattern->known()) return;
+  std::vector<ErrorLawFit> fits(pattern->kinds.size());
+  // Kinds as they are told in use, sample by sample.
+  std::optional<PatternCheck> check;
+  for (std::size_t i = 0, next = 0; i < windows.size(); ++i) {
+    const LabelledRecording& recording = recordings[windows[i].recording];
+    const bool goes_on = next > 0 && windows[i].recording == windows[i - 1].recording &&
+                         windows[i].last > windows[i - 1].last;
+    if (!goes_on) {
+      check.emplace(*pattern, kNetworkRate);
+      next = 0;
+    }
+    for (; next <= windows[i].last; ++next) check->Take(recording.change[next], {}, {}, 0);
+    const auto square = static_cast<double>((estimated[i] - measured[i]).squaredNorm());
+    const auto size = static_cast<double>(measured[i].norm());
+    if (size > static_cast<double>(kLeastForce)) fits[check->kind()].Take(square, size);
+  }
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (fits[k].count() >= kTelling) pattern->kinds[k].error = fits[k].law();
+  }
 }
 
 }  // namespace palpate

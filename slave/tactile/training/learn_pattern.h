@@ -13,4 +13,11 @@ namespace palpate {
 SignalPattern LearnPattern(std::span<const LabelledRecording> recordings,
                            std::span<const Window> windows);
 
+// Measures how wrong the network's forces are of contacts of each kind: `estimated` at the ends of
+// `windows`, which it did not learn from, beside what was measured there [N]. A kind that has too
+// few of them stays as it is.
+void LearnErrors(std::span<const LabelledRecording> recordings, std::span<const Window> windows,
+                 std::span<const Eigen::Vector3f> estimated,
+                 std::span<const Eigen::Vector3f> measured, SignalPattern* pattern);
+
 }  // namespace palpate

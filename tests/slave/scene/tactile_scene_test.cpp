@@ -78,6 +78,7 @@ TEST_F(TactileSceneTest, TheContractsKeysAreEnough) {
   EXPECT_EQ(tactile.full_scale, 200);
   EXPECT_DOUBLE_EQ(tactile.finger_radius, 7e-3);
   EXPECT_DOUBLE_EQ(tactile.gate, 0.01);
+  EXPECT_DOUBLE_EQ(tactile.pose_tolerance, 0.035);
   EXPECT_EQ(tactile.patch, 0);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kForce);
   EXPECT_TRUE(tactile.poses.empty());
@@ -89,8 +90,9 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   const Scene scene = Load(Tactile8(
       "source: rh_tactile.csv, finger: th, pose: {translation: [0, 0, 50 mm], rotation: [0, 0, 90 "
       "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, localise: "
-      "fitted.json, threshold: 3, full_scale: 150, radius: 6 mm, gate: 5 mm, patch: 8 mm, hold: "
-      "displacement, state: carried, poses: poses.csv"));
+      "fitted.json, threshold: 3, full_scale: 150, radius: 6 mm, gate: 5 mm, pose_tolerance: 1 "
+      "deg, "
+      "patch: 8 mm, hold: displacement, state: carried, poses: poses.csv"));
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const Finger& finger = tactile.fingers.at(0);
   EXPECT_EQ(finger.name, "th");
@@ -105,6 +107,7 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   EXPECT_EQ(tactile.full_scale, 150);
   EXPECT_DOUBLE_EQ(tactile.finger_radius, 6e-3);
   EXPECT_DOUBLE_EQ(tactile.gate, 5e-3);
+  EXPECT_NEAR(tactile.pose_tolerance, 0.0174533, 1e-7);
   EXPECT_DOUBLE_EQ(tactile.patch, 8e-3);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kDisplacement);
   EXPECT_TRUE(tactile.carries_state);
@@ -256,6 +259,8 @@ const BadTactile kBad[] = {
     {"ThickFinger", "source: stream, radius: 51 mm", "sense.tactile.radius = 51 mm: accepted is a"},
     {"RadiusInNewtons", "source: stream, radius: 7 N", "sense.tactile.radius = 7 N: accepted is a"},
     {"NoGate", "source: stream, gate: 0 mm", "sense.tactile.gate = 0 mm: accepted is a length"},
+    {"PosesThatNobodyKnows", "source: stream, pose_tolerance: 60 deg",
+     "sense.tactile.pose_tolerance = 60 deg: accepted is an angle in rad deg, 0 to 28 deg"},
     {"NegativePatch", "source: stream, patch: -1 mm", "sense.tactile.patch = -1 mm: accepted is a"},
     {"NoRate", "source: stream, rate: 0 Hz", "sense.tactile.rate = 0 Hz: accepted is a frequency"},
     {"RateInSeconds", "source: stream, rate: 10 ms",

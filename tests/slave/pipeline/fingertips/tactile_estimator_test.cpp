@@ -208,6 +208,21 @@ TEST(TactileEstimatorTest, WithoutAPoseTheForceAloneIsTold) {
   EXPECT_TRUE(t.estimator.Shape(true).positions.empty());
 }
 
+// Law: a pose turned by a small angle about either axis across the force moves its end by angle
+// times force.
+TEST(TactileEstimatorTest, APoseThatIsNotQuiteKnownWidensSigma) {
+  const Vector3d force(0, 0.02, -0.3);
+  const auto sigma = [&](const std::string& tolerance) {
+    Touching t(CubeScene("pose_tolerance: " + tolerance + ", " + kAbove));
+    const ContactEstimate& felt = t.Press(force, {0, 0, 0});
+    EXPECT_EQ(t.estimator.finger(0).sigma, felt.sigma);
+    return felt.sigma;
+  };
+  const double known = sigma("0 deg"), across = 0.05 * force.norm();
+  EXPECT_GT(known, 0);
+  EXPECT_NEAR(sigma("0.05 rad"), std::hypot(known, across, across), 1e-6);
+}
+
 // Reference: superposition, in the linear law: five fingertips together move every node by the sum
 // of what each alone does, to rounding.
 TEST(TactileEstimatorTest, FiveFingertipsAddUp) {

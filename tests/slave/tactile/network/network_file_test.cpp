@@ -62,8 +62,9 @@ TEST(NetworkFileTest, WhatIsWrittenIsReadBackExactly) {
     network.info.sigma = {0.1, 0.02, 1e-7};
     network.info.learnt_force = 4.9;
     network.info.rest_sigma = 0.014;
-    network.info.relative_sigma = 0.11;
-    network.info.pattern.kinds = {{0.25, SignalPattern::Covariance::Identity() / 16}};
+    network.info.error = {0.002, 0.11};
+    network.info.pattern.kinds = {
+        {0.25, SignalPattern::Covariance::Identity() / 16, {0.001, 0.05}}};
     network.info.pattern.force.setConstant(0.125);
     network.info.origin = "a test's \"random\" numbers";
     network.weights.activation = HiddenActivation::kRelu;
@@ -82,9 +83,12 @@ TEST(NetworkFileTest, WhatIsWrittenIsReadBackExactly) {
     EXPECT_EQ(read.info.sigma, network.info.sigma);
     EXPECT_EQ(read.info.learnt_force, network.info.learnt_force);
     EXPECT_EQ(read.info.rest_sigma, network.info.rest_sigma);
-    EXPECT_EQ(read.info.relative_sigma, network.info.relative_sigma);
+    EXPECT_EQ(read.info.error.growing, 0.002);
+    EXPECT_EQ(read.info.error.relative, 0.11);
     ASSERT_EQ(read.info.pattern.kinds.size(), 1U);
     EXPECT_EQ(read.info.pattern.kinds[0].share, 0.25);
+    EXPECT_EQ(read.info.pattern.kinds[0].error.growing, 0.001);
+    EXPECT_EQ(read.info.pattern.kinds[0].error.relative, 0.05);
     EXPECT_EQ(read.info.pattern.kinds[0].shape, network.info.pattern.kinds[0].shape);
     EXPECT_EQ(read.info.pattern.force, network.info.pattern.force);
     EXPECT_EQ(read.info.origin, network.info.origin);

@@ -46,6 +46,43 @@ TEST(CompareForcesTest, PeakAndWorstAreThoseOfTheCurve) {
   EXPECT_NEAR(errors.worst.z(), 0.5, 1e-7);
 }
 
+// Of two sizes, errors of variances that grow with the size, or with its square, or both: each is
+// told as it is.
+TEST(CompareForcesTest, HowErrorsGrowWithTheForceIsTold) {
+  const auto compared = [](float at_one, float at_four) {
+    const Forces measured{{0, 0, -1}, {0, 0, -4}};
+    return CompareForces(Forces{{at_one, 0, -1}, {0, at_four, -4}}, measured);
+  };
+  const ForceErrors grows = compared(0.1F, 0.2F);  // variances 0.01 and 0.04
+  EXPECT_NEAR(grows.law.growing, 0.01, 1e-8);
+  EXPECT_NEAR(grows.law.relative, 0, 1e-4);
+  const ForceErrors in_parts = compared(0.1F, 0.4F);  // 0.01 and 0.16
+  EXPECT_NEAR(in_parts.law.growing, 0, 1e-8);
+  EXPECT_NEAR(in_parts.law.relative, 0.1, 1e-7);
+  const ForceErrors both = compared(0.1F, 0.3F);  // 0.01 = g + r, 0.09 = 4 g + 16 r
+  EXPECT_NEAR(both.law.growing, 0.07 / 12, 1e-8);
+  EXPECT_NEAR(both.law.relative, std::sqrt(0.05 / 12), 1e-6);
+  // Grows less than either: as |f|, and large enough for that of one newton.
+  const ForceErrors the_same = compared(0.1F, 0.1F);
+  EXPECT_NEAR(the_same.law.growing, 0.01, 1e-8);
+  EXPECT_EQ(the_same.law.relative, 0);
+}
+
+// A few large errors leave one sigma where two thirds of them are.
+TEST(CompareForcesTest, TwoThirdsOfTheErrorsAreWithinOneSigma) {
+  const Forces measured(100, {0, 0, -2});
+  Forces estimated = measured;
+  for (std::size_t i = 0; i < 100; ++i) estimated[i].x() = i < 70 ? 0.1F : 0.8F;
+  EXPECT_NEAR(CompareForces(estimated, measured).law.relative, 0.05, 1e-6);
+}
+
+TEST(CompareForcesTest, ForcesOfOneSizeTellNoGrowth) {
+  const Forces measured(3, {0, 0, -2});
+  const ForceErrors errors = CompareForces(Forces(3, {0.2F, 0, -2}), measured);
+  EXPECT_EQ(errors.law.growing, 0);
+  EXPECT_NEAR(errors.law.relative, 0.1, 1e-7);
+}
+
 TEST(CompareForcesTest, NothingComparedGivesNothing) {
   EXPECT_EQ(CompareForces({}, {}).count, 0U);
 }

@@ -66,7 +66,8 @@ TEST(ShippedNetworkTest, FeelsGentleContactsThatAreWiderThanSpheres) {
       mean += static_cast<double>(told[i].norm());
       count += 1;
     }
-    EXPECT_NEAR(mean / count / load.f_F.norm(), 1, 3 * network->info().relative_sigma)
+    const double size = load.f_F.norm();
+    EXPECT_NEAR(mean / count / load.f_F.norm(), 1, 3 * network->info().error.At(size) / size)
         << 1e3 * radius << " mm";
   }
 }
