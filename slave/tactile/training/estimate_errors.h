@@ -2,6 +2,7 @@
 // good that is (paper B, table I).
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -44,8 +45,11 @@ struct ForceErrors {
 // is by the share of the errors that lie within it.
 class ErrorLawFit {
  public:
-  // Of one sample the error's square [N^2] and the size of the force [N], > 0.
-  void Take(double square, double size) { taken_.push_back({square, size}); }
+  // Of one sample the error's square [N^2] and the size of the force [N], > 0. What is not finite
+  // is left out: no window was full.
+  void Take(double square, double size) {
+    if (std::isfinite(square)) taken_.push_back({square, size});
+  }
   [[nodiscard]] ForceErrorLaw law() const;  // not known: nothing was taken
   [[nodiscard]] std::size_t count() const noexcept { return taken_.size(); }
 
