@@ -88,7 +88,8 @@ struct ContactEstimate {
       Eigen::Vector3d::Zero();           // place touched, or the nearest, at rest [m]
   double depth = 0;                      // indentation along the normal [m]; 0: no contact
   std::optional<Eigen::Vector3d> force;  // object on tool [N]; nullopt: unknown
-  double sigma = 0;                      // of the force's magnitude [N]
+  // Of the force's magnitude; with fingertips of its vector, whose direction they tell too [N].
+  double sigma = 0;
   Validity validity = Validity::kFailed;
   FailedCheck check = FailedCheck::kNone;  // why it is not valid, where a check says so
   LocalModel local_model;                  // revision 0: none

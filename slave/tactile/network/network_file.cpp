@@ -90,14 +90,16 @@ void ReadMatrix(const json& root, const std::string& name, Matrix* matrix) {
   *matrix = read.cast<double>();
 }
 
+// 0 where there is none.
+double ReadSize(const json& root, const char* key, const std::string& where = "") {
+  if (!root.contains(key)) return 0;
+  const double value = ReadNumber(root[key], where + key);
+  if (!(value >= 0)) throw std::runtime_error(where + key + ": accepted is a number >= 0");
+  return value;
+}
+
 ForceErrorLaw ReadErrorLaw(const json& root, const std::string& where) {
-  const auto read = [&](const char* key) {
-    if (!root.contains(key)) return 0.0;
-    const double value = ReadNumber(root[key], where + key);
-    if (!(value >= 0)) throw std::runtime_error(where + key + ": accepted is a number >= 0");
-    return value;
-  };
-  return {read("growing_variance"), read("relative_sigma")};
+  return {ReadSize(root, "growing_variance", where), ReadSize(root, "relative_sigma", where)};
 }
 
 SignalPattern ReadPattern(const json& root) {
@@ -138,13 +140,13 @@ NetworkInfo ReadInfo(const json& root) {
   if (root.contains("gain")) info.gain = ReadNumber(root["gain"], "gain");
   if (root.contains("sigma")) {
     const Eigen::VectorXf sigma = ReadNumbers(root["sigma"], "sigma");
-    if (sigma.size() != 3) throw std::runtime_error("sigma: accepted are three numbers [N]");
+    if (sigma.size() != 3 || sigma.minCoeff() < 0) {
+      throw std::runtime_error("sigma: accepted are three numbers >= 0 [N]");
+    }
     for (int i = 0; i < 3; ++i) info.sigma[i] = root["sigma"][static_cast<std::size_t>(i)];
   }
-  if (root.contains("learnt_force")) {
-    info.learnt_force = ReadNumber(root["learnt_force"], "learnt_force");
-  }
-  if (root.contains("rest_sigma")) info.rest_sigma = ReadNumber(root["rest_sigma"], "rest_sigma");
+  info.learnt_force = ReadSize(root, "learnt_force");
+  info.rest_sigma = ReadSize(root, "rest_sigma");
   info.error = ReadErrorLaw(root, "");
   if (root.contains("pattern")) info.pattern = ReadPattern(root["pattern"]);
   if (root.contains("origin")) info.origin = ReadText(root, "origin");

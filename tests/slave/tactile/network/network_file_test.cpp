@@ -210,6 +210,14 @@ TEST_F(BrokenNetworkTest, NumbersThatAreNoneAreNamed) {
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["rate"] = 0; }), "rate");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["gain"] = 0; }), "gain");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["sigma"] = {1, 2}; }), "sigma");
+  EXPECT_SAYS(ErrorAfter([](json* root) {
+                (*root)["sigma"] = {1, -2, 3};
+              }),
+              "sigma: accepted are three numbers >= 0");
+  for (const char* key : {"rest_sigma", "learnt_force", "growing_variance", "relative_sigma"}) {
+    EXPECT_SAYS(ErrorAfter([&](json* root) { (*root)[key] = -1; }),
+                std::string(key) + ": accepted is a number >= 0");
+  }
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["input"]["scale"][20] = 0; }),
               "input.scale holds a 0");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["palpate_force_network"] = 2; }),
