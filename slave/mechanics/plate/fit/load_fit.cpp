@@ -208,6 +208,9 @@ Vector2d LoadFitter::Inside(const Vector2d& place) const noexcept {
 }
 
 bool LoadFitter::Press(const Guess& guess) noexcept {
+  allowed_ -= asked_ == finer_ ? kFinerCost : 1;
+  pressed_ = Validity::kFailed;
+  if (allowed_ < 0) return false;
   const Vector2d p_O = plate_.radius() * guess.place;
   pressed_ = asked_->RespondTo(Contact::Kind::kForce, p_O, width_, guess.force).validity;
   return pressed_ != Validity::kFailed;

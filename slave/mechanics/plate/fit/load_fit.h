@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -78,6 +79,11 @@ class LoadFitter {
   [[nodiscard]] Sought Seek(std::span<const double> change) noexcept;
   // Forgets the last answer.
   void Reset() { known_ = false; }
+  // From now on, until this is called again, the plates are pressed no more often than so; each
+  // press of the finer one counts as kFinerCost. Then no load explains the points. At first there
+  // is no limit.
+  void Allow(long presses) noexcept { allowed_ = presses; }
+  static constexpr long kFinerCost = 10;
 
  private:
   struct Guess {
@@ -123,6 +129,7 @@ class LoadFitter {
   bool known_ = false;
   Guess last_;
   Validity pressed_ = Validity::kFailed;  // of the last Press
+  long allowed_ = std::numeric_limits<long>::max();
   std::vector<Measured> measured_;
   std::vector<Eigen::Vector2d> places_;  // [radii]
   Eigen::VectorXd values_, weights_;     // displacements by sigma, 1 / sigma

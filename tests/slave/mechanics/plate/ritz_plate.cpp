@@ -6,6 +6,8 @@
 
 #include <Eigen/Dense>
 
+#include "shared/geometry/symmetric_eigen.h"
+
 namespace palpate::plate {
 namespace {
 
@@ -49,9 +51,9 @@ void Gauss(int count, VectorXd* points, VectorXd* weights) {
   for (int k = 1; k < count; ++k) {
     jacobi(k, k - 1) = jacobi(k - 1, k) = k / std::sqrt(4.0 * k * k - 1);
   }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(jacobi);
-  *points = (1 + solver.eigenvalues().array()) / 2;
-  *weights = solver.eigenvectors().row(0).cwiseAbs2();
+  const SymmetricEigen eigen = EigenOf(jacobi);
+  *points = (1 + eigen.values.array()) / 2;
+  *weights = eigen.vectors.row(0).cwiseAbs2();
 }
 
 }  // namespace

@@ -86,6 +86,29 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
   }
 }
 
+// A live picture cannot wait: points that no load explains would have the plate pressed thousands
+// of times.
+TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
+  PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
+  LoadFitter fitter(plate, 0.004);
+  const Picture clear = Look(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
+  Picture mirrored = clear;
+  for (std::size_t i = 0; i < clear.points.size(); ++i) {
+    if (clear.points[i].x() > 0) mirrored.displacement[i] *= -1;
+  }
+  constexpr long kEnough = 200;
+  fitter.Allow(kEnough);
+  EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kValid);
+  fitter.Reset();
+  fitter.Allow(kEnough);
+  const LoadFit none = FitTo(fitter, mirrored);
+  EXPECT_EQ(none.validity, Validity::kFailed);
+  EXPECT_THAT(none.reason, HasSubstr("no load explains the points"));
+  EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kFailed);  // all of it was taken
+  fitter.Allow(kEnough);
+  EXPECT_EQ(FitTo(fitter, clear).validity, Validity::kValid);
+}
+
 // Reference: chi-square. Over many noisy pictures of the same load the errors by their stated
 // covariance have a mean square of three, and the residual is one. With 200 pictures the mean has a
 // standard deviation of sqrt(2 * 3 / 200) = 0.17; four of them are allowed.
