@@ -29,7 +29,7 @@ endif()
 if(PALPATE_SANITIZE)
   # Eigen does not trust the address sanitizer's malloc; libraries that stay as released do, and both free what the
   # other took.
-  add_compile_options(-O${PALPATE_SANITIZE_LEVEL} -g1 -UNDEBUG -DPALPATE_SANITIZED -DEIGEN_MALLOC_ALREADY_ALIGNED=1 -fsanitize=${PALPATE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_compile_options(-O${PALPATE_SANITIZE_LEVEL} -g$<BOOL:${PALPATE_SANITIZE_LINES}> -UNDEBUG -DPALPATE_SANITIZED -DEIGEN_MALLOC_ALREADY_ALIGNED=1 -fsanitize=${PALPATE_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   if(PALPATE_SANITIZE_PASS_OVER)
     # Named from the build's folder: other clones have it there too.
     add_compile_options(-fsanitize-ignorelist=../../${PALPATE_SANITIZE_PASS_OVER})

@@ -3,8 +3,15 @@
 #pragma once
 
 #include <chrono>
+#include <istream>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <Eigen/Dense>
+#include <Eigen/SparseCore>
+#include <nlohmann/json.hpp>
 
 namespace palpate::precompiled {
 
@@ -44,6 +51,9 @@ inline void OfVectors(Vector& a, const Vector& b, const Vector& c, double& s) {
   a = b.cwiseAbs();
   a = b.cwiseProduct(c);
   a = b.normalized();
+  a = (b - c).normalized();
+  a = s * (b - c).normalized();
+  a = b.stableNormalized();
   a = Vector::Zero(b.size());
   a = Vector::Constant(b.size(), s);
   a.setZero();
@@ -63,6 +73,10 @@ inline void OfPlanes(Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::
   a = m.inverse() * b;
   s = m.determinant() + m.trace() + m(0, 1);
   a = Eigen::Vector2d(s, s);
+  a = Eigen::Vector2d::UnitX();
+  a = s * (b + b.transpose().transpose());
+  const Eigen::Matrix2d same = Eigen::Matrix2d::Constant(s), one = Eigen::Matrix2d::Identity();
+  s = same(0, 0) + one(0, 0);
 }
 
 inline void OfSpace(Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Matrix3d& m,
@@ -121,8 +135,17 @@ inline void OfSpace(Eigen::Vector3d& a, const Eigen::Vector3d& b, Eigen::Matrix3
   const Eigen::Quaterniond q(n);
   a = q * b;
   m = q.toRotationMatrix();
-  const Eigen::Vector2d flat = b.head<2>();
+  Eigen::Vector2d flat = b.head<2>();
   a.head<2>() = flat;
+  x.translation().head<2>() += flat;
+  s = y.translation().stableNorm() + y.translation().norm() + b.head<2>().norm() + b.stableNorm();
+  a = Eigen::Vector3d::UnitX();
+  a = Eigen::Vector3d::UnitY();
+  a = Eigen::Vector3d::UnitZ();
+  a = y.linear() * b;
+  m = n.transpose() * m * n;
+  m = n.transpose() * m.transpose() * n;
+  if (m == n && n.allFinite()) m = Eigen::Matrix3d::Constant(s);
 }
 
 inline void OfAnySize(Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::MatrixXd& m,
@@ -160,6 +183,52 @@ inline void OfAnySize(Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::Matri
   m.block<3, 3>(0, 0) += n.block<3, 3>(0, 0);
   s = n.norm() + (n - m).norm() + n.maxCoeff() + n.cwiseAbs().maxCoeff() + b.dot(n * a) + n(0, 0);
   if (n.allFinite()) m.resize(1, 1);
+  if ((b.array() < s).count() > 0) a = a.array().max(s);
+}
+
+template <typename Value>
+inline void OfContainers(std::optional<Value>& maybe, std::vector<Value>& many, const Value& one) {
+  const std::optional<Value> same = maybe;
+  maybe = same;
+  maybe = one;
+  many.push_back(same.value_or(one));
+  const std::vector<Value> copy(many);
+  many = copy;
+  if (!many.empty()) many.resize(1, many.back());
+  for (const Value& each : copy) many.front() = each;
+}
+
+template <typename Json>
+inline void OfJson(Json& json, const Json& other, std::istream& file, std::string& text) {
+  json = Json::parse(text);
+  json = Json::parse(file);
+  json["key"] = text;
+  json["key"] = 1.0;
+  json["key"] = {1.0, 2.0};
+  json.push_back(other);
+  json.at("key") = other.at("key");
+  const Json copy(other);
+  if (copy.contains("key") && copy == other && copy["key"] == "text") text = copy.dump();
+  for (const Json& each : copy) text = each.dump(1) + each.template get<std::string>();
+  for (const auto& [key, value] : copy.items()) {
+    json["key"] = value.template get<double>() + value.template get<int>();
+  }
+}
+
+inline void OfEverything(nlohmann::json& json, nlohmann::ordered_json& ordered, std::istream& file,
+                         std::string& text, std::optional<Eigen::Isometry3d>& x,
+                         std::optional<double>& number, std::vector<double>& numbers,
+                         std::optional<Eigen::Vector2d>& a, std::vector<Eigen::Vector2d>& as,
+                         std::optional<Eigen::Vector3d>& b, std::vector<Eigen::Vector3d>& bs,
+                         std::optional<Eigen::Vector3f>& c, std::vector<long>& whole,
+                         std::map<std::string, std::size_t>& counts) {
+  OfJson(json, nlohmann::json(), file, text);
+  OfJson(ordered, nlohmann::ordered_json(), file, text);
+  OfContainers(number, numbers, 1.0);
+  OfContainers(a, as, Eigen::Vector2d(1, 1));
+  OfContainers(b, bs, Eigen::Vector3d(1, 1, 1));
+  if (x && c && !whole.empty()) x = Eigen::Isometry3d::Identity(), whole.push_back(1);
+  ++counts[text];
 }
 
 }  // namespace palpate::precompiled

@@ -17,22 +17,12 @@ struct TeleopTransform {
   Eigen::Matrix3d R_SM = Eigen::Matrix3d::Identity();  // rotation of M in S
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // S [m]
 
-  [[nodiscard]] Eigen::Vector3d ToSlave(const Eigen::Vector3d& p_M) const {
-    return position_scale * (R_SM * p_M) + offset;
-  }
-  [[nodiscard]] Eigen::Vector3d ToMaster(const Eigen::Vector3d& p_S) const {
-    return R_SM.transpose() * (p_S - offset) / position_scale;
-  }
-  [[nodiscard]] Eigen::Vector3d VelocityToSlave(const Eigen::Vector3d& v_M) const {
-    return position_scale * (R_SM * v_M);
-  }
-  [[nodiscard]] Eigen::Vector3d ForceToMaster(const Eigen::Vector3d& f_S) const {
-    return force_scale * (R_SM.transpose() * f_S);
-  }
+  [[nodiscard]] Eigen::Vector3d ToSlave(const Eigen::Vector3d& p_M) const;
+  [[nodiscard]] Eigen::Vector3d ToMaster(const Eigen::Vector3d& p_S) const;
+  [[nodiscard]] Eigen::Vector3d VelocityToSlave(const Eigen::Vector3d& v_M) const;
+  [[nodiscard]] Eigen::Vector3d ForceToMaster(const Eigen::Vector3d& f_S) const;
   // The clutch closes: the offset with which `p_M` maps to `p_S`, so that engaging moves nothing.
-  void ZeroOffset(const Eigen::Vector3d& p_M, const Eigen::Vector3d& p_S) {
-    offset = p_S - position_scale * (R_SM * p_M);
-  }
+  void ZeroOffset(const Eigen::Vector3d& p_M, const Eigen::Vector3d& p_S);
 };
 
 }  // namespace palpate

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "shared/geometry/symmetric_eigen.h"
 #include "shared/patch/patch_place.h"
 #include "shared/wire/fields.h"
 
@@ -99,11 +99,10 @@ void MakePassive(TouchPatch* patch) {
   const int block = patch->coupled ? size : patch->directions;
   for (int begin = 0; begin < size; begin += block) {
     const Eigen::MatrixXd C = patch->compliance.block(begin, begin, block, block).cast<double>();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(C);
-    if (modes.eigenvalues().minCoeff() >= 0) continue;
-    const Eigen::MatrixXd kept = modes.eigenvectors() *
-                                 modes.eigenvalues().cwiseMax(0).asDiagonal() *
-                                 modes.eigenvectors().transpose();
+    const SymmetricEigen modes = EigenOf(C);
+    if (modes.values.minCoeff() >= 0) continue;
+    const Eigen::MatrixXd kept =
+        modes.vectors * modes.values.cwiseMax(0).asDiagonal() * modes.vectors.transpose();
     patch->compliance.block(begin, begin, block, block) = kept.cast<float>();
   }
 }

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 
+#include "shared/geometry/symmetric_eigen.h"
 #include "shared/text/text.h"
 
 namespace palpate::identify {
@@ -131,12 +132,12 @@ namespace {
 void Invert(const MatrixXd& J, const VectorXd& scales, Identifiability* told) {
   const VectorXd unit = J.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
   const MatrixXd even = J * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(even.transpose() * even);
+  const SymmetricEigen eigen = EigenOf(even.transpose() * even);
   told->inverse = told->open = MatrixXd::Zero(J.cols(), J.cols());
   for (Index i = 0; i < J.cols(); ++i) {
-    const VectorXd way = unit.cwiseProduct(VectorXd(eigen.eigenvectors().col(i)));
-    if (eigen.eigenvalues()[i] > kNothing * eigen.eigenvalues().maxCoeff()) {
-      told->inverse += way * way.transpose() / eigen.eigenvalues()[i];
+    const VectorXd way = unit.cwiseProduct(VectorXd(eigen.vectors.col(i)));
+    if (eigen.values[i] > kNothing * eigen.values.maxCoeff()) {
+      told->inverse += way * way.transpose() / eigen.values[i];
     } else {
       const double size = kOpen / way.cwiseQuotient(scales).cwiseAbs().maxCoeff();
       told->open += size * size * way * way.transpose();
@@ -150,11 +151,11 @@ Identifiability Identify(const LawFamily& family, const VectorXd& values, const 
                          double variance, const std::vector<MaterialTest>& tests) {
   const VectorXd scales = ScalesOf(family, values);
   const MatrixXd relative = J * scales.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(relative.transpose() * relative);
+  const SymmetricEigen eigen = EigenOf(relative.transpose() * relative);
   Identifiability told;
   Invert(J, scales, &told);
-  told.weak = eigen.eigenvectors().col(0);
-  const double sigma = std::sqrt(variance / std::max(eigen.eigenvalues()[0], 1e-300));
+  told.weak = eigen.vectors.col(0);
+  const double sigma = std::sqrt(variance / std::max(eigen.values[0], 1e-300));
   if (sigma < kUntold) return told;
   told.untold = InWords(family.ParameterNames(), told.weak) +
                 (sigma > 1e3 ? std::string(": not told at all")

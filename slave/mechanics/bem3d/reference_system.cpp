@@ -5,9 +5,8 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
 #include "shared/geometry/index.h"
+#include "shared/geometry/symmetric_eigen.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -85,9 +84,9 @@ void ReferenceSystem::FindFreeMotions() {
     }
   }
   if (held_area > 0) {
-    const Eigen::SelfAdjointEigenSolver<Motions> eigen(gram / held_area);
-    free_motions_ = static_cast<int>((eigen.eigenvalues().array() < kHeldMotion).count());
-    motions_ = eigen.eigenvectors();  // ascending: the free ones first
+    const SymmetricEigen eigen = EigenOf(gram / held_area);
+    free_motions_ = static_cast<int>((eigen.values.array() < kHeldMotion).count());
+    motions_ = eigen.vectors;  // ascending: the free ones first
   }
   motions_.rightCols(6 - free_motions_).setZero();
 }

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
+#include "shared/geometry/symmetric_eigen.h"
 
 namespace palpate::fem {
 namespace {
@@ -239,11 +239,10 @@ bool Constraints::FindFreeMotions() {
   for (int part = 0; part < body_.parts(); ++part) {
     const Vector3d centre = 0.5 * (low[Index(part)] + high[Index(part)]);
     const double radius = 0.5 * (high[Index(part)] - low[Index(part)]).norm();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(
-        HeldMotions(part, centre, radius));
-    const double largest = std::max(eigen.eigenvalues()[5], 1.0);
-    for (int m = 0; m < 6 && eigen.eigenvalues()[m] < kHoldsMotion * largest; ++m) {
-      Vector6d motion = eigen.eigenvectors().col(m);
+    const SymmetricEigen eigen = EigenOf(HeldMotions(part, centre, radius));
+    const double largest = std::max(eigen.values[5], 1.0);
+    for (int m = 0; m < 6 && eigen.values[m] < kHoldsMotion * largest; ++m) {
+      Vector6d motion = eigen.vectors.col(m);
       motion.tail<3>() /= radius;
       if (!AddMotion(part, centre, motion)) return false;
     }

@@ -4,8 +4,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include "shared/geometry/symmetric_eigen.h"
 
 namespace palpate::site {
 namespace {
@@ -24,9 +25,9 @@ struct Rule {
 Rule GaussRule(int count) {
   MatrixXd jacobi = MatrixXd::Zero(count, count);
   for (int k = 1; k < count; ++k) jacobi(k, k - 1) = k / std::sqrt(4.0 * k * k - 1);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(jacobi);
-  return {(0.5 * (eigen.eigenvalues().array() + 1)).matrix().transpose(),
-          eigen.eigenvectors().row(0).array().square()};
+  const SymmetricEigen eigen = EigenOf(jacobi);
+  return {(0.5 * (eigen.values.array() + 1)).matrix().transpose(),
+          eigen.vectors.row(0).array().square()};
 }
 
 // All whole numbers below `count` in each direction, the last running first.

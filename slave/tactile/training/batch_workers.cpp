@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "shared/geometry/symmetric_eigen.h"
 #include "slave/tactile/network/signal_traces.h"
 
 namespace palpate {
@@ -173,9 +173,9 @@ void ScaledWindows::TakeTraces() {
 // A sample and its running means are nearly the same, electrodes side by side too: what tells them
 // apart would be learnt last.
 void ScaledWindows::Mix() {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(Covariance(signals_, kLeastUnlike));
-  const Eigen::VectorXd gains = axes.eigenvalues().array().rsqrt();
-  const Eigen::MatrixXd& V = axes.eigenvectors();
+  const SymmetricEigen axes = EigenOf(Covariance(signals_, kLeastUnlike));
+  const Eigen::VectorXd gains = axes.values.array().rsqrt();
+  const Eigen::MatrixXd& V = axes.vectors;
   mix_ = (V * gains.asDiagonal() * V.transpose()).cast<float>();
   for (MatrixXf& signals : signals_) signals = (mix_ * signals).eval();
 }

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
+#include "shared/geometry/symmetric_eigen.h"
 #include "slave/tactile/pattern_check.h"
 #include "slave/tactile/training/estimate_errors.h"
 
@@ -96,8 +96,7 @@ void SortByDirection(std::size_t kinds, Lessons* lessons) {
         kinds, [&](auto k, const Signals& x) { return -std::abs(directions[k].dot(x)); }, lessons);
     const auto found = KindsOf(*lessons, kinds);
     for (std::size_t k = 0; k < kinds; ++k) {
-      const Eigen::SelfAdjointEigenSolver<Covariance> axes(found[k].shape);
-      directions[k] = axes.eigenvectors().col(kPatternSignals - 1);
+      directions[k] = EigenOf(found[k].shape).vectors.col(kPatternSignals - 1);
     }
   }
 }

@@ -4,10 +4,10 @@
 #include <functional>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "shared/geometry/symmetric_eigen.h"
 #include "shared/patch/patch_place.h"
 
 namespace palpate {
@@ -121,7 +121,7 @@ TEST(PatchMessageTest, AComplianceThatWouldGiveEnergyIsMadePassive) {
   const auto patch = FromProto(message, &reason);
   ASSERT_TRUE(patch) << reason;
   const Eigen::MatrixXd C = patch->compliance.cast<double>();
-  EXPECT_GE(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(C).eigenvalues().minCoeff(), -1e-7);
+  EXPECT_GE(EigenOf(C).values.minCoeff(), -1e-7);
 }
 
 struct Harm {

@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
+#include "shared/geometry/symmetric_eigen.h"
 #include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/mesh_resolution.h"
@@ -140,8 +140,7 @@ void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
     }
   }
   for (int p = 0; p < parts; ++p) {
-    const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(gram[Index(p)], Eigen::EigenvaluesOnly);
-    if (eigen.eigenvalues()[0] > kFixesMotion) continue;
+    if (EigenOf(gram[Index(p)]).values[0] > kFixesMotion) continue;
     throw std::invalid_argument(
         "object.fixed: fem-green needs supports that hold the body: accepted is what fixes all six "
         "rigid motions of every part; the part with node " +

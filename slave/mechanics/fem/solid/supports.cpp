@@ -5,7 +5,8 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+
+#include "shared/geometry/symmetric_eigen.h"
 
 namespace palpate {
 namespace {
@@ -96,11 +97,11 @@ Supports::Matrix6d Supports::Held(const Balance& balance) const {
 
 void Supports::Pin(Balance* balance) {
   pins_.clear();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(Held(*balance));
-  const double largest = std::max(eigen.eigenvalues()[5], 1e-300);
-  const auto count = (eigen.eigenvalues().array() < kFree * largest).count();
-  const auto all_free = eigen.eigenvalues()[5] <= 0;
-  free_motions_ = eigen.eigenvectors().leftCols(all_free ? 6 : count);
+  const SymmetricEigen eigen = EigenOf(Held(*balance));
+  const double largest = std::max(eigen.values[5], 1e-300);
+  const auto count = (eigen.values.array() < kFree * largest).count();
+  const auto all_free = eigen.values[5] <= 0;
+  free_motions_ = eigen.vectors.leftCols(all_free ? 6 : count);
 
   // One unknown after the other: the one that moves most under what is still free.
   auto left = free_motions_;
@@ -119,8 +120,8 @@ void Supports::Pin(Balance* balance) {
     const VectorXd row = left.transpose() * Row(node_of_[Index(pin)], component_of_[Index(pin)]);
     // What remains free: combinations that do not move the pin.
     const Eigen::MatrixXd outer = row * row.transpose() / row.squaredNorm();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> split(outer);
-    left = (left * split.eigenvectors().leftCols(left.cols() - 1)).eval();
+    const SymmetricEigen split = EigenOf(outer);
+    left = (left * split.vectors.leftCols(left.cols() - 1)).eval();
   }
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include "shared/geometry/symmetric_eigen.h"
 #include "tests/slave/mechanics/fem/solids.h"
 
 namespace palpate {
@@ -117,6 +118,13 @@ MatrixXd DenseOf(fem::FemBody& body, double mass, double stiffness) {
   return dense;
 }
 
+// Of K x = w^2 M x, ascending.
+VectorXd SquaredFrequencies(const MatrixXd& K, const MatrixXd& M) {
+  const Eigen::LLT<MatrixXd> root(M);
+  const MatrixXd half = root.matrixL().solve(K);
+  return EigenOf(root.matrixL().solve(half.transpose())).values;
+}
+
 // Reference d, bar_eigenfrequencies_discrete: the first six of K x = w^2 M x, dense.
 TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
   PALPATE_CASE_OR_SKIP(given, "bar_eigenfrequencies_discrete");
@@ -129,13 +137,12 @@ TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
                       {.poisson_ratio = p.at("nu"),
                        .lumped_mass = lumped,
                        .law = fem::TetElements::Law::kLinear});
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(
-        DenseOf(body, 0, 1), DenseOf(body, 1, 0), Eigen::EigenvaluesOnly);
+    const VectorXd squares = SquaredFrequencies(DenseOf(body, 0, 1), DenseOf(body, 1, 0));
     const auto& expected =
         given.at("expected").at(lumped ? "lumped_mass_hz" : "consistent_mass_hz");
     const double unit = std::sqrt(E / rho) / body.length_unit() / (2 * std::numbers::pi);
     for (std::size_t i = 0; i < 6; ++i) {
-      const double f = unit * std::sqrt(eigen.eigenvalues()[static_cast<Eigen::Index>(i)]);
+      const double f = unit * std::sqrt(squares[static_cast<Eigen::Index>(i)]);
       EXPECT_NEAR(f / expected.at(i).get<double>(), 1, 1e-8) << lumped << " mode " << i;
     }
   }
@@ -158,9 +165,8 @@ TEST(FemMotion, TheRodHasItsLongitudinalFrequency) {
     std::vector<int> along;  // the others are held
     for (int i = 0; i < body.moving(); ++i) along.push_back(3 * i);
     const MatrixXd K = DenseOf(body, 0, 1)(along, along), M = DenseOf(body, 1, 0)(along, along);
-    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(K, M, Eigen::EigenvaluesOnly);
     const double unit = std::sqrt(E / rho) / body.length_unit() / (2 * std::numbers::pi);
-    const double error = unit * std::sqrt(eigen.eigenvalues()[0]) / f1 - 1;
+    const double error = unit * std::sqrt(SquaredFrequencies(K, M)[0]) / f1 - 1;
     EXPECT_GT(error, 0);
     if (n == 16) {
       EXPECT_LT(error, 0.02);
