@@ -247,6 +247,7 @@ int Main(int argc, char** argv) {
   return ExitCode([&] {
     if (serve_command->parsed()) {
       RaiseDescriptorLimit();
+      if (!serve.record.empty()) stop.LetRecordingEnd();
       return RunServe(serve, stop.token());
     }
     stop.ExpectAnswer();

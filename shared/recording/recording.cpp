@@ -146,6 +146,7 @@ void Recording::Run(const std::stop_token& stop) {
       writer_->Flush();
       flushed = Clock::now();
     }
+    SeeLoss();
     SeeEnd();
   }
 }
@@ -160,6 +161,17 @@ void Recording::Drain(std::deque<Waiting>* batch) {
     const std::lock_guard lock(mutex_);
     waiting_ -= next.size + kItself;
   }
+}
+
+void Recording::SeeLoss() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_loss_told_ || stats_.dropped == 0) return;
+    is_loss_told_ = true;
+  }
+  if (!options_.tell) return;
+  options_.tell(options_.file.string() +
+                ": more comes than can be written: from now on some is missing in the recording");
 }
 
 void Recording::SeeEnd() {

@@ -42,10 +42,11 @@ class Recording {
 
   struct Options {
     std::filesystem::path file;
-    std::uint64_t limit = kDefaultLimit;                     // of all parts
-    std::string library;                                     // who records: program and version
-    std::size_t most_waiting = 256 << 20;                    // [bytes]
-    std::function<void(const std::string&)> tell = nullptr;  // that it ended, once, in words
+    std::uint64_t limit = kDefaultLimit;   // of all parts
+    std::string library;                   // who records: program and version
+    std::size_t most_waiting = 256 << 20;  // [bytes]
+    std::function<void(const std::string&)> tell =
+        nullptr;      // that it ended, or loses what comes, once each
     double part = 0;  // [s] after which a file ends and the next begins (PartFile); 0: one file
   };
   struct Stats {
@@ -95,6 +96,7 @@ class Recording {
   void GoOnIn(int part, Time at);
   void Run(const std::stop_token& stop);
   void Drain(std::deque<Waiting>* batch);
+  void SeeLoss();
   void SeeEnd();
 
   const Options options_;
@@ -114,6 +116,7 @@ class Recording {
   Stats stats_;
   Time part_began_ = Clock::now();
   bool is_closed_ = false, is_told_ = false;  // nothing more is taken; why was told
+  bool is_loss_told_ = false;
 
   std::jthread thread_;  // last: it uses all of the above
 };

@@ -1,5 +1,6 @@
 #include "slave/commands/program.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -18,6 +19,8 @@ namespace {
 // For a command to end by itself after a signal; what computes for longer, a large model say, hears
 // nothing, moves nothing and has every row it wrote flushed.
 constexpr std::chrono::seconds kPatience(2);
+// For pictures that wait to be packed: 256 MB of them, where processors are busy.
+constexpr std::chrono::seconds kRecordingPatience(30);
 
 }  // namespace
 
@@ -38,13 +41,16 @@ void StopOnSignal::Wait(const std::stop_token& end) {
   std::optional<std::chrono::steady_clock::time_point> last_call;
   while (!end.stop_requested()) {
     const auto now = std::chrono::steady_clock::now();
-    if (sigtimedwait(&signals_, nullptr, &pause) > 0 && !last_call) {
+    if (sigtimedwait(&signals_, nullptr, &pause) > 0) {
+      const bool is_first = !last_call;
       source_.request_stop();
-      last_call = now + kPatience;
+      last_call = std::min(last_call.value_or(now + kRecordingPatience),
+                           now + (is_first && records_ ? kRecordingPatience : kPatience));
     }
     if (last_call && now > *last_call) {
+      if (records_) std::fputs("stopped before the recording was closed\n", stderr);
       if (exit_code_ != 0) std::fputs("stopped before it was done\n", stderr);
-      std::_Exit(exit_code_);
+      std::_Exit(records_ ? kFailed : exit_code_.load());
     }
   }
 }

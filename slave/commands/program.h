@@ -19,11 +19,15 @@ class StopOnSignal {
   [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
   // What is ended before it has answered has failed; a service that is ended has not.
   void ExpectAnswer() { exit_code_ = kFailed; }
+  // What was recorded is written to its end, which takes longer than an end may take otherwise; a
+  // second signal ends that, too.
+  void LetRecordingEnd() { records_ = true; }
 
  private:
   void Wait(const std::stop_token& end);
 
   std::atomic<int> exit_code_ = 0;
+  std::atomic<bool> records_ = false;
   sigset_t signals_{};
   std::stop_source source_;
   std::jthread waiter_;

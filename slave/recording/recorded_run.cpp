@@ -96,7 +96,7 @@ class Again {
     }
     run_.version = beginning_.Value("version");
     run_.version_now = Version();
-    run_.damage = steps_.damage();
+    run_.damage = samples_.gap().empty() ? steps_.damage() : samples_.gap();
     run_.scene = scene_.name;
     if (run_.differences.states == 0) {
       throw InputError("nothing was felt in this recording: accepted is one that holds a sample");

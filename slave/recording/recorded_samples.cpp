@@ -77,7 +77,11 @@ cv::Mat RecordedSamples::NextPicture(std::string_view topic, Time sensed_at) {
     ToProto(sensed_at, &expected);
     if (message.timestamp().seconds() != expected.seconds() ||
         message.timestamp().nanos() != expected.nanos()) {
-      throw InputError("a recorded picture is missing: more came than could be written");
+      gap_ =
+          "a picture is missing, more came than could be written: what was felt from there on "
+          "cannot "
+          "be made anew";
+      return {};
     }
     return Decoded(message.data());
   }

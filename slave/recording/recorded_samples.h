@@ -26,15 +26,19 @@ class RecordedSamples final : public SamplePlayer {
   std::optional<Frame> NextFrame();
   std::optional<StereoPair> NextPair();
   std::optional<TactileFrame> NextTactile();
+  // Why there are no more though the recording goes on; empty: it does not.
+  [[nodiscard]] const std::string& gap() const { return gap_; }
 
  private:
   bool NextStep(v1::SenseStep* step);
-  // The picture on `topic` that follows, taken at `sensed_at`; empty: the recording ends.
+  // The picture on `topic` that follows, taken at `sensed_at`; empty: the recording ends, or it is
+  // missing.
   cv::Mat NextPicture(std::string_view topic, Time sensed_at);
   // The next instant of pictures into `*pair`; false: there is none.
   bool NextPictures(StereoPair* pair);
 
   RecordingReader reader_;
+  std::string gap_;
 };
 
 }  // namespace palpate

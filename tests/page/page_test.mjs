@@ -483,6 +483,10 @@ describe('a mouse feels the block', () => {
     await stage.when((status) => status.state === 'READY', 'the master');
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     await stage.shows('hint', /Drag/);
+    await stage.page.keyboard.press('Space');
+    await until(async () => /^Stopped: dragging moves nothing/.test(await stage.text('hint')), 'why it does not answer');
+    await stage.page.keyboard.press('r');
+    await until(async () => /Drag/.test(await stage.text('hint')), 'that it answers again');
     const box = await stage.page.locator('#view').boundingBox();
     middle = [box.x + box.width / 2, box.y + box.height / 2];
   });

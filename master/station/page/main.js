@@ -16,7 +16,8 @@ import { STATES, fixed, ms, norm, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
-const told = { hello: null, health: null, status: null, lost: 'connecting' };
+const DRAG = 'Drag here: the tool, the ball, follows the cursor. Press it against the object.';
+const told = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
 const view = new View(link), picture = new PicturePanel(link), force = new ForcePanel(), charts = new Charts(), alarms = new AlarmPanel(), sound = new Sound();
@@ -50,7 +51,8 @@ const takers = {
     view.forgetShape();
     pointer.enable(message.pointer);
     replay.enable(message.badge === 'REPLAY');
-    byId('hint').textContent = message.pointer ? 'Drag here: the tool, the ball, follows the cursor. Press it against the object.' : '';
+    told.why = '';
+    showHint();
   },
   health(message) {
     told.health = message;
@@ -60,12 +62,16 @@ const takers = {
   past(message) { charts.takePast(message); },
   said(message) { alarms.showSaid(message.said); },
   findings(message) { showFindings(message); },
-  refused(message) { byId('hint').textContent = message.text; },
+  refused(message) {
+    told.why = message.text;
+    showHint();
+  },
   status(message) {
     told.status = message;
     pointer.take(message);
     const why = pointer.heed(message);
-    if (why) byId('hint').textContent = why;
+    if (why || pointer.engaged) told.why = why || '';  // it holds again
+    showHint();
     view.take(message);
     const { score = null, misfit = null } = message.felt?.details || {};
     charts.take(message.samples.map((sample) => [...sample, score, misfit]), message.replay?.run);
@@ -83,6 +89,12 @@ function take(kind, message) {
   takers[kind]?.(message);
   changed = true;
   if (told.status?.state !== before) showState();  // at once, however busy the page is
+}
+
+// What the object's view asks for, and why it does not answer.
+function showHint() {
+  const byPointer = Boolean(told.hello?.pointer), isStopped = byPointer && told.status?.state === 'ESTOP';
+  write(byId('hint'), isStopped ? 'Stopped: dragging moves nothing until the stop is reset (R).' : told.why || (byPointer ? DRAG : ''));
 }
 
 function tellLine(lost) {

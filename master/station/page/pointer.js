@@ -128,7 +128,7 @@ export class Pointer {
     else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
       this.heldBack = false;
       this.release();
-      return 'The page was silent for 100 ms, so the hand was let go: press again.';
+      return 'The page was silent for 100 ms, so the hand was let go: take hold again.';
     }
     if (!this.engaged) this.heldBack = false;
     return null;

@@ -90,6 +90,25 @@ TEST_F(RecordingTest, WhatCannotWaitIsCountedAndSaid) {
   EXPECT_EQ(reader.mcap().notes().at("dropped").at("messages"), "1");
 }
 
+// While it goes on: whoever records can still do something about it.
+TEST_F(RecordingTest, WhatIsLostIsToldOnceAtOnce) {
+  std::atomic<int> told{0};
+  std::string words;
+  Recording recording({.file = file_, .most_waiting = 1000, .tell = [&](const std::string& why) {
+                         words = why;
+                         ++told;
+                       }});
+  const auto a = recording.Open("/a", v1::FeltState());
+  recording.Put(a, Clock::now(), v1::FeltState());
+  for (int i = 0; i < 3; ++i) {
+    recording.Put(a, Clock::now(), 5000, [] { return std::string(); });
+  }
+  while (told == 0) std::this_thread::yield();
+  recording.Finish();
+  EXPECT_EQ(told, 1);
+  EXPECT_THAT(words, HasSubstr("more comes than can be written"));
+}
+
 TEST_F(RecordingTest, ItsEndIsToldOnceInWords) {
   int told = 0;
   Recording recording({.file = file_, .limit = 100'000, .tell = [&](const std::string& why) {

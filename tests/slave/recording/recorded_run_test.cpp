@@ -58,8 +58,10 @@ class RecordedRunTest : public ::testing::Test {
     }
   }
 
-  // The recording, each step as `change` leaves it.
-  static std::filesystem::path Changed(const std::function<void(v1::SenseStep*)>& change) {
+  // The recording, each step as `change` leaves it, the picture of this number left out.
+  static std::filesystem::path Changed(const std::function<void(v1::SenseStep*)>& change,
+                                       int without_picture = 0) {
+    int pictures = 0;
     const auto file = folder_ / "changed.mcap";
     RecordingReader reader(folder_ / "slave.mcap");
     McapWriter writer(file, {.library = "test"});
@@ -71,6 +73,7 @@ class RecordedRunTest : public ::testing::Test {
       }
       const std::string topic(reader.topic());
       if (topic != kStepTopic && topic != kLeftTopic) continue;
+      if (topic == kLeftTopic && ++pictures == without_picture) continue;
       if (!channels.contains(topic)) {
         const auto id = static_cast<std::uint16_t>(topic == kStepTopic ? 1 : 2);
         channels[topic] = writer.AddChannel(topic, *reader.mcap().schema(id));
@@ -151,6 +154,16 @@ TEST_F(RecordedRunTest, ARecordingThatIsCutIsProcessedAsFarAsItGoes) {
   EXPECT_THAT(run.damage, HasSubstr("it is cut"));
 }
 
+// Where more came than could be written.
+TEST_F(RecordedRunTest, ARecordingWithAGapIsProcessedUpToIt) {
+  const auto whole = Process(folder_ / "slave.mcap").differences.states;
+  const RecordedRun run = Process(Changed([](v1::SenseStep*) {}, 12));
+  EXPECT_GT(run.differences.states, 0U);
+  EXPECT_LT(run.differences.states, whole);
+  EXPECT_EQ(run.differences.different, 0U);
+  EXPECT_THAT(run.damage, HasSubstr("a picture is missing"));
+}
+
 TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   const auto refusal = [](const std::filesystem::path& file) -> std::string {
     try {
@@ -180,7 +193,7 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_pictures()) step->mutable_pictures()->set_sensed_at_ns(5);
               })),
-              HasSubstr("picture is missing"));
+              HasSubstr("no picture came"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) { step->mutable_law(); })),
               HasSubstr("no picture came"));
 }

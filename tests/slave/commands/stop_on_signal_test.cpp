@@ -1,0 +1,52 @@
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "slave/commands/program.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kToItsEnd = 7;
+
+// What a program does that takes longer to end than it may.
+void EndSlowly(StopOnSignal* stop) {
+  kill(getpid(), SIGTERM);
+  while (!stop->token().stop_requested()) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  std::_Exit(kToItsEnd);
+}
+
+TEST(StopOnSignalTest, WhatTakesTooLongToEndIsEnded) {
+  EXPECT_EXIT(
+      {
+        StopOnSignal stop;
+        EndSlowly(&stop);
+      },
+      testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(
+      {
+        StopOnSignal stop;
+        stop.ExpectAnswer();
+        EndSlowly(&stop);
+      },
+      testing::ExitedWithCode(kFailed), "stopped before it was done");
+}
+
+// A recording's pictures wait to be packed where processors are busy.
+TEST(StopOnSignalTest, ARecordingIsWrittenToItsEnd) {
+  EXPECT_EXIT(
+      {
+        StopOnSignal stop;
+        stop.LetRecordingEnd();
+        EndSlowly(&stop);
+      },
+      testing::ExitedWithCode(kToItsEnd), "");
+}
+
+}  // namespace
+}  // namespace palpate
