@@ -16,9 +16,9 @@ using Eigen::Vector3d;
 constexpr int kSquares = 11;  // across: the plate meets 109 of the 121
 
 constexpr int kSoftRounds = 6;  // of fits with softened weights
-// Of the plate for fits with the same rim: pictures of a rig that was bumped, put right, need up to
-// 650. Points that no load explains, of a mirrored picture say, took a live picture seconds.
-constexpr long kMostPresses = 800;
+// Of the plate for fits with the same rim: a rig that was bumped, put right, needs up to 650, a rim
+// that moved 1000. Points that no load explains, of a mirrored picture say, took seconds.
+constexpr long kMostPresses = 1300;
 constexpr double kSoft = 2;             // standard deviations of the scatter at which they fall
 constexpr double kOutlier = 5;          // standard deviations of the points' scatter
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
