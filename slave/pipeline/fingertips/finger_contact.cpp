@@ -90,10 +90,16 @@ void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isomet
 
 void FingerContact::MeetSurface(const SurfaceContact& surface, const Isometry3d& X_OF,
                                 const FingerTouch& touch, double largest_force) noexcept {
-  // Deeper than a radius behind the surface no fingertip gets by pressing.
+  // Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
+  // something very soft, still presses where it did.
   const auto centre = surface.Find(X_OF.translation(), kAnywhere);
   if (centre && centre->inside && centre->distance > radius_) {
-    LetGo();
+    if (touch.touching && has_place_) {
+      TakeForce(X_OF, touch, largest_force);
+      ActByForce();
+    } else {
+      LetGo();
+    }
     Doubt(FailedCheck::kPose, "the pose puts the fingertip inside the object");
     return;
   }
@@ -111,11 +117,7 @@ void FingerContact::MeetSurface(const SurfaceContact& surface, const Isometry3d&
     Doubt(FailedCheck::kPose, "the fingertip touches, but nothing lies within the gate");
     return;
   }
-  if (touch.touching) SetForce(X_OF, touch);
-  if (has_force_ && !(force_O_.norm() <= largest_force)) {
-    has_force_ = false;
-    Doubt(FailedCheck::kModelRange, "the force is more than the object can take");
-  }
+  if (touch.touching) TakeForce(X_OF, touch, largest_force);
   const double pressed_in = holds_ ? DepthAtPlace(X_OF) : 0;
   if (pressed_in > 0) {
     contact_.kind = Contact::Kind::kDisplacement;
@@ -153,11 +155,15 @@ double FingerContact::DepthAtPlace(const Isometry3d& X_OF) const noexcept {
 }
 
 // A fingertip cannot pull, and its network need not know.
-void FingerContact::SetForce(const Isometry3d& X_OF, const FingerTouch& touch) noexcept {
+void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
+                              double largest_force) noexcept {
   has_force_ = touch.force_F.has_value();
   if (!has_force_) return;
   force_O_ = X_OF.linear() * *touch.force_F;
   force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
+  if (force_O_.norm() <= largest_force) return;
+  has_force_ = false;
+  Doubt(FailedCheck::kModelRange, "the force is more than the object can take");
 }
 
 void FingerContact::ActByForce() noexcept {

@@ -68,7 +68,8 @@ class FingerContact {
                  const FingerTouch& touch) noexcept;
   void Doubt(FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
-  void SetForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch) noexcept;
+  void TakeForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
+                 double largest_force) noexcept;
 
   double radius_, gate_;
   bool holds_;

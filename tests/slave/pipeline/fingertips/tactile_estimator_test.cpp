@@ -133,6 +133,21 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
   }
 }
 
+// Something very soft gives way so far.
+TEST(TactileEstimatorTest, APressDeeperThanAFingertipKeepsItsShape) {
+  Touching t(CubeScene(kAbove));
+  t.Press({0, 0, -0.2}, {0, 0, -0.003});
+  const double pressed = t.LargestMove();
+  EXPECT_GT(pressed, 1e-3);
+  const ContactEstimate& felt = t.Press({0, 0, -0.2}, {0, 0, -0.027});
+  EXPECT_EQ(felt.validity, Validity::kExtrapolated);
+  EXPECT_EQ(felt.check, FailedCheck::kPose);
+  EXPECT_NEAR(t.LargestMove(), pressed, 1e-6);
+  t.hand.active[0] = false;
+  t.Feel(kWindow, {0, 0, 0.02});
+  EXPECT_LT(t.LargestMove(), 1e-12);
+}
+
 TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreDoubtedUntilTakenAnew) {
   Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 44 mm]}"));
   EXPECT_EQ(t.estimator.felt().check, FailedCheck::kRestDrift);
