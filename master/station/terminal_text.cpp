@@ -99,7 +99,8 @@ void AddForce(const StationMoment& moment, Sheet* sheet) {
   sheet->Add(Formatted("chain  local %.3f  scaled %.3f  passive %.3f  limited %.3f  sent %.3f N",
                        chain.local.norm(), chain.scaled.norm(), chain.passive.norm(),
                        chain.limited.norm(), sent));
-  const std::string reasons = ToString(chain.reasons);
+  std::string reasons = ToString(chain.reasons);
+  std::ranges::replace(reasons, '_', ' ');
   sheet->Add("       " + (reasons.empty() ? "as the slave felt it" : "changed by " + reasons));
 }
 
