@@ -45,8 +45,8 @@ class Recording {
     std::uint64_t limit = kDefaultLimit;   // of all parts
     std::string library;                   // who records: program and version
     std::size_t most_waiting = 256 << 20;  // [bytes]
-    std::function<void(const std::string&)> tell =
-        nullptr;      // that it ended, or loses what comes, once each
+    // That it ended, or loses what comes: once each, in words, by the writing thread.
+    std::function<void(const std::string&)> tell = nullptr;
     double part = 0;  // [s] after which a file ends and the next begins (PartFile); 0: one file
   };
   struct Stats {

@@ -79,8 +79,7 @@ cv::Mat RecordedSamples::NextPicture(std::string_view topic, Time sensed_at) {
         message.timestamp().nanos() != expected.nanos()) {
       gap_ =
           "a picture is missing, more came than could be written: what was felt from there on "
-          "cannot "
-          "be made anew";
+          "cannot be made anew";
       return {};
     }
     return Decoded(message.data());
