@@ -146,6 +146,10 @@ void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
 
 void DeclareRecordings(CLI::App* app, Arguments* a) {
   CLI::App* replay = app->add_subcommand("replay", "Show a recording as it was");
+  replay->footer(
+      "Examples:\n"
+      "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
+      "  palpate-master replay session.mcap --view");
   replay->add_option("file", a->replay.file, "FILE.mcap, as connect --record wrote it")->required();
   replay->add_option("--speed", a->replay.speed, "Times as fast as it was")
       ->check(Between(Replay::kSlowest, Replay::kFastest, "times"))
@@ -163,6 +167,7 @@ void DeclareRecordings(CLI::App* app, Arguments* a) {
   replay->callback([a, view] { a->replay_views = view->count() > 0; });
   CLI::App* exported = app->add_subcommand(
       "export", "Write a recording as tables (CSV), NumPy arrays, pictures and meshes (VTU)");
+  exported->footer("Example:\n  palpate-master export session.mcap --out session");
   exported->add_option("file", a->exported.file, "FILE.mcap, as connect --record wrote it")
       ->required();
   exported->add_option("--out", a->exported.out, "Folder, made if missing")->required();
@@ -217,7 +222,7 @@ void Declare(CLI::App* app, Arguments* a) {
                       "twice a second; `replay` and `export` read it");
   connect
       ->add_option("--record-limit", a->record_limit,
-                   "Size of all its files at which recording ends; about 1 GB is an hour")
+                   "Size of all its files at which recording ends; an hour is 0.6 GB and more")
       ->capture_default_str();
   connect
       ->add_option("--record-part", a->record_part,

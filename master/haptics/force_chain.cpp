@@ -30,6 +30,18 @@ std::string ToString(const Reasons& reasons) {
   return text;
 }
 
+std::string InWords(const Reasons& reasons) {
+  std::string words;
+  for (const char c : ToString(reasons)) {
+    if (c == '+') {
+      words += ", ";
+    } else {
+      words += c == '_' ? ' ' : c;
+    }
+  }
+  return words;
+}
+
 Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* reasons) noexcept {
   if (!force.allFinite() || !(limit >= 0)) {
     reasons->Add(Reason::kNotFinite);

@@ -59,6 +59,8 @@ class Reasons {
 
 // Joined by `+`; empty: nothing changed it.
 std::string ToString(const Reasons& reasons);
+// The same for people: `other epoch, fading`.
+std::string InWords(const Reasons& reasons);
 
 struct ForceChain {
   Eigen::Vector3d estimated{0, 0, 0};  // newest state's force, S [N]; see force_known

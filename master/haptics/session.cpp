@@ -44,7 +44,9 @@ Json ErrorOf(const ForceError::Summary& error, double force_peak) {
 
 Json ErrorOf(const Report& report) {
   if (!report.force_error) return nullptr;
-  return ErrorOf(*report.force_error, report.force_peak);
+  Json json = ErrorOf(*report.force_error, report.force_peak);
+  json["let_go_ticks"] = report.let_go_ticks;
+  return json;
 }
 
 Json ErrorAtPlaceOf(const Report& report) {
@@ -122,6 +124,7 @@ void AddFingers(const TickSummary& summary, const std::vector<std::string>& name
 void AddSummary(const TickSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
+  report->let_go_ticks = summary.let_go_ticks();
   report->force_error_at_place = summary.force_error_at_place();
   report->breaking = summary.breaking();
   report->truth_known = summary.has_truth();

@@ -42,6 +42,7 @@ struct Report {
   bool truth_known = false;    // the site told its true force
   double force_sent_peak = 0;  // M
   std::optional<ForceError::Summary> force_error;
+  std::uint64_t let_go_ticks = 0;  // of them, see TickSummary
   std::optional<TickSummary::AtPlace> force_error_at_place;
   std::optional<TickSummary::Breaking> breaking;  // apart from both; nothing: no membrane broke
   PatchWatch::Stats patch;                        // what came of the model that travels

@@ -12,6 +12,7 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "master/link/channel.h"
+#include "master/link/status_words.h"
 
 namespace palpate {
 namespace {
@@ -81,7 +82,7 @@ bool MeshWatch::Parts::Watch() {
   const std::scoped_lock lock(mutex);
   context = nullptr;
   if (!stopping && !reader.is_lost())
-    stats.trouble = status.ok() ? "the slave ended the stream" : status.error_message();
+    stats.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   return reader.has_topology() && !reader.is_lost();
 }
 

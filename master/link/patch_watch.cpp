@@ -11,7 +11,7 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "master/link/channel.h"
-#include "shared/text/text.h"
+#include "master/link/status_words.h"
 #include "shared/wire/patch_message.h"
 
 namespace palpate {
@@ -20,7 +20,6 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kFirstRetry(100), kLongestRetry(2000);
-constexpr std::size_t kLongestWords = 300;
 
 }  // namespace
 
@@ -76,8 +75,7 @@ bool PatchWatch::Parts::Watch() {
   const std::scoped_lock lock(mutex);
   context = nullptr;
   if (!stopping) {
-    stats.trouble = status.ok() ? "the slave ended the stream"
-                                : Presentable(status.error_message(), kLongestWords);
+    stats.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   }
   return status.error_code() != grpc::StatusCode::UNIMPLEMENTED;
 }

@@ -15,6 +15,7 @@
 #include "master/link/channel.h"
 #include "master/link/operate_session.h"
 #include "master/link/remote_scene.h"
+#include "master/link/status_words.h"
 #include "shared/link/loopback.h"
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
@@ -39,11 +40,6 @@ constexpr milliseconds kGrace(300);  // for the slave to end the stream after ou
 
 constexpr const char* kNoDatagrams =
     "no datagrams come through, states and commands go by the stream alone";
-
-// Of a peer that may mean harm, fit for a terminal.
-std::string Words(const grpc::Status& status) {
-  return Presentable(status.error_message(), 300);
-}
 
 void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
   context->set_deadline(std::chrono::system_clock::now() + from_now);
@@ -70,7 +66,7 @@ std::string Refusal(const grpc::Status& status) {
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return "the slave's release does not know this: install the same release at both ends";
   }
-  const std::string words = Words(status);
+  const std::string words = WordsOf(status);
   return words.empty() ? "refused without a reason" : words;
 }
 
@@ -127,7 +123,8 @@ struct SlaveLink::Parts {
   std::condition_variable changed;
   OperateSession* session = nullptr;
   bool stopping = false, was_connected = false;
-  LinkStats told;  // but for what is counted elsewhere
+  LinkStats told;      // but for what is counted elsewhere
+  std::string unread;  // why the settings cannot be read; empty: they can
 
   std::jthread rereading;  // the stream's thread alone starts and joins it
   std::jthread thread;     // last: it uses all of the above
@@ -174,10 +171,11 @@ void SlaveLink::Parts::SeeRevision(std::uint32_t revision) {
   if (revision == read_revision || rereads.exchange(true)) return;
   rereading = std::jthread([this] {
     const grpc::Status status = ReadSettings();
-    if (!status.ok()) {
-      Refused(status.error_message());
-      Sleep(kFirstRetry);
+    {
+      const std::scoped_lock lock(mutex);
+      unread = status.ok() ? "" : "the slave's settings cannot be read: " + WordsOf(status);
     }
+    if (!status.ok()) Sleep(kFirstRetry);
     rereads = false;
   });
 }
@@ -219,7 +217,7 @@ grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_
 grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   const std::scoped_lock lock(mutex);
   told.connected = false;
-  if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : Words(status);
+  if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   told.answers = IsAnswer(status);
   return status;
 }
@@ -283,7 +281,7 @@ RemoteScene SlaveLink::Connect() {
     throw std::runtime_error(
         Formatted("no slave at %s: %d attempts in %g s, the last: %s; is palpate-slave serving "
                   "there, with --tls or without as here?",
-                  parts_->target.c_str(), attempts, passed, Words(status).c_str()));
+                  parts_->target.c_str(), attempts, passed, WordsOf(status).c_str()));
   }
 }
 
@@ -316,6 +314,7 @@ LinkStats SlaveLink::stats() const {
   const RoundTrips::Times times = parts_->trips.times();
   std::unique_lock lock(parts_->mutex);
   LinkStats stats = parts_->told;
+  if (stats.trouble.empty()) stats.trouble = parts_->unread;
   if (stats.trouble.empty() && parts_->LacksDatagrams()) stats.trouble = kNoDatagrams;
   lock.unlock();
   stats.states = parts_->states_received;

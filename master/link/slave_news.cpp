@@ -7,8 +7,8 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "master/link/channel.h"
+#include "master/link/status_words.h"
 #include "master/link/stream_keeper.h"
-#include "shared/text/text.h"
 #include "shared/wire/state_message.h"
 #include "shared/wire/trace_message.h"
 
@@ -22,7 +22,6 @@ constexpr double kStateRate = 30;   // [Hz]
 constexpr double kTraceRate = 120;  // [Hz]
 constexpr double kTraceAge = 1;     // [s]
 constexpr std::size_t kTracesKept = 2048;
-constexpr std::size_t kLongestTrouble = 300;
 
 v1::WatchStateRequest Request() {
   v1::WatchStateRequest request;
@@ -123,7 +122,7 @@ void SlaveNews::Parts::Add(Call call, std::string* json, std::string* trouble) {
   if (status.ok()) {
     *json = JsonOf(reply);
   } else {
-    *trouble = Presentable(status.error_message(), kLongestTrouble);
+    *trouble = WordsOf(status);
   }
 }
 

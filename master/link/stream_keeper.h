@@ -15,7 +15,7 @@
 #include <grpcpp/support/sync_stream.h>
 
 #include "master/link/channel.h"
-#include "shared/text/text.h"
+#include "master/link/status_words.h"
 
 namespace palpate {
 
@@ -50,7 +50,6 @@ class StreamKeeper {
 
  private:
   static constexpr std::chrono::milliseconds kFirstRetry{100}, kLongestRetry{2000};
-  static constexpr std::size_t kLongestWords = 300;
 
   void Run() {
     Backoff backoff(kFirstRetry, kLongestRetry);
@@ -76,8 +75,7 @@ class StreamKeeper {
       if (!std::exchange(came, true)) Tell({});
     }
     const grpc::Status status = stream->Finish();
-    Tell(status.ok() ? "the slave ended the stream"
-                     : Presentable(status.error_message(), kLongestWords));
+    Tell(status.ok() ? "the slave ended the stream" : WordsOf(status));
     const std::scoped_lock lock(mutex_);
     context_ = nullptr;
     return came;

@@ -66,7 +66,7 @@ void SessionRecording::OnTick(const TickRecord& record) {
 void SessionRecording::TellChanges(const TickRecord& record) {
   for (const std::string& act : ActsInWords(last_, record)) Say(act, false, record.at);
   if (std::exchange(last_, record).state == record.state) return;
-  const std::string why = ToString(record.chain.reasons);
+  const std::string why = InWords(record.chain.reasons);
   Say(std::string(ToString(record.state)) + (why.empty() ? "" : " (" + why + ")"), false,
       record.at);
 }

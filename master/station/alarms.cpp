@@ -34,9 +34,12 @@ class Alarms {
   std::vector<Alarm> List() {
     AddStop();
     AddLine();
-    AddValidity();
-    AddReasons();
-    AddLimit();
+    if (moment_.status.link.connected) {  // else the rest of what comes from there only follows
+      AddValidity();
+      AddReasons();
+      AddLimit();
+      AddNews();
+    }
     AddRest();
     return std::move(list_);
   }
@@ -79,23 +82,30 @@ class Alarms {
       Note("More than four fifths of the force limit.", "Press no deeper.");
     }
   }
-  void AddRest() {
+  void AddNews() {
     if (moment_.ticks.late_share > kLateShare) {
       Note(Formatted("States came late in %.0f %% of the last 10 s.",
                      100 * moment_.ticks.late_share),
            "A slower line or a busy machine: see the charts.");
     }
+    if (moment_.picture_stands > 0 && moment_.felt.state.validity != Validity::kStale) {
+      Note(Formatted("The picture has stood still for %.0f s.", moment_.picture_stands),
+           "The force goes on beside it: its own age tells. If it stays, load the page again.");
+    }
+    for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
+    if (!moment_.health_trouble.empty()) {
+      Note("The slave's health is not told: " + moment_.health_trouble + ".",
+           "A slow line or a busy slave: the force goes on beside it.");
+    }
+  }
+  void AddRest() {
     if (!moment_.other_release.empty()) {
       Note(moment_.other_release, moment_.replay ? kOtherBuild : kSameRelease);
     }
-    for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
     if (moment_.recording) AddRecording(*moment_.recording);
     if (const double apart = moment_.status.link.clock_offset; std::abs(apart) > kClocksApart) {
       Note(Formatted("The slave's clock is %+.0f s from ours.", apart),
            "Times in logs and certificates go by it, no force does: run NTP at both ends.");
-    }
-    if (!moment_.health_trouble.empty()) {
-      Note("The slave's health is not told: " + moment_.health_trouble + ".");
     }
   }
   void AddRecording(const RecordingMoment& recording) {
@@ -143,19 +153,26 @@ void Alarms::AddValidity() {
 }
 
 void Alarms::AddReasons() {
-  constexpr std::array<std::pair<Reason, const char*>, 7> kChanges{{
-      {Reason::kClamped, "the force limit"},
-      {Reason::kPassivity, "damped: no energy from nowhere"},
-      {Reason::kOffsetJump, "the slave moved the offset"},
-      {Reason::kSettings, "settings are being read"},
-      {Reason::kBadState, "a state with impossible numbers"},
-      {Reason::kBadDevice, "a device reading with impossible numbers"},
-      {Reason::kAged, "sensed too long ago"},
+  struct Change {
+    Reason reason;
+    const char *words, *next;
+  };
+  constexpr std::array<Change, 7> kChanges{{
+      {Reason::kClamped, "the force limit", "Press less: more cannot be felt."},
+      {Reason::kPassivity, "damped: no energy from nowhere",
+       "It ends by itself; slower motion and a shorter line need less of it."},
+      {Reason::kOffsetJump, "the slave moved the offset", "Let go, then engage again."},
+      {Reason::kSettings, "settings are being read", "It ends when they are read."},
+      {Reason::kBadState, "a state with impossible numbers",
+       "See the slave's log, and its release."},
+      {Reason::kBadDevice, "a device reading with impossible numbers",
+       "Let go, see the device's cable, then engage again."},
+      {Reason::kAged, "sensed too long ago",
+       "See whether the camera or the fingertips still send: Setup names what they wait for."},
   }};
-  for (const auto& [reason, words] : kChanges) {
+  for (const auto& [reason, words, next] : kChanges) {
     if (!tick_.chain.reasons.Has(reason)) continue;
-    Note(std::string("The force was changed: ") + words + ".",
-         reason == Reason::kClamped ? "Press less: more cannot be felt." : "");
+    Note(std::string("The force was changed: ") + words + ".", next);
   }
 }
 

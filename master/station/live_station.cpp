@@ -26,6 +26,8 @@ constexpr std::chrono::milliseconds kFrame(33);
 constexpr std::chrono::seconds kLookAway(2);  // nobody looks for so long: nothing is watched
 constexpr double kMeshRate = 15;              // [Hz]
 constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pixel of a page
+constexpr double kFrozen = 1;                 // a picture that is older stands still [s]
+constexpr double kFrozenPeriods = 3;          // or, where the sensor is slow, of it [-]
 constexpr double kTraceShown = 1;             // of a tick a while ago [s]
 constexpr std::uint64_t kTerminal = 0;        // where a wish came from no page
 
@@ -77,7 +79,8 @@ struct LiveStation::Parts {
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   void PutTerminal(const StationMoment& moment);
-  void PutPicture(const TickDigest::Moment& ticks);
+  // How long it has stood still [s]; 0: it goes on, or none came.
+  double PutPicture(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
   void PutHealth();
   // When the slave sensed, on the session's clock [s].
@@ -174,7 +177,7 @@ void LiveStation::Parts::PutMoment() {
   if (views) {
     moment.video_trouble = views->video.trouble();
     moment.mesh_trouble = views->meshes.stats().trouble;
-    PutPicture(moment.ticks);
+    moment.picture_stands = PutPicture(moment.ticks);
     PutShape(moment.ticks);
   }
   PutHealth();
@@ -222,11 +225,14 @@ double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sen
   return SecondsBetween(moment.begin, sensed_at - Seconds(status.link.clock_offset));
 }
 
-void LiveStation::Parts::PutPicture(const TickDigest::Moment& moment) {
+double LiveStation::Parts::PutPicture(const TickDigest::Moment& moment) {
   const auto newest = views->video.newest();
-  if (!newest || newest->number == picture) return;
+  if (!newest) return 0;
+  const double sensed_at = SinceBegin(moment, newest->sensed_at);
+  if (newest->number != picture) display.PutPicture(newest->jpeg, sensed_at);
   picture = newest->number;
-  display.PutPicture(newest->jpeg, SinceBegin(moment, newest->sensed_at));
+  const double age = moment.t - sensed_at, rate = options.hello.scene.sensor_rate;
+  return age > std::max(kFrozen, kFrozenPeriods / rate) ? age : 0;
 }
 
 void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {

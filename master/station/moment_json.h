@@ -50,7 +50,8 @@ struct StationMoment {
   Status status;         // of the session's slow thread
   SlaveNews::Felt felt;  // as an observer sees it
   bool pointer_holds = false;
-  double pointer_used = 0;  // stamp of the page's aim that moved the hand last; 0: none
+  double pointer_used = 0;    // stamp of the page's aim that moved the hand last; 0: none
+  double picture_stands = 0;  // so long the picture has stood still [s]; 0: it goes on, or none is
   std::string video_trouble, mesh_trouble;
   std::vector<std::string> slave_alarms;     // as the slave's health tells them
   std::string health_trouble;                // why it is not told

@@ -99,8 +99,7 @@ void AddForce(const StationMoment& moment, Sheet* sheet) {
   sheet->Add(Formatted("chain  local %.3f  scaled %.3f  passive %.3f  limited %.3f  sent %.3f N",
                        chain.local.norm(), chain.scaled.norm(), chain.passive.norm(),
                        chain.limited.norm(), sent));
-  std::string reasons = ToString(chain.reasons);
-  std::ranges::replace(reasons, '_', ' ');
+  const std::string reasons = InWords(chain.reasons);
   sheet->Add("       " + (reasons.empty() ? "as the slave felt it" : "changed by " + reasons));
 }
 

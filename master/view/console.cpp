@@ -103,6 +103,12 @@ void AddForces(const Report& r, Table* table) {
                Formatted("rms %.4f N = %.2f %% of the peak, worst %.4f N, %llu ticks",
                          r.force_error->rms, r.force_error->rms * share, r.force_error->peak,
                          static_cast<unsigned long long>(r.force_error->ticks)));
+    if (r.let_go_ticks > 0) {
+      table->Row("  of it, let go",
+                 Formatted("%llu ticks in which the tool still pressed and the hand, let go, was "
+                           "shown nothing; at the place: without them",
+                           static_cast<unsigned long long>(r.let_go_ticks)));
+    }
   } else {
     table->Row("force error", "not known: the slave's site tells no true force");
   }
@@ -187,7 +193,7 @@ std::string FormatStatus(const Status& status) {
       OrDash(timed, status.link.rtt_p50_us / 1e3, "%5.2f").c_str(),
       OrDash(tick.state_age >= 0, std::clamp(tick.state_age, 0.0, 99.0) * 1e3, "%3.0f").c_str(),
       force, Bar(force, status.force_limit).c_str());
-  const std::string reasons = ToString(tick.chain.reasons);
+  const std::string reasons = InWords(tick.chain.reasons);
   if (!reasons.empty()) line += "  " + reasons;
   if (!status.link.trouble.empty()) line += "  (" + status.link.trouble + ")";
   return line;

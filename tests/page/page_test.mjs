@@ -573,7 +573,7 @@ describe('a mouse feels the block', () => {
     const until_then = stage.status.t;
     await stage.page.reload();
     await stage.when((status) => status.t > until_then && status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
-    await until(async () => /Drag here/.test(await stage.text('hint')), 'how');
+    await until(async () => /^Drag /.test(await stage.text('hint')), 'how');
     await until(async () => (await downloaded(stage)).some(([, t, , sent]) => t < until_then && sent > 0.3), 'the force that was');
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     await stage.page.mouse.up();

@@ -74,6 +74,9 @@ void TickSummary::Add(const TickRecord& record, const std::optional<Eigen::Vecto
   const ForceChain& chain = record.chain;
   if (truth) {
     breaking_.Add(chain.local, *truth, chain.reasons.Has(Reason::kPunctured), &error_);
+    if (record.state != OperatorState::kFollowing && chain.local.isZero(0)) {
+      let_go_.Add(chain.local, *truth);
+    }
   }
   if (chain.force_known) estimated_peak_ = std::max(estimated_peak_, chain.estimated.norm());
   sent_peak_ = std::max(sent_peak_, chain.sent.norm());
@@ -137,6 +140,10 @@ std::optional<TickSummary::Breaking> TickSummary::breaking() const noexcept {
 std::optional<ForceError::Summary> TickSummary::force_error() const noexcept {
   if (error_.empty()) return std::nullopt;
   return error_.Above(kContactShare * force_peak());
+}
+
+std::uint64_t TickSummary::let_go_ticks() const noexcept {
+  return let_go_.Above(kContactShare * force_peak()).ticks;
 }
 
 }  // namespace palpate

@@ -93,6 +93,9 @@ class TickSummary {
   // Over the ticks in which either force exceeds 1 % of the peak, those of a breaking membrane
   // apart; nothing without a true force.
   [[nodiscard]] std::optional<ForceError::Summary> force_error() const noexcept;
+  // Of those ticks, the ones in which the hand was let go: it was shown nothing, whatever the tool
+  // still pressed.
+  [[nodiscard]] std::uint64_t let_go_ticks() const noexcept;
   // The same against the truth at the commanded place, while following: of the first contact, in
   // which much is still on its way, and of those after it.
   struct AtPlace {
@@ -123,7 +126,7 @@ class TickSummary {
  private:
   void AddFingers(const TickRecord& record) noexcept;
 
-  ForceError error_;
+  ForceError error_, let_go_;
   BreakingError breaking_, breaking_at_place_;
   ForceError at_place_, first_contact_;
   enum class Contact : std::uint8_t { kNone, kFirst, kLater } contact_ = Contact::kNone;

@@ -40,7 +40,7 @@ function groupsOf(hello, health, status) {
   if (can) groups.push(['Limits', [['sensor rate', `${figure(can.sensor_rate)} Hz`], ['fastest tool', `${figure(can.max_speed * 1e3)} mm/s`], ['workspace x, y, z', spanOf(can)], ['largest scales, motion and force', `${figure(can.max_position_scale)}, ${figure(can.max_force_scale)}`], ['palpate-slave', can.version]]]);
   if (slave) {
     groups.push(['Slave', [['phase', (slave.phase || '').replace('PHASE_', '').toLowerCase()], ['operator', slave.operator_name || 'without a name'], ['observers', slave.observers],
-      ['samples a second', figure(slave.frame_rate)], ...(slave.stages || []).map((stage) => [`${stage.stage}: half, 99 %`, `${figure(stage.p50_us / 1e3)}, ${figure(stage.p99_us / 1e3)} ms`])]]);
+      ['samples a second', figure(slave.frame_rate)], ...(slave.stages || []).map((stage) => [`${stage.stage}: median, 99 % below`, `${figure(stage.p50_us / 1e3)}, ${figure(stage.p99_us / 1e3)} ms`])]]);
   }
   return groups;
 }

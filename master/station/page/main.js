@@ -16,7 +16,7 @@ import { STATES, fixed, ms, norm, write } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓', off: '○' };
-const DRAG = 'Drag here: the tool, the ball, follows the cursor. Press it against the object.';
+const DRAG = 'the tool, the ball, follows the cursor. Press it against the object.', PINCH = 'the finger, the ball, follows the cursor, and the others pinch with it.';
 const told = { hello: null, health: null, status: null, lost: 'connecting', why: '' };
 
 const link = new Link(take, (reason) => tellLine(reason), () => tellLine(null));
@@ -93,8 +93,15 @@ function take(kind, message) {
 
 // What the object's view asks for, and why it does not answer.
 function showHint() {
-  const byPointer = Boolean(told.hello?.pointer), isStopped = byPointer && told.status?.state === 'ESTOP';
-  write(byId('hint'), isStopped ? 'Stopped: dragging moves nothing until the stop is reset (R).' : told.why || (byPointer ? DRAG : ''));
+  write(byId('hint'), told.hello?.pointer ? hint(told.status) : told.why);
+}
+
+function hint(status) {
+  if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
+  if (pointer.isLedElsewhere) return 'Another page leads the hand: this one takes over when that one lets go.';
+  const inside = status?.felt?.in_contact ? 'The tool stands in the object: hold again to press on or to draw it out.' : '';
+  const way = view.wayToPress(), fingers = status?.fingers.length > 1;
+  return [told.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
 }
 
 function tellLine(lost) {
@@ -140,15 +147,15 @@ function showFacts() {
     if (byId(id).dataset.level !== level) byId(id).dataset.level = level;
   };
   set('rtt', ms(line?.round_trip ?? NaN));
-  set('rtt-more', line ? `half ${fixed(1e3 * line.rtt_p50, 1)}, 99 % ${ms(line.rtt_p99)}` : '');
+  set('rtt-more', line?.rtt_p99 ? `median ${fixed(1e3 * line.rtt_p50, 1)}, 99 % below ${ms(line.rtt_p99)}` : '');
   set('age', line?.age === null || !line ? '-' : ms(Math.min(line.age, 99), 0), line?.age > 0.03 ? 'bad' : '');
   set('late', line ? `late ${fixed(100 * line.late_share, 1)} %` : '', line?.late_share > 0.01 ? 'warn' : '');
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
-  set('missed', status && !lost ? `missed ${status.missed}` : '');
+  set('missed', status && !lost ? `${status.missed} ticks late` : '');
   set('scene', hello?.scene || '-');
   set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated site' : 'real site'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
-  set('role', isReplay ? 'none' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
+  set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
   set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `led by ${told.health.status.operator_name}` : hello ? hello.device.split(':')[0] : '');
   const own = pointer.delay !== null ? `, hand to page ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
   set('page-delay', own);

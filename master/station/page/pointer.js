@@ -1,12 +1,12 @@
 // The hand of whoever has no haptic device: a drag on the object, or keys, say where the hand shall go. Whatever is not
 // certain lets go: the button, the focus, the window, the line.
 
-const TELL_MS = 20, LEAST_MS = 8, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
+const TELL_MS = 20, LEAST_MS = 8, ELSEWHERE_MS = 500, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
 const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, toldAt: 0 });
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, toldAt: 0, heldElsewhereSince: null, isLedElsewhere: false });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
@@ -135,6 +135,9 @@ export class Pointer {
   }
   // From the page to the tick that used it and back on the page, as measured.
   take(status) {
+    if (!status.pointer_holds || this.engaged) this.heldElsewhereSince = null;
+    else this.heldElsewhereSince ??= performance.now();
+    this.isLedElsewhere = this.heldElsewhereSince !== null && performance.now() - this.heldElsewhereSince > ELSEWHERE_MS;
     if (status.pointer_used && this.engaged && this.sent && status.pointer_used > (this.usedBefore || 0)) {
       const delay = performance.now() - status.pointer_used;
       this.delay = this.delay === null ? delay : 0.9 * this.delay + 0.1 * delay;

@@ -274,7 +274,20 @@ export class View {
     const told = isMoved ? 'moved' : 'pushed', most = largest[quantity];
     const words = this.shapeT === null ? 'no shape of this moment is told' : most === null ? 'no traction is told: a force is unknown, or nothing holds the object' : `${told} by up to ${figure(most * factor)} ${unit}`;
     const old = this.isAnswered === false ? 'the model has no answer for this press: its last shape; ' : '';
-    write(this.line, `${old}${words}; grey lines: at rest${this.body.held.length ? '; dots: held' : ''}; ball: the tool as seen, wire: where the hand has it, ring: the local model; outer lines: the workspace`);
+    write(this.line, `${old}${words}; grey: at rest${this.body.held.length ? '; dots: held' : ''}; ball: tool as seen; wire: as commanded; ring: local model; outer box: workspace`);
+  }
+  // On the screen, from the tool to the object: how a drag presses it. Empty: not known, or it is there.
+  wayToPress() {
+    if (!this.body || !this.camera || !this.status?.felt) return '';
+    const { min, max } = this.body.box, tip = this.status.felt.tip;
+    const gaps = ['x', 'y', 'z'].map((axis, i) => Math.max(0, min[axis] - tip[i]) - Math.max(0, tip[i] - max[axis]));
+    const [[axis, gap]] = gaps.map((part, i) => [i, part]).sort(([, a], [, b]) => Math.abs(b) - Math.abs(a));
+    if (gap === 0) return '';
+    const there = tip.map((part, i) => (i === axis ? part + gap : part));
+    const [[fromX, fromY], [toX, toY]] = [tip, there].map((place) => this.camera.toPixels(place));
+    const [dx, dy] = [toX - fromX, toY - fromY];
+    if (Math.abs(dx) > Math.abs(dy)) return dx > 0 ? 'to the right' : 'to the left';
+    return dy > 0 ? 'down' : 'up';
   }
   // Displacement or traction.
   toggleColours() {

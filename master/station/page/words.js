@@ -55,7 +55,7 @@ export const VALIDITY = {
 
 // Operator state: how serious, and what it means for the hand.
 export const STATES = {
-  DISCONNECTED: ['bad', 'no states from the slave'], READY: ['idle', 'engage to begin'], ALIGNING: ['idle', 'the slave takes up the hand'],
+  DISCONNECTED: ['bad', 'no states from the slave'], READY: ['idle', 'nobody holds: take hold'], ALIGNING: ['idle', 'the slave takes up the hand'],
   FOLLOWING: ['ok', 'the tool follows the hand'], CLUTCHED: ['idle', 'let go: the tool stands'], HOLD: ['warn', 'the tool stands, the force fades'],
   ESTOP: ['bad', 'emergency stop, latched'],
 };

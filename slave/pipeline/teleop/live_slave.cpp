@@ -9,13 +9,11 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/thread_priority.h"
-#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::size_t kLongestReason = 200;  // [characters]
 constexpr std::chrono::milliseconds kNap(500);
 constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
 
@@ -293,6 +291,7 @@ SlaveStatus LiveSlave::Status() const {
   newest_.Describe(&status);
   status.arm = manipulator_->health();
   status.eyes = sense_->health();
+  if (std::string words = stop_record_.Words(); !words.empty()) status.alarms.push_back(words);
   if (status.arm && !status.arm->fault.empty()) status.alarms.push_back(status.arm->fault);
   if (status.eyes && !status.eyes->trouble.empty()) status.alarms.push_back(status.eyes->trouble);
   return status;
@@ -407,7 +406,7 @@ void LiveSlave::RefuseUnlessFree() const {
 
 void LiveSlave::Reset() {
   if (port_.view().phase != Phase::kEstop) return FindAnew();
-  if (!stop_file_.empty()) std::filesystem::remove(stop_file_);
+  stop_record_.End();
   port_.Reset();
 }
 
@@ -424,26 +423,12 @@ void LiveSlave::EmergencyStop(const std::string& reason) {
   const bool is_news = port_.view().phase != Phase::kEstop;
   port_.EmergencyStop();
   if (!is_news) return;
-  RememberStop(reason);
-  spdlog::warn("emergency stop: {}", Shown(reason, kLongestReason));
+  const std::string trouble = stop_record_.Begin(reason);
+  if (!trouble.empty()) newest_.RaiseAlarm(trouble);
 }
 
 void LiveSlave::KeepStopIn(const std::filesystem::path& folder) {
-  const auto file = folder / "emergency-stop";
-  RequireWritable(file);
-  stop_file_ = file;
-  if (std::filesystem::exists(file)) EmergencyStop("kept from before the start");
-}
-
-// A stop that cannot be kept still stops.
-void LiveSlave::RememberStop(const std::string& reason) noexcept {
-  if (stop_file_.empty()) return;
-  try {
-    ReplaceFile(stop_file_, Shown(reason, kLongestReason) + "\n");
-  } catch (const std::exception& error) {
-    newest_.RaiseAlarm(std::string("the emergency stop will not outlive this process: ") +
-                       error.what());
-  }
+  if (stop_record_.KeepIn(folder)) port_.EmergencyStop();
 }
 
 BoundaryShape LiveSlave::Shape(bool nodal_forces) {

@@ -25,6 +25,7 @@
 #include "slave/pipeline/teleop/model_watch.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
+#include "slave/pipeline/teleop/stop_record.h"
 #include "slave/site/world.h"
 
 namespace palpate {
@@ -104,7 +105,6 @@ class LiveSlave final : public Slave {
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] Feeling FeelingNow() const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
-  void RememberStop(const std::string& reason) noexcept;
   // The largest force that the hand can show, at the tool [N].
   [[nodiscard]] double FullScale() const;
 
@@ -121,7 +121,7 @@ class LiveSlave final : public Slave {
   std::set<std::string_view> told_doubts_;  // likewise; an alarm each, once
   std::atomic<bool> reset_wanted_{false};
   std::atomic<std::uint32_t> settings_revision_{1};
-  std::filesystem::path stop_file_;  // empty: it is not kept
+  StopRecord stop_record_;
 
   std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
   mutable std::mutex settings_mutex_;  // never held long; guards the next two

@@ -77,6 +77,26 @@ TEST(RecorderTest, WaitsForTheTrueForceOfEachTick) {
   EXPECT_NEAR(recorder.summary().force_error()->peak, 1, 1e-12);
 }
 
+// Whoever lets go in the object is shown nothing while the tool still presses: told apart, since it
+// is no error of what is felt.
+TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasLetGo) {
+  TickSummary summary;
+  const Eigen::Vector3d truth(0, 1, 0);
+  summary.SeeTruth(truth);
+  TickRecord tick;
+  tick.state = OperatorState::kFollowing;
+  tick.chain.local = Eigen::Vector3d(0, 0.9, 0);
+  for (int i = 0; i < 30; ++i) summary.Add(tick, truth);
+  EXPECT_EQ(summary.let_go_ticks(), 0U);
+  tick.state = OperatorState::kReady;
+  for (int i = 0; i < 4; ++i) summary.Add(tick, truth);  // the force fades
+  tick.chain.local.setZero();
+  for (int i = 0; i < 7; ++i) summary.Add(tick, truth);
+  summary.Close();
+  EXPECT_EQ(summary.let_go_ticks(), 7U);
+  EXPECT_EQ(summary.force_error()->ticks, 41U);
+}
+
 TEST(RecorderTest, TheLogHasTheContractsColumnsAndEmptyCellsForTheUnknown) {
   SpscRing<TickRecord> ring(64);
   Recorder recorder(&ring, LogFile());

@@ -22,6 +22,7 @@ Report Example() {
   report.compute_us.Add(1.1);
   report.force_peak = 2.31;
   report.force_error = ForceError::Summary{0.06, 0.14, 4120};
+  report.let_go_ticks = 12;
   report.state = OperatorState::kReady;
   report.render = "local";
   return report;
@@ -43,6 +44,7 @@ TEST(ReportTest, HasEveryKeyOfTheContract) {
     EXPECT_TRUE(report["compute_us"][key].is_number()) << key;
   }
   EXPECT_EQ(report["force_error"]["contact_ticks"], 4120);
+  EXPECT_EQ(report["force_error"]["let_go_ticks"], 12);
   EXPECT_NEAR(report["force_error"]["relative_rms"].get<double>(), 0.06 / 2.31, 1e-6);
   EXPECT_EQ(report["state"], "READY");
 }

@@ -1,0 +1,42 @@
+#include "master/link/status_words.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+struct Row {
+  grpc::StatusCode code;
+  std::string told, words;
+};
+class StatusWordsTest : public testing::TestWithParam<Row> {};
+
+TEST_P(StatusWordsTest, TellsWhatIsTheCase) {
+  EXPECT_EQ(WordsOf({GetParam().code, GetParam().told}), GetParam().words);
+}
+// What gRPC 1.51 says of a line, and what slaves say themselves.
+INSTANTIATE_TEST_SUITE_P(
+    All, StatusWordsTest,
+    testing::Values(
+        Row{grpc::StatusCode::DEADLINE_EXCEEDED, "Deadline Exceeded", "no answer in time"},
+        Row{grpc::StatusCode::UNAVAILABLE,
+            "failed to connect to all addresses; last error: UNKNOWN: ipv4:127.0.0.1:50051: Failed "
+            "to connect to remote host: Connection refused",
+            "nobody listens there"},
+        Row{grpc::StatusCode::UNAVAILABLE, "Socket closed", "the connection broke"},
+        Row{grpc::StatusCode::UNAVAILABLE, "recvmsg:Connection reset by peer",
+            "the connection broke"},
+        Row{grpc::StatusCode::UNAVAILABLE,
+            "DNS resolution failed for nosuch:50051: C-ares status is not ARES_SUCCESS",
+            "no machine is known by that name"},
+        Row{grpc::StatusCode::UNAVAILABLE, "the slave is stopping", "the slave is stopping"},
+        Row{grpc::StatusCode::FAILED_PRECONDITION, "bob leads; Connection refused\x1b[2J",
+            "bob leads; Connection refused [2J"},
+        Row{grpc::StatusCode::INTERNAL, "", ""}));
+
+TEST(StatusWordsLengthTest, StrangersSayNoMoreThanFits) {
+  EXPECT_EQ(WordsOf({grpc::StatusCode::UNAVAILABLE, std::string(5000, 'a')}).size(), 300U);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "master/station/alarms.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "master/station/moment_json.h"
+
+namespace palpate {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+auto Says(const std::string& text) {
+  return Field(&Alarm::text, HasSubstr(text));
+}
+
+StationMoment Good() {
+  StationMoment moment;
+  moment.status.link.connected = true;
+  moment.status.force_limit = 3.3;
+  moment.ticks.newest.state = OperatorState::kFollowing;
+  moment.ticks.newest.state_age = 0.003;
+  moment.felt.state.sequence = 1;
+  moment.felt.state.validity = Validity::kValid;
+  return moment;
+}
+
+TEST(AlarmsTest, NothingIsWrong) {
+  EXPECT_THAT(AlarmsOf(Good()), IsEmpty());
+}
+
+// What a dead slave leaves behind is one thing to be told, not five.
+TEST(AlarmsTest, ALostLineIsToldOnce) {
+  StationMoment moment = Good();
+  moment.status.link.connected = false;
+  moment.status.link.trouble = "nobody listens there";
+  moment.ticks.newest.state = OperatorState::kDisconnected;
+  moment.ticks.newest.state_age = 2;
+  moment.ticks.newest.chain.reasons.Add(Reason::kAged);
+  moment.ticks.late_share = 0.5;
+  moment.felt.state.validity = Validity::kStale;
+  moment.health_trouble = "no answer in time";
+  moment.picture_stands = 2;
+  moment.slave_alarms = {"of before"};
+  EXPECT_THAT(AlarmsOf(moment),
+              ElementsAre(AllOf(Says("No line to the slave: nobody listens there."),
+                                Field(&Alarm::next, HasSubstr("Is palpate-slave running?")))));
+}
+
+TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
+  StationMoment moment = Good();
+  moment.picture_stands = 2.4;
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre(Says("The picture has stood still for 2 s.")));
+  moment.felt.state.validity = Validity::kStale;
+  EXPECT_THAT(AlarmsOf(moment), Not(Contains(Says("The picture"))));
+}
+
+TEST(AlarmsTest, EveryChangeOfTheForceHasANextStep) {
+  StationMoment moment = Good();
+  for (std::size_t i = 0; i < kReasonCount; ++i) {
+    moment.ticks.newest.chain.reasons.Add(static_cast<Reason>(i));
+  }
+  const std::vector<Alarm> alarms = AlarmsOf(moment);
+  EXPECT_THAT(alarms, Contains(Says("The force was changed: sensed too long ago.")));
+  for (const Alarm& alarm : alarms) EXPECT_FALSE(alarm.next.empty()) << alarm.text;
+}
+
+}  // namespace
+}  // namespace palpate

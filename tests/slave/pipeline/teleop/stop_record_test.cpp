@@ -1,0 +1,80 @@
+#include "slave/pipeline/teleop/stop_record.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::MatchesRegex;
+
+class StopRecordFileTest : public testing::Test {
+ protected:
+  StopRecordFileTest() {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~StopRecordFileTest() override { std::filesystem::remove_all(folder_); }
+
+  const std::filesystem::path folder_ =
+      BinaryPath("/stop-") + testing::UnitTest::GetInstance()->current_test_info()->name();
+};
+
+TEST(StopRecordTest, TellsWhyAndSinceWhen) {
+  StopRecord record;
+  EXPECT_THAT(record.Words(), IsEmpty());
+  EXPECT_THAT(record.Begin("by the operator, alice"), IsEmpty());
+  EXPECT_THAT(record.Words(), MatchesRegex("emergency stop for [0-9] s: by the operator, alice"));
+  record.End();
+  EXPECT_THAT(record.Words(), IsEmpty());
+}
+
+TEST(StopRecordTest, AReasonMovesNoCursor) {
+  StopRecord record;
+  EXPECT_THAT(record.Begin("\x1b[2J" + std::string(1000, 'a')), IsEmpty());
+  EXPECT_THAT(record.Words(), Not(HasSubstr("\x1b")));
+  EXPECT_LT(record.Words().size(), 260U);
+}
+
+TEST_F(StopRecordFileTest, OutlivesTheProcess) {
+  {
+    StopRecord first;
+    EXPECT_FALSE(first.KeepIn(folder_));
+    EXPECT_THAT(first.Begin("by the operator"), IsEmpty());
+  }
+  for (int restart = 0; restart < 2; ++restart) {
+    StopRecord next;
+    EXPECT_TRUE(next.KeepIn(folder_));
+    EXPECT_THAT(
+        next.Words(),
+        MatchesRegex("emergency stop for [0-9]+ s: by the operator, from before the start"));
+    if (restart == 1) next.End();
+  }
+  EXPECT_FALSE(StopRecord().KeepIn(folder_));
+}
+
+// A file that somebody else made stops, too, whatever it holds.
+TEST_F(StopRecordFileTest, AFileWithoutAReasonStops) {
+  std::ofstream(folder_ / "emergency-stop") << std::string(100000, 'x');
+  StopRecord record;
+  EXPECT_TRUE(record.KeepIn(folder_));
+  EXPECT_THAT(record.Words(), HasSubstr(": from before the start"));
+}
+
+TEST_F(StopRecordFileTest, AStopThatCannotBeKeptStillStops) {
+  StopRecord record;
+  EXPECT_FALSE(record.KeepIn(folder_));
+  std::filesystem::remove_all(folder_);
+  EXPECT_THAT(record.Begin("by a test"), HasSubstr("will not outlive this process"));
+  EXPECT_THAT(record.Words(), HasSubstr("by a test"));
+}
+
+}  // namespace
+}  // namespace palpate
