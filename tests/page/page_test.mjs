@@ -491,7 +491,7 @@ describe('a mouse feels the block', () => {
     middle = [box.x + box.width / 2, box.y + box.height / 2];
   });
 
-  // A page that a busy machine keeps from speaking for 100 ms is let go, as it must be: then a gesture is made again.
+  // A page that a busy machine keeps from speaking for 250 ms is let go, as it must be: then a gesture is made again.
   const byHand = (gesture, what) => until(gesture, what).catch((error) => stage.blameMachine(error));
 
   // Holds the button in the middle of the view until the tool follows, and not still from before.
@@ -573,7 +573,7 @@ describe('a mouse feels the block', () => {
     const until_then = stage.status.t;
     await stage.page.reload();
     await stage.when((status) => status.t > until_then && status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
-    await until(async () => /^Drag /.test(await stage.text('hint')), 'how');
+    await until(async () => /^(Drag |The tool stands in the object: hold again)/.test(await stage.text('hint')), 'how');
     await until(async () => (await downloaded(stage)).some(([, t, , sent]) => t < until_then && sent > 0.3), 'the force that was');
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     await stage.page.mouse.up();

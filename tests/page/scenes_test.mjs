@@ -1,10 +1,10 @@
-// The page comes up with every scene that is shipped, and shows what there is to see.
+// The page comes up with every scene that is shipped, and shows what there is to see; with the mouse it is felt as the page says.
 import assert from 'node:assert/strict';
 import { readdirSync } from 'node:fs';
 import path from 'node:path';
 import { test } from 'node:test';
 
-import { ROOT, Stage, endSlave, until } from './stage.mjs';
+import { ROOT, Stage, endSlave, pause, size, soon, until } from './stage.mjs';
 
 const scenes = readdirSync(path.join(ROOT, 'deploy/scenes')).filter((name) => name.endsWith('.yaml')).map((name) => name.replace('.yaml', ''));
 
@@ -22,6 +22,52 @@ for (const scene of scenes) {
       }
       assert.deepEqual(stage.errors, []);
       await stage.shoot(`scene-${scene}`);
+    } finally {
+      await stage.close();
+      await endSlave(scene);
+    }
+  });
+}
+
+// Nothing but what the page says leads the mouse here, as it would a person.
+const WAYS = { down: [0, 1], up: [0, -1], 'to the left': [-1, 0], 'to the right': [1, 0] };
+for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
+  test(`${scene}, felt with the mouse`, async () => {
+    const stage = await Stage.open({ scene, device: 'pointer', scheme: 'light' });
+    try {
+      const told = await until(async () => /^Drag (down|up|to the left|to the right): /.exec(await stage.text('hint')), 'where to drag');
+      await stage.shoot(`mouse-${scene}-before`);
+      const [dx, dy] = WAYS[told[1]], box = await stage.page.locator('#view').boundingBox();
+      const from = [box.x + (0.5 - 0.3 * dx) * box.width, box.y + (0.5 - 0.3 * dy) * box.height];
+      const isHeld = () => stage.status.state === 'FOLLOWING', force = () => size(stage.status.chain.sent);
+      let way = 0;
+      // A busy machine may keep the page silent, and then the hand is let go: a person takes hold again.
+      const hold = async () => {
+        if (isHeld()) return;
+        await stage.page.mouse.up();
+        await stage.page.mouse.move(...from);
+        await stage.page.mouse.down();
+        way = 0;
+        await soon(isHeld);
+      };
+      const go = async (step) => {
+        await hold();
+        way += step;
+        await stage.page.mouse.move(from[0] + way * dx, from[1] + way * dy, { steps: 2 });
+        await pause(80);
+      };
+      await until(async () => (await go(4), isHeld() && force() > 0.15 * stage.status.force_limit), 'a force');
+      await stage.sees('.force-label');
+      const felt = force(), { validity } = stage.status.felt;
+      await stage.shoot(`mouse-${scene}-pressed`);
+      await stage.page.mouse.up();
+      await stage.when((status) => size(status.chain.sent) === 0, 'a hand that is let go');
+      await stage.shows('hint', /The tool stands in the object: hold again/);
+      await until(async () => (await go(-4), !stage.status.felt.in_contact), 'the tool drawn out');
+      await stage.page.mouse.up();
+      await stage.shows('hint', /^(Drag |The page was silent)/);
+      console.log(`${scene}: drag ${told[1]}, ${felt.toFixed(2)} N, ${validity}`);
+      assert.deepEqual(stage.errors, []);
     } finally {
       await stage.close();
       await endSlave(scene);

@@ -122,13 +122,13 @@ export class Pointer {
     this.clutch.setAttribute('aria-pressed', String(this.engaged));
     this.host.classList.toggle('held', this.engaged);
   }
-  // The master let go by itself, because it heard nothing for 100 ms: so does the page, and says so.
+  // The master let go by itself, because it heard nothing for 250 ms: so does the page, and says so.
   heed(status) {
     if (status.pointer_holds) this.heldBack = true;
     else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
       this.heldBack = false;
       this.release();
-      return 'The page was silent for 100 ms, so the hand was let go: take hold again.';
+      return 'The page was silent for 250 ms, so the hand was let go: take hold again.';
     }
     if (!this.engaged) this.heldBack = false;
     return null;

@@ -101,6 +101,7 @@ export class View {
     this.spring.material.color.set(colour('--dim'));
     this.workspace.material.color.set(colour('--rest'));
     for (const arrow of [this.arrow, ...this.others.map(([, own]) => own)]) arrow.material.color.set(colour('--force'));
+    for (const [ball] of this.others) ball.material.color.set(colour('--rest'));
     this.body?.paint({ line: colour('--rest'), fill: colour('--gel') });
     this.dirty = true;
   }
@@ -205,8 +206,11 @@ export class View {
     this.arrowEnd = new this.three.Vector3(...force).setLength(length).add(this.arrow.position);
   }
   putOthers(fingers, limit) {
+    const { three } = this;
     while (this.others.length < fingers.length) {
       const pair = [this.tip.clone(), this.makeArrow()];
+      pair[0].material = new three.MeshLambertMaterial({ transparent: true, opacity: 0.6, depthTest: false });  // seen through the object
+      pair[0].material.color.set(colour('--rest'));
       pair[1].material.color.set(colour('--force'));
       this.others.push(pair);
       this.scene.add(...pair);

@@ -13,6 +13,7 @@
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/overlay_words.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
@@ -112,7 +113,7 @@ cv::Mat DrawOverlay(const cv::Mat& image, const Overlay& overlay) {
   } else {
     std::snprintf(text, sizeof text, "force unknown");
   }
-  cv::putText(picture, text, {8, 20}, cv::FONT_HERSHEY_SIMPLEX, 0.5, kForceColour, 1, cv::LINE_AA);
+  DrawWords(text, kForceColour, &picture);
   return picture;
 }
 

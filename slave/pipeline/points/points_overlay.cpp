@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/pipeline/overlay_words.h"
+
 namespace palpate {
 namespace {
 
@@ -104,8 +106,7 @@ cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double fu
                       cv::LINE_AA, 0, 0.2);
     }
   }
-  cv::putText(picture, ForceInWords(overlay), {8, 20}, cv::FONT_HERSHEY_SIMPLEX, 0.5, kLoadColour,
-              1, cv::LINE_AA);
+  DrawWords(ForceInWords(overlay), kLoadColour, &picture);
   return picture;
 }
 

@@ -61,7 +61,7 @@ TEST(PointerTest, EngagingMovesNothing) {
 TEST(PointerTest, SilenceLetsGo) {
   Stage stage;
   EXPECT_TRUE(stage.Run(0.5, kAim, true).engaged);
-  EXPECT_TRUE(stage.Run(0.07, kAim, true, false).engaged);
+  EXPECT_TRUE(stage.Run(0.22, kAim, true, false).engaged);
   const DeviceReading silent = stage.Run(0.05, kAim, true, false);
   EXPECT_FALSE(silent.engaged);
   const DeviceReading later = stage.Run(1, kAim, true, false);
