@@ -112,12 +112,14 @@ void AddForces(const Report& r, Table* table) {
   } else {
     table->Row("force error", "not known: the slave's site tells no true force");
   }
-  if (r.force_error_at_place && r.force_error_at_place->later.ticks > 0 && r.force_peak > 0) {
+  if (r.force_error_at_place && r.force_peak > 0) {
+    const auto& [later, first] = *r.force_error_at_place;
+    const double share = 100 / r.force_peak;
     table->Row("at the place",
-               Formatted("rms %.2f %% of the peak, against the truth where the hand "
-                         "had the tool, %.2f %% in the first contact",
-                         100 / r.force_peak * r.force_error_at_place->later.rms,
-                         100 / r.force_peak * r.force_error_at_place->first.rms));
+               (later.ticks > 0 ? Formatted("rms %.2f %% of the peak, ", share * later.rms) : "") +
+                   Formatted("%.2f %% in the first contact, against the truth where the hand had "
+                             "the tool",
+                             share * first.rms));
   }
   if (r.breaking && r.force_peak > 0) {
     table->Row(
