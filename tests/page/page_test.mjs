@@ -20,6 +20,7 @@ const testInTime = (name, body) => test(name, (t) => body().catch((error) => {
   t.skip(error.message);
 }));
 
+const HOW = /^(Drag down: |The tool stands in the object: hold again)/;
 const RECORDING = path.join(SCRATCH, 'page.mcap');
 const said = (stage, text) => until(() => stage.sayings.some((saying) => saying.text.startsWith(text)), text);
 let log = [];  // of the scripted hand's session
@@ -482,11 +483,11 @@ describe('a mouse feels the block', () => {
   test('the page says how', async () => {
     await stage.when((status) => status.state === 'READY', 'the master');
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
-    await stage.shows('hint', /Drag/);
+    await stage.shows('hint', HOW);
     await stage.page.keyboard.press('Space');
     await until(async () => /^Stopped: dragging moves nothing/.test(await stage.text('hint')), 'why it does not answer');
     await stage.page.keyboard.press('r');
-    await until(async () => /Drag/.test(await stage.text('hint')), 'that it answers again');
+    await until(async () => HOW.test(await stage.text('hint')), 'that it answers again');
     const box = await stage.page.locator('#view').boundingBox();
     middle = [box.x + box.width / 2, box.y + box.height / 2];
   });
@@ -573,7 +574,7 @@ describe('a mouse feels the block', () => {
     const until_then = stage.status.t;
     await stage.page.reload();
     await stage.when((status) => status.t > until_then && status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
-    await until(async () => /^(Drag |The tool stands in the object: hold again)/.test(await stage.text('hint')), 'how');
+    await until(async () => HOW.test(await stage.text('hint')), 'how');
     await until(async () => (await downloaded(stage)).some(([, t, , sent]) => t < until_then && sent > 0.3), 'the force that was');
     await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
     await stage.page.mouse.up();

@@ -147,7 +147,7 @@ function showFacts() {
     if (byId(id).dataset.level !== level) byId(id).dataset.level = level;
   };
   set('rtt', ms(line?.round_trip ?? NaN));
-  set('rtt-more', line?.rtt_p99 ? `median ${fixed(1e3 * line.rtt_p50, 1)}, 99 % < ${ms(line.rtt_p99)}` : '');
+  set('rtt-more', line?.rtt_p99 ? `median ${fixed(1e3 * line.rtt_p50, 1)}, 99 % ${ms(line.rtt_p99)}` : '');
   set('age', line?.age === null || !line ? '-' : ms(Math.min(line.age, 99), 0), line?.age > 0.03 ? 'bad' : '');
   set('late', line ? `late ${fixed(100 * line.late_share, 1)} %` : '', line?.late_share > 0.01 ? 'warn' : '');
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
