@@ -23,8 +23,8 @@ struct PointerAim {
 class Pointer final : public Device {
  public:
   // A page that says nothing for so long holds nothing any more [s]: browsers on busy machines are
-  // silent for 0.1 s and more again and again. Meanwhile the tool stands where it was aimed last, as
-  // it does when it is let go.
+  // silent for 0.1 s and more again and again. Meanwhile the tool stands where it was aimed last,
+  // as it does when it is let go.
   static constexpr double kSilence = 0.250;
 
   // `speed`: of the intent at most [m/s], > 0, which the arm overshoots by a fifth; else throws
