@@ -217,11 +217,12 @@ bool HapticLoop::Trusts(Time now) noexcept {
   return doubts.empty();
 }
 
-// The first offset of an epoch is the epoch's.
+// The first offset of an epoch is the epoch's, as long as the hand is held in it: a slave that was
+// started anew under an emergency stop has another one for an epoch that is over.
 bool HapticLoop::KeepsOffset() noexcept {
   const SlaveState& state = newest_->state;
   if (state.epoch != machine_.epoch()) return true;
-  if (offset_epoch_ != state.epoch) {
+  if (offset_epoch_ != state.epoch || !machine_.commands_engaged()) {
     offset_epoch_ = state.epoch;
     transform_.offset = state.offset;
   }

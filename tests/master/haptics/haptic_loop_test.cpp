@@ -363,6 +363,24 @@ TEST_F(HapticLoopTest, AnOffsetThatMovesWithinAnEpochIsNotFollowed) {
   EXPECT_TRUE(rig_.loop.record().chain.reasons.Has(Reason::kOffsetJump));
 }
 
+// A slave that was started anew while it stood under an emergency stop tells the used epoch with an
+// offset of its own: once the stop is over the hand engages as ever.
+TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
+  bool stops = true;
+  rig_.slave.lie = [&stops](SlaveState* state) {
+    state->offset.y() -= 0.05;
+    if (stops) state->phase = Phase::kEstop;
+  };
+  rig_.Run(puppet_, 0.06);
+  ASSERT_EQ(rig_.state(), OperatorState::kEstop);
+  puppet_.reading.engaged = false;
+  stops = false;
+  rig_.Run(puppet_, 0.06);
+  puppet_.reading.engaged = true;
+  rig_.Run(puppet_, 0.3);
+  EXPECT_EQ(rig_.state(), kFollowing);
+}
+
 // Settings that were not read are not gone by: no force, the tool stands, until they are read and
 // the operator has engaged anew, by the new ones.
 TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew) {
