@@ -48,10 +48,10 @@ export class AlarmPanel {
     const key = JSON.stringify([alarms, [...this.known]]);
     if (key === this.shown) return;
     this.shown = key;
-    this.since = new Map(alarms.map(({ text }) => [text, this.since.get(text) ?? t]));
+    this.since = new Map(alarms.map((alarm) => [kindOf(alarm), this.since.get(kindOf(alarm)) ?? t]));
     this.list.replaceChildren(...alarms.map(({ level, text, next }) => {
       const item = noteItem(level, text, next, this.known.has(kindOf({ text })));
-      const since = this.since.get(text);
+      const since = this.since.get(kindOf({ text }));
       if (level !== 'ok' && Number.isFinite(since)) item.lastChild.textContent += `${next && ' '}Since ${minutes(since)}.`;
       return item;
     }));

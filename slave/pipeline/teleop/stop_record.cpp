@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <stdexcept>
 
 #include <spdlog/spdlog.h>
 
@@ -42,6 +43,10 @@ std::string Span(std::chrono::system_clock::duration span) {
 
 bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   file_ = folder / "emergency-stop";
+  if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
+    throw std::runtime_error(file_.string() +
+                             ": an emergency stop is kept there, accepted is a file");
+  }
   RequireWritable(file_);
   if (!std::filesystem::exists(file_)) return false;
   const std::scoped_lock lock(mutex_);

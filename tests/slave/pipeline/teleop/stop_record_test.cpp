@@ -68,6 +68,11 @@ TEST_F(StopRecordFileTest, AFileWithoutAReasonStops) {
   EXPECT_THAT(record.Words(), HasSubstr(": from before the start"));
 }
 
+TEST_F(StopRecordFileTest, AFolderInItsPlaceIsRefused) {
+  std::filesystem::create_directories(folder_ / "emergency-stop");
+  EXPECT_THROW(StopRecord().KeepIn(folder_), std::runtime_error);
+}
+
 TEST_F(StopRecordFileTest, AStopThatCannotBeKeptStillStops) {
   StopRecord record;
   EXPECT_FALSE(record.KeepIn(folder_));
