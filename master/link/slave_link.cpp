@@ -227,6 +227,7 @@ void SlaveLink::Parts::Served() {
   if (was_connected) ++told.reconnects;
   told.connected = was_connected = true;
   told.trouble.clear();
+  unread.clear();  // they were read before this stream began
   datagram_at = Clock::now();
 }
 
