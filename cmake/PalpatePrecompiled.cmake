@@ -19,7 +19,7 @@ function(palpate_precompiled name header)
   if(ARG_AS_RELEASED AND PALPATE_SANITIZE)
     set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread")
   endif()
-  target_precompile_headers(${name} PRIVATE ${CMAKE_SOURCE_DIR}/${header})
+  target_precompile_headers(${name} PRIVATE <${header}>)  # so that what CMake writes names no clone's folder
   # For ccache, whose clones hold the same below other paths: what the headers are, not how their folder is called.
   target_compile_options(${name} PRIVATE "SHELL:-Xclang -fno-pch-timestamp")
   file(SHA256 ${CMAKE_SOURCE_DIR}/${header} text)

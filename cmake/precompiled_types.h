@@ -2,6 +2,7 @@
 // each unit: that is a sixth of what compiling the house costs. Nobody calls this.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <istream>
 #include <map>
@@ -196,6 +197,28 @@ inline void OfContainers(std::optional<Value>& maybe, std::vector<Value>& many, 
   many = copy;
   if (!many.empty()) many.resize(1, many.back());
   for (const Value& each : copy) many.front() = each;
+}
+
+// What members of structures that most sources know are given from the start, and copied with.
+inline void OfMembers(Eigen::Vector3f& f, const Eigen::Vector3d& d,
+                      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& rows,
+                      Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, 96, 96>& patch,
+                      Eigen::Matrix<double, 6, 6>& six, std::vector<std::array<int, 4>>& cells,
+                      std::vector<std::vector<Eigen::Vector2d>>& outlines) {
+  f = Eigen::Vector3f::Zero();
+  f = d.cast<float>();
+  const auto more = rows;
+  rows = more;
+  const auto same = patch;
+  patch = same;
+  six = Eigen::Matrix<double, 6, 6>::Zero();
+  six = Eigen::Matrix<double, 6, 6>::Identity();
+  const auto kept = cells;
+  cells = kept;
+  cells.push_back({});
+  const auto all = outlines;
+  outlines = all;
+  outlines.emplace_back();
 }
 
 template <typename Json>

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and tests, cheapest first. The first red prints the command to repeat.
 # usage: tests/run.sh [--fast | --full]
-#   (nothing)  what every change must pass: what sessions run on, each test once: what parses or speaks, and a run of each
-#              sense, under address and undefined-behaviour sanitizers, the rest as it is released; link and haptic loop
-#              under the thread sanitizer too
+#   (nothing)  what every change must pass: what sessions run on, and all of the rooms that were changed, each test once: what
+#              parses or speaks, and a run of each sense, under address and undefined-behaviour sanitizers, the rest as it
+#              is released; link and haptic loop under the thread sanitizer too
 #   --fast     without sanitizers and without clang-tidy
 #   --full     everything: slow tests, simulated worlds, training, identification and studies in depth, every check of the
 #              sanitizers on everything that is not slow, threads everywhere
@@ -21,6 +21,8 @@ esac
 apart=OFF every=OFF
 [ $tier != push ] || apart=ON
 [ $tier != full ] || every=ON
+base=$(tests/since.sh)
+changed=$([ -z "$base" ] || git diff --name-only "$base" -- slave shared master tests | xargs -r -n 1 dirname | sed 's#^tests/##' | sort -u | paste -sd';')
 jobs=$(($(nproc) + 1))  # sessions sleep half of their time
 started=$(date +%s)
 summary=build/tests.txt
@@ -43,7 +45,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 # build PRESET TARGETS...
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every)
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every "-DPALPATE_CHANGED=$changed")
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 
@@ -90,6 +92,7 @@ if [ -n "$formatted" ]; then
   clang-format --dry-run -Werror $formatted || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
 fi
 
+[ -z "$changed" ] || echo "changed, and tested in full: ${changed//;/, }"
 [ -d ../shared ] || echo "note: ../shared is absent: tests that need its recordings and reference values are skipped"
 
 step "build" 480

@@ -5,13 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v clang-tidy >/dev/null || { echo "tidy.sh: clang-tidy is missing: apt-get install clang-tidy" >&2; exit 1; }
 
-base=${1:-}
-if [ -z "$base" ]; then
-  for main in origin/main main; do
-    base=$(git merge-base HEAD "$main" 2>/dev/null) && break || base=
-  done
-  [ -n "$base" ] && [ "$base" != "$(git rev-parse HEAD)" ] || base=$(git rev-parse -q --verify HEAD~1) || base=
-fi
+base=${1:-$(tests/since.sh)}
 [ -n "$base" ] || { echo "nothing is known of before: no source was checked"; exit 0; }
 mapfile -t files < <(git diff --numstat --no-renames --diff-filter=d "$base" -- 'shared/*.cpp' 'slave/*.cpp' 'master/*.cpp' |
   sort -rn | cut -f 3)  # what was changed most comes first

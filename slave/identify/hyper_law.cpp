@@ -121,7 +121,8 @@ double LeastStability(const HyperLaw& law, const Vector3d& stretches) {
   isochoric << 1, 1, -1, 1, 0, -2;
   isochoric.colwise().normalize();
   const Eigen::Matrix2d reduced = isochoric.transpose() * tangent * isochoric;
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(reduced).eigenvalues()[0] / at_rest;
+  const double mean = reduced.trace() / 2, half_difference = (reduced(0, 0) - reduced(1, 1)) / 2;
+  return (mean - std::hypot(half_difference, reduced(0, 1))) / at_rest;  // the lesser eigenvalue
 }
 
 std::string FirstInstability(const HyperLaw& law, double low, double high) {

@@ -39,6 +39,7 @@ Exit codes: 0 every row holds, or is in the list of --known; 1 one does not; 2 u
 
 struct Options {
   bool quick = false, full = false, list = false, trace = false;
+  int every = 1;
   std::string only;
   std::filesystem::path out, known;
 
@@ -84,6 +85,7 @@ class Suite {
       if (!maker.Suits(tried) || IsDone(row.key())) continue;
       if (options_.quick && !tried.is_quick) continue;
       if (!std::regex_search(row.sense + " " + row.key(), only_)) continue;
+      if (met_++ % options_.every != 0) continue;
       if (options_.list) {
         std::printf("%-10s %s\n", maker.sense.c_str(), row.key().c_str());
         continue;
@@ -122,6 +124,7 @@ class Suite {
   const Options& options_;
   std::regex only_;
   std::vector<Row> rows_;
+  int met_ = 0;  // rows that match
 };
 
 int Main(int argc, char** argv) {
@@ -136,6 +139,8 @@ int Main(int argc, char** argv) {
   app.add_flag("--list", options.list, "Name the rows only");
   app.add_flag("--trace", options.trace, "Print every estimate before its row");
   app.add_option("--only", options.only, "Rows that match this: SENSE SCENE: CASE");
+  app.add_option("--every", options.every, "Of these, each so many rows one")
+      ->check(CLI::Range(1, 1000));
   app.add_option("--out", options.out, "Folder for table.csv, table.txt and table.svg");
   app.add_option("--known", options.known, "File of rows that are known not to hold, a line each");
   try {

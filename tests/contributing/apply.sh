@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The examples of CONTRIBUTING: each patch applies to the tree as it stands, touches no more than its row says, and what it
-# touches compiles with the flags of the build next door.
-# usage: apply.sh BUILD_DIR SCRATCH_DIR [--build]   (--build: builds slave and master with all of them, too)
+# The examples of CONTRIBUTING: each patch applies to the tree as it stands, touches no more than its row says, and the
+# sources of its own room compile with the flags of the build next door.
+# usage: apply.sh BUILD_DIR SCRATCH_DIR [--build]   (--build: builds slave and master with all of them)
 set -euo pipefail
 build=$1 scratch=$2
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -42,7 +42,7 @@ for name in device scene_key sense model; do
 done
 [ $failed = 0 ] || exit 1
 
-for file in $(cat "$root"/tests/contributing/*.patch | sed -n 's#^+++ b/##p' | grep '\.cpp$' | sort -u); do
+for file in $(cat "$root"/tests/contributing/*.patch | sed -n '\#^--- /dev/null#{n;s#^+++ b/##p}' | grep '\.cpp$' | sort -u); do
   # shellcheck disable=SC2046
   $(how_to_compile "$file") -fsyntax-only "$file" || { echo "$file does not compile"; exit 1; }
   echo "compiles: $file"

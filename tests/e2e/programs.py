@@ -13,8 +13,14 @@ SLAVE, MASTER = str(BIN / "palpate-slave"), str(BIN / "palpate-master")
 BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
 # Neither display nor terminal: what a headless machine has.
 BARE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
+IS_DEEP = "PALPATE_QUICK" not in os.environ
 # [s] before a program counts as hung; generous, because test machines stall, and instrumented programs are slow
 PATIENCE = int(os.environ.get("PALPATE_PATIENCE", 60))
+
+
+def deep(test):
+    """By hand and with `tests/run.sh --full`; what every change must pass does without."""
+    return test if IS_DEEP else None
 
 
 def run(*command, **options):

@@ -8,7 +8,7 @@ import tempfile
 import time
 import unittest
 
-from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run
+from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run
 
 # 55 come with gRPC, 21 with OpenCV's core; imgcodecs, videoio and PCL each bring more than the rest together.
 MOST_LIBRARIES = 100
@@ -76,6 +76,7 @@ def cost_of(pid, seconds):
     return (cpu(pid) - before[0]) / seconds, (wakings(pid) - before[1]) / seconds
 
 
+@deep
 class Idle(unittest.TestCase):
     def test_a_slave_that_nobody_reads_rests(self):
         with Slave() as slave:

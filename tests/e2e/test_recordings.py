@@ -12,7 +12,7 @@ import tempfile
 import time
 import unittest
 
-from programs import BARE, BLOCK, MASTER, OUT, ROOT, SLAVE, Slave, run
+from programs import BARE, BLOCK, MASTER, OUT, ROOT, SLAVE, Slave, deep, run
 
 SCENES = ROOT / "deploy/scenes"
 HERE = pathlib.Path(__file__).resolve().parent / "recordings"
@@ -88,7 +88,7 @@ class Recordings(unittest.TestCase):
         """A slave and a master, both recorded; the slave is killed, the master ends as it should."""
         slave_file, master_file = self.out / "slave.mcap", self.out / "master.mcap"
         with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file, *parts) as slave:
-            self.good(MASTER, "connect", slave.address, "--duration", "2", "--record", master_file, *parts,
+            self.good(MASTER, "connect", slave.address, "--duration", "3", "--record", master_file, *parts,
                       "--log", self.out / "log.csv")
             slave.stop(signal.SIGKILL)
         return slave_file, master_file
@@ -132,6 +132,7 @@ class Recordings(unittest.TestCase):
         self.play(master_file)
         self.export(master_file, seen)
 
+    @deep
     def test_points(self):
         slave_file, master_file = self.both_ends("rubber-membrane.yaml", "operator.press.depth=0.5 mm")
         self.process_again(slave_file, 5)

@@ -12,7 +12,7 @@ import termios
 import unittest
 
 from delaying_line import DelayingLine
-from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, run, wait_until
+from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
 
 REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "bare_loop", "wake_us", "compute_us", "rtt_us", "states",
                "reconnects", "force_peak_N", "force_sent_peak_N", "force_error", "energy_min_J", "clamped_ticks",
@@ -75,6 +75,7 @@ class Session(unittest.TestCase):
             self.assertGreater((self.out / name).stat().st_size, 1000, name)
         self.assertFalse(list(self.out.glob("*.part")), "nothing half written is left")
 
+    @deep
     def test_every_rendering_mode_runs(self):
         with Slave() as slave:
             for mode in ("hold", "interpolate"):

@@ -6,7 +6,7 @@ const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0
 
 export class Pointer {
   constructor(link, view, mapping) {
-    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, toldAt: 0, heldElsewhereSince: null, isLedElsewhere: false });
+    Object.assign(this, { link, view, mapping, enabled: false, button: false, held: false, padHeld: false, shift: false, p: [0, 0, 0], keys: new Set(), locked: new Set(), delay: null, sent: null, toldAt: 0, heldElsewhereSince: null, isLedElsewhere: false, idleSince: null, isIdle: false });
     this.host = view.host;
     this.clutch = document.getElementById('clutch');
     this.clutch.addEventListener('click', () => this.toggle());
@@ -138,6 +138,11 @@ export class Pointer {
     if (!status.pointer_holds || this.engaged) this.heldElsewhereSince = null;
     else this.heldElsewhereSince ??= performance.now();
     this.isLedElsewhere = this.heldElsewhereSince !== null && performance.now() - this.heldElsewhereSince > ELSEWHERE_MS;
+    if (!this.engaged || status.state === 'FOLLOWING') this.idleSince = null;
+    else this.idleSince ??= performance.now();
+    // It was held before a slave died or a state was missing: the master waits for it to be let go first.
+    this.isIdle = this.idleSince !== null && performance.now() - this.idleSince > ELSEWHERE_MS;
+    this.clutch.classList.toggle('idle', this.isIdle);
     if (status.pointer_used && this.engaged && this.sent && status.pointer_used > (this.usedBefore || 0)) {
       const delay = performance.now() - status.pointer_used;
       this.delay = this.delay === null ? delay : 0.9 * this.delay + 0.1 * delay;

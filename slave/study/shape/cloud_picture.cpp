@@ -8,6 +8,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "shared/geometry/rotation_between.h"
 #include "slave/capture/codecs/codecs.h"
 
 namespace palpate::study {
@@ -166,7 +167,7 @@ PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Vector3d> poin
                                 looks_steeply ? Vector3d(X_SD.linear().col(0)) : Vector3d::UnitZ());
   view.X_SV = Eigen::Translation3d(middle_S) * round * Eigen::Translation3d(-middle_S) * X_SD;
   const Vector3d middle_V = view.X_SV.inverse() * middle_S;
-  view.X_SV = view.X_SV * Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), middle_V);
+  view.X_SV.rotate(RotationBetween(Vector3d::UnitZ(), middle_V));
 
   double reach = 1e-9;  // largest tangent of the angle to a point
   const Eigen::Isometry3d X_VS = view.X_SV.inverse();

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
 
+#include "shared/geometry/rotation_between.h"
 #include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/calibration/registration_checks.h"
 #include "slave/vision/calibration/robust_fit.h"
@@ -181,8 +182,7 @@ Eigen::Isometry3d TurnedOver(const Eigen::Isometry3d& X_CS, const Eigen::Vector3
   const Eigen::Vector3d normal_C = X_CS.linear() * normal_S;
   const Eigen::Vector3d other_C = 2 * sight.dot(normal_C) * sight - normal_C;
   Eigen::Isometry3d out = X_CS;
-  out.linear() =
-      Eigen::Quaterniond::FromTwoVectors(normal_C, other_C).toRotationMatrix() * X_CS.linear();
+  out.linear() = RotationBetween(normal_C, other_C) * X_CS.linear();
   return out;
 }
 
