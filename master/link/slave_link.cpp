@@ -36,7 +36,8 @@ constexpr int kTripsBorne =
     6;  // of what a call took, while a line that was idle gets going; longer is dead
 constexpr int kTimesTheFirst = 4;  // of what the first answer took
 constexpr milliseconds kModelDeadline(15000);
-constexpr milliseconds kGrace(300);  // for the slave to end the stream after our goodbye
+constexpr milliseconds kToldAfterwards(3000);  // that a state was refused, while others are not
+constexpr milliseconds kGrace(300);            // for the slave to end the stream after our goodbye
 
 constexpr const char* kNoDatagrams =
     "no datagrams come through, states and commands go by the stream alone";
@@ -123,7 +124,9 @@ struct SlaveLink::Parts {
   std::condition_variable changed;
   OperateSession* session = nullptr;
   bool stopping = false, was_connected = false;
-  LinkStats told;      // but for what is counted elsewhere
+  LinkStats told;       // but for what is counted elsewhere
+  std::string refusal;  // of the last state that was refused
+  Clock::time_point refused_at{};
   std::string unread;  // why the settings cannot be read; empty: they can
 
   std::jthread rereading;  // the stream's thread alone starts and joins it
@@ -217,6 +220,7 @@ grpc::Status SlaveLink::Parts::RunSession(OperateSession* next, const std::stop_
 grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   const std::scoped_lock lock(mutex);
   told.connected = false;
+  refused_at = {};
   if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   told.answers = IsAnswer(status);
   return status;
@@ -239,7 +243,8 @@ bool SlaveLink::Parts::LacksDatagrams() const {
 void SlaveLink::Parts::Refused(const std::string& reason) {
   const std::scoped_lock lock(mutex);
   ++told.refused;
-  told.trouble = "a state was refused: " + reason;
+  refusal = "a state was refused: " + reason;
+  refused_at = Clock::now();
 }
 
 bool SlaveLink::Parts::Sleep(milliseconds duration) {
@@ -315,6 +320,7 @@ LinkStats SlaveLink::stats() const {
   const RoundTrips::Times times = parts_->trips.times();
   std::unique_lock lock(parts_->mutex);
   LinkStats stats = parts_->told;
+  if (SinceThen(parts_->refused_at) < kToldAfterwards) stats.trouble = parts_->refusal;
   if (stats.trouble.empty()) stats.trouble = parts_->unread;
   if (stats.trouble.empty() && parts_->LacksDatagrams()) stats.trouble = kNoDatagrams;
   lock.unlock();

@@ -93,10 +93,6 @@ Vector3d PatchContact::ForceAt(const Vector3d& p_S, double now, double then) noe
   return n.dot(force) > 0 ? force : Vector3d(0, 0, 0);
 }
 
-double PatchContact::MotionError(double then) const noexcept {
-  return to_.law.velocity_error * std::clamp(then - to_.at, 0.0, kLongestMotion);
-}
-
 double PatchContact::ShareOfNew(double now) const noexcept {
   return std::clamp((now - since_) / kBlendTime, 0.0, 1.0);
 }

@@ -57,8 +57,6 @@ class PatchContact {
   [[nodiscard]] bool is_beyond() const noexcept { return depth_ > patch_.valid_depth; }
   // The stiffness of the last ForceAt was more than can be shown.
   [[nodiscard]] bool is_capped() const noexcept { return capped_; }
-  // One standard deviation of where the surface is said to be at `then` [m].
-  [[nodiscard]] double MotionError(double then) const noexcept;
 
  private:
   struct TimedLaw {

@@ -52,20 +52,23 @@ std::string Formatted(const char* format, ...) {
   return text;
 }
 
-std::string Shown(std::string_view text, std::size_t most) {
-  std::string shown(text.substr(0, most));
-  std::ranges::replace_if(
-      shown, [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
-  return text.size() > most ? shown + "..." : shown;
-}
-
 namespace {
 
-// The bytes of the character of UTF-8 that `text` begins with.
+// The bytes of the character of UTF-8 that `text` begins with (RFC 3629); 0: it begins with none.
 std::size_t LengthOfFirst(std::string_view text) {
-  std::size_t length = 1;
-  while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) {
-    ++length;
+  const auto byte = [text](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
+  };
+  const unsigned lead = byte(0);
+  if (lead < 0x80) return 1;
+  if (lead < 0xC2 || lead > 0xF4) return 0;
+  // Neither what fewer bytes say, nor surrogates, nor beyond U+10FFFF.
+  const unsigned least = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
+  const unsigned most = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
+  if (byte(1) < least || byte(1) > most) return 0;
+  const std::size_t length = lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
+  for (std::size_t i = 2; i < length; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80U) return 0;
   }
   return length;
 }
@@ -73,7 +76,7 @@ std::size_t LengthOfFirst(std::string_view text) {
 // U+0000 to 1F, 7F to 9F, 200E to 200F, 2028 to 202E, 2066 to 2069.
 bool MovesCursor(std::string_view c) {
   const auto byte = [c](std::size_t i) { return static_cast<unsigned char>(c[i]); };
-  if (c.size() == 1) return byte(0) < 0x20 || byte(0) >= 0x7F;  // a lone byte above is no UTF-8
+  if (c.size() == 1) return byte(0) < 0x20 || byte(0) == 0x7F;
   if (c.size() == 2) return byte(0) == 0xC2 && byte(1) < 0xA0;
   if (c.size() != 3 || byte(0) != 0xE2) return false;
   const bool general = byte(1) == 0x80 &&
@@ -83,11 +86,26 @@ bool MovesCursor(std::string_view c) {
 
 }  // namespace
 
+std::string Shown(std::string_view text, std::size_t most) {
+  std::string shown;
+  while (!text.empty()) {
+    const std::size_t length = LengthOfFirst(text);
+    const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+    const bool is_fit = length > 0 && !MovesCursor(character);
+    const std::string_view seen = is_fit ? character : "?";
+    if (shown.size() + seen.size() > most) return shown + "...";
+    shown.append(seen);
+    text.remove_prefix(character.size());
+  }
+  return shown;
+}
+
 std::string Presentable(std::string_view text, std::size_t most) {
   std::string shown;
   for (std::size_t count = 0; !text.empty() && count < most; ++count) {
-    const std::string_view character = text.substr(0, LengthOfFirst(text));
-    shown.append(MovesCursor(character) ? " " : character);
+    const std::size_t length = LengthOfFirst(text);
+    const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+    shown.append(length == 0 || MovesCursor(character) ? " " : character);
     text.remove_prefix(character.size());
   }
   return shown;

@@ -63,7 +63,8 @@ void AppendNumber(T value, char separator, std::string* text) {
 // printf into a string, of whatever length.
 __attribute__((format(printf, 1, 2))) std::string Formatted(const char* format, ...);
 
-// What people see of `text`: at most `most` bytes, and nothing that moves their cursor.
+// What people see of `text`: at most `most` bytes of whole characters, `...` where there is more;
+// `?` for what moves their cursor and for bytes that are no UTF-8.
 std::string Shown(std::string_view text, std::size_t most = 60);
 // The first `most` characters of UTF-8 of what a stranger said, fit for a terminal, a log or a
 // message: control characters (C0, C1) and what turns the direction of writing become blanks.

@@ -47,9 +47,21 @@ TEST(ShownTest, IsShortAndMovesNoCursor) {
   EXPECT_EQ(Trimmed(" \ta b\r\n"), "a b");
 }
 
+// Bytes that no message can carry: cut characters, overlong ones, surrogates, beyond Unicode. What
+// is short enough ends as it is.
+TEST(ShownTest, IsUtf8WhateverItIsGiven) {
+  EXPECT_EQ(Shown("\xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80", 9),
+            "\xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80");
+  EXPECT_EQ(Shown("\xC3\xA4\xE2\x82\xAC\xF0\x9F\x98\x80", 8), "\xC3\xA4\xE2\x82\xAC...");
+  EXPECT_EQ(Shown("a\xE2\x82"), "a??");
+  EXPECT_EQ(Shown("\xC0\xAF\xE0\x80\xAF"), "?????");
+  EXPECT_EQ(Shown("\xED\xA0\x80\xF4\x90\x80\x80\xFF"), "????????");
+}
+
 // C0, DEL, C1 (U+009B begins a terminal's sequence), bidi overrides and isolates, line separators,
 // bytes that are no UTF-8. Letters of two, three and four bytes stay and count as one.
 TEST(PresentableTest, NothingMovesACursorOrTurnsTheWriting) {
+  EXPECT_EQ(Presentable("a\xE2\x80z\xC3\x80\x80", 20), "a  z\xC3\x80 ");
   EXPECT_EQ(Presentable("a\nb\x1b[2Jc\x7f", 20), "a b [2Jc ");
   EXPECT_EQ(Presentable("a\xC2\x9B"
                         "2Jb",
