@@ -124,21 +124,19 @@ function(palpate_program name)
   target_link_libraries(${name} PRIVATE ${ARG_LINKS} palpate_warnings)
 endfunction()
 
-# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [FULL] [SANITIZE] [THREADS]): one test
+# palpate_test(NAME SOURCES ... LINKS ... [TIMEOUT s] [LABELS ...] [SLOW FILTER] [FULL] [SANITIZE] [THREADS] [RACES]): one test
 # executable per folder of tests, run by ctest as NAME. Those of its tests that a GoogleTest FILTER names are run as NAME_slow, with the
 # label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses or speaks, so that every
 # `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
-# FULL: of what no session runs on (simulated worlds, training, identification, reports of studies), of model kinds beside the
-# first of their family, or long sweeps: built and run by `--full`, and where the room that they mirror is in PALPATE_CHANGED. THREADS: runs threads, which `--full` has the thread sanitizer watch.
-# PALPATE_SANITIZED_APART: tests with SANITIZE are left out here, because the sanitizers' build runs them.
+# FULL: of what no session runs on (simulated worlds, training, identification, reports of studies), of model kinds whose
+# answers test_reference holds, or long sweeps: built and run by `--full`, and where the room that they mirror, or of a library that they link, is in PALPATE_CHANGED. THREADS: runs
+# threads, which `--full` has the thread sanitizer watch. RACES: so does every `tests/run.sh`.
+# PALPATE_SANITIZED_APART: tests with SANITIZE or RACES are left out here, because the sanitizers' builds run them.
 # PALPATE_SANITIZE_TESTS off: what tests call is watched, their own code is not.
 function(palpate_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 ARG "FULL;SANITIZE;THREADS" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
-  file(RELATIVE_PATH room ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
-  if(ARG_FULL AND (PALPATE_FULL_TESTS OR room IN_LIST PALPATE_CHANGED))
-    set(ARG_FULL OFF)
-  endif()
-  if((ARG_SANITIZE AND PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE) OR ARG_FULL)
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "FULL;SANITIZE;THREADS;RACES" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
+  palpate_is_wanted("${ARG_LINKS}" wanted)
+  if((PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE AND (ARG_SANITIZE OR ARG_RACES)) OR (ARG_FULL AND NOT wanted))
     return()
   endif()
   palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
@@ -157,9 +155,13 @@ function(palpate_test name)
     list(APPEND ARG_LABELS sanitize)
     add_dependencies(sanitized_tests ${name})
   endif()
-  if(ARG_THREADS)
+  if(ARG_THREADS OR ARG_RACES)
     list(APPEND ARG_LABELS threads)
     add_dependencies(threaded_tests ${name})
+  endif()
+  if(ARG_RACES)
+    list(APPEND ARG_LABELS races)
+    add_dependencies(raced_tests ${name})
   endif()
   if(ARG_SLOW)
     palpate_test_entry(${name} ${name} "--gtest_filter=-${ARG_SLOW}" ${ARG_TIMEOUT} "${ARG_LABELS}")
@@ -167,6 +169,25 @@ function(palpate_test name)
   else()
     palpate_test_entry(${name} ${name} "" ${ARG_TIMEOUT} "${ARG_LABELS}")
   endif()
+endfunction()
+
+# palpate_is_wanted(LINKS OUT): whether a FULL test of this folder that links LINKS is built.
+function(palpate_is_wanted links out)
+  file(RELATIVE_PATH rooms ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
+  foreach(link IN LISTS links)
+    if(TARGET ${link})
+      get_target_property(folder ${link} SOURCE_DIR)
+      file(RELATIVE_PATH room ${CMAKE_SOURCE_DIR} ${folder})
+      list(APPEND rooms ${room})
+    endif()
+  endforeach()
+  set(wanted ${PALPATE_FULL_TESTS})
+  foreach(room IN LISTS rooms)
+    if(room IN_LIST PALPATE_CHANGED)
+      set(wanted ON)
+    endif()
+  endforeach()
+  set(${out} ${wanted} PARENT_SCOPE)
 endfunction()
 
 function(palpate_test_entry entry program filter timeout labels)
