@@ -98,7 +98,7 @@ function showHint() {
 
 function hint(status) {
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
-  if (pointer.isLedElsewhere) return 'Another page leads the hand: this one takes over when that one lets go.';
+  if (pointer.isLedElsewhere) return 'Another page leads the hand: take hold here when that one has let go.';
   if (pointer.isIdle && status?.state === 'READY') return 'Held, but not followed: let go, then hold again.';
   const inside = status?.felt?.in_contact ? 'The tool stands in the object: hold again to press on or to draw it out.' : '';
   const way = view.wayToPress(), fingers = status?.fingers.length > 1;
