@@ -22,7 +22,10 @@ apart=OFF every=OFF
 [ $tier != push ] || apart=ON
 [ $tier != full ] || every=ON
 base=$(tests/since.sh)
-changed=$([ -z "$base" ] || git diff --name-only "$base" -- slave shared master tests | xargs -r -n 1 dirname | sed 's#^tests/##' | sort -u | paste -sd';')
+rooms() { [ -z "$base" ] || git diff --name-only "$base" -- slave shared master tests | xargs -r -n 1 dirname | sed 's#^tests/##' | sort -u; }
+changed=$(rooms | paste -sd';')
+few=6  # rooms; what changes more of the house is for --full
+if [ "$(rooms | wc -l)" -gt $few ]; then changed=; fi
 jobs=$(($(nproc) + 1))  # sessions sleep half of their time
 started=$(date +%s)
 summary=build/tests.txt
@@ -110,6 +113,7 @@ if [ -n "$formatted" ]; then
 fi
 
 [ -z "$changed" ] || echo "changed, and tested in full: ${changed//;/, }"
+[ "$(rooms | wc -l)" -le $few ] || echo "note: more than $few rooms were changed since ${base:0:8}: run tests/run.sh --full, too"
 [ -d ../shared ] || echo "note: ../shared is absent: tests that need its recordings and reference values are skipped"
 
 step "build" 480
