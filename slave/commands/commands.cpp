@@ -157,8 +157,8 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
 }
 
 int RunServe(const ServeOptions& options, const std::stop_token& stop) {
-  mallopt(M_ARENA_MAX,
-          4);  // each of eight a processor would come to keep a few pictures that nobody needs
+  // Each of eight a processor would come to keep a few pictures that nobody needs.
+  mallopt(M_ARENA_MAX, 4);
   const bool plain = options.tls.empty();
   RequireLoopbackUnless(options.insecure || !plain, ParseEndpoint(options.listen));
   if (!options.metrics.empty()) MetricsEndpoint(options.metrics, options.insecure);

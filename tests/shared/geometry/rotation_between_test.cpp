@@ -29,6 +29,13 @@ TEST(RotationBetweenTest, TakesOneToTheOther) {
   }
 }
 
+TEST(RotationBetweenTest, TakesOneToWhatIsOppositeButForRounding) {
+  for (int i = 1; i < 1000; ++i) {
+    const Vector3d a(std::sin(i), std::cos(2.3 * i), std::sin(4.1 * i));
+    ExpectTakes(a, -a * (0.1 + 0.37 * i));
+  }
+}
+
 TEST(RotationBetweenTest, TurnsNoFartherThanItMust) {
   const Eigen::AngleAxisd turn(RotationBetween({1, 0, 0}, {0, 2, 0}));
   EXPECT_NEAR(turn.angle(), std::numbers::pi / 2, 1e-14);
