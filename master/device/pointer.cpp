@@ -26,13 +26,15 @@ DeviceReading Pointer::Read(Time now) noexcept {
 
 void Pointer::Take(Time now) noexcept {
   const PointerAim* newest = aims_.Take();
+  const bool is_another = newest != nullptr && newest->page != aim_.page;
   if (newest != nullptr) aim_ = *newest;
   used_ = aim_.stamp;
   const bool is_silent = SecondsBetween(aim_.heard_at, now) > kSilence;
   if (!aim_.engaged) let_go_ = true;
   if (intent_.engaged && is_silent) let_go_ = false;
+  if (is_another) let_go_ = true;
   const bool engaged = aim_.engaged && !is_silent && let_go_;
-  if (engaged && !intent_.engaged) {
+  if (engaged && (is_another || !intent_.engaged)) {
     begin_ = intent_.p_M = hand_.p_M();
     begin_aim_ = aim_.p_M;
   }

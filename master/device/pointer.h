@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <optional>
 
 #include "master/device/arm.h"
@@ -15,6 +16,7 @@ namespace palpate {
 // What the page says of its pointer.
 struct PointerAim {
   Eigen::Vector3d p_M{0, 0, 0};  // from where the engagement began, frame M [m]
+  std::uint64_t page = 0;        // that says so
   bool engaged = false;          // the button is held: the hand follows
   Time heard_at{};               // master's clock
   double stamp = 0;              // the page's own, given back by `used` once it moved the hand
@@ -39,8 +41,8 @@ class Pointer final : public Device {
   // It holds the hand; any thread.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
-  // Engaging never moves the hand. Silence lets go, until the page has let go too and holds anew: a
-  // page that comes back to life does not take the hand by itself.
+  // Engaging never moves the hand. Silence lets go, until the page has let go too and holds anew,
+  // or another page holds: a page that comes back to life does not take the hand by itself.
   DeviceReading Read(Time now) noexcept override;
   void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.Feel(force_M); }
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}

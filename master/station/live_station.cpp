@@ -11,6 +11,7 @@
 #include "master/station/clerk.h"
 #include "master/station/diary.h"
 #include "master/station/display.h"
+#include "master/station/hand_lead.h"
 #include "master/station/notice_board.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
@@ -114,7 +115,7 @@ struct LiveStation::Parts {
   Status status;
   StationMoment on_screen;
   SlaveLink::Mapping waiting;
-  std::uint64_t pointing = 0;  // the page that holds the pointer, 0: none; the server's thread
+  HandLead lead;  // the server's thread
   // What the editor alone uses.
   std::unique_ptr<Views> views;
   std::chrono::steady_clock::time_point looked{};
@@ -276,19 +277,19 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const Wish& asked) {
   return answer;
 }
 
-// Only one page leads the hand: the first that engages, until it lets go or leaves.
 std::string LiveStation::Parts::Point(std::uint64_t page, const PointerWish& wish) {
   if (options.pointer == nullptr) return RefusedJson("the device is no pointer: --device pointer");
-  if (pointing != 0 && pointing != page) return RefusedJson("another page leads the hand");
-  pointing = wish.engaged ? page : 0;
-  options.pointer->Aim({wish.p_M, wish.engaged, Clock::now(), wish.at});
+  const Time now = Clock::now();
+  if (lead.Hears(page, wish.engaged, now)) {
+    options.pointer->Aim({wish.p_M, page, wish.engaged, now, wish.at});
+  } else if (wish.engaged) {
+    return LedElsewhereJson();
+  }
   return {};
 }
 
 void LiveStation::Parts::Left(std::uint64_t page) {
-  if (pointing != page) return;
-  pointing = 0;
-  options.pointer->Aim({});
+  if (lead.Leaves(page)) options.pointer->Aim({});
 }
 
 std::string LiveStation::Parts::Record(const RecordWish& wish) {

@@ -321,6 +321,10 @@ std::string RefusedJson(const std::string& why) {
   return Text({{"kind", "refused"}, {"text", why}});
 }
 
+std::string LedElsewhereJson() {
+  return Text({{"kind", "led_elsewhere"}});
+}
+
 std::string TopologyBytes(const MeshTopology& topology) {
   const bool is_planar = !topology.lines.empty();
   const std::size_t elements =

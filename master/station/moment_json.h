@@ -87,6 +87,8 @@ std::string PongJson(double at);
 // `run`: of a replay, as its moment tells it.
 std::string PastJson(const std::vector<TickSample>& samples, std::optional<std::uint64_t> run = {});
 std::string RefusedJson(const std::string& why);
+// It held the hand, which another page leads, or led then: it has to let go.
+std::string LedElsewhereJson();
 
 // Node and element counts, places at rest, elements, nodes that are held: what Topology messages
 // hold after the header.

@@ -433,6 +433,7 @@ describe('its recording is played', () => {
     const force = await stage.page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue('--force').trim().match(/[0-9a-f]{2}/g).map((part) => parseInt(part, 16)));
     await until(async () => {  // drawn, however slow the machine is
       const png = await stage.shoot('replay-press-1280'), at = await label.boundingBox();
+      if (!at) return false;  // what came before is drawn yet
       const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
       const x = bar.x + bar.width / 2;
       const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
@@ -588,6 +589,40 @@ describe('a mouse feels the block', () => {
     await press();
     await stage.page.mouse.up();
     await stage.when((status) => status.state === 'CLUTCHED' && size(status.chain.sent) === 0, 'CLUTCHED');
+  });
+
+  // Another page, without a window of its own: what it says is all that the master knows of one.
+  testInTime('only one page leads: another lets go at once, says why, and leads when the first has let go or fell silent', async () => {
+    const other = (said) => stage.page.evaluate((engaged) => {
+      window.other ??= new WebSocket(`ws://${location.host}/ws`);
+      clearInterval(window.beat);
+      if (engaged === null) return;
+      const beat = () => window.other.send(JSON.stringify({ do: 'pointer', at: performance.now(), p_M: [0, 0, 0], engaged }));
+      beat();
+      if (engaged) window.beat = setInterval(beat, 20);
+    }, said);
+    const isHeld = () => stage.page.evaluate(() => document.getElementById('view').classList.contains('held'));
+    await other(null);
+    await until(() => stage.page.evaluate(() => window.other.readyState === WebSocket.OPEN), 'another page');
+    await stage.page.mouse.move(...middle);
+    for (const ends of [() => other(false), () => other(null)]) {
+      await byHand(async () => {
+        await other(false);
+        await other(true);
+        return soon(() => stage.status.state === 'FOLLOWING');
+      }, 'the other one leads');
+      await stage.page.mouse.down();
+      await until(async () => !(await isHeld()), 'that it is let go');
+      await stage.shows('hint', /^Another page leads the hand/);
+      await ends();
+      await stage.when((status) => status.state !== 'FOLLOWING', 'nobody leads');
+      await pause(300);
+      assert.notEqual(stage.status.state, 'FOLLOWING', 'the button that is still down takes nothing');
+      await press();
+      await stage.page.mouse.up();
+      await stage.when((status) => status.state === 'CLUTCHED', 'CLUTCHED');
+    }
+    await stage.page.evaluate(() => window.other.close());
   });
 
   testInTime('keys move it too, and losing the focus lets go', async () => {

@@ -66,6 +66,10 @@ const takers = {
     told.why = message.text;
     showHint();
   },
+  led_elsewhere() {
+    pointer.giveWay();
+    showHint();
+  },
   status(message) {
     told.status = message;
     pointer.take(message);

@@ -122,6 +122,12 @@ export class Pointer {
     this.clutch.setAttribute('aria-pressed', String(this.engaged));
     this.host.classList.toggle('held', this.engaged);
   }
+  // Another page leads the hand: what is held here would take it later, when nobody thinks of it any more.
+  giveWay() {
+    this.release();
+    this.heldElsewhereSince = -Infinity;
+    this.isLedElsewhere = true;
+  }
   // The master let go by itself, because it heard nothing for 250 ms: so does the page, and says so.
   heed(status) {
     if (status.pointer_holds) this.heldBack = true;

@@ -20,7 +20,7 @@ class Stage {
     DeviceReading reading;
     for (int i = 0; i < std::lround(1000 * seconds); ++i, ++ms_) {
       const Time now = Time{std::chrono::hours(1)} + std::chrono::milliseconds(ms_);
-      if (says && i % 20 == 0) pointer.Aim({aim, engaged, now, static_cast<double>(ms_)});
+      if (says && i % 20 == 0) pointer.Aim({aim, page, engaged, now, static_cast<double>(ms_)});
       reading = pointer.Read(now);
       fastest = std::max(fastest, reading.v_M.norm());
       pointer.WriteForce(force);
@@ -29,6 +29,7 @@ class Stage {
   }
 
   Pointer pointer;
+  std::uint64_t page = 1;
   Eigen::Vector3d force{0, 0, 0};
   double fastest = 0;
 
@@ -78,6 +79,17 @@ TEST(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
   stage.Run(0.05, kAim, false);
   EXPECT_TRUE(stage.Run(0.05, kAim, true).engaged);
   EXPECT_TRUE(stage.pointer.holds());
+}
+
+// It aims from its own zero, and never let go.
+TEST(PointerTest, AnotherPageHoldsAfterASilentOneAndMovesNothing) {
+  Stage stage;
+  const Eigen::Vector3d before = stage.Run(2, kAim, true).p_M;
+  stage.Run(0.5, kAim, true, false);
+  stage.page = 2;
+  const DeviceReading taken = stage.Run(0.5, {0, 0, 0}, true);
+  EXPECT_TRUE(taken.engaged);
+  EXPECT_NEAR((taken.p_M - before).norm(), 0, 1e-4);
 }
 
 TEST(PointerTest, NobodyHasSpokenYetHoldsNothing) {
