@@ -191,7 +191,7 @@ void Fingertip::FollowSteps(const FingerReading& reading, bool looks_back) noexc
 TactileSignals Fingertip::Mend(const TactileSignals& change, FingerReading* reading) noexcept {
   if (!pattern_) return change;
   Stopwatch lap;
-  pattern_->Take(change, stuck_.which(), stuck_.still(), rest_.variance(), rest_.common_variance());
+  pattern_->Take(change, stuck_.which(), stuck_.still(), rest_.variance(), rest_.astray());
   checks_us_ = lap.Lap();
   const TactileSignals& mended = pattern_->mended();
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {

@@ -91,8 +91,9 @@ void PatternCheck::Reset() noexcept {
 }
 
 void PatternCheck::Take(const TactileSignals& change, const Electrodes& is_dead,
-                        const Electrodes& is_still, double rest2, double common2) noexcept {
-  common2_ = common2;
+                        const Electrodes& is_still, double rest2,
+                        const TactileSignals& astray) noexcept {
+  astray_ = PatternSignals(astray);
   const Signals x = PatternSignals(change);
   NoteJumps(x);
   const double lesser = noise_ < kNoisy ? 1 : kLesser;
@@ -139,15 +140,18 @@ PatternCheck::Reading PatternCheck::Explain(const Signals& x, const Signals& noi
 
 PatternCheck::Reading PatternCheck::ExplainBy(std::size_t kind, const Signals& x,
                                               const Signals& noise2, double size2) const noexcept {
-  const Signals together = Together();
-  Covariance S =
-      size2 * pattern_.kinds[kind].shape + (drift2_ + common2_) * together * together.transpose();
+  Covariance S = size2 * pattern_.kinds[kind].shape + Drift();
   S += noise2.asDiagonal();
   const Eigen::LLT<Covariance> factor(S);
   Reading reading{kind, 0, factor.solve(Covariance::Identity())};
   reading.cost = RobustSquare(x, reading.inverse * x, reading.inverse) + LogDeterminant(factor) -
                  2 * std::log(pattern_.kinds[kind].share);
   return reading;
+}
+
+Covariance PatternCheck::Drift() const noexcept {
+  const Signals together = Together();
+  return drift2_ * together * together.transpose() + astray_ * astray_.transpose();
 }
 
 // Noise is what each signal, or its distance from what is expected, does from sample to sample,
@@ -171,7 +175,8 @@ void PatternCheck::Measure(const Signals& x, const Covariance& inverse) noexcept
     // What differs from electrode to electrode, as coarse counts do, tells nothing of all gains.
     if (seen_ <= kBeginning || unevenness() > kEven) first_noise_ = noise_;
   }
-  const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_ - common2_);
+  const double known = together.dot(astray_) / kElectrodeCount;  // that they may have, too
+  const double beyond = drift * drift - kSettled * kSettled * (variance - drift2_ - known * known);
   drift2_ += share_ * (std::max(0.0, beyond) - drift2_);
   drift_ += share_ * (drift - drift_);
   before_off_ = std::exchange(off_, off);
@@ -275,8 +280,7 @@ void PatternCheck::LeaveOutWrong(const Signals& x, const Electrodes& is_still, S
 // Only what is more than usual is taken off: the network has learnt to live with the rest.
 void PatternCheck::Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
                         const Covariance& inverse) noexcept {
-  const Signals together = Together();
-  Covariance M = (drift2_ + common2_) * together * together.transpose();
+  Covariance M = Drift();
   M += (noise2 - kQuiet * UsualNoise2()).cwiseMax(0).asDiagonal();
   const Signals expected = x - M * (inverse * x);
   mended_ = change;

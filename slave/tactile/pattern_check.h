@@ -12,13 +12,14 @@ namespace palpate {
 
 // Signals x of a contact of size a and some kind are taken for normal, with covariance
 //
-//   S = a² shape + N + q² 1 1',   N = diag(n²),
+//   S = a² shape + N + q² 1 1' + w w',   N = diag(n²),
 //
 // n the noise as it is measured from sample to sample, q how far all electrodes have drifted
-// together. What each signal is expected to be from the others, and how far it may be from that,
-// follows from the inverse of S. An electrode farther away is wrong: what is expected takes its
-// place. Of noise and drift what is more than usual is taken off: x - (N' + q² 1 1') S⁻¹ x, N' the
-// variance above the usual one.
+// together, w how far the lines that rest values went along may have left them. What each signal is
+// expected to be from the others, and how far it may be from that, follows from the inverse of S.
+// An electrode farther away is wrong: what is expected takes its place. Of noise and drift what is
+// more than usual is taken off: x - (N' + q² 1 1' + w w') S⁻¹ x, N' the variance above the usual
+// one.
 //
 // It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to
 // 10 percent of the signals' size, or all signals larger by the same factor. Noise is amplified
@@ -33,10 +34,10 @@ class PatternCheck {
 
   using Electrodes = std::array<bool, kElectrodeCount>;
   // Takes the next sample, counts minus rest; `is_dead`: electrodes known not to work; `is_still`:
-  // those that may not; `rest2`: variance of the electrodes' rest values, each for itself, and
-  // `common2` of what they have in common [counts^2]. Allocation-free.
+  // those that may not; `rest2`: variance of the electrodes' rest values, each for itself
+  // [counts^2]; `astray`: w [counts]. Allocation-free.
   void Take(const TactileSignals& change, const Electrodes& is_dead, const Electrodes& is_still,
-            double rest2, double common2 = 0) noexcept;
+            double rest2, const TactileSignals& astray = {}) noexcept;
   void Reset() noexcept;
 
   // Of the last sample: what is to be used.
@@ -81,6 +82,8 @@ class PatternCheck {
   // sigma, by the median; a few that do not work do not count. 0: not known yet.
   [[nodiscard]] double unevenness() const noexcept;
   void LeaveOutJumps(Signals* jerk2) const noexcept;
+  // Of what rest values may have done since they were taken.
+  [[nodiscard]] Covariance Drift() const noexcept;
   void Reinstate(const Signals& x, const Signals& alive, const Covariance& inverse) noexcept;
   void Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
             const Covariance& inverse) noexcept;
@@ -93,9 +96,10 @@ class PatternCheck {
   std::vector<Quick> quick_;
   double share_, level_share_;  // of a sample in what is measured over time
   Signals noise2_, raw_, x_, before_x_, off_, before_off_;
-  double drift2_ = 0, common2_ = 0;  // as measured, as told [counts^2]
-  double level2_ = 0;                // of second differences of all electrodes [counts^2]
-  Signals levels2_;                  // likewise of each by itself [counts^2]
+  Signals astray_;     // w [counts]
+  double drift2_ = 0;  // q² [counts^2]
+  double level2_ = 0;  // of second differences of all electrodes [counts^2]
+  Signals levels2_;    // likewise of each by itself [counts^2]
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
   // Electrodes that have jumped and are not what is expected: how far [counts]; and for how long
