@@ -6,8 +6,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kSpike = 20;     // from the line at most, lest one sample draws it [counts]
-constexpr double kStandsOut = 2;  // times the slopes' variance
+constexpr double kSpike = 20;       // from the line at most, lest one sample draws it [counts]
+constexpr double kStandsOut = 2;    // times the slopes' variance
+constexpr double kStandsAlone = 9;  // likewise of a single one
 // What is known of k beforehand, one sigma about 0: drift that goes on, or ends within a second.
 constexpr double kBendSigma = 0.02;   // [1/sample]
 constexpr double kLargestBend = 0.1;  // [1/sample]
@@ -25,6 +26,11 @@ double VarianceOf(std::array<double, kElectrodeCount>& squares) noexcept {
   const auto middle = squares.begin() + kElectrodeCount / 2;
   std::ranges::nth_element(squares, middle);
   return *middle / kMedian;
+}
+
+// Of slopes of this mean square that is used, where `noise2` is none.
+double Part(double slope2, double noise2) noexcept {
+  return slope2 > 0 ? std::max(0.0, 1 - noise2 / slope2) : 0;
 }
 
 }  // namespace
@@ -140,7 +146,7 @@ void RestTrend::FitBend(const Times& times) noexcept {
   }
   noise2_ = VarianceOf(noise2);
   const double slope2 = VarianceOf(slopes2), slope_variance = noise2_ / (times_[0] * spread);
-  part_ = slope2 > 0 ? std::max(0.0, 1 - kStandsOut * slope_variance / slope2) : 0;
+  part_ = Part(slope2, kStandsOut * slope_variance);
   const double sure = slopes - kElectrodeCount * slope_variance;
   if (part_ == 0 || sure <= 0) return;
   const double bend = -2 * together / sure, variance = 4 * noise2_ / (times_[0] * beyond) / sure;
@@ -154,24 +160,26 @@ void RestTrend::FitLines() noexcept {
   const double k = bend_ / 2;
   middle_ = mean(1) - k * mean(2);
   const double spread = mean(2) - 2 * k * mean(3) + k * k * mean(4) - middle_ * middle_;
+  const double known = spread > 0 ? 1 / (times_[0] * spread) : 0;  // of a slope, times its noise
   std::array<double, kElectrodeCount> slopes2{};
   for (std::size_t i = 0; i < kSignalCount; ++i) {
+    if (i == kElectrodeCount) continue;  // pac0 is a rate itself
     const Moments& m = moments_[i];
     const double level = m.timed[0] / times_[0];
     const double along = (m.timed[1] - k * m.timed[2]) / times_[0] - middle_ * level;
-    const double slope = spread > 0 ? along / spread : 0;
+    const double slope = along * times_[0] * known, slope2 = slope * slope;
+    double part = part_;
     if (i < kElectrodeCount) {
-      slopes2[i] = slope * slope;
-    } else {
-      pressure_noise2_ = std::max(
-          0.0, m.squared / times_[0] - level * level - slope * slope * spread);  // the last
+      slopes2[i] = slope2;
+    } else {  // the pressure drifts by itself, too
+      pressure_noise2_ = std::max(0.0, m.squared / times_[0] - level * level - slope2 * spread);
+      part = std::max(part, Part(slope2, kStandsAlone * known * pressure_noise2_));
+      pressure_slope2_ = part * part * known;
     }
-    const double used = i == kElectrodeCount ? 0 : part_ * slope;  // pac0 is a rate itself
-    lines_[i] = {level - middle_ * used, used};
+    lines_[i] = {level - middle_ * part * slope, part * slope};
   }
-  const double known = spread > 0 ? part_ / (times_[0] * spread) : 0;
-  pressure_slope2_ = part_ * known;
-  slope_variance_ = known * noise2_ + kBends * kBends * part_ * part_ * VarianceOf(slopes2);
+  lines_[kElectrodeCount] = {moments_[kElectrodeCount].timed[0] / times_[0], 0};
+  slope_variance_ = part_ * (known * noise2_ + kBends * kBends * part_ * VarianceOf(slopes2));
 }
 
 }  // namespace palpate

@@ -248,6 +248,95 @@ void AddUnseen(CaseTable* table) {
   table->Rarely(false);
 }
 
+// As of AddUnseen: with the checks as they stood before.
+void AddUnseenToo(CaseTable* table) {
+  table->Rarely(true);
+  // Each its own way, of which nothing was to be seen at rest.
+  table->Add("rest drifts from the touch on", "counts", {}, {5, 10, 40}, [](double s) {
+    return EachElectrode([s](const Moment& moment, std::size_t e, double away) {
+      std::mt19937_64 random(e);
+      const double way = std::normal_distribution<double>(0, s)(random);
+      const double left = static_cast<double>(moment.script.count - moment.script.touch);
+      const double since =
+          static_cast<double>(moment.index) - static_cast<double>(moment.script.touch);
+      return away + way * std::max(0.0, since / left);
+    });
+  });
+  table->Add("rest walks", "counts/sample", {}, {0.3, 1}, [](double s) {
+    using Walk = std::map<std::pair<std::size_t, std::size_t>, double>;
+    return Reads(OfEach([s, walk = std::make_shared<Walk>()](const Moment& moment, std::size_t f,
+                                                             FingerReading& reading) {
+      if (moment.index == 0) walk->clear();
+      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+        std::mt19937_64 random(moment.index * 100 + 20 * f + e);
+        double& at = (*walk)[{f, e}];
+        at += std::normal_distribution<double>(0, s)(random);
+        reading.electrodes[e] += static_cast<float>(at);
+      }
+    }));
+  });
+  table->Add("pressure drifts", "counts", {5}, {20, 100}, [](double s) {
+    return Reads(OfEach([s](const Moment& moment, std::size_t, FingerReading& reading) {
+      reading.pdc += static_cast<float>(s * moment.share());
+    }));
+  });
+  table->Add("gain of E10", "%", {}, {-50, -20, 20, 50}, [](double s) {
+    return EachElectrode([s](const Moment&, std::size_t e, double away) {
+      return e == 9 ? away * (1 + s / 100) : away;
+    });
+  });
+  table->Add("a loose contact", "of 20 samples", {}, {3, 10}, [](double s) {
+    return EachElectrode([s](const Moment& moment, std::size_t e, double away) {
+      return e == 9 && static_cast<double>(moment.index % 20) < s ? 0 : away;
+    });
+  });
+  table->Add("plugged in one off", Demand::kDoubt,
+             Reads(OfEach([](const Moment&, std::size_t, FingerReading& reading) {
+               std::ranges::rotate(reading.electrodes, reading.electrodes.begin() + 1);
+             })));
+  table->Add("fingers swapped", Demand::kDoubt, Reads([](const Moment&, TactileFrame& frame) {
+               FingerReading& first = frame.fingers.front();
+               FingerReading& last = frame.fingers.back();
+               std::swap(first.electrodes, last.electrodes);
+               std::swap(first.pac, last.pac);
+               std::swap(first.pdc, last.pdc);
+             }));
+  // Wet skin: each electrode tells its neighbours', too.
+  table->Add("electrodes leak", "%", {}, {5, 20, 60}, [](double s) {
+    return Reads(OfEach([s, rest = std::make_shared<Rest>()](const Moment& moment, std::size_t f,
+                                                             FingerReading& reading) {
+      const FingerReading from = rest->Of(moment, f, reading), read = reading;
+      const std::size_t n = read.electrodes.size();
+      const auto away = [&](std::size_t e) { return read.electrodes[e] - from.electrodes[e]; };
+      for (std::size_t e = 0; e < n; ++e) {
+        const float leak = (away((e + 1) % n) + away((e + n - 1) % n)) / 2;
+        reading.electrodes[e] += static_cast<float>(s / 100) * (leak - away(e));
+      }
+    }));
+  });
+  table->Add("noise in one finger", "times", {3}, {10}, [](double s) {
+    return Reads(OfFirst([s](const Moment& moment, FingerReading& reading) {
+      std::mt19937_64 random(moment.index);
+      std::normal_distribution<double> normal(0, kNoise * std::sqrt(s * s - 1));
+      for (float& e : reading.electrodes) e += static_cast<float>(normal(random));
+    }));
+  });
+  table->Add("electrodes lag", "samples", {}, {2, 8}, [](double s) {
+    using Lagged = std::map<std::size_t, FingerReading>;
+    return Reads(OfEach([s, lagged = std::make_shared<Lagged>()](
+                            const Moment& moment, std::size_t f, FingerReading& reading) {
+      if (moment.index == 0) (*lagged)[f] = reading;
+      FingerReading& was = (*lagged)[f];
+      for (std::size_t e = 0; e < reading.electrodes.size(); ++e) {
+        was.electrodes[e] +=
+            static_cast<float>((reading.electrodes[e] - was.electrodes[e]) / (1 + s));
+        reading.electrodes[e] = was.electrodes[e];
+      }
+    }));
+  });
+  table->Rarely(false);
+}
+
 Alteration PoseOff(double metres, double degrees, When when) {
   return Reads(OfEach([=](const Moment& moment, std::size_t, FingerReading& reading) {
     if (!reading.X_SF || !IsSo(when, moment)) return;
@@ -302,6 +391,7 @@ std::vector<Case> FingertipCases() {
   AddSamples(&table);
   AddGeometry(&table);
   AddUnseen(&table);
+  AddUnseenToo(&table);
   return table.Take();
 }
 

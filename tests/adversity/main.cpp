@@ -18,6 +18,7 @@
 #include "shared/program/command_line.h"
 #include "shared/text/text.h"
 #include "tests/adversity/case.h"
+#include "tests/adversity/mixed.h"
 #include "tests/adversity/stage.h"
 #include "tests/adversity/table.h"
 #include "tests/adversity/trial.h"
@@ -29,6 +30,7 @@ constexpr const char* kHelp = R"(Examples:
   adversity --quick --out build/adversity
   adversity --only 'glint|wire'                      every severity, short presses
   adversity --full --out build/adversity-full        goes on where it was stopped
+  adversity --mixed 100 --seed 7 --only '^camera'    two at a time, drawn at random
   adversity --list
 
 Writes OUT/table.csv, OUT/table.txt and OUT/table.svg. A row holds if none of its estimates is
@@ -40,6 +42,8 @@ Exit codes: 0 every row holds, or is in the list of --known; 1 one does not; 2 u
 struct Options {
   bool quick = false, full = false, list = false, trace = false;
   int every = 1;
+  std::size_t mixed = 0;
+  std::uint64_t seed = 1;
   std::string only;
   std::filesystem::path out, known;
 
@@ -78,9 +82,14 @@ class Suite {
     return std::ranges::any_of(rows_, [&](const Row& row) { return row.key() == key; });
   }
 
+  [[nodiscard]] std::vector<Case> CasesFor(const std::string& sense) const {
+    const std::vector<Case> cases = CasesOf(sense);
+    return options_.mixed > 0 ? Mixed(cases, options_.mixed, options_.seed) : cases;
+  }
+
   void RunOn(const StageMaker& maker) {
     std::unique_ptr<Stage> stage;  // made when the first case needs it
-    for (const Case& tried : CasesOf(maker.sense)) {
+    for (const Case& tried : CasesFor(maker.sense)) {
       Row row{maker.sense, maker.name, tried.title(), tried.demand, {}};
       if (!maker.Suits(tried) || IsDone(row.key())) continue;
       if (options_.quick && !tried.is_quick) continue;
@@ -141,6 +150,10 @@ int Main(int argc, char** argv) {
   app.add_option("--only", options.only, "Rows that match this: SENSE SCENE: CASE");
   app.add_option("--every", options.every, "Of these, each so many rows one")
       ->check(CLI::Range(1, 1000));
+  app.add_option("--mixed", options.mixed,
+                 "Instead of the table: so many pairs of its rows for each sense, both at once")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--seed", options.seed, "By which they are drawn");
   app.add_option("--out", options.out, "Folder for table.csv, table.txt and table.svg");
   app.add_option("--known", options.known, "File of rows that are known not to hold, a line each");
   try {
