@@ -65,7 +65,7 @@ repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 # build PRESET TARGETS...
 build() {
   local preset=$1; shift
-  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every "-DPALPATE_CHANGED=$changed")
+  local options=(-DPALPATE_TESTS=ON -DPALPATE_WERROR=ON -DPALPATE_SANITIZED_APART=$apart -DPALPATE_FULL_TESTS=$every -DPALPATE_BENCHMARKS=$every "-DPALPATE_CHANGED=$changed")
   deploy/build.sh "$preset" "${options[@]}" -- "$@" || repeat "deploy/build.sh $preset ${options[*]} -- $*"
 }
 

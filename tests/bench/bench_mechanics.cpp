@@ -126,9 +126,7 @@ void OnePatch(benchmark::State& state) {
 class RandomContacts {
  public:
   RandomContacts(const Bem2dModel& model, int S)
-      : model_(model),
-        first_(FirstFreeElement(model)),
-        step_((model.info().elements * 3 / 4 - 1) / S) {
+      : first_(FirstFreeElement(model)), step_((model.info().elements * 3 / 4 - 1) / S) {
     for (int k = 0; k < S; ++k) contacts_.push_back(Press(model, first_ + k * step_, 0));
   }
   std::vector<Contact>& contacts() { return contacts_; }
@@ -145,7 +143,6 @@ class RandomContacts {
   }
 
  private:
-  const Bem2dModel& model_;
   int first_, step_;
   unsigned long long seed_ = 1;
   std::vector<Contact> contacts_;

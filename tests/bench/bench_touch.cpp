@@ -65,7 +65,7 @@ TactileFrame FrameAt(std::uint64_t sample) {
     reading.present = true;
     const TactileSignals& change = signals[(sample + 200 * f) % signals.size()];
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-      reading.electrodes[i] = 3000 + (sample < kRest ? 0 : change[i]);
+      reading.electrodes[i] = static_cast<float>(3000 + (sample < kRest ? 0 : change[i]));
     }
     reading.pac = 2000;
     reading.pdc = 2200 + (sample < kRest ? 0.0F : 40.0F);
