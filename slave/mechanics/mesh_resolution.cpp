@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include <Eigen/LU>
@@ -104,13 +104,16 @@ StrainResolution::StrainResolution(const SolidMesh& mesh, const HeldNodes& held,
 // Edges, and how stiff each is on its own: the trace of its block by three, with
 // G = int grad b grad b^T, b = 4 l_i l_j.
 void StrainResolution::Number(const HeldNodes& held) {
-  std::map<std::pair<int, int>, int> known;
+  std::unordered_map<std::uint64_t, int> known;  // by both ends
+  known.reserve(2 * elements_.size());
   std::vector<double> stiffness;
   for (Element& element : elements_) {
     for (std::size_t e = 0; e < kEdges.size(); ++e) {
       const auto [i, j] = kEdges[e];
       const auto ends = std::minmax(element.nodes[Index(i)], element.nodes[Index(j)]);
-      const auto [edge, is_new] = known.try_emplace(ends, static_cast<int>(ends_.size()));
+      const auto key =
+          static_cast<std::uint64_t>(ends.first) << 32 | static_cast<std::uint32_t>(ends.second);
+      const auto [edge, is_new] = known.try_emplace(key, static_cast<int>(ends_.size()));
       if (is_new) {
         ends_.push_back({ends.first, ends.second});
         stiffness.push_back(0);

@@ -75,7 +75,7 @@ Ready& ReadyOf(int cells) {
       contact.p_O = surface.nodes[static_cast<std::size_t>(node)];
       contact.prescribed_O = {1e-4, -2e-4, 3e-4};
       ready.contacts.push_back(contact);
-      ready.model->PrefetchNodes({&node, 1});
+      ready.model->Prefetch({&contact, 1});
     }
   }
   std::ranges::shuffle(ready.contacts, random);

@@ -102,8 +102,7 @@ void FemGreenModel::JudgeBending(std::span<ContactResponse> responses) {
 
 // The mean over the axes by the work that the force does along each.
 double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& force) {
-  Bending& bending = bending_[Index(slot.footprint.places.front().place)];
-  if (!bending.known) LearnBending(slot, &bending);
+  const Bending& bending = BendingOf(slot.footprint);
   const double largest = force.cwiseAbs().maxCoeff();
   if (!(largest > 0)) return 0;
   const Eigen::Array3d squared = (force / largest).array().square();
@@ -111,17 +110,25 @@ double FemGreenModel::Softness(const ContactSlot& slot, const Eigen::Vector3d& f
   return work.sum() > 0 ? (work * bending.softness.array()).sum() / work.sum() : 0;
 }
 
-void FemGreenModel::LearnBending(const ContactSlot& slot, Bending* bending) {
+const FemGreenModel::Bending& FemGreenModel::BendingOf(const ContactFootprint& footprint) {
+  Bending& bending = bending_[Index(footprint.places.front().place)];
+  if (!bending.known) LearnBending(footprint, &bending);
+  return bending;
+}
+
+void FemGreenModel::LearnBending(const ContactFootprint& footprint, Bending* bending) {
   std::vector<int> places, nodes;
-  for (const auto& touched : slot.footprint.places) {
+  for (const auto& touched : footprint.places) {
     places.push_back(touched.place);
     nodes.push_back(columns_.node_of_place()[Index(touched.place)]);
   }
-  std::vector<Eigen::Vector3d> u;
+  std::array<std::vector<Eigen::Vector3d>, 3> along;
+  columns_.SolveAxes(places, &along);
   for (int c = 0; c < 3; ++c) {
-    const Eigen::Vector3d share = Eigen::Vector3d::Unit(c) / static_cast<double>(places.size());
-    columns_.Solve(places, std::vector<Eigen::Vector3d>(places.size(), share), &u);
-    for (const int node : nodes) bending->compliance[c] += share.dot(u[Index(node)]);
+    std::vector<Eigen::Vector3d>& u = along[Index(c)];
+    for (const int node : nodes) {
+      bending->compliance[c] += u[Index(node)][c] / static_cast<double>(nodes.size());
+    }
     if (!(bending->compliance[c] > 0)) continue;  // held
     for (auto& moved : u) moved *= kSmall * columns_.length_unit() / bending->compliance[c];
     bending->softness[c] = strain_->Softness(u, nodes);
@@ -153,6 +160,7 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
     if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
     if (!places_.Find(contact, &footprint).empty()) continue;
     for (const auto& touched : footprint.places) wanted.push_back(touched.place);
+    if (strain_ && !footprint.places.empty()) BendingOf(footprint);
   }
   columns_.Prefetch(wanted, nullptr);
 }

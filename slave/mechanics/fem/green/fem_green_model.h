@@ -45,7 +45,7 @@ class FemGreenModel final : public DeformationModel {
   // counts: a place without it is found by a walk over the surface when it changes.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // The columns of their places.
+  // The columns of their places, and how these bend.
   void Prefetch(std::span<const Contact> contacts) override;
   // Of every node of the mesh, by one sparse solution.
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
@@ -71,7 +71,8 @@ class FemGreenModel final : public DeformationModel {
     bool known = false;
     Eigen::Vector3d softness{0, 0, 0}, compliance{0, 0, 0};
   };
-  void LearnBending(const ContactSlot& slot, Bending* bending);
+  const Bending& BendingOf(const ContactFootprint& footprint);
+  void LearnBending(const ContactFootprint& footprint, Bending* bending);
 
   SurfaceMesh surface_;
   GreenColumns columns_;

@@ -160,11 +160,29 @@ void GreenColumns::Solve(std::span<const int> places, std::span<const Vector3d> 
     }
   }
   Factor().Solve(x.data(), 1);
-  displacement->assign(place_of_node_.size(), Vector3d::Zero());
-  for (std::size_t n = 0; n < place_of_node_.size(); ++n) {
+  Spread(x, displacement);
+}
+
+void GreenColumns::SolveAxes(std::span<const int> places,
+                             std::array<std::vector<Vector3d>, 3>* displacement) {
+  Eigen::MatrixX3d x = Eigen::MatrixX3d::Zero(order(), 3);
+  for (const int place : places) {
+    const auto& row = stiffness_.row[Index(node_of_place_[Index(place)])];
+    for (int c = 0; c < 3; ++c) {
+      if (row[Index(c)] >= 0) x(row[Index(c)], c) += 1 / static_cast<double>(places.size());
+    }
+  }
+  Factor().Solve(x.data(), 3);
+  for (int c = 0; c < 3; ++c) Spread(x.col(c), &(*displacement)[Index(c)]);
+}
+
+void GreenColumns::Spread(const Eigen::Ref<const Eigen::VectorXd>& x,
+                          std::vector<Vector3d>* u) const {
+  u->assign(place_of_node_.size(), Vector3d::Zero());
+  for (std::size_t n = 0; n < u->size(); ++n) {
     for (int c = 0; c < 3; ++c) {
       const int row = stiffness_.row[n][Index(c)];
-      if (row >= 0) (*displacement)[n][c] = x[row];
+      if (row >= 0) (*u)[n][c] = x[row];
     }
   }
 }

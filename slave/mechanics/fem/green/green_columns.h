@@ -4,6 +4,7 @@
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
@@ -53,6 +54,9 @@ class GreenColumns final : public Compliance {
   // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
+  // Likewise by a unit force along each axis, of which each of `places` has the same part.
+  void SolveAxes(std::span<const int> places,
+                 std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 
   [[nodiscard]] const std::vector<int>& node_of_place() const { return node_of_place_; }
   [[nodiscard]] const std::vector<int>& place_of_node() const { return place_of_node_; }
@@ -66,6 +70,8 @@ class GreenColumns final : public Compliance {
   const double* Compute(int place);
   void ComputeGroup(int group, std::span<double> values);
   SpdFactor& Factor();
+  // Of every node, as far as it is free, from a solution's rows.
+  void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 
   TetStiffness stiffness_;
   std::vector<int> node_of_place_, place_of_node_;
