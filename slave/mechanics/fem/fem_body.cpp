@@ -114,7 +114,7 @@ PALPATE_DISPATCHED void GatherForces(const int* begin, const int* touching,
   for (int i = first; i < last; ++i) {
     Double4 sum{};
     for (int t = begin[i]; t < begin[i + 1]; ++t) sum += Load4(corner_forces[touching[t]].v);
-    Store4(f[i].v) = sum;
+    Store4(f[i].v, sum);
   }
 }
 

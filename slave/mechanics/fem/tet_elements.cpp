@@ -110,8 +110,8 @@ PALPATE_INLINE void Scatter(const std::array<std::array<Double8, 3>, 3>& of, Nod
   }
   for (int l = 0; l < kLanes; ++l) {
     for (std::size_t a = 0; a < 4; ++a) {
-      Store4(out[4 * Index(l) + a].v) =
-          Double4{corner[a][0][l], corner[a][1][l], corner[a][2][l], 0};
+      Store4(out[4 * Index(l) + a].v,
+             Double4{corner[a][0][l], corner[a][1][l], corner[a][2][l], 0});
     }
   }
 }

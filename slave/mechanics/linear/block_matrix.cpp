@@ -26,7 +26,7 @@ PALPATE_DISPATCHED void MultiplyBlocks(const int* begin, const int* column, cons
       sum1 += Load4(block + 3) * xj[1];
       sum2 += Load4(block + 6) * xj[2];
     }
-    Store4(y[i].v) = ThreeOf(sum0 + sum1 + sum2);
+    Store4(y[i].v, ThreeOf(sum0 + sum1 + sum2));
   }
 }
 
@@ -35,7 +35,7 @@ PALPATE_DISPATCHED void MultiplyWeights(const int* begin, const int* column, con
   for (int i = 0; i < rows; ++i) {
     Double4 sum{};
     for (int k = begin[i]; k < begin[i + 1]; ++k) sum += weights[k] * Load4(x[column[k]].v);
-    Store4(y[i].v) = sum;
+    Store4(y[i].v, sum);
   }
 }
 
@@ -54,12 +54,12 @@ PALPATE_DISPATCHED double DotOf(const NodeValue* a, const NodeValue* b, std::siz
 }
 
 PALPATE_DISPATCHED void AddTo(double alpha, const NodeValue* x, NodeValue* y, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) Store4(y[i].v) += alpha * Load4(x[i].v);
+  for (std::size_t i = 0; i < count; ++i) Store4(y[i].v, Load4(y[i].v) + alpha * Load4(x[i].v));
 }
 
 PALPATE_DISPATCHED void ScaleAndAddTo(double beta, const NodeValue* x, NodeValue* y,
                                       std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) Store4(y[i].v) = Load4(x[i].v) + beta * Load4(y[i].v);
+  for (std::size_t i = 0; i < count; ++i) Store4(y[i].v, Load4(x[i].v) + beta * Load4(y[i].v));
 }
 
 }  // namespace

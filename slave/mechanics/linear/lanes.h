@@ -20,11 +20,13 @@ using Double8 [[gnu::vector_size(64)]] = double;
 using Mask8 [[gnu::vector_size(64)]] = long long;
 inline constexpr int kLanes = 8;
 
-PALPATE_INLINE const Double4& Load4(const double* p) {
+// By value: clang takes what a reference names for aligned as its type would be by itself, which
+// faults where the loader picks the baseline.
+PALPATE_INLINE Double4 Load4(const double* p) {
   return *reinterpret_cast<const Double4*>(p);
 }
-PALPATE_INLINE Double4& Store4(double* p) {
-  return *reinterpret_cast<Double4*>(p);
+PALPATE_INLINE void Store4(double* p, const Double4& values) {
+  *reinterpret_cast<Double4*>(p) = values;
 }
 
 }  // namespace palpate::fem
