@@ -145,6 +145,10 @@ case $tier in
     deploy/install.sh gcc
     build gcc all
 
+    step "fuzzers of every reader, each for a while" 0
+    deploy/install.sh fuzz
+    tests/fuzz/run.sh --seconds 20 || repeat "tests/fuzz/run.sh --seconds 20"
+
     step "everything under address and undefined-behaviour sanitizers, with every check" 0
     build asan-full all
     sanitized asan-full -j"$jobs" -LE 'slow|clients'

@@ -7,6 +7,6 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace palpate;
   const auto file = fuzz::Write("a.pcd", {reinterpret_cast<const char*>(data), size});
-  fuzz::Try<std::invalid_argument>([&] { ReadPcd(file); });
+  fuzz::Try<std::invalid_argument>([&] { study::ReadPcd(file); });
   return 0;
 }
