@@ -13,6 +13,7 @@ constexpr double kStandsAlone = 9;  // likewise of a single one
 constexpr double kBendSigma = 0.02;   // [1/sample]
 constexpr double kLargestBend = 0.1;  // [1/sample]
 constexpr double kRough = 0.05;       // of k: no fingertip follows an exponential
+constexpr double kLasts = 1000;       // that a slope seen last goes on, about [samples]
 constexpr double kBends = 0.05;       // part of a slope that may have changed by itself
 
 double Signal(const FingerReading& reading, std::size_t i) noexcept {
@@ -71,6 +72,10 @@ void RestTrend::Shift(double by) noexcept {
   for (float& electrode : origin_.electrodes) electrode += static_cast<float>(by);
 }
 
+double RestTrend::Ahead() const noexcept {
+  return kLasts * -std::expm1(-since_ / kLasts);
+}
+
 double RestTrend::Way(double t) const noexcept {
   if (t < 0) return t - bend_ / 2 * t * t;  // as it was fitted
   return bend_ > 0 ? -std::expm1(-bend_ * t) / bend_ : t;
@@ -78,7 +83,7 @@ double RestTrend::Way(double t) const noexcept {
 
 TactileSignals RestTrend::Change(const FingerReading& reading, double ago) const noexcept {
   TactileSignals change{};
-  const double way = Way(since_ > 0 ? since_ : -ago);
+  const double way = Way(since_ > 0 ? Ahead() : -ago);
   for (std::size_t i = 0; i < kSignalCount; ++i) {
     const Line& line = lines_[i];
     change[i] = Signal(reading, i) - Signal(origin_, i) - line.level - way * line.slope;
@@ -87,18 +92,18 @@ TactileSignals RestTrend::Change(const FingerReading& reading, double ago) const
 }
 
 double RestTrend::variance() const noexcept {
-  const double way = since_ > 0 ? Way(since_) : 0;
+  const double way = Way(Ahead());
   return way * way * slope_variance_;
 }
 
 double RestTrend::pressure_variance() const noexcept {
-  const double ahead = Way(since_) - middle_;
+  const double ahead = Way(Ahead()) - middle_;
   return pressure_noise2_ * (1 / times_[0] + ahead * ahead * pressure_slope2_);
 }
 
 TactileSignals RestTrend::astray() const noexcept {
   // dh/dk
-  const double t = since_, z = bend_ * t;
+  const double t = Ahead(), z = bend_ * t;
   const double change = z > 1e-3 ? (1 - std::exp(-z) * (1 + z)) / (bend_ * bend_) : t * t / 2;
   TactileSignals astray{};
   for (std::size_t i = 0; i < kSignalCount; ++i) astray[i] = change * bend_sigma_ * lines_[i].slope;

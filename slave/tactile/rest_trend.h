@@ -55,6 +55,9 @@ class RestTrend {
     double skew = 0, beyond = 0;    // of q = s^2 - skew s - spread, s = t - middle: mean of q^2
   };
 
+  // How long the slopes have gone on since the last sample taken [samples]: not for ever, lest the
+  // little that noise leaves of them grows for as long as something is held.
+  [[nodiscard]] double Ahead() const noexcept;
   // h, t samples after the last one taken, or before it.
   [[nodiscard]] double Way(double t) const noexcept;
   [[nodiscard]] Times TimesNow() const noexcept;

@@ -56,6 +56,17 @@ TEST_F(RestTrendTest, WithoutDriftRestIsTheMeanAndStays) {
   EXPECT_LT(rest_.variance(), 0.2);
 }
 
+// Ten minutes at 100 Hz, after a drift that ended with the rest samples.
+TEST_F(RestTrendTest, ADriftIsNotTakenToGoOnForAsLongAsSomethingIsHeld) {
+  Rest(0.1);
+  for (int i = 0; i < 60000; ++i) rest_.Advance();
+  const TactileSignals change = rest_.Change(Reading(0.1 * kRest)), astray = rest_.astray();
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    EXPECT_LT(std::abs(change[i]), 200) << i;
+    EXPECT_LT(std::abs(change[i]), 3 * std::abs(astray[i])) << i;
+  }
+}
+
 // How long a weak drift goes on is not known, and its direction is.
 TEST_F(RestTrendTest, WhereADriftMayHaveGoneIsADirection) {
   Rest(0.1);
