@@ -10,11 +10,12 @@ constexpr double kSpike = 20;       // from the line at most, lest one sample dr
 constexpr double kStandsOut = 2;    // times the slopes' variance
 constexpr double kStandsAlone = 9;  // likewise of a single one
 // What is known of k beforehand, one sigma about 0: drift that goes on, or ends within a second.
-constexpr double kBendSigma = 0.02;   // [1/sample]
-constexpr double kLargestBend = 0.1;  // [1/sample]
-constexpr double kRough = 0.05;       // of k: no fingertip follows an exponential
-constexpr double kLasts = 1000;       // that a slope seen last goes on, about [samples]
-constexpr double kBends = 0.05;       // part of a slope that may have changed by itself
+constexpr double kBendSigma = 0.02;     // [1/sample]
+constexpr double kLargestBend = 0.1;    // [1/sample]
+constexpr double kRough = 0.05;         // of k: no fingertip follows an exponential
+constexpr double kLasts = 1000;         // that a slope seen last goes on, about [samples]
+constexpr double kRounding = 1.0 / 12;  // variance of what is counted in whole ones [counts^2]
+constexpr double kBends = 0.05;         // part of a slope that may have changed by itself
 
 double Signal(const FingerReading& reading, std::size_t i) noexcept {
   if (i < kElectrodeCount) return static_cast<double>(reading.electrodes[i]);
@@ -149,7 +150,7 @@ void RestTrend::FitBend(const Times& times) noexcept {
     together += slope * parabola;
     slopes += slopes2[i];
   }
-  noise2_ = VarianceOf(noise2);
+  noise2_ = std::max(VarianceOf(noise2), kRounding);  // a simulated one has none
   const double slope2 = VarianceOf(slopes2), slope_variance = noise2_ / (times_[0] * spread);
   part_ = Part(slope2, kStandsOut * slope_variance);
   const double sure = slopes - kElectrodeCount * slope_variance;

@@ -67,6 +67,17 @@ TEST_F(RestTrendTest, ADriftIsNotTakenToGoOnForAsLongAsSomethingIsHeld) {
   }
 }
 
+TEST_F(RestTrendTest, ADriftWithoutNoiseIsFollowed) {
+  noise_ = std::normal_distribution<double>(0, 1e-9);
+  Rest(1);
+  for (int i = 0; i < 100; ++i) rest_.Advance();
+  const TactileSignals change = rest_.Change(Reading(kRest - 1 + 100)), astray = rest_.astray();
+  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
+    EXPECT_LT(std::abs(change[i]), 15) << i;
+    EXPECT_TRUE(std::isfinite(astray[i])) << i;
+  }
+}
+
 // How long a weak drift goes on is not known, and its direction is.
 TEST_F(RestTrendTest, WhereADriftMayHaveGoneIsADirection) {
   Rest(0.1);
