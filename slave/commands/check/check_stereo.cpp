@@ -15,6 +15,7 @@
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/load/rest_shape.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
+#include "slave/pipeline/points/membrane_distance.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/press/membrane_body.h"
@@ -258,7 +259,13 @@ void PrintEyeChecks(const Scene& scene) {
                   "against the other across the lines of sight by {:.2g} px; a picture {:.2g} "
                   "periods late, while the surface moves; at rest: a rig off by {:.2g} px",
                   EpipolarCheck::kMostOffset, EpipolarCheck::kMostLag, EpipolarCheck::kMostAtRest));
-  if (points.track != PointTracking::Track::kDots) return;
+  if (points.track != PointTracking::Track::kDots) {
+    if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
+      PrintLine("checked", fmt::format("the membrane at rest: {:.2g} % of its distance (scale)",
+                                       100 * MembraneDistance::kTrue));
+    }
+    return;
+  }
   PrintLine(
       "checked",
       fmt::format("the dots at rest: {:.2g} % of their distances, {} of their place",

@@ -12,6 +12,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/telemetry/stopwatch.h"
+#include "slave/pipeline/points/membrane_distance.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
@@ -28,13 +29,11 @@ const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<do
 constexpr int kLearntFrom = 10;  // pairs that show what the rays and pictures are like at rest
 constexpr std::string_view kFrozen = "a camera shows the same picture again: it stands still";
 
-// What the rays of dots may pass each other by at rest: a simulated pair's rig is exactly what the
-// scene tells.
+// What rays may pass each other by at rest: a simulated pair's rig is exactly what the scene tells.
 double MostAtRest(const Scene& scene) {
   constexpr double kOfExactRig = 0.02;  // [px]
   const bool is_exact =
-      scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated &&
-      scene.sense.Find<PointTracking>()->track == PointTracking::Track::kDots;
+      scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated;
   return is_exact ? kOfExactRig : EpipolarCheck::kMostAtRest;
 }
 
@@ -53,8 +52,9 @@ class PairEyes : public SurfacePointTracker {
   [[nodiscard]] double checks_us() const override { return checks_us_; }
 
  protected:
-  // `seen` as that of `pair`, with what speaks against it.
-  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair) {
+  // `seen` as that of `pair`, with what speaks against it; `distance`: where no layout tells sizes.
+  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair,
+                                    MembraneDistance* distance = nullptr) {
     Stopwatch lap;
     checked_ = seen;
     checked_.sequence = pair.sequence;
@@ -62,6 +62,7 @@ class PairEyes : public SurfacePointTracker {
     checked_.skew = pair.skew;
     if (frozen_.See(pair.left, pair.right)) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
     epipolar_.See(&checked_);
+    if (distance != nullptr) distance->Judge(&checked_);
     checks_us_ = lap.Lap();
     return checked_;
   }
@@ -126,15 +127,18 @@ class TextureEyes final : public PairEyes {
         rig_(rig),
         X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
         options_(StereoTextureOptions::From(*scene.sense.Find<PointTracking>())),
+        distance_(scene, X_SL_),
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
     try {
-      return Checked(texture_->Look(pair.left, pair.right, pair.sequence, pair.sensed_at), pair);
+      return Checked(texture_->Look(pair.left, pair.right, pair.sequence, pair.sensed_at), pair,
+                     &distance_);
     } catch (const std::exception&) {  // the first pictures cannot be used
-      return Checked({}, pair);
+      return Checked({}, pair, &distance_);
     }
   }
   void Reset() override {
+    distance_.Reset();
     texture_ = std::make_unique<StereoTexture>(rig_, X_SL_, options_);
     ForgetRest();
   }
@@ -151,6 +155,7 @@ class TextureEyes final : public PairEyes {
   StereoRig rig_;
   Eigen::Isometry3d X_SL_;
   StereoTextureOptions options_;
+  MembraneDistance distance_;
   std::unique_ptr<StereoTexture> texture_;
 };
 
@@ -164,15 +169,14 @@ DepthPoints::Params DepthParams(const Scene& scene) {
 class DepthEyes final : public SurfacePointTracker {
  public:
   explicit DepthEyes(const Scene& scene)
-      : params_(DepthParams(scene)), X_DS_(params_.camera.X_SD.inverse()), depths_(params_) {
-    if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
-      X_DO_ = X_DS_ * scene.object.X_SO;
-    }
-  }
+      : params_(DepthParams(scene)),
+        X_DS_(params_.camera.X_SD.inverse()),
+        distance_(scene, params_.camera.X_SD),
+        depths_(params_) {}
   const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
     checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
     Stopwatch lap;
-    if (checked_.found && X_DO_) JudgeDistance();
+    distance_.Judge(&checked_);
     if (frozen_.See(pair.left, {})) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
     checks_us_ = lap.Lap();
     return checked_;
@@ -180,7 +184,7 @@ class DepthEyes final : public SurfacePointTracker {
   void Reset() override {
     checked_ = {};
     depths_.Reset();
-    farther_.reset();
+    distance_.Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -201,32 +205,9 @@ class DepthEyes final : public SurfacePointTracker {
   [[nodiscard]] std::string stage() const override { return "depth"; }
 
  private:
-  // Where a flat membrane rests is a measure for depths: those that are wrong by a share put it
-  // that much nearer or farther.
-  void JudgeDistance() {
-    if (!farther_) {
-      const Eigen::Vector3d n_D = X_DO_->linear().col(2);
-      std::vector<double> ratios;
-      for (const SurfacePoint& point : checked_.points) {
-        const Eigen::Vector3d p_D = X_DS_ * point.p_S_rest;
-        ratios.push_back(n_D.dot(p_D) / n_D.dot(X_DO_->translation()));
-      }
-      const auto middle = ratios.begin() + std::ssize(ratios) / 2;
-      std::nth_element(ratios.begin(), middle, ratios.end());
-      farther_ = *middle - 1;
-    }
-    checked_.scale_error = std::abs(*farther_);
-    if (checked_.scale_error > kTrueDistance) checked_.Doubt(FailedCheck::kScale, kElsewhere);
-  }
-
-  static constexpr double kTrueDistance = 0.015;  // of the membrane's distance, at rest
-  static constexpr std::string_view kElsewhere =
-      "the membrane rests nearer or farther than the scene says: check unit, fx, fy and the poses";
-
   DepthPoints::Params params_;
   Eigen::Isometry3d X_DS_;
-  std::optional<Eigen::Isometry3d> X_DO_;  // of a flat membrane
-  std::optional<double> farther_;          // than the scene says, share [-]
+  MembraneDistance distance_;
   DepthPoints depths_;
   FrozenCheck frozen_{kLearntFrom};
   SurfaceObservation checked_;

@@ -1,0 +1,37 @@
+// Where a flat membrane rests is a measure for eyes: depths that are wrong by a share, of a wrong
+// unit, baseline or focal length, put it that much nearer or farther.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include <Eigen/Geometry>
+
+#include "slave/scene/scene.h"
+#include "slave/vision/stereo/surface_points.h"
+
+namespace palpate {
+
+class MembraneDistance {
+ public:
+  static constexpr double kTrue = 0.015;  // of the membrane's distance
+
+  // `X_SE`: the eye that distances are measured from. Objects other than flat membranes are not
+  // judged.
+  MembraneDistance(const Scene& scene, const Eigen::Isometry3d& X_SE);
+
+  // Of what was seen at rest, by the first of them: all are doubted, or none.
+  void Judge(SurfaceObservation* seen);
+  void Reset() { farther_.reset(); }
+
+ private:
+  static constexpr std::string_view kElsewhere =
+      "the membrane rests nearer or farther than the scene says: check unit, baseline, fx, fy and "
+      "the poses";
+
+  Eigen::Isometry3d X_ES_;
+  std::optional<Eigen::Isometry3d> X_EO_;  // of a flat membrane
+  std::optional<double> farther_;          // than the scene says, share [-]
+};
+
+}  // namespace palpate

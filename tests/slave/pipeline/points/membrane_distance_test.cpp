@@ -1,0 +1,79 @@
+#include "slave/pipeline/points/membrane_distance.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+// A membrane of 50 mm, tilted, 200 mm before the eye, which does not look straight at it.
+class MembraneDistanceTest : public testing::Test {
+ protected:
+  MembraneDistanceTest() {
+    scene_.object.geometry = MembraneGeometry{0.05, 1e-3};
+    scene_.object.X_SO = Isometry3d(Eigen::AngleAxisd(0.3, Vector3d::UnitX()));
+    X_SE_ = Isometry3d(Eigen::AngleAxisd(0.2, Vector3d::UnitY()));
+    X_SE_.translation() = Vector3d(0.03, -0.05, -0.2);
+  }
+  // Points of the membrane at rest, all `farther` from the eye by a share; one is not seen.
+  [[nodiscard]] SurfaceObservation Seen(double farther) const {
+    SurfaceObservation seen;
+    seen.found = true;
+    for (int i = 0; i < 9; ++i) {
+      const Vector3d p_O(0.02 * (i % 3 - 1), 0.02 * (i / 3 - 1), 0);
+      SurfacePoint point;
+      point.seen = i != 4;
+      const Vector3d eye = X_SE_.translation();
+      point.p_S_rest = eye + (1 + farther) * (scene_.object.X_SO * p_O - eye);
+      if (!point.seen) point.p_S_rest = {0, 0, 1e3};
+      seen.points.push_back(point);
+    }
+    return seen;
+  }
+  [[nodiscard]] FailedCheck Judged(MembraneDistance* distance, double farther) const {
+    SurfaceObservation seen = Seen(farther);
+    distance->Judge(&seen);
+    EXPECT_NEAR(seen.scale_error, std::abs(farther), 1e-9);
+    return seen.check;
+  }
+
+  Scene scene_;
+  Isometry3d X_SE_;
+};
+
+TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreDoubted) {
+  for (const double farther : {-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05}) {
+    MembraneDistance distance(scene_, X_SE_);
+    EXPECT_EQ(Judged(&distance, farther), std::abs(farther) > MembraneDistance::kTrue
+                                              ? FailedCheck::kScale
+                                              : FailedCheck::kNone)
+        << farther;
+  }
+}
+
+TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAnew) {
+  MembraneDistance distance(scene_, X_SE_);
+  EXPECT_EQ(Judged(&distance, 0.05), FailedCheck::kScale);
+  SurfaceObservation nothing, seen = Seen(0);
+  distance.Judge(&nothing);
+  EXPECT_EQ(nothing.check, FailedCheck::kNone);
+  distance.Judge(&seen);
+  EXPECT_EQ(seen.check, FailedCheck::kScale);
+  distance.Reset();
+  EXPECT_EQ(Judged(&distance, 0), FailedCheck::kNone);
+}
+
+TEST_F(MembraneDistanceTest, OtherObjectsAreNotJudged) {
+  scene_.object.geometry = BoxGeometry{};
+  MembraneDistance distance(scene_, X_SE_);
+  SurfaceObservation seen = Seen(0.5);
+  distance.Judge(&seen);
+  EXPECT_EQ(seen.check, FailedCheck::kNone);
+}
+
+}  // namespace
+}  // namespace palpate
