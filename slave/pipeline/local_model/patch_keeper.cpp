@@ -15,12 +15,16 @@ double SecondsOf(Time t) {
   return SecondsBetween(Time{}, t);
 }
 
-bool IsOther(const PatchLaw& law, const PatchLaw& told) {
-  if ((law.offset - told.offset).norm() > 0) return true;
+// Whether the force changes anywhere by more than this share.
+bool IsOther(const PatchLaw& law, const PatchLaw& told, double share) {
   for (std::size_t i = 0; i < law.ratios.size(); ++i) {
-    if (std::abs(law.ratios[i] - told.ratios[i]) > kChanged * told.ratios[i]) return true;
+    if (std::abs(law.ratios[i] - told.ratios[i]) > share * told.ratios[i]) return true;
   }
   return false;
+}
+
+bool IsElsewhere(const PatchLaw& law, const PatchLaw& told) {
+  return (law.offset - told.offset).norm() > 0;
 }
 
 }  // namespace
@@ -89,20 +93,28 @@ void PatchKeeper::Compare(const ContactEstimate& felt, Sense* sense, Time now) {
       (shown - *felt.force).norm() > options_.weber_fraction * felt_size + unknown;
   const bool lets_go = pressed_ && !presses;
   pressed_ = pressed_ || presses;
-  if (!is_noticed && !lets_go) return;
+  // One force is not sure; what many of them taught may differ from what is shown by more.
+  const bool may_have_learnt = presses && !is_felt_;
+  if (!is_noticed && !lets_go && !may_have_learnt) return;
   if (SecondsBetween(told_at_, now) < kShortest) return;
-  pressed_ = presses;
   PatchLaw law = shown_.law();
-  auto plane = std::make_unique<TouchPatch>(shown_.patch());
-  const TouchPatch before = *plane;
-  FillLaw(felt, sense, plane.get(), &law);
+  const TouchPatch& before = shown_.patch();
   if (is_felt_) {
+    auto plane = std::make_unique<TouchPatch>(before);
+    FillLaw(felt, sense, plane.get(), &law);
     // The compliance stays what was sent; the law takes up the difference, the offset the surface.
     const double scale = static_cast<double>(before.compliance(0, 0) / plane->compliance(0, 0));
     for (double& ratio : law.ratios) ratio *= scale;
     law.offset = (plane->vertices[0] - before.vertices[0]).cast<double>();
+  } else {
+    FillLaw(felt, sense, nullptr, &law);
   }
-  if (!IsOther(law, shown_.law())) return;
+  const bool is_told = is_noticed || lets_go;
+  if (is_told) pressed_ = presses;
+  if (!IsElsewhere(law, shown_.law()) &&
+      !IsOther(law, shown_.law(), is_told ? kChanged : options_.weber_fraction)) {
+    return;
+  }
   ++law.revision;
   told_at_ = now;
   Put(before, law);

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -143,12 +144,13 @@ class WallSense final : public Sense {
 class PatchKeeperTest : public testing::Test {
  protected:
   // A sample in which the tip is `depth` deep at `x` and feels `times` the wall's force.
-  void Feel(double x, double depth, double times) {
+  void Feel(double x, double depth, double times, double sigma = 0) {
     now_ += Seconds(1.0 / 60);
     ContactEstimate felt;
     felt.sensed_at = now_;
     felt.p_S_tip = {x, -depth, 0};
     felt.force = Vector3d(0, depth > 0 ? times * 500 * depth : 0, 0);
+    felt.sigma = sigma;
     felt.validity = Validity::kValid;
     keeper_.Update(felt, 1, &sense_, now_);
   }
@@ -179,6 +181,18 @@ TEST_F(PatchKeeperTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
   for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.3);
   EXPECT_EQ(Get().law.revision, 2U) << "told once, it is right";
   EXPECT_NEAR(Get().law.ratios[0], 1.3, 1e-12);
+}
+
+// Each force alone is within two sigma of what is shown; many of them taught what it is.
+TEST_F(PatchKeeperTest, WhatManyUnsureForcesTaughtIsToldWithinThePress) {
+  Get();
+  Feel(0, -1e-3, 1);
+  for (const auto& [ratio, revision] : {std::pair(1.05, 1U), {1.15, 2U}, {1.2, 2U}}) {
+    sense_.ratio = ratio;
+    for (int i = 0; i < 30; ++i) Feel(0, 2e-3, ratio, 0.1);
+    EXPECT_EQ(Get().law.revision, revision) << ratio;
+  }
+  EXPECT_NEAR(Get().law.ratios[0], 1.15, 1e-12);
 }
 
 // Nobody feels a law change that is told between two presses: the next one is right from its begin.
