@@ -4,6 +4,7 @@ import contextlib
 import ctypes
 import fcntl
 import heapq
+import itertools
 import multiprocessing
 import os
 import random
@@ -70,10 +71,13 @@ def carry(ends, ready, delay, jitter, loss, seed):
 
 
 class BadLine:
-    """`at_slave` and `at_master` go before the commands of the two sides."""
+    """`at_slave` and `at_master` go before the commands of the two sides. Several may stand beside each other."""
+
+    numbers = itertools.count()
 
     def __init__(self, round_trip, jitter=0.0, loss=0.0, seed=1):
-        self.ends = [f"palpate-{os.getpid()}-{side}" for side in ("slave", "master")]
+        number = next(BadLine.numbers)
+        self.ends = [f"palpate-{os.getpid()}-{number}-{side}" for side in ("slave", "master")]
         self.at_slave, self.at_master = (["ip", "netns", "exec", end] for end in self.ends)
         self.ready = multiprocessing.Event()
         self.carrier = multiprocessing.Process(

@@ -1,13 +1,15 @@
 """What delay, jitter and loss do to what the hand feels: one session of the programs per cell, one row of CSV each.
 
-  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams]
+  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams] [--jobs N]
 
---quick: at most five minutes. --full: every cell; rows that FILE.csv has already are kept, so that it can be gone on with.
+--quick: at most five minutes. --full: every cell, four hours by one; rows that FILE.csv has already are kept, so that it can be
+gone on with. --jobs N: so many sessions beside each other, each on a line of its own: as many as the processors bear.
 Cells with loss need network namespaces and a TUN device: without them they are listed as skipped, and so are all others.
 --datagrams: states and commands travel by UDP, too; delay is that of a state from slave to master, age its time since it was sensed.
 A cell fails where the hand is not safe: a force beyond the limit, energy beyond what noise explains, an oscillation that grows.
 """
 import argparse
+import concurrent.futures
 import csv
 import itertools
 import json
@@ -75,13 +77,15 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams):
     return json.loads(report.read_text()), list(csv.DictReader(log.open()))
 
 
-def cell(kind, render, trip, jitter, loss, seed, folder, datagrams):
+def cell(kind, render, trip, jitter, loss, seed, datagrams):
     seconds = 8 + 16 * trip / 1000  # a line that was idle takes some round trips to carry 200 states a second
-    said, rows = session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams)
+    with tempfile.TemporaryDirectory() as folder:
+        said, rows = session(kind, render, trip, jitter, loss, seed, seconds, pathlib.Path(folder), datagrams)
     if said is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
             "served": 0, "safe": 1, "datagrams": int(datagrams)}
     error, at_place = said["force_error"] or {}, said.get("force_error_at_place") or {}
+    at_place = at_place if at_place.get("contact_ticks") else {}  # one contact alone is the first
     times = [float(row["t"]) for row in rows]
     forces = [math.hypot(*(float(row[f"sent_{axis}"]) for axis in "xyz")) for row in rows if row["state"] == "FOLLOWING"]
     grows = oscillation_grows(times, forces)
@@ -104,6 +108,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
     parser.add_argument("--datagrams", action="store_true")
+    parser.add_argument("--jobs", type=int, default=1)
     a = parser.parse_args()
     cells = QUICK if a.quick else list(itertools.product(OBJECTS, RENDERS, ROUND_TRIPS, JITTERS, LOSSES))
     cells = [one for one in cells if a.only in " ".join(map(str, one))]
@@ -114,15 +119,14 @@ def main():
     known = list(csv.DictReader(a.out.open())) if a.full and a.out.exists() else []
     done = {tuple(row[column] for column in COLUMNS[:6]) for row in known}
     print(f"seed {a.seed}; {len(cells)} cells, {len(done)} known", flush=True)
-    with a.out.open("a" if done else "w", newline="") as out, tempfile.TemporaryDirectory() as folder:
+    with a.out.open("a" if done else "w", newline="") as out, concurrent.futures.ThreadPoolExecutor(a.jobs) as sessions:
         writer = csv.DictWriter(out, COLUMNS)
         if not done:
             writer.writeheader()
         unsafe = sum(row["safe"] == "0" for row in known)
-        for one in cells:
-            if tuple(map(str, (*one, a.seed))) in done:
-                continue
-            row = cell(*one, a.seed, pathlib.Path(folder), a.datagrams)
+        missing = [one for one in cells if tuple(map(str, (*one, a.seed))) not in done]
+        for ended in concurrent.futures.as_completed([sessions.submit(cell, *one, a.seed, a.datagrams) for one in missing]):
+            row = ended.result()
             writer.writerow(row)
             out.flush()
             unsafe += not row["safe"]
