@@ -1,6 +1,8 @@
 #include "slave/pipeline/fingertips/tactile_body.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -28,6 +30,31 @@ void NumberSkin(const Scene& scene, TactileBody* body) {
   }
 }
 
+// The hand's other fingers that come to press about where the first one does: as far from the
+// object, at home, as that is. Where none has a pose, nothing is known of them.
+std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
+                                                      const SurfaceContact& contact) {
+  constexpr double kAsFar = 0.5;  // of the full depth
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
+  const double depth = scene.operator_options.press_depth;
+  const Eigen::Isometry3d X_OS = scene.object.X_SO.inverse();
+  const auto place_of = [&](const Finger& finger) {
+    return contact.Find(X_OS * finger.X_SF.translation(), std::numeric_limits<double>::infinity());
+  };
+  std::vector<ContactStiffness::Companion> companions;
+  if (tactile.fingers.empty() || !tactile.fingers.front().has_pose) return companions;
+  const auto first = place_of(tactile.fingers.front());
+  for (std::size_t i = 1; first && i < tactile.fingers.size(); ++i) {
+    const Finger& finger = tactile.fingers[i];
+    if (!finger.has_pose || finger.motion == Finger::Motion::kStands) continue;
+    const auto place = place_of(finger);
+    if (!place || std::abs(place->distance - first->distance) > kAsFar * depth) continue;
+    companions.push_back(
+        {place->triangle, place->p_O, finger.motion == Finger::Motion::kOpposite ? -1.0 : 1.0});
+  }
+  return companions;
+}
+
 }  // namespace
 
 Scene InStepWithSamples(const Scene& scene) {
@@ -49,7 +76,8 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   body->surface = solid != nullptr ? SurfaceOf(*solid) : *closed;
   body->deformation = MakeModel(stepped, mesh, body->limit.Listen(progress));
   body->contact = std::make_unique<SurfaceContact>(body->surface);
-  body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid);
+  body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid,
+                                                       CompanionsOf(stepped, *body->contact));
   NumberSkin(stepped, body.get());
   body->larger_side = LargerSide(body->surface.nodes);
   body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;

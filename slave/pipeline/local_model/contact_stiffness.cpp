@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -22,6 +24,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kPatchEdges = 2.2;      // mean edges: a node and its neighbours
+constexpr double kSmall = 1e-3;          // of a patch: linear elasticity
 constexpr std::size_t kAheadUpTo = 400;  // surface nodes
 
 double MeanEdge(const SurfaceMesh& surface) {
@@ -43,6 +46,12 @@ bool IsStiffness(const Matrix3d& K) {
          K.determinant() > 0;
 }
 
+std::optional<Matrix3d> Symmetric(const Matrix3d& K, Validity validity) {
+  const Matrix3d half = 0.5 * (K + K.transpose());
+  if (validity == Validity::kFailed || !IsStiffness(half)) return std::nullopt;
+  return half;
+}
+
 }  // namespace
 
 Matrix3d DiscStiffness(const Material& material, double radius, const Vector3d& n) noexcept {
@@ -62,8 +71,11 @@ struct ContactStiffness::Greens {
 };
 
 ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surface,
-                                   const SolidMesh* solid)
-    : material_(scene.object.material), surface_(surface), nodes_(surface.nodes.size()) {
+                                   const SolidMesh* solid, std::vector<Companion> companions)
+    : material_(scene.object.material),
+      surface_(surface),
+      companions_(std::move(companions)),
+      nodes_(surface.nodes.size()) {
   node_area_.resize(surface.nodes.size());
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
     for (const int node : surface.triangles[Index(t)])
@@ -91,6 +103,41 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
 
 ContactStiffness::~ContactStiffness() = default;
 
+// Reciprocity makes it symmetric; rounding does not. nullopt: it is no stiffness.
+std::optional<Matrix3d> ContactStiffness::Alone(const Contact& contact) const {
+  ContactResponse response;
+  greens_->model->Respond(std::span(&contact, 1), std::span(&response, 1));
+  return Symmetric(response.stiffness_O, response.validity);
+}
+
+// What one finger feels of a hand is no potential's force: the matrix is not symmetric. What is
+// told is right for presses along the normal, and symmetric. nullopt: the patches overlap, or it
+// is none either.
+std::optional<Matrix3d> ContactStiffness::Together(const Contact& contact) const {
+  const double by = kSmall * patch_width_;
+  std::vector<Contact> contacts{contact};
+  for (const Companion& other : companions_) {
+    contacts.push_back({.p_O = other.p_O, .element = other.triangle, .width = patch_width_});
+  }
+  std::vector<ContactResponse> responses(contacts.size());
+  Matrix3d K;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      const double sense = i == 0 ? 1 : companions_[i - 1].sense;
+      contacts[i].prescribed_O = sense * by * Vector3d::Unit(axis);
+      contacts[i].wants_stiffness = false;
+    }
+    greens_->model->Respond(contacts, responses);
+    if (responses[0].validity == Validity::kFailed) return std::nullopt;
+    K.col(axis) = responses[0].force_O / by;
+  }
+  const Vector3d n = Normal(surface_, contact.element), pressed = K * n;
+  const Matrix3d across = Matrix3d::Identity() - n * n.transpose();
+  return Symmetric(across * K * across + pressed * n.transpose() + n * pressed.transpose() -
+                       n.dot(pressed) * n * n.transpose(),
+                   Validity::kValid);
+}
+
 const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   NodeCompliance& known = nodes_[Index(node)];
   if (known.asked || !greens_) return known;
@@ -102,12 +149,10 @@ const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   for (const int i : PatchAt(surface_, *place, p_O, patch_width_).nodes)
     area += node_area_[Index(i)];
   const Contact contact{.p_O = p_O, .element = place->triangle, .width = patch_width_};
-  ContactResponse response;
-  greens_->model->Respond(std::span(&contact, 1), std::span(&response, 1));
-  // Reciprocity makes it symmetric; rounding does not.
-  const Matrix3d K = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
-  if (response.validity == Validity::kFailed || !IsStiffness(K)) return known;
-  known.C_O = K.inverse();
+  auto K = companions_.empty() ? std::nullopt : Together(contact);
+  if (!K) K = Alone(contact);
+  if (!K) return known;
+  known.C_O = K->inverse();
   known.patch_radius = std::sqrt(area / std::numbers::pi);
   return known;
 }

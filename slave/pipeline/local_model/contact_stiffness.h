@@ -13,6 +13,8 @@
 
 namespace palpate {
 
+struct Contact;
+
 // Half-space stiffness of a bonded rigid disc of `radius` a [m]: along the normal
 // 2 E a / (1 - nu^2), across it 32 (1 - nu) G a / (7 - 8 nu) with G = E / (2 (1 + nu)). Johnson,
 // Contact Mechanics (1985), 3.4 and 7.2; Gazetas (1983).
@@ -32,10 +34,21 @@ double DiscOfSphere(double sphere_radius, double depth) noexcept;
 // Where the mesh cannot tell (on supports, a body that nothing holds, a surface without a volume,
 // nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first asked for
 // and kept; small meshes ahead of time. Not thread-safe.
+//
+// Other fingers of the hand press, too, and hold against what this one leans, or lean with it:
+// K_mesh is the force of a patch by its displacement u while theirs are displaced by s u.
 class ContactStiffness {
  public:
+  // The patch of another finger.
+  struct Companion {
+    int triangle = -1;
+    Eigen::Vector3d p_O{0, 0, 0};
+    double sense = 1;  // s: 1 along, -1 opposite
+  };
+
   // `solid` null: half-space only.
-  ContactStiffness(const Scene& scene, const SurfaceMesh& surface, const SolidMesh* solid);
+  ContactStiffness(const Scene& scene, const SurfaceMesh& surface, const SolidMesh* solid,
+                   std::vector<Companion> companions = {});
   ~ContactStiffness();
 
   // Of a disc of `radius` [m] at the point of `triangle` with barycentric `weights`, frame O [N/m];
@@ -52,12 +65,15 @@ class ContactStiffness {
     bool asked = false;
   };
   const NodeCompliance& Node(int node);
+  [[nodiscard]] std::optional<Eigen::Matrix3d> Alone(const Contact& contact) const;
+  [[nodiscard]] std::optional<Eigen::Matrix3d> Together(const Contact& contact) const;
 
   Material material_;
   SurfaceMesh surface_;
   std::vector<double> node_area_;  // of the surface, a third of each triangle's [m^2]
   double patch_width_ = 0;         // [m]
   std::unique_ptr<Greens> greens_;
+  std::vector<Companion> companions_;
   std::vector<NodeCompliance> nodes_;
 };
 

@@ -1,12 +1,16 @@
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <tuple>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
+#include "shared/mesh/surface_patch.h"
+#include "slave/mechanics/make_model.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 
 namespace palpate {
@@ -104,6 +108,46 @@ TEST(ContactStiffnessTest, EveryPlaceHasAStiffness) {
     ASSERT_TRUE(K.allFinite()) << t;
     EXPECT_LT((K - K.transpose()).norm(), 1e-9 * K.norm()) << t;
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix3d>(K).eigenvalues().minCoeff(), 0) << t;
+  }
+}
+
+// Two patches of a standing cube, on opposite sides, pressed towards each other or both the same
+// way. Reference: both held at once, by the co-rotational solver; tolerance: its residual. Alone it
+// is off by what the cube leans.
+TEST(ContactStiffnessTest, AnotherFingerHoldsAgainstWhatThisOneLeans) {
+  Scene scene = CubeScene(kAbove);
+  constexpr double kSize = 0.06, kFar = 1e-5;
+  constexpr double kWidth = 2.2 * 0.01 * (2 + std::numbers::sqrt2) / 3;  // of the mesh's patches
+  scene.object.geometry = BoxGeometry{{kSize, kSize, kSize}, {6, 6, 6}};
+  scene.model.kind = "fem";
+  const SolidMesh mesh = MeshBox({kSize, kSize, kSize}, {6, 6, 6});
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  const Vector3d right(kSize, 0.03, 0.04), left(0, 0.03, 0.04), along(-1, 0, 0);
+  const int at_right = FindPlace(surface, right)->triangle;
+  const int at_left = FindPlace(surface, left)->triangle;
+  Vector3d weights(0, 0, 0);  // of the node there
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int node = surface.triangles[static_cast<std::size_t>(at_right)][k];
+    const auto& p_O = surface.nodes[static_cast<std::size_t>(node)];
+    if ((p_O - right).norm() < 1e-9) weights[static_cast<int>(k)] = 1;
+  }
+  constexpr double kAsThePatch = 1;  // [m]: wider, the mesh answers alone
+  ContactStiffness single(scene, surface, &mesh);
+  const Vector3d alone = single.At(at_right, weights, kAsThePatch) * along;
+  for (const double sense : {-1.0, 1.0}) {
+    ContactStiffness stiffness(scene, surface, &mesh, {{at_left, left, sense}});
+    const Vector3d together = stiffness.At(at_right, weights, kAsThePatch) * along;
+    const auto model = MakeModel(scene, mesh);
+    std::array<Contact, 2> contacts;
+    std::array<ContactResponse, 2> responses;
+    for (std::size_t i = 0; i < 2; ++i) {
+      contacts[i] = {.p_O = i == 0 ? right : left, .width = kWidth};
+      contacts[i].prescribed_O = (i == 0 ? 1 : sense) * kFar * along;
+    }
+    model->Respond(contacts, responses);
+    const Vector3d truth = responses[0].force_O / kFar;
+    EXPECT_LT((together - truth).norm(), 0.01 * truth.norm()) << sense;
+    EXPECT_GT((alone - truth).norm(), 0.2 * truth.norm()) << sense;
   }
 }
 
