@@ -4,13 +4,15 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
+#include "slave/commands/unblocked_log.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -48,8 +50,8 @@ void StopOnSignal::Wait(const std::stop_token& end) {
                            now + (is_first && records_ ? kRecordingPatience : kPatience));
     }
     if (last_call && now > *last_call) {
-      if (records_) std::fputs("stopped before the recording was closed\n", stderr);
-      if (exit_code_ != 0) std::fputs("stopped before it was done\n", stderr);
+      if (records_) WriteUnblocked(STDERR_FILENO, "stopped before the recording was closed\n");
+      if (exit_code_ != 0) WriteUnblocked(STDERR_FILENO, "stopped before it was done\n");
       std::_Exit(records_ ? kFailed : exit_code_.load());
     }
   }
@@ -63,7 +65,8 @@ void RaiseDescriptorLimit() {
 }
 
 void LogToStderr() {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("palpate"));
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("palpate", std::make_shared<UnblockedSink>(STDERR_FILENO)));
   spdlog::set_pattern("%^%l%$ %v");
 }
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -90,6 +91,11 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxThreads));
 }
 
+// Its own way to say something may wait for whoever reads the log, with a connection in its hands.
+void TellOfGrpc(gpr_log_func_args* said) {
+  spdlog::warn("gRPC: {}", said->message);
+}
+
 }  // namespace
 
 // A deaf listener in a living process is worse than none: whoever supervises starts it anew.
@@ -142,6 +148,7 @@ void Server::Parts::KeepWhileTrusted(const grpc::ServerContextBase& context) {
 
 void Server::Parts::Build(const std::filesystem::path& tls) {
   const auto credentials = CredentialsFrom(tls, revoked);
+  gpr_set_log_function(TellOfGrpc);
   grpc::EnableDefaultHealthCheckService(true);
   // Each of its streams holds a thread: for those on this machine.
   if (IsLoopback(endpoint.host)) grpc::reflection::InitProtoReflectionServerBuilderPlugin();

@@ -4,6 +4,7 @@ stay flat, and whoever comes back is served.
   soak.py [--minutes 60] [--seed 1]
 """
 import argparse
+import fcntl
 import multiprocessing
 import os
 import pathlib
@@ -56,6 +57,7 @@ def main():
     dice, begin = random.Random(a.seed), time.monotonic()
     with Slave() as slave:
         host, port = slave.address.split(":")
+        fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)  # nobody reads its log
         pid, master, known, events = slave.process.pid, operate(slave.address), None, 0
         while time.monotonic() - begin < 60 * a.minutes:
             what = dice.choice(["kill", "leave", "stall hand", "stall slave", *ATTACKS])

@@ -4,6 +4,7 @@
 """
 import argparse
 import csv
+import fcntl
 import json
 import multiprocessing
 import pathlib
@@ -47,6 +48,7 @@ def attack(name, seconds, out):
     with Slave() as slave:
         host, port = slave.address.split(":")
         address = (host, int(port))
+        fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)  # nobody reads its log, which is full at once
         log, report = out / "log.csv", out / "report.json"
         log.unlink(missing_ok=True)
         master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "600", "--log", log,
