@@ -38,8 +38,19 @@ COLUMNS = ["object", "render", "round_trip_ms", "jitter_pct", "loss_pct", "seed"
            "delay_max_ms", "age_p50_ms", "age_p99_ms", "hold_s"]
 
 
-def oscillation_grows(times, forces):
-    """Whether what is faster than 5 Hz in the force on the hand becomes three times larger from contact's begin to its end."""
+def stretches(rows):
+    """The forces sent while the hand followed without a break: who is let go and comes back begins anew."""
+    known, number = {}, 0
+    for row in rows:
+        if row["state"] == "FOLLOWING":
+            known.setdefault(number, []).append(math.hypot(*(float(row[f"sent_{axis}"]) for axis in "xyz")))
+        else:
+            number += 1
+    return known.values()
+
+
+def oscillation_grows(forces):
+    """Whether what is faster than 5 Hz in the force on the hand becomes three times larger from the begin to the end."""
     width, swings = 100, []
     mean = sum(forces[:width]) / width if len(forces) > width else 0
     for k in range(width, len(forces) - width, 1):
@@ -86,9 +97,7 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
             "served": 0, "safe": 1, "datagrams": int(datagrams)}
     error, at_place = said["force_error"] or {}, said.get("force_error_at_place") or {}
     at_place = at_place if at_place.get("contact_ticks") else {}  # one contact alone is the first
-    times = [float(row["t"]) for row in rows]
-    forces = [math.hypot(*(float(row[f"sent_{axis}"]) for axis in "xyz")) for row in rows if row["state"] == "FOLLOWING"]
-    grows = oscillation_grows(times, forces)
+    grows = any(oscillation_grows(forces) for forces in stretches(rows))
     safe = said["force_sent_peak_N"] <= FORCE_LIMIT + 1e-6 and said["energy_min_J"] >= NOISE_ENERGY and not grows
     return dict(zip(COLUMNS, [
         kind, render, trip, jitter, loss, seed, seconds, error.get("rms_N", ""), error.get("relative_rms", ""),
