@@ -62,6 +62,8 @@ void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const I
   const Matrix3d K_S =
       R * StiffnessOf(body, place_.triangle, place_.weights, depth_) * R.transpose();
   Size(K_S, felt, &next);
+  const Matrix3d alone = StiffnessOf(body, place_.triangle, place_.weights, depth_, true);
+  modelled_alone_ = std::max(0.0, depth_) * place_.n_O.dot(alone * place_.n_O);
   const double range = body.deformation->info().range;
   next.valid_radius = (range > 0 ? range : kVouchedFor) * body.larger_side;
   next.in_contact = in_contact;
@@ -103,13 +105,13 @@ void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double 
 }
 
 Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Vector3d& weights,
-                                       double depth) noexcept {
+                                       double depth, bool alone) noexcept {
   const double share = std::clamp(depth / full_depth_, kLeastShare, 1.0);
   const double radius = disc_radius_ * std::sqrt(share);
   const Vector3d& n = triangle == place_.triangle ? place_.n_O : Normal(body.surface, triangle);
   Matrix3d K;
   try {
-    K = body.stiffness->At(triangle, weights, radius);
+    K = body.stiffness->At(triangle, weights, radius, alone);
   } catch (const std::exception&) {  // out of memory for what is computed when first asked for
     K = DiscStiffness(material_, radius, n);
   }

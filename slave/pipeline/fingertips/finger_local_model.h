@@ -2,7 +2,9 @@
 // touches too, and the object's stiffness there.
 #pragma once
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -52,8 +54,11 @@ class FingerLocalModel {
   [[nodiscard]] double depth() const { return depth_; }
   // The place of the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
-  // What the object's model says of the force at this depth, along the plane's normal [N].
-  [[nodiscard]] double modelled() const { return modelled_; }
+  // What the object's model says of the force at this depth, along the plane's normal: least and
+  // most, with the hand's other fingers and without them [N].
+  [[nodiscard]] std::pair<double, double> modelled() const {
+    return std::minmax({modelled_, modelled_alone_});
+  }
   // Felt over modelled force at the present depth [-].
   [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
   // The plane is looked for anew, nothing was felt.
@@ -68,7 +73,8 @@ class FingerLocalModel {
               bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
   // Of `triangle` with `weights` for a contact at `depth`, frame O.
   [[nodiscard]] Eigen::Matrix3d StiffnessOf(TactileBody& body, int triangle,
-                                            const Eigen::Vector3d& weights, double depth) noexcept;
+                                            const Eigen::Vector3d& weights, double depth,
+                                            bool alone = false) noexcept;
   void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
             LocalModel* model) noexcept;
   void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;
@@ -77,7 +83,7 @@ class FingerLocalModel {
   ContactLaw law_;
   double radius_, disc_radius_, full_depth_;
   TouchedPlace place_;  // its normal is that of the plane
-  double depth_ = 0, modelled_ = 0;
+  double depth_ = 0, modelled_ = 0, modelled_alone_ = 0;
   StiffnessScale scale_;
 };
 

@@ -363,8 +363,8 @@ void TactileEstimator::CompareStiffness() noexcept {
   const auto [least, most] =
       depth > kDeep ? std::pair(kLeastDeep, kMostDeep) : std::pair(kLeastShallow, kMostShallow);
   const double normal = first.force->dot(felt_.local_model.normal);
-  const double modelled = local_touch_->modelled();
-  if (normal + first.sigma > least * modelled && normal - first.sigma < most * modelled) return;
+  const auto [lower, upper] = local_touch_->modelled();
+  if (normal + first.sigma > least * lower && normal - first.sigma < most * upper) return;
   Doubt(0, FailedCheck::kTransfer, "the force is not that of the object at this depth");
 }
 

@@ -149,10 +149,11 @@ const ContactStiffness::NodeCompliance& ContactStiffness::Node(int node) {
   for (const int i : PatchAt(surface_, *place, p_O, patch_width_).nodes)
     area += node_area_[Index(i)];
   const Contact contact{.p_O = p_O, .element = place->triangle, .width = patch_width_};
-  auto K = companions_.empty() ? std::nullopt : Together(contact);
-  if (!K) K = Alone(contact);
-  if (!K) return known;
-  known.C_O = K->inverse();
+  const auto alone = Alone(contact);
+  if (!alone) return known;
+  const auto together = companions_.empty() ? alone : Together(contact);
+  known.alone_O = alone->inverse();
+  known.C_O = together.value_or(*alone).inverse();
   known.patch_radius = std::sqrt(area / std::numbers::pi);
   return known;
 }
@@ -162,7 +163,7 @@ bool ContactStiffness::Knows(int triangle) const {
                                          [&](int node) { return nodes_[Index(node)].asked; });
 }
 
-Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radius) {
+Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radius, bool alone) {
   const Vector3d n = Normal(surface_, triangle);
   Matrix3d C = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -171,7 +172,7 @@ Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radi
     Matrix3d C_node = Compliance(material_, radius, n);
     if (node.patch_radius > 0) {
       C_node -= Compliance(material_, std::max(node.patch_radius, radius), n);
-      C_node += node.C_O;
+      C_node += alone ? node.alone_O : node.C_O;
     }
     C += weights[k] * C_node;
   }
