@@ -28,7 +28,8 @@ constexpr double kRestSigmas = 2;      // that the pressure's rest value may be 
 constexpr double kQuietest = 0.8;      // times the usual noise; five real fingers: 0.83 to 1.17
 constexpr double kFallen = 0.85;       // of the first noise; real fingers in a minute: 0.95 to 1.1
 constexpr double kLag = 3;             // samples that a recurrent network's answer is late, about
-constexpr double kPromptLag = 0.5;     // that another one's is
+constexpr double kPromptLag = 0.25;    // that another one's is
+constexpr double kLeap = 0.5;          // of what changes unlike before, that may be an error
 constexpr double kDisagrees = 2.5;     // standard deviations between pressure and electrodes
 constexpr double kHardlyAgrees = 1.5;  // likewise: from where on it is less sure
 constexpr double kMisfit = 1.6;        // over what there is in the mean
@@ -275,6 +276,7 @@ void Fingertip::TakeForce(bool known) noexcept {
     force_F = steady_.Take(force_F, size, pattern_->noise());
   }
   step_ = before_F ? (force_F - *before_F).norm() : 0;
+  leap_ = before_F ? (force_F - *before_F - pace_F_).norm() : 0;
   if (before_F) pace_F_ += kBriskly * (force_F - *before_F - pace_F_);
   touch_.force_F = force_F;
   touch_.sigma = SigmaOf(force_F);
@@ -302,7 +304,7 @@ double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
     const ForceErrorLaw of_kind =
         pattern_ ? network_.pattern.kinds[pattern_->kind()].error : ForceErrorLaw{};
     const double learnt = (of_kind.known() ? of_kind : network_.error).At(size);
-    return std::hypot(network_.rest_sigma, learnt, lag * pace_F_.norm());
+    return std::hypot(std::hypot(network_.rest_sigma, learnt), lag * pace_F_.norm(), kLeap * leap_);
   }
   const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
   const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;

@@ -185,6 +185,7 @@ class Fingertip {
   double steps_ = 0;                 // of all electrodes together, lately
   Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   double step_ = 0;                  // of the force, in the last sample [N]
+  double leap_ = 0;                  // of the last sample, beyond the pace [N]
   int flawed_left_ = 0;  // samples until the window holds no flawed one; the window: this one is
   double checks_us_ = 0;
   FingerTouch touch_;
