@@ -246,6 +246,7 @@ int Main(int argc, char** argv) {
   }
   return ExitCode([&] {
     if (serve_command->parsed()) {
+      LogWithoutWaiting();
       RaiseDescriptorLimit();
       if (!serve.record.empty()) stop.LetRecordingEnd();
       return RunServe(serve, stop.token());

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -23,6 +24,8 @@ namespace {
 constexpr std::chrono::seconds kPatience(2);
 // For pictures that wait to be packed: 256 MB of them, where processors are busy.
 constexpr std::chrono::seconds kRecordingPatience(30);
+
+constexpr const char* kPattern = "%^%l%$ %v";
 
 }  // namespace
 
@@ -65,9 +68,14 @@ void RaiseDescriptorLimit() {
 }
 
 void LogToStderr() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("palpate"));
+  spdlog::set_pattern(kPattern);
+}
+
+void LogWithoutWaiting() {
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("palpate", std::make_shared<UnblockedSink>(STDERR_FILENO)));
-  spdlog::set_pattern("%^%l%$ %v");
+  spdlog::set_pattern(kPattern);
 }
 
 int ExitCode(const std::function<int()>& command) {

@@ -39,6 +39,8 @@ void RaiseDescriptorLimit();
 
 // Standard output belongs to the answers; the log goes beside it.
 void LogToStderr();
+// The same of who serves, and has no time for whoever does not read: see UnblockedSink.
+void LogWithoutWaiting();
 
 // What `command` returns. What it throws is said on stderr: an unusable scene or argument is
 // kUnusable, anything else kFailed.
