@@ -238,10 +238,10 @@ void Declare(CLI::App* app, Arguments* a) {
       ->allow_extra_args(false)
       ->type_name("FILE.svg|FILE.vtu");
   AddLineOptions(connect, &a->link);
-  connect->add_flag("--datagrams", a->link.datagrams,
+  connect->add_flag("--datagrams,!--no-datagrams", a->link.datagrams,
                     "Let states and commands travel by UDP, too, sealed by keys from the stream: "
                     "what the network loses is not waited for; where none come through, the stream "
-                    "goes on alone");
+                    "goes on alone. By itself: to other machines");
   connect->add_option("--metrics", a->metrics,
                       "HOST:PORT: health in numbers for Prometheus, at /metrics");
   CLI::Option* view =

@@ -220,7 +220,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
 
 Finding JudgeDatagrams(const LinkStats& tried) {
   if (tried.states_by_datagram > 0) {
-    return {Verdict::kGood, "datagrams", "come through: connect --datagrams", ""};
+    return {Verdict::kGood, "datagrams", "come through", ""};
   }
   if (!tried.connected) {
     return {Verdict::kNote, "datagrams", "not tried: " + tried.trouble,
@@ -242,7 +242,8 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
     for (Finding& finding : JudgeLine(MeasureLine(told, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));
     }
-    if (told.datagrams) findings.push_back(JudgeDatagrams(TryDatagrams(told, seconds)));
+    if (told.datagrams.value_or(false))
+      findings.push_back(JudgeDatagrams(TryDatagrams(told, seconds)));
     return findings;
   } catch (const std::exception& error) {
     return {{Verdict::kBad, "line", error.what(),

@@ -193,7 +193,8 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
          [this](std::uint32_t revision) { SeeRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }, options.on_received,
          options.on_sent, states_by_datagram, datagram_at},
-        options.operator_name, call_deadline, longest_round_trip, options.datagrams);
+        options.operator_name, call_deadline, longest_round_trip,
+        options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)));
     const grpc::Status read = ReadSettings();
     for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
@@ -237,7 +238,8 @@ void SlaveLink::Parts::Served() {
 
 bool SlaveLink::Parts::LacksDatagrams() const {
   const milliseconds patience = std::max<milliseconds>(DatagramLine::kSilence, longest_round_trip);
-  return options.datagrams && told.connected && SinceThen(datagram_at) > patience;
+  const bool asked = options.datagrams.value_or(false);  // else it is nothing to be told of
+  return asked && told.connected && SinceThen(datagram_at) > patience;
 }
 
 void SlaveLink::Parts::Refused(const std::string& reason) {

@@ -65,8 +65,9 @@ class SlaveLink {
     std::function<void(const ReceivedState&)> on_received = {};
     std::function<void(const OperatorCommand&)> on_sent = {};
     // States and commands travel by datagram, too, where slave and network let them: what is lost
-    // is not waited for.
-    bool datagrams = false;
+    // is not waited for. Empty: where the target is another machine; over loopback nothing is lost,
+    // and a tunnel or a proxy for TCP that ends there takes no datagrams.
+    std::optional<bool> datagrams = {};
   };
   // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
   explicit SlaveLink(Options options);

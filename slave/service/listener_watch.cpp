@@ -71,6 +71,7 @@ ListenerWatch::ListenerWatch(Endpoint endpoint, std::function<void()> on_deaf,
           never.wait_for(lock, stop, options.period, [] { return false; });
           if (stop.stop_requested()) return;
           missed = Answers(endpoint, options.greeting, options.patience) ? 0 : missed + 1;
+          if (missed > 0 && options.on_missed) options.on_missed(missed);
         }
         on_deaf();
       }) {}

@@ -21,6 +21,7 @@ class ListenerWatch {
     std::chrono::milliseconds period{5000}, patience{2000};
     int misses = 3;  // in a row: it is deaf
     Greeting greeting = Greeting::kHttp2;
+    std::function<void(int missed)> on_missed = {};  // so many in a row; empty: nothing
   };
   // Calls `on_deaf` from a thread of its own, once.
   ListenerWatch(Endpoint endpoint, std::function<void()> on_deaf, const Options& options);

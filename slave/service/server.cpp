@@ -58,6 +58,13 @@ ListenerWatch::Options WatchOf(Greeting greeting) {
   return options;
 }
 
+// Who is deaf: the door's own thread, or what it hands on to.
+void TellOfMissed(int missed, const AcceptorCounts& door) {
+  spdlog::warn(
+      "nobody answers at the door ({} in a row): it looked {:.1f} s ago, {} wait, {} are in",
+      missed, door.unseen, door.waiting, door.open);
+}
+
 // To gRPC, which owns the connection from then on.
 Acceptor::HandOn HandOnTo(grpc::experimental::ExternalConnectionAcceptor* grpc) {
   return [grpc](int fd) {
@@ -185,8 +192,9 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   parts_->Tell();  // nobody finds a service that is unknown
   parts_->telling =
       std::jthread([this](const std::stop_token& stop) { parts_->KeepTelling(stop); });
-  parts_->listener.emplace(parts_->endpoint, on_deaf ? std::move(on_deaf) : EndProcess,
-                           WatchOf(greeting));
+  ListenerWatch::Options watch = WatchOf(greeting);
+  watch.on_missed = [&door = *parts_->door](int missed) { TellOfMissed(missed, door.counts()); };
+  parts_->listener.emplace(parts_->endpoint, on_deaf ? std::move(on_deaf) : EndProcess, watch);
 }
 
 Server::~Server() {

@@ -1,11 +1,11 @@
 """What delay, jitter and loss do to what the hand feels: one session of the programs per cell, one row of CSV each.
 
-  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams] [--jobs N]
+  impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams|--stream] [--jobs N]
 
 --quick: at most five minutes. --full: every cell, four hours by one; rows that FILE.csv has already are kept, so that it can be
 gone on with. --jobs N: so many sessions beside each other, each on a line of its own: as many as the processors bear.
 Cells with loss need network namespaces and a TUN device: without them they are listed as skipped, and so are all others.
---datagrams: states and commands travel by UDP, too; delay is that of a state from slave to master, age its time since it was sensed.
+--datagrams: states and commands may travel by UDP, too, as they do by themselves; --stream: none, as behind a firewall. Delay is that of a state from slave to master, age its time since it was sensed.
 A cell fails where the hand is not safe: a force beyond the limit, energy beyond what noise explains, an oscillation that grows.
 """
 import argparse
@@ -80,7 +80,7 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams):
             report.unlink(missing_ok=True)
             subprocess.run([*line.at_master, MASTER, "connect", f"{SLAVE_AT}:50051", "--insecure", "--render", render,
                             "--wait", str(20 + 8 * trip / 1000), "--duration", str(seconds), "--report", report, "--log", log,
-                            *(["--datagrams"] if datagrams else [])],
+                            *([] if datagrams else ["--no-datagrams"])],
                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, env=BARE,
                            timeout=seconds + 90 + 16 * trip / 1000)
     if not report.exists():
@@ -116,7 +116,9 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("impairment.csv"))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
-    parser.add_argument("--datagrams", action="store_true")
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument("--datagrams", action="store_true")
+    way.add_argument("--stream", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     a = parser.parse_args()
     cells = QUICK if a.quick else list(itertools.product(OBJECTS, RENDERS, ROUND_TRIPS, JITTERS, LOSSES))
@@ -134,7 +136,7 @@ def main():
             writer.writeheader()
         unsafe = sum(row["safe"] == "0" for row in known)
         missing = [one for one in cells if tuple(map(str, (*one, a.seed))) not in done]
-        for ended in concurrent.futures.as_completed([sessions.submit(cell, *one, a.seed, a.datagrams) for one in missing]):
+        for ended in concurrent.futures.as_completed([sessions.submit(cell, *one, a.seed, not a.stream) for one in missing]):
             row = ended.result()
             writer.writerow(row)
             out.flush()

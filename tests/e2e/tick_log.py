@@ -2,11 +2,12 @@
 import csv
 import time
 
-TICK = 0.001  # [s]
+TICK = 0.001   # [s]
+KEPT = 60000   # rows, a minute
 
 
 class Log:
-    """Follows the master's log; its clock as this machine's monotonic one."""
+    """Follows the master's log, of which it keeps the last minute; its clock as this machine's monotonic one."""
 
     def __init__(self, file):
         self.file, self.position, self.rows, self.behind = file, 0, [], float("inf")
@@ -25,7 +26,7 @@ class Log:
             self.fields, lines = lines[0].split(","), lines[1:]
         new = list(csv.DictReader(lines, self.fields)) if lines else []
         if new:
-            self.rows += new
+            self.rows = (self.rows + new)[-KEPT:]
             self.behind = min(self.behind, time.monotonic() - float(new[-1]["t"]))
         return self.rows
 

@@ -198,6 +198,8 @@ void Acceptor::Room::Run(const std::stop_token& stop) {
     for (const ListeningSocket& socket : door_.sockets_) AcceptAll(socket.fd());
     Greet();
     const Time now = Clock::now();
+    door_.looked_ = now;
+    door_.waiting_ = waiting_.size();
     if (now - looked < Pause()) continue;
     Look(SecondsBetween(looked, now));
     looked = now;
@@ -426,6 +428,8 @@ AcceptorCounts Acceptor::counts() const {
   AcceptorCounts counts;
   counts.accepted = accepted_;
   counts.open = open_;
+  counts.waiting = waiting_;
+  counts.unseen = SecondsBetween(looked_, Clock::now());
   for (std::size_t i = 0; i < kTurnedAwayCount; ++i) counts.turned_away[i] = turned_away_[i];
   return counts;
 }

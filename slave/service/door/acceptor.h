@@ -15,6 +15,7 @@
 
 #include "shared/link/loopback.h"
 #include "shared/link/urgent_mutex.h"
+#include "shared/state/clock.h"
 #include "slave/service/door/bulk_pace.h"
 #include "slave/service/door/listening.h"
 
@@ -41,7 +42,8 @@ std::string_view ToString(TurnedAway why);
 struct AcceptorCounts {
   std::uint64_t accepted = 0;  // handed on
   std::array<std::uint64_t, kTurnedAwayCount> turned_away{};
-  std::uint64_t open = 0;  // now
+  std::uint64_t open = 0, waiting = 0;  // now: handed on; with their greeting
+  double unseen = 0;                    // since somebody was last looked for [s]
 };
 
 class Acceptor {
@@ -88,7 +90,8 @@ class Acceptor {
   const Limits limits_;
   std::vector<ListeningSocket> sockets_;
   std::array<std::atomic<std::uint64_t>, kTurnedAwayCount> turned_away_{};
-  std::atomic<std::uint64_t> accepted_{0}, open_{0};
+  std::atomic<std::uint64_t> accepted_{0}, open_{0}, waiting_{0};
+  std::atomic<Time> looked_{Clock::now()};
   UrgentMutex mutex_;                                     // guards what follows
   std::map<std::string, std::function<bool()>> trusted_;  // of peers, not looked at yet
   std::vector<std::string> paced_;                        // likewise

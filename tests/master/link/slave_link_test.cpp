@@ -337,8 +337,26 @@ TEST_F(DatagramLinkTest, EventsAreToldThoughDatagramsCarryNone) {
   }
 }
 
-TEST_F(DatagramLinkTest, WhoDidNotAskGetsNone) {
+TEST_F(DatagramLinkTest, OverLoopbackNobodyGetsThemUnasked) {
   SlaveLink link(To(server_->address()));
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
+  EXPECT_EQ(link.stats().states_by_datagram, 0U);
+}
+
+TEST_F(DatagramLinkTest, BeyondLoopbackTheyAreTriedUnlessRefused) {
+  const std::string address = LinkLocalAddress();
+  if (address.empty()) GTEST_SKIP() << "no IPv6 address of a link here";
+  server_ = std::make_unique<Server>(slave_, "[" + address + "]:0", true);
+  SlaveLink::Options options = To(server_->address());
+  options.insecure = true;
+  {
+    SlaveLink link(options);
+    link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+    EXPECT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }));
+  }
+  options.datagrams = false;
+  SlaveLink link(options);
   link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
   EXPECT_EQ(link.stats().states_by_datagram, 0U);

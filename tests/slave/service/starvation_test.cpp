@@ -128,9 +128,12 @@ TEST_F(StarvationTest, ADeafListenerIsNoticed) {
   const Deaf deaf;
   EXPECT_FALSE(Answers(deaf.endpoint, Greeting::kHttp2, kShort));
   EXPECT_FALSE(Answers({"127.0.0.1", 1}, Greeting::kHttp2, kShort)) << "nobody listens";
-  std::atomic<int> told{0};
-  const ListenerWatch watch(deaf.endpoint, [&] { ++told; }, {kShort, kShort, 2});
+  std::atomic<int> told{0}, missed{0};
+  const ListenerWatch watch(
+      deaf.endpoint, [&] { ++told; },
+      {kShort, kShort, 2, Greeting::kHttp2, [&](int count) { missed = count; }});
   EXPECT_TRUE(Eventually([&] { return told == 1; }));
+  EXPECT_EQ(missed, 2);
 }
 
 // Pictures are encoded once for all who watch them alike.
