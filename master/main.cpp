@@ -238,10 +238,12 @@ void Declare(CLI::App* app, Arguments* a) {
       ->allow_extra_args(false)
       ->type_name("FILE.svg|FILE.vtu");
   AddLineOptions(connect, &a->link);
-  connect->add_flag("--datagrams,!--no-datagrams", a->link.datagrams,
-                    "Let states and commands travel by UDP, too, sealed by keys from the stream: "
-                    "what the network loses is not waited for; where none come through, the stream "
-                    "goes on alone. By itself: to other machines");
+  // By a function: into an optional it would write `false` where nobody said anything.
+  connect->add_flag_function(
+      "--datagrams,!--no-datagrams", [a](std::int64_t said) { a->link.datagrams = said > 0; },
+      "Let states and commands travel by UDP, too, sealed by keys from the stream: "
+      "what the network loses is not waited for; where none come through, the stream "
+      "goes on alone. By itself: to other machines");
   connect->add_option("--metrics", a->metrics,
                       "HOST:PORT: health in numbers for Prometheus, at /metrics");
   CLI::Option* view =

@@ -94,7 +94,7 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
         said, rows = session(kind, render, trip, jitter, loss, seed, seconds, pathlib.Path(folder), datagrams)
     if said is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
-            "served": 0, "safe": 1, "datagrams": int(datagrams)}
+            "served": 0, "safe": 1, "datagrams": 0}
     error, at_place = said["force_error"] or {}, said.get("force_error_at_place") or {}
     at_place = at_place if at_place.get("contact_ticks") else {}  # one contact alone is the first
     grows = any(oscillation_grows(forces) for forces in stretches(rows))
@@ -104,7 +104,7 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
         at_place.get("rms_N", ""), at_place.get("relative_rms", ""), f"{drift(rows):.2e}", said["energy_min_J"], int(grows),
         round(said["stale_ticks"] / max(said["ticks"], 1), 4),
         round((said["states"] + said["commands"]) / said["duration_s"], 1), round(said["rtt_us"]["p50"] / 1000, 2),
-        said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe), int(datagrams),
+        said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe), int(said["states_by_datagram"] > 0),
         *(round(said[times][q] / 1000, 2) for times, q in DELAYS), round(said["seconds_in"].get("HOLD", 0), 3)]))
 
 

@@ -6,6 +6,7 @@ import os
 import pathlib
 import shutil
 import signal
+import socket
 import subprocess
 import tempfile
 import termios
@@ -18,6 +19,16 @@ REPORT_KEYS = {"duration_s", "ticks", "missed", "rate_hz", "bare_loop", "wake_us
                "reconnects", "force_peak_N", "force_sent_peak_N", "force_error", "energy_min_J", "clamped_ticks",
                "stale_ticks", "state", "render"}
 LOG_START = ["t", "state", "p_M_x", "p_M_y", "p_M_z", "p_S_x", "p_S_y", "p_S_z"]
+
+
+def address_beyond_loopback():
+    """One of this machine's, by which others would reach it; None: there is none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_way:
+        try:
+            any_way.connect(("192.0.2.1", 9))  # sends nothing
+            return any_way.getsockname()[0]
+        except OSError:
+            return None
 
 
 class Session(unittest.TestCase):
@@ -41,6 +52,16 @@ class Session(unittest.TestCase):
         self.assertLess(report["state_delay_us"]["p50"], 50e3)
         self.assertEqual(report["trouble"], [])
         self.assertGreater(report["force_sent_peak_N"], 0)
+
+    def test_datagrams_go_beyond_this_machine_by_themselves(self):
+        address = address_beyond_loopback()
+        if address is None:
+            self.skipTest("no address here but loopback's")
+        with Slave(command=[SLAVE, "serve", BLOCK, "--listen", f"{address}:0", "--insecure"]) as slave:
+            tried, _ = self.connect(slave.address, "--insecure", seconds="2")
+            left, _ = self.connect(slave.address, "--insecure", "--no-datagrams", seconds="2")
+        self.assertGreater(tried["states_by_datagram"], 0)
+        self.assertEqual(left["states_by_datagram"], 0)
 
     def test_a_scripted_hand_feels_the_block(self):
         with Slave() as slave:
