@@ -1,5 +1,6 @@
 #include "slave/tactile/fingertip.h"
 
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -233,6 +234,29 @@ TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
     for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(force, true), false);
     EXPECT_NEAR(fingertip.touch().sigma, 0.03, 1e-9);
   }
+}
+
+// Reference: 2 % of the force; a quarter of what it changes by in a sample, evenly; half of what it
+// changes by otherwise.
+TEST_F(FingertipTest, AForceThatLeapsIsLessSureThanOneThatGoesOnAsItDid) {
+  constexpr double kStep = 0.01, kLeaps = 0.2, kShare = 0.02;  // [N], [N], [-]
+  MeanNetwork prompt(1, 0.02, 1.0);
+  prompt.SetError({.relative = kShare});
+  Fingertip fingertip(Options(), &prompt, localiser_);
+  double force = 0;
+  const auto sigma_after = [&](double change) {
+    force += change;
+    fingertip.Feel(ReadingOf({0, 0, -force}, true), false);
+    return fingertip.touch().sigma;
+  };
+  for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  double sigma = 0;
+  for (int i = 0; i < 40; ++i) sigma = sigma_after(kStep);
+  EXPECT_NEAR(sigma, std::hypot(kShare * force, kStep / 4), 1e-5);
+  EXPECT_GT(sigma_after(kLeaps), (kLeaps - kStep) / 2);
+  for (int i = 0; i < 40; ++i) sigma = sigma_after(0);
+  EXPECT_NEAR(sigma, kShare * force, 1e-5);
+  EXPECT_GT(sigma_after(-kLeaps), kLeaps / 2);
 }
 
 // Silent from the start at either end of the converter: nothing seems to touch, which is not known.
