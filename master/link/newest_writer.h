@@ -2,6 +2,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <stop_token>
@@ -16,8 +17,11 @@ namespace palpate {
 template <class Message, class Stream>
 class NewestWriter {
  public:
-  explicit NewestWriter(Stream* stream)
-      : stream_(stream), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+  // `on_written`: called after each one, by the writer's thread.
+  NewestWriter(Stream* stream, std::function<void()> on_written)
+      : stream_(stream),
+        on_written_(std::move(on_written)),
+        thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
   // Replaces what waits.
   void Put(const Message& message) {
@@ -37,10 +41,12 @@ class NewestWriter {
       const Message message = *std::exchange(slot_, std::nullopt);
       lock.unlock();
       if (!stream_->Write(message)) return;
+      on_written_();
     }
   }
 
   Stream* const stream_;
+  const std::function<void()> on_written_;
   std::mutex mutex_;  // guards the next two
   std::condition_variable_any changed_;
   std::optional<Message> slot_;

@@ -9,6 +9,7 @@
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
+#include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
@@ -134,8 +135,10 @@ void OperateSession::SendNewest(Stream* stream) {
     line = line_.get();
   }
   if (line != nullptr) {
+    ToProto(line->seen(), message_.mutable_datagrams_seen());
     line->Send(message_.SerializeAsString());
-    if (!writer_) writer_.emplace(stream);
+    message_.clear_datagrams_seen();
+    if (!writer_) writer_.emplace(stream, [line] { line->StreamMoves(); });
     writer_->Put(message_);
   } else if (!stream->Write(message_)) {
     return;
@@ -157,16 +160,20 @@ void OperateSession::ReceiveFromStream(const v1::SlaveState& message) {
   if (!TakeIfNewer(*state, now)) overtaken_.Add(state->events);
 }
 
-void OperateSession::ReceiveDatagram(std::string_view plain) {
+DatagramLine::Told OperateSession::ReceiveDatagram(std::string_view plain) {
   const Time now = Clock::now();
-  if (!datagram_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return;
+  if (!datagram_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   std::string reason;
   const auto state = FromProto(datagram_, &reason);
   const std::scoped_lock lock(mutex_);
-  if (is_over_) return;
-  if (!state) return with_.on_refused_state(reason);
+  if (is_over_) return {};
+  if (!state) {
+    with_.on_refused_state(reason);
+    return {};
+  }
   with_.datagram_at = now;
   if (TakeIfNewer(*state, now)) ++with_.states_by_datagram;
+  return {FromProto(datagram_.datagrams_seen()), with_.trips.newest()};
 }
 
 // To the address that answers us already and no other, so that no slave has us flood somebody else.
@@ -183,7 +190,7 @@ void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
   try {
     auto line = std::make_unique<DatagramLine>(
         DatagramLine::Role::kCalls, far, DatagramLine::Keys{*to_send, *to_receive},
-        [this](std::string_view plain) { ReceiveDatagram(plain); });
+        [this](std::string_view plain) { return ReceiveDatagram(plain); });
     const std::scoped_lock lock(mutex_);
     line_ = std::move(line);
   } catch (const std::exception&) {  // no socket, no cipher: SlaveLink tells that none come

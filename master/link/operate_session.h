@@ -109,7 +109,7 @@ class OperateSession {
   void SendCommands(Stream* stream, const std::stop_token& stop);
   void SendNewest(Stream* stream);
   void ReceiveFromStream(const v1::SlaveState& message);
-  void ReceiveDatagram(std::string_view plain);
+  DatagramLine::Told ReceiveDatagram(std::string_view plain);
   void OpenDatagrams(const v1::DatagramOffer& offer);
   // Whichever way it came; false: it is not. With mutex_ held, as the next one.
   bool TakeIfNewer(const SlaveState& state, Time now);

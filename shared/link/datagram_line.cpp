@@ -78,7 +78,9 @@ void DatagramLine::Send(std::string_view plain) noexcept {
   std::optional<sockaddr_storage> to;
   {
     const std::scoped_lock lock(mutex_);
-    if (role_ == Role::kCalls || Clock::now() - heard_at_ < kSilence) to = peer_;
+    const Time now = Clock::now();
+    const bool is_there = role_ == Role::kCalls || now - heard_at_ < kSilence;
+    if (is_there && peer_ && pace_.Allows(now)) to = peer_;
   }
   if (!to) return;
   const auto sealed =
@@ -86,6 +88,11 @@ void DatagramLine::Send(std::string_view plain) noexcept {
   if (sealed.empty()) return;
   sendto(socket_.fd, sealed.data(), sealed.size(), MSG_DONTWAIT | MSG_NOSIGNAL, Generic(*to),
          SizeOf(*to));
+}
+
+void DatagramLine::StreamMoves() noexcept {
+  const std::scoped_lock lock(mutex_);
+  pace_.StreamMoves(Clock::now());
 }
 
 std::uint16_t DatagramLine::port() const {
@@ -114,12 +121,16 @@ void DatagramLine::TakeNext() {
   if (came <= 0) return;
   const auto plain = opener_.Open(std::span(bytes).first(static_cast<std::size_t>(came)));
   if (plain.empty()) return;
+  newest_ = opener_.newest();
+  ++came_;
   {
     const std::scoped_lock lock(mutex_);
     heard_at_ = Clock::now();
     if (role_ == Role::kAnswers) peer_ = from;
   }
-  take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
+  const Told told = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
+  const std::scoped_lock lock(mutex_);
+  pace_.Hear(told.seen, told.round_trip, Clock::now());
 }
 
 void DatagramLine::Pace() {

@@ -12,6 +12,7 @@
 
 #include <sys/socket.h>
 
+#include "shared/link/datagram_pace.h"
 #include "shared/link/datagram_seal.h"
 #include "shared/link/urgent_mutex.h"
 #include "shared/state/clock.h"
@@ -23,8 +24,13 @@ class DatagramLine {
   struct Keys {
     DatagramKey send, receive;
   };
+  // What one told of the line: of ours, and how long the way there and back took [s].
+  struct Told {
+    DatagramCount seen = {};
+    double round_trip = 0;
+  };
   // Called by the line's thread with what was opened, which stands until it returns.
-  using Take = std::function<void(std::string_view plain)>;
+  using Take = std::function<Told(std::string_view plain)>;
   enum class Role : std::uint8_t {
     kCalls,    // to an address that is known
     kAnswers,  // to wherever the newest authentic datagram came from, while they come
@@ -41,9 +47,13 @@ class DatagramLine {
   DatagramLine(const DatagramLine&) = delete;
   DatagramLine& operator=(const DatagramLine&) = delete;
 
-  // Never waits, and promises nothing. Too large, or nobody there to be answered: not sent. One
-  // thread at a time.
+  // Never waits, and promises nothing. Too large, nobody there to be answered, or the line too thin
+  // for all (see DatagramPace): not sent. One thread at a time.
   void Send(std::string_view plain) noexcept;
+  // The stream beside took one more. Thread-safe.
+  void StreamMoves() noexcept;
+  // Of the peer's, to be told. Thread-safe.
+  [[nodiscard]] DatagramCount seen() const { return {newest_, came_}; }
   // Of this end.
   [[nodiscard]] std::uint16_t port() const;
 
@@ -69,9 +79,11 @@ class DatagramLine {
   DatagramOpener opener_;  // the thread's own, as are the next two
   Time window_{};
   int looked_at_ = 0;
-  UrgentMutex mutex_;                     // guards the next two
+  std::atomic<std::uint64_t> newest_{0}, came_{0};
+  UrgentMutex mutex_;                     // guards the next three
   std::optional<sockaddr_storage> peer_;  // nullopt: nobody yet; of who calls always
   Time heard_at_{};
+  DatagramPace pace_;
   std::jthread thread_;  // last: it uses all of the above
 };
 

@@ -51,6 +51,9 @@ class DatagramOpener {
   // What was sealed under this key later than everything opened before: the newest wins, so that
   // what comes again, or was overtaken, is nothing. Stands until the next one. Empty: it is not.
   std::span<const std::uint8_t> Open(std::span<const std::uint8_t> sealed) noexcept;
+  [[nodiscard]] std::uint64_t newest() const noexcept {
+    return newest_;
+  }  // counter opened; 0: none
 
  private:
   CipherContext cipher_;

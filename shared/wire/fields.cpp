@@ -55,6 +55,15 @@ void ToProto(Time time, google::protobuf::Timestamp* message) {
   message->set_nanos(static_cast<std::int32_t>(rest));
 }
 
+void ToProto(const DatagramCount& count, v1::DatagramCount* message) {
+  message->set_newest(count.newest);
+  message->set_came(count.came);
+}
+
+DatagramCount FromProto(const v1::DatagramCount& count) {
+  return {count.newest(), count.came()};
+}
+
 double FieldReader::Number(std::string_view name, double value, double limit) {
   if (std::abs(value) <= limit) return value;  // so written, NaN is refused too
   Refuse(std::string(name) +

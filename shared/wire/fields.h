@@ -12,6 +12,7 @@
 
 #include "google/protobuf/timestamp.pb.h"
 #include "shared/state/clock.h"
+#include "shared/state/datagram_count.h"
 #include "shared/state/slave_state.h"
 #include "shared/state/validity.h"
 
@@ -34,6 +35,8 @@ inline float Narrow(double value) {
 void ToProto(const Eigen::Vector3d& vector, v1::Vec3* message);
 void ToProto(const Eigen::Vector3d& vector, v1::Vec3f* message);
 void ToProto(Time time, google::protobuf::Timestamp* message);
+void ToProto(const DatagramCount& count, v1::DatagramCount* message);
+DatagramCount FromProto(const v1::DatagramCount& count);
 
 // Reads fields one after the other and remembers the first that cannot be accepted, in words:
 // `p_M.x = nan: accepted is a finite number, at most 1e+06 in size`. What it returns is finite and

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/tcp_line.h"
+#include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
@@ -44,6 +45,7 @@ void OperateStream::Offer(const SlaveState& state) {
   if (line) {
     ToProto(state, &datagram_state_);
     datagram_state_.clear_events();
+    ToProto(line->seen(), datagram_state_.mutable_datagrams_seen());
     line->Send(datagram_state_.SerializeAsString());
   }
   {
@@ -70,6 +72,7 @@ void OperateStream::OnWriteDone(bool ok) {
     const std::scoped_lock lock(mutex_);
     more = !ending_ && MakeMessage();
     writing_ = more;
+    if (line_) line_->StreamMoves();
   }
   if (more) {
     StartWrite(&message_);
@@ -101,9 +104,9 @@ void OperateStream::OfferDatagrams() {
   if (!ends) return;
   try {
     const DatagramLine::Keys keys{NewDatagramKey(), NewDatagramKey()};
-    auto line =
-        std::make_shared<DatagramLine>(DatagramLine::Role::kAnswers, ends->own, keys,
-                                       [this](std::string_view plain) { TakeDatagram(plain); });
+    auto line = std::make_shared<DatagramLine>(
+        DatagramLine::Role::kAnswers, ends->own, keys,
+        [this](std::string_view plain) { return TakeDatagram(plain); });
     v1::DatagramOffer offer;
     offer.set_port(line->port());
     offer.set_command_key(keys.receive.data(), keys.receive.size());
@@ -119,11 +122,18 @@ void OperateStream::OfferDatagrams() {
 }
 
 // As one that came by the stream, where the lease looks at what is newer.
-void OperateStream::TakeDatagram(std::string_view plain) {
-  if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return;
+DatagramLine::Told OperateStream::TakeDatagram(std::string_view plain) {
+  if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   if (!host_.lease.Command(ticket_, datagram_command_)) {
     host_.publisher.Flag(Event::kCommandRefused);
   }
+  DatagramLine::Told told{.seen = FromProto(datagram_command_.datagrams_seen())};
+  std::string reason;
+  if (datagram_command_.has_echo()) {
+    const Time sent_at = FieldReader(&reason).Stamp("echo", datagram_command_.echo());
+    told.round_trip = SecondsBetween(sent_at, Clock::now());
+  }
+  return told;
 }
 
 void OperateStream::ReadNext() {

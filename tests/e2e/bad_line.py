@@ -14,6 +14,7 @@ import subprocess
 import time
 
 SLAVE_AT, MASTER_AT = "10.77.0.1", "10.77.0.2"
+QUEUE = 0.2  # [s]
 TUNSETIFF, IFF_TUN, IFF_NO_PI, CLONE_NEWNET = 0x400454CA, 0x0001, 0x1000, 0x40000000
 
 
@@ -45,14 +46,16 @@ def tun(namespace):
     return device
 
 
-def carry(ends, ready, delay, jitter, loss, seed):
-    """One way each `delay` [s], shaken by up to the share `jitter`, in order; the share `loss` never comes."""
+def carry(ends, ready, delay, jitter, loss, seed, rate):
+    """One way each `delay` [s], shaken by up to the share `jitter`, in order; the share `loss` never comes. A line of `rate`
+    [bytes/s] each way keeps what it cannot carry yet for QUEUE, and loses the rest."""
     with contextlib.suppress(PermissionError):  # the line, not what else the machine does
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(90))
     dice = random.Random(seed)
     devices = [tun(namespace) for namespace in ends]
     ready.set()
     on_their_way, count, last = [], 0, {device: 0.0 for device in devices}
+    free = dict(last)  # when the line has carried what it has
     while True:
         wait = max(0.0, on_their_way[0][0] - time.monotonic()) if on_their_way else None
         for device in select.select(devices, [], [], wait)[0]:
@@ -60,7 +63,11 @@ def carry(ends, ready, delay, jitter, loss, seed):
             if dice.random() < loss:
                 continue
             other = devices[1 - devices.index(device)]
-            due = max(last[other], time.monotonic() + delay * (1 + jitter * dice.uniform(-1, 1)))
+            now = time.monotonic()
+            if free[other] - now > QUEUE:
+                continue
+            free[other] = max(free[other], now) + len(packet) / rate
+            due = max(last[other], free[other] + delay * (1 + jitter * dice.uniform(-1, 1)))
             last[other] = due
             count += 1
             heapq.heappush(on_their_way, (due, count, other, packet))
@@ -75,13 +82,13 @@ class BadLine:
 
     numbers = itertools.count()
 
-    def __init__(self, round_trip, jitter=0.0, loss=0.0, seed=1):
+    def __init__(self, round_trip, jitter=0.0, loss=0.0, seed=1, rate=float("inf")):
         number = next(BadLine.numbers)
         self.ends = [f"palpate-{os.getpid()}-{number}-{side}" for side in ("slave", "master")]
         self.at_slave, self.at_master = (["ip", "netns", "exec", end] for end in self.ends)
         self.ready = multiprocessing.Event()
         self.carrier = multiprocessing.Process(
-            target=carry, args=(self.ends, self.ready, round_trip / 2, jitter, loss, seed), daemon=True)
+            target=carry, args=(self.ends, self.ready, round_trip / 2, jitter, loss, seed, rate), daemon=True)
 
     def __enter__(self):
         for end in self.ends:

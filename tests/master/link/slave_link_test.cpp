@@ -490,7 +490,10 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
   at.ss_family = AF_INET;
   reinterpret_cast<sockaddr_in&>(at).sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   std::atomic<int> commands{0};
-  DatagramLine line(DatagramLine::Role::kAnswers, at, keys, [&](std::string_view) { ++commands; });
+  DatagramLine line(DatagramLine::Role::kAnswers, at, keys, [&](std::string_view) {
+    ++commands;
+    return DatagramLine::Told{};
+  });
   OfferingSlave slave(OfferOf(line.port(), 32, 32));
   SlaveLink link(WithDatagrams(slave.address));
   link.Start(&loop_.states, &loop_.commands, &loop_.settings);

@@ -40,7 +40,10 @@ class Far {
   Far(const v1::DatagramOffer& offer, const std::string& address)
       : line_(DatagramLine::Role::kCalls, At(offer, address),
               {*DatagramKeyFrom(offer.command_key()), *DatagramKeyFrom(offer.state_key())},
-              [this](std::string_view plain) { Take(plain); }) {}
+              [this](std::string_view plain) {
+                Take(plain);
+                return DatagramLine::Told{};
+              }) {}
 
   void Send(const v1::OperatorCommand& command) { line_.Send(command.SerializeAsString()); }
   // Sends `command` again and again, as none need arrive.
@@ -194,7 +197,8 @@ TEST_F(OperateDatagramsTest, AStoppingServerLetsThePortGo) {
   own.ss_family = AF_INET;
   reinterpret_cast<sockaddr_in&>(own).sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   reinterpret_cast<sockaddr_in&>(own).sin_port = htons(static_cast<in_port_t>(offer->port()));
-  const DatagramLine next(DatagramLine::Role::kAnswers, own, {}, [](std::string_view) {});
+  const DatagramLine next(DatagramLine::Role::kAnswers, own, {},
+                          [](std::string_view) { return DatagramLine::Told{}; });
   EXPECT_EQ(next.port(), offer->port());
 }
 

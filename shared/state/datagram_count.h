@@ -1,0 +1,14 @@
+// What came of the other end's datagrams.
+#pragma once
+
+#include <cstdint>
+
+namespace palpate {
+
+// Of those that were authentic, and newer than all before.
+struct DatagramCount {
+  std::uint64_t newest = 0;  // its counter: so many were sent up to there
+  std::uint64_t came = 0;
+};
+
+}  // namespace palpate
