@@ -48,6 +48,8 @@ class PatchContact {
   void set_stiffest(double stiffest) noexcept { stiffest_ = stiffest; }
   [[nodiscard]] const TouchPatch& patch() const noexcept { return patch_; }
   [[nodiscard]] const PatchLaw& law() const noexcept { return to_.law; }
+  // How far the surface has moved, as of `now`, at the instant `then` [m].
+  [[nodiscard]] Eigen::Vector3d ShiftAt(double now, double then) const noexcept;
   // Of the last ForceAt, of the first tool: it touches, and how deep; the patch knows the place.
   [[nodiscard]] bool touches() const noexcept { return touches_[0].touching; }
   [[nodiscard]] double depth() const noexcept { return depth_; }  // [m]; negative outside
@@ -74,7 +76,6 @@ class PatchContact {
     Eigen::Vector3d force{0, 0, 0};
   };
   [[nodiscard]] double ShareOfNew(double now) const noexcept;
-  [[nodiscard]] Eigen::Vector3d ShiftAt(double now, double then) const noexcept;
   [[nodiscard]] double RatioAt(double depth, double now) const noexcept;
   [[nodiscard]] double SteepestRatio() const noexcept;
   void Move(int tool, const Eigen::Vector3d& centre) noexcept;

@@ -81,6 +81,13 @@ struct SeenPicture {
   std::function<cv::Mat()> draw;
 };
 
+// Of the whole surface since it was found, S.
+struct SurfaceMotion {
+  Eigen::Vector3d offset{0, 0, 0};    // [m]
+  Eigen::Vector3d velocity{0, 0, 0};  // [m/s]
+  double velocity_error = 0;          // one standard deviation [m/s]
+};
+
 // What a change of settings rebuilds as a whole: a model and what goes with it.
 class Rebuilt {
  public:
@@ -134,6 +141,8 @@ class Sense {
   }
   // What of it was learnt by feeling: nothing as a rule. Of the law only what the sense knows.
   virtual void LearnLaw(PatchLaw* /*law*/) noexcept {}
+  // As of the last estimate; patches are of the surface where it was found.
+  [[nodiscard]] virtual SurfaceMotion motion() const noexcept { return {}; }
   // As of the last estimate.
   virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // `full_scale`: the largest force that the hand can show, at the tool [N]. nullopt: no camera, or

@@ -12,6 +12,7 @@
 #include "slave/capture/picture_files.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/arm_lag.h"
+#include "slave/pipeline/estimate_rules.h"
 #include "slave/pipeline/offline/account.h"
 #include "slave/pipeline/overlay_words.h"
 #include "slave/vision/stereo/lens_warp.h"
@@ -50,6 +51,13 @@ std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace,
   if (world != nullptr) return world->truth().p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
+}
+
+// `local` with the object `offset` from rest [m], as the successor of `last`.
+LocalModel Moved(LocalModel local, const Eigen::Vector3d& offset, const LocalModel& last) {
+  if (!local.known()) return local;
+  local.reference += offset;
+  return Revised(local, last);
 }
 
 // Element nearest to `p_O` by midpoint.
@@ -134,7 +142,7 @@ class CameraAccount final : public Account {
   explicit CameraAccount(const CameraSense& sense) : sense_(sense) {}
 
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
-    const ContactEstimate& felt = sense_.estimator().felt();
+    const ContactEstimate& felt = sense_.felt();
     if (truth == nullptr) return {RowOf(felt, start, std::nullopt)};
     compared_.push_back({felt.force.value_or(kUnknownVector), truth->force,
                          ForceAt(felt.local_model, truth->depth)});
@@ -178,14 +186,28 @@ bool CameraSense::Acquire(const std::stop_token& stop) {
 
 const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   seen_ = next_;
-  if (!arm_lag_) return estimator_->Feel(seen_);
-  return estimator_->Feel(seen_, ArmWord{p_S_tip, *arm_lag_});
+  const auto said = arm_lag_ ? std::optional(ArmWord{p_S_tip, *arm_lag_}) : std::nullopt;
+  const LocalModel last = felt_.local_model;
+  felt_ = estimator_->Feel(seen_, said);
+  const Eigen::Vector3d& offset = motion().offset;
+  felt_.p_S_tip += offset;
+  felt_.p_S_contact += offset;
+  felt_.local_model = Moved(felt_.local_model, offset, last);
+  return felt_;
+}
+
+LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
+  const Eigen::Vector3d offset = motion().offset;
+  const LocalModel local = estimator_->LocalAt(p_S_tip - offset);
+  felt_.local_model = Moved(local, offset, felt_.local_model);
+  return felt_.local_model;
 }
 
 BoundaryShape CameraSense::Shape(bool nodal_forces) {
-  const ContactEstimate& felt = estimator_->felt();
+  const ContactEstimate& felt = felt_;
   const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
   const BoundaryMesh& mesh = estimator_->touch().mesh;
+  const Eigen::Vector3d moved = motion().offset;
   std::vector<Eigen::Vector3d> u_O;  // vertex i is the start of element i [m]
   estimator_->touch().deformation->Displacements(&u_O);
 
@@ -197,15 +219,15 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
     shape.elements.push_back(static_cast<std::uint32_t>(mesh.Next(i)));
     const Eigen::Vector2d& a = mesh.elements[k].a;
     const Eigen::Vector3d p_O(a.x(), a.y(), 0);
-    Append(&shape.rest, X_SO * p_O);
-    Append(&shape.positions, X_SO * (p_O + u_O[k]));
+    Append(&shape.rest, moved + X_SO * p_O);
+    Append(&shape.positions, moved + X_SO * (p_O + u_O[k]));
   }
   if (!nodal_forces || !felt.force) return shape;
   shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
   shape.traction.assign(mesh.elements.size(), 0.0F);
   if (!felt.local_model.in_contact) return shape;
   estimator_->touch().deformation->Tractions(&shape.traction);
-  const Eigen::Vector3d p_O = X_SO.inverse() * felt.p_S_contact;
+  const Eigen::Vector3d p_O = X_SO.inverse() * (felt.p_S_contact - moved);
   const int element = NearestElement(mesh, p_O.head<2>());
   for (const int vertex : {element, mesh.Next(element)}) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -219,7 +241,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
 std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
   if (seen_.image.empty()) return std::nullopt;
   const Observation& seen = estimator_->observation();
-  const ContactEstimate& felt = estimator_->felt();
+  const ContactEstimate& felt = felt_;
   Overlay overlay{{seen.contour_I.begin(), seen.contour_I.end()},
                   estimator_->eyes().search_window(),
                   seen.tip,

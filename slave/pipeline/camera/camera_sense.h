@@ -18,12 +18,11 @@ class CameraSense final : public Sense {
 
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
-  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
-    return estimator_->LocalAt(p_S_tip);
-  }
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
   bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
-    return estimator_->MakePatch(p_S_tip, patch);
+    return estimator_->MakePatch(p_S_tip - motion().offset, patch);
   }
+  [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }
   // Vertices of the boundary. Forces of the tool on the touched place's two.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
@@ -33,6 +32,8 @@ class CameraSense final : public Sense {
   }
   void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
   void Reset() override { estimator_->Reset(); }
+  // The last estimate, of the object where it is now.
+  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<Account> OpenAccount(const World* world) override;
@@ -50,6 +51,7 @@ class CameraSense final : public Sense {
   Plane plane_;
   std::string reason_;
   std::unique_ptr<Estimator> estimator_;
+  ContactEstimate felt_;
   std::optional<double> arm_lag_;  // nullopt: the pictures do not show the manipulator's tool
 };
 

@@ -25,6 +25,7 @@ using Limits = CameraLimits;
 constexpr double kScaleSigmas = 3;
 constexpr double kOtherObject = 0.3;  // a size so different is that of something else
 constexpr double kFarSigmas = 3;      // above the surface, a tip surely touches nothing
+constexpr double kMoves = 1;          // what is less is no motion that somebody has to own [px]
 constexpr double kArmSigmas = 3;      // how far eyes and arm may part besides
 constexpr double kDentNear = 15;      // from the surface, where a dent is looked for [px]
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
@@ -210,6 +211,9 @@ void Estimator::Reset() noexcept {
   distrust_ = unconfirmed_ = regained_ = 0;
   arm_in_picture_.Reset();
   arm_on_object_.Reset();
+  owner_.Reset();
+  trend_.Reset();
+  motion_ = {};
 }
 
 const ContactEstimate& Estimator::Feel(const Frame& frame,
@@ -235,6 +239,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
     const Eigen::Vector2d p_I = PutRight(tip);
     Touch(view_.ToSlave(p_I));
     if (said) AskArm(*said);
+    if (said) FollowObject(*said);
     if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
     if (regained_ > 0) EstimateRules::Doubt(FailedCheck::kTip, &felt_);
     if (frozen) EstimateRules::Doubt(FailedCheck::kFrozen, &felt_);
@@ -300,6 +305,22 @@ void Estimator::AskArm(const ArmWord& said) noexcept {
   const bool in_picture = arm_in_picture_.Agree(view_.ToSlave(tip.p_I), said, tolerance);
   const bool on_object = arm_on_object_.Agree(felt_.p_S_tip, said, tolerance);
   if (!in_picture && !on_object) EstimateRules::Doubt(FailedCheck::kArm, &felt_);
+}
+
+// A camera that was bumped shows all elsewhere, and nothing is; where the object moves the tool has
+// to follow it.
+void Estimator::FollowObject(const ArmWord& said) noexcept {
+  if (!watch_ || !watch_->sighting().known) return;
+  const ObjectSighting& object = watch_->sighting();
+  const Eigen::Vector2d& p_I = observation_->tip.p_I;
+  const Eigen::Vector3d p_S_seen = view_.ToSlave(p_I);
+  const Eigen::Vector3d p_S_on_object = view_.ToSlave(object.motion.Back(p_I));
+  owner_.See(p_S_seen, p_S_on_object, said, kMoves * view_.pixel());
+  motion_ = {};
+  if (owner_.is_objects()) motion_.offset = p_S_seen - p_S_on_object;
+  trend_.Add(felt_.sensed_at, motion_.offset, object.sigma_px * view_.pixel());
+  motion_.velocity = trend_.velocity();
+  motion_.velocity_error = trend_.error();
 }
 
 // What the object's edge tells with the dent that is to be expected where the tip is now.

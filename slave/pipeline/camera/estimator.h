@@ -20,6 +20,8 @@
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/pipeline/arm_watch.h"
+#include "slave/pipeline/camera/motion_owner.h"
+#include "slave/pipeline/camera/motion_trend.h"
 #include "slave/pipeline/camera/object_watch.h"
 #include "slave/pipeline/camera/puncture_cue.h"
 #include "slave/pipeline/camera/tool_width.h"
@@ -82,7 +84,8 @@ class Estimator {
             std::optional<Eigen::Vector3d> p_S_tip_reported);
   ~Estimator();
 
-  // Never throws; what cannot be known is flagged.
+  // Never throws; what cannot be known is flagged. As if the object had not moved: `motion` says
+  // how far it has.
   const ContactEstimate& Feel(const Frame& frame, const std::optional<ArmWord>& said = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip [m] now, between pictures too: before
   // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
@@ -106,6 +109,9 @@ class Estimator {
   [[nodiscard]] TouchModel& touch() { return *touch_; }
   [[nodiscard]] const TouchModel& touch() const { return *touch_; }
   [[nodiscard]] const Observation& observation() const { return *observation_; }
+  // Of the object since the first picture, S; none where what moves is the camera, or where nobody
+  // says where the tool is.
+  [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   // Of the last picture; null: the scene follows no contour, so that nothing checks the tip.
   [[nodiscard]] const ObjectSighting* sighting() const {
     return watch_ ? &watch_->sighting() : nullptr;
@@ -120,6 +126,7 @@ class Estimator {
   Eigen::Vector2d PutRight(const TipObservation& tip) noexcept;
   [[nodiscard]] bool IsFrozen(const cv::Mat& image) noexcept;
   void AskArm(const ArmWord& said) noexcept;
+  void FollowObject(const ArmWord& said) noexcept;
   void LookAtObject(const cv::Mat& image) noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
   void LookForPuncture(double depth) noexcept;
@@ -150,8 +157,11 @@ class Estimator {
   double tool_width_ = 0;  // [m]
   std::optional<ObjectWatch> watch_;
   ArmWatch arm_in_picture_, arm_on_object_;  // one parts where the camera moves, one the object
-  ObjectWatch::Bar tool_;                    // in the last picture
-  int dent_element_ = -1;                    // whose dent the watch knows; -1: none
+  MotionOwner owner_;
+  MotionTrend trend_;
+  SurfaceMotion motion_;
+  ObjectWatch::Bar tool_;  // in the last picture
+  int dent_element_ = -1;  // whose dent the watch knows; -1: none
   double dent_sigma_ = 0;  // of its displacement as the model tells it, relative [-]
   double dent_depth_ = 0;  // at which a round tool's was taken [m]
   std::vector<Eigen::Vector3d> dent_along_n_, dent_along_t_, dent_along_x_, dent_along_y_;

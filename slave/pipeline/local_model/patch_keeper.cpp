@@ -10,6 +10,7 @@ namespace {
 constexpr double kLeaves = 0.5;    // of a patch's reach, where another is made
 constexpr double kSigmas = 2;      // of a force, that say nothing
 constexpr double kChanged = 0.01;  // of a law's ratios, that is worth telling
+constexpr double kAstray = 0.01;   // of a patch's depth, that a surface is from where it is shown
 
 double SecondsOf(Time t) {
   return SecondsBetween(Time{}, t);
@@ -25,6 +26,12 @@ bool IsOther(const PatchLaw& law, const PatchLaw& told, double share) {
 
 bool IsElsewhere(const PatchLaw& law, const PatchLaw& told) {
   return (law.offset - told.offset).norm() > 0;
+}
+
+void Move(const SurfaceMotion& motion, PatchLaw* law) {
+  law->offset = motion.offset;
+  law->velocity = motion.velocity;
+  law->velocity_error = motion.velocity_error;
 }
 
 }  // namespace
@@ -50,7 +57,8 @@ void PatchKeeper::Update(const ContactEstimate& felt, std::uint32_t settings_rev
 bool PatchKeeper::IsLeft(const Eigen::Vector3d& p_S) const noexcept {
   const TouchPatch& patch = shown_.patch();
   if (patch.vertices_per_cell == 1) return false;
-  const Eigen::Vector3d p = NearestPlace(patch, p_S + patch.tools[0].centre).p;
+  const Eigen::Vector3d p_rest = p_S - shown_.law().offset + patch.tools[0].centre;
+  const Eigen::Vector3d p = NearestPlace(patch, p_rest).p;
   return (p - centre_).norm() > kLeaves * reach_;
 }
 
@@ -64,7 +72,7 @@ void PatchKeeper::Renew(const ContactEstimate& felt, std::uint32_t settings_revi
   patch->epoch = law.epoch = shown_.patch().epoch + 1;
   patch->settings_revision = settings_revision;
   law.revision = 1;
-  centre_ = NearestPlace(*patch, felt.p_S_tip + patch->tools[0].centre).p;
+  centre_ = NearestPlace(*patch, felt.p_S_tip - law.offset + patch->tools[0].centre).p;
   reach_ = 0;
   for (int i = 0; i < patch->vertex_count; ++i) {
     const auto& vertex = patch->vertices[static_cast<std::size_t>(i)];
@@ -80,6 +88,7 @@ void PatchKeeper::FillLaw(const ContactEstimate& felt, Sense* sense, TouchPatch*
     felt_law_.Tell(plane, law);
   } else {
     sense->LearnLaw(law);
+    Move(sense->motion(), law);
   }
 }
 
@@ -95,7 +104,10 @@ void PatchKeeper::Compare(const ContactEstimate& felt, Sense* sense, Time now) {
   pressed_ = pressed_ || presses;
   // One force is not sure; what many of them taught may differ from what is shown by more.
   const bool may_have_learnt = presses && !is_felt_;
-  if (!is_noticed && !lets_go && !may_have_learnt) return;
+  // Before the touch, too: where it begins depends on it.
+  const Eigen::Vector3d astray = sense->motion().offset - shown_.ShiftAt(t, t);
+  const bool moves = !is_felt_ && astray.norm() > kAstray * shown_.patch().full_depth;
+  if (!is_noticed && !lets_go && !may_have_learnt && !moves) return;
   if (SecondsBetween(told_at_, now) < kShortest) return;
   PatchLaw law = shown_.law();
   const TouchPatch& before = shown_.patch();
@@ -111,8 +123,8 @@ void PatchKeeper::Compare(const ContactEstimate& felt, Sense* sense, Time now) {
   }
   const bool is_told = is_noticed || lets_go;
   if (is_told) pressed_ = presses;
-  if (!IsElsewhere(law, shown_.law()) &&
-      !IsOther(law, shown_.law(), is_told ? kChanged : options_.weber_fraction)) {
+  const bool is_elsewhere = is_felt_ ? IsElsewhere(law, shown_.law()) : moves;
+  if (!is_elsewhere && !IsOther(law, shown_.law(), is_told ? kChanged : options_.weber_fraction)) {
     return;
   }
   ++law.revision;

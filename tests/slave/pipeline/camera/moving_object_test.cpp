@@ -1,0 +1,246 @@
+// An object that moves while it is pressed, before a camera that stands: what is felt, and what
+// travels to be felt later, go with it.
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "shared/patch/patch_contact.h"
+#include "slave/pipeline/camera/camera_sense.h"
+#include "slave/pipeline/local_model/patch_keeper.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/site/camera/simulated_site.h"
+#include "slave/vision/observation.h"
+#include "tests/support/paths.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRate = 60, kEpoch = 1e6;  // [Hz], [s]
+
+Time At(double t) {
+  return Time{} + Seconds(kEpoch + t);
+}
+
+// The shipped block's site, carried about before its camera, or its camera before it.
+class CarriedSite final : public World {
+ public:
+  explicit CarriedSite(const Scene& scene) : site_(scene) {
+    const cv::Mat picture = site_.TakePicture();
+    view_.emplace(*scene.sense.Find<Camera>(), picture.cols, picture.rows);
+  }
+  // Both from rest, S [m].
+  void Carry(const Vector3d& object, const Vector3d& camera) {
+    object_ = object;
+    camera_ = camera;
+    site_.MoveTool(p_S_tip_ - object_);
+  }
+  void MoveTool(const Vector3d& p_S_tip, Patience /*patience*/ = Patience::kWaits) override {
+    p_S_tip_ = p_S_tip;
+    site_.MoveTool(p_S_tip_ - object_);
+  }
+  [[nodiscard]] Truth truth() const override {
+    Truth truth = site_.truth();
+    truth.p_S_tip += object_;
+    return truth;
+  }
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return std::make_unique<Source>(*this);
+  }
+
+  double t = 0;  // [s]
+
+ private:
+  class Source final : public FrameSource {
+   public:
+    explicit Source(CarriedSite& site) : site_(site) {}
+    std::optional<Frame> Next(const std::stop_token& /*stop*/) override {
+      return Frame{site_.Picture(), ++sequence_, At(site_.t)};
+    }
+    [[nodiscard]] std::string description() const override { return "a carried site"; }
+
+   private:
+    CarriedSite& site_;
+    std::uint64_t sequence_ = 0;
+  };
+  [[nodiscard]] cv::Mat Picture() {
+    const Eigen::Vector2d shift =
+        view_->ToImage(object_ - camera_) - view_->ToImage(Vector3d::Zero());
+    const cv::Mat warp = (cv::Mat_<double>(2, 3) << 1, 0, shift.x(), 0, 1, shift.y());
+    cv::Mat picture;
+    cv::warpAffine(site_.TakePicture(), picture, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+    return picture;
+  }
+
+  SimulatedSite site_;
+  std::optional<CameraView> view_;
+  Vector3d object_{0, 0, 0}, camera_{0, 0, 0}, p_S_tip_ = site_.truth().p_S_tip;
+};
+
+class MovingObjectTest : public testing::Test {
+ protected:
+  static constexpr double kAway = 2e-3, kOften = 0.4, kLong = 2.6;  // [m], [Hz], [s]
+  static constexpr double kSeen = 0.08e-3;                          // [m]; half a pixel
+
+  static Vector3d MotionAt(double t) {
+    return {0, kAway * std::sin(2 * std::numbers::pi * kOften * t), 0};
+  }
+  static Vector3d VelocityAt(double t) { return (MotionAt(t + 1e-4) - MotionAt(t - 1e-4)) / 2e-4; }
+  // A picture later.
+  const ContactEstimate& Step(const Vector3d& p_S_tip, const Vector3d& object,
+                              const Vector3d& camera = Vector3d::Zero()) {
+    site_.t += 1 / kRate;
+    site_.MoveTool(p_S_tip);
+    site_.Carry(object, camera);
+    EXPECT_TRUE(sense_.Acquire({}));
+    const ContactEstimate& felt = sense_.Estimate(p_S_tip);
+    if (keeper_.Get(At(site_.t)).patch || felt.force) {
+      keeper_.Update(felt, 1, &sense_, At(site_.t));
+    }
+    return felt;
+  }
+  // Presses, to here.
+  Vector3d Lower() {
+    Vector3d p_S = scene_.manipulator.home;
+    for (int i = 0; i < 30; ++i) Step(p_S, Vector3d::Zero());
+    while (site_.truth().depth < 4e-3) {
+      p_S += 2e-4 * Vector3d(scene_.tool->direction.x(), scene_.tool->direction.y(), 0);
+      Step(p_S, Vector3d::Zero());
+    }
+    return p_S;
+  }
+
+  // What a master that got the newest law shows of the instant `then` [s].
+  Vector3d ByPatch(const Vector3d& p_S, double then, bool goes_on = true) {
+    PatchNews news = keeper_.Get(At(site_.t));
+    if (!goes_on) {  // told anew where it is, and no more
+      news.law.offset += (SecondsBetween(news.law.sensed_at, At(site_.t))) * news.law.velocity;
+      news.law.velocity.setZero();
+    }
+    const double sensed = SecondsBetween(Time{}, news.law.sensed_at);
+    PatchContact shown;
+    shown.Take(*news.patch, news.law, sensed, sensed - 1);
+    return shown.ForceAt(p_S, kEpoch + then, kEpoch + then);
+  }
+
+  const Scene scene_ =
+      LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
+  CarriedSite site_{scene_};
+  CameraSense sense_{scene_, Pace{.is_live = true}, &site_};
+  PatchKeeper keeper_{PatchKeeper::Options{.period = 1 / kRate}};
+};
+
+// Reference: the site, which knows of no picture. Taken for the camera's, the motion would leave
+// plane and patch where they were: half of the peak.
+TEST_F(MovingObjectTest, WhatIsFeltAndWhatTravelsGoWithIt) {
+  const Vector3d p_S = Lower();
+  const double begin = site_.t, peak = site_.truth().force.norm();
+  int valid = 0, pictures = 0;
+  double tip = 0, force = 0, plane = 0, patch = 0, square = 0;
+  while (site_.t < begin + kLong) {
+    const Vector3d moved = MotionAt(site_.t + 1 / kRate - begin);
+    const ContactEstimate& felt = Step(p_S, moved);
+    if (site_.t < begin + 0.5) continue;  // nobody knows yet whose the motion is
+    const Truth truth = site_.truth();
+    ++pictures;
+    valid += felt.validity == Validity::kValid ? 1 : 0;
+    tip = std::max(tip, (felt.p_S_tip - truth.p_S_tip).norm());
+    ASSERT_TRUE(felt.force);
+    force = std::max(force, (*felt.force - truth.force).norm());
+    const LocalModel local = sense_.LocalModelAt(p_S);
+    const Vector3d by_plane = -local.stiffness * (truth.p_S_tip - local.reference);
+    plane = std::max(plane, (by_plane - truth.force).norm());
+    patch = std::max(patch, (ByPatch(p_S, site_.t) - truth.force).norm());
+    EXPECT_LT((sense_.motion().offset - moved).norm(), kSeen);
+    const Vector3d off = sense_.motion().velocity - VelocityAt(site_.t - begin);
+    square += off.squaredNorm() / std::pow(sense_.motion().velocity_error, 2);
+  }
+  EXPECT_GT(valid, 0.95 * pictures);
+  EXPECT_LT(tip, kSeen);
+  EXPECT_LT(force, 0.04 * peak);
+  EXPECT_LT(plane, 0.05 * peak);
+  EXPECT_LT(patch, 0.07 * peak);  // told where it is astray by a hundredth of its depth
+  EXPECT_GT(std::sqrt(square / pictures), 0.5);
+  EXPECT_LT(std::sqrt(square / pictures), 1.3);
+}
+
+// A round trip of 200 ms: what is rendered is what a law that is 100 ms old says of now.
+TEST_F(MovingObjectTest, TheMotionIsForetoldOverTheDelay) {
+  constexpr int kLate = 6;  // pictures
+  const Vector3d p_S = Lower();
+  const double begin = site_.t;
+  double foretold = 0, as_it_was = 0;
+  std::deque<std::pair<Vector3d, Vector3d>> rendered;  // with the velocity and without
+  while (site_.t < begin + kLong) {
+    Step(p_S, MotionAt(site_.t + 1 / kRate - begin));
+    const double then = site_.t + kLate / kRate;
+    rendered.emplace_back(ByPatch(p_S, then), ByPatch(p_S, then, false));
+    if (rendered.size() <= kLate) continue;
+    const auto [with, without] = rendered.front();
+    rendered.pop_front();
+    if (site_.t < begin + 1) continue;
+    const Vector3d force = site_.truth().force;
+    foretold += (with - force).squaredNorm();
+    as_it_was += (without - force).squaredNorm();
+  }
+  EXPECT_LT(std::sqrt(foretold), 0.5 * std::sqrt(as_it_was));
+}
+
+TEST_F(MovingObjectTest, AMotionOfTheCameraMovesNothing) {
+  const Vector3d p_S = Lower();
+  const double begin = site_.t, peak = site_.truth().force.norm();
+  const Vector3d rest = Vector3d::Zero();
+  while (site_.t < begin + kLong) {
+    const ContactEstimate& felt = Step(p_S, rest, MotionAt(site_.t + 1 / kRate - begin));
+    EXPECT_EQ(sense_.motion().offset, rest);
+    EXPECT_LT((felt.p_S_tip - p_S).norm(), kSeen);
+    ASSERT_TRUE(felt.force);
+    EXPECT_LT((*felt.force - site_.truth().force).norm(), 0.04 * peak);
+  }
+}
+
+// With the tool in motion, too, by as much as an arm is late.
+TEST_F(MovingObjectTest, APressIntoItIsFeltAsDeepAsItIs) {
+  const Vector3d home = scene_.manipulator.home;
+  const Vector3d p_S_deep = Lower();
+  const double peak = site_.truth().force.norm();
+  Step(home, Vector3d::Zero());
+  const double begin = site_.t;
+  while (site_.t < begin + 2 * kLong) {
+    const double t = site_.t + 1 / kRate - begin;
+    const double share = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * t / 2.1);
+    const ContactEstimate& felt = Step(home + share * (p_S_deep - home), MotionAt(t));
+    if (t < 0.5 || !felt.force) continue;
+    const Truth truth = site_.truth();
+    EXPECT_LT((*felt.force - truth.force).norm(), 0.05 * peak) << t;
+    EXPECT_LT((felt.p_S_tip - truth.p_S_tip).norm(), kSeen) << t;
+  }
+}
+
+TEST(MotionTrendTest, ALineIsKnownAndABendWidens) {
+  constexpr double kSigma = 1e-5;
+  MotionTrend line, bend;
+  const Vector3d velocity(1e-3, -2e-3, 0), twice(0, 0.02, 0);
+  double t = 0;
+  for (int i = 0; i < 40; ++i) {
+    t += 1 / kRate;
+    line.Add(At(t), velocity * t, kSigma);
+    line.Add(At(t), Vector3d(1, 1, 1), kSigma);  // the same picture again
+    bend.Add(At(t), 0.5 * twice * t * t, kSigma);
+  }
+  EXPECT_LT((line.velocity() - velocity).norm(), 1e-9);
+  EXPECT_LT(line.error(), 0.2e-3);
+  EXPECT_GT((bend.velocity() - t * twice).norm(), 1e-3);
+  EXPECT_LT((bend.velocity() - t * twice).norm(), 1.5 * bend.error());
+}
+
+}  // namespace
+}  // namespace palpate
