@@ -238,6 +238,11 @@ SiteOptions ReadSite(Section& scene) {
       section.Number("pace", Between(Dimension::kNumber, 1e-3, 1e3, "0.001 to 1000"), site.pace);
   site.lamp = section.Number("lamp", Between(Dimension::kTime, 0, 3600, "0 to 1 hour"), site.lamp);
   site.misplacement = section.Vector2("misplacement", Any(Dimension::kLength), site.misplacement);
+  Section motion = section.Open("motion");
+  if (motion.present()) {
+    site.motion.amplitude = motion.Vector2("amplitude", Any(Dimension::kLength));
+    site.motion.period = motion.Number("period", Positive(Dimension::kTime), site.motion.period);
+  }
   Section embryo = section.Open("embryo");
   if (embryo.present()) site.embryo = ReadEmbryo(embryo);
   return site;

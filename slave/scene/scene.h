@@ -464,6 +464,13 @@ struct SiteOptions {
   Eigen::Vector2d misplacement{0,
                                0};  // how far the object really is from where the scene says, S [m]
   double pace = 1;  // of a textured target on its path: 1 is paper C's, 17 mm/s at most
+  // How the object before one camera moves as a whole, as by breath: to and fro along this way, S
+  // [m], a sine of this period [s], from where it rests.
+  struct Motion {
+    Eigen::Vector2d amplitude{0, 0};
+    double period = 3;
+  };
+  Motion motion;
   std::optional<EmbryoSite> embryo;
   // How long a lamp before one camera stays as it is [s]; 0: there is none. In each other such span
   // of the slave's clock, counted from 1970, a picture has a tenth less light: whoever sees it

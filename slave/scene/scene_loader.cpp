@@ -47,6 +47,7 @@ class CrossCheck {
     CheckSight();
     CheckMembrane();
     CheckContour();
+    CheckMotion();
     CheckEmbryo();
   }
 
@@ -221,6 +222,14 @@ class CrossCheck {
       Refuse("sense.camera.source",
              "file or device: no shape to simulate with `from-image`, unless site.embryo.radius "
              "tells it");
+    }
+  }
+
+  void CheckMotion() {
+    const bool moves = !scene_.site.motion.amplitude.isZero(0);
+    const bool is_shown = scene_.sense.Find<Camera>() && scene_.sense.Find<TipTracking>();
+    if (moves && use_ == SceneUse::kFull && !is_shown) {
+      Refuse("site.motion", "nothing here: one camera that follows a tool shows what moves");
     }
   }
 

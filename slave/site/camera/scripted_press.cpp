@@ -58,6 +58,7 @@ ScriptedPress::ScriptedPress(const Scene& scene, int presses) : home_(scene.mani
 
 ScriptedCamera::ScriptedCamera(SimulatedSite& site, const Scene& scene)
     : site_(site), press_(scene), rate_(scene.sense.Find<Camera>()->rate) {
+  site_.SetTime(0);
   site_.MoveTool(press_.Tip(0));
 }
 
@@ -65,6 +66,7 @@ std::optional<Frame> ScriptedCamera::Next(const std::stop_token& stop) {
   const double t = static_cast<double>(sequence_) / rate_;
   if (stop.stop_requested() || t > press_.duration()) return std::nullopt;
   for (int step = kStepsPerPicture - 1; step >= 0 && sequence_ > 0; --step) {
+    site_.SetTime(t);
     site_.MoveTool(press_.Tip(t - step / (kStepsPerPicture * rate_)));
   }
   Frame frame;

@@ -2,10 +2,12 @@
 
 #include <cmath>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/site/camera/embryo.h"
@@ -14,6 +16,7 @@
 #include "slave/site/camera/round_touch.h"
 #include "slave/site/camera/scripted_press.h"
 #include "slave/site/camera/true_body.h"
+#include "slave/vision/observation.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
@@ -46,6 +49,13 @@ double LampLight(double span, Time now) {
   return span > 0 && std::fmod(SecondsBetween(Time{}, now) / span, 2) >= 1 ? kDim : 1;
 }
 
+cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
+  const cv::Matx23d warp(1, 0, shift.x(), 0, 1, shift.y());
+  cv::Mat shifted;
+  cv::warpAffine(picture, shifted, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return shifted;
+}
+
 // Of the tool on the body, parts of E t [m].
 Eigen::Vector2d ForceOf(const site::Pose& pose) {
   if (pose.contact->round) return Touched(*pose.contact->round, pose.displacement_O).total();
@@ -62,8 +72,11 @@ struct SimulatedSite::State {
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width,
               RadiusOf(*scene.tool)),
         painter(scene, body),
+        view(*scene.sense.Find<Camera>(), scene.sense.Find<Camera>()->size[0],
+             scene.sense.Find<Camera>()->size[1]),
         straightening(StraighteningOf(*scene.sense.Find<Camera>())),
         picture_rate(scene.sense.Find<Camera>()->rate),
+        motion(scene.site.motion),
         p_S_tip(scene.manipulator.home),
         p_S_pictured(p_S_tip) {
     if (scene.site.embryo) {
@@ -77,8 +90,16 @@ struct SimulatedSite::State {
     }
   }
 
+  // On the body where it rests.
   [[nodiscard]] Eigen::Vector2d ToBody(const Eigen::Vector3d& p_S) const {
     return body.X_SO().inverse() * Eigen::Vector2d(p_S.head<2>());
+  }
+  // How far the body is from there now, S [m].
+  [[nodiscard]] Eigen::Vector3d Moved() const {
+    if (motion.amplitude.isZero(0)) return Eigen::Vector3d::Zero();
+    const double t = scripted_t ? *scripted_t : SecondsBetween(begin, Clock::now());
+    const double share = std::sin(2 * std::numbers::pi * t / motion.period);
+    return {share * motion.amplitude.x(), share * motion.amplitude.y(), 0};
   }
   // Where the tool at `p_O` will touch within `reach` if it goes on along `way_O`, a direction;
   // else the nearest place.
@@ -92,18 +113,24 @@ struct SimulatedSite::State {
   [[nodiscard]] bool Breaks(double next_depth) const;
   // The picture is taken: what to paint.
   site::Pose Expose();
+  // By how much all of it is elsewhere [px].
+  Eigen::Vector2d ShiftInPicture();
 
   const site::TrueBody body;
   const Eigen::Vector2d direction_O;  // along which the tool points
   const double force_scale;           // E t [N/m]
   site::SolutionsAhead ahead;
-  site::Painter painter;              // TakePicture's thread only
+  site::Painter painter;  // TakePicture's thread only
+  const CameraView view;
   const PictureFilter straightening;  // as every source does it; empty: no lens
 
   std::optional<site::Embryo> embryo;
   const double picture_rate;  // [Hz]
+  const SiteOptions::Motion motion;
+  const Time begin = Clock::now();
 
   std::mutex moving;                     // one mover at a time; guards what follows
+  std::optional<double> scripted_t;      // [s]
   std::optional<BoundaryPlace> touched;  // where the contact began
   int insertion = 0;                     // number of the one that is or comes next
 
@@ -112,8 +139,9 @@ struct SimulatedSite::State {
   site::Pose pose;
   double depth = 0;
   bool punctured = false;
-  Eigen::Vector3d p_S_pictured;      // tip in the last picture
-  Eigen::Vector2d velocity_S{0, 0};  // between the last two [m/s]
+  Eigen::Vector3d p_S_moved{0, 0, 0};  // of the body, with this pose
+  Eigen::Vector3d p_S_pictured;        // tip in the last picture
+  Eigen::Vector2d velocity_S{0, 0};    // between the last two [m/s]
 };
 
 bool SimulatedSite::State::Breaks(double next_depth) const {
@@ -139,7 +167,8 @@ void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) 
 }
 
 void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
-  const Eigen::Vector2d to = ToBody(p_S), from = pose.p_O_tip;
+  const Eigen::Vector3d moved = Moved();
+  const Eigen::Vector2d to = ToBody(p_S - moved), from = pose.p_O_tip;
   site::Pose next{to, pose.contact, {0, 0}};
   bool through = punctured;
   if (touched && (to - touched->p_O).dot(touched->normal_O) > 0) {
@@ -158,6 +187,7 @@ void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
   }
   const std::lock_guard lock(mutex);
   p_S_tip = p_S;
+  p_S_moved = moved;
   pose = next;
   depth = next_depth;
   punctured = through;
@@ -179,6 +209,11 @@ site::Pose SimulatedSite::State::Expose() {
         std::make_shared<site::PatchSolution>(SecantAt(*seen.contact, seen.displacement_O));
   }
   return seen;
+}
+
+Eigen::Vector2d SimulatedSite::State::ShiftInPicture() {
+  const std::lock_guard lock(mutex);
+  return view.ToImage(p_S_moved) - view.ToImage(Eigen::Vector3d::Zero());
 }
 
 SimulatedSite::SimulatedSite(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
@@ -228,8 +263,14 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const
       });
 }
 
+void SimulatedSite::SetTime(double t) {
+  const std::lock_guard moving(state_->moving);
+  state_->scripted_t = t;
+}
+
 cv::Mat SimulatedSite::TakePicture() {
-  const cv::Mat picture = state_->painter.Paint(state_->Expose());
+  cv::Mat picture = state_->painter.Paint(state_->Expose());
+  if (!state_->motion.amplitude.isZero(0)) picture = Shifted(picture, state_->ShiftInPicture());
   return state_->straightening ? state_->straightening(picture) : picture;
 }
 

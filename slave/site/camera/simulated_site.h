@@ -20,7 +20,8 @@ namespace palpate {
 // elasticity (slave/site/camera/plane_elasticity.h), so large presses are extrapolated, as deep as
 // one likes; the stiffness is within 1e-3 of the continuum's. An embryo (`site.embryo`) stiffens
 // and is punctured besides (slave/site/camera/embryo.h): from then on it rests, with the tool
-// inside, until the tool has come out; the next insertion is into another one.
+// inside, until the tool has come out; the next insertion is into another one. A body that moves
+// takes its contact along; in its pictures all but the tool's place moves with it.
 class SimulatedSite final : public World {
  public:
   // Builds the world and solves the contact straight ahead of manipulator.home (under 0.2 s).
@@ -36,6 +37,9 @@ class SimulatedSite final : public World {
   // sizes away, are ignored. A tip that starts inside touches nothing before it has come out.
   // So it is whatever the patience.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // Where a body that moves (`site.motion`) is from now on is that of `t` [s] after its rest, not
+  // of the clock: for scripts.
+  void SetTime(double t);
   [[nodiscard]] Truth truth() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
   std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;

@@ -84,6 +84,27 @@ TEST(SimulatedSite, TheSurfaceIsWhereTheBodyReallyLies) {
   EXPECT_NEAR(site.truth().depth, 0.1e-3, 1e-12);
 }
 
+// Reference: what counts is where the tool is on the body. A tool that stands on one that comes
+// nearer presses as one that goes down, to the last bit; the pictures show both elsewhere.
+TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
+  Scene scene = BlockScene();
+  const Eigen::Vector3d above(kMiddle, 0.091, 0), deep(kMiddle, kTop - 3e-3, 0);
+  const Eigen::Vector3d nearer(0, 2e-3, 0);
+  SimulatedSite resting(scene);
+  Carry(resting, above, deep - nearer);
+  scene.site.motion = {{0, 2e-3}, 4};
+  SimulatedSite moving(scene);
+  moving.SetTime(0);
+  Carry(moving, above, deep);
+  EXPECT_NEAR(moving.truth().depth, 3e-3, 1e-12);
+  moving.SetTime(1);  // a quarter of its period
+  moving.MoveTool(deep);
+  EXPECT_NEAR(moving.truth().depth, 5e-3, 1e-12);
+  EXPECT_LT((moving.truth().force - resting.truth().force).norm(), 1e-9);
+  EXPECT_EQ(moving.truth().p_S_tip, deep);
+  EXPECT_GT(cv::norm(moving.TakePicture(), resting.TakePicture(), cv::NORM_L1), 1e5);
+}
+
 // Reference: frame invariance. Body, tool and motion turned together give the turned force.
 TEST(SimulatedSite, ATurnedSceneGivesTheTurnedForce) {
   SimulatedSite straight(BlockScene());
