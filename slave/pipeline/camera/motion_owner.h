@@ -2,6 +2,7 @@
 // the manipulator says that its tip is tells them apart.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -20,32 +21,35 @@ class MotionOwner {
     const double way = last_said_ ? (said.p_S_tip - *last_said_).norm() : 0;
     last_said_ = said.p_S_tip;
     const double moved = (p_S_seen - p_S_on_object).norm();
-    if (!(moved > still)) {
-      const Eigen::Vector3d offset = p_S_seen - said.p_S_tip;
-      if (!offset_) offset_ = offset;
-      *offset_ += kFollow * (offset - *offset_);
-      return;
-    }
+    const bool stands = !(moved > still);
+    const Eigen::Vector3d offset = (objects_ || stands ? p_S_seen : p_S_on_object) - said.p_S_tip;
+    if (!offset_ && stands) offset_ = offset;
+    if (!offset_) return;
+    // What the arm's registration or scale is off by grows with the tip's way, and is no motion.
+    const double share = stands ? kFollow : is_decided_ ? std::min(1.0, way / kWay) : 0;
+    *offset_ += share * (offset - *offset_);
     // A tip that moves is said to be where it was, or will be.
-    if (!offset_ || said.lag * way > kMargin * moved) return;
+    if (stands || said.lag * way > kMargin * moved) return;
     const Eigen::Vector3d p_S_said = said.p_S_tip + *offset_;
     const double by_object = (p_S_on_object - p_S_said).norm() - (p_S_seen - p_S_said).norm();
     if (std::abs(by_object) < kMargin * moved) return;
     const bool objects = by_object > 0;
-    against_ = objects == objects_ ? 0 : against_ + 1;
-    if (against_ >= kSure) objects_ = objects, against_ = 0;
+    in_a_row_ = objects == last_ ? in_a_row_ + 1 : 1;
+    last_ = objects;
+    if (in_a_row_ >= kSure) objects_ = objects, is_decided_ = true;
   }
   // Until it is told otherwise, the camera.
   [[nodiscard]] bool is_objects() const noexcept { return objects_; }
   void Reset() noexcept { *this = {}; }
 
  private:
-  static constexpr double kFollow = 0.03;  // of the offset, per picture
+  static constexpr double kFollow = 0.15;  // of the offset, per picture
+  static constexpr double kWay = 10e-3;    // of the tip, over which it is followed besides [m]
   static constexpr double kMargin = 0.4;   // of the motion
   static constexpr int kSure = 3;          // pictures in a row
   std::optional<Eigen::Vector3d> offset_, last_said_;
-  bool objects_ = false;
-  int against_ = 0;
+  bool objects_ = false, is_decided_ = false, last_ = false;
+  int in_a_row_ = 0;
 };
 
 }  // namespace palpate

@@ -2,9 +2,11 @@
 // travels to be felt later, go with it.
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -223,6 +225,52 @@ TEST_F(MovingObjectTest, APressIntoItIsFeltAsDeepAsItIs) {
     EXPECT_LT((*felt.force - truth.force).norm(), 0.05 * peak) << t;
     EXPECT_LT((felt.p_S_tip - truth.p_S_tip).norm(), kSeen) << t;
   }
+}
+
+// A tip that goes up and down by 20 mm, a picture with noise of a tenth of a pixel, an arm whose
+// word is a period old and whose scale is 8 % off.
+class MotionOwnerTest : public testing::Test {
+ protected:
+  static constexpr double kPixel = 0.17e-3, kScale = 1.08;  // [m], [-]
+
+  void Run(double seconds, const std::function<Vector3d(double)>& object,
+           const std::function<Vector3d(double)>& camera) {
+    for (const double end = t_ + seconds; t_ < end; t_ += 1 / kRate) {
+      const auto tip = [](double t) { return Vector3d(0, 10e-3 * std::sin(2 * t), 0); };
+      const auto noise = [this] { return Vector3d(spread_(random_), spread_(random_), 0); };
+      const Vector3d seen = tip(t_) - camera(t_) + noise();
+      const Vector3d moved = object(t_) - camera(t_) + noise();
+      owner.See(seen, seen - moved, {kScale * tip(t_ - 1 / kRate), 1.5}, kPixel);
+    }
+  }
+  static Vector3d Nothing(double /*t*/) { return Vector3d::Zero(); }
+
+  MotionOwner owner;
+
+ private:
+  std::mt19937 random_{3};
+  std::normal_distribution<> spread_{0, 0.1 * kPixel};
+  double t_ = 0;
+};
+
+TEST_F(MotionOwnerTest, ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen) {
+  const auto step = [](double /*t*/) { return Vector3d(0, 1.5e-3, 0); };
+  Run(2, Nothing, Nothing);
+  Run(20, Nothing, step);
+  EXPECT_FALSE(owner.is_objects());
+  owner.Reset();
+  Run(2, Nothing, Nothing);
+  Run(3, step, Nothing);
+  EXPECT_TRUE(owner.is_objects());
+  Run(20, step, Nothing);
+  EXPECT_TRUE(owner.is_objects());
+}
+
+TEST_F(MotionOwnerTest, BreathIsTheObjects) {
+  Run(2, Nothing, Nothing);
+  Run(
+      4, [](double t) { return Vector3d(0, 2e-3 * std::sin(2.1 * t), 0); }, Nothing);
+  EXPECT_TRUE(owner.is_objects());
 }
 
 TEST(MotionTrendTest, ALineIsKnownAndABendWidens) {
