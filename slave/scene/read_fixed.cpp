@@ -80,10 +80,11 @@ Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
   constexpr const char* kOneOf = "exactly one of side, arc, plane, nodes";
   constexpr std::array kKinds{"side", "arc", "plane", "nodes"};
   Fixed fixed;
+  if (!section.present()) return fixed;  // no map, as was said
   fixed.components = ReadComponents(section, IsPlanar(geometry));
   const auto found =
       std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
-  if (section.present() && found != 1) {
+  if (found != 1) {
     section.mistakes()->Add(*section.node(), section.path(), kOneOf);
     return fixed;
   }

@@ -8,6 +8,7 @@
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -335,6 +336,48 @@ TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
   EXPECT_LT(at(":7: tool.width"), at(":11: sense.contour.alpha"));
   EXPECT_LT(at(":11: sense.contour.alpha"), at(":12: site.noise"));
   EXPECT_LT(at(":12: site.noise"), at(":13: extra"));
+}
+
+// A fuzzer found that a membrane held by a word ended the program.
+TEST(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
+  const std::vector<std::string> sections{"object",
+                                          "object.geometry",
+                                          "object.material",
+                                          "object.fixed",
+                                          "object.pose",
+                                          "tool",
+                                          "sense",
+                                          "sense.camera",
+                                          "sense.contour",
+                                          "sense.tip",
+                                          "sense.points",
+                                          "sense.tactile",
+                                          "model",
+                                          "operator",
+                                          "operator.press",
+                                          "manipulator",
+                                          "link",
+                                          "site",
+                                          "site.motion",
+                                          "site.embryo",
+                                          "study",
+                                          "study.contacts",
+                                          "sense.tactile.fingers",
+                                          "manipulator.workspace"};
+  for (const char* name :
+       {"silicone-block", "zebrafish-embryo", "rubber-membrane", "foam-cube", "heart-target"}) {
+    const auto file = SourcePath("/deploy/scenes/" + std::string(name) + ".yaml");
+    for (const std::string& section : sections) {
+      for (const char* instead : {"rim", "3", "[]", "{}", "[1, 2]", "{side: 3}", "[rim]"}) {
+        const std::string mistakes = MistakesOf(file, {section + "=" + instead});
+        if (std::string_view(instead) != "rim") continue;
+        EXPECT_THAT(mistakes, HasSubstr(section + " = rim: accepted is")) << name;
+      }
+    }
+  }
+  const std::string mistakes =
+      MistakesOf(SourcePath("/deploy/scenes/rubber-membrane.yaml"), {"object.fixed=rim"});
+  EXPECT_THAT(mistakes, HasSubstr("object.fixed = rim: accepted is a map of `key: value`"));
 }
 
 TEST(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
