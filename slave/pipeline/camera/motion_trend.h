@@ -43,6 +43,8 @@ class MotionTrend {
       bent = std::max(bent, (Seen(i).place - mean - t * velocity_).norm() / std::abs(t));
     }
     error_ = std::hypot(sigma / std::sqrt(square), kBends * bent);
+    // A jump is no line either: what is not known better than this is not foretold.
+    if (error_ > kKnown * velocity_.norm()) velocity_.setZero();
   }
   [[nodiscard]] const Eigen::Vector3d& velocity() const noexcept { return velocity_; }  // [m/s]
   [[nodiscard]] double error() const noexcept { return error_; }  // one standard deviation [m/s]
@@ -50,6 +52,7 @@ class MotionTrend {
 
  private:
   static constexpr std::size_t kPictures = 12, kFewest = 4;
+  static constexpr double kKnown = 0.5;  // error, of the velocity [-]
   static constexpr double kBends =
       3;  // slope of a parabola at its end over that of its ends' errors
   struct Sight {

@@ -275,7 +275,7 @@ TEST_F(MotionOwnerTest, BreathIsTheObjects) {
 
 TEST(MotionTrendTest, ALineIsKnownAndABendWidens) {
   constexpr double kSigma = 1e-5;
-  MotionTrend line, bend;
+  MotionTrend line, bend, jump;
   const Vector3d velocity(1e-3, -2e-3, 0), twice(0, 0.02, 0);
   double t = 0;
   for (int i = 0; i < 40; ++i) {
@@ -283,6 +283,8 @@ TEST(MotionTrendTest, ALineIsKnownAndABendWidens) {
     line.Add(At(t), velocity * t, kSigma);
     line.Add(At(t), Vector3d(1, 1, 1), kSigma);  // the same picture again
     bend.Add(At(t), 0.5 * twice * t * t, kSigma);
+    jump.Add(At(t), Vector3d(0, i < 20 ? 0 : 3e-3, 0), kSigma);
+    EXPECT_LT(jump.velocity().norm(), 1e-9) << i;
   }
   EXPECT_LT((line.velocity() - velocity).norm(), 1e-9);
   EXPECT_LT(line.error(), 0.2e-3);
