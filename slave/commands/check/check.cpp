@@ -19,7 +19,7 @@
 #include "slave/commands/commands.h"
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/camera/estimator.h"
+#include "slave/pipeline/camera/camera_limits.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 

@@ -1,0 +1,108 @@
+#include "slave/pipeline/camera/first_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/pipeline/camera/camera_limits.h"
+#include "slave/vision/closed_curve.h"
+#include "slave/vision/contour_registration.h"
+#include "slave/vision/tool_end.h"
+
+namespace palpate {
+namespace {
+
+using Limits = CameraLimits;
+
+constexpr double kScaleSigmas = 3;
+constexpr double kOtherObject = 0.3;  // a size so different is that of something else
+
+// A loop seen in S as an outline in O.
+Outline ToOutline(const std::vector<Eigen::Vector2d>& loop_S, const Eigen::Isometry3d& X_SO) {
+  const Eigen::Isometry3d X_OS = X_SO.inverse();
+  Outline outline;
+  for (const Eigen::Vector2d& p : loop_S) {
+    outline.outer.emplace_back((X_OS * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>());
+  }
+  return outline;
+}
+
+void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t points) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error(fmt::format("{}: object.geometry: {}", scene.file.string(), why));
+  };
+  const double larger = fit.scale - 1;
+  const double least = std::max(Limits::kMostScale, kScaleSigmas * fit.scale_sigma);
+  if (std::abs(larger) > least && std::abs(larger) < kOtherObject) {
+    refuse(
+        fmt::format("the object in the first picture is {:.1f} % {} than it says: accepted is "
+                    "{:g} %: check camera.pixel ({:g} um would fit) and its sizes",
+                    100 * std::abs(larger), larger > 0 ? "larger" : "smaller",
+                    100 * Limits::kMostScale, 1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
+  }
+  if (!fit.found) {
+    refuse(fmt::format(
+        "the outline seen in the first picture does not fit it ({} of {} contour points agree): "
+        "check object.pose, camera.pixel and sense.contour.start",
+        fit.inliers, points));
+  }
+  if (fit.rms_px > Limits::kMostResidual) {
+    refuse(
+        fmt::format("the outline seen in the first picture is {:.1f} px rms away from it: "
+                    "accepted is {:g} px: check its shape and sense.contour.start",
+                    fit.rms_px, Limits::kMostResidual));
+  }
+}
+
+Registration FromImage(const Scene& scene, CurveView contour_I, const CameraView& view) {
+  const Curve smooth_I = Smoothed(contour_I, scene.sense.Find<ContourTracking>()->control_points);
+  const std::vector<Eigen::Vector2d> loop_S = ToSlave(smooth_I, view);
+  Registration found;
+  found.X_SO = scene.object.X_SO;
+  // Frame O sits in the middle of what was found, so that `fixed: arc` means an arc of it.
+  found.X_SO.translation().head<2>() = Centroid(loop_S);
+  found.seen = ToOutline(loop_S, found.X_SO);
+  found.measured = true;
+  found.points = static_cast<int>(contour_I.size());
+  return found;
+}
+
+}  // namespace
+
+Registration RegisterObject(const Scene& scene, CurveView contour_I, const CameraView& view) {
+  if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
+    return FromImage(scene, contour_I, view);
+  }
+  Registration found;
+  found.X_SO = scene.object.X_SO;
+  if (contour_I.empty()) return found;
+  const OutlineFit fit = FitOutline(OutlineOf(scene.object.geometry), found.X_SO, contour_I, view);
+  RequireCredible(scene, fit, contour_I.size());
+  found.measured = true;
+  found.X_SO = fit.X_SO;
+  found.rms_px = fit.rms_px;
+  found.points = fit.inliers;
+  found.sigma = fit.sigma_px * view.pixel();
+  return found;
+}
+
+FailedCheck DoubtOfTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
+                        const Eigen::Vector2d& d_I, double width_px) {
+  if (!scene.sense.Find<TipTracking>()->template_file.empty() || d_I.isZero(0)) {
+    return FailedCheck::kNone;
+  }
+  const auto seen = SeeToolEnd(first, GreyFormat(first), p_I_tip, d_I, width_px);
+  if (!seen) return FailedCheck::kNone;
+  if (std::abs(seen->beyond) > Limits::kToolElsewhere) return FailedCheck::kArm;
+  const bool aside = std::abs(seen->aside) > Limits::kToolElsewhere;
+  const bool wide = std::abs(seen->width / width_px - 1) > Limits::kToolWidth;
+  if (aside == wide) return FailedCheck::kNone;  // both: something covers a side of it
+  return aside ? FailedCheck::kArm : FailedCheck::kScale;
+}
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// What the first picture tells of the object and of the tool, held against the scene.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include "shared/mesh/outline.h"
+#include "shared/state/failed_check.h"
+#include "slave/scene/scene.h"
+#include "slave/vision/observation.h"
+
+namespace palpate {
+
+// How the rest surface was found in the first picture.
+struct Registration {
+  bool measured = false;  // false: the scene's pose is taken as it is
+  Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // pose in force
+  double rms_px = 0;            // of the contour points about the outline
+  int points = 0;               // that the fit used
+  double sigma = 0;             // how well the rest surface is known [m]
+  std::optional<Outline> seen;  // frame O; only for `contour: from-image`
+};
+
+// `contour_I`: the object's edge [px]; empty: the scene follows none. Throws std::runtime_error
+// that names the scene's file: an outline that fits badly, or of another size than the scene's,
+// which would make every force wrong.
+Registration RegisterObject(const Scene& scene, CurveView contour_I, const CameraView& view);
+
+// What the first picture shows of the tool against what scene and manipulator say of it. `d_I`:
+// along which it points; zero: nobody knows. `width_px`: as the scene says.
+FailedCheck DoubtOfTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
+                        const Eigen::Vector2d& d_I, double width_px);
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+#include "slave/pipeline/camera/touch_model.h"
+
+#include <algorithm>
+#include <span>
+
+#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/object_mesh.h"
+
+namespace palpate {
+
+TouchModel::TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress)
+    : law(scene.model.contact),
+      mesh(MeshOutline(scene, seen)),
+      deformation(MakeModel(scene, mesh, progress)),
+      contact(std::make_unique<BoundaryContact>(mesh)),
+      probe(std::make_unique<BoundaryContact>(mesh)),
+      held(HeldVertices(scene, mesh)),
+      tool_width_(scene.tool->width) {
+  if (scene.tool->shape == Tool::Shape::kRound) {
+    indenter = std::make_unique<RoundIndenter>(TouchablePlaces(mesh), scene.tool->radius, law);
+  } else {
+    width_.emplace(mesh, scene);
+  }
+}
+
+ContactResponse TouchModel::Respond(const BoundaryPlace& place,
+                                    const Eigen::Vector3d& displacement_O) noexcept {
+  if (!indenter) return RespondFlat(place, displacement_O);
+  const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), displacement_O};
+  return indenter->Press(at, deformation.get());
+}
+
+ContactResponse TouchModel::RespondFlat(const BoundaryPlace& place,
+                                        const Eigen::Vector3d& displacement_O) noexcept {
+  const double factor = WidthAt(place).factor;
+  const Contact pressed{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
+                        displacement_O};
+  ContactResponse response;
+  deformation->Respond(std::span(&pressed, 1), std::span(&response, 1));
+  response.force_O *= factor;
+  response.stiffness_O *= factor;
+  return response;
+}
+
+bool TouchModel::FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
+                         std::vector<Eigen::Vector3d>* field) noexcept {
+  const bool presses = displacement_O.dot(Planar(place.normal_O)) != 0;
+  const ContactResponse response =
+      presses ? Respond(place, displacement_O) : RespondFlat(place, displacement_O);
+  if (response.validity == Validity::kFailed) return false;
+  deformation->Displacements(field);
+  return true;
+}
+
+ToolWidth::Share TouchModel::WidthAt(const BoundaryPlace& place) noexcept {
+  return width_ ? width_->At(place, deformation.get()) : ToolWidth::Share{};
+}
+
+double TouchModel::SecantPart(const ContactResponse& response,
+                              const BoundaryPlace& place) const noexcept {
+  const Eigen::Vector3d n = Planar(place.normal_O);
+  const double linear = n.dot(response.stiffness_O * n) * -place.gap;
+  if (!indenter || !(linear > 0)) return 1;
+  return std::clamp(-response.force_O.dot(n) / linear, 0.0, 1.0);
+}
+
+Eigen::Matrix3d StiffnessInSlave(const ContactResponse& response,
+                                 const Eigen::Isometry3d& X_SO) noexcept {
+  const Eigen::Matrix3d& R = X_SO.linear();
+  if (response.validity == Validity::kFailed) return Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d K_O = 0.5 * (response.stiffness_O + response.stiffness_O.transpose());
+  return R * K_O * R.transpose();
+}
+
+}  // namespace palpate
