@@ -285,7 +285,7 @@ void Fingertip::TakeForce(bool known) noexcept {
   // Signals that hardly go together any more are none that the network's error was measured on.
   const double misfit = std::max({pattern_->misfit(), pattern_->misfit_now() - kUsualScatter,
                                   pattern_->disagreement() / kHardlyAgrees});
-  touch_.sigma *= std::max(1.0, misfit * misfit);
+  touch_.sigma *= std::max(1.0, misfit);
   Widen(std::hypot(pattern_->force_sigma(), gain_sigma, steady_.left_out()));
 }
 
@@ -304,7 +304,9 @@ double Fingertip::SigmaOf(const Eigen::Vector3d& force_F) const noexcept {
     const ForceErrorLaw of_kind =
         pattern_ ? network_.pattern.kinds[pattern_->kind()].error : ForceErrorLaw{};
     const double learnt = (of_kind.known() ? of_kind : network_.error).At(size);
-    return std::hypot(std::hypot(network_.rest_sigma, learnt), lag * pace_F_.norm(), kLeap * leap_);
+    // It was learnt of forces that change, too: only what more of that there is now counts.
+    const double changing = std::hypot(lag * pace_F_.norm(), kLeap * leap_);
+    return std::hypot(network_.rest_sigma, std::max(learnt, changing));
   }
   const Eigen::Vector3d sigma_F = (network_.sigma.array() > 0).select(network_.sigma, largest);
   const double sigma = size > 0 ? force_F.cwiseProduct(sigma_F).norm() / size : largest;
