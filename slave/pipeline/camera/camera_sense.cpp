@@ -186,7 +186,8 @@ bool CameraSense::Acquire(const std::stop_token& stop) {
 
 const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   seen_ = next_;
-  const auto said = arm_lag_ ? std::optional(ArmWord{p_S_tip, *arm_lag_}) : std::nullopt;
+  std::optional<ArmWord> said;
+  if (arm_lag_) said = {p_S_tip, *arm_lag_, *arm_lag_ <= kReplayedLag};
   const LocalModel last = felt_.local_model;
   felt_ = estimator_->Feel(seen_, said);
   const Eigen::Vector3d& offset = motion().offset;

@@ -15,6 +15,7 @@ using Limits = CameraLimits;
 constexpr double kFarSigmas = 3;     // above the surface, a tip surely touches nothing
 constexpr double kMoves = 1;         // what is less is no motion that somebody has to own [px]
 constexpr double kArmSigmas = 3;     // how far eyes and arm may part besides
+constexpr double kPartsSigmas = 2;   // that they part by for the eyes' noise alone
 constexpr double kDentStands = 0.7;  // part of a dent that needs no second look
 constexpr int kRegained = 3;         // pictures that must agree after a tip or an object was lost
 constexpr double kBlurMoves = 1;     // sigma of the tip where no edge is left [px]
@@ -120,8 +121,9 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   rules_.Track(tip.found, &felt_);
   if (tip.found) {
     const Eigen::Vector2d p_I = PutRight(tip);
+    const bool agrees = !said || AskArm(view_.ToSlave(p_I), *said);
     Touch(view_.ToSlave(p_I));
-    if (said) AskArm(*said);
+    if (!agrees) EstimateRules::Doubt(FailedCheck::kArm, &felt_);
     if (said) FollowObject(*said);
     if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
     if (regained_ > 0) EstimateRules::Doubt(FailedCheck::kTip, &felt_);
@@ -146,6 +148,7 @@ void Estimator::TellSighting() noexcept {
 // Where the tip is in the first picture's frame [px], and how well that is known. A tip that is
 // only roughly known, under a cover, is told by the dent it makes if that is seen well.
 Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
+  parting_.setZero();
   tip_sigma_ = tip.sigma;
   tip_covariance_ = tip.sigma * tip.sigma * Eigen::Matrix2d::Identity();
   if (!watch_) return tip.p_I;
@@ -170,12 +173,19 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   return by_dent;
 }
 
-void Estimator::AskArm(const ArmWord& said) noexcept {
-  const TipObservation& tip = observation_->tip;
-  const double tolerance = (Limits::kArmParts + kArmSigmas * tip_sigma_) * view_.pixel();
-  const bool in_picture = arm_in_picture_.Agree(view_.ToSlave(tip.p_I), said, tolerance);
-  const bool on_object = arm_on_object_.Agree(felt_.p_S_tip, said, tolerance);
-  if (!in_picture && !on_object) EstimateRules::Doubt(FailedCheck::kArm, &felt_);
+// Whether the arm says so too. `p_S_tip`: on an object that rests.
+bool Estimator::AskArm(const Eigen::Vector3d& p_S_tip, const ArmWord& said) noexcept {
+  const double sigma = tip_sigma_ * view_.pixel();
+  const double tolerance = Limits::kArmParts * view_.pixel() + kArmSigmas * sigma;
+  const Eigen::Vector3d p_S_seen = view_.ToSlave(observation_->tip.p_I);
+  const bool in_picture = arm_in_picture_.Agree(p_S_seen, said, tolerance);
+  const bool on_object = arm_on_object_.Agree(p_S_tip, said, tolerance);
+  if (said.is_of_picture) {  // else whoever watches the pictures' moments knows better
+    const Eigen::Vector3d a = arm_in_picture_.PartingBeyond(kPartsSigmas * sigma);
+    const Eigen::Vector3d b = arm_on_object_.PartingBeyond(kPartsSigmas * sigma);
+    parting_ = a.norm() < b.norm() ? a : b;
+  }
+  return in_picture || on_object;
 }
 
 // A camera that was bumped shows all elsewhere, and nothing is; where the object moves the tool has
@@ -253,7 +263,8 @@ double Estimator::GapSigma(const BoundaryPlace& place) const noexcept {
   const Eigen::Vector3d n_S = registration_.X_SO.linear() * Planar(place.normal_O);
   const Eigen::Vector2d n_I =
       (view_.ToImage(p_S + view_.pixel() * n_S) - view_.ToImage(p_S)).normalized();
-  return std::hypot(view_.pixel() * std::sqrt(n_I.dot(tip_covariance_ * n_I)), registration_.sigma);
+  return std::hypot(view_.pixel() * std::sqrt(n_I.dot(tip_covariance_ * n_I)), registration_.sigma,
+                    n_S.dot(parting_));
 }
 
 void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {

@@ -83,7 +83,7 @@ class Estimator {
   // What the object's edge measured goes to the details.
   void TellSighting() noexcept;
   Eigen::Vector2d PutRight(const TipObservation& tip) noexcept;
-  void AskArm(const ArmWord& said) noexcept;
+  bool AskArm(const Eigen::Vector3d& p_S_tip, const ArmWord& said) noexcept;
   void FollowObject(const ArmWord& said) noexcept;
   void LookAtObject(const cv::Mat& image) noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
@@ -106,7 +106,8 @@ class Estimator {
   Eigen::Vector2d dent_O_{0, 0};  // expected, of the last picture [px]
   double tip_sigma_ = 0;          // with that of the picture's motion [px]
   Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
-  int regained_ = 0;  // pictures until what was lost and is seen again is believed
+  Eigen::Vector3d parting_{0, 0, 0};  // of eyes and arm, that nothing explains, S [m]
+  int regained_ = 0;                  // pictures until what was lost and is seen again is believed
   FrozenPicture last_;
   FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
   bool is_noisy_ = false;                        // the first picture has noise
