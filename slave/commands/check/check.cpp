@@ -156,13 +156,16 @@ void PrintStartChecks(const Scene& scene) {
 // What each picture is held against, and what nothing here can see.
 void PrintChecks(const Scene& scene) {
   const Camera& camera = *scene.sense.Find<Camera>();
-  PrintLine("checked",
-            fmt::format("each picture: the tip by parts of its template{}; a picture that comes "
-                        "again, where the camera has noise; a tip found again, for three pictures",
-                        camera.source == Camera::Source::kSimulated
-                            ? fmt::format(" and by the manipulator, to {} and three sigmas",
-                                          LengthInWords(CameraLimits::kArmParts * camera.pixel))
-                            : ""));
+  PrintLine(
+      "checked",
+      fmt::format("each picture: the tip by parts of its template{}; a picture that comes "
+                  "again, where the camera has noise; every other row {} px aside and more at the "
+                  "tip; a tip found again, for three pictures",
+                  camera.source == Camera::Source::kSimulated
+                      ? fmt::format(" and by the manipulator, to {} and three sigmas",
+                                    LengthInWords(CameraLimits::kArmParts * camera.pixel))
+                      : "",
+                  CameraLimits::kMostComb + 1));
   if (!scene.sense.Find<ContourTracking>()) {
     return PrintLine("NOT SEEN",
                      "an object or a camera that moves, a wrong size, whether there is a dent: "

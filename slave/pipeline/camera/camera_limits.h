@@ -12,7 +12,8 @@ struct CameraLimits {
   static constexpr double kSharpAtRest = 0.30;  // edges of the first picture; 1: sharp
   static constexpr double kSharpness = 0.47;    // the same in parts of the first picture's
   static constexpr double kOverexposed = 1.15;  // of the largest grey level
-  static constexpr double kSmallDent = 1.5;     // that needs no confirmation [px]
+  static constexpr int kMostComb = 1;  // by which every other row may lie aside at the tip [px]
+  static constexpr double kSmallDent = 1.5;  // that needs no confirmation [px]
   // What is put right of the camera's or the object's motion: [px], [rad], [-].
   static constexpr double kMostShift = 40, kMostTurn = 0.06, kMostGrowth = 0.03;
 };

@@ -46,7 +46,8 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
                      std::optional<Eigen::Vector3d> p_S_tip_reported)
     : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
       eyes_(std::make_unique<TipAndContourTracker>(scene, first.image,
-                                                   ToImage(view_, p_S_tip_reported))) {
+                                                   ToImage(view_, p_S_tip_reported))),
+      comb_(first.image) {
   registration_ = RegisterObject(scene, eyes_->rest_contour_I(), view_);
   Adopt(Prepare(scene), scene);
   if (!eyes_->rest_contour_I().empty()) {
@@ -111,6 +112,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   felt_.seen_at = Clock::now();
   LookAtObject(frame.image);
   const bool frozen = last_.IsLastAgain(frame.image) && is_noisy_;
+  const bool combed = std::abs(comb_.Shift(frame.image, observation_->tip.p_I)) > Limits::kMostComb;
   checks_us_ = lap.Lap();
 
   const TipObservation& tip = observation_->tip;
@@ -128,6 +130,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
     if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
     if (regained_ > 0) EstimateRules::Doubt(FailedCheck::kTip, &felt_);
     if (frozen) EstimateRules::Doubt(FailedCheck::kFrozen, &felt_);
+    if (combed) EstimateRules::Doubt(FailedCheck::kPicture, &felt_);
   } else {
     EstimateRules::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
   }

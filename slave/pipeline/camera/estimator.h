@@ -25,6 +25,7 @@
 #include "slave/pipeline/sense.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/observation.h"
+#include "slave/vision/row_comb.h"
 #include "slave/vision/tip_and_contour_tracker.h"
 
 namespace palpate {
@@ -109,6 +110,7 @@ class Estimator {
   Eigen::Vector3d parting_{0, 0, 0};  // of eyes and arm, that nothing explains, S [m]
   int regained_ = 0;                  // pictures until what was lost and is seen again is believed
   FrozenPicture last_;
+  RowComb comb_;
   FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
   bool is_noisy_ = false;                        // the first picture has noise
   double checks_us_ = 0;                         // of this picture
