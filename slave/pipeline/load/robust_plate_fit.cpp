@@ -42,6 +42,10 @@ double MedianOf(std::vector<double>* values) {
   return *middle;
 }
 
+bool IsKnown(const LoadFit& load) {
+  return load.validity != Validity::kFailed || load.nothing;
+}
+
 }  // namespace
 
 const std::vector<int>& GridSubsample::Of(const std::vector<SurfacePoint>& points_O) {
@@ -105,25 +109,10 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
     none.load.reason = "out of memory";
     return none;
   }
-  KeepAll();
-  Answer answer = FitKept(Rim::kStays);
-  double slide = Slide(answer.load);
-  if (answer.left_out > kManyLeftOut * answer.points || answer.load.residual > kPoorFit ||
-      RimMoved(answer.load) || slide > 0) {
-    KeepAll();
-    const Answer freed = FitKept(Rim::kMayMove);
-    const bool better = freed.left_out < answer.left_out ||
-                        freed.load.residual < kClearlyBetter * answer.load.residual;
-    const bool known = freed.load.validity != Validity::kFailed || freed.load.nothing;
-    if (known && (slide > 0 || (better && RimMoved(freed.load)))) {
-      answer = freed;
-      answer.moved = true;
-      slide = Slide(answer.load);
-    } else if (answer.load.validity != Validity::kFailed || answer.load.nothing) {
-      KeepAll();
-      answer = FitKept(Rim::kStays);
-    }
-  }
+  Answer answer;
+  double slide = 0;
+  if (!slid_ || !FitSlid(&answer, &slide)) FitAnew(&answer, &slide);
+  slid_ = slide > 0;
   answer.moved = answer.moved || slide > 0;
   const Eigen::Vector3d& rise = answer.load.rim_motion;
   answer.put_right = slide > 0 && slide < kMostSlide && std::abs(rise[0]) < kMostRise &&
@@ -136,6 +125,37 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   answer.cluster = Cluster();
   SeekTension(&answer);
   return answer;
+}
+
+// What has slid once mostly stays so. False: nothing that was fitted says so.
+bool RobustPlateFit::FitSlid(Answer* answer, double* slide) noexcept {
+  KeepAll();
+  *answer = FitKept(Rim::kMayMove);
+  *slide = Slide(answer->load);
+  answer->moved = true;
+  return *slide > 0 && IsKnown(answer->load);
+}
+
+void RobustPlateFit::FitAnew(Answer* answer, double* slide) noexcept {
+  KeepAll();
+  *answer = FitKept(Rim::kStays);
+  *slide = Slide(answer->load);
+  if (answer->left_out <= kManyLeftOut * answer->points && answer->load.residual <= kPoorFit &&
+      !RimMoved(answer->load) && !(*slide > 0)) {
+    return;
+  }
+  KeepAll();
+  const Answer freed = FitKept(Rim::kMayMove);
+  const bool better = freed.left_out < answer->left_out ||
+                      freed.load.residual < kClearlyBetter * answer->load.residual;
+  if (IsKnown(freed.load) && (*slide > 0 || (better && RimMoved(freed.load)))) {
+    *answer = freed;
+    answer->moved = true;
+    *slide = Slide(answer->load);
+  } else if (IsKnown(answer->load)) {
+    KeepAll();
+    *answer = FitKept(Rim::kStays);
+  }
 }
 
 void RobustPlateFit::KeepAll() noexcept {

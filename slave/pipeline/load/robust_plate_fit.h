@@ -89,7 +89,10 @@ class RobustPlateFit {
   // The displacement of a point is that of its own place at rest: a point that moved sideways is
   // used where it rests.
   Answer Fit(const std::vector<SurfacePoint>& points_O) noexcept;
-  void Reset() noexcept { fitter_.Reset(); }
+  void Reset() noexcept {
+    fitter_.Reset();
+    slid_ = false;
+  }
   // The plate that gave the last answer, as it is pressed.
   [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
 
@@ -97,6 +100,8 @@ class RobustPlateFit {
   enum class Modes : std::uint8_t { kFew, kAsNeeded };
   void Read(const std::vector<SurfacePoint>& points_O);
   void KeepAll() noexcept;
+  bool FitSlid(Answer* answer, double* slide) noexcept;
+  void FitAnew(Answer* answer, double* slide) noexcept;
   Answer FitKept(Rim rim) noexcept;
   LoadFit FitWeighed(Rim rim, Modes modes) noexcept;
   bool Sift(const LoadFit& load, Rim rim) noexcept;
@@ -124,6 +129,7 @@ class RobustPlateFit {
   GridSubsample choice_;
   std::vector<Seen> seen_;
   int usable_ = 0, kept_ = 0;
+  bool slid_ = false;   // the points together, when they were seen last
   double deepest_ = 0;  // of the fitted points [m]
   double scatter_ = 1;  // of the residuals by sigma
   std::vector<Eigen::Vector2d> places_;

@@ -1,0 +1,84 @@
+// Eyes that were bumped: all points have slid together, and do from then on.
+#include <cmath>
+#include <random>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/pipeline/load/robust_plate_fit.h"
+#include "tests/slave/pipeline/points/membrane_scene.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using testing_fakes::kModulus;
+using testing_fakes::kNu;
+using testing_fakes::kRadius;
+using testing_fakes::kThickness;
+using testing_fakes::kToolWidth;
+
+constexpr double kForce = -20, kSigma = 2e-5;  // [N], [m]
+const Vector3d kSlide(1.2e-3, -0.6e-3, 0.05e-3);
+
+// Counts how often it is asked.
+class CountingPlate final : public PlateSurface {
+ public:
+  CountingPlate() : PlateSurface({kRadius, kThickness}) {}
+  void Respond(std::span<const Contact> contacts,
+               std::span<ContactResponse> responses) noexcept override {
+    ++presses_;
+    plate_.Respond(contacts, responses);
+  }
+  int TakePresses() { return std::exchange(presses_, 0); }
+
+ private:
+  [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override {
+    return plate_.Displacement(kRadius * x);
+  }
+  PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
+  int presses_ = 0;
+};
+
+class SlidPlateTest : public testing::Test {
+ protected:
+  std::vector<SurfacePoint> Points(bool slid) {
+    SurfaceObservation seen =
+        testing_fakes::DotsUnder(truth_, {0.012, 0.004}, kForce, kSigma, &random_);
+    for (SurfacePoint& point : seen.points) point.p_S += slid ? kSlide : Vector3d::Zero();
+    return seen.points;
+  }
+  // Presses of the plate per picture, of ten.
+  double PressesOf(bool slid) {
+    plate_.TakePresses();
+    for (int k = 0; k < 10; ++k) {
+      const RobustPlateFit::Answer answer = fit_.Fit(Points(slid));
+      EXPECT_NEAR(answer.load.force, kForce, 0.03 * std::abs(kForce)) << k;
+      EXPECT_EQ(answer.moved, slid) << k;
+      EXPECT_EQ(answer.put_right, slid) << k;
+    }
+    return plate_.TakePresses() / 10.0;
+  }
+
+  PlateLargeModel truth_{{kRadius, kThickness, kModulus, kNu}};
+  CountingPlate plate_;
+  RobustPlateFit fit_{plate_, kToolWidth};
+  std::mt19937 random_{5};
+};
+
+// Looked for from nothing in each picture, it was hundreds of presses.
+TEST_F(SlidPlateTest, WhatHasSlidIsFollowedLikeWhatRests) {
+  const double at_rest = PressesOf(false);
+  fit_.Fit(Points(true));
+  EXPECT_LT(PressesOf(true), 3 * at_rest);
+}
+
+TEST_F(SlidPlateTest, WhatSlidBackIsFoundAtRest) {
+  for (const bool slid : {true, false, true, false}) PressesOf(slid);
+}
+
+}  // namespace
+}  // namespace palpate
