@@ -2,9 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
-#include <utility>
 
+#include "shared/link/own_trip.h"
 #include "shared/state/clock.h"
 #include "shared/state/datagram_count.h"
 
@@ -28,7 +27,7 @@ class DatagramPace {
 
   // Whether one more may go.
   bool Allows(Time now) noexcept {
-    const bool is_heard = SecondsBetween(heard_at_, now) < kUnheard + OwnTrip();
+    const bool is_heard = SecondsBetween(heard_at_, now) < kUnheard + own_.OrZero();
     credit_ = std::min(1.0, credit_ + (is_heard ? share_ : kLeast));
     if (credit_ < 1) return false;
     credit_ -= 1;
@@ -40,14 +39,14 @@ class DatagramPace {
     if (round_trip > 0) shortest_ = std::min(shortest_, round_trip);  // nor NaN
     if (begun_at_ == Time{}) return Begin(seen, now);
     const double period = SecondsBetween(begun_at_, now);
-    if (period < std::max(kPeriod, OwnTrip())) return;
-    LearnOwn(period);
+    if (period < std::max(kPeriod, own_.OrZero())) return;
+    own_.Learn(shortest_, period);
     // Who does not count tells nothing of what is lost.
     const double went = static_cast<double>(seen.newest) - static_cast<double>(before_.newest);
     const double arrived = static_cast<double>(seen.came) - static_cast<double>(before_.came);
     const bool stands = stream_moved_at_ != Time{} &&
-                        SecondsBetween(stream_moved_at_, now) > kStreamStands + 3 * OwnTrip();
-    const bool waits = shortest_ < kUnknown && shortest_ > own_ + kStanding + kShaken * own_;
+                        SecondsBetween(stream_moved_at_, now) > kStreamStands + 3 * own_.OrZero();
+    const bool waits = own_.Waits(shortest_, kStanding, kShaken);
     const bool crowds = waits || stands || arrived < (1 - kLost) * went - kFew;
     crowded_ = crowded_ || crowds;
     const double more = crowded_ ? share_ + kMore : 2 * share_;
@@ -59,33 +58,21 @@ class DatagramPace {
   [[nodiscard]] double share() const noexcept { return share_; }
 
  private:
-  static constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  static constexpr double kMore = 0.1;       // share of a period
-  static constexpr double kFew = 3;          // lost by chance, where few went
-  static constexpr double kRemembered = 10;  // [s], twice: lines change
+  static constexpr double kMore = 0.1;  // share of a period
+  static constexpr double kFew = 3;     // lost by chance, where few went
 
-  [[nodiscard]] double OwnTrip() const noexcept { return own_ < kUnknown ? own_ : 0; }
   void Begin(const DatagramCount& seen, Time now) noexcept {
     begun_at_ = now;
     before_ = seen;
-    shortest_ = kUnknown;
-  }
-  // The line's own round trip: the shortest of the last while.
-  void LearnOwn(double period) noexcept {
-    newest_ = std::min(newest_, shortest_);
-    own_ = std::min(newest_, older_);
-    remembered_ += period;
-    if (remembered_ < kRemembered) return;
-    remembered_ = 0;
-    older_ = std::exchange(newest_, kUnknown);
+    shortest_ = OwnTrip::kUnknown;
   }
 
   double share_ = kFirst, credit_ = 1;
   bool crowded_ = false;  // ever
   DatagramCount before_;
   Time heard_at_{}, begun_at_{}, stream_moved_at_{};
-  double shortest_ = kUnknown, own_ = kUnknown, newest_ = kUnknown, older_ = kUnknown;
-  double remembered_ = 0;
+  double shortest_ = OwnTrip::kUnknown;  // of this period [s]
+  OwnTrip own_;
 };
 
 }  // namespace palpate

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "shared/link/own_trip.h"
+
 namespace palpate {
 
 // Delay-based, as LEDBAT (RFC 6817) is, but by the operator's round trips, not by those of the
@@ -28,10 +30,10 @@ class BulkPace {
     since_ += dt;
     sent_ += sent;
     if (since_ > kSilence) *this = {};
-    if (shortest_ == kUnbound || since_ < std::max(kPeriod, own_)) return rate_;
-    LearnOwn();
+    if (shortest_ == kUnbound || since_ < std::max(kPeriod, own_.OrZero())) return rate_;
+    own_.Learn(shortest_, since_);
     const double used = std::exchange(sent_, 0) / std::exchange(since_, 0);
-    const bool waits = std::exchange(shortest_, kUnbound) > own_ + kStanding + kShaken * own_;
+    const bool waits = own_.Waits(std::exchange(shortest_, kUnbound), kStanding, kShaken);
     if (rate_ == kUnbound) {
       rate_ = kLeast;
     } else if (waits && used > kLeast) {
@@ -46,22 +48,11 @@ class BulkPace {
   static constexpr double kStanding = 3e-3;  // that the shortest trip of a period waited [s]
   static constexpr double kShaken = 0.1;     // of a line's own round trip, by itself
   static constexpr double kMore = 1.05, kLess = 0.85;
-  static constexpr double kRemembered = 10;  // [s], twice: lines change
-  static constexpr double kSilence = 5;      // nobody operates [s]
-
-  // The line's own round trip: the shortest of the last while, since the pace empties the queue.
-  void LearnOwn() {
-    newest_ = std::min(newest_, shortest_);
-    own_ = std::min(newest_, before_);
-    remembered_ += since_;
-    if (remembered_ < kRemembered) return;
-    remembered_ = 0;
-    before_ = std::exchange(newest_, kUnbound);
-  }
+  static constexpr double kSilence = 5;  // nobody operates [s]
 
   double rate_ = kUnbound;
   double since_ = 0, sent_ = 0, shortest_ = kUnbound;  // of this period
-  double own_ = 0, newest_ = kUnbound, before_ = kUnbound, remembered_ = 0;
+  OwnTrip own_;
 };
 
 }  // namespace palpate
