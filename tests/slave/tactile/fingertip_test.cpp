@@ -237,8 +237,8 @@ TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
   }
 }
 
-// Reference: the largest of 0.5 % of the force, a quarter of what it changes by in a sample, evenly,
-// and half of what it changes by otherwise.
+// Reference: the largest of 0.5 % of the force, a quarter of what it changes by in a sample,
+// evenly, and half of what it changes by otherwise.
 TEST_F(FingertipTest, AForceThatLeapsIsLessSureThanOneThatGoesOnAsItDid) {
   constexpr double kStep = 0.01, kLeaps = 0.2, kShare = 0.005;  // [N], [N], [-]
   MeanNetwork prompt(1, 0.02, 1.0);
