@@ -172,7 +172,7 @@ void Fingertip::FollowRest(const FingerReading& reading) noexcept {
 void Fingertip::FollowSteps(const FingerReading& reading, bool looks_back) noexcept {
   const auto last = std::exchange(before_, reading.electrodes);
   if (!pattern_ || !looks_back) return;
-  std::array<double, kElectrodeCount> moved;
+  std::array<double, kElectrodeCount> moved{};
   const auto middle_of = [&] {
     std::ranges::nth_element(moved, moved.begin() + kElectrodeCount / 2);
     return moved[kElectrodeCount / 2];

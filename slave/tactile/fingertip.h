@@ -72,7 +72,7 @@ class StuckElectrodes {
 
  private:
   [[nodiscard]] std::array<bool, kElectrodeCount> SameFor(int samples) const noexcept {
-    std::array<bool, kElectrodeCount> same_for;
+    std::array<bool, kElectrodeCount> same_for{};
     std::ranges::transform(same_, same_for.begin(),
                            [&](int same) { return same >= std::max(2, samples); });
     return same_for;

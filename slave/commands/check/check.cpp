@@ -7,7 +7,6 @@
 #include <exception>
 #include <numbers>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <string>
 #include <variant>
@@ -28,10 +27,11 @@ namespace {
 
 void PrintMesh(const BoundaryMesh& mesh) {
   const auto [shortest, longest] =
-      std::ranges::minmax(mesh.elements | std::views::transform(&BoundaryElement::length));
-  PrintLine("mesh", fmt::format("{} elements in {} loop(s), {} to {} long, ratio {:.2f}",
-                                mesh.size(), mesh.loop_begin.size() - 1, LengthInWords(shortest),
-                                LengthInWords(longest), longest / shortest));
+      std::ranges::minmax_element(mesh.elements, {}, &BoundaryElement::length);
+  PrintLine("mesh",
+            fmt::format("{} elements in {} loop(s), {} to {} long, ratio {:.2f}", mesh.size(),
+                        mesh.loop_begin.size() - 1, LengthInWords(shortest->length()),
+                        LengthInWords(longest->length()), longest->length() / shortest->length()));
 }
 
 // The element a tool coming from home would meet first.

@@ -180,8 +180,9 @@ CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;
   std::optional<Frame> frame = source_->Next(stop);
-  if (frame) next_ = *std::move(frame);
-  return frame.has_value();
+  if (!frame) return false;
+  next_ = *std::move(frame);
+  return true;
 }
 
 const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
@@ -232,7 +233,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   const int element = NearestElement(mesh, p_O.head<2>());
   for (const int vertex : {element, mesh.Next(element)}) {
     for (int axis = 0; axis < 3; ++axis) {
-      shape.nodal_forces[static_cast<std::size_t>(3 * vertex + axis)] =
+      shape.nodal_forces[3 * static_cast<std::size_t>(vertex) + static_cast<std::size_t>(axis)] =
           static_cast<float>(-0.5 * (*felt.force)[axis]);
     }
   }
@@ -268,7 +269,7 @@ SenseInfo CameraSense::info() const {
   info.tip_resolution = kResolved * pixel_;
   info.model = estimator_->touch().info();
   info.reason = reason_;
-  info.remarks.push_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
+  info.remarks.emplace_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
   const Registration& found = estimator_->registration();
   if (found.measured) {
     info.remarks.push_back(fmt::format(

@@ -10,6 +10,7 @@
 #include "shared/mesh/outline.h"
 #include "shared/state/failed_check.h"
 #include "slave/scene/scene.h"
+#include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
 
 namespace palpate {

@@ -69,7 +69,8 @@ void GridSubsample::Add(const SurfacePoint& point, int index) {
       (point.p_S_rest.head<2>() / radius_ + Eigen::Vector2d::Ones()) * (kSquares / 2.0);
   const int column = std::min(static_cast<int>(at.x()), kSquares - 1);
   const int row = std::min(static_cast<int>(at.y()), kSquares - 1);
-  Square& square = squares_[static_cast<std::size_t>(row * kSquares + column)];
+  Square& square =
+      squares_[static_cast<std::size_t>(row) * kSquares + static_cast<std::size_t>(column)];
   square.has_points = true;
   if (!point.seen) return;
   const double distance = (at - Eigen::Vector2d(column + 0.5, row + 0.5)).squaredNorm();
