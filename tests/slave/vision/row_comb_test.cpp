@@ -1,6 +1,7 @@
 #include "slave/vision/row_comb.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <random>
 
@@ -49,6 +50,19 @@ TEST(RowCombTest, APictureAsItShouldBeHasNone) {
   }
   const cv::Mat plain(120, 160, CV_8U, cv::Scalar(90));
   EXPECT_EQ(RowComb(plain).Shift(plain, kMiddle), 0);
+}
+
+// A raw picture of a colour sensor: red and green, green and blue.
+TEST(RowCombTest, AMosaicOfColoursIsNoComb) {
+  cv::Mat picture = Disc(0, 2);
+  for (int y = 0; y < picture.rows; ++y) {
+    for (int x = 0; x < picture.cols; ++x) {
+      const double part = y % 2 != x % 2 ? 1 : y % 2 == 0 ? 0.4 : 0.6;
+      picture.at<std::uint8_t>(y, x) =
+          cv::saturate_cast<std::uint8_t>(part * picture.at<std::uint8_t>(y, x));
+    }
+  }
+  EXPECT_LE(std::abs(RowComb(picture).Shift(picture, kMiddle)), 1);
 }
 
 TEST(RowCombTest, WhatIsNotInThePictureTellsNothing) {
