@@ -28,6 +28,12 @@ def memory(pid):
     return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) / 1024
 
 
+def stolen():
+    """What the host gave to others, and all, of the machine's time so far."""
+    times = [int(word) for word in pathlib.Path("/proc/stat").read_text().splitlines()[0].split()[1:9]]
+    return times[7], sum(times)
+
+
 def rows(log):
     text = log.read_text() if log.exists() else ""
     return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
@@ -56,7 +62,7 @@ def attack(name, seconds, out):
                                   stderr=subprocess.DEVNULL, env=BARE)
         if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in rows(log)[-50:])):
             raise AssertionError("nobody follows")
-        stopper = Stopper(address)
+        stopper, stolen_before = Stopper(address), stolen()
         end = time.monotonic() + seconds
         attackers = [multiprocessing.Process(target=ATTACKS[name], args=(address, end + 60))
                      for _ in range(ATTACKERS if name in ATTACKS else 0)]
@@ -74,9 +80,11 @@ def attack(name, seconds, out):
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
         said = json.loads(report.read_text())
+        kept, passed = (b - a for a, b in zip(stolen_before, stolen()))
         return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid), "answered": answered,
                 "stop": sorted(stops)[len(stops) // 2], "stop_max": max(stops), "held": held(log),
-                "reconnects": said["reconnects"], "trouble": said["trouble"]}
+                "reconnects": said["reconnects"], "trouble": said["trouble"],
+                "stolen": kept / passed}
 
 
 def main():
@@ -85,15 +93,15 @@ def main():
     parser.add_argument("--only", default="")
     a = parser.parse_args()
     wrong = []
-    print(f"{'':34}  alive  MB max  answers s  stop ms, max   held, oldest ms  reconnects")
+    print(f"{'':34}  alive  MB max  answers s  stop ms, max   held, oldest ms  reconnects  time the host took")
     with tempfile.TemporaryDirectory() as folder:
         for name in ["nobody", *ATTACKS]:
             if not re.search(a.only, name):
                 continue
             saw = attack(name, a.seconds, pathlib.Path(folder))
             print(f"{name:34}  {saw['alive']!s:5}  {saw['memory']:6.0f}  {saw['answered'] or -1:9.3f}"
-                  f"  {1e3 * saw['stop']:7.1f} {1e3 * saw['stop_max']:6.1f}  {saw['held'][0]:5d}  {1e3 * saw['held'][1]:9.0f}  {saw['reconnects']}"
-                  f" {saw['trouble']}", flush=True)
+                  f"  {1e3 * saw['stop']:7.1f} {1e3 * saw['stop_max']:6.1f}  {saw['held'][0]:5d}  {1e3 * saw['held'][1]:9.0f}  {saw['reconnects']:10d}"
+                  f"  {100 * saw['stolen']:.1f} % {saw['trouble']}", flush=True)
             wrong += [f"{name}: {words}" for words, is_so in [
                 ("the slave died", not saw["alive"]), ("nobody answers", saw["answered"] is None),
                 (f"{saw['memory']:.0f} MB", saw["memory"] > MOST_MEMORY)] if is_so]

@@ -26,7 +26,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kLookSoon(1);  // while somebody is new
+constexpr std::chrono::milliseconds kLookSoon(1);  // while somebody is new; at most so often
 constexpr double kNew = 0.2;                       // [s]
 // [bytes] that wait at most for gRPC, of who is new and of others: 500 commands a second for 5 s of
 // round trip.
@@ -35,8 +35,12 @@ constexpr std::chrono::milliseconds kLook(5);    // between two looks at what ev
 constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
 constexpr int kAtOnce = 64;                      // accepted before others are looked at
 constexpr double kDwell = 3e-3;                  // [s] before the door, whatever the greeting
-constexpr double kFewAtFirst = 1;                // come in together after somebody sent too much
-constexpr double kTrustAgain = 1;                // [s] between two looks whether who is in may stay
+constexpr double kSeldom = 50e-3;  // [s] between two looks at who greeted and may not come in yet
+// [s] between two that are handed on, whoever they are: gRPC greets them in the threads that read
+// the operator's commands, which a crowd at once keeps for longer than a hand may wait.
+constexpr double kBetween = 4e-3;
+constexpr double kFewAtFirst = 1;           // come in together after somebody sent too much
+constexpr double kTrustAgain = 1;           // [s] between two looks whether who is in may stay
 constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
 
 // Of a peer: IPv4, or the first half of IPv6, which one machine may have all of.
@@ -133,14 +137,16 @@ class Acceptor::Room {
     std::string peer;
     Address from;
     Time since;
-    bool silent = true;  // not a byte yet
+    Time looked{};         // at what came
+    bool silent = false;   // not a byte yet when looked at: the system says when there is one
+    bool greeted = false;  // as our clients do
   };
   struct Guest {
     int fd;  // a second name of the one that was handed on: it cannot come to mean another
     std::string peer;
     Address from;
     ConnectionBudget budget;
-    Time since;
+    Time since, looked = since;
     bool is_new = true;
     std::function<bool()> trusted = {};  // empty: for ever
     bool is_paced = false;
@@ -148,7 +154,7 @@ class Acceptor::Room {
   };
   struct Visits {
     double credit;
-    Time closed_until{};
+    Time closed_until{}, full_until{};
     std::size_t open = 0;
   };
 
@@ -161,9 +167,14 @@ class Acceptor::Room {
   void Greet();
   // False: it still waits.
   bool Decide(Waiting* one);
+  bool Look(Waiting* one);
+  // Whether there is anything to find out: a crowd that waits is not asked again for each newcomer.
+  [[nodiscard]] bool IsToBeLookedAt(const Waiting& one, Time now);
+  // Whether the next one may be of this address, if there is a place.
+  [[nodiscard]] bool IsItsTurn(const Address& from, Time now);
   bool HandOnIfAllowed(const Waiting& one);
   bool MakePlace(const Address& from);
-  void Look(double dt);
+  void LookAround(double dt);
   void Learn();
   void CutUntrusted();
   void Pace(double dt);
@@ -173,7 +184,7 @@ class Acceptor::Room {
   void CloseTo(const Address& from);
   void Cut(const Guest& guest, TurnedAway why);
   // False: it is gone.
-  bool Bear(Guest* guest, double dt);
+  bool Bear(Guest* guest, Time now);
   bool TurnAway(int fd, TurnedAway why);
 
   Acceptor& door_;
@@ -195,13 +206,15 @@ void Acceptor::Room::Run(const std::stop_token& stop) {
   MakeThreadRealtime(kDoorPriority);
   for (Time looked = Clock::now(); !stop.stop_requested();) {
     WaitForSomebody();
+    // Where a crowd comes, each round is for many of it.
+    std::this_thread::sleep_until(door_.looked_.load() + kLookSoon);
     for (const ListeningSocket& socket : door_.sockets_) AcceptAll(socket.fd());
     Greet();
     const Time now = Clock::now();
     door_.looked_ = now;
     door_.waiting_ = waiting_.size();
     if (now - looked < Pause()) continue;
-    Look(SecondsBetween(looked, now));
+    LookAround(SecondsBetween(looked, now));
     looked = now;
     if (const double dt = SecondsBetween(paced_at_, now); dt >= BulkPace::kPeriod) {
       Pace(dt);
@@ -219,7 +232,11 @@ void Acceptor::Room::WaitForSomebody() {
   for (const Waiting& one : waiting_) {
     if (one.silent) polled_.push_back({one.fd, POLLIN, 0});
   }
-  poll(polled_.data(), polled_.size(), static_cast<int>(Pause().count()));
+  if (poll(polled_.data(), polled_.size(), static_cast<int>(Pause().count())) <= 0) return;
+  auto polled = polled_.begin() + static_cast<std::ptrdiff_t>(door_.sockets_.size());
+  for (Waiting& one : waiting_) {
+    if (one.silent) one.silent = (polled++)->revents == 0;
+  }
 }
 
 void Acceptor::Room::AcceptAll(int listener) {
@@ -245,34 +262,56 @@ void Acceptor::Room::Greet() {
 }
 
 bool Acceptor::Room::Decide(Waiting* one) {
+  const Time now = Clock::now();
+  if (IsToBeLookedAt(*one, now)) {
+    one->looked = now;
+    if (Look(one)) return true;
+  }
+  if (now - one->since < limits_.greeting) return false;
+  return TurnAway(one->fd, one->greeted ? TurnedAway::kTooMany : TurnedAway::kSaidNothing);
+}
+
+bool Acceptor::Room::IsToBeLookedAt(const Waiting& one, Time now) {
+  if (one.silent) return false;
+  const bool is_soon = !one.greeted || IsItsTurn(one.from, now);
+  return now - one.looked >= Seconds(is_soon ? kDwell : kSeldom);
+}
+
+bool Acceptor::Room::Look(Waiting* one) {
   std::array<char, 24> bytes{};
   const ssize_t came = recv(one->fd, bytes.data(), bytes.size(), MSG_PEEK | MSG_DONTWAIT);
   one->silent = came < 0 && errno == EAGAIN;
-  if (!one->silent && came <= 0) return TurnAway(one->fd, TurnedAway::kSaidNothing);  // it left
-  const std::string_view said(bytes.data(), one->silent ? 0 : static_cast<std::size_t>(came));
-  const Greets greets = Judge(door_.greeting_, said);
+  if (one->silent) return false;
+  if (came <= 0) return TurnAway(one->fd, TurnedAway::kSaidNothing);  // it left
+  const Greets greets = Judge(door_.greeting_, {bytes.data(), static_cast<std::size_t>(came)});
   if (greets == Greets::kNo) return TurnAway(one->fd, TurnedAway::kSaidOther);
+  one->greeted = greets == Greets::kYes;
+  if (!one->greeted) return false;
   // Of a crowd that greeted and left, nobody is to take the place of who still waits.
-  if (greets == Greets::kYes && !TrafficOf(one->fd).open) {
-    return TurnAway(one->fd, TurnedAway::kSaidNothing);
-  }
-  const Time now = Clock::now();
+  if (!TrafficOf(one->fd).open) return TurnAway(one->fd, TurnedAway::kSaidNothing);
+  const Time now = one->looked;
   // A flood shows before any of it reaches gRPC; who floods on does not keep the door closed.
-  if (greets == Greets::kYes && UnreadOf(one->fd) > limits_.share * ConnectionBudget::kStart) {
+  if (UnreadOf(one->fd) > limits_.share * ConnectionBudget::kStart) {
     if (now >= VisitsOf(one->from).closed_until) CloseTo(one->from);
     return TurnAway(one->fd, TurnedAway::kTooMuch);
   }
-  const bool dwelt = now - one->since > Seconds(kDwell);
-  if (greets == Greets::kYes && dwelt && HandOnIfAllowed(*one)) return true;
-  if (now - one->since < limits_.greeting) return false;
-  return TurnAway(one->fd,
-                  greets == Greets::kYes ? TurnedAway::kTooMany : TurnedAway::kSaidNothing);
+  return now - one->since > Seconds(kDwell) && HandOnIfAllowed(*one);
+}
+
+bool Acceptor::Room::IsItsTurn(const Address& from, Time now) {
+  const Visits& visits = VisitsOf(from);
+  return visits.credit >= 1 && now >= visits.closed_until && now >= visits.full_until &&
+         now - newest_at_ >= Seconds(kBetween);
 }
 
 bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
-  Visits& visits = VisitsOf(one.from);
-  if (visits.credit < 1 || Clock::now() < visits.closed_until) return false;  // in a while, perhaps
-  if (!MakePlace(one.from)) return false;
+  const Time now = one.looked;
+  if (!IsItsTurn(one.from, now)) return false;  // in a while, perhaps
+  Visits& visits = visits_.at(one.from);
+  if (!MakePlace(one.from)) {
+    visits.full_until = now + Seconds(kSeldom);
+    return false;
+  }
   const int second_name = fcntl(one.fd, F_DUPFD_CLOEXEC, 0);
   if (second_name < 0) return TurnAway(one.fd, TurnedAway::kTooMany);
   const int on = 1;
@@ -280,7 +319,7 @@ bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
   PrepareLine(one.fd);
   --visits.credit;
   ++visits.open;
-  newest_at_ = Clock::now();
+  newest_at_ = now;
   guests_.push_back({second_name, one.peer, one.from, ConnectionBudget(limits_.share), newest_at_});
   setsockopt(one.fd, SOL_SOCKET, SO_RCVBUF, &kFewBytes, sizeof kFewBytes);
   ++door_.accepted_;
@@ -304,22 +343,26 @@ bool Acceptor::Room::MakePlace(const Address& from) {
   return true;
 }
 
-void Acceptor::Room::Look(double dt) {
-  std::erase_if(guests_, [&](Guest& guest) { return !Bear(&guest, dt); });
+void Acceptor::Room::LookAround(double dt) {
+  const Time now = Clock::now();
+  std::erase_if(guests_, [&](Guest& guest) { return !Bear(&guest, now); });
   door_.open_ = guests_.size();
   for (auto& [address, visits] : visits_) {
     visits.credit = std::min(limits_.burst, visits.credit + limits_.rate * dt);
   }
-  std::erase_if(visits_, [&, now = Clock::now()](const auto& entry) {
+  std::erase_if(visits_, [&](const auto& entry) {
     const Visits& visits = entry.second;
     return visits.open == 0 && visits.credit >= limits_.burst && now >= visits.closed_until;
   });
 }
 
-bool Acceptor::Room::Bear(Guest* guest, double dt) {
+bool Acceptor::Room::Bear(Guest* guest, Time now) {
+  // Only who is new may be a flood that gRPC has begun to read.
+  if (!guest->is_new && now - guest->looked < kLook) return true;
   const Traffic traffic = TrafficOf(guest->fd);
+  const double dt = SecondsBetween(std::exchange(guest->looked, now), now);
   const bool bears = guest->budget.Update(traffic.received, traffic.answered, dt);
-  if (guest->is_new && Clock::now() - guest->since > Seconds(kNew)) {
+  if (guest->is_new && now - guest->since > Seconds(kNew)) {
     guest->is_new = false;
     setsockopt(guest->fd, SOL_SOCKET, SO_RCVBUF, &kManyBytes, sizeof kManyBytes);
   }

@@ -151,6 +151,16 @@ TEST_F(AcceptorTest, AThousandThatSayNothingKeepNobodyOut) {
   EXPECT_GE(Turned(TurnedAway::kSaidNothing), 380U);
 }
 
+// gRPC's threads, which read the operator's commands too, greet one in less than a millisecond.
+TEST_F(AcceptorTest, ACrowdComesInOneByOne) {
+  Open({});
+  const Time begin = Clock::now();
+  std::vector<std::unique_ptr<Stranger>> crowd;
+  for (int i = 0; i < 32; ++i) crowd.push_back(Come());
+  EXPECT_TRUE(LetsIn(32));
+  EXPECT_GE(SecondsBetween(begin, Clock::now()), 31 * 4e-3);
+}
+
 TEST_F(AcceptorTest, NoAddressTakesAllPlacesUnlessItUsesThem) {
   Open({.per_address = 2, .greeting = std::chrono::milliseconds(50), .idle = 1e9});
   const auto one = Come(), two = Come();
