@@ -72,7 +72,7 @@ def repeat(name, times, folder):
     try:
         for _ in range(times):
             if not wait_until(lambda: log.newest_force() > PRESSED):
-                raise AssertionError(f"{name}: nobody presses after {len(delays)} events")
+                raise AssertionError(f"{name}: nobody presses after {len(delays)} events; a minute of {log.states()}")
             at = time.monotonic()
             event(bench)
             if not wait_until(lambda: log.fell_silent(at) is not None):

@@ -1,4 +1,5 @@
 """The master's log while it is written."""
+import collections
 import csv
 import time
 
@@ -33,6 +34,10 @@ class Log:
     def newest_force(self):
         rows = self.follow()
         return max((force(row) for row in rows[-50:]), default=0)
+
+    def states(self):
+        """How many of the rows that are kept were in which state, for which reason."""
+        return dict(collections.Counter(f"{row['state']} {row['reason']}".strip() for row in self.rows))
 
     def fell_silent(self, since):
         """[s] from a monotonic time to the last tick with a force before a second without one; None: not yet."""
