@@ -265,6 +265,19 @@ bool IsPointer(const Arguments& a) {
   return a.device == "pointer";
 }
 
+// The later of two outputs would end the earlier; a device takes what comes.
+void RequireDistinct(std::string_view option, const std::filesystem::path& out,
+                     std::string_view other_option, const std::filesystem::path& other) {
+  std::error_code error;  // what is not there yet has a place, too
+  const auto place = std::filesystem::weakly_canonical(out, error);
+  const auto status = std::filesystem::status(place, error);
+  const bool is_file = !std::filesystem::exists(status) || is_regular_file(status);
+  if (out.empty() || !is_file || std::filesystem::weakly_canonical(other, error) != place) return;
+  throw std::invalid_argument(std::string(option) + " " + out.string() +
+                              ": accepted is another file than that of " +
+                              std::string(other_option));
+}
+
 // Fails here what can fail before anything moves.
 void CheckBeforehand(const Arguments& a) {
   const std::array inputs{PlaybackFile(a.device)};
@@ -272,6 +285,9 @@ void CheckBeforehand(const Arguments& a) {
   RequireOtherThan("--log", a.log, inputs);
   RequireOtherThan("--record", a.record, inputs);
   for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
+  RequireDistinct("--log", a.log, "--report", a.report);
+  RequireDistinct("--record", a.record, "--report", a.report);
+  RequireDistinct("--record", a.record, "--log", a.log);
   if (a.views) ViewPlace(a.view, a.link.tls);
   if (!a.metrics.empty()) MetricsEndpoint(a.metrics, a.link.insecure);
   if (IsPointer(a) && !a.views) {

@@ -249,7 +249,7 @@ int Main(int argc, char** argv) {
       LogWithoutWaiting();
       RaiseDescriptorLimit();
       if (!serve.record.empty()) stop.LetRecordingEnd();
-      return RunServe(serve, stop.token());
+      return RunServe(serve, stop);
     }
     stop.ExpectAnswer();
     if (process_command->parsed()) return RunProcess(process, stop.token());

@@ -142,11 +142,17 @@ void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes) {
 
 bool TryReplace(const std::filesystem::path& file,
                 const std::function<bool(const std::filesystem::path&)>& write) {
-  std::filesystem::path part = file;
-  part += ".part";
   std::error_code error, ignored;
+  const auto status = std::filesystem::status(file, ignored);
+  const bool is_there = std::filesystem::exists(status);
+  // A device or a pipe, /dev/null say, must not become a file.
+  if (is_there && !std::filesystem::is_regular_file(status)) return write(file);
+  const std::filesystem::path behind_links =
+      is_there ? std::filesystem::canonical(file, ignored) : file;
+  std::filesystem::path part = behind_links;
+  part += ".part";
   const bool whole = write(part);
-  if (whole) std::filesystem::rename(part, file, error);
+  if (whole) std::filesystem::rename(part, behind_links, error);
   if (whole && !error) return true;
   std::filesystem::remove(part, ignored);
   return false;

@@ -27,8 +27,10 @@ struct Freed {
 };
 using Bio = std::unique_ptr<BIO, Freed<BIO_free>>;
 using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
 using Crl = std::unique_ptr<X509_CRL, Freed<X509_CRL_free>>;
 
+// `text` outlives it.
 Bio Reading(std::string_view text) {
   return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
 }
@@ -64,6 +66,21 @@ std::optional<CertificateFacts> FactsOf(std::string_view pem) {
   }
   return CertificateFacts{SerialIn(X509_get0_serialNumber(certificate.get())),
                           std::chrono::system_clock::from_time_t(timegm(&until))};
+}
+
+void RequireUsable(const fs::path& folder) {
+  const fs::path ca = folder / "ca.pem", cert = folder / "cert.pem", key = folder / "key.pem";
+  if (!Read(Contents(ca))) throw std::invalid_argument(ca.string() + " holds no certificate");
+  const Certificate ours = Read(Contents(cert));
+  if (!ours) throw std::invalid_argument(cert.string() + " holds no certificate");
+  const auto no_password = [](char*, int, int, void*) { return 0; };
+  const std::string text = Contents(key);
+  const Key secret(PEM_read_bio_PrivateKey(Reading(text).get(), nullptr, no_password, nullptr));
+  if (!secret) {
+    throw std::invalid_argument(key.string() + " holds no key: accepted is one without a password");
+  }
+  if (X509_check_private_key(ours.get(), secret.get()) == 1) return;
+  throw std::invalid_argument(key.string() + " is not the key of " + cert.string());
 }
 
 struct RevocationList::List {

@@ -21,6 +21,10 @@ struct CertificateFacts {
 // Of the first certificate in `pem`; nullopt: none that can be read.
 std::optional<CertificateFacts> FactsOf(std::string_view pem);
 
+// Throws std::invalid_argument naming the file of `folder` that cannot be used: `ca.pem` and
+// `cert.pem` without a certificate, a `key.pem` that is no key or that of another certificate.
+void RequireUsable(const std::filesystem::path& folder);
+
 // `crl.pem` of a folder of certificates, signed by the `ca.pem` beside it. Without it nothing is
 // revoked. Looked at anew at most once a second: what is replaced by something that cannot be used
 // leaves the list as it was, with a line in the log. Thread-safe.

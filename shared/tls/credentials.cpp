@@ -67,6 +67,7 @@ class NotRevoked final : public grpc::experimental::ExternalCertificateVerifier 
 void RequireCertificates(const fs::path& folder) {
   for (const char* file : {"ca.pem", "cert.pem", "key.pem"}) RequireFile(folder / file);
   RequirePrivate(folder / "key.pem");
+  RequireUsable(folder);
 }
 
 std::optional<CertificateFacts> FactsOf(const grpc::AuthContext& context) {

@@ -18,6 +18,7 @@
 #include "shared/metrics/metrics_page.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
+#include "slave/commands/program.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/record/record.h"
 #include "slave/commands/running_scene.h"
@@ -156,7 +157,8 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   return 0;
 }
 
-int RunServe(const ServeOptions& options, const std::stop_token& stop) {
+int RunServe(const ServeOptions& options, StopOnSignal& signals) {
+  const std::stop_token stop = signals.token();
   // Each of eight a processor would come to keep a few pictures that nobody needs.
   mallopt(M_ARENA_MAX, 4);
   const bool plain = options.tls.empty();
@@ -180,7 +182,9 @@ int RunServe(const ServeOptions& options, const std::stop_token& stop) {
   malloc_trim(0);  // what only the start needed
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);
+  signals.OnEmergency([&slave = *slave] { slave.EmergencyStop("by SIGUSR1"); });
   WaitFor(stop);
+  signals.OnEmergency(nullptr);
   spdlog::info("stopping");
   server.Stop();
   return 0;

@@ -9,6 +9,8 @@
 
 namespace palpate {
 
+class StopOnSignal;
+
 // `palpate-slave process`: the pipeline over recorded sources as fast as they go.
 struct ProcessOptions {
   std::filesystem::path scene;
@@ -39,9 +41,10 @@ struct ServeOptions {
   double record_part = 0;  // [s] after which a file ends and the next begins; 0: one file
 };
 
-// Prints `listening on HOST:PORT` when ready. Returns 0 after `stop`; throws SceneError for
+// Prints `listening on HOST:PORT` when ready. SIGUSR1 is an emergency stop. Returns 0 when told to
+// stop; throws SceneError for
 // unusable scenes and std::exception for what failed.
-int RunServe(const ServeOptions& options, const std::stop_token& stop);
+int RunServe(const ServeOptions& options, StopOnSignal& signals);
 
 // `palpate-slave study`: the speed-accuracy trade of a scene as study.csv, study.json, study.svg
 // and a table.

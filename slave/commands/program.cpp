@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -33,6 +34,7 @@ StopOnSignal::StopOnSignal() {
   sigemptyset(&signals_);
   sigaddset(&signals_, SIGINT);
   sigaddset(&signals_, SIGTERM);
+  sigaddset(&signals_, SIGUSR1);
   struct sigaction hang_up {};  // nohup: the terminal may go
   if (sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN) {
     sigaddset(&signals_, SIGHUP);
@@ -46,7 +48,9 @@ void StopOnSignal::Wait(const std::stop_token& end) {
   std::optional<std::chrono::steady_clock::time_point> last_call;
   while (!end.stop_requested()) {
     const auto now = std::chrono::steady_clock::now();
-    if (sigtimedwait(&signals_, nullptr, &pause) > 0) {
+    const int came = sigtimedwait(&signals_, nullptr, &pause);
+    if (came == SIGUSR1) Emergency();
+    if (came > 0 && came != SIGUSR1) {
       const bool is_first = !last_call;
       source_.request_stop();
       last_call = std::min(last_call.value_or(now + kRecordingPatience),
@@ -58,6 +62,18 @@ void StopOnSignal::Wait(const std::stop_token& end) {
       std::_Exit(records_ ? kFailed : exit_code_.load());
     }
   }
+}
+
+void StopOnSignal::Emergency() {
+  const std::scoped_lock lock(mutex_);
+  is_emergency_ = true;
+  if (on_emergency_) on_emergency_();
+}
+
+void StopOnSignal::OnEmergency(std::function<void()> stop) {
+  const std::scoped_lock lock(mutex_);
+  on_emergency_ = std::move(stop);
+  if (on_emergency_ && is_emergency_) on_emergency_();
 }
 
 void RaiseDescriptorLimit() {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <csignal>
 #include <functional>
+#include <mutex>
 #include <stop_token>
 #include <thread>
 
@@ -22,14 +23,20 @@ class StopOnSignal {
   // What was recorded is written to its end, which takes longer than an end may take otherwise; a
   // second signal ends that, too.
   void LetRecordingEnd() { records_ = true; }
+  // What SIGUSR1 does, also one that came before; nullptr: nothing. Called by a thread of this.
+  void OnEmergency(std::function<void()> stop);
 
  private:
   void Wait(const std::stop_token& end);
+  void Emergency();
 
   std::atomic<int> exit_code_ = 0;
   std::atomic<bool> records_ = false;
   sigset_t signals_{};
   std::stop_source source_;
+  std::mutex mutex_;  // guards what follows
+  std::function<void()> on_emergency_;
+  bool is_emergency_ = false;
   std::jthread waiter_;
 };
 

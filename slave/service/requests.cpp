@@ -35,10 +35,10 @@ std::string Shortened(const std::string& word) {
   return word.size() <= kLongestWord ? word : word.substr(0, kLongestWord) + "...";
 }
 
-// `value` in (0, max].
 double Scale(const char* field, double value, double max) {
-  if (value > 0 && value <= max) return value;
-  Refuse(field, Formatted("%g", value), Formatted("0 < x <= %g", max));
+  if (value >= kLeastSetting && value <= max) return value;
+  Refuse(field, Formatted("%g", value),
+         Formatted("%g", kLeastSetting) + " to " + Formatted("%g", max));
 }
 
 constexpr double kUnitTolerance = 0.01;  // of a quaternion's length

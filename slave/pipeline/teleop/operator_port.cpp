@@ -31,9 +31,9 @@ constexpr double kMaxForceLimit = 100;     // [N]
 constexpr double kMaxYoungModulus = 1e13;  // [Pa]
 
 void Check(const char* name, std::optional<double> value, double high) {
-  if (!value || (*value > 0 && *value <= high)) return;
+  if (!value || (*value >= kLeastSetting && *value <= high)) return;
   throw std::invalid_argument(
-      fmt::format("{} = {:g}: accepted is 0 < {} <= {:g}", name, *value, name, high));
+      fmt::format("{} = {:g}: accepted is {:g} to {:g}", name, *value, kLeastSetting, high));
 }
 
 }  // namespace
@@ -91,7 +91,7 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     Stand(Phase::kClutched);
     return true;
   }
-  if (manipulator_.is_faulty()) {
+  if (manipulator_.is_faulty() || is_blind()) {
     view_.epoch = std::max(view_.epoch, command.epoch);  // used up: a newer one engages
     needs_new_epoch_ = true;
     if (view_.phase != Phase::kHold) HoldUntilEngaged(Event::kHold);
@@ -177,7 +177,7 @@ void OperatorPort::Guard(const Feeling& feeling) noexcept {
   const double force = feeling.force ? feeling.force->norm() : 0;
   const bool is_reached = force > limits_.force_guard || feeling.depth > limits_.depth_guard;
   const bool begins = is_reached && !outward_;
-  outward_.reset();
+  if (feeling.force) outward_.reset();  // a guard stands while nobody knows that it may fall
   if (is_reached) outward_ = feeling.outward;
   if (retreat_ && WayTo(*retreat_) < kArrived * limits_.max_speed) retreat_.reset();
   if (!begins || view_.phase != Phase::kFollowing) return;
@@ -194,16 +194,17 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   const std::lock_guard lock(mutex_);
   CountEnergy(feeling);
   Guard(feeling);
-  if (feeling.force || known_at_ == Time{}) known_at_ = now;  // it begins with the first look
+  const double passed = watched_at_ == Time{} ? 0 : SecondsBetween(watched_at_, now);
+  unknown_for_ = feeling.force ? 0 : unknown_for_ + passed;
+  watched_at_ = now;
   const double silence = SecondsBetween(view_.taken_at, now), unfelt = UnfeltFor(now);
   const bool follows = view_.phase == Phase::kFollowing;
   if (follows && (silence > dead_after_ || unfelt > kUnfeltTimeout)) {
     events_.Add(Event::kHold);
     Stand(Phase::kHold);
   }
-  const bool is_blind = SecondsBetween(known_at_, now) > limits_.blind_after;
   const bool is_led = follows || view_.phase == Phase::kHold;
-  if ((follows && is_blind) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
+  if ((follows && is_blind()) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
     HoldUntilEngaged(Event::kHold);
   }
   if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kResumeWithin) {
@@ -216,7 +217,7 @@ void OperatorPort::AwaitOperator(const std::stop_token& stop) {
   if (operating_ || retreat_) return;
   begun_.wait(lock, stop, [this] { return operating_ || retreat_; });
   last_tip_ = manipulator_.Tip();
-  known_at_ = {};
+  watched_at_ = {};
 }
 
 void OperatorPort::EmergencyStop() noexcept {

@@ -88,6 +88,8 @@ class OperatorPort {
   void Engage(const OperatorCommand& command) noexcept;
   void Stand(Phase phase) noexcept;
   void HoldUntilEngaged(Event why) noexcept;
+  // Longer than the tool may move without its force being known: no epoch makes it.
+  [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
   void CountEnergy(const Feeling& feeling) noexcept;
   void Guard(const Feeling& feeling) noexcept;
   // How long the operator has told of no newer state [s]. Who tells of none, as scripts may, is not
@@ -109,9 +111,11 @@ class OperatorPort {
   std::optional<Eigen::Vector3d>
       outward_;  // no deeper than now, seen against it: a guard is reached
   std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
-  Time known_at_{};                         // the force was known
-  std::uint64_t state_sequence_ = 0;        // of the newest state that the operator tells of
-  Time newer_at_{};                         // when that one was told first
+  // The force, while somebody operated: who comes again is not given as long again [s].
+  double unknown_for_ = 0;
+  Time watched_at_{};
+  std::uint64_t state_sequence_ = 0;  // of the newest state that the operator tells of
+  Time newer_at_{};                   // when that one was told first
   std::uint64_t taken_ = 0, refused_ = 0;
   Events events_;
 };

@@ -55,6 +55,8 @@ struct JpegPicture {
 };
 
 inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
+// Of scales and the force limit, as of numbers in scenes: what they divide stays finite.
+inline constexpr double kLeastSetting = 1e-15;
 
 class TactileInbox;
 

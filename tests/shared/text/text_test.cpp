@@ -103,6 +103,20 @@ TEST_F(TextFileTest, WhetherAFileCanBeWrittenLeavesNoTrace) {
   EXPECT_THROW(RequireWritable(folder_ / "no" / "file"), std::invalid_argument);
 }
 
+TEST_F(TextFileTest, WhatIsReplacedStaysWhatItWas) {
+  const auto file = folder_ / "file", link = folder_ / "link", device = folder_ / "device";
+  WriteWholeFile(file, "old");
+  std::filesystem::create_symlink(file, link);
+  std::filesystem::create_symlink("/dev/null", device);
+  ReplaceFile(link, "new");
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_EQ(ReadWholeFile(file, 100, "text"), "new");
+  ReplaceFile(device, "nowhere");
+  EXPECT_TRUE(std::filesystem::is_symlink(device));
+  EXPECT_TRUE(std::filesystem::is_character_file(device));
+  EXPECT_THROW(ReplaceFile(folder_, "a folder"), std::runtime_error);
+}
+
 TEST_F(TextFileTest, ReadsNoMoreThanIsSaid) {
   WriteWholeFile(folder_ / "a", std::string((1 << 20) + 1, 'a'));
   EXPECT_THAT([&] { ReadWholeFile(folder_ / "a", 1 << 20, "a rig"); },

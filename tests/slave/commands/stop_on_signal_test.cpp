@@ -1,3 +1,4 @@
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -46,6 +47,23 @@ TEST(StopOnSignalTest, ARecordingIsWrittenToItsEnd) {
         EndSlowly(&stop);
       },
       testing::ExitedWithCode(kToItsEnd), "");
+}
+
+// As it is the master's, somebody may well send it here.
+TEST(StopOnSignalTest, ItsEmergencyIsHeardAlsoBeforeAnybodyListens) {
+  StopOnSignal stop;
+  std::atomic<int> heard{0};
+  kill(getpid(), SIGUSR1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  stop.OnEmergency([&] { ++heard; });
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (heard == 0 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  EXPECT_EQ(heard, 1);
+  kill(getpid(), SIGUSR1);
+  while (heard == 1 && std::chrono::steady_clock::now() < patience) std::this_thread::yield();
+  EXPECT_EQ(heard, 2);
+  EXPECT_FALSE(stop.token().stop_requested());
+  stop.OnEmergency(nullptr);
 }
 
 }  // namespace

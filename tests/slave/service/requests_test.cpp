@@ -59,7 +59,7 @@ TEST(RequestsTest, ParametersKeepTheirValues) {
 }
 
 TEST(RequestsTest, ImpossibleParametersAreRefused) {
-  for (const double value : {0.0, -1.0, kNan, kInf, 1e20}) {
+  for (const double value : {0.0, -1.0, 5e-324, kNan, kInf, 1e20}) {
     v1::SetParametersRequest scale, force, limit, modulus;
     scale.set_position_scale(value);
     force.set_force_scale(value);

@@ -302,6 +302,30 @@ TEST_F(TlsTest, WhatIsMissingOrOpenToOthersIsNamed) {
   fs::permissions(key, fs::perms::others_read, fs::perm_options::remove);
 }
 
+// gRPC would serve on, and hear nobody.
+TEST_F(TlsTest, WhatCannotBeUsedIsNamed) {
+  const fs::path broken = At("broken");
+  const auto said = [&](const char* file, const fs::path& instead) {
+    fs::remove_all(broken);
+    fs::copy(At("admin"), broken);
+    fs::copy_file(instead, broken / file, fs::copy_options::overwrite_existing);
+    fs::permissions(broken / file, fs::perms::owner_read);
+    try {
+      RequireCertificates(broken);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  const fs::path key = fs::path(At("operator")) / "key.pem",
+                 own = fs::path(At("admin")) / "key.pem", cert = fs::path(At("admin")) / "cert.pem";
+  EXPECT_EQ(said("key.pem", own), "nothing");
+  EXPECT_NE(said("key.pem", key).find("is not the key of"), std::string::npos);
+  EXPECT_NE(said("key.pem", cert).find("holds no key"), std::string::npos);
+  EXPECT_NE(said("cert.pem", key).find("cert.pem holds no certificate"), std::string::npos);
+  EXPECT_NE(said("ca.pem", key).find("ca.pem holds no certificate"), std::string::npos);
+}
+
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{

@@ -364,6 +364,39 @@ TEST_F(GuardedPortTest, MotionEndsWhenTheForceHasBeenUnknownForTooLong) {
   EXPECT_LT((arm_.Tip() - tip).norm(), 1e-4);
 }
 
+// Whoever opens an epoch before each step moves nothing either, nor whoever comes again.
+TEST_F(GuardedPortTest, NeitherEpochsNorANewLeaseMoveABlindTool) {
+  Press(0.270, {std::nullopt});
+  const Vector3d tip = arm_.Tip();
+  const auto creep = [&] {
+    for (int step = 0; step < 20; ++step) {
+      ++epoch_;
+      EXPECT_TRUE(Send(Next({0, 0, 0}, true, epoch_)));
+      Send(Next({0, -0.0035, 0}, true, epoch_));
+      if (step % 5 == 4) guarded_->Watch(now_ += Seconds(0.002), {std::nullopt});
+    }
+  };
+  creep();
+  EXPECT_EQ(phase(), Phase::kHold);
+  guarded_->EndOperating();
+  guarded_->BeginOperating();
+  creep();
+  EXPECT_EQ(arm_.Tip(), tip);
+  guarded_->Watch(now_, {Vector3d::Zero()});
+  EXPECT_TRUE(Send(Next({0, 0, 0}, true, ++epoch_)));
+  EXPECT_EQ(phase(), Phase::kFollowing) << "what is felt again is led again";
+}
+
+TEST_F(GuardedPortTest, AGuardStandsWhileTheForceIsUnknown) {
+  Use({.max_speed = 0.020, .force_guard = 2});
+  Press(0.004, {Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}});
+  EXPECT_EQ(phase(), Phase::kHold);
+  const double held = arm_.Tip().y();
+  epoch_ = 2;
+  Press(0.1, {std::nullopt});
+  EXPECT_NEAR(arm_.Tip().y(), held, 1e-5);
+}
+
 TEST_F(GuardedPortTest, AForceBeyondTheGuardHoldsUntilTheToolIsDrawnBack) {
   Use({.max_speed = 0.020, .force_guard = 2});
   const Feeling light{Vector3d(0, 1.9, 0), 1e-3, {0, 1, 0}},
