@@ -32,6 +32,7 @@ constexpr double kRimShare = 0.02;      // of the depth: as much may be the mode
 constexpr double kSidewaysShare = 0.1;  // of the depth: a press carries its points so far
 constexpr double kGrowthShare = 0.03;   // of the depth: a press draws its points together so far
 constexpr int kLeastPoints = 5;
+constexpr int kRestFrames = 5, kMostRestFrames = 100;  // that tell the rim's motion, remembered
 constexpr double kLawsShape = 0.9e-3;  // of the depth: error of the plate's shape around a load
 constexpr double kReach = 0.3;         // of a cluster of neighbours [radii]
 constexpr int kNeighbours = 3;
@@ -112,8 +113,10 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   }
   Answer answer;
   double slide = 0;
+  held_ = false;
   if (!slid_ || !FitSlid(&answer, &slide)) FitAnew(&answer, &slide);
   slid_ = slide > 0;
+  LearnRim(answer);
   answer.moved = answer.moved || slide > 0;
   const Eigen::Vector3d& rise = answer.load.rim_motion;
   answer.put_right = slide > 0 && slide < kMostSlide && std::abs(rise[0]) < kMostRise &&
@@ -130,11 +133,47 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
 
 // What has slid once mostly stays so. False: nothing that was fitted says so.
 bool RobustPlateFit::FitSlid(Answer* answer, double* slide) noexcept {
-  KeepAll();
-  *answer = FitKept(Rim::kMayMove);
+  held_ = FitHeld(answer);
+  if (!held_) {
+    KeepAll();
+    *answer = FitKept(Rim::kMayMove);
+  }
   *slide = Slide(answer->load);
   answer->moved = true;
   return *slide > 0 && IsKnown(answer->load);
+}
+
+// With the rim where it was when nothing pressed. False: that is not known, or it moved again.
+bool RobustPlateFit::FitHeld(Answer* answer) noexcept {
+  if (rest_frames_ < kRestFrames) return false;
+  RaiseAll(-rim_motion_);
+  KeepAll();
+  *answer = FitKept(Rim::kStays);
+  const bool explains = IsKnown(answer->load) && answer->load.residual <= kPoorFit &&
+                        answer->left_out <= kManyLeftOut * answer->points &&
+                        !RimMoved(answer->load);
+  if (explains) {
+    answer->load.rim_motion += rim_motion_;
+  } else {
+    RaiseAll(rim_motion_);
+  }
+  return explains;
+}
+
+void RobustPlateFit::LearnRim(const Answer& answer) noexcept {
+  if (!slid_) rest_frames_ = 0;
+  if (!slid_ || !answer.load.nothing) return;
+  if (!held_ && rest_frames_ >= kRestFrames) rest_frames_ = 0;  // it moved again
+  if (rest_frames_ == 0) rim_motion_.setZero();
+  rest_frames_ = std::min(rest_frames_ + 1, kMostRestFrames);
+  rim_motion_ += (answer.load.rim_motion - rim_motion_) / rest_frames_;
+}
+
+void RobustPlateFit::RaiseAll(const Vector3d& rim_motion) noexcept {
+  for (Seen& point : seen_) {
+    const Vector2d x = point.place / plate_.radius();
+    point.moved.z() += rim_motion[0] + rim_motion.tail<2>().dot(x);
+  }
 }
 
 void RobustPlateFit::FitAnew(Answer* answer, double* slide) noexcept {

@@ -92,6 +92,7 @@ class RobustPlateFit {
   void Reset() noexcept {
     fitter_.Reset();
     slid_ = false;
+    rest_frames_ = 0;
   }
   // The plate that gave the last answer, as it is pressed.
   [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
@@ -101,6 +102,9 @@ class RobustPlateFit {
   void Read(const std::vector<SurfacePoint>& points_O);
   void KeepAll() noexcept;
   bool FitSlid(Answer* answer, double* slide) noexcept;
+  bool FitHeld(Answer* answer) noexcept;
+  void LearnRim(const Answer& answer) noexcept;
+  void RaiseAll(const Eigen::Vector3d& rim_motion) noexcept;
   void FitAnew(Answer* answer, double* slide) noexcept;
   Answer FitKept(Rim rim) noexcept;
   LoadFit FitWeighed(Rim rim, Modes modes) noexcept;
@@ -129,9 +133,14 @@ class RobustPlateFit {
   GridSubsample choice_;
   std::vector<Seen> seen_;
   int usable_ = 0, kept_ = 0;
-  bool slid_ = false;   // the points together, when they were seen last
-  double deepest_ = 0;  // of the fitted points [m]
-  double scatter_ = 1;  // of the residuals by sigma
+  bool slid_ = false;  // the points together, when they were seen last
+  // Of the rim since rest, by pictures without a load since the points slid: a free rim bends the
+  // plate as a load does, and takes some of its force.
+  Eigen::Vector3d rim_motion_{0, 0, 0};
+  int rest_frames_ = 0;  // such pictures
+  bool held_ = false;    // there, in the last answer
+  double deepest_ = 0;   // of the fitted points [m]
+  double scatter_ = 1;   // of the residuals by sigma
   std::vector<Eigen::Vector2d> places_;
   std::vector<double> displacements_, sigmas_, sorted_;
 };

@@ -45,11 +45,22 @@ class CountingPlate final : public PlateSurface {
 
 class SlidPlateTest : public testing::Test {
  protected:
-  std::vector<SurfacePoint> Points(bool slid) {
+  std::vector<SurfacePoint> Points(bool slid, double force = kForce) {
     SurfaceObservation seen =
-        testing_fakes::DotsUnder(truth_, {0.012, 0.004}, kForce, kSigma, &random_);
+        testing_fakes::DotsUnder(truth_, {0.012, 0.004}, force, kSigma, &random_);
     for (SurfacePoint& point : seen.points) point.p_S += slid ? kSlide : Vector3d::Zero();
     return seen.points;
+  }
+  // Scatter of the force in 40 pictures, slid [N], rms.
+  double ScatterOfForce() {
+    double square = 0;
+    for (int k = 0; k < 40; ++k) {
+      const RobustPlateFit::Answer answer = fit_.Fit(Points(true));
+      EXPECT_TRUE(answer.put_right) << k;
+      EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z(), 2 * kSigma) << k;
+      square += std::pow(answer.load.force - kForce, 2);
+    }
+    return std::sqrt(square / 40);
   }
   // Presses of the plate per picture, of ten.
   double PressesOf(bool slid) {
@@ -78,6 +89,26 @@ TEST_F(SlidPlateTest, WhatHasSlidIsFollowedLikeWhatRests) {
 
 TEST_F(SlidPlateTest, WhatSlidBackIsFoundAtRest) {
   for (const bool slid : {true, false, true, false}) PressesOf(slid);
+}
+
+// A rim that may be anywhere takes a part of the load's shape; one that was seen at rest does not.
+TEST_F(SlidPlateTest, WhereTheRimWentIsLearntWhileNothingPresses) {
+  const double unknown = ScatterOfForce();
+  fit_.Reset();
+  for (int k = 0; k < 20; ++k) EXPECT_TRUE(fit_.Fit(Points(true, 0)).load.nothing) << k;
+  EXPECT_LT(ScatterOfForce(), 0.7 * unknown);
+}
+
+// A rim that is held where it is no more would make a force of its motion.
+TEST_F(SlidPlateTest, ARimThatMovesAgainIsNotHeldWhereItWas) {
+  for (int k = 0; k < 20; ++k) fit_.Fit(Points(true, 0));
+  for (int k = 0; k < 5; ++k) {
+    std::vector<SurfacePoint> points = Points(true);
+    for (SurfacePoint& point : points) point.p_S.z() += 0.2e-3;
+    const RobustPlateFit::Answer answer = fit_.Fit(points);
+    EXPECT_NEAR(answer.load.force, kForce, 0.03 * std::abs(kForce)) << k;
+    EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z() + 0.2e-3, 2 * kSigma) << k;
+  }
 }
 
 }  // namespace
