@@ -32,6 +32,7 @@
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "shared/tls/certificate.h"
+#include "shared/tls/credentials.h"
 
 namespace palpate {
 namespace {
@@ -71,6 +72,12 @@ struct Line {
   LatestValue<RemoteSettings> settings;
   LatestValue<ReceivedPatch> patches;
   SlaveLink link;
+};
+
+// What `--metrics` tells, and its page, from before there is a session.
+struct Health {
+  SessionMetrics seen;
+  std::optional<MetricsPage> page;
 };
 
 std::atomic<bool> g_stop{false}, g_emergency{false}, g_reset{false};
@@ -278,8 +285,16 @@ void RequireDistinct(std::string_view option, const std::filesystem::path& out,
                               std::string(other_option));
 }
 
+void RequireTimely(const std::filesystem::path& certificates) {
+  if (certificates.empty()) return;
+  RequireCertificates(certificates);
+  const std::string untimely = WhyUntimely(certificates);
+  if (!untimely.empty()) throw std::invalid_argument(untimely);
+}
+
 // Fails here what can fail before anything moves.
 void CheckBeforehand(const Arguments& a) {
+  RequireTimely(a.link.tls);
   const std::array inputs{PlaybackFile(a.device)};
   RequireOtherThan("--report", a.report, inputs);
   RequireOtherThan("--log", a.log, inputs);
@@ -289,7 +304,6 @@ void CheckBeforehand(const Arguments& a) {
   RequireDistinct("--record", a.record, "--report", a.report);
   RequireDistinct("--record", a.record, "--log", a.log);
   if (a.views) ViewPlace(a.view, a.link.tls);
-  if (!a.metrics.empty()) MetricsEndpoint(a.metrics, a.link.insecure);
   if (IsPointer(a) && !a.views) {
     throw std::invalid_argument("--device pointer: accepted is with --view, whose page it is on");
   }
@@ -400,7 +414,7 @@ McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& devic
 }
 
 int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
-            ConnectRecorder* recorder) {
+            ConnectRecorder* recorder, Health* health) {
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
   if (!device) device = OpenDeviceFor(scene, a);
@@ -435,11 +449,9 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.duration = a.duration;
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
-  SessionMetrics health;
-  std::optional<MetricsPage> metrics;
-  if (!a.metrics.empty())
-    metrics.emplace(a.metrics, a.link.insecure, [&] { return health.Collect(); });
-  if (metrics) console.Say("health at http://" + ToString(metrics->endpoint()) + "/metrics");
+  if (health->page) {
+    console.Say("health at http://" + ToString(health->page->endpoint()) + "/metrics");
+  }
   auto station = OpenStation(a, scene, &line->link, device.get(), &wishes, recorder);
   if (station) {
     if (a.views) console.Say("view at " + station->address());
@@ -453,7 +465,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (recorder) recorder->LookOn(&options.see_tick);
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
-      [] { return g_stop.load(); },
+      [line] { return g_stop.load() || line->link.denied(); },
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
           const bool done = line->link.Reset();
@@ -462,7 +474,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
         if (!a.terminal) console.Show(status, shape.newest().get());
         if (station) station->See(status);
         shape.See(status);
-        health.See(status);
+        health->seen.See(status);
       });
   station.reset();
   std::this_thread::sleep_for(kLastWords);
@@ -476,7 +488,10 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   console.Say(FormatSummary(report));
   if (!a.report.empty()) WriteReport(report, a.report);
   const bool never_served = report.link.states == 0 && !g_stop;
-  if (never_served) console.Say("failed: the slave never sent a state");
+  if (never_served) {
+    const std::string& why = report.link.trouble;
+    console.Say("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
+  }
   return report.log_failed || never_served || !shapes_written || !recorded ? kFailed : kDone;
 }
 
@@ -504,6 +519,7 @@ int Main(int argc, char** argv) {
   std::unique_ptr<ConnectRecorder> recorder;  // outlives the link
   std::unique_ptr<Line> line;
   std::unique_ptr<Device> device;
+  Health health;
   try {
     app.parse(argc, argv);
     if (app.got_subcommand("doctor")) {
@@ -512,6 +528,9 @@ int Main(int argc, char** argv) {
     }
     if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
     CheckBeforehand(a);
+    if (!a.metrics.empty()) {
+      health.page.emplace(a.metrics, a.link.insecure, [&] { return health.seen.Collect(); });
+    }
     if (!a.record.empty()) {
       recorder =
           std::make_unique<ConnectRecorder>(a.record, a.record_limit, a.record_part, &a.link);
@@ -526,7 +545,7 @@ int Main(int argc, char** argv) {
   }
   CatchSignals();
   try {
-    return Operate(a, line.get(), std::move(device), recorder.get());
+    return Operate(a, line.get(), std::move(device), recorder.get(), &health);
   } catch (const std::exception& error) {
     if (g_stop) return kDone;  // before anything moved
     std::fprintf(stderr, "palpate-master: %s\n", error.what());

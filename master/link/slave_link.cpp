@@ -118,7 +118,7 @@ struct SlaveLink::Parts {
   std::optional<RemoteScene> first;       // that was connected to
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
-  std::atomic<bool> rereads{false};
+  std::atomic<bool> rereads{false}, denied{false};
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable changed;
@@ -224,6 +224,7 @@ grpc::Status SlaveLink::Parts::Failed(const grpc::Status& status) {
   refused_at = {};
   if (!stopping) told.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
   told.answers = IsAnswer(status);
+  denied = !was_connected && status.error_code() == grpc::StatusCode::PERMISSION_DENIED;
   return status;
 }
 
@@ -231,6 +232,7 @@ void SlaveLink::Parts::Served() {
   const std::scoped_lock lock(mutex);
   if (was_connected) ++told.reconnects;
   told.connected = was_connected = true;
+  denied = false;
   told.trouble.clear();
   unread.clear();  // they were read before this stream began
   datagram_at = Clock::now();
@@ -337,6 +339,10 @@ LinkStats SlaveLink::stats() const {
   stats.command_age = TimesOf(times.command_age);
   stats.clock_offset = parts_->trips.clock_offset();
   return stats;
+}
+
+bool SlaveLink::denied() const {
+  return parts_->denied;
 }
 
 bool SlaveLink::EmergencyStop(const std::string& reason) {

@@ -86,6 +86,9 @@ class SlaveLink {
              LatestValue<RemoteSettings>* settings);
   void Stop();
   [[nodiscard]] LinkStats stats() const;  // thread-safe
+  // The slave does not let who we are operate, and never did: to ask again is of no use.
+  // Thread-safe.
+  [[nodiscard]] bool denied() const;
   // The slave's emergency stop, and its end. Thread-safe, deadline 1 s or what the line needs;
   // true: it was done.
   bool EmergencyStop(const std::string& reason);

@@ -1,31 +1,33 @@
 #include "shared/metrics/metrics_page.h"
 
-#include <atomic>
 #include <chrono>
+#include <list>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
-#include <httplib.h>
-#include <sys/socket.h>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/version.hpp>
 
 namespace palpate {
 namespace {
 
-constexpr std::chrono::seconds kPatience(1);  // with who asks
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using beast::error_code;
 
-// One after the other: who connects meanwhile waits in the system's queue, which is short.
-class InTurn final : public httplib::TaskQueue {
- public:
-  void enqueue(std::function<void()> answer) override { answer(); }
-  void shutdown() override {}
-};
-
-// The library would share a port with whoever has it, and say nothing.
-void AloneOnItsPort(socket_t socket) {
-  const int yes = 1;
-  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-}
+// With who asks: from the first byte to the last. Who asks has its place at once, whoever else is
+// there: the eldest goes.
+constexpr std::chrono::seconds kPatience(1);
+constexpr std::size_t kMostAskers = 16;
+constexpr std::chrono::milliseconds kBreath(20);  // where there is no descriptor left
+constexpr std::uint32_t kLongestHeader = 8192;    // [bytes]
 
 Endpoint Permitted(const std::string& address, bool insecure) {
   try {
@@ -34,6 +36,20 @@ Endpoint Permitted(const std::string& address, bool insecure) {
     throw std::runtime_error(error.what());
   }
 }
+
+// A connection, for one answer.
+struct Asker {
+  explicit Asker(tcp::socket&& socket) : stream(std::move(socket)) {
+    stream.expires_after(kPatience);
+    parser.header_limit(kLongestHeader);
+    parser.body_limit(0);
+  }
+
+  beast::tcp_stream stream;
+  beast::flat_buffer heard;
+  http::request_parser<http::empty_body> parser;
+  http::response<http::string_body> answer;
+};
 
 }  // namespace
 
@@ -52,42 +68,95 @@ Endpoint MetricsEndpoint(const std::string& address, bool insecure) {
 }
 
 struct MetricsPage::Parts {
+  explicit Parts(std::function<Metrics()> asked) : collect(std::move(asked)) {}
+
+  // Throws boost::system::system_error.
+  void Listen();
+  void Accept();
+  void Read(const std::shared_ptr<Asker>& asker);
+  void Answer(const std::shared_ptr<Asker>& asker);
+
+  const std::function<Metrics()> collect;
   Endpoint endpoint;
-  httplib::Server server;
-  std::atomic<bool> ended{false};
+  asio::io_context context{1};
+  tcp::acceptor acceptor{context};
+  asio::steady_timer breath{context};
+  std::list<std::weak_ptr<Asker>> askers;  // the eldest first
   std::jthread thread;
 };
 
-MetricsPage::MetricsPage(const std::string& address, bool insecure,
-                         std::function<Metrics()> collect)
-    : parts_(std::make_unique<Parts>()) {
-  parts_->endpoint = Permitted(address, insecure);
-  httplib::Server& server = parts_->server;
-  server.new_task_queue = [] { return new InTurn; };
-  server.set_socket_options(AloneOnItsPort);
-  server.set_keep_alive_max_count(1);
-  server.set_keep_alive_timeout(kPatience.count());
-  server.set_read_timeout(kPatience);
-  server.set_write_timeout(kPatience);
-  server.set_payload_max_length(0);
-  server.Get("/metrics", [collect = std::move(collect)](const auto&, httplib::Response& answer) {
-    answer.set_content(ToText(collect()), "text/plain; version=0.0.4");
-  });
-  Endpoint& at = parts_->endpoint;
-  const int port = at.port == 0 ? server.bind_to_any_port(at.host)
-                                : (server.bind_to_port(at.host, at.port) ? at.port : -1);
-  if (port <= 0) throw std::runtime_error("--metrics: cannot listen on " + address);
-  at.port = static_cast<std::uint16_t>(port);
-  parts_->thread = std::jthread([parts = parts_.get()] {
-    parts->server.listen_after_bind();
-    parts->ended = true;
+void MetricsPage::Parts::Listen() {
+  const auto found = tcp::resolver(context).resolve(endpoint.host, std::to_string(endpoint.port));
+  const tcp::endpoint at = *found.begin();
+  acceptor.open(at.protocol());
+  acceptor.set_option(tcp::acceptor::reuse_address(true));
+  acceptor.bind(at);
+  acceptor.listen();
+  endpoint.port = acceptor.local_endpoint().port();
+}
+
+void MetricsPage::Parts::Accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (error) {
+      breath.expires_after(kBreath);
+      return breath.async_wait([this](error_code /*error*/) { Accept(); });
+    }
+    askers.remove_if([](const auto& other) { return other.expired(); });
+    if (askers.size() >= kMostAskers) {
+      if (const auto eldest = askers.front().lock()) eldest->stream.close();
+      askers.pop_front();
+    }
+    const auto asker = std::make_shared<Asker>(std::move(socket));
+    askers.push_back(asker);
+    Read(asker);
+    Accept();
   });
 }
 
+void MetricsPage::Parts::Read(const std::shared_ptr<Asker>& asker) {
+  http::async_read(asker->stream, asker->heard, asker->parser,
+                   [this, asker](error_code error, std::size_t /*bytes*/) {
+                     if (!error) Answer(asker);
+                   });
+}
+
+void MetricsPage::Parts::Answer(const std::shared_ptr<Asker>& asker) {
+  const auto& request = asker->parser.get();
+  auto& answer = asker->answer;
+  answer.version(11);
+  answer.set(http::field::content_type, "text/plain; version=0.0.4");
+  answer.keep_alive(false);
+  const std::string_view target(request.target().data(), request.target().size());
+  if (request.method() != http::verb::get) {
+    answer.result(http::status::method_not_allowed);
+  } else if (target.substr(0, target.find('?')) != "/metrics") {
+    answer.result(http::status::not_found);
+  } else {
+    answer.body() = ToText(collect());
+  }
+  answer.prepare_payload();
+  http::async_write(asker->stream, answer, [asker](error_code, std::size_t) {
+    error_code ignored;
+    asker->stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  });
+}
+
+MetricsPage::MetricsPage(const std::string& address, bool insecure,
+                         std::function<Metrics()> collect)
+    : parts_(std::make_unique<Parts>(std::move(collect))) {
+  parts_->endpoint = Permitted(address, insecure);
+  try {
+    parts_->Listen();
+  } catch (const boost::system::system_error& error) {
+    throw std::runtime_error("--metrics: cannot listen on " + address + ": " +
+                             error.code().message());
+  }
+  parts_->Accept();
+  parts_->thread = std::jthread([parts = parts_.get()] { parts->context.run(); });
+}
+
 MetricsPage::~MetricsPage() {
-  // A server that does not run yet cannot be stopped.
-  while (!parts_->server.is_running() && !parts_->ended) std::this_thread::yield();
-  parts_->server.stop();
+  parts_->context.stop();
 }
 
 const Endpoint& MetricsPage::endpoint() const {

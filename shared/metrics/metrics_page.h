@@ -16,9 +16,10 @@ Endpoint MetricsEndpoint(const std::string& address, bool insecure);
 
 class MetricsPage {
  public:
-  // Answers on `address` (HOST:PORT; port 0: any free one) until it is destroyed, one request after
-  // the other in a thread of its own, so that nobody can make it grow; `collect` is called there.
-  // In plain text and for whoever asks: beyond loopback only if `insecure`. Throws
+  // Answers on `address` (HOST:PORT; port 0: any free one) until it is destroyed, in a thread of
+  // its own where `collect` is called: 16 who ask at once, each for a second, the eldest gives way,
+  // so that nobody makes it grow or keeps others from it. In plain text and for whoever asks:
+  // beyond loopback only if `insecure`. Boost.Beast, as for the station's page. Throws
   // std::runtime_error: not understood, not permitted, cannot be listened on.
   MetricsPage(const std::string& address, bool insecure, std::function<Metrics()> collect);
   ~MetricsPage();

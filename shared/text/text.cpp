@@ -8,6 +8,8 @@
 #include <fstream>
 #include <system_error>
 
+#include <fcntl.h>
+
 namespace palpate {
 
 void RefuseValue(std::string_view name, double value, std::string_view accepted) {
@@ -163,9 +165,23 @@ void ReplaceFile(const std::filesystem::path& file, std::string_view bytes) {
   throw std::runtime_error(file.string() + ": cannot be written");
 }
 
+namespace {
+
+// To open a pipe that nobody reads waits without a word. One that is read stays open until the
+// program ends: its reader would take a first end for the last.
+void RequireReader(const std::filesystem::path& pipe) {
+  if (open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC) >= 0) return;
+  throw std::invalid_argument(pipe.string() +
+                              ": cannot be written: a pipe that nobody reads; accepted is one that "
+                              "is read already");
+}
+
+}  // namespace
+
 void RequireWritable(const std::filesystem::path& file) {
   if (file.empty()) return;
   std::error_code error;
+  if (std::filesystem::is_fifo(file, error)) return RequireReader(file);
   const bool existed = std::filesystem::exists(file, error);
   if (!std::ofstream(file, std::ios::app)) {
     throw std::invalid_argument(file.string() +

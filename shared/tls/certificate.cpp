@@ -1,5 +1,6 @@
 #include "shared/tls/certificate.h"
 
+#include <array>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -56,16 +57,45 @@ std::string Contents(const fs::path& file) {
   return text;
 }
 
+std::optional<WallTime> TimeIn(const ASN1_TIME* told) {
+  std::tm time{};
+  if (ASN1_TIME_to_tm(told, &time) != 1) return std::nullopt;
+  return std::chrono::system_clock::from_time_t(timegm(&time));
+}
+
+std::string InWords(WallTime time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm utc{};
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%F %T UTC", gmtime_r(&seconds, &utc));
+  return text.data();
+}
+
 }  // namespace
 
 std::optional<CertificateFacts> FactsOf(std::string_view pem) {
   const Certificate certificate = Read(pem);
-  std::tm until{};
-  if (!certificate || ASN1_TIME_to_tm(X509_get0_notAfter(certificate.get()), &until) != 1) {
-    return std::nullopt;
+  const auto until = certificate ? TimeIn(X509_get0_notAfter(certificate.get())) : std::nullopt;
+  if (!until) return std::nullopt;
+  return CertificateFacts{SerialIn(X509_get0_serialNumber(certificate.get())), *until};
+}
+
+std::string WhyUntimely(const fs::path& folder, WallTime now) {
+  for (const fs::path& file : {folder / "ca.pem", folder / "cert.pem"}) {
+    const Certificate certificate = Read(Contents(file));
+    if (!certificate) continue;
+    const auto since = TimeIn(X509_get0_notBefore(certificate.get()));
+    const auto until = TimeIn(X509_get0_notAfter(certificate.get()));
+    if (until && now >= *until) {
+      return file.string() + " holds no more, since " + InWords(*until) +
+             ": deploy/certs issues another";
+    }
+    if (since && now < *since) {
+      return file.string() + " holds from " + InWords(*since) +
+             " on, which is to come by this machine's clock: set the clock";
+    }
   }
-  return CertificateFacts{SerialIn(X509_get0_serialNumber(certificate.get())),
-                          std::chrono::system_clock::from_time_t(timegm(&until))};
+  return {};
 }
 
 void RequireUsable(const fs::path& folder) {

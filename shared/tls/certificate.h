@@ -25,6 +25,11 @@ std::optional<CertificateFacts> FactsOf(std::string_view pem);
 // `cert.pem` without a certificate, a `key.pem` that is no key or that of another certificate.
 void RequireUsable(const std::filesystem::path& folder);
 
+// What of `ca.pem` and `cert.pem` in `folder`, which can be used, does not hold at `now`, and the
+// way out, in words; empty: both hold.
+std::string WhyUntimely(const std::filesystem::path& folder,
+                        WallTime now = std::chrono::system_clock::now());
+
 // `crl.pem` of a folder of certificates, signed by the `ca.pem` beside it. Without it nothing is
 // revoked. Looked at anew at most once a second: what is replaced by something that cannot be used
 // leaves the list as it was, with a line in the log. Thread-safe.

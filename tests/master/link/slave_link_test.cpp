@@ -415,6 +415,28 @@ class NearlyASlave : public StrangePeer {
   }
 };
 
+// One that lets whoever calls operate once it is told to.
+class ChoosySlave final : public NearlyASlave {
+ public:
+  ~ChoosySlave() override { StopServing(); }
+  grpc::Status Operate(
+      grpc::ServerContext* context,
+      grpc::ServerReaderWriter<v1::SlaveState, v1::OperatorCommand>* stream) override {
+    if (!lets) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
+    v1::SlaveState state;
+    while (lets && !context->IsCancelled()) {
+      state.set_sequence(state.sequence() + 1);
+      ToProto(Clock::now(), state.mutable_sensed_at());
+      ToProto(Clock::now(), state.mutable_sent_at());
+      state.mutable_p_s_tip();
+      stream->Write(state);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    return grpc::Status::OK;
+  }
+  std::atomic<bool> lets{false};
+};
+
 // One whose states can be read, and who offers datagrams as `offer` says: again with each state.
 class OfferingSlave final : public NearlyASlave {
  public:
@@ -535,6 +557,23 @@ TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
                   " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
                   "release like this one?");
   }
+}
+
+// Another certificate is needed, and a new start with it; not so once it was let in, when what it
+// shows may be renewed.
+TEST_F(SlaveLinkTest, WhoMayNotOperateIsToldSo) {
+  ChoosySlave slave;
+  SlaveLink link(To(slave.address));
+  EXPECT_FALSE(link.denied());
+  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  ASSERT_TRUE(loop_.Until([&] { return link.denied(); }));
+  EXPECT_THAT(link.stats().trouble, HasSubstr("role 'sensor' may not call"));
+  slave.lets = true;
+  ASSERT_TRUE(loop_.Until([&] { return link.stats().connected && !link.denied(); }));
+  slave.lets = false;
+  ASSERT_TRUE(
+      loop_.Until([&] { return link.stats().trouble.find("may not call") != std::string::npos; }));
+  EXPECT_FALSE(link.denied());
 }
 
 TEST_F(SlaveLinkTest, TheEyesStartAnewWhereTheSlaveKnowsHow) {

@@ -1,13 +1,16 @@
 #include "shared/metrics/metrics_page.h"
 
+#include <array>
+#include <cerrno>
 #include <chrono>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <httplib.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -16,6 +19,8 @@ namespace palpate {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
 using testing::ThrowsMessage;
 
 Metrics OneNumber() {
@@ -24,47 +29,79 @@ Metrics OneNumber() {
 
 class MetricsPageTest : public testing::Test {
  protected:
-  httplib::Result Get(const char* path) {
-    httplib::Client client("127.0.0.1", page_.endpoint().port);
-    client.set_read_timeout(std::chrono::seconds(20));
-    return client.Get(path);
-  }
-  MetricsPage page_{"127.0.0.1:0", false, OneNumber};
-};
-
-TEST_F(MetricsPageTest, TellsItsNumbersToWhoeverAsks) {
-  for (int again = 0; again < 3; ++again) {
-    const auto answer = Get("/metrics");
-    ASSERT_TRUE(answer);
-    EXPECT_EQ(answer->status, 200);
-    EXPECT_THAT(answer->body, HasSubstr("palpate_answer 42\n"));
-  }
-}
-
-TEST_F(MetricsPageTest, HasNothingElse) {
-  for (const char* path : {"/", "/metrics/../etc/passwd", "/other"}) {
-    const auto answer = Get(path);
-    ASSERT_TRUE(answer) << path;
-    EXPECT_EQ(answer->status, 404) << path;
-  }
-}
-
-// Connections that say nothing cost the next who asks a while, and the program nothing.
-TEST_F(MetricsPageTest, WhoSaysNothingIsLeftBehind) {
-  std::vector<int> silent;
-  for (int i = 0; i < 2; ++i) {
+  // A connection; whoever reads it waits 20 s at most.
+  [[nodiscard]] int Connect() const {
     const int fd = socket(AF_INET, SOCK_STREAM, 0);
     sockaddr_in to{};
     to.sin_family = AF_INET;
     to.sin_port = htons(page_.endpoint().port);
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ASSERT_EQ(connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
-    silent.push_back(fd);
+    EXPECT_EQ(connect(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+    const timeval patience{20, 0};
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    return fd;
   }
-  const auto answer = Get("/metrics");
-  ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->status, 200);
-  for (const int fd : silent) close(fd);
+  static bool Say(int fd, std::string_view words) {
+    return send(fd, words.data(), words.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(words.size());
+  }
+  // What comes until the page ends it.
+  static std::string Hear(int fd) {
+    std::string heard;
+    std::array<char, 4096> bytes{};
+    ssize_t got = 0;
+    while ((got = recv(fd, bytes.data(), bytes.size(), 0)) > 0) {
+      heard.append(bytes.data(), static_cast<std::size_t>(got));
+    }
+    return got == 0 ? heard : heard + " and no end";
+  }
+  [[nodiscard]] std::string Ask(const std::string& what) const {
+    const int fd = Connect();
+    EXPECT_TRUE(Say(fd, what + " HTTP/1.1\r\nHost: here\r\n\r\n"));
+    const std::string answer = Hear(fd);
+    close(fd);
+    return answer;
+  }
+  MetricsPage page_{"127.0.0.1:0", false, OneNumber};
+};
+
+TEST_F(MetricsPageTest, TellsItsNumbersToWhoeverAsks) {
+  for (const char* what : {"GET /metrics", "GET /metrics", "GET /metrics?name=one"}) {
+    const std::string answer = Ask(what);
+    EXPECT_THAT(answer, StartsWith("HTTP/1.1 200 ")) << what;
+    EXPECT_THAT(answer, HasSubstr("palpate_answer 42\n")) << what;
+  }
+}
+
+TEST_F(MetricsPageTest, HasNothingElse) {
+  for (const char* path : {"/", "/metrics/../etc/passwd", "/other", "/metricsx"}) {
+    EXPECT_THAT(Ask(std::string("GET ") + path), StartsWith("HTTP/1.1 404 ")) << path;
+  }
+  EXPECT_THAT(Ask("DELETE /metrics"), StartsWith("HTTP/1.1 405 "));
+  const int fd = Connect();
+  Say(fd, "GET /metrics HTTP/1.1\r\nlong: " + std::string(20000, 'x'));
+  EXPECT_THAT(Hear(fd), Not(HasSubstr("palpate_answer")));
+  close(fd);
+}
+
+// Who says nothing, or a byte now and then, keeps nobody from the page, and goes after a while.
+TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
+  constexpr int kMore = 24;  // than have a place
+  std::vector<int> lingering;
+  for (int i = 0; i < kMore; ++i) lingering.push_back(Connect());
+  std::jthread dripping([lingering](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      for (const int fd : lingering) Say(fd, "G");
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  });
+  EXPECT_THAT(Ask("GET /metrics"), HasSubstr("palpate_answer 42\n"));
+  std::array<char, 1> byte{};
+  for (const int fd : lingering) {
+    const bool cut = recv(fd, byte.data(), 1, 0) == 0 || errno == ECONNRESET;
+    EXPECT_TRUE(cut) << "still there";
+  }
+  dripping = {};
+  for (const int fd : lingering) close(fd);
 }
 
 TEST_F(MetricsPageTest, APortInUseIsNotShared) {

@@ -4,8 +4,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace palpate {
 namespace {
@@ -101,6 +104,19 @@ TEST_F(TextFileTest, WhetherAFileCanBeWrittenLeavesNoTrace) {
   RequireWritable(folder_ / "old");
   EXPECT_EQ(ReadWholeFile(folder_ / "old", 4, "text"), "kept");
   EXPECT_THROW(RequireWritable(folder_ / "no" / "file"), std::invalid_argument);
+}
+
+TEST_F(TextFileTest, APipeIsWrittenToWhereSomebodyReads) {
+  const std::string pipe = (folder_ / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(RequireWritable(pipe), std::invalid_argument);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  RequireWritable(pipe);
+  WriteWholeFile(pipe, "read");
+  std::array<char, 8> bytes{};
+  EXPECT_EQ(read(reader, bytes.data(), bytes.size()), 4);
+  EXPECT_EQ(read(reader, bytes.data(), bytes.size()), -1) << "its end, before the program's";
+  close(reader);
 }
 
 TEST_F(TextFileTest, WhatIsReplacedStaysWhatItWas) {

@@ -326,6 +326,16 @@ TEST_F(TlsTest, WhatCannotBeUsedIsNamed) {
   EXPECT_NE(said("ca.pem", key).find("ca.pem holds no certificate"), std::string::npos);
 }
 
+TEST_F(TlsTest, WhatDoesNotHoldNowIsNamed) {
+  constexpr std::chrono::hours kYear(24 * 366);
+  const auto now = std::chrono::system_clock::now();
+  EXPECT_EQ(WhyUntimely(At("operator")), "");
+  EXPECT_THAT(WhyUntimely(At("expired")), HasSubstr("expired/cert.pem holds no more, since "));
+  EXPECT_THAT(WhyUntimely(At("operator"), now + kYear), HasSubstr("cert.pem holds no more"));
+  EXPECT_THAT(WhyUntimely(At("operator"), now + 11 * kYear), HasSubstr("ca.pem holds no more"));
+  EXPECT_THAT(WhyUntimely(At("operator"), now - kYear), HasSubstr("ca.pem holds from "));
+}
+
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{
