@@ -95,12 +95,16 @@ void OutputBlend::Go(Target target, double duration) noexcept {
   elapsed_ = 0;
 }
 
-Eigen::Vector3d OutputBlend::Step(const Eigen::Vector3d& rendered, double dt) noexcept {
+Eigen::Vector3d OutputBlend::Wanted(const Eigen::Vector3d& rendered, double dt) noexcept {
   elapsed_ += dt;
   Eigen::Vector3d wanted(0, 0, 0);
   if (target_ == Target::kRendered) wanted = rendered;
   if (target_ == Target::kFrozen) wanted = from_;
   if (is_blending()) wanted = from_ + elapsed_ / duration_ * (wanted - from_);
+  return wanted;
+}
+
+Eigen::Vector3d OutputBlend::Send(const Eigen::Vector3d& wanted, double dt) noexcept {
   const Eigen::Vector3d way = wanted - sent_;
   const double most = slew_ * std::min(dt, kTick);
   is_slewed_ = way.norm() > most;

@@ -149,9 +149,11 @@ class OutputBlend {
   };
   // From what was sent last to `target` in `duration` [s] >= 0. Real-time safe.
   void Go(Target target, double duration) noexcept;
-  // The force to send [N], `dt` [s] after the last; of a longer one than a tick no more is made for
+  // On the way to the target, `dt` [s] after the last [N]. Real-time safe.
+  Eigen::Vector3d Wanted(const Eigen::Vector3d& rendered, double dt) noexcept;
+  // The force to send [N] where `wanted` is; of a longer `dt` [s] than a tick no more is made for
   // the slew limit. Real-time safe.
-  Eigen::Vector3d Step(const Eigen::Vector3d& rendered, double dt) noexcept;
+  Eigen::Vector3d Send(const Eigen::Vector3d& wanted, double dt) noexcept;
   // The last step was as long as one may be.
   [[nodiscard]] bool is_slewed() const noexcept { return is_slewed_; }
   [[nodiscard]] bool is_blending() const noexcept { return elapsed_ < duration_; }

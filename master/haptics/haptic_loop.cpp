@@ -314,12 +314,16 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (chain.force_known) chain.estimated = *newest_->state.force;
   if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
   chain.scaled = transform_.ForceToMaster(chain.local);
+  const double slew = options_.slew_limit * kTicksPerSecond;
   chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
-  chain.passive =
-      passivity_.Afford(chain.passive, reading.v_M, options_.slew_limit * kTicksPerSecond);
+  chain.passive = passivity_.Afford(chain.passive, reading.v_M, slew);
   if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
   chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);
-  chain.sent = output_.Step(chain.limited, dt);
+  // What is held or fades is paid for, too: a hand that draws back under it would be driven.
+  const Eigen::Vector3d wanted = output_.Wanted(chain.limited, dt);
+  const Eigen::Vector3d afforded = passivity_.Afford(wanted, reading.v_M, slew);
+  if (afforded != wanted) chain.reasons.Add(Reason::kPassivity);
+  chain.sent = output_.Send(afforded, dt);
   if (output_.is_slewed()) chain.reasons.Add(Reason::kSlewed);
   if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
   sent_ = chain.sent;

@@ -147,6 +147,27 @@ TEST_P(MaliciousSlaveTest, TheHandKeepsItsLimits) {
   EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
 }
 
+// A line breaks while the hand presses, which then draws back under the force that is held: a
+// spring would give back what it took, this one more.
+TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
+  Rig rig({.K = 1900}, RenderMode::kLocal, kForceLimit, kSlewLimit);
+  Puppet puppet;
+  rig.Run(puppet, 0.1);
+  puppet.reading.engaged = true;
+  rig.Run(puppet, 0.2);
+  rig.Glide(puppet, {0, -0.0055, 0});  // 1.5 mm inside
+  EXPECT_GT(rig.loop.record().chain.sent.norm(), 1);
+  rig.slave.silent = true;
+  while (rig.Tick(puppet).state != OperatorState::kHold) {
+  }
+  puppet.reading.v_M = {0, 0.060, 0};  // [m/s]
+  for (int k = 0; k < 100; ++k) {
+    puppet.reading.p_M.y() += 60e-6;
+    rig.Tick(puppet);
+  }
+  EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
+}
+
 INSTANTIATE_TEST_SUITE_P(Rows, MaliciousSlaveTest, testing::ValuesIn(kRows),
                          [](const auto& row) { return row.param.name; });
 

@@ -6,32 +6,36 @@ namespace palpate {
 namespace {
 
 using Target = OutputBlend::Target;
+
+Eigen::Vector3d Step(OutputBlend* blend, const Eigen::Vector3d& rendered, double dt) {
+  return blend->Send(blend->Wanted(rendered, dt), dt);
+}
 const Eigen::Vector3d kForce(0, 2, 0);
 
 TEST(OutputBlendTest, StartsAtZero) {
   OutputBlend blend;
-  EXPECT_EQ(blend.Step(kForce, 0.001).norm(), 0);
+  EXPECT_EQ(Step(&blend, kForce, 0.001).norm(), 0);
 }
 
 // Reference: a straight line in time.
 TEST(OutputBlendTest, ComesInStraightAndThenFollowsExactly) {
   OutputBlend blend;
   blend.Go(Target::kRendered, 0.050);
-  for (int i = 1; i <= 50; ++i) EXPECT_NEAR(blend.Step(kForce, 0.001).y(), 2 * i / 50.0, 1e-9);
-  EXPECT_EQ(blend.Step(-kForce, 0.001), -kForce);
+  for (int i = 1; i <= 50; ++i) EXPECT_NEAR(Step(&blend, kForce, 0.001).y(), 2 * i / 50.0, 1e-9);
+  EXPECT_EQ(Step(&blend, -kForce, 0.001), -kForce);
   EXPECT_FALSE(blend.is_blending());
 }
 
 TEST(OutputBlendTest, FreezesWhatWasSentThenFadesItToExactlyZero) {
   OutputBlend blend;
   blend.Go(Target::kRendered, 0);
-  blend.Step(kForce, 0.001);
+  Step(&blend, kForce, 0.001);
   blend.Go(Target::kFrozen, 0);
-  for (int i = 0; i < 20; ++i) EXPECT_EQ(blend.Step({9, 9, 9}, 0.001), kForce);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(Step(&blend, {9, 9, 9}, 0.001), kForce);
   blend.Go(Target::kZero, 0.050);
   double last = 2;
   for (int i = 0; i < 51; ++i) {
-    const double force = blend.Step({9, 9, 9}, 0.001).y();
+    const double force = Step(&blend, {9, 9, 9}, 0.001).y();
     EXPECT_LT(force, last + 1e-15);
     last = force;
   }
@@ -42,20 +46,20 @@ TEST(OutputBlendTest, FreezesWhatWasSentThenFadesItToExactlyZero) {
 TEST(OutputBlendTest, ChangesNoFasterThanItsSlewBothWays) {
   OutputBlend blend(200);
   blend.Go(Target::kRendered, 0);
-  EXPECT_NEAR(blend.Step(kForce, 0.001).y(), 0.2, 1e-12);
+  EXPECT_NEAR(Step(&blend, kForce, 0.001).y(), 0.2, 1e-12);
   EXPECT_TRUE(blend.is_slewed());
-  EXPECT_NEAR(blend.Step(-kForce, 0.020).y(), 0.0, 1e-12);
-  EXPECT_NEAR(blend.Step(-kForce, 0.001).y(), -0.2, 1e-12);
-  EXPECT_NEAR(blend.Step({0, -0.3, 0}, 0.001).y(), -0.3, 1e-12);
+  EXPECT_NEAR(Step(&blend, -kForce, 0.020).y(), 0.0, 1e-12);
+  EXPECT_NEAR(Step(&blend, -kForce, 0.001).y(), -0.2, 1e-12);
+  EXPECT_NEAR(Step(&blend, {0, -0.3, 0}, 0.001).y(), -0.3, 1e-12);
   EXPECT_FALSE(blend.is_slewed());
 }
 
 TEST(OutputBlendTest, AChangeOfMindBeginsWhereTheHandIs) {
   OutputBlend blend;
   blend.Go(Target::kRendered, 0.050);
-  for (int i = 0; i < 25; ++i) blend.Step(kForce, 0.001);
+  for (int i = 0; i < 25; ++i) Step(&blend, kForce, 0.001);
   blend.Go(Target::kZero, 0.050);
-  EXPECT_NEAR(blend.Step(kForce, 0.001).y(), 1 - 1 / 50.0, 1e-9);
+  EXPECT_NEAR(Step(&blend, kForce, 0.001).y(), 1 - 1 / 50.0, 1e-9);
 }
 
 }  // namespace
