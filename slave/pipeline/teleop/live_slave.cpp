@@ -232,7 +232,24 @@ Feeling LiveSlave::FeelingNow() const {
   feeling.depth = felt.depth;
   if (felt.local_model.known()) feeling.outward = felt.local_model.normal;
   if (felt.force && felt.force->norm() > 0) feeling.outward = felt.force->normalized();
+  CarryOn(&feeling);
   return feeling;
+}
+
+// A sample is some 10 ms old, or late, while a quick arm goes half a millimetre and more. Deeper
+// than the model is valid it is still the best that is known.
+void LiveSlave::CarryOn(Feeling* feeling) const {
+  const std::lock_guard lock(local_mutex_);
+  const LocalModel& local = newest_local_;
+  const Eigen::Vector3d p_S = p_S_local_ + manipulator_->Tip() - p_S_local_arm_;
+  const double depth = local.known() ? local.Penetration(p_S) : 0;
+  const Eigen::Vector3d below = local.reference - p_S, aside = below - depth * local.normal;
+  if (!(depth > 0) || aside.norm() > local.valid_radius) return;
+  feeling->depth_by_now = depth;
+  feeling->force_by_now = (local.force + local.stiffness * below).norm();
+  // A small force may point anywhere.
+  const double felt = feeling->force ? feeling->force->norm() : 0;
+  if (felt < feeling->force_by_now) feeling->outward = local.normal;
 }
 
 SlaveState LiveSlave::Compose(Time now) {
@@ -250,7 +267,9 @@ LocalModel LiveSlave::LocalNow() {
   const std::unique_lock sense(sense_mutex_, std::try_to_lock);
   const std::lock_guard lock(local_mutex_);
   if (sense.owns_lock()) {
-    newest_local_ = sense_->LocalModelAt(p_S_sensed_ + manipulator_->Tip() - p_S_encoders_);
+    p_S_local_arm_ = manipulator_->Tip();
+    p_S_local_ = p_S_sensed_ + p_S_local_arm_ - p_S_encoders_;
+    newest_local_ = sense_->LocalModelAt(p_S_local_);
   }
   return newest_local_;
 }

@@ -104,6 +104,8 @@ class LiveSlave final : public Slave {
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] Feeling FeelingNow() const;
+  // By the newest local model, which knows nothing of places far aside.
+  void CarryOn(Feeling* feeling) const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
   // The largest force that the hand can show, at the tool [N].
   [[nodiscard]] double FullScale() const;
@@ -134,9 +136,11 @@ class LiveSlave final : public Slave {
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
-  PatchKeeper patch_;       // updated under sense_mutex_
-  std::mutex local_mutex_;  // guards the next one
+  PatchKeeper patch_;                // updated under sense_mutex_
+  mutable UrgentMutex local_mutex_;  // guards the next three
   LocalModel newest_local_;
+  // Where that was asked for, and what the arm said then, S [m].
+  Eigen::Vector3d p_S_local_{0, 0, 0}, p_S_local_arm_{0, 0, 0};
 
   std::atomic<bool> may_rest_{false};
   std::mutex rest_mutex_;  // guards the next two

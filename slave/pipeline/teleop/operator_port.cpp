@@ -26,6 +26,14 @@ bool IsSane(const OperatorCommand& command) {
 }
 
 constexpr double kArrived = 0.005;  // of a retreat: what the arm goes in so long [s]
+// A retreat ends after so many times what it takes at full speed, and so long besides [s].
+constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
+// At a guard a hand trembles and drags: what the arm goes in so long is no press further [s].
+constexpr double kTremor = 0.02;
+constexpr double kFalls = 0.95;  // of a guard: below that it stands no more
+// After the tool was led last, samples tell within so long what that did; later ones are waited for
+// so long [s].
+constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
 constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
 constexpr double kMaxForceLimit = 100;     // [N]
 constexpr double kMaxYoungModulus = 1e13;  // [Pa]
@@ -131,9 +139,12 @@ void OperatorPort::Refuse() noexcept {
 }
 
 void OperatorPort::Follow(const OperatorCommand& command) noexcept {
-  const Eigen::Vector3d target = TargetOf(command);
-  if (outward_ && (target - manipulator_.Tip()).dot(*outward_) < 0) {
-    return HoldUntilEngaged(Event::kLimit);
+  Eigen::Vector3d target = TargetOf(command);
+  if (outward_) {
+    const double inward = std::max(0.0, (manipulator_.Tip() - target).dot(*outward_));
+    if (inward > kTremor * limits_.max_speed) return HoldUntilEngaged(Event::kLimit);
+    target += inward * *outward_;
+    if (inward > 0) events_.Add(Event::kLimit);
   }
   engaged_ = true;
   view_.phase = Phase::kFollowing;
@@ -172,18 +183,50 @@ void OperatorPort::CountEnergy(const Feeling& feeling) noexcept {
   if (operating_) (work > 0 ? view_.energy_in : view_.energy_out) += std::abs(work);
 }
 
-void OperatorPort::Guard(const Feeling& feeling) noexcept {
-  const Eigen::Vector3d tip = manipulator_.Tip();
-  const double force = feeling.force ? feeling.force->norm() : 0;
-  const bool is_reached = force > limits_.force_guard || feeling.depth > limits_.depth_guard;
+void OperatorPort::Guard(Time now, const Feeling& feeling) noexcept {
+  const double felt = feeling.force ? feeling.force->norm() : 0;
+  const double force = std::max(felt, feeling.force_by_now);
+  const double depth = std::max(feeling.depth, feeling.depth_by_now);
+  const double falls = outward_ ? kFalls : 1;
+  const bool is_reached =
+      force > falls * limits_.force_guard || depth > falls * limits_.depth_guard;
   const bool begins = is_reached && !outward_;
+  const bool follows = view_.phase == Phase::kFollowing;
   if (feeling.force) outward_.reset();  // a guard stands while nobody knows that it may fall
   if (is_reached) outward_ = feeling.outward;
-  if (retreat_ && WayTo(*retreat_) < kArrived * limits_.max_speed) retreat_.reset();
-  if (!begins || view_.phase != Phase::kFollowing) return;
-  if (limits_.guard_retracts) retreat_ = tip + feeling.depth * feeling.outward;
-  HoldUntilEngaged(Event::kLimit);
-  if (retreat_) manipulator_.Command(*retreat_);
+  if (follows) followed_at_ = now;
+  if (retreat_) GoBack(now);
+  if (begins && (follows || unseen_)) Retreat(now, feeling);
+  const double since = SecondsBetween(followed_at_, now);
+  unseen_ = follows || (unseen_ && since < (feeling.force ? kSeenWithin : kWaitedFor));
+}
+
+// A guard was reached where somebody led the tool.
+void OperatorPort::Retreat(Time now, const Feeling& feeling) noexcept {
+  if (view_.phase == Phase::kEstop) return;
+  if (limits_.guard_retracts) {
+    const double depth = std::max(feeling.depth, feeling.depth_by_now);
+    retreat_ = manipulator_.Tip() + depth * feeling.outward;
+    const double takes = WayTo(*retreat_) / limits_.max_speed;
+    retreat_until_ = now + Seconds(kRetreatTimes * takes + kRetreatLonger);
+  }
+  if (view_.phase == Phase::kFollowing) {
+    HoldUntilEngaged(Event::kLimit);
+  } else {
+    events_.Add(Event::kLimit);
+  }
+  if (retreat_) GoBack(now);
+}
+
+// An arm forgets what it was told when it has a fault.
+void OperatorPort::GoBack(Time now) noexcept {
+  if (WayTo(*retreat_) < kArrived * limits_.max_speed) return retreat_.reset();
+  if (now > retreat_until_) {
+    retreat_.reset();
+    manipulator_.Hold();
+  } else if (!manipulator_.is_faulty()) {
+    manipulator_.Command(*retreat_);
+  }
 }
 
 double OperatorPort::UnfeltFor(Time now) const noexcept {
@@ -193,7 +236,7 @@ double OperatorPort::UnfeltFor(Time now) const noexcept {
 void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   const std::lock_guard lock(mutex_);
   CountEnergy(feeling);
-  Guard(feeling);
+  Guard(now, feeling);
   const double passed = watched_at_ == Time{} ? 0 : SecondsBetween(watched_at_, now);
   unknown_for_ = feeling.force ? 0 : unknown_for_ + passed;
   watched_at_ = now;
@@ -214,8 +257,9 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
 
 void OperatorPort::AwaitOperator(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  if (operating_ || retreat_) return;
-  begun_.wait(lock, stop, [this] { return operating_ || retreat_; });
+  const auto is_watched = [this] { return operating_ || retreat_ || unseen_; };
+  if (is_watched()) return;
+  begun_.wait(lock, stop, is_watched);
   last_tip_ = manipulator_.Tip();
   watched_at_ = {};
 }

@@ -35,6 +35,9 @@ struct Feeling {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
   double depth = 0;                      // of the tool in the object [m]
   Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
+  // Where the arm has come since that was sensed, by the local model: size of the force [N], depth
+  // [m]; 0: unknown.
+  double force_by_now = 0, depth_by_now = 0;
 };
 
 // Thread-safe; every call is short. The manipulator must outlive the port.
@@ -45,7 +48,9 @@ struct Feeling {
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
-// the guards.
+// the guards. Where these retract, it goes back to the surface, also if they were seen to be
+// reached only after it was let go; the arm's fault delays that, and where the arm does not come
+// it ends.
 class OperatorPort {
  public:
   // `dead_after`: silence of the operator after which the tool holds [s].
@@ -61,7 +66,8 @@ class OperatorPort {
   void Watch(Time now, const Feeling& feeling) noexcept;
   void EmergencyStop() noexcept;
   void Reset() noexcept;
-  // Waits while nobody operates and no tool retreats: there is nothing to watch.
+  // Waits while nobody operates, no tool retreats, and what the last motion did was seen: there is
+  // nothing to watch.
   void AwaitOperator(const std::stop_token& stop);
 
   // Throws std::logic_error while somebody follows.
@@ -91,7 +97,9 @@ class OperatorPort {
   // Longer than the tool may move without its force being known: no epoch makes it.
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
   void CountEnergy(const Feeling& feeling) noexcept;
-  void Guard(const Feeling& feeling) noexcept;
+  void Guard(Time now, const Feeling& feeling) noexcept;
+  void Retreat(Time now, const Feeling& feeling) noexcept;
+  void GoBack(Time now) noexcept;
   // How long the operator has told of no newer state [s]. Who tells of none, as scripts may, is not
   // judged.
   [[nodiscard]] double UnfeltFor(Time now) const noexcept;
@@ -111,6 +119,9 @@ class OperatorPort {
   std::optional<Eigen::Vector3d>
       outward_;  // no deeper than now, seen against it: a guard is reached
   std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
+  Time retreat_until_{};
+  Time followed_at_{};   // last
+  bool unseen_ = false;  // what that did, by the guards
   // The force, while somebody operated: who comes again is not given as long again [s].
   double unknown_for_ = 0;
   Time watched_at_{};

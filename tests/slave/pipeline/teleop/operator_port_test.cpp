@@ -433,6 +433,149 @@ TEST_F(GuardedPortTest, ADepthBeyondTheGuardRetractsToTheSurfaceWhereTheSceneSay
   EXPECT_GT(arm_.holds(), holds) << "but for the emergency stop";
 }
 
+class RetreatTest : public GuardedPortTest {
+ protected:
+  RetreatTest() {
+    Use({.max_speed = 0.020, .force_guard = 2, .guard_retracts = true});
+    Press(0.1, light_);
+    deepest_ = arm_.Tip().y();
+  }
+  void Watch(double seconds, const Feeling& feeling) {
+    for (double t = 0; t < seconds; t += 0.002) guarded_->Watch(now_ += Seconds(0.002), feeling);
+  }
+  // By how far the tool came out of where it was deepest [m].
+  double Out() const { return arm_.Tip().y() - deepest_; }
+  void LetGo() { Send(Next({0, y_, 0}, false, epoch_)); }
+
+  const Feeling light_{Vector3d(0, 1, 0), 1e-3, {0, 1, 0}};
+  const Feeling heavy_{Vector3d(0, 2.1, 0), 2e-3, {0, 1, 0}};
+  double deepest_ = 0;
+};
+
+// An arm with a fault stands and forgets where it was told to go.
+TEST_F(RetreatTest, AFaultDelaysItAndLocksNobodyOut) {
+  arm_.faulty = true;
+  arm_.moves = false;
+  Watch(0.15, heavy_);
+  EXPECT_NEAR(Out(), 0, 1e-9);
+  arm_.faulty = false;
+  arm_.moves = true;
+  Watch(0.01, heavy_);
+  EXPECT_NEAR(Out(), 2e-3, 1e-9);
+  Watch(0.01, {Vector3d::Zero()});
+  Send(Next({0, 0, 0}, true, 2));
+  Send(Next({0, 0.001, 0}, true, 2));
+  EXPECT_NEAR(Out(), 3e-3, 1e-9) << "whoever engages anew leads it";
+}
+
+TEST_F(RetreatTest, AnArmThatDoesNotComeAllTheWayLocksNobodyOut) {
+  Press(0.002, heavy_);
+  arm_.moves = false;
+  arm_.Place({0.01, deepest_ + 1e-3, 0});
+  Watch(3, heavy_);
+  arm_.moves = true;
+  Send(Next({0, 0, 0}, true, 2));
+  Send(Next({0, 0.002, 0}, true, 2));
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  EXPECT_NEAR(Out(), 3e-3, 1e-9);
+}
+
+// What a press did is seen a sample later, when it has ended.
+TEST_F(RetreatTest, ItBeginsAlsoAfterTheHandLetGo) {
+  LetGo();
+  Watch(0.03, heavy_);
+  EXPECT_NEAR(Out(), 2e-3, 1e-9);
+  EXPECT_EQ(phase(), Phase::kClutched);
+}
+
+TEST_F(RetreatTest, ItBeginsAlsoAfterTheOperatorLeft) {
+  guarded_->EndOperating();
+  Watch(0.03, heavy_);
+  EXPECT_NEAR(Out(), 2e-3, 1e-9);
+  EXPECT_EQ(phase(), Phase::kReady);
+}
+
+TEST_F(RetreatTest, ItBeginsWhenWhatNobodySawIsSeen) {
+  Press(0.02, {std::nullopt});
+  Watch(2, {std::nullopt});
+  EXPECT_NEAR(Out(), 0, 1e-4);
+  Watch(0.03, heavy_);
+  EXPECT_GT(Out(), 1.9e-3);
+}
+
+// It is not the tool that moved then.
+TEST_F(RetreatTest, AToolThatStandsForLongIsLeftWhereItIs) {
+  LetGo();
+  Watch(0.5, light_);
+  Watch(0.5, heavy_);
+  EXPECT_NEAR(Out(), 0, 1e-9);
+}
+
+TEST_F(RetreatTest, TheEmergencyStopEndsIt) {
+  arm_.moves = false;
+  Press(0.002, heavy_);
+  guarded_->EmergencyStop();
+  arm_.moves = true;
+  Watch(0.1, heavy_);
+  guarded_->Reset();
+  Watch(0.1, heavy_);
+  EXPECT_NEAR(Out(), 0, 1e-4);
+}
+
+// A hand trembles: 0.3 mm between its ends are less than 20 mm/s bring in 20 ms.
+TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
+  Use({.max_speed = 0.020, .force_guard = 2});
+  const Feeling heavy{Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}};
+  Press(0.004, heavy);
+  const double held = arm_.Tip().y();
+  epoch_ = 2;
+  Send(Next({0, 0, 0}, true, 2));
+  for (int k = 0; k < 100; ++k) {
+    Send(Next({0, 1e-5 * k + (k % 2 == 0 ? 1.5e-4 : -1.5e-4), 0}, true, 2));
+    EXPECT_GE(arm_.Tip().y(), held) << k;
+    guarded_->Watch(now_ += Seconds(0.002), heavy);
+  }
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  EXPECT_GT(arm_.Tip().y(), held + 0.9e-3);
+  Send(Next({0, -2e-3, 0}, true, 2));
+  EXPECT_EQ(phase(), Phase::kHold) << "who presses on engages anew";
+}
+
+// Who hovers where it was reached would end an epoch at each tremble.
+TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
+  Use({.max_speed = 0.020, .force_guard = 2});
+  const auto feel = [this](double force) {
+    Press(0.004, {Vector3d(0, force, 0), 1e-3, {0, 1, 0}});
+    return phase();
+  };
+  EXPECT_EQ(feel(2.01), Phase::kHold);
+  epoch_ = 2;
+  y_ = 0;
+  for (const double force : {1.99, 2.01, 1.95, 2.05}) EXPECT_EQ(feel(force), Phase::kFollowing);
+  EXPECT_EQ(feel(1.85), Phase::kFollowing);
+  EXPECT_EQ(feel(2.01), Phase::kHold);
+}
+
+// A sample is late, the arm's word is not.
+TEST_F(GuardedPortTest, WhatTheToolFeelsByNowCountsToo) {
+  Use({.max_speed = 0.020, .force_guard = 2, .depth_guard = 2e-3});
+  Feeling feeling{Vector3d(0, 0.5, 0), 1e-3, {0, 1, 0}};
+  feeling.force_by_now = 1.9;
+  feeling.depth_by_now = 1.9e-3;
+  Press(0.01, feeling);
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  feeling.force_by_now = 2.1;
+  Press(0.002, feeling);
+  EXPECT_EQ(phase(), Phase::kHold);
+  epoch_ = 2;
+  feeling.force_by_now = 0;
+  Press(0.01, feeling);
+  EXPECT_EQ(phase(), Phase::kFollowing);
+  feeling.depth_by_now = 2.1e-3;
+  Press(0.002, feeling);
+  EXPECT_EQ(phase(), Phase::kHold);
+}
+
 // The way down is dead, the way up is not: commands come that tell of no newer state.
 TEST_F(GuardedPortTest, AnOperatorWhoFeelsNothingIsHeld) {
   const auto tell = [this](std::uint64_t state) {
