@@ -275,11 +275,12 @@ bool IsPointer(const Arguments& a) {
 // The later of two outputs would end the earlier; a device takes what comes.
 void RequireDistinct(std::string_view option, const std::filesystem::path& out,
                      std::string_view other_option, const std::filesystem::path& other) {
+  if (out.empty() || other.empty()) return;
   std::error_code error;  // what is not there yet has a place, too
-  const auto place = std::filesystem::weakly_canonical(out, error);
-  const auto status = std::filesystem::status(place, error);
+  const auto status = std::filesystem::status(out, error);
   const bool is_file = !std::filesystem::exists(status) || is_regular_file(status);
-  if (out.empty() || !is_file || std::filesystem::weakly_canonical(other, error) != place) return;
+  const auto place = std::filesystem::weakly_canonical(out, error);
+  if (!is_file || std::filesystem::weakly_canonical(other, error) != place) return;
   throw std::invalid_argument(std::string(option) + " " + out.string() +
                               ": accepted is another file than that of " +
                               std::string(other_option));
@@ -523,6 +524,7 @@ int Main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (app.got_subcommand("doctor")) {
+      RequireTimely(doctor.link.tls);
       if (!doctor.link.target.empty()) doctor.options.line = doctor.link;
       return RunDoctor(doctor.options);
     }

@@ -9,6 +9,7 @@
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
+#include "shared/tls/credentials.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
 
@@ -82,7 +83,13 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
     SendCommands(stream.get(), either.get_token());
   });
   v1::SlaveState message;
-  while (stream->Read(&message)) ReceiveFromStream(message);
+  bool is_first = true;
+  while (stream->Read(&message)) {
+    if (std::exchange(is_first, false)) {
+      if (const auto shown = FactsOf(*context_.auth_context())) trusted_until_ = shown->until;
+    }
+    ReceiveFromStream(message);
+  }
   {
     // The loop shall not wait until it misses the next state, nor take one that is on its way.
     const std::scoped_lock lock(mutex_);
@@ -94,6 +101,7 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   sender.join();
   line_.reset();
   grpc::Status status = stream->Finish();
+  if (expired_) return {grpc::StatusCode::UNAVAILABLE, "the slave's certificate holds no more"};
   if (!silent_) return status;
   return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the line is dead",
                                                    kMilli * static_cast<double>(silence_.count()))};
@@ -105,15 +113,19 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
     std::this_thread::sleep_until(Clock::ToSteady(wake));
     const Time now = Clock::now();
     if (now - wake > kCommandPeriod) wake = now;  // skip what was missed
-    if (now - heard_at_.load() > silence_) {
-      silent_ = true;
-      context_.TryCancel();
-      return;
-    }
+    if (!MayGoOn(now)) return;
     SendNewest(stream);
   }
   writer_.reset();
   stream->WritesDone();
+}
+
+bool OperateSession::MayGoOn(Time now) {
+  silent_ = now - heard_at_.load() > silence_;
+  expired_ = std::chrono::system_clock::now() >= trusted_until_.load();
+  if (!silent_ && !expired_) return true;
+  context_.TryCancel();
+  return false;
 }
 
 void OperateSession::SendNewest(Stream* stream) {

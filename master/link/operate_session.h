@@ -27,6 +27,7 @@
 #include "shared/link/urgent_mutex.h"
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
+#include "shared/tls/certificate.h"
 
 namespace palpate {
 
@@ -95,8 +96,8 @@ class OperateSession {
         silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
         datagrams_wished_(datagrams) {}
 
-  // Blocks until the stream ends: by the slave, by silence, by `stop` (then the slave is told and
-  // ends it) or by Cancel. How it ended.
+  // Blocks until the stream ends: by the slave, by silence, as its certificate holds no longer, by
+  // `stop` (then the slave is told and ends it) or by Cancel. How it ended.
   grpc::Status Run(const std::stop_token& stop);
   // Cuts the stream without waiting for the slave. Any thread.
   void Cancel() { context_.TryCancel(); }
@@ -107,6 +108,8 @@ class OperateSession {
   using Stream = grpc::ClientReaderWriter<v1::OperatorCommand, v1::SlaveState>;
 
   void SendCommands(Stream* stream, const std::stop_token& stop);
+  // Cuts the stream where it is to go on no longer; false: it is cut.
+  bool MayGoOn(Time now);
   void SendNewest(Stream* stream);
   void ReceiveFromStream(const v1::SlaveState& message);
   DatagramLine::Told ReceiveDatagram(std::string_view plain);
@@ -121,8 +124,9 @@ class OperateSession {
   const bool datagrams_wished_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
-  std::atomic<bool> silent_{false};
-  std::uint64_t commands_ = 0;  // the sender's own, as are the next two
+  std::atomic<bool> silent_{false}, expired_{false};
+  std::atomic<WallTime> trusted_until_{WallTime::max()};  // by the slave's certificate
+  std::uint64_t commands_ = 0;                            // the sender's own, as are the next two
   v1::OperatorCommand message_;
   std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // once there are datagrams
   std::uint64_t stream_sequence_ = 0;                                // the reader's own

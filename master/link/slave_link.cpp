@@ -285,6 +285,9 @@ RemoteScene SlaveLink::Connect() {
           " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
           "release like this one?");
     }
+    if (status.error_code() == grpc::StatusCode::PERMISSION_DENIED) {
+      throw std::runtime_error(parts_->target + " refuses: " + WordsOf(status));
+    }
     const double passed = SecondsBetween(start, Clock::now());
     const bool more = passed < parts_->options.wait;
     if (more && parts_->Sleep(backoff.Next())) continue;

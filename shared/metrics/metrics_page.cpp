@@ -42,7 +42,6 @@ struct Asker {
   explicit Asker(tcp::socket&& socket) : stream(std::move(socket)) {
     stream.expires_after(kPatience);
     parser.header_limit(kLongestHeader);
-    parser.body_limit(0);
   }
 
   beast::tcp_stream stream;
@@ -114,10 +113,10 @@ void MetricsPage::Parts::Accept() {
 }
 
 void MetricsPage::Parts::Read(const std::shared_ptr<Asker>& asker) {
-  http::async_read(asker->stream, asker->heard, asker->parser,
-                   [this, asker](error_code error, std::size_t /*bytes*/) {
-                     if (!error) Answer(asker);
-                   });
+  http::async_read_header(asker->stream, asker->heard, asker->parser,
+                          [this, asker](error_code error, std::size_t /*bytes*/) {
+                            if (!error) Answer(asker);
+                          });
 }
 
 void MetricsPage::Parts::Answer(const std::shared_ptr<Asker>& asker) {

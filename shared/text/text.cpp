@@ -131,7 +131,20 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
   return bytes;
 }
 
+namespace {
+
+// To open a pipe that nobody reads waits without a word. One that is read stays open until the
+// program ends: its reader would take a first end for the last.
+bool IsUnread(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_fifo(file, ignored) &&
+         open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC) < 0;
+}
+
+}  // namespace
+
 bool TryWrite(const std::filesystem::path& file, std::string_view bytes) {
+  if (IsUnread(file)) return false;
   std::ofstream stream(file, std::ios::binary);
   stream << bytes;
   stream.close();
@@ -165,23 +178,15 @@ void ReplaceFile(const std::filesystem::path& file, std::string_view bytes) {
   throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-namespace {
-
-// To open a pipe that nobody reads waits without a word. One that is read stays open until the
-// program ends: its reader would take a first end for the last.
-void RequireReader(const std::filesystem::path& pipe) {
-  if (open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC) >= 0) return;
-  throw std::invalid_argument(pipe.string() +
-                              ": cannot be written: a pipe that nobody reads; accepted is one that "
-                              "is read already");
-}
-
-}  // namespace
-
 void RequireWritable(const std::filesystem::path& file) {
   if (file.empty()) return;
   std::error_code error;
-  if (std::filesystem::is_fifo(file, error)) return RequireReader(file);
+  if (IsUnread(file)) {
+    throw std::invalid_argument(file.string() +
+                                ": cannot be written: accepted is a pipe that is "
+                                "read already");
+  }
+  if (std::filesystem::is_fifo(file, error)) return;
   const bool existed = std::filesystem::exists(file, error);
   if (!std::ofstream(file, std::ios::app)) {
     throw std::invalid_argument(file.string() +

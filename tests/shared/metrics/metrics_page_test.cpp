@@ -77,6 +77,10 @@ TEST_F(MetricsPageTest, HasNothingElse) {
     EXPECT_THAT(Ask(std::string("GET ") + path), StartsWith("HTTP/1.1 404 ")) << path;
   }
   EXPECT_THAT(Ask("DELETE /metrics"), StartsWith("HTTP/1.1 405 "));
+  const int posting = Connect();
+  Say(posting, "POST /metrics HTTP/1.1\r\nHost: here\r\nContent-Length: 3\r\n\r\n");
+  EXPECT_THAT(Hear(posting), StartsWith("HTTP/1.1 405 "));
+  close(posting);
   const int fd = Connect();
   Say(fd, "GET /metrics HTTP/1.1\r\nlong: " + std::string(20000, 'x'));
   EXPECT_THAT(Hear(fd), Not(HasSubstr("palpate_answer")));

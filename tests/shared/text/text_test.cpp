@@ -117,6 +117,7 @@ TEST_F(TextFileTest, APipeIsWrittenToWhereSomebodyReads) {
   EXPECT_EQ(read(reader, bytes.data(), bytes.size()), 4);
   EXPECT_EQ(read(reader, bytes.data(), bytes.size()), -1) << "its end, before the program's";
   close(reader);
+  EXPECT_THROW(ReplaceFile(pipe, "lost"), std::runtime_error) << "who read it has left";
 }
 
 TEST_F(TextFileTest, WhatIsReplacedStaysWhatItWas) {

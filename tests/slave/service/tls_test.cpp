@@ -14,6 +14,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "master/link/slave_link.h"
+#include "shared/link/latest_value.h"
 #include "shared/tls/credentials.h"
 #include "slave/service/roles.h"
 #include "tests/slave/service/service_fixture.h"
@@ -63,12 +65,15 @@ class TlsTest : public testing::Test {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     return grpc::CreateCustomChannel(server_->address(), credentials, arguments);
   }
-  // deploy/certs counts in days: an operator's certificate `name` that holds for `seconds`.
-  static void CertifyFor(int seconds, const std::string& name) {
+  // deploy/certs counts in days: a certificate `name` that holds for `seconds`, else as that of
+  // `whose`, for `names`.
+  static void CertifyFor(int seconds, const std::string& name,
+                         const std::string& whose = "operator",
+                         const std::string& names = "URI:palpate://operator/ada") {
     const std::string ca = At("ca"), out = At(name);
-    fs::copy(At("operator"), out);
+    fs::copy(At(whose), out);
     std::ofstream(out + "/index") << "";
-    std::ofstream(out + "/ext") << "subjectAltName=URI:palpate://operator/ada\n";
+    std::ofstream(out + "/ext") << "subjectAltName=" << names << "\n";
     std::ofstream(out + "/conf") << "[ca]\ndefault_ca=d\n[d]\ndatabase=" << out
                                  << "/index\nnew_certs_dir=" << out
                                  << "\nrand_serial=yes\npolicy=p\n[p]\ncommonName=supplied\n";
@@ -126,6 +131,25 @@ TEST_F(TlsTest, AStreamOutlivesNoCertificate) {
   EXPECT_FALSE(ada.Finish().ok());
   EXPECT_TRUE(Eventually([&] { return slave_.Status().phase == Phase::kReady; })) << "it stands";
   EXPECT_EQ(Stop(*As("brief")), grpc::StatusCode::UNAVAILABLE);
+}
+
+// Whom the CA vouches for no more shall push no hand either.
+TEST_F(TlsTest, TheOperatorsStreamOutlivesNoCertificateOfTheSlave) {
+  CertifyFor(4, "brief-slave", "slave", "URI:palpate://slave/here,DNS:localhost,IP:127.0.0.1");
+  server_.reset();
+  server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false, At("brief-slave"));
+  SlaveLink::Options options;
+  options.target = server_->address();
+  options.tls = At("operator");
+  LatestValue<ReceivedState> states;
+  LatestValue<OperatorCommand> commands;
+  LatestValue<RemoteSettings> settings;
+  SlaveLink link(options);
+  link.Start(&states, &commands, &settings);
+  ASSERT_TRUE(Eventually([&] { return link.stats().connected; }));
+  EXPECT_TRUE(Eventually([&] {
+    return link.stats().trouble.find("the slave's certificate holds no more") != std::string::npos;
+  }));
 }
 
 TEST_F(TlsTest, WhoIsRevokedIsCutAndNotHeardAgain) {
@@ -334,6 +358,27 @@ TEST_F(TlsTest, WhatDoesNotHoldNowIsNamed) {
   EXPECT_THAT(WhyUntimely(At("operator"), now + kYear), HasSubstr("cert.pem holds no more"));
   EXPECT_THAT(WhyUntimely(At("operator"), now + 11 * kYear), HasSubstr("ca.pem holds no more"));
   EXPECT_THAT(WhyUntimely(At("operator"), now - kYear), HasSubstr("ca.pem holds from "));
+}
+
+// What goes wrong is said, and nothing is half done.
+TEST_F(TlsTest, TheCertificatesScriptSaysWhyItFails) {
+  const std::string certs = SourcePath("/deploy/certs") + " ", ca = At("ca") + " ";
+  const auto fails = [&](const std::string& what, const std::string& with) {
+    return Shell("! { " + certs + what + " 2>" + At("said") + "; }") &&
+           Shell("grep -q '" + with + "' " + At("said"));
+  };
+  EXPECT_TRUE(fails("ca " + ca, "ca.key is there"));
+  EXPECT_TRUE(fails("operator " + At("none") + " " + At("out") + " eve", "holds no CA"));
+  EXPECT_FALSE(fs::exists(At("out")));
+  Certs("operator " + ca + At("gone") + " gone");
+  const std::string gone = At("gone/cert.pem") + " ";
+  EXPECT_TRUE(fails("revoke " + ca + gone + At("nosuch") + " " + At("slave"), "is no folder"));
+  EXPECT_FALSE(fs::exists(At("slave/crl.pem")));
+  Certs("revoke " + ca + gone + At("admin"));
+  Certs("revoke " + ca + gone + At("slave"));
+  EXPECT_TRUE(fs::exists(At("slave/crl.pem"))) << "what was revoked may have to reach more folders";
+  fs::remove(At("slave/crl.pem"));
+  fs::remove(At("admin/crl.pem"));
 }
 
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
