@@ -170,6 +170,8 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
   {
     const std::lock_guard local(local_mutex_);
     newest_local_ = felt.local_model;
+    p_S_local_ = p_S_sensed_;
+    p_S_local_arm_ = p_S_encoders_;
   }
   // Where looking is a part of the estimate, that one knows when it was done.
   trace.seen_at = std::max(trace.seen_at, felt.seen_at);
@@ -265,12 +267,16 @@ SlaveState LiveSlave::Compose(Time now) {
 // felt, the model of a moment ago will do.
 LocalModel LiveSlave::LocalNow() {
   const std::unique_lock sense(sense_mutex_, std::try_to_lock);
-  const std::lock_guard lock(local_mutex_);
   if (sense.owns_lock()) {
-    p_S_local_arm_ = manipulator_->Tip();
-    p_S_local_ = p_S_sensed_ + p_S_local_arm_ - p_S_encoders_;
-    newest_local_ = sense_->LocalModelAt(p_S_local_);
+    const Eigen::Vector3d p_S_arm = manipulator_->Tip();
+    const Eigen::Vector3d p_S = p_S_sensed_ + p_S_arm - p_S_encoders_;
+    const LocalModel local = sense_->LocalModelAt(p_S);
+    const std::lock_guard lock(local_mutex_);
+    newest_local_ = local;
+    p_S_local_ = p_S;
+    p_S_local_arm_ = p_S_arm;
   }
+  const std::lock_guard lock(local_mutex_);
   return newest_local_;
 }
 

@@ -139,7 +139,7 @@ class LiveSlave final : public Slave {
   PatchKeeper patch_;                // updated under sense_mutex_
   mutable UrgentMutex local_mutex_;  // guards the next three
   LocalModel newest_local_;
-  // Where that was asked for, and what the arm said then, S [m].
+  // A place of the tip that it goes by, and what the arm said there, S [m].
   Eigen::Vector3d p_S_local_{0, 0, 0}, p_S_local_arm_{0, 0, 0};
 
   std::atomic<bool> may_rest_{false};
