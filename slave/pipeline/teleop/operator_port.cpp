@@ -141,10 +141,12 @@ void OperatorPort::Refuse() noexcept {
 void OperatorPort::Follow(const OperatorCommand& command) noexcept {
   Eigen::Vector3d target = TargetOf(command);
   if (outward_) {
-    const double inward = std::max(0.0, (manipulator_.Tip() - target).dot(*outward_));
-    if (inward > kTremor * limits_.max_speed) return HoldUntilEngaged(Event::kLimit);
-    target += inward * *outward_;
-    if (inward > 0) events_.Add(Event::kLimit);
+    // Out and nowhere else: along a surface that is not as flat as it seems the way leads deeper.
+    const Eigen::Vector3d tip = manipulator_.Tip();
+    const double out = (target - tip).dot(*outward_);
+    if (-out > kTremor * limits_.max_speed) return HoldUntilEngaged(Event::kLimit);
+    target = tip + std::max(0.0, out) * *outward_;
+    if (out < 0) events_.Add(Event::kLimit);
   }
   engaged_ = true;
   view_.phase = Phase::kFollowing;

@@ -541,6 +541,21 @@ TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
   EXPECT_EQ(phase(), Phase::kHold) << "who presses on engages anew";
 }
 
+// Where the surface leans otherwise than it seems, a drag along it leads deeper.
+TEST_F(GuardedPortTest, AtAGuardTheToolGoesOutAndNowhereElse) {
+  Use({.max_speed = 0.020, .force_guard = 2});
+  const Feeling leaning{Vector3d(0, 2.1, 0), 1e-3, Vector3d(0.3, 0.95, 0).normalized()};
+  Press(0.004, leaning);
+  const Vector3d held = arm_.Tip();
+  epoch_ = 2;
+  Send(Next({0, 0, 0}, true, 2));
+  for (int k = 1; k <= 200; ++k) {
+    Send(Next({1e-5 * k, -2e-6 * k, 0}, true, 2));
+    guarded_->Watch(now_ += Seconds(0.002), leaning);
+    EXPECT_GE(arm_.Tip().y(), held.y()) << k;
+  }
+}
+
 // Who hovers where it was reached would end an epoch at each tremble.
 TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
   Use({.max_speed = 0.020, .force_guard = 2});
