@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <unistd.h>
 
 namespace palpate {
 
@@ -133,21 +134,26 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
 
 namespace {
 
-// To open a pipe that nobody reads waits without a word. One that is read stays open until the
-// program ends: its reader would take a first end for the last.
-bool IsUnread(const std::filesystem::path& file) {
+bool IsPipe(const std::filesystem::path& file) {
   std::error_code ignored;
-  return std::filesystem::is_fifo(file, ignored) &&
-         open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC) < 0;
+  return std::filesystem::is_fifo(file, ignored);
+}
+
+// A descriptor; -1: nobody reads it, and to open it otherwise waits without a word.
+int OpenRead(const std::filesystem::path& pipe) {
+  return open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
 }
 
 }  // namespace
 
 bool TryWrite(const std::filesystem::path& file, std::string_view bytes) {
-  if (IsUnread(file)) return false;
+  const bool is_pipe = IsPipe(file);
+  const int read = is_pipe ? OpenRead(file) : -1;
+  if (is_pipe && read < 0) return false;
   std::ofstream stream(file, std::ios::binary);
   stream << bytes;
   stream.close();
+  if (is_pipe) close(read);
   return !stream.fail();
 }
 
@@ -181,12 +187,12 @@ void ReplaceFile(const std::filesystem::path& file, std::string_view bytes) {
 void RequireWritable(const std::filesystem::path& file) {
   if (file.empty()) return;
   std::error_code error;
-  if (IsUnread(file)) {
+  // Stays open until the program ends: its reader would take a first end for the last.
+  if (IsPipe(file) && OpenRead(file) < 0) {
     throw std::invalid_argument(file.string() +
-                                ": cannot be written: accepted is a pipe that is "
-                                "read already");
+                                ": cannot be written: accepted is a pipe that is read already");
   }
-  if (std::filesystem::is_fifo(file, error)) return;
+  if (IsPipe(file)) return;
   const bool existed = std::filesystem::exists(file, error);
   if (!std::ofstream(file, std::ios::app)) {
     throw std::invalid_argument(file.string() +

@@ -112,7 +112,12 @@ TEST_F(TextFileTest, APipeIsWrittenToWhereSomebodyReads) {
   EXPECT_THROW(RequireWritable(pipe), std::invalid_argument);
   const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
   RequireWritable(pipe);
+  const auto descriptors = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  const auto before = descriptors();
   WriteWholeFile(pipe, "read");
+  EXPECT_EQ(descriptors(), before) << "who writes each second shall not run out of them";
   std::array<char, 8> bytes{};
   EXPECT_EQ(read(reader, bytes.data(), bytes.size()), 4);
   EXPECT_EQ(read(reader, bytes.data(), bytes.size()), -1) << "its end, before the program's";
