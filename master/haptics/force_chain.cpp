@@ -53,27 +53,39 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
   return force / size * limit;
 }
 
+double PassivityControl::Leak(const Eigen::Vector3d& f_M) const noexcept {
+  const double eaten = kPhysicalDamping * last_dp_.squaredNorm() / last_dt_;
+  return std::clamp(0.5 * (held_ - f_M).dot(last_dp_), -eaten, eaten);
+}
+
 void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M,
                                double dt) noexcept {
-  const Eigen::Vector3d dp = moved_ ? Eigen::Vector3d(p_M - last_p_) : Eigen::Vector3d(0, 0, 0);
+  balance_ += Leak(f_M);
+  min_ = std::min(min_, balance_);
+  last_dp_ = moved_ ? Eigen::Vector3d(p_M - last_p_) : Eigen::Vector3d(0, 0, 0);
   last_p_ = p_M;
+  last_dt_ = dt;
+  held_ = f_M;
   moved_ = true;
-  const double work = -f_M.dot(dp);
+  const double work = -f_M.dot(last_dp_);
   (work > 0 ? energy_in_ : energy_out_) += std::abs(work);
-  balance_ += work + kPhysicalDamping * dp.squaredNorm() / dt;
+  min_work_ = std::min(min_work_, energy_in_ - energy_out_);
   const bool shown = f_M != Eigen::Vector3d::Zero();
   if (!shown && shown_) stored_ = std::max(0.0, balance_);
-  if (!shown) balance_ = std::min(balance_, 0.0);
   shown_ = shown;
-  min_ = std::min(min_, balance_);
+  balance_ += work;
+  if (shown) return;
+  const double eaten = kPhysicalDamping * last_dp_.squaredNorm() / dt;
+  const double at_once = std::clamp(-kLent - balance_, 0.0, eaten);
+  balance_ = std::min(balance_ + at_once + std::min(eaten, kLent / kLentAnew * dt), 0.0);
 }
 
 Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                         double dt) const noexcept {
-  const double speed = v_M.norm();
+  const double speed = v_M.norm(), missing = -(balance_ + Leak(f_M));
   // A hand that presses in pays what is missing by itself.
-  if (balance_ >= 0 || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
-  const double alpha = std::min(-balance_ / (dt * speed * speed), kMaxDamping);
+  if (missing <= kUndamped || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
+  const double alpha = std::min(missing / (dt * speed * speed), kMaxDamping);
   const double size = std::min(alpha * speed, f_M.norm());
   return f_M - size / speed * v_M;
 }
@@ -84,8 +96,14 @@ Eigen::Vector3d PassivityControl::Afford(const Eigen::Vector3d& f_M, const Eigen
   if (!(size > 0)) return f_M;
   const double giving_way = std::max(f_M.dot(v_M) / size, 0.0);
   const double stiffness = slew < kMaxStiffness * giving_way ? slew / giving_way : kMaxStiffness;
-  const double affordable = std::sqrt(2 * std::max(balance_ + kLent, 0.0) * stiffness);
-  return size <= affordable ? f_M : Eigen::Vector3d(affordable / size * f_M);
+  // What is weakened leaks less, too.
+  Eigen::Vector3d affordable = f_M;
+  for (int i = 0; i < 2; ++i) {
+    const double energy = balance_ + Leak(affordable) + kLent;
+    const double most = std::sqrt(2 * std::max(energy, 0.0) * stiffness);
+    if (most < affordable.norm()) affordable = most / size * f_M;
+  }
+  return affordable;
 }
 
 void OutputBlend::Go(Target target, double duration) noexcept {

@@ -80,16 +80,19 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
 // Watches the energy at the device's port and damps when the port has given out more than it took:
 // one-port time-domain passivity (Hannaford & Ryu 2002).
 //
-//   W += -f . dp + b |dp|^2 / dt        dp: motion since the last tick, f: force held meanwhile
-//   W < 0:  f -= alpha v,   alpha = min(-W / (dt |v|^2), alpha_max),   never more than |f|
+//   W += -f . dp + c,   c = -(f' - f) . dp / 2,   |c| <= b |dp|^2 / dt
+//   W < -W_0 / 2:  f' -= alpha v,   alpha = min(-W / (dt |v|^2), alpha_max),   at most |f'|
 //
-// The force is held between ticks, so -f . dp is its work exactly. `b` is physical damping of
-// device and hand that may be counted on: a spring K shown every T needs b >= K T / 2 to be passive
-// (Colgate & Schenkel 1994; reference f, passivity_virtual_wall), so up to K = 2 b / T = 2000 N/m
-// at 1 kHz nothing is ever damped. While no force is shown W is at most zero: what damping eats in
-// free motion pays debts, and nothing later. A contact that is taken up pressed (a clutch closed
-// again inside) gives back what this port took from the hand before, and no more: the slave's word
-// is worth no energy. Limiting by |f| lets the damping weaken a force, never turn it round.
+// dp: motion since the last tick, f: force held meanwhile, f': the next one. The force is held
+// between ticks, so -f . dp is its work exactly. c is what a spring leaks by being held, which
+// physical damping `b` of device and hand eats: a spring K shown every T needs b >= K T / 2 to be
+// passive (Colgate & Schenkel 1994; reference f, passivity_virtual_wall), so up to
+// K = 2 b / T = 2000 N/m at 1 kHz nothing is ever damped; held for longer it leaks more, and that
+// is damped once it is W_0 / 2. What else b eats pays for no force: a
+// slave that shows next to nothing while the hand moves would save it up for a push. While no force
+// is shown W is at most zero. A contact that is taken up pressed (a clutch closed again inside)
+// gives back what this port took from the hand before, and no more: the slave's word is worth no
+// energy. Limiting by |f| lets the damping weaken a force, never turn it round.
 //
 // Damping alone lets out what its alpha_max does not reach, so a force is shown only as far as W
 // pays for it:
@@ -98,13 +101,17 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
 //
 // A spring of at most K_max that the hand wound up itself is never touched, since W >= f^2 / 2 K;
 // slew / v is left of it where the force cannot fall as fast as the hand gives way. W_0 is what is
-// lent to a surface that moves by itself, and hence all that a slave can give out.
+// lent to a surface that moves by itself, and hence all that a slave can give out: it is paid back
+// by the damping, and where nothing is shown by b within kLentAnew. What was given out beyond it
+// (less than a tick's work) b pays at once: without a force no hand could.
 class PassivityControl {
  public:
   static constexpr double kPhysicalDamping = 1.0;  // b [N s/m]
   static constexpr double kMaxDamping = 50.0;      // alpha_max [N s/m]
   static constexpr double kLent = 0.5e-3;          // W_0 [J]
+  static constexpr double kLentAnew = 60;          // [s]
   static constexpr double kMaxStiffness = 2000;    // K_max at 1 kHz [N/m]
+  static constexpr double kUndamped = kLent / 2;   // of a debt: small ones fade without [J]
 
   // The device was at `p_M` [m] after `dt` > 0 [s] under the force that was held, `f_M` [N].
   // Real-time safe.
@@ -126,11 +133,17 @@ class PassivityControl {
   [[nodiscard]] double min_balance() const noexcept { return min_; }        // least W ever [J]
   [[nodiscard]] double energy_in() const noexcept { return energy_in_; }    // from the hand [J]
   [[nodiscard]] double energy_out() const noexcept { return energy_out_; }  // to the hand [J]
+  // The most that the hand had got beyond what it had put in, negative [J]: with what b eats.
+  [[nodiscard]] double min_work() const noexcept { return min_work_; }
 
  private:
-  Eigen::Vector3d last_p_{0, 0, 0};
+  // c, if the next force is `f_M` [J].
+  [[nodiscard]] double Leak(const Eigen::Vector3d& f_M) const noexcept;
+
+  Eigen::Vector3d last_p_{0, 0, 0}, last_dp_{0, 0, 0}, held_{0, 0, 0};
+  double last_dt_ = 1;
   bool moved_ = false, shown_ = false;
-  double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0;
+  double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0, min_work_ = 0;
   double stored_ = 0;  // put in and not given back when the last force ended [J]
 };
 

@@ -195,6 +195,7 @@ std::string ToJson(const Report& report) {
                    {"refused", report.patch.refused},
                    {"bytes", report.patch.bytes}};
   json["energy_min_J"] = Tidy(report.energy_min);
+  json["work_min_J"] = Tidy(report.work_min);
   json["clamped_ticks"] = report.clamped_ticks;
   json["stale_ticks"] = report.stale_ticks;
   json["state"] = ToString(report.state);
@@ -270,6 +271,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.link = link();
   if (options.patch_stats) report.patch = options.patch_stats();
   report.energy_min = loop.passivity().min_balance();
+  report.work_min = loop.passivity().min_work();
   report.records_dropped = ring.dropped();
   report.state = AfterLettingGo(loop.record().state);
   AddSummary(recorder.summary(), report.duration, &report);

@@ -48,7 +48,8 @@ struct Report {
   PatchWatch::Stats patch;                        // what came of the model that travels
   std::vector<FingerReport> fingers;              // empty: one tool
   std::optional<ShapeReport> shape;
-  double energy_min = 0;  // [J]
+  double energy_min = 0;  // of the passivity control's balance [J]
+  double work_min = 0;    // least of what the hand had put in less what it had got [J]
   std::uint64_t clamped_ticks = 0, stale_ticks = 0, records_dropped = 0;
   std::uint32_t epochs = 0;
   OperatorState state = OperatorState::kDisconnected;  // at the end

@@ -66,6 +66,13 @@ void OperatorLease::RefuseOthers(const std::string& peer) const {
   throw std::logic_error("nothing is changed for others than the operator, " + DescribeHolder());
 }
 
+void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& what) const {
+  RefuseOthers(peer);
+  const std::scoped_lock lock(mutex_);
+  if (holder_.ticket != 0 && holder_.peer == peer) return;
+  throw std::logic_error(what + " only by the operator while operating, or by an admin");
+}
+
 void OperatorLease::Release(Ticket ticket) {
   const std::scoped_lock lock(mutex_);
   if (ticket == 0 || ticket != holder_.ticket) return;

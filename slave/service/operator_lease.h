@@ -53,6 +53,8 @@ class OperatorLease {
   // Throws std::logic_error: somebody operates from another connection than `peer`'s. A connection
   // has one certificate, so that this is the operator's own.
   void RefuseOthers(const std::string& peer) const;
+  // The same where nobody operates, for what an operator may do only while operating: `what`.
+  void RequireHeldBy(const std::string& peer, const std::string& what) const;
   [[nodiscard]] std::string holder_name() const;  // empty: nobody, or not said yet
   [[nodiscard]] std::uint64_t malformed() const;  // commands, since the start
 

@@ -2,7 +2,7 @@
 
   impairment.sh --quick|--full [--out FILE.csv] [--seed N] [--only WORDS] [--datagrams|--stream] [--jobs N]
 
---quick: at most five minutes. --full: every cell, four hours by one; rows that FILE.csv has already are kept, so that it can be
+--quick: at most five minutes. --full: every cell, four and a half hours by one; rows that FILE.csv has already are kept, so that it can be
 gone on with. --jobs N: so many sessions beside each other, each on a line of its own: as many as the processors bear.
 Cells with loss need network namespaces and a TUN device: without them they are listed as skipped, and so are all others.
 --datagrams: states and commands may travel by UDP, too, as they do by themselves; --stream: none, as behind a firewall. Delay is that of a state from slave to master, age its time since it was sensed.
@@ -108,7 +108,8 @@ def session(kind, render, trip, jitter, loss, seed, seconds, folder, datagrams):
 
 
 def cell(kind, render, trip, jitter, loss, seed, datagrams):
-    seconds = 8 + 16 * trip / 1000  # a line that was idle takes some round trips to carry 200 states a second
+    # A line that was idle takes some round trips to carry 200 states a second; a pinch takes its time.
+    seconds = (20 if kind == "soft" else 8) + 16 * trip / 1000
     with tempfile.TemporaryDirectory() as folder:
         said, rows = session(kind, render, trip, jitter, loss, seed, seconds, pathlib.Path(folder), datagrams)
     if said is None:  # nobody was found, and nothing reached the hand

@@ -52,7 +52,8 @@ void LatestEstimate::Add(Event event) {
 void LatestEstimate::RaiseAlarm(const std::string& text) {
   spdlog::warn("{}", text);
   const std::lock_guard lock(mutex_);
-  if (alarms_.size() < kMaxAlarms) alarms_.push_back(text);
+  const bool is_known = std::ranges::find(alarms_, text) != alarms_.end();
+  if (!is_known && alarms_.size() < kMaxAlarms) alarms_.push_back(text);
 }
 
 ContactEstimate LatestEstimate::Get() const {

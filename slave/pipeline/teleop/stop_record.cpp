@@ -4,7 +4,9 @@
 #include <exception>
 #include <stdexcept>
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include "shared/text/text.h"
 
@@ -31,6 +33,23 @@ std::chrono::system_clock::time_point WrittenAt(const std::filesystem::path& fil
                     std::chrono::file_clock::to_sys(at));
 }
 
+// A file's bytes, or a folder's names.
+bool ReachesTheDisk(const std::filesystem::path& path) {
+  const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (opened < 0) return false;
+  const bool done = fsync(opened) == 0;
+  return close(opened) == 0 && done;
+}
+
+// The disk has it when this returns: who stops in an emergency may cut the power next.
+void KeepFile(const std::filesystem::path& file, std::string_view bytes) {
+  const bool kept = TryReplace(
+      file, [&](const auto& part) { return TryWrite(part, bytes) && ReachesTheDisk(part); });
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (kept && ReachesTheDisk(folder)) return;
+  throw std::runtime_error(file.string() + ": cannot be written");
+}
+
 std::string Span(std::chrono::system_clock::duration span) {
   constexpr long kMinute = 60, kHour = 3600;
   const long s =
@@ -48,7 +67,11 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
                              ": an emergency stop is kept there, accepted is a file");
   }
   RequireWritable(file_);
-  if (!std::filesystem::exists(file_)) return false;
+  if (!std::filesystem::exists(file_)) {
+    KeepFile(file_, "to be kept\n");  // a disk that is full opens files all the same
+    std::filesystem::remove(file_);
+    return false;
+  }
   const std::scoped_lock lock(mutex_);
   stands_ = true;
   reason_ = KeptReason(file_);
@@ -59,24 +82,59 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
 }
 
 std::string StopRecord::Begin(const std::string& reason) noexcept {
+  const std::scoped_lock file_lock(file_mutex_);
   try {
     const std::string shown = Shown(reason, kLongestReason);
     spdlog::warn("emergency stop: {}", shown);
-    const std::scoped_lock lock(mutex_);
-    stands_ = true;
-    reason_ = shown;
-    since_ = Clock::now();
-    if (!file_.empty()) ReplaceFile(file_, shown + "\n");
+    {
+      const std::scoped_lock lock(mutex_);
+      stands_ = true;
+      reason_ = shown;
+      since_ = Clock::now();
+    }
+    if (file_.empty()) return {};
+    is_kept_ = false;
+    KeepFile(file_, shown + "\n");
+    is_kept_ = true;
     return {};
   } catch (const std::exception& error) {
-    return std::string("the emergency stop will not outlive this process: ") + error.what();
+    if (!trying_.joinable()) {
+      trying_ = std::jthread([this](const std::stop_token& stop) { KeepTrying(stop); });
+    }
+    changed_.notify_all();
+    return std::string(
+               "the emergency stop will not outlive this process unless it can be "
+               "kept later: ") +
+           error.what();
+  }
+}
+
+void StopRecord::KeepTrying(const std::stop_token& stop) {
+  std::unique_lock file_lock(file_mutex_);
+  while (changed_.wait(file_lock, stop, [this] { return !is_kept_; })) {
+    changed_.wait_for(file_lock, stop, again_, [this] { return is_kept_; });
+    if (stop.stop_requested()) return;
+    if (is_kept_) continue;
+    try {
+      KeepFile(file_, Reason() + "\n");
+      is_kept_ = true;
+      spdlog::warn("the emergency stop outlives this process now: {}", file_.string());
+    } catch (const std::exception&) {  // it was told, and is tried again
+    }
   }
 }
 
 void StopRecord::End() {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock file_lock(file_mutex_);
   if (!file_.empty()) std::filesystem::remove(file_);
+  is_kept_ = true;
+  const std::scoped_lock lock(mutex_);
   stands_ = false;
+}
+
+std::string StopRecord::Reason() const {
+  const std::scoped_lock lock(mutex_);
+  return reason_;
 }
 
 std::string StopRecord::Words() const {

@@ -3,9 +3,12 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <filesystem>
 #include <mutex>
+#include <stop_token>
 #include <string>
+#include <thread>
 
 namespace palpate {
 
@@ -14,22 +17,31 @@ class StopRecord {
   // Kept in `folder` from now on. True: a stop is kept there already, which goes on. Throws
   // std::runtime_error: nothing can be kept there.
   bool KeepIn(const std::filesystem::path& folder);
-  // Thread-safe, as the rest. Empty, or why it will not outlive the process: a stop that cannot be
-  // kept still stops.
+  // Thread-safe, as the rest. Empty, or why it does not outlive the process yet: a stop that cannot
+  // be kept still stops, and is tried to be kept every `again` until it is or ends.
   std::string Begin(const std::string& reason) noexcept;
   // Throws std::filesystem::filesystem_error: the file stays, and so does the stop.
   void End();
+  void set_again(std::chrono::milliseconds again) noexcept { again_ = again; }
   // `emergency stop for 12 s: by the operator`; empty: none.
   [[nodiscard]] std::string Words() const;
 
  private:
   using Clock = std::chrono::system_clock;  // a stop may be older than the process
 
+  void KeepTrying(const std::stop_token& stop);
+  [[nodiscard]] std::string Reason() const;
+
   std::filesystem::path file_;  // empty: it is not kept
-  mutable std::mutex mutex_;    // guards what follows
+  std::chrono::milliseconds again_{1000};
+  std::mutex file_mutex_;  // held while the file is written or removed; guards what follows
+  bool is_kept_ = true;
+  std::condition_variable_any changed_;
+  mutable std::mutex mutex_;  // never held for longer; guards what follows
   bool stands_ = false;
   std::string reason_;
   Clock::time_point since_{};
+  std::jthread trying_;  // since it could not be kept once
 };
 
 }  // namespace palpate

@@ -34,7 +34,7 @@ TEST(ReportTest, HasEveryKeyOfTheContract) {
   for (const char* key :
        {"duration_s", "ticks", "missed", "rate_hz", "bare_loop", "wake_us", "compute_us", "rtt_us",
         "states", "reconnects", "force_peak_N", "force_sent_peak_N", "force_error", "energy_min_J",
-        "clamped_ticks", "stale_ticks", "state", "render"}) {
+        "work_min_J", "clamped_ticks", "stale_ticks", "state", "render"}) {
     EXPECT_TRUE(report.contains(key)) << key;
   }
   EXPECT_EQ(report["rate_hz"], 997.375);

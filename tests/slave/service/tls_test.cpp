@@ -381,6 +381,32 @@ TEST_F(TlsTest, TheCertificatesScriptSaysWhyItFails) {
   fs::remove(At("admin/crl.pem"));
 }
 
+TEST_F(TlsTest, AnEmergencyStopIsClearedByWhoOperatesOrByAnAdmin) {
+  const auto reset = [](v1::Teleoperation::Stub& stub) {
+    grpc::ClientContext context;
+    v1::Status reply;
+    return stub.Reset(&context, {}, &reply).error_code();
+  };
+  const auto ada = As("operator"), admin = As("admin");
+  ASSERT_EQ(Stop(*ada), grpc::StatusCode::OK);
+  EXPECT_EQ(reset(*ada), grpc::StatusCode::FAILED_PRECONDITION) << "she does not operate";
+  EXPECT_EQ(slave_.Status().phase, Phase::kEstop);
+  {
+    grpc::ClientContext context;
+    const auto stream = ada->Operate(&context);
+    v1::SlaveState state;
+    ASSERT_TRUE(stream->Read(&state));
+    EXPECT_EQ(reset(*ada), grpc::StatusCode::OK);
+    context.TryCancel();
+    static_cast<void>(stream->Finish());
+  }
+  EXPECT_EQ(slave_.Status().phase, Phase::kReady);
+  EXPECT_EQ(reset(*ada), grpc::StatusCode::OK) << "no stop stands";
+  ASSERT_EQ(Stop(*ada), grpc::StatusCode::OK);
+  EXPECT_EQ(reset(*admin), grpc::StatusCode::OK);
+  EXPECT_EQ(slave_.Status().phase, Phase::kReady);
+}
+
 // Reference: the roles, one line each; whatever else is called, by anyone: no.
 TEST(RolesTest, TheWholeTable) {
   const std::vector<std::string> methods{

@@ -1,7 +1,9 @@
 #include "slave/pipeline/teleop/stop_record.h"
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -58,6 +60,25 @@ TEST_F(StopRecordFileTest, OutlivesTheProcess) {
     if (restart == 1) next.End();
   }
   EXPECT_FALSE(StopRecord().KeepIn(folder_));
+}
+
+// The folder is gone, its disk full: the stop stands all the same, and outlives the process as soon
+// as it can.
+TEST_F(StopRecordFileTest, IsKeptAsSoonAsItCanBe) {
+  StopRecord record;
+  record.set_again(std::chrono::milliseconds(5));
+  EXPECT_FALSE(record.KeepIn(folder_));
+  std::filesystem::remove_all(folder_);
+  EXPECT_THAT(record.Begin("by the operator"), HasSubstr("will not outlive this process unless"));
+  EXPECT_THAT(record.Words(), HasSubstr("by the operator"));
+  std::filesystem::create_directories(folder_);
+  for (int i = 0; i < 2000 && !std::filesystem::exists(folder_ / "emergency-stop"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_TRUE(StopRecord().KeepIn(folder_));
+  record.End();
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_FALSE(StopRecord().KeepIn(folder_)) << "and is over when it is over";
 }
 
 // A file that somebody else made stops, too, whatever it holds.
