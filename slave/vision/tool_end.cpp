@@ -20,6 +20,7 @@ constexpr double kLeastStep = 12;   // between tool and ground [1/255 of full sc
 constexpr double kPlain = 0.25;     // scatter of the ground, of that step
 constexpr double kMostLost = 0.25;  // of the lines
 constexpr double kBlunt = 1;        // scatter of the lines [px]
+constexpr double kAsStraight = 2;   // a side that goes on, from where it was [px]
 
 double MedianOf(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
@@ -93,38 +94,77 @@ std::optional<double> Together(const std::vector<std::optional<double>>& found) 
   return MedianOf(std::move(values));
 }
 
+// A bar that is told to end at `p_tip`, and the ground beside it.
+class Bar {
+ public:
+  Bar(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_tip, const Vector2d& d,
+      double width)
+      : lines_(first, format), p_tip_(p_tip), d_(d), across_(-d.y(), d.x()), width_(width) {
+    std::vector<double> ground, tool;
+    for (double behind = kReach + kBehind; behind < kReach + kLength; ++behind) {
+      const Vector2d axis = p_tip - behind * d;
+      for (const double side : {-1.0, 1.0}) {
+        ground.push_back(lines_.At(axis + side * (0.5 * width + kBeside) * across_));
+        tool.push_back(lines_.At(axis + side * 0.2 * width * across_));
+      }
+    }
+    level_ = MedianOf(ground);
+    step_ = std::abs(MedianOf(tool) - level_);
+    stands_out_ =
+        step_ >= kLeastStep * format.levels_per_255() && ScatterOf(ground) <= kPlain * step_;
+  }
+
+  [[nodiscard]] bool stands_out() const { return stands_out_; }
+  // How far past the told tip it ends [px].
+  [[nodiscard]] std::optional<double> End() const {
+    std::vector<std::optional<double>> ends;
+    for (double c = -0.35 * width_; c <= 0.35 * width_; ++c) {
+      const Vector2d from = p_tip_ + c * across_ - kReach * d_;
+      ends.push_back(lines_.Crossing(from, d_, level_, step_, 2 * kReach));
+    }
+    const auto end = Together(ends);
+    return end ? std::optional(*end - kReach) : std::nullopt;
+  }
+  // How far from its axis a side is, in the median of what lies from `first` to `last` behind the
+  // told tip, past it where negative [px].
+  [[nodiscard]] std::optional<double> Side(double side, double first, double last) const {
+    std::vector<std::optional<double>> found;
+    for (double behind = first; behind < last; ++behind) {
+      found.push_back(lines_.Crossing(p_tip_ - behind * d_, side * across_, level_, step_,
+                                      0.5 * width_ + kBeside));
+    }
+    return Together(found);
+  }
+
+ private:
+  Lines lines_;
+  Vector2d p_tip_, d_, across_;
+  double width_, level_ = 0, step_ = 0;
+  bool stands_out_ = false;
+};
+
 }  // namespace
 
 std::optional<ToolEnd> SeeToolEnd(const cv::Mat& first, const GreyFormat& format,
                                   const Vector2d& p_I_tip, const Vector2d& d_I, double width) {
-  const Vector2d across(-d_I.y(), d_I.x());
-  const Lines lines(first, format);
-  std::vector<double> ground, tool;
-  for (double behind = kReach + kBehind; behind < kReach + kLength; ++behind) {
-    const Vector2d axis = p_I_tip - behind * d_I;
-    for (const double side : {-1.0, 1.0}) {
-      ground.push_back(lines.At(axis + side * (0.5 * width + kBeside) * across));
-      tool.push_back(lines.At(axis + side * 0.2 * width * across));
-    }
-  }
-  const double level = MedianOf(ground);
-  const double step = std::abs(MedianOf(tool) - level);
-  if (step < kLeastStep * format.levels_per_255() || ScatterOf(ground) > kPlain * step) {
-    return std::nullopt;
-  }
-  std::vector<std::optional<double>> ends, left, right;
-  for (double c = -0.35 * width; c <= 0.35 * width; ++c) {
-    const Vector2d from = p_I_tip + c * across - kReach * d_I;
-    ends.push_back(lines.Crossing(from, d_I, level, step, 2 * kReach));
-  }
-  for (double behind = kReach + kBehind; behind < kReach + kLength; ++behind) {
-    const Vector2d axis = p_I_tip - behind * d_I;
-    left.push_back(lines.Crossing(axis, across, level, step, 0.5 * width + kBeside));
-    right.push_back(lines.Crossing(axis, -across, level, step, 0.5 * width + kBeside));
-  }
-  const auto end = Together(ends), one = Together(left), other = Together(right);
+  const Bar bar(first, format, p_I_tip, d_I, width);
+  if (!bar.stands_out()) return std::nullopt;
+  const auto end = bar.End(), one = bar.Side(1, kReach + kBehind, kReach + kLength),
+             other = bar.Side(-1, kReach + kBehind, kReach + kLength);
   if (!end || !one || !other) return std::nullopt;
-  return ToolEnd{*end - kReach, (*one - *other) / 2, *one + *other};
+  return ToolEnd{*end, (*one - *other) / 2, *one + *other};
+}
+
+bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Vector2d& p_I_tip,
+                const Vector2d& d_I, double width) {
+  const Bar bar(first, format, p_I_tip, d_I, width);
+  if (!bar.stands_out()) return false;
+  for (const double side : {-1.0, 1.0}) {
+    const auto behind = bar.Side(side, kReach + kBehind, kReach + kLength),
+               past = bar.Side(side, -kReach, -kBehind);
+    if (!behind || !past || std::abs(*past - *behind) > kAsStraight) return false;
+  }
+  return true;
 }
 
 }  // namespace palpate

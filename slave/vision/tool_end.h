@@ -25,4 +25,9 @@ std::optional<ToolEnd> SeeToolEnd(const cv::Mat& first, const GreyFormat& format
                                   const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
                                   double width);
 
+// Whether it goes on past where it is told to end: its sides are seen 4 to 8 px past that, too.
+// What else begins there, the object say, is not as wide.
+bool ToolGoesOn(const cv::Mat& first, const GreyFormat& format, const Eigen::Vector2d& p_I_tip,
+                const Eigen::Vector2d& d_I, double width);
+
 }  // namespace palpate

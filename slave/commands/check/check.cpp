@@ -184,12 +184,13 @@ void PrintChecks(const Scene& scene) {
                         CameraLimits::kMostShift, CameraLimits::kMostTurn * 180 / std::numbers::pi,
                         100 * CameraLimits::kMostGrowth));
   PrintLine("NOT SEEN",
-            fmt::format("a wrong young_modulus, thickness or `fixed`; a tip told wrong by less "
-                        "than {}; a thing that lies on the touched edge from the start{}",
-                        LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
-                        camera.source == Camera::Source::kSimulated || ShowsArm(scene)
-                            ? ""
-                            : "; pictures that are late, as no manipulator is seen in them"));
+            fmt::format(
+                "a wrong young_modulus, thickness, tool.shape or `fixed`; a tip told wrong by less "
+                "than {}; a thing that lies on the touched edge from the start{}",
+                LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
+                camera.source == Camera::Source::kSimulated || ShowsArm(scene)
+                    ? ""
+                    : "; pictures that are late, as no manipulator is seen in them"));
 }
 
 void PrintModel(const Scene& scene) {

@@ -96,8 +96,12 @@ FailedCheck DoubtOfTool(const Scene& scene, const cv::Mat& first, const Eigen::V
   if (!scene.sense.Find<TipTracking>()->template_file.empty() || d_I.isZero(0)) {
     return FailedCheck::kNone;
   }
-  const auto seen = SeeToolEnd(first, GreyFormat(first), p_I_tip, d_I, width_px);
-  if (!seen) return FailedCheck::kNone;
+  const GreyFormat format(first);
+  const auto seen = SeeToolEnd(first, format, p_I_tip, d_I, width_px);
+  if (!seen) {
+    const bool is_past = ToolGoesOn(first, format, p_I_tip, d_I, width_px);
+    return is_past ? FailedCheck::kArm : FailedCheck::kNone;
+  }
   if (std::abs(seen->beyond) > Limits::kToolElsewhere) return FailedCheck::kArm;
   const bool aside = std::abs(seen->aside) > Limits::kToolElsewhere;
   const bool wide = std::abs(seen->width / width_px - 1) > Limits::kToolWidth;

@@ -62,6 +62,26 @@ TEST(ToolEnd, IsNotToldWhereNoneIsSeen) {
   EXPECT_FALSE(SeeToolEnd(cv::Mat(160, 120, CV_8U, cv::Scalar(80)), format, {60, 90}, {0, 1}, 17));
 }
 
+// A film that begins when the tool has left its home.
+TEST(ToolEnd, IsMissedWhereTheToolGoesOn) {
+  const cv::Mat picture = BarEndingAt({60, 90}, 17);
+  const GreyFormat format(picture);
+  for (const double past : {9.0, 12.0, 20.0, 40.0}) {
+    EXPECT_TRUE(ToolGoesOn(picture, format, {60, 90 - past}, {0, 1}, 17)) << past;
+  }
+  for (const double past : {-12.0, -4.0, 0.0, 2.0}) {
+    EXPECT_FALSE(ToolGoesOn(picture, format, {60, 90 - past}, {0, 1}, 17)) << past;
+  }
+  EXPECT_FALSE(ToolGoesOn(picture, format, {20, 90}, {0, 1}, 17)) << "ground";
+}
+
+// The object, as dark as the tool and right under it, is wider.
+TEST(ToolEnd, AnObjectUnderItIsNotTheTool) {
+  cv::Mat picture = BarEndingAt({60, 90}, 17);
+  cv::rectangle(picture, {10, 92}, {110, 140}, cv::Scalar(30), -1);
+  EXPECT_FALSE(ToolGoesOn(picture, GreyFormat(picture), {60, 90}, {0, 1}, 17));
+}
+
 TEST(ToolEnd, AtThePicturesCornerReadsNothingOutside) {
   const cv::Mat picture = BarEndingAt({60, 90}, 17);
   SeeToolEnd(picture, GreyFormat(picture), {0, 0}, {0, 1}, 17);

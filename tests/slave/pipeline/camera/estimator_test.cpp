@@ -315,6 +315,17 @@ TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
 }
 
 // A pixel said to be 5 % too large or too small shows in the block's own size.
+// The tool is past its home in the first picture: its shaft, cut out there, is no tip. `valid` and
+// 0 N it would be while up to 2.3 N press.
+TEST_F(EstimatorTest, AFilmThatBeginsLateIsDoubted) {
+  for (const double past : {0.002, 0.004, 0.007}) {
+    Estimator estimator(scene_, Draw(0.044, 0.094 - past), home());
+    const ContactEstimate& felt = estimator.Feel(Draw(0.044, 0.094 - past - 0.0005));
+    EXPECT_NE(felt.validity, Validity::kValid) << past;
+    EXPECT_EQ(felt.check, FailedCheck::kArm) << past;
+  }
+}
+
 TEST_F(EstimatorTest, AWrongScaleIsRefusedWithTheOneThatFits) {
   const Frame first = Draw(home().x(), home().y());
   for (const double wrong : {0.95, 1.05}) {
