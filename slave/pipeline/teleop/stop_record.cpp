@@ -70,6 +70,7 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(file_)) {
     KeepFile(file_, "to be kept\n");  // a disk that is full opens files all the same
     std::filesystem::remove(file_);
+    trying_ = std::jthread([this](const std::stop_token& stop) { KeepTrying(stop); });
     return false;
   }
   const std::scoped_lock lock(mutex_);
@@ -78,6 +79,7 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   reason_ += reason_.empty() ? "from before the start" : ", from before the start";
   since_ = WrittenAt(file_);
   spdlog::warn("emergency stop: {}", reason_);
+  trying_ = std::jthread([this](const std::stop_token& stop) { KeepTrying(stop); });
   return true;
 }
 
@@ -98,9 +100,6 @@ std::string StopRecord::Begin(const std::string& reason) noexcept {
     is_kept_ = true;
     return {};
   } catch (const std::exception& error) {
-    if (!trying_.joinable()) {
-      trying_ = std::jthread([this](const std::stop_token& stop) { KeepTrying(stop); });
-    }
     changed_.notify_all();
     return std::string(
                "the emergency stop will not outlive this process unless it can be "

@@ -33,7 +33,7 @@ class StopRecord {
   [[nodiscard]] std::string Reason() const;
 
   std::filesystem::path file_;  // empty: it is not kept
-  std::chrono::milliseconds again_{1000};
+  std::chrono::milliseconds again_{100};
   std::mutex file_mutex_;  // held while the file is written or removed; guards what follows
   bool is_kept_ = true;
   std::condition_variable_any changed_;
@@ -41,7 +41,7 @@ class StopRecord {
   bool stands_ = false;
   std::string reason_;
   Clock::time_point since_{};
-  std::jthread trying_;  // since it could not be kept once
+  std::jthread trying_;  // sleeps until one could not be kept
 };
 
 }  // namespace palpate
