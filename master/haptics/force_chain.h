@@ -4,6 +4,7 @@
 // word of the slave's can raise it.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -102,7 +103,8 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
 // A spring of at most K_max that the hand wound up itself is never touched, since W >= f^2 / 2 K;
 // slew / v is left of it where the force cannot fall as fast as the hand gives way. W_0 is what is
 // lent to a surface that moves by itself, and hence all that a slave can give out: it is paid back
-// by the damping, and where nothing is shown by b within kLentAnew. What was given out beyond it
+// by the damping, and where nothing is shown by b within kLentAnew; and it is lent anew to a hand
+// that engages anew, or a contact taken up pressed would stay unfelt. What was given out beyond it
 // (less than a tick's work) b pays at once: without a force no hand could.
 class PassivityControl {
  public:
@@ -116,6 +118,8 @@ class PassivityControl {
   // The device was at `p_M` [m] after `dt` > 0 [s] under the force that was held, `f_M` [N].
   // Real-time safe.
   void Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M, double dt) noexcept;
+  // The hand engages anew, of its own will: W_0 is lent anew. Real-time safe.
+  void Lend() noexcept { balance_ = std::max(balance_, 0.0); }
   // The hand takes up a contact: what it put into the last one and did not get back may come out.
   // Real-time safe.
   void Restore() noexcept {

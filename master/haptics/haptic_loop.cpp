@@ -256,6 +256,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   in.stop = stop_wanted_;
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
+  if (after == OperatorState::kFollowing && before == OperatorState::kAligning) passivity_.Lend();
   if (after != before) OnStateChange(after);
   if (after == OperatorState::kHold) FadeOutOfHold(in.now);
 
