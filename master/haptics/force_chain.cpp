@@ -63,6 +63,9 @@ void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d
   balance_ += Leak(f_M);
   min_ = std::min(min_, balance_);
   last_dp_ = moved_ ? Eigen::Vector3d(p_M - last_p_) : Eigen::Vector3d(0, 0, 0);
+  const Eigen::Vector3d v = last_dp_ / dt;
+  acceleration_ += std::min(1.0, dt / kSmooth) * ((v - last_v_) / dt - acceleration_);
+  last_v_ = v;
   last_p_ = p_M;
   last_dt_ = dt;
   held_ = f_M;
@@ -90,20 +93,30 @@ Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen:
   return f_M - size / speed * v_M;
 }
 
-Eigen::Vector3d PassivityControl::Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
-                                         double slew) const noexcept {
+Eigen::Vector3d PassivityControl::PaidFor(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
+                                          double slew) const noexcept {
   const double size = f_M.norm();
   if (!(size > 0)) return f_M;
   const double giving_way = std::max(f_M.dot(v_M) / size, 0.0);
-  const double stiffness = slew < kMaxStiffness * giving_way ? slew / giving_way : kMaxStiffness;
+  const double faster = std::max(f_M.dot(acceleration_) / size, 0.0);
+  const double falls = giving_way / slew + faster * size / (3 * slew * slew);
+  const double stiffness = 1 / std::max(1 / kMaxStiffness, falls);
   // What is weakened leaks less, too.
-  Eigen::Vector3d affordable = f_M;
+  Eigen::Vector3d paid = f_M;
   for (int i = 0; i < 2; ++i) {
-    const double energy = balance_ + Leak(affordable) + kLent;
+    const double energy = balance_ + Leak(paid) + kLent;
     const double most = std::sqrt(2 * std::max(energy, 0.0) * stiffness);
-    if (most < affordable.norm()) affordable = most / size * f_M;
+    if (most < paid.norm()) paid = most / size * f_M;
   }
-  return affordable;
+  return paid;
+}
+
+Eigen::Vector3d PassivityControl::Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
+                                         double slew) const noexcept {
+  const Eigen::Vector3d paid = PaidFor(f_M, v_M, slew), rest = PaidFor(held_, v_M, slew);
+  if (rest == held_) return paid;
+  const Eigen::Vector3d along = held_.normalized();
+  return std::clamp(paid.dot(along), 0.0, rest.norm()) * along;
 }
 
 void OutputBlend::Go(Target target, double duration) noexcept {

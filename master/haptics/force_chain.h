@@ -98,14 +98,16 @@ Eigen::Vector3d LimitForce(const Eigen::Vector3d& force, double limit, Reasons* 
 // Damping alone lets out what its alpha_max does not reach, so a force is shown only as far as W
 // pays for it:
 //
-//   |f| <= sqrt(2 (W + W_0) min(K_max, slew / v)),   K_max = 2 b / T,   v: speed of giving way
+//   W + W_0 >= max(f^2 / 2 K_max,  f^2 v / 2 s + a f^3 / 6 s^2),   K_max = 2 b / T
 //
-// A spring of at most K_max that the hand wound up itself is never touched, since W >= f^2 / 2 K;
-// slew / v is left of it where the force cannot fall as fast as the hand gives way. W_0 is what is
-// lent to a surface that moves by itself, and hence all that a slave can give out: it is paid back
-// by the damping, and where nothing is shown by b within kLentAnew; and it is lent anew to a hand
-// that engages anew, or a contact taken up pressed would stay unfelt. What was given out beyond it
-// (less than a tick's work) b pays at once: without a force no hand could.
+// A spring of at most K_max that the hand wound up itself is not touched, since W >= f^2 / 2 K. The
+// second is what comes out while the force falls by the slew limit `s` under a hand that gives way
+// at speed `v`, ever faster by `a`, as measured: a spring whose force must fall quicker is
+// weakened. W_0 is what is lent to a surface that moves by itself, and hence all that a slave can
+// give out: it is paid back by the damping, and where nothing is shown by b within kLentAnew; and
+// it is lent anew to a hand that engages anew, or a contact taken up pressed would stay unfelt.
+// What was given out beyond it (less than a tick's work) b pays at once: without a force no hand
+// could.
 class PassivityControl {
  public:
   static constexpr double kPhysicalDamping = 1.0;  // b [N s/m]
@@ -114,6 +116,7 @@ class PassivityControl {
   static constexpr double kLentAnew = 60;          // [s]
   static constexpr double kMaxStiffness = 2000;    // K_max at 1 kHz [N/m]
   static constexpr double kUndamped = kLent / 2;   // of a debt: small ones fade without [J]
+  static constexpr double kSmooth = 0.002;         // of a, a hand's: encoders count [s]
 
   // The device was at `p_M` [m] after `dt` > 0 [s] under the force that was held, `f_M` [N].
   // Real-time safe.
@@ -130,7 +133,8 @@ class PassivityControl {
   [[nodiscard]] Eigen::Vector3d Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                       double dt) const noexcept;
   // `f_M` [N] as far as the balance pays for it while the hand moves at `v_M` [m/s] and the force
-  // falls by at most `slew` [N/s]. Real-time safe.
+  // falls by at most `slew` [N/s]; where it does not pay for what is held yet, only that falls, by
+  // the shortest way. Real-time safe.
   [[nodiscard]] Eigen::Vector3d Afford(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                        double slew) const noexcept;
   [[nodiscard]] double balance() const noexcept { return balance_; }        // W [J]
@@ -141,10 +145,14 @@ class PassivityControl {
   [[nodiscard]] double min_work() const noexcept { return min_work_; }
 
  private:
+  // `f_M` [N], were there nothing else.
+  [[nodiscard]] Eigen::Vector3d PaidFor(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
+                                        double slew) const noexcept;
   // c, if the next force is `f_M` [J].
   [[nodiscard]] double Leak(const Eigen::Vector3d& f_M) const noexcept;
 
   Eigen::Vector3d last_p_{0, 0, 0}, last_dp_{0, 0, 0}, held_{0, 0, 0};
+  Eigen::Vector3d last_v_{0, 0, 0}, acceleration_{0, 0, 0};
   double last_dt_ = 1;
   bool moved_ = false, shown_ = false;
   double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0, min_work_ = 0;

@@ -9,6 +9,7 @@ import re
 import struct
 import subprocess
 import sys
+import tempfile
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -181,7 +182,8 @@ def messages(folder):
         "OperatorCommand": (0, "sequence: 3 epoch: 1 engaged: true p_M { x: 0.01 y: 0.02 z: 0 } sent_at { seconds: 1700000000 }"),
         "SlaveState": (1, "sequence: 4 sensed_at { seconds: 1700000000 } force { x: 1 y: 0 z: 0 }"),
         "TactileSample": (2, "electrodes: [" + ", ".join(["10"] * 19) + "] sensed_at { seconds: 1700000000 }"),
-        "SetParametersRequest": (3, ""), "SetModelRequest": (4, ""), "WatchStateRequest": (5, "max_rate_hz: 30")}
+        "SetParametersRequest": (3, ""), "SetModelRequest": (4, ""), "SurfacePatch": (5, "epoch: 1"),
+        "PatchLaw": (6, "epoch: 1 revision: 1"), "WatchStateRequest": (7, "max_rate_hz: 30")}
     for name, (kind, text) in messages.items():
         # Field names may have grown since; an empty message is a seed, too.
         encoded = subprocess.run(["protoc", f"--proto_path={ROOT}/proto", f"--encode=palpate.v1.{name}",
@@ -189,6 +191,20 @@ def messages(folder):
         write(folder, "wire", name, encoded.stdout, kind)
         if encoded.returncode != 0:
             print(f"seeds: {name} is empty: {encoded.stderr.decode().strip()}", file=sys.stderr)
+
+
+def certificates(folder):
+    with tempfile.TemporaryDirectory() as made:
+        ca, out = pathlib.Path(made) / "ca", pathlib.Path(made) / "anna"
+        certs = ROOT / "deploy" / "certs"
+        for call in (["ca", ca], ["operator", ca, out, "anna"], ["revoke", ca, out / "cert.pem", out]):
+            subprocess.run([certs, *call], check=True, capture_output=True)
+        cert, key, revoked = ((out / f"{name}.pem").read_bytes() for name in ("cert", "key", "crl"))
+    write(folder, "certificate", "cert", cert, 0)
+    write(folder, "certificate", "name", "palpate://operator/anna", 1)
+    write(folder, "certificate", "usable", cert + key, 2)
+    write(folder, "certificate", "revoked", revoked + cert, 3)
+    dictionary(folder, "certificate", strings_of("slave/service/roles.cpp") | {"palpate://", "URI:", "-----BEGIN X509 CRL-----"})
 
 
 def recordings(folder):
@@ -222,7 +238,7 @@ def main():
         sys.exit("usage: seeds.py FOLDER")
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, recordings, messages):
+    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, recordings, messages, certificates):
         make(folder)
 
 

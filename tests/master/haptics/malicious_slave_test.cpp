@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "master/device/sim_hand.h"
+#include "tests/master/haptics/hand_sequence.h"
 #include "tests/master/haptics/rig.h"
 
 namespace palpate {
@@ -178,6 +179,14 @@ TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
     rig.Tick(puppet);
   }
   EXPECT_GE(rig.loop.passivity().min_balance(), -kEnergyLimit);
+}
+
+// The same by chance: `tests/fuzz` looks for sequences that nobody draws.
+TEST(HandSequence, NoOrderOfEventsExceedsTheLimits) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    const auto bytes = RandomBytes(seed, 300);
+    EXPECT_NO_THROW(RunHand(Choices(bytes))) << "seed " << seed;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Rows, MaliciousSlaveTest, testing::ValuesIn(kRows),

@@ -94,6 +94,31 @@ TEST(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
               1e-12);
 }
 
+// Whose force turns away from where it drives the hand has less of the slew limit to fall there.
+TEST(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
+  PassivityControl port;
+  port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
+  EXPECT_NEAR(port.Afford({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
+  EXPECT_TRUE(port.Afford({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
+}
+
+// A hand wound 3 N up to what a spring of K_max holds, 2.25 mJ, and gives way ever faster: until 3 N
+// have fallen by 200 N/s, 20 m/s^2 let out 1/6 a f^3 / s^2 = 2.25 mJ more than a slow one would.
+TEST(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
+  constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
+  PassivityControl port;
+  double p = 0, v = 0, sent = 3;
+  port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
+  port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slowly that nothing is damped
+  for (int i = 0; i < 100; ++i) {
+    port.Observe({p += v * kTick, 0, 0}, {sent, 0, 0}, kTick);
+    v += kA * kTick;
+    const double wanted = port.Afford({3, 0, 0}, {v, 0, 0}, kSlew).x();
+    sent = std::max(wanted, sent - kSlew * kTick);
+  }
+  EXPECT_GE(port.min_balance(), -1e-3);
+}
+
 // A contact left with 1 mJ in it and taken up again gives that back, once.
 TEST(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   PassivityControl port;

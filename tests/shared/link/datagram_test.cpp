@@ -22,6 +22,7 @@
 #include "shared/link/datagram_line.h"
 #include "shared/link/datagram_seal.h"
 #include "shared/link/tcp_line.h"
+#include "tests/shared/link/datagram_sequence.h"
 
 namespace palpate {
 namespace {
@@ -334,6 +335,14 @@ TEST(EndsOfALine, OfOneLinkAreNamedWithItsNumber) {
   EXPECT_EQ(NameOf(at), "ipv6:fe80::1%2:7");
   EXPECT_EQ(WithoutBrackets("ipv6:%5Bfe80::1%252%5D:7"), NameOf(at));
   EXPECT_EQ(WithoutBrackets("ipv6:[fe80::1%2]:7"), NameOf(at));
+}
+
+// `tests/fuzz` looks for sequences that nobody draws.
+TEST(DatagramSequence, OnlyWhatIsNewAndUnharmedOpens) {
+  for (unsigned seed = 1; seed <= 300; ++seed) {
+    const auto bytes = RandomBytes(seed, 4000);
+    EXPECT_NO_THROW(RunDatagrams(Choices(bytes))) << "seed " << seed;
+  }
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/slave/pipeline/teleop/arm_sequence.h"
+
 namespace palpate {
 namespace {
 
@@ -623,6 +625,14 @@ TEST_F(OperatorPortTest, TargetsAreGivenInTheFrameOfTheEyes) {
   Send(Next({0, 0, 0}));
   EXPECT_LT((arm_.Tip() - start).norm(), 1e-15);
   EXPECT_LT((port_.view().offset - (start + off)).norm(), 1e-15);
+}
+
+// `tests/fuzz` looks for sequences that nobody draws.
+TEST(ArmSequence, NoOrderOfEventsLeadsTheArmAstray) {
+  for (unsigned seed = 1; seed <= 400; ++seed) {
+    const auto bytes = RandomBytes(seed, 400);
+    EXPECT_NO_THROW(RunArm(Choices(bytes))) << "seed " << seed;
+  }
 }
 
 }  // namespace

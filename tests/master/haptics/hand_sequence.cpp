@@ -1,0 +1,252 @@
+#include "tests/master/haptics/hand_sequence.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "shared/wire/patch_message.h"
+#include "tests/master/haptics/rig.h"
+#include "tests/master/haptics/wall_patch.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kForceLimit = 3.3;    // [N]
+constexpr double kSlewLimit = 0.2;     // [N/ms]
+constexpr double kEnergyLimit = 1e-3;  // [J]
+constexpr double kTick = 0.001;        // [s]
+constexpr double kHandSpeed = 0.3;     // [m/s]
+constexpr double kHandChange = 0.01;   // of its speed in a tick [m/s]
+constexpr int kLongest = 5000;         // [ticks]
+
+using Lie = std::function<void(SlaveState* state, int n)>;  // n: states since the beginning
+
+// What is wrong in a state: by how much is drawn, and in which of every 2 `period` states.
+Lie DrawLie(Choices* choices) {
+  const Eigen::Vector3d by = choices->Within(1);
+  const double wild = choices->Wild();
+  const int period = 1 + choices->Byte() / 4;
+  const std::array<Lie, 16> lies{
+      [=](SlaveState* s, int) { s->local_model.stiffness(1, 1) = wild; },
+      [=](SlaveState* s, int) { s->local_model.stiffness += 5e3 * by * by.transpose(); },
+      [=](SlaveState* s, int) { s->local_model.stiffness(0, 1) += 5e3 * by.x(); },
+      [=](SlaveState* s, int) { s->local_model.reference += 0.02 * by; },
+      [=](SlaveState* s, int) { s->local_model.normal = by; },
+      [=](SlaveState* s, int) { s->local_model.force = 5 * by; },
+      [=](SlaveState* s, int) { s->local_model.valid_radius = wild; },
+      [](SlaveState* s, int n) { s->local_model.revision = static_cast<std::uint32_t>(n + 2); },
+      [=](SlaveState* s, int) { s->force = 5 * by; },
+      [=](SlaveState* s, int) { s->force = Eigen::Vector3d(0, wild, 0); },
+      [](SlaveState* s, int) { s->force.reset(); },
+      [=](SlaveState* s, int) { s->offset += 0.1 * by; },
+      [=](SlaveState* s, int) { s->sensed_at += Seconds(2 * by.x()); },
+      [=](SlaveState* s, int) { s->epoch += by.x() > 0 ? 1 : 1000; },
+      [=](SlaveState* s, int) { s->phase = static_cast<Phase>(1 + period % 5); },
+      [=](SlaveState* s, int) { s->validity = static_cast<Validity>(period % 6); },
+  };
+  return [lie = choices->Among(lies), period](SlaveState* state, int n) {
+    if (n / period % 2 == 0) lie(state, n);
+  };
+}
+
+// As it would come through the wire; nothing where the wire refuses it.
+std::optional<ReceivedPatch> DrawPatch(Choices* choices, std::uint32_t epoch) {
+  ReceivedPatch drawn = WallPatch(choices->Among(std::array<double, 4>{60, 600, 2000, 1e6}), epoch,
+                                  choices->Within(-0.008, 0.004));
+  PatchLaw& law = drawn.law;
+  law.revision = choices->Byte();
+  law.count = 1 + static_cast<int>(choices->Below(kLawPoints));
+  for (double& ratio : law.ratios) ratio = choices->Within(0, 4);
+  law.velocity = 0.05 * choices->Within(1);
+  law.velocity_error = choices->Within(0, 0.01);
+  law.offset = 0.002 * choices->Within(1);
+  if (choices->Coin()) law.friction = choices->Within(0, 2);
+  if (choices->Byte() == 0) law.ratios[0] = choices->Wild();
+  law.sensed_at = Time{std::chrono::hours(1)} + Seconds(1000);
+  v1::SurfacePatch patch;
+  v1::PatchLaw of_it;
+  ToProto(drawn.patch, &patch);
+  ToProto(law, &of_it);
+  std::string reason;
+  const auto read = FromProto(patch, &reason);
+  const auto read_law = FromProto(of_it, &reason);
+  if (!read || !read_law) return std::nullopt;
+  return ReceivedPatch{*read, *read_law};
+}
+
+// The limits of the master, counted once more: see malicious_slave_test.cpp.
+class Limits {
+ public:
+  void Check(const TickRecord& record) {
+    const Eigen::Vector3d& sent = record.chain.sent;
+    Demand(sent.allFinite(), "a force that is no number");
+    Demand(sent.norm() <= kForceLimit * (1 + 1e-12), "more force than the limit");
+    Demand((sent - force_).norm() <= kSlewLimit * (1 + 1e-9), "a faster change than the limit");
+    const Eigen::Vector3d dp = begun_ ? Eigen::Vector3d(record.p_M - p_) : force_;
+    begun_ = true;
+    const double eaten = dp.squaredNorm() / kTick;
+    energy_ -= force_.dot(dp);
+    energy_ += std::clamp(0.5 * (force_ - sent).dot(dp), -eaten, eaten);
+    if (force_.isZero(0)) {
+      if (was_shown_) left_ = std::max(0.0, energy_);
+      energy_ = std::min(energy_, 0.0);
+    }
+    was_shown_ = !force_.isZero(0);
+    const bool followed = std::exchange(follows_, record.state == OperatorState::kFollowing);
+    if (follows_ && !followed) energy_ += std::exchange(left_, 0.0);
+    if (std::exchange(epoch_, record.epoch) != record.epoch) energy_ = std::max(energy_, 0.0);
+    Demand(energy_ >= -kEnergyLimit, "energy for nothing");
+    p_ = record.p_M;
+    force_ = sent;
+  }
+
+ private:
+  Eigen::Vector3d p_{0, 0, 0}, force_{0, 0, 0};
+  bool begun_ = false;
+  std::uint32_t epoch_ = 0;
+  bool follows_ = false, was_shown_ = false;
+  double energy_ = 0;  // [J]
+  double left_ = 0;    // of what the hand put into its last contact [J]
+};
+
+class Sequence {
+ public:
+  explicit Sequence(Choices choices)
+      : choices_(choices),
+        rig_({.K = choices_.Among(std::array<double, 4>{60, 600, 1900, 5000}),
+              .delay = choices_.Among(std::array<double, 4>{0, 0.005, 0.05, 0.2}),
+              .sensor_rate = choices_.Among(std::array<double, 2>{60, 500})},
+             static_cast<RenderMode>(choices_.Below(3)), kForceLimit, kSlewLimit) {
+    rig_.slave.lie = [this](SlaveState* state) {
+      for (const Lie& lie : lies_) lie(state, states_);
+      ++states_;
+    };
+  }
+
+  void Run() {
+    while (!choices_.over() && ticks_ < kLongest) {
+      Change();
+      for (int left = choices_.Byte(); left >= 0; --left) Tick();
+    }
+  }
+
+ private:
+  void Change() {
+    switch (choices_.Below(12)) {
+      case 0:
+      case 1:
+        aim_ = kHandSpeed * choices_.Within(1);
+        return;
+      case 2:
+        aim_ = Eigen::Vector3d(0, choices_.Within(-kHandSpeed, kHandSpeed), 0);
+        return;
+      case 3:
+      case 4:
+        puppet_.reading.engaged = choices_.Byte() % 4 != 0;
+        return;
+      case 5:
+      case 6:
+        lies_[choices_.Below(lies_.size())] = DrawLie(&choices_);
+        return;
+      case 7:
+        lies_[choices_.Below(lies_.size())] = [](SlaveState*, int) {};
+        return;
+      case 8:
+        if (const auto patch = DrawPatch(&choices_, rig_.loop.record().epoch)) {
+          rig_.patches.Put(*patch);
+        }
+        return;
+      case 9:
+        return ChangeSettings();
+      case 10:
+        return Wish();
+      default:
+        return Break();
+    }
+  }
+  void ChangeSettings() {
+    constexpr std::array<double, 5> kScales{1e-3, 0.1, 1, 10, 1e6};
+    RemoteSettings settings{choices_.Byte(), {}, choices_.Within(0.1, 10)};
+    settings.transform.position_scale = choices_.Among(kScales);
+    settings.transform.force_scale = choices_.Among(kScales);
+    settings.dead_after = choices_.Within(0, 1);
+    rig_.settings.Put(settings);
+  }
+  void Wish() {
+    HandWishes& wishes = rig_.wishes;
+    switch (choices_.Below(4)) {
+      case 0:
+        wishes.render = static_cast<RenderMode>(choices_.Below(3));
+        return;
+      case 1:
+        ++wishes.tares;
+        return;
+      case 2:
+        wishes.clutched = choices_.Coin();
+        return;
+      default:
+        wishes.force_limit = choices_.Within(1, 4);
+    }
+  }
+  void Break() {
+    VirtualSlave& slave = rig_.slave;
+    switch (choices_.Below(6)) {
+      case 0:
+        slave.silent = !slave.silent;
+        return;
+      case 1:
+        slave.forgets = !slave.forgets;
+        return;
+      case 2:
+        slave.forced_phase = choices_.Coin() ? Phase::kEstop : Phase::kReady;
+        return;
+      case 3:
+        slave.set_K(choices_.Within(10, 5000));
+        return;
+      case 4:
+        if (choices_.Byte() % 8 == 0) rig_.loop.EmergencyStop();
+        return;
+      default:
+        is_broken_ = true;
+    }
+  }
+  // A hand has mass, and an end of its reach.
+  void Tick() {
+    ++ticks_;
+    DeviceReading& hand = puppet_.reading;
+    constexpr double kReach = 0.05;  // [m]
+    for (int i = 0; i < 3; ++i) {
+      if (hand.p_M[i] * aim_[i] > 0 && std::abs(hand.p_M[i]) > kReach) aim_[i] = -aim_[i];
+    }
+    const Eigen::Vector3d change = aim_ - hand.v_M;
+    const double part = std::min(1.0, kHandChange / std::max(change.norm(), 1e-12));
+    hand.v_M += part * change;
+    hand.p_M += kTick * hand.v_M;
+    const DeviceReading true_reading = hand;
+    if (is_broken_) hand.p_M.x() = std::numeric_limits<double>::quiet_NaN();
+    is_broken_ = false;
+    limits_.Check(rig_.Tick(puppet_));
+    hand = true_reading;
+  }
+
+  Choices choices_;
+  Rig rig_;
+  Puppet puppet_;
+  Eigen::Vector3d aim_{0, 0, 0};  // velocity that the hand seeks [m/s]
+  std::array<Lie, 4> lies_{[](SlaveState*, int) {}, [](SlaveState*, int) {},
+                           [](SlaveState*, int) {}, [](SlaveState*, int) {}};
+  Limits limits_;
+  int states_ = 0, ticks_ = 0;
+  bool is_broken_ = false;  // the device, for a tick
+};
+
+}  // namespace
+
+void RunHand(Choices choices) {
+  Sequence(choices).Run();
+}
+
+}  // namespace palpate

@@ -1,0 +1,12 @@
+// States, patches, settings, wishes and deaths in any order at the haptic loop: what the hand feels
+// meanwhile.
+#pragma once
+
+#include "tests/support/choices.h"
+
+namespace palpate {
+
+// Throws std::logic_error where the hand gets more force, change or energy than the master allows.
+void RunHand(Choices choices);
+
+}  // namespace palpate

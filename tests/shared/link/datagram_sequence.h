@@ -1,0 +1,11 @@
+// Datagrams on a line where somebody damages, repeats, reorders and makes them.
+#pragma once
+
+#include "tests/support/choices.h"
+
+namespace palpate {
+
+// Throws std::logic_error where something opens that was not sealed, or not later than the last.
+void RunDatagrams(Choices choices);
+
+}  // namespace palpate
