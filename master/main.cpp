@@ -446,7 +446,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     options.patches = &line->patches;
     options.patch_stats = [&patch] { return patch->stats(); };
   }
-  options.estop_wanted = [] { return g_emergency.exchange(false); };
+  options.emergency = {[] { return g_emergency.exchange(false); },
+                       [line] { return line->link.EmergencyStop("by the operator's station"); }};
   options.duration = a.duration;
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);

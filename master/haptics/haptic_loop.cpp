@@ -15,6 +15,7 @@ constexpr double kFadeIn = 0.050;  // [s]
 constexpr double kHoldForce = 0.010;      // of HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;        // [s]
 constexpr double kFadeOfSilence = 0.030;  // of a sensor or an arm, which the slave has awaited [s]
+constexpr double kStopHeard = 0.100;      // beside the round trip, which is of the best lately [s]
 constexpr double kFuture = 0.050;         // a stamp so far ahead is none [s]
 constexpr double kOffsetRounding = 1e-6;  // [m]
 constexpr double kTicksPerSecond = 1000;
@@ -252,8 +253,8 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
     record_.sensed_age = SecondsBetween(SensedAt(*newest_), now);
     if (newest_->ended) in.state_age = 1e9;
   }
-  if (in.slave_phase == Phase::kEstop) stop_wanted_ = false;  // it knows
-  in.stop = stop_wanted_;
+  if (KnowsStop()) StopActed(stops_put_);
+  in.stop = stop_is_wanted();
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
   if (after == OperatorState::kFollowing && before == OperatorState::kAligning) passivity_.Lend();
@@ -267,6 +268,22 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   if (newest_ && newest_->state.check == FailedCheck::kArmFault) reasons.Add(Reason::kArmFault);
   if (machine_.commands_engaged() && in.slave_epoch != machine_.epoch()) {
     reasons.Add(Reason::kOtherEpoch);
+  }
+}
+
+// What it said before it heard of this stop may be of another one, which was reset meanwhile. A
+// slave that does not count the commands which stop it has heard of this one after a round trip.
+bool HapticLoop::KnowsStop() const noexcept {
+  if (!newest_ || newest_->state.phase != Phase::kEstop || stops_put_ == stops_acted_) return false;
+  const SlaveState& state = newest_->state;
+  const Time sent_at = state.sent_at - Seconds(newest_->clock_offset);
+  return state.command_sequence >= stop_sequence_ ||
+         SecondsBetween(stop_put_at_, sent_at) > newest_->round_trip + kStopHeard;
+}
+
+void HapticLoop::StopActed(std::uint32_t stops) noexcept {
+  std::uint32_t acted = stops_acted_;
+  while (acted < stops && !stops_acted_.compare_exchange_weak(acted, stops)) {
   }
 }
 
@@ -351,7 +368,12 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
   OperatorCommand command = NextCommand(now);
   if (!holding) command.velocity = reading.v_M;
   command.engaged = machine_.commands_engaged();
-  command.stop = stop_wanted_;
+  const std::uint32_t asked = stops_asked_;
+  if (std::exchange(stops_put_, asked) != asked) {
+    stop_sequence_ = command.sequence;
+    stop_put_at_ = now;
+  }
+  command.stop = asked != stops_acted_;
   if (newest_) {
     command.state_sequence = newest_->state.sequence;
     command.echo = newest_->state.sent_at;

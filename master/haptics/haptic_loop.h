@@ -57,9 +57,14 @@ class HapticLoop {
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
   // Where the surface is, as of the last tick; unknown unless following.
   [[nodiscard]] DeviceGuide guide() const noexcept;
-  // The operator's emergency stop: told to the slave until it stands, the hand is let go. Any
-  // thread, also a signal handler's.
-  void EmergencyStop() noexcept { stop_wanted_ = true; }
+  // The operator's emergency stop: told with each command until the slave says that it stands and
+  // has heard of this one; the hand is let go. Any thread, also a signal handler's.
+  void EmergencyStop() noexcept { ++stops_asked_; }
+  // So many there were, and of so many nobody has said yet that they acted. Any thread.
+  [[nodiscard]] std::uint32_t stops_asked() const noexcept { return stops_asked_; }
+  [[nodiscard]] bool stop_is_wanted() const noexcept { return stops_asked_ != stops_acted_; }
+  // The slave stood, by another way, after the first `stops` were asked for. Any thread.
+  void StopActed(std::uint32_t stops) noexcept;
   // Lets go: the command that leaves the tool standing. After the last tick.
   void Release(Time now) noexcept;
 
@@ -84,6 +89,8 @@ class HapticLoop {
   void OnStateChange(OperatorState to) noexcept;
   void FadeOutOfHold(double now) noexcept;
   void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
+  // Whether the newest state is of a slave that stands and knows the last stop asked for.
+  [[nodiscard]] bool KnowsStop() const noexcept;
   // That leaves the tool standing where it was last sent.
   [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
   void PutCommand(const DeviceReading& reading, Time now) noexcept;
@@ -107,7 +114,11 @@ class HapticLoop {
   Eigen::Vector3d commanded_p_M_{0, 0, 0};
   Eigen::Vector3d sent_{0, 0, 0};
   std::uint64_t command_sequence_ = 0;
-  std::atomic<bool> stop_wanted_{false};
+  std::atomic<std::uint32_t> stops_asked_{0}, stops_acted_{0};
+  // Stops put into commands, and when the last of them was first.
+  std::uint32_t stops_put_ = 0;
+  std::uint64_t stop_sequence_ = 0;
+  Time stop_put_at_{};
   bool hold_is_fading_ = false;
   bool started_ = false;
   Time origin_{}, last_tick_{};

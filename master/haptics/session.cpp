@@ -242,12 +242,12 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     done = true;
   });
 
+  StopPath emergency(loop, options.emergency);
   RateMeter meter;
   double shown = -1;
   while (!done) {
     std::this_thread::sleep_for(kNap);
     if (stop_wanted()) haptic.request_stop();
-    if (options.estop_wanted && options.estop_wanted()) loop.EmergencyStop();
     recorder.Drain(Clock::now());
     const double t = SecondsBetween(begin, Clock::now());
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;

@@ -14,6 +14,7 @@
 #include "master/haptics/periodic.h"
 #include "master/haptics/record/recorder.h"
 #include "master/haptics/record/tick_summary.h"
+#include "master/haptics/stop_path.h"
 
 namespace palpate {
 
@@ -94,7 +95,7 @@ struct SessionOptions {
   LatestValue<RemoteSettings>* settings = nullptr;  // outlives the run; null: they never change
   LatestValue<ReceivedPatch>* patches = nullptr;    // outlives the run; null: none comes
   std::function<PatchWatch::Stats()> patch_stats;   // asked at the end; empty: none
-  std::function<bool()> estop_wanted;               // asked every 10 ms; empty: never
+  StopPath::Ways emergency;                         // empty: nobody asks for a stop
   Recorder::Onlooker see_tick;            // every tick, on the calling thread; empty: nobody
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over

@@ -1,6 +1,7 @@
 // Moves the tool. The pipeline and the service see only this; real arms come as other kinds of it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -35,6 +36,9 @@ class Manipulator {
   // Where they said it was at `t`, about the last half second; an arm that keeps no account: where
   // it is now.
   [[nodiscard]] virtual Eigen::Vector3d TipAt(Time /*t*/) const noexcept { return Tip(); }
+  // Rises where the places told before mean nothing any more: another driver counts from elsewhere.
+  // Thread-safe.
+  [[nodiscard]] virtual std::uint32_t frame() const noexcept { return 0; }
   // The last target was clipped by the workspace or the speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
   // It carries what is sensed; an arm that exists only here does so only in a simulated site.

@@ -79,6 +79,11 @@ Eigen::Vector3d StreamedManipulator::TipAt(Time t) const noexcept {
   return before.p_S_tip + share * (after.p_S_tip - before.p_S_tip);
 }
 
+std::uint32_t StreamedManipulator::frame() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return frame_;
+}
+
 bool StreamedManipulator::at_limit() const noexcept {
   const std::lock_guard lock(mutex_);
   return follower_.at_limit() || (reading_ && reading_->at_limit);
@@ -158,6 +163,7 @@ std::string StreamedManipulator::Doubt(const ArmReading& reading, Time measured_
 void StreamedManipulator::BeginWith(DriverId driver, const std::string& name) {
   driver_ = driver;
   driver_name_ = name;
+  ++frame_;
   clock_.Reset();
   reading_.reset();
   count_ = 0;

@@ -32,6 +32,7 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   void Stop() noexcept override;
   [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
   [[nodiscard]] Eigen::Vector3d TipAt(Time t) const noexcept override;
+  [[nodiscard]] std::uint32_t frame() const noexcept override;
   [[nodiscard]] bool at_limit() const noexcept override;
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
   [[nodiscard]] bool is_faulty() const noexcept override { return IsFaultyAt(now_()); }
@@ -77,7 +78,8 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
 
   DriverId driver_ = 0;  // 0: nobody
   std::string driver_name_;
-  std::string fault_;  // what was wrong last, until it has been well for a while
+  std::uint32_t frame_ = 0;  // drivers so far: each counts from where it likes
+  std::string fault_;        // what was wrong last, until it has been well for a while
   Time wrong_at_{};
   SenderClock clock_;
   std::uint64_t sequence_ = 0;                        // of the newest reading, believed or not

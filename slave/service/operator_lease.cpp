@@ -36,7 +36,6 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   if (ticket != holder_.ticket) return true;
   if (message.stop()) {
     slave_.EmergencyStop("by the operator, " + DescribeHolder());
-    return true;
   }
   if (holder_.name.empty()) holder_.name = Presentable(message.operator_name(), kLongestName);
   std::string reason;

@@ -209,6 +209,7 @@ void OperatorPort::Retreat(Time now, const Feeling& feeling) noexcept {
   if (limits_.guard_retracts) {
     const double depth = std::max(feeling.depth, feeling.depth_by_now);
     retreat_ = manipulator_.Tip() + depth * feeling.outward;
+    retreat_frame_ = manipulator_.frame();
     const double takes = WayTo(*retreat_) / limits_.max_speed;
     retreat_until_ = now + Seconds(kRetreatTimes * takes + kRetreatLonger);
   }
@@ -220,10 +221,12 @@ void OperatorPort::Retreat(Time now, const Feeling& feeling) noexcept {
   if (retreat_) GoBack(now);
 }
 
-// An arm forgets what it was told when it has a fault.
+// An arm forgets what it was told when it has a fault; whoever drives it then may count from
+// elsewhere.
 void OperatorPort::GoBack(Time now) noexcept {
-  if (WayTo(*retreat_) < kArrived * limits_.max_speed) return retreat_.reset();
-  if (now > retreat_until_) {
+  const bool is_same = manipulator_.frame() == retreat_frame_;
+  if (is_same && WayTo(*retreat_) < kArrived * limits_.max_speed) return retreat_.reset();
+  if (!is_same || now > retreat_until_) {
     retreat_.reset();
     manipulator_.Hold();
   } else if (!manipulator_.is_faulty()) {

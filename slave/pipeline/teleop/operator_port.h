@@ -119,6 +119,7 @@ class OperatorPort {
   std::optional<Eigen::Vector3d>
       outward_;  // no deeper than now, seen against it: a guard is reached
   std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
+  std::uint32_t retreat_frame_ = 0;         // the arm's, of that place
   Time retreat_until_{};
   Time followed_at_{};   // last
   bool unseen_ = false;  // what that did, by the guards

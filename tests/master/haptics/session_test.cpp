@@ -1,6 +1,7 @@
 // A whole session in real time against the virtual slave, which runs on a thread of its own.
 #include "master/haptics/session.h"
 
+#include <atomic>
 #include <cmath>
 #include <thread>
 
@@ -47,6 +48,33 @@ TEST(SessionTest, CountsEveryPeriodAndEndsWithTheForceAtZero) {
   EXPECT_GT(shown, 0);
   EXPECT_EQ(report.state, OperatorState::kReady);
   EXPECT_TRUE(report.truth_known);
+}
+
+// While who shows the session waits for the slave's answer to something else.
+TEST(SessionTest, AStopWaitsForNobody) {
+  Beside beside;
+  Puppet puppet;
+  SessionOptions options;
+  options.duration = 1;
+  std::atomic<bool> wanted{true}, is_held{false};
+  std::atomic<int> calls{0}, while_held{0};
+  options.emergency = {[&] { return is_held && wanted.exchange(false); },
+                       [&] {
+                         while_held += is_held ? 1 : 0;
+                         return ++calls == 3;  // the first two are lost
+                       }};
+  RunSession(
+      options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
+      [] { return false; },
+      [&](const Status&) {
+        is_held = true;
+        for (int i = 0; i < 5000 && calls < 3; ++i) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        is_held = false;
+      });
+  EXPECT_EQ(calls, 3);
+  EXPECT_EQ(while_held, 3);
 }
 
 // Names come from the scene; a finger that the scene does not name is numbered.

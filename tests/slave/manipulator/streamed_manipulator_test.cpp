@@ -222,8 +222,10 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   arm_.Leave(kDriver);
   EXPECT_TRUE(arm_.is_faulty());
   other.sequence = 1;  // of its own stream
+  const auto before = arm_.frame();
   EXPECT_EQ(arm_.Take(kOther, "b", other, test_time), std::nullopt);
   EXPECT_EQ(arm_.health()->driver, "b");
+  EXPECT_NE(arm_.frame(), before);
 }
 
 TEST_F(StreamedManipulatorTest, ItTellsWhereItWas) {

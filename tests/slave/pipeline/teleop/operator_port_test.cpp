@@ -28,6 +28,7 @@ class PerfectManipulator : public Manipulator {
     stopped = false;
   }
   [[nodiscard]] Vector3d Tip() const noexcept override { return tip_; }
+  [[nodiscard]] std::uint32_t frame() const noexcept override { return driver; }
   [[nodiscard]] bool at_limit() const noexcept override { return false; }
   [[nodiscard]] bool carries_tool() const noexcept override { return true; }
   void Stop() noexcept override {
@@ -38,6 +39,7 @@ class PerfectManipulator : public Manipulator {
   void Place(const Vector3d& p_S) { tip_ = p_S; }
   bool faulty = false, stopped = false;
   bool moves = true;
+  std::uint32_t driver = 1;
   Vector3d target{0, 0, 0};
   [[nodiscard]] int commands() const { return commands_; }
   [[nodiscard]] int holds() const { return holds_; }
@@ -468,6 +470,21 @@ TEST_F(RetreatTest, AFaultDelaysItAndLocksNobodyOut) {
   Send(Next({0, 0, 0}, true, 2));
   Send(Next({0, 0.001, 0}, true, 2));
   EXPECT_NEAR(Out(), 3e-3, 1e-9) << "whoever engages anew leads it";
+}
+
+// It counts from another place: what was out for the last one is 30 mm deeper for this one.
+TEST_F(RetreatTest, AnotherDriverIsNotLedByThePlacesOfTheLast) {
+  arm_.moves = false;
+  Watch(0.01, heavy_);
+  arm_.faulty = true;
+  Watch(0.05, heavy_);
+  arm_.faulty = false;
+  arm_.moves = true;
+  ++arm_.driver;
+  arm_.Place({0.01, 0.03, 0});
+  Watch(1, heavy_);
+  EXPECT_EQ(arm_.Tip().y(), 0.03);
+  EXPECT_EQ(phase(), Phase::kHold);
 }
 
 TEST_F(RetreatTest, AnArmThatDoesNotComeAllTheWayLocksNobodyOut) {

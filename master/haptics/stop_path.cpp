@@ -1,0 +1,45 @@
+#include "master/haptics/stop_path.h"
+
+#include <chrono>
+#include <cstdint>
+#include <utility>
+
+namespace palpate {
+namespace {
+
+constexpr std::chrono::milliseconds kGlance(5), kAgain(100);
+
+void Watch(const std::stop_token& stop, HapticLoop& loop, const std::function<bool()>& asked) {
+  while (!stop.stop_requested()) {
+    if (asked()) loop.EmergencyStop();
+    std::this_thread::sleep_for(kGlance);
+  }
+}
+
+void Call(const std::stop_token& stop, HapticLoop& loop, const std::function<bool()>& call) {
+  std::uint32_t called = 0;
+  while (!stop.stop_requested()) {
+    const std::uint32_t asked = loop.stops_asked();
+    const bool is_wanted = asked != called && loop.stop_is_wanted();
+    const bool acted = is_wanted && call();
+    if (acted) loop.StopActed(called = asked);
+    std::this_thread::sleep_for(is_wanted && !acted ? kAgain : kGlance);
+  }
+}
+
+}  // namespace
+
+StopPath::StopPath(HapticLoop& loop, Ways ways) {
+  if (ways.asked) {
+    watching_ = std::jthread([&loop, asked = std::move(ways.asked)](const std::stop_token& stop) {
+      Watch(stop, loop, asked);
+    });
+  }
+  if (ways.call) {
+    calling_ = std::jthread([&loop, call = std::move(ways.call)](const std::stop_token& stop) {
+      Call(stop, loop, call);
+    });
+  }
+}
+
+}  // namespace palpate
