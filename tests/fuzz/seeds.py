@@ -5,6 +5,7 @@ Where a target reads several kinds of files, the first byte of an input says whi
 """
 import json
 import pathlib
+import random
 import re
 import struct
 import subprocess
@@ -207,6 +208,13 @@ def certificates(folder):
     dictionary(folder, "certificate", strings_of("slave/service/roles.cpp") | {"palpate://", "URI:", "-----BEGIN X509 CRL-----"})
 
 
+def sequences(folder):
+    draw = random.Random(1)
+    for target in ("hand", "arm", "datagram"):
+        for number in range(8):
+            write(folder, target, f"drawn-{number}", draw.randbytes(300))
+
+
 def recordings(folder):
     def text(word):
         return struct.pack("<I", len(word)) + word
@@ -238,7 +246,7 @@ def main():
         sys.exit("usage: seeds.py FOLDER")
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, recordings, messages, certificates):
+    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, recordings, messages, certificates, sequences):
         make(folder)
 
 

@@ -313,8 +313,10 @@ void PrintLoadChecks(const Scene& scene) {
                 LengthInWords(RobustPlateFit::kMostSlide), LengthInWords(RobustPlateFit::kMostRise),
                 LengthInWords(RobustPlateFit::kMostTilt)));
   PrintLine("NOT SEEN",
-            fmt::format("a wrong young_modulus, which every force is off by{}; both cameras late "
-                        "together",
+            fmt::format("a wrong young_modulus, thickness or poisson_ratio, which every force is "
+                        "off by{}; a rig told farther apart or nearer than it is, with eyes turned "
+                        "so that the membrane at rest seems right: the force is off by three times "
+                        "as much; both cameras late together",
                         sees_tension ? "" : "; tension at rest, as `plate` has none"));
 }
 

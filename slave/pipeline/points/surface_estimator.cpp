@@ -30,7 +30,9 @@ constexpr double kArmParts = 0.0012, kArmShare = 0.02;
 constexpr double kPlaceSigmas = 3;  // a faint dent's place is not known well
 constexpr double kArmDoubts = 0.1, kArmFar = 0.001;
 constexpr int kDistrust = 3;
-constexpr double kForceOfScale = 3;    // a stretched membrane's force goes with the third power
+// A stretched membrane's force goes with the third power of the depth, and where an eye has turned
+// that with the square of the distance.
+constexpr double kForceOfScale = 6;
 constexpr double kVouchedFor = 0.5;    // of the larger side, where the model states no range
 constexpr double kNoChange = 2;        // sigmas, of the force from pair to pair
 constexpr double kSpread = 0.1;        // of that ratio before anything was felt
