@@ -106,8 +106,9 @@ Identity ParseIdentity(std::string_view alternative_name) {
   const auto slash = alternative_name.find('/');
   if (slash == std::string_view::npos) return {};
   const std::string_view role = alternative_name.substr(0, slash);
-  if (RoleOf(role) == 0) return {};
-  return {std::string(role), Presentable(alternative_name.substr(slash + 1), kLongestName)};
+  std::string name = Presentable(alternative_name.substr(slash + 1), kLongestName);
+  if (RoleOf(role) == 0 || name.empty()) return {};
+  return {std::string(role), std::move(name)};
 }
 
 Identity IdentityOf(const grpc::AuthContext& context) {

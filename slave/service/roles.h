@@ -16,7 +16,7 @@ namespace palpate {
 struct Identity {
   std::string role, name;  // empty: none
 };
-// Of `alternative_name`; empty unless it is one of ours.
+// Of `alternative_name`; empty unless it is one of ours and names somebody.
 Identity ParseIdentity(std::string_view alternative_name);
 Identity IdentityOf(const grpc::AuthContext& context);
 

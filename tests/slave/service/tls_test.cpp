@@ -438,8 +438,8 @@ TEST(RolesTest, TheWholeTable) {
 TEST(RolesTest, AnIdentityIsAnAlternativeNameOfOurs) {
   EXPECT_EQ(ParseIdentity("palpate://operator/ada").name, "ada");
   EXPECT_EQ(ParseIdentity("palpate://operator/a\nb").name, "a b");
-  for (const char* none :
-       {"operator", "palpate://owner/eve", "palpate://operator", "localhost", ""}) {
+  for (const char* none : {"operator", "palpate://owner/eve", "palpate://operator",
+                           "palpate://operator/", "localhost", ""}) {
     EXPECT_EQ(ParseIdentity(none).role, "") << none;
   }
 }
