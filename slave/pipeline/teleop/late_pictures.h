@@ -33,13 +33,21 @@ class LatePictures {
       speed_ = std::max(way.norm() / dt, kept * speed_);
       in_speed_ = std::max(std::abs(felt->local_model.normal.dot(way)) / dt, kept * in_speed_);
       fit_.Add(seen, arm, way / dt, dt);
+      double scale = 1;
       if (const auto found = fit_.found()) {
         follows_ = found->scale > kFollows;
         late_ = std::hypot(found->lag, kOpen);
+        scale = std::clamp(found->scale, kFollows, 1 / kFollows);
       }
-      const double apart = (seen - last_->seen - way).norm();
-      const bool leaps = apart > kLeap * speed_ + kLeapSigmas * sigma;
+      const Eigen::Vector3d change = seen - last_->seen, apart = change - scale * way;
+      const double floor = kLeapSigmas * sigma;
+      // No time closes what is open: pictures that stand stay apart from an arm that stands, too.
+      const bool follows = way.norm() > floor && apart.norm() < kFollows * way.norm();
+      gap_ = (distrust_ > 0 && !follows ? 1 : kept) * gap_ + apart;
+      const bool leaps =
+          (change - way).norm() > kLeap * speed_ + floor || gap_.norm() > kOpenGap * speed_ + floor;
       distrust_ = leaps ? kDistrust : std::max(0.0, distrust_ - dt);
+      open_ = std::max(0.0, gap_.norm() - floor);
     }
     Widen(felt);
     if (distrust_ > 0 || late_ > kMost) EstimateRules::Doubt(FailedCheck::kInstants, felt);
@@ -50,6 +58,8 @@ class LatePictures {
   void Miss(Time at) noexcept {
     Go(at);
     last_.reset();
+    gap_.setZero();
+    open_ = 0;
   }
   [[nodiscard]] double late() const { return late_; }  // one sigma [s]
 
@@ -57,6 +67,7 @@ class LatePictures {
   static constexpr double kMemory = 0.5;    // [s]
   static constexpr double kGap = 0.5;       // without a picture: all is forgotten [s]
   static constexpr double kLeap = 0.06;     // of the arm's way, between two pictures [s]
+  static constexpr double kOpenGap = 0.12;  // of it, over kMemory [s]
   static constexpr double kLeapSigmas = 8;  // besides
   static constexpr double kDistrust = 0.7;  // after a leap, till it is known how late they are [s]
   static constexpr double kUnknown = 0.02;  // before it has moved to and fro: one sigma [s]
@@ -80,13 +91,15 @@ class LatePictures {
     const LocalModel& local = felt->local_model;
     if (!felt->force || !local.known()) return;
     const double above = felt->depth > 0 ? 0 : std::max(0.0, -local.Penetration(felt->p_S_tip));
-    const double gone = std::max(0.0, late_ * in_speed_ - above);
+    const double gone = std::max({0.0, late_ * in_speed_ - above, open_ - above});
     felt->sigma = std::hypot(felt->sigma, gone * local.normal.dot(local.stiffness * local.normal));
   }
 
   Time at_{};  // of the last picture
   ArmFit fit_{kMemory};
   std::optional<Last> last_;
+  Eigen::Vector3d gap_{0, 0, 0};           // of what is seen from the arm, of late [m]
+  double open_ = 0;                        // what of that is more than noise [m]
   double late_ = kUnknown, distrust_ = 0;  // [s]
   bool follows_ = true;
   double speed_ = 0, in_speed_ = 0;  // the arm's largest of late, that along the normal [m/s]

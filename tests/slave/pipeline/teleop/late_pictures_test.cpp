@@ -94,6 +94,15 @@ TEST(LatePicturesTest, ADriverThatComesBackInTimeIsBelieved) {
   EXPECT_GT(told.valid, 5.9 * kRate);
 }
 
+// One picture again and again, with noise of its own, while the arm presses on by 2 mm, stands
+// there for two seconds and comes back: its force is that of where it stood.
+TEST(LatePicturesTest, APictureThatStaysIsDoubtedAsLongAsTheArmIsElsewhere) {
+  const double stays = 3.25;  // at half the depth
+  const Told told = Press([&](double t) { return t > stays && t < 3.9 ? t - stays : 0.0; });
+  EXPECT_EQ(told.wrong, 0);
+  EXPECT_GT(told.doubted, 0.4 * kRate);
+}
+
 // Of another frame or step than the picture's it is as good a witness of time.
 TEST(LatePicturesTest, AnArmOfOtherStepsMakesNothingLate) {
   const Told told = Press([](double) { return 0.0; }, 1.1);
