@@ -447,7 +447,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     options.patch_stats = [&patch] { return patch->stats(); };
   }
   options.emergency = {[] { return g_emergency.exchange(false); },
-                       [line] { return line->link.EmergencyStop("by the operator's station"); }};
+                       [line] { return line->link.EmergencyStop("by the operator's station"); },
+                       [line] { line->link.GiveUpStop(); }};
   options.duration = a.duration;
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);

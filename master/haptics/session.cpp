@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -74,6 +75,7 @@ Json FingersOf(const Report& report) {
   return fingers;
 }
 
+constexpr const char* kUnanswered = "the slave has not answered the emergency stop";
 constexpr std::size_t kRingCapacity = 4096;  // four seconds of ticks
 constexpr double kForever = 1e9;             // [s]
 constexpr double kShowEvery = 0.1;           // [s]
@@ -242,7 +244,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     done = true;
   });
 
-  StopPath emergency(loop, options.emergency);
+  std::optional<StopPath> emergency(std::in_place, loop, options.emergency);
   RateMeter meter;
   double shown = -1;
   while (!done) {
@@ -252,10 +254,13 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     const double t = SecondsBetween(begin, Clock::now());
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;
     shown = t;
+    LinkStats told = link();
+    if (loop.stop_is_wanted()) told.trouble = Join(kUnanswered, told.trouble);
     show({t, recorder.newest(), meter.Update(t, recorder.taken()), recorder.newest().force_limit,
-          Named(recorder.newest(), options.finger_names), link()});
+          Named(recorder.newest(), options.finger_names), told});
   }
   haptic.join();
+  emergency.reset();
   bare.Stop();
   recorder.Finish();
 
@@ -279,6 +284,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.log_failed = !recorder.trouble().empty();
   if (report.log_failed) report.trouble.push_back(recorder.trouble());
   if (!report.link.trouble.empty()) report.trouble.push_back(report.link.trouble);
+  if (loop.stop_is_wanted()) report.trouble.emplace_back(kUnanswered);
   return report;
 }
 

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kGlance(5), kAgain(100);
+constexpr std::chrono::milliseconds kGlance(5), kAgain(100), kLastChance(1000);
 
 void Watch(const std::stop_token& stop, HapticLoop& loop, const std::function<bool()>& asked) {
   while (!stop.stop_requested()) {
@@ -29,16 +29,29 @@ void Call(const std::stop_token& stop, HapticLoop& loop, const std::function<boo
 
 }  // namespace
 
-StopPath::StopPath(HapticLoop& loop, Ways ways) {
+StopPath::StopPath(HapticLoop& loop, Ways ways) : loop_(loop), give_up_(std::move(ways.give_up)) {
   if (ways.asked) {
     watching_ = std::jthread([&loop, asked = std::move(ways.asked)](const std::stop_token& stop) {
       Watch(stop, loop, asked);
     });
   }
-  if (ways.call) {
-    calling_ = std::jthread([&loop, call = std::move(ways.call)](const std::stop_token& stop) {
-      Call(stop, loop, call);
-    });
+  if (!ways.call) return;
+  calls_ = true;
+  calling_ = std::jthread([this, call = std::move(ways.call)](const std::stop_token& stop) {
+    Call(stop, loop_, call);
+    calls_ = false;
+  });
+}
+
+StopPath::~StopPath() {
+  for (auto left = kLastChance; calls_ && loop_.stop_is_wanted() && left.count() > 0;
+       left -= kGlance) {
+    std::this_thread::sleep_for(kGlance);
+  }
+  calling_.request_stop();
+  while (calls_) {
+    if (give_up_) give_up_();
+    std::this_thread::sleep_for(kGlance);
   }
 }
 

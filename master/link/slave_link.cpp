@@ -26,6 +26,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
+constexpr milliseconds kGlance{5};  // whether a stop is told yet
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kShortestDeadline(1000);  // of a call
@@ -104,6 +105,8 @@ struct SlaveLink::Parts {
   void Refused(const std::string& reason);
   // They were asked for, and none came for so long that none will; with `mutex` held.
   [[nodiscard]] bool LacksDatagrams() const;
+  // A stop is on its way, by a call or with the commands.
+  [[nodiscard]] bool TellsStop();
   // Sleeps for `duration`; false: stopping.
   bool Sleep(milliseconds duration);
 
@@ -119,10 +122,12 @@ struct SlaveLink::Parts {
   LatestValue<RemoteSettings>* settings = nullptr;
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
+  std::atomic<bool> commands_stop{false};  // the newest one that was sent
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable changed;
   OperateSession* session = nullptr;
+  grpc::ClientContext* stop_call = nullptr;  // under way
   bool stopping = false, was_connected = false;
   LinkStats told;       // but for what is counted elsewhere
   std::string refusal;  // of the last state that was refused
@@ -192,7 +197,11 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
         {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
          [this](std::uint32_t revision) { SeeRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }, options.on_received,
-         options.on_sent, states_by_datagram, datagram_at},
+         [this](const OperatorCommand& command) {
+           commands_stop = command.stop;
+           if (options.on_sent) options.on_sent(command);
+         },
+         states_by_datagram, datagram_at},
         options.operator_name, call_deadline, longest_round_trip,
         options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)));
     const grpc::Status read = ReadSettings();
@@ -249,6 +258,11 @@ void SlaveLink::Parts::Refused(const std::string& reason) {
   ++told.refused;
   refusal = "a state was refused: " + reason;
   refused_at = Clock::now();
+}
+
+bool SlaveLink::Parts::TellsStop() {
+  const std::scoped_lock lock(mutex);
+  return stop_call != nullptr || (session != nullptr && commands_stop);
 }
 
 bool SlaveLink::Parts::Sleep(milliseconds duration) {
@@ -354,10 +368,26 @@ bool SlaveLink::EmergencyStop(const std::string& reason) {
   v1::StopRequest request;
   request.set_reason(reason);
   v1::Status reply;
-  return parts_->stub->Stop(&context, request, &reply).ok();
+  const auto tell = [this](grpc::ClientContext* call) {
+    const std::scoped_lock lock(parts_->mutex);
+    parts_->stop_call = call;
+  };
+  tell(&context);
+  const bool acted = parts_->stub->Stop(&context, request, &reply).ok();
+  tell(nullptr);
+  return acted;
+}
+
+void SlaveLink::GiveUpStop() {
+  const std::scoped_lock lock(parts_->mutex);
+  if (parts_->stop_call != nullptr) parts_->stop_call->TryCancel();
 }
 
 bool SlaveLink::Reset() {
+  const Time begin = Clock::now();
+  while (parts_->TellsStop() && SinceThen(begin) < parts_->call_deadline.load()) {
+    if (!parts_->Sleep(kGlance)) return false;
+  }
   grpc::ClientContext context;
   SetDeadline(&context, parts_->call_deadline);
   v1::Status reply;

@@ -92,6 +92,8 @@ class SlaveLink {
   // The slave's emergency stop, and its end. Thread-safe, deadline 1 s or what the line needs;
   // true: it was done.
   bool EmergencyStop(const std::string& reason);
+  void GiveUpStop();  // ends the call that is under way
+  // After the last stop that is told: what is still on its way would undo it.
   bool Reset();
   // Tip, template and rest are found anew, a stop stays. Empty: it was asked for, else why not.
   // Thread-safe, deadline as for Reset.
