@@ -102,8 +102,8 @@ TEST(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
   EXPECT_TRUE(port.Afford({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
 }
 
-// A hand wound 3 N up to what a spring of K_max holds, 2.25 mJ, and gives way ever faster: until 3 N
-// have fallen by 200 N/s, 20 m/s^2 let out 1/6 a f^3 / s^2 = 2.25 mJ more than a slow one would.
+// A hand wound 3 N up to what a spring of K_max holds, 2.25 mJ, and gives way ever faster: until 3
+// N have fallen by 200 N/s, 20 m/s^2 let out 1/6 a f^3 / s^2 = 2.25 mJ more than a slow one would.
 TEST(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
   PassivityControl port;
