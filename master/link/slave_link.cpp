@@ -84,8 +84,8 @@ struct SlaveLink::Parts {
   // The channel, anew. While no call is under way.
   void Open(milliseconds reckoned) {
     longest_round_trip = reckoned;
-    stub = v1::Teleoperation::NewStub(
-        OpenChannel(target, Traffic::kTicks, options.tls, longest_round_trip));
+    channel = OpenChannel(target, Traffic::kTicks, options.tls, longest_round_trip);
+    stub = v1::Teleoperation::NewStub(channel);
   }
 
   // `waits`: for a connection, within the deadline. Nobody moves a connection on while no call
@@ -109,10 +109,14 @@ struct SlaveLink::Parts {
   [[nodiscard]] bool TellsStop();
   // Sleeps for `duration`; false: stopping.
   bool Sleep(milliseconds duration);
+  // Waits for a connection, at most `duration`; false: stopping. gRPC moves a connection on only
+  // while somebody waits: after a refused attempt a sleep would leave the next one half open.
+  bool WaitForConnection(milliseconds duration);
 
   const Options options;
   const std::string target;
   milliseconds longest_round_trip{}, answered_in{};  // the latter: a call on an open line
+  std::shared_ptr<grpc::Channel> channel;            // never null
   std::unique_ptr<v1::Teleoperation::Stub> stub;     // never null
   RoundTrips trips;
   std::atomic<milliseconds> call_deadline{kShortestDeadline};
@@ -270,6 +274,12 @@ bool SlaveLink::Parts::Sleep(milliseconds duration) {
   return !changed.wait_for(lock, duration, [this] { return stopping; });
 }
 
+bool SlaveLink::Parts::WaitForConnection(milliseconds duration) {
+  if (channel->GetState(true) == GRPC_CHANNEL_READY) return Sleep(duration);
+  channel->WaitForConnected(std::chrono::system_clock::now() + duration);
+  return Sleep(milliseconds(0));
+}
+
 SlaveLink::SlaveLink(Options options) : parts_(std::make_unique<Parts>(std::move(options))) {}
 
 SlaveLink::~SlaveLink() {
@@ -304,7 +314,7 @@ RemoteScene SlaveLink::Connect() {
     }
     const double passed = SecondsBetween(start, Clock::now());
     const bool more = passed < parts_->options.wait;
-    if (more && parts_->Sleep(backoff.Next())) continue;
+    if (more && parts_->WaitForConnection(backoff.Next())) continue;
     throw std::runtime_error(
         Formatted("no slave at %s: %d attempts in %g s, the last: %s; is palpate-slave serving "
                   "there, with --tls or without as here?",

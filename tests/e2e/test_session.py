@@ -10,6 +10,7 @@ import socket
 import subprocess
 import tempfile
 import termios
+import time
 import unittest
 
 from delaying_line import DelayingLine
@@ -139,6 +140,19 @@ class Session(unittest.TestCase):
             first.communicate()
             report, _ = self.connect(slave.address)
             self.assertGreater(report["force_peak_N"], 0.5)
+
+    def test_a_master_that_starts_first_waits_for_its_slave(self):
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            address = f"127.0.0.1:{free.getsockname()[1]}"
+        with subprocess.Popen([MASTER, "connect", address, "--wait", str(PATIENCE), "--duration", "1"], env=BARE,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as first:
+            # The master has found nobody: its channel is in the state that a later slave must end.
+            self.assertTrue(wait_until(lambda: len(os.listdir(f"/proc/{first.pid}/task")) > 2))
+            time.sleep(0.5)
+            with Slave(command=[SLAVE, "serve", BLOCK, "--listen", address, "--override", "model.elements=60"]):
+                said, _ = first.communicate(timeout=2 * PATIENCE)
+        self.assertEqual(first.returncode, 0, said)
 
     def test_nobody_there_is_said(self):
         done = run(MASTER, "connect", "127.0.0.1:9", "--wait", "1", "--duration", "1")
