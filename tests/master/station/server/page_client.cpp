@@ -6,20 +6,23 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
 
 namespace palpate {
 
-PageClient::PageClient(const Endpoint& server, int receive_buffer)
+PageClient::PageClient(const Endpoint& server, const Window& window)
     : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
   const timeval patience{30, 0};
   setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-  if (receive_buffer > 0) {
-    setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
-  }
+  const auto set = [this](int level, int name, int value) {
+    if (value > 0) setsockopt(socket_, level, name, &value, sizeof value);
+  };
+  set(SOL_SOCKET, SO_RCVBUF, window.receive_buffer);
+  set(IPPROTO_TCP, TCP_MAXSEG, window.largest_segment);
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(server.port);

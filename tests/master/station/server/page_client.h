@@ -14,8 +14,15 @@ namespace palpate {
 // One TCP connection on loopback. What does not come within 30 s counts as never.
 class PageClient {
  public:
-  // `receive_buffer` [bytes], 0: as the system has it. Throws std::runtime_error: refused.
-  explicit PageClient(const Endpoint& server, int receive_buffer = 0);
+  // What the client's end of the connection holds, 0: the system's choice.
+  struct Window {
+    int receive_buffer = 0;  // [bytes]
+    // [bytes]. Loopback sends segments of 65 kB. A window that is smaller than one segment makes
+    // progress only by the kernel's window probes, whose times differ between kernels.
+    int largest_segment = 0;
+  };
+  // Throws std::runtime_error: refused.
+  explicit PageClient(const Endpoint& server, const Window& window = {0, 0});
   ~PageClient();
   PageClient(const PageClient&) = delete;
   PageClient& operator=(const PageClient&) = delete;
