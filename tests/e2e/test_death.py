@@ -61,13 +61,14 @@ class Death(unittest.TestCase):
 
     def test_a_killed_slave_lets_the_hand_go_and_its_successor_needs_an_engagement(self):
         with Slave() as slave:
-            master = self.operate(slave.address, 12)
+            master = self.operate(slave.address, 600)
             self.assertTrue(self.pressed())
             slave.process.kill()
             slave.process.communicate()
         known = len(self.rows())
         with self.again(slave.address):
             self.assertTrue(self.pressed(since=known + 1000))
+            master.send_signal(signal.SIGINT)
             report = self.finish(master)
         self.assertEqual(report["reconnects"], 1)
         self.assertGreaterEqual(report["epochs"], 2)
@@ -91,14 +92,17 @@ class Death(unittest.TestCase):
 
     def test_a_stalled_slave_lets_the_hand_go(self):
         with Slave() as slave:
-            master = self.operate(slave.address, 10)
+            master = self.operate(slave.address, 600)
             self.assertTrue(self.pressed())
             known = len(self.rows())
             slave.process.send_signal(signal.SIGSTOP)
             self.assertTrue(wait_until(lambda: any(row["state"] != "FOLLOWING" and self.force(row) == 0
                                                    for row in self.rows()[known:])))
             self.assertTrue(wait_until(lambda: len(self.rows()) > known + 700))
+            known = len(self.rows())
             slave.process.send_signal(signal.SIGCONT)
+            self.assertTrue(self.pressed(since=known + 700))
+            master.send_signal(signal.SIGINT)
             report = self.finish(master)
         self.assertGreaterEqual(report["epochs"], 2, "it went on only after another engagement")
 
