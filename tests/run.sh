@@ -43,23 +43,6 @@ step() {
   echo
   echo "== $step"
 }
-# What the sanitizers run is compiled where sessions leave the processors idle, and nothing waits for it.
-build_aside() {
-  set -m  # a process group of its own
-  (
-    chrt --idle --pid 0 $BASHPID >/dev/null 2>&1 || renice -n 19 $BASHPID >/dev/null
-    build asan sanitized_tests
-    build tsan raced_tests
-  ) >build/aside.log 2>&1 &
-  aside=$!
-  set +m
-  trap 'kill -- -$aside 2>/dev/null || true' EXIT
-}
-end_aside() {
-  tail -n 1 --follow --pid=$aside build/aside.log
-  wait $aside || exit 1
-  trap - EXIT
-}
 repeat() { echo "FAILED. To repeat: $1" >&2; exit 1; }
 
 # build PRESET TARGETS...
@@ -72,27 +55,10 @@ build() {
 # run_ctest PRESET CTEST-ARGUMENTS...
 run_ctest() {
   local preset=$1; shift
-  local log=build/$preset/Testing/Temporary/LastTest.log
-  local logs=("$log")
-  if ! ctest --test-dir "build/$preset" --output-on-failure --output-log "build/ctest-$preset.log" "$@"; then
-    run_again "$preset"
-    logs=("$log.first" "$log")
-  fi
+  ctest --test-dir "build/$preset" --output-on-failure --output-log "build/ctest-$preset.log" "$@" ||
+    repeat "ctest --test-dir build/$preset --rerun-failed --output-on-failure"
   # Tests inside the executables, and those that were skipped and why.
-  python3 tests/tally.py "${logs[@]}" >>"$summary"
-}
-
-# Real programs and a browser on a machine that others use: where nothing else was red, those that were run once more, one at a
-# time, and the summary names them. A second red is red.
-run_again() {
-  local preset=$1
-  cp "build/$preset/Testing/Temporary/LastTest.log" "build/$preset/Testing/Temporary/LastTest.log.first"  # even -N writes it anew
-  local again=(ctest --test-dir "build/$preset" --rerun-failed --output-on-failure)
-  local red of_programs
-  red=$("${again[@]}" -N | sed -n 's/^ *Test *#[0-9]*: //p')
-  of_programs=$(ctest --test-dir "build/$preset" -N -L '^e2e$' -R "^($(paste -sd'|' <<<"$red"))\$" | sed -n 's/^ *Test *#[0-9]*: //p')
-  if [ -z "$red" ] || [ "$(wc -l <<<"$red")" -gt 3 ] || [ "$red" != "$of_programs" ]; then repeat "${again[*]}"; fi
-  "${again[@]}" --output-log "build/ctest-$preset-again.log" || repeat "${again[*]}"
+  python3 tests/tally.py "build/$preset/Testing/Temporary/LastTest.log" >>"$summary"
 }
 
 # Threads of BLAS wait by spinning: beside other tests that took one of them twenty times as long.
@@ -119,8 +85,7 @@ fi
 step "build" 480
 build release all
 
-[ $tier != push ] || build_aside
-step "tests" 240
+step "tests" 300
 if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j"$jobs" -LE slow; fi
 
 case $tier in
@@ -129,8 +94,10 @@ case $tier in
     # Told, not yet demanded: sources changed before this was checked still have findings.
     tests/tidy.sh || echo "clang-tidy has something to say. To repeat: tests/tidy.sh"
 
-    step "the rest of building with sanitizers" 300
-    end_aside
+    # After the tests in real time, not beside them.
+    step "build with sanitizers" 240
+    build asan sanitized_tests
+    build tsan raced_tests
     step "what parses or speaks, and each sense, under them" 60
     sanitized asan -j"$jobs" -L sanitize
 

@@ -33,19 +33,11 @@ def count_one(text, reasons):
     return (1, 0, 0) if re.search(r"^Test (Passed\.|Pass Reason:)$", text, re.M) else (0, 1, 0)
 
 
-def entries_of(log):
-    """{name: text} of the entries of a ctest log."""
+def count(log):
     text = open(log, encoding="utf-8", errors="replace").read()
-    return {entry.split("\n", 1)[0]: entry for entry in re.split(r"^\d+/\d+ Testing: ", text, flags=re.M)[1:]}
-
-
-def count(log, again=None):
-    repeated = entries_of(again) if again else {}
     reasons = collections.Counter()
-    entries = [count_one(entry, reasons) for entry in (entries_of(log) | repeated).values()]
+    entries = [count_one(entry, reasons) for entry in re.split(r"^\d+/\d+ Testing: ", text, flags=re.M)[1:]]
     print(*(sum(column) for column in zip(*entries)))
-    for name in repeated:
-        print(f"again: {name}")
     for reason, n in reasons.items():
         print(f"skip: {n} x {reason}")
 
@@ -55,8 +47,6 @@ def total(path):
     for line in open(path, encoding="utf-8"):
         if line.startswith("skip: "):
             print("skipped " + line[6:].rstrip())
-        elif line.startswith("again: "):
-            print("unsteady: " + line[7:].rstrip() + " was red at first and passed by itself: its reason is above")
         else:
             sums = [a + int(b) for a, b in zip(sums, line.split())]
     print(f"{sums[0]} passed, {sums[1]} failed, {sums[2]} skipped")
@@ -66,4 +56,4 @@ def total(path):
 if __name__ == "__main__":
     if len(sys.argv) == 3 and sys.argv[1] == "--sum":
         sys.exit(total(sys.argv[2]))
-    count(*sys.argv[1:])
+    count(sys.argv[1])
