@@ -5,9 +5,9 @@ if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   set(PALPATE_PRECOMPILED OFF)
 endif()
 
-# palpate_precompiled(NAME HEADER LINKS ...): what targets take with palpate_take_precompiled(TARGET NAME).
+# palpate_precompiled(NAME HEADER [AS_RELEASED] [UNTUNED] LINKS ...): what targets take with palpate_take_precompiled(TARGET NAME).
 function(palpate_precompiled name header)
-  cmake_parse_arguments(PARSE_ARGV 2 ARG "AS_RELEASED" "" "LINKS")
+  cmake_parse_arguments(PARSE_ARGV 2 ARG "AS_RELEASED;UNTUNED" "" "LINKS")
   if(NOT PALPATE_PRECOMPILED)
     return()
   endif()
@@ -18,6 +18,9 @@ function(palpate_precompiled name header)
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
   if(ARG_AS_RELEASED AND PALPATE_SANITIZE)
     set_target_properties(${name} PROPERTIES COMPILE_OPTIONS "-pthread")
+  endif()
+  if(ARG_UNTUNED)
+    palpate_untuned(${name})
   endif()
   target_precompile_headers(${name} PRIVATE <${header}>)  # so that what CMake writes names no clone's folder
   # For ccache, whose clones hold the same below other paths: what the headers are, not how their folder is called.

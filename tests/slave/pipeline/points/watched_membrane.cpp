@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include <opencv2/core.hpp>
 #include <unistd.h>
 
 #include "slave/pipeline/points/surface_point_tracker.h"
