@@ -386,7 +386,7 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
       [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
-      [link] { return link->FindAnew(); },
+      [link] { return link->ReinitializeTracking(); },
       [line = LineToExamine(a.link), found = FoundOf(*device)](const std::stop_token& stop) {
         return Examine(found, line, kExamined, stop);
       }};

@@ -44,7 +44,7 @@ struct Report {
   double force_sent_peak = 0;  // M
   std::optional<ForceError::Summary> force_error;
   std::uint64_t let_go_ticks = 0;  // of them, see TickSummary
-  std::optional<TickSummary::AtPlace> force_error_at_place;
+  std::optional<TickSummary::DelayCompensated> force_error_delay_compensated;
   std::optional<TickSummary::Breaking> breaking;  // apart from both; nothing: no membrane broke
   PatchWatch::Stats patch;                        // what came of the model that travels
   std::vector<FingerReport> fingers;              // empty: one tool

@@ -394,11 +394,11 @@ bool SlaveLink::Reset() {
   return parts_->stub->Reset(&context, {}, &reply).ok();
 }
 
-std::string SlaveLink::FindAnew() {
+std::string SlaveLink::ReinitializeTracking() {
   grpc::ClientContext context;
   SetDeadline(&context, parts_->call_deadline);
   v1::Status reply;
-  return Refusal(parts_->stub->FindAnew(&context, {}, &reply));
+  return Refusal(parts_->stub->ReinitializeTracking(&context, {}, &reply));
 }
 
 std::string SlaveLink::SetMapping(const Mapping& mapping) {

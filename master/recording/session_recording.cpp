@@ -121,7 +121,7 @@ void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
     v1::MeshState whole = mesh;
     *whole.mutable_elements() = topology_->elements();
     *whole.mutable_rest() = topology_->rest();
-    *whole.mutable_held() = topology_->held();
+    *whole.mutable_fixed_nodes() = topology_->fixed_nodes();
     whole.set_nodes_per_element(topology_->nodes_per_element());
     recording_.Put(mesh_, now, whole);
     return;

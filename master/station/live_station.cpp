@@ -95,7 +95,7 @@ struct LiveStation::Parts {
   std::string Point(std::uint64_t page, const PointerWish& wish);
   std::string Record(const RecordWish& wish);
   void Reset();
-  void FindAnew();
+  void ReinitializeTracking();
   // A lower limit counts at once. What changes force or place waits until nobody feels it.
   void Set(const MappingWish& wish);
   void SetWhenFree(const StationMoment& moment);
@@ -254,26 +254,26 @@ void LiveStation::Parts::PutHealth() {
 
 std::string LiveStation::Parts::Do(std::uint64_t page, const Wish& asked) {
   std::string answer;
-  std::visit(
-      Match{[&](const StopWish&) {
-              controls.stop();
-              Say(true, page == kTerminal ? "emergency stop by the terminal"
-                                          : "emergency stop by the page");
-            },
-            [&](const ResetWish&) { Reset(); },
-            [&](const PingWish& wish) { answer = PongJson(wish.at); },
-            [&](const PastWish&) { answer = PastJson(ticks.Past()); },
-            [&](const PointerWish& wish) { answer = Point(page, wish); },
-            [&](const MappingWish& wish) { Set(wish); },
-            [&](const ModelWish& wish) { Replace(wish); },
-            [&](const MarkWish&) { ++options.wishes->marks; },
-            [&](const TareWish&) { ++options.wishes->tares; }, [&](const FindWish&) { FindAnew(); },
-            [&](const ExamineWish&) { answer = Examine(); },
-            [&](const ClutchWish& wish) { options.wishes->clutched = wish.on; },
-            [&](const RenderWish& wish) { options.wishes->render = wish.mode; },
-            [&](const RecordWish& wish) { answer = Record(wish); },
-            [&](const ReplayWish&) { answer = RefusedJson("this is no replay"); }},
-      asked);
+  std::visit(Match{[&](const StopWish&) {
+                     controls.stop();
+                     Say(true, page == kTerminal ? "emergency stop by the terminal"
+                                                 : "emergency stop by the page");
+                   },
+                   [&](const ResetWish&) { Reset(); },
+                   [&](const PingWish& wish) { answer = PongJson(wish.at); },
+                   [&](const PastWish&) { answer = PastJson(ticks.Past()); },
+                   [&](const PointerWish& wish) { answer = Point(page, wish); },
+                   [&](const MappingWish& wish) { Set(wish); },
+                   [&](const ModelWish& wish) { Replace(wish); },
+                   [&](const MarkWish&) { ++options.wishes->marks; },
+                   [&](const TareWish&) { ++options.wishes->tares; },
+                   [&](const FindWish&) { ReinitializeTracking(); },
+                   [&](const ExamineWish&) { answer = Examine(); },
+                   [&](const ClutchWish& wish) { options.wishes->clutched = wish.on; },
+                   [&](const RenderWish& wish) { options.wishes->render = wish.mode; },
+                   [&](const RecordWish& wish) { answer = Record(wish); },
+                   [&](const ReplayWish&) { answer = RefusedJson("this is no replay"); }},
+             asked);
   return answer;
 }
 
@@ -306,9 +306,9 @@ void LiveStation::Parts::Reset() {
   });
 }
 
-void LiveStation::Parts::FindAnew() {
+void LiveStation::Parts::ReinitializeTracking() {
   Errand([this] {
-    const std::string why = controls.find_anew();
+    const std::string why = controls.reinitialize_tracking();
     Say(!why.empty(),
         why.empty() ? "tip, template and rest are found anew" : "not found anew: " + why);
   });

@@ -32,7 +32,7 @@ class LiveStation {
     std::function<bool()> reset;  // true: it was done
     std::function<std::string(const SlaveLink::Mapping&)> set_mapping;  // empty: it was done
     std::function<std::string(const std::string& kind)> set_model;      // likewise
-    std::function<std::string()> find_anew;                             // likewise
+    std::function<std::string()> reinitialize_tracking;                 // likewise
     // The doctor's; takes seconds, or until it is stopped.
     std::function<Findings(const std::stop_token&)> examine;
     std::function<void(bool on)> record = {};         // empty: nothing can be recorded

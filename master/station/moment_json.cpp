@@ -339,7 +339,7 @@ std::string TopologyBytes(const MeshTopology& topology) {
   } else {
     AppendElements(topology.surface.triangles, &bytes);
   }
-  for (const std::uint32_t node : topology.held) Append(node, &bytes);
+  for (const std::uint32_t node : topology.fixed_nodes) Append(node, &bytes);
   return bytes;
 }
 

@@ -112,8 +112,8 @@ void AddForces(const Report& r, Table* table) {
   } else {
     table->Row("force error", "not known: the slave's site tells no true force");
   }
-  if (r.force_error_at_place && r.force_peak > 0) {
-    const auto& [later, first] = *r.force_error_at_place;
+  if (r.force_error_delay_compensated && r.force_peak > 0) {
+    const auto& [later, first] = *r.force_error_delay_compensated;
     const double share = 100 / r.force_peak;
     table->Row("at the place",
                (later.ticks > 0 ? Formatted("rms %.2f %% of the peak, ", share * later.rms) : "") +

@@ -122,7 +122,7 @@ void DatagramLine::TakeNext() {
   const auto plain = opener_.Open(std::span(bytes).first(static_cast<std::size_t>(came)));
   if (plain.empty()) return;
   newest_ = opener_.newest();
-  ++came_;
+  ++received_;
   {
     const std::scoped_lock lock(mutex_);
     heard_at_ = Clock::now();

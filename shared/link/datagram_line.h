@@ -53,7 +53,7 @@ class DatagramLine {
   // The stream beside took one more. Thread-safe.
   void StreamMoves() noexcept;
   // Of the peer's, to be told. Thread-safe.
-  [[nodiscard]] DatagramCount seen() const { return {newest_, came_}; }
+  [[nodiscard]] DatagramCount seen() const { return {newest_, received_}; }
   // Of this end.
   [[nodiscard]] std::uint16_t port() const;
 
@@ -79,7 +79,7 @@ class DatagramLine {
   DatagramOpener opener_;  // the thread's own, as are the next two
   Time window_{};
   int looked_at_ = 0;
-  std::atomic<std::uint64_t> newest_{0}, came_{0};
+  std::atomic<std::uint64_t> newest_{0}, received_{0};
   UrgentMutex mutex_;                     // guards the next three
   std::optional<sockaddr_storage> peer_;  // nullopt: nobody yet; of who calls always
   Time heard_at_{};

@@ -43,7 +43,8 @@ class DatagramPace {
     own_.Learn(shortest_, period);
     // Who does not count tells nothing of what is lost.
     const double went = static_cast<double>(seen.newest) - static_cast<double>(before_.newest);
-    const double arrived = static_cast<double>(seen.came) - static_cast<double>(before_.came);
+    const double arrived =
+        static_cast<double>(seen.received) - static_cast<double>(before_.received);
     const bool stands = stream_moved_at_ != Time{} &&
                         SecondsBetween(stream_moved_at_, now) > kStreamStands + 3 * own_.OrZero();
     const bool waits = own_.Waits(shortest_, kStanding, kShaken);

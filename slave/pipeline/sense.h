@@ -66,7 +66,7 @@ struct BoundaryShape {
   // Of the tool on the object, its size per vertex [Pa], where the model tells more than the forces
   // on the nodes do; empty where not, and unless those were asked for.
   std::vector<float> traction;
-  std::vector<std::uint32_t> held;  // vertices that the scene holds, along one axis at least
+  std::vector<std::uint32_t> fixed_nodes;  // vertices that the scene holds, along one axis at least
 };
 void Append(std::vector<float>* out, const Eigen::Vector3d& v);
 // Without a vertex, as of `felt`.

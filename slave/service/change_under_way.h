@@ -30,7 +30,7 @@ class ChangeUnderWay {
 
   std::mutex one_at_a_time_;
   mutable std::mutex mutex_;  // guards what follows; never held long
-  std::optional<v1::Making> making_;
+  std::optional<v1::ModelBuildProgress> making_;
   Time began_{};
 };
 

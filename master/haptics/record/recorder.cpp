@@ -143,7 +143,7 @@ void Recorder::FinishFirst() {
   const TickRecord& record = waiting_.front();
   const auto truth = truth_.At(record.at);
   summary_.Add(record, truth);
-  summary_.AddAtPlace(record, placed_.At(record.at));
+  summary_.AddDelayCompensated(record, placed_.At(record.at));
   if (log_) log_->Add(SecondsBetween(begin_, record.at), record, truth);
   truth_.DropBefore(record.at);
   placed_.DropBefore(record.at);

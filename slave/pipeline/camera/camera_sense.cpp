@@ -214,7 +214,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   estimator_->touch().deformation->Displacements(&u_O);
 
   BoundaryShape shape = ShapeAsOf(felt, 2);
-  shape.held = estimator_->touch().held;
+  shape.fixed_nodes = estimator_->touch().held;
   for (int i = 0; i < mesh.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     shape.elements.push_back(static_cast<std::uint32_t>(i));

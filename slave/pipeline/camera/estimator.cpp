@@ -109,7 +109,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   felt_.events.Clear();
   observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);
   times_.vision.Add(lap.Lap());
-  felt_.seen_at = Clock::now();
+  felt_.processed_at = Clock::now();
   LookAtObject(frame.image);
   const bool frozen = last_.IsLastAgain(frame.image) && is_noisy_;
   const bool combed = std::abs(comb_.Shift(frame.image, observation_->tip.p_I)) > Limits::kMostComb;

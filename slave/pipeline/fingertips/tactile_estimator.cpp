@@ -165,7 +165,7 @@ const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame, const V
     fingertips_[i].Feel(frame.fingers[i], frame.after_gap && missing == 0, IsClear(i));
   }
   times_.tactile.Add(lap.Lap());
-  felt_.seen_at = Clock::now();
+  felt_.processed_at = Clock::now();
   double checks_us = 0;
   for (const Fingertip& fingertip : fingertips_) checks_us += fingertip.checks_us();
   times_.checks.Add(checks_us);

@@ -54,7 +54,7 @@ void TactileEstimator::FillShape(BoundaryShape* shape) {
   std::vector<Vector3d> p_S;
   DeformedNodes(&p_S);
   shape->elements = body_->skin_triangles;
-  shape->held = body_->skin_held;
+  shape->fixed_nodes = body_->skin_held;
   for (const int node : body_->skin) {
     const auto i = Index(node);
     Append(&shape->rest, X_SO_ * body_->surface.nodes[i]);

@@ -130,7 +130,7 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
   BoundaryShape shape = ShapeAsOf(*felt_, 3);
-  shape.held = held_;
+  shape.fixed_nodes = held_;
   for (const auto& triangle : surface.triangles) {
     for (const int node : triangle) shape.elements.push_back(static_cast<std::uint32_t>(node));
   }

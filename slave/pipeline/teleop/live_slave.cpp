@@ -154,7 +154,7 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     sense_->Reset();
   }
   sense_->Look();
-  trace.seen_at = Clock::now();
+  trace.processed_at = Clock::now();
   const std::lock_guard lock(sense_mutex_);
   const Time began = Clock::now();
   ContactEstimate felt = sense_->Estimate(p_S_encoders);
@@ -174,8 +174,8 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     p_S_local_arm_ = p_S_encoders_;
   }
   // Where looking is a part of the estimate, that one knows when it was done.
-  trace.seen_at = std::max(trace.seen_at, felt.seen_at);
-  const double update = SecondsBetween(std::max(began, felt.seen_at), Clock::now());
+  trace.processed_at = std::max(trace.processed_at, felt.processed_at);
+  const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
   newest_.Put(felt, trace);
   if (model_watch_) model_watch_->See(felt, newest_.Touches(), update);
   return true;
@@ -315,10 +315,11 @@ SlaveStatus LiveSlave::Status() const {
   status.stages = StagesNow();
   newest_.Describe(&status);
   status.arm = manipulator_->health();
-  status.eyes = sense_->health();
+  status.cameras = sense_->health();
   if (std::string words = stop_record_.Words(); !words.empty()) status.alarms.push_back(words);
   if (status.arm && !status.arm->fault.empty()) status.alarms.push_back(status.arm->fault);
-  if (status.eyes && !status.eyes->trouble.empty()) status.alarms.push_back(status.eyes->trouble);
+  if (status.cameras && !status.cameras->trouble.empty())
+    status.alarms.push_back(status.cameras->trouble);
   return status;
 }
 
@@ -430,12 +431,12 @@ void LiveSlave::RefuseUnlessFree() const {
 }
 
 void LiveSlave::Reset() {
-  if (port_.view().phase != Phase::kEstop) return FindAnew();
+  if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
   stop_record_.End();
   port_.Reset();
 }
 
-void LiveSlave::FindAnew() {
+void LiveSlave::ReinitializeTracking() {
   RefuseUnlessFree();
   {
     const std::lock_guard lock(rest_mutex_);

@@ -62,7 +62,7 @@ class LiveSlave final : public Slave {
   void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   void Reset() override;
-  void FindAnew() override;
+  void ReinitializeTracking() override;
   void EmergencyStop(const std::string& reason) override;
   // An emergency stop is kept in `folder` from now on, and one that is kept there holds. Throws
   // std::runtime_error: nothing can be kept there.

@@ -33,8 +33,8 @@ struct SlaveStatus {
   Time started_at{};
   std::vector<StageTimes> stages;
   std::vector<std::string> alarms;
-  std::optional<ArmHealth> arm;    // nullopt: it exists only here
-  std::optional<EyesHealth> eyes;  // nullopt: no pictures come live
+  std::optional<ArmHealth> arm;       // nullopt: it exists only here
+  std::optional<EyesHealth> cameras;  // nullopt: no images come live
 };
 
 // A change of SetParameters; absent: as it is.
@@ -100,7 +100,7 @@ class Slave {
   // Of an emergency stop; where there is none, finds anew.
   virtual void Reset() = 0;
   // The sense starts anew with its next sample: tip, template and rest. A stop stays.
-  virtual void FindAnew() = 0;
+  virtual void ReinitializeTracking() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;
 
   // --- bulk, computed only when asked for.

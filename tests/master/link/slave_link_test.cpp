@@ -578,12 +578,13 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateIsToldSo) {
 
 TEST_F(SlaveLinkTest, TheEyesStartAnewWhereTheSlaveKnowsHow) {
   SlaveLink link(To(server_->address()));
-  EXPECT_EQ(link.FindAnew(), "");
-  EXPECT_EQ(slave_.found_anew(), 1);
+  EXPECT_EQ(link.ReinitializeTracking(), "");
+  EXPECT_EQ(slave_.reinitialized(), 1);
   const StrangePeer older;  // that lacks the call
-  EXPECT_THAT(SlaveLink(To(older.address)).FindAnew(), HasSubstr("install the same release"));
+  EXPECT_THAT(SlaveLink(To(older.address)).ReinitializeTracking(),
+              HasSubstr("install the same release"));
   server_.reset();
-  EXPECT_NE(link.FindAnew(), "");
+  EXPECT_NE(link.ReinitializeTracking(), "");
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {

@@ -26,7 +26,7 @@ class PacedLine {
       if (stream_moves) pace.StreamMoves(now);
       if (pace.Allows(now)) {
         ++sent;
-        if (!loses()) seen_ = {static_cast<std::uint64_t>(sent), seen_.came + 1};
+        if (!loses()) seen_ = {static_cast<std::uint64_t>(sent), seen_.received + 1};
       }
       const double trip = round_trip();
       told_.push_back({t_ + trip, counts ? seen_ : DatagramCount{}, trip});

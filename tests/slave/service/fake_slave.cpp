@@ -265,7 +265,7 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   }
   shape.rest = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   shape.positions = {0, 0.5F, 0, 1, 0, 0, 0, 1, 0};
-  shape.held = {2};
+  shape.fixed_nodes = {2};
   if (nodal_forces) shape.nodal_forces.assign(9, 0.25F);
   return shape;
 }

@@ -237,7 +237,7 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_THAT(mesh.elements(), testing::ElementsAre(0, 1, 1, 2, 2, 0));
   EXPECT_EQ(mesh.nodes_per_element(), 2U);
   EXPECT_EQ(mesh.rest_size(), 9);
-  EXPECT_THAT(mesh.held(), testing::ElementsAre(2));
+  EXPECT_THAT(mesh.fixed_nodes(), testing::ElementsAre(2));
   EXPECT_EQ(mesh.positions(1), 0.5F);
   EXPECT_EQ(mesh.nodal_forces_size(), 9);
   EXPECT_GT(mesh.sequence(), 0U);
@@ -252,7 +252,7 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   slave_.Sense();
   ASSERT_TRUE(stream->Read(&mesh));
   EXPECT_EQ(mesh.elements_size(), 0);
-  EXPECT_EQ(mesh.held_size(), 0);
+  EXPECT_EQ(mesh.fixed_nodes_size(), 0);
   EXPECT_EQ(mesh.rest_size(), 0);
   EXPECT_EQ(mesh.positions_size(), 9);
   EXPECT_EQ(slave_.shapes_computed(), computed + 1);

@@ -114,7 +114,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
     EXPECT_THROW(slave_->SetModel(finer), std::logic_error);
     EXPECT_THROW(slave_->SetParameters(absurd), std::logic_error);
     EXPECT_THROW(slave_->Reset(), std::logic_error);
-    EXPECT_THROW(slave_->FindAnew(), std::logic_error);
+    EXPECT_THROW(slave_->ReinitializeTracking(), std::logic_error);
   };
   refuses();
   Until([](const SlaveState& s) { return s.phase == Phase::kClutched; }, false);
@@ -268,7 +268,7 @@ TEST(EmergencyStopTest, OutlivesARestart) {
   {
     const auto slave = MakeLiveSlave(scene, folder);
     EXPECT_EQ(phase(slave), Phase::kEstop);
-    slave->FindAnew();
+    slave->ReinitializeTracking();
     EXPECT_EQ(phase(slave), Phase::kEstop) << "eyes that start anew clear no stop";
     slave->Reset();
     EXPECT_EQ(phase(slave), Phase::kReady);
