@@ -23,7 +23,7 @@ class ChangeUnderWay {
   // `work` throws: as Guarded says.
   grpc::Status Make(const grpc::ServerContext& context, const std::function<void(Progress*)>& work);
   // Fills `making` while there is a change.
-  void Tell(v1::Status* status) const;
+  void FillStatus(v1::Status* status) const;
 
  private:
   class Listener;

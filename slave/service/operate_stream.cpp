@@ -21,7 +21,7 @@ Reactor* OperateStream::Open(const Host& host, const std::string& peer) {
     if (const auto dismissed = weak.lock()) dismissed->End({grpc::StatusCode::ABORTED, reason});
   };
   std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> answer;
-  const grpc::Status asked = Guarded([&] { answer = host.lease.Ask(peer, dismiss); });
+  const grpc::Status asked = Guarded([&] { answer = host.lease.RequestTicket(peer, dismiss); });
   if (!asked.ok()) return new RefusedStream<Reactor>(asked);
   if (const auto* held = std::get_if<OperatorLease::HeldBy>(&answer)) {
     return new RefusedStream<Reactor>(

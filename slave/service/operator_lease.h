@@ -42,7 +42,7 @@ class OperatorLease {
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or tells who does.
-  std::variant<Ticket, HeldBy> Ask(const std::string& peer, Dismiss dismiss);
+  std::variant<Ticket, HeldBy> RequestTicket(const std::string& peer, Dismiss dismiss);
   // Hands on a command. False: malformed, counted, not followed (what the slave itself refuses, it
   // flags itself). Nothing happens without the lease. An emergency stop counts whatever else the
   // command says.
@@ -70,7 +70,7 @@ class OperatorLease {
 
   // With mutex_ held, both.
   [[nodiscard]] std::string DescribeHolder() const;
-  void TellRoundTrip(const OperatorCommand& command);
+  void ReportRoundTrip(const OperatorCommand& command);
 
   Slave& slave_;
   const Clock::duration silence_;

@@ -47,7 +47,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   const std::uint64_t malformed = lease_.malformed();
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);
-  change_.Tell(reply);
+  change_.FillStatus(reply);
 }
 
 grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,

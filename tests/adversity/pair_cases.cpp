@@ -41,7 +41,7 @@ struct Eyes {
   [[nodiscard]] Isometry3d X_CS(int side) const {
     return side == 0 ? X_SL.inverse() : rig.X_RL * X_SL.inverse();
   }
-  [[nodiscard]] Vector2d See(int side, const Vector3d& p_S) const {
+  [[nodiscard]] Vector2d ImageOf(int side, const Vector3d& p_S) const {
     return Project(lens(side), X_CS(side) * p_S).value_or(Vector2d(-100, -100));
   }
 };
@@ -69,7 +69,7 @@ Paint Dome(double height) {
           const double bulge =
               height * std::fmax(0, 1 - p.head<2>().squaredNorm() / (radius * radius));
           const Vector2d moved =
-              eyes.See(view.side, p - bulge * Vector3d::UnitZ()) - eyes.See(view.side, p);
+              eyes.ImageOf(view.side, p - bulge * Vector3d::UnitZ()) - eyes.ImageOf(view.side, p);
           from.at<cv::Point2f>(y, x) = {static_cast<float>(x - moved.x()),
                                         static_cast<float>(y - moved.y())};
         }
@@ -89,7 +89,7 @@ Paint CoveredDots(int count) {
     std::vector<Vector2d> at;
     for (int i = 0; i < count; ++i) {
       const Vector2d& p_O = layout[static_cast<std::size_t>(i) * 6 % layout.size()];
-      at.push_back(eyes.See(view.side, eyes.scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), 0)));
+      at.push_back(eyes.ImageOf(view.side, eyes.scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), 0)));
     }
     Patches(at, 14)(view, picture);
   };

@@ -13,9 +13,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/offline/account.h"
-#include "slave/pipeline/sense.h"
-#include "slave/site/world.h"
+#include "slave/pipeline/offline/offline_report.h"
+#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate::adversity {
 namespace {
@@ -23,9 +23,9 @@ namespace {
 constexpr double kContactShare = 0.01;  // of the largest true force
 
 // The samples of a stage once more, altered: a world for whoever senses, and its truth.
-class ReplayedWorld final : public World {
+class ReplayedEnvironment final : public SimulatedEnvironment {
  public:
-  ReplayedWorld(Stage& stage, const Alteration& alteration)
+  ReplayedEnvironment(Stage& stage, const Alteration& alteration)
       : stage_(stage),
         alteration_(alteration),
         shots_(alteration.object_moves ? stage.Moving(alteration.object_moves) : stage.shots()) {}
@@ -67,16 +67,16 @@ class ReplayedWorld final : public World {
   template <typename Of, typename Sample>
   class Source final : public Of {
    public:
-    Source(ReplayedWorld& world, std::function<Sample()> take)
-        : world_(world), take_(std::move(take)) {}
+    Source(ReplayedEnvironment& environment, std::function<Sample()> take)
+        : environment_(environment), take_(std::move(take)) {}
     std::optional<Sample> Next(const std::stop_token& /*stop*/) override {
-      if (!world_.Advance()) return std::nullopt;
+      if (!environment_.Advance()) return std::nullopt;
       return take_();
     }
     [[nodiscard]] std::string description() const override { return "an altered run"; }
 
    private:
-    ReplayedWorld& world_;
+    ReplayedEnvironment& environment_;
     std::function<Sample()> take_;
   };
 
@@ -177,19 +177,20 @@ void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
   Scene told = stage.scene();
   if (alteration.tell) alteration.tell(told);
-  ReplayedWorld world(stage, alteration);
-  const std::unique_ptr<Sense> sense = MakeSense(told, {.is_live = false}, &world);
-  const std::unique_ptr<Account> account = sense->OpenAccount(nullptr);
+  ReplayedEnvironment environment(stage, alteration);
+  const std::unique_ptr<SensingPipeline> sense =
+      MakeSensingPipeline(told, {.is_live = false}, &environment);
+  const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(nullptr);
   while (sense->Acquire({})) {
-    const Truth truth = world.truth();
-    sense->Look();
+    const Truth truth = environment.truth();
+    sense->Process();
     sense->Estimate(truth.p_S_tip);
-    const std::vector<StateRow> rows = account->Add({}, nullptr);
-    if (world.index() < stage.script().way) continue;
+    const std::vector<StateRow> rows = offline_report->Add({}, nullptr);
+    if (environment.index() < stage.script().way) continue;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool of_finger = stage.sense() == "fingertips";
       const Eigen::Vector3d& force = of_finger ? truth.fingers[i].force : truth.force;
-      take(world.index(), rows[i], force);
+      take(environment.index(), rows[i], force);
     }
   }
 }

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "tests/adversity/case.h"
 #include "tests/adversity/stage.h"
 

@@ -11,7 +11,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/program/command_line.h"
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "tests/adversity/trial.h"
 #include "tests/coverage/random_press.h"
 #include "tests/coverage/tally.h"

@@ -221,7 +221,7 @@ void FemModel::Respond(std::span<const Contact> contacts,
   }
   if (!answered) return;
   RemarkInversion();
-  const auto doubt = Doubt(contacts);
+  const auto doubt = FlagReason(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     responses[k] = ResponseOf(k, contacts[k], doubt);
   }
@@ -276,7 +276,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
 }
 
 // Why the last answer is extrapolated; nullopt: it is not, but for single patches.
-std::optional<std::string_view> FemModel::Doubt(std::span<const Contact> contacts) noexcept {
+std::optional<std::string_view> FemModel::FlagReason(std::span<const Contact> contacts) noexcept {
   if (summary().inverted > 0) return "elements are inside out";
   if (params_.material.poisson_ratio >= kLocks)
     return "linear tetrahedra lock at this Poisson ratio";

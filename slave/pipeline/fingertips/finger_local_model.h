@@ -46,7 +46,7 @@ class FingerLocalModel {
               bool in_contact, LocalModel* model) noexcept;
   // The surface around the fingertip and how it gives way at the full depth; the law over depth.
   // Places whose stiffness has not been computed yet go by those next to them. See
-  // Sense::MakePatch.
+  // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
                  TouchPatch* patch) noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;

@@ -48,11 +48,11 @@ class MeshWatchTest : public testing::Test {
 
 // Reference: the fake's triangle, whose first corner is half a metre from its place.
 TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
-  slave_.Sense();
+  slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
   MeshWatch watch(To(server_->address()));
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.stats().meshes > 2;
   }));
   const auto mesh = watch.newest();
@@ -65,7 +65,7 @@ TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   watch.Stop();
   const int computed = slave_.shapes_computed();
   for (int i = 0; i < 20; ++i) {
-    slave_.Sense();
+    slave_.TakeSample();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   EXPECT_LE(slave_.shapes_computed(), computed + 1) << "one may have been on its way";
@@ -77,7 +77,7 @@ TEST_F(MeshWatchTest, NodalForcesComeIfAskedFor) {
   options.nodal_forces = true;
   const MeshWatch watch(options);
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.newest() != nullptr;
   }));
   EXPECT_EQ(watch.newest()->nodal_forces.size(), 3U);
@@ -87,7 +87,7 @@ TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
   const std::string address = server_->address();
   const MeshWatch watch(To(address));
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.stats().meshes > 0;
   }));
   server_.reset();
@@ -96,7 +96,7 @@ TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
   server_ = std::make_unique<Server>(slave_, address, false);
   const std::uint64_t before = watch.stats().meshes;
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.stats().meshes > before;
   }));
   EXPECT_EQ(watch.stats().trouble, "");

@@ -27,7 +27,7 @@ class ObserverWatchTest : public testing::Test {
   // Liveness, not speed: something is sensed until `condition`.
   bool SensingUntil(const std::function<bool()>& condition) {
     for (int i = 0; i < 4000 && !condition(); ++i) {
-      slave_.Sense();
+      slave_.TakeSample();
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     return condition();
@@ -38,7 +38,7 @@ class ObserverWatchTest : public testing::Test {
 };
 
 TEST_F(ObserverWatchTest, PicturesComeWithOverlaysAndNobodyMakesThemForNobody) {
-  slave_.Sense();
+  slave_.TakeSample();
   EXPECT_EQ(slave_.pictures_taken(), 0);
   const VideoWatch watch(Line(), {.rate = 120, .quality = 75});
   ASSERT_TRUE(SensingUntil([&] { return watch.newest() && watch.newest()->number > 2; }));

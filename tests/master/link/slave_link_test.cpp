@@ -94,7 +94,7 @@ TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.phase == Phase::kFollowing; }));
   loop_.command.p_M = {0, -8e-3, 0};
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.p_S_tip.y() < -1e-3; }));
-  slave_.Sense();
+  slave_.TakeSample();
   ASSERT_TRUE(loop_.Until(
       [&] { return loop_.newest.state.force.value_or(Eigen::Vector3d::Zero()).y() > 0; }));
   EXPECT_NEAR(loop_.newest.state.force->y(), 2, 1e-9);

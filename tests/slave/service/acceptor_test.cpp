@@ -1,5 +1,5 @@
 // The door before gRPC: who is let in, who is turned away, and that it goes on doing so.
-#include "slave/service/door/acceptor.h"
+#include "slave/service/admission/acceptor.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 #include <unistd.h>
 
 #include "shared/link/tcp_line.h"
-#include "slave/service/door/connection_budget.h"
+#include "slave/service/admission/connection_budget.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {
@@ -96,20 +96,20 @@ class AcceptorTest : public testing::Test {
 
 TEST(JudgeTest, AGreetingIsKnownByItsFirstBytesAndNothingElseIsOne) {
   for (std::size_t n = 0; n < kPreface.size(); ++n) {
-    EXPECT_EQ(Judge(Greeting::kHttp2, kPreface.substr(0, n)), Greets::kNotYet) << n;
+    EXPECT_EQ(CheckGreeting(Greeting::kHttp2, kPreface.substr(0, n)), Greets::kNotYet) << n;
   }
-  EXPECT_EQ(Judge(Greeting::kHttp2, kPreface), Greets::kYes);
-  EXPECT_EQ(Judge(Greeting::kHttp2, kPreface + "more"), Greets::kYes);
+  EXPECT_EQ(CheckGreeting(Greeting::kHttp2, kPreface), Greets::kYes);
+  EXPECT_EQ(CheckGreeting(Greeting::kHttp2, kPreface + "more"), Greets::kYes);
   for (const auto& other : {"GET / HTTP/1.1\r\n"s, "\x16\x03\x01"s, "\0"s, "PRI * HTTP/1"s}) {
-    EXPECT_EQ(Judge(Greeting::kHttp2, other), Greets::kNo) << other;
+    EXPECT_EQ(CheckGreeting(Greeting::kHttp2, other), Greets::kNo) << other;
   }
   const std::string hello = "\x16\x03\x01\x02\x00\x01"s;
   for (std::size_t n = 0; n < hello.size(); ++n) {
-    EXPECT_EQ(Judge(Greeting::kTls, hello.substr(0, n)), Greets::kNotYet) << n;
+    EXPECT_EQ(CheckGreeting(Greeting::kTls, hello.substr(0, n)), Greets::kNotYet) << n;
   }
-  EXPECT_EQ(Judge(Greeting::kTls, hello), Greets::kYes);
+  EXPECT_EQ(CheckGreeting(Greeting::kTls, hello), Greets::kYes);
   for (const auto& other : {kPreface, "\x16\x02"s, "\x15\x03\x01"s, "\x16\x03\x01\x02\x00\x02"s}) {
-    EXPECT_EQ(Judge(Greeting::kTls, other), Greets::kNo) << other;
+    EXPECT_EQ(CheckGreeting(Greeting::kTls, other), Greets::kNo) << other;
   }
 }
 

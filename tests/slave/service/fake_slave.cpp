@@ -22,7 +22,7 @@ FakeSlave::FakeSlave() {
   state_.local_model.revision = 1;
 }
 
-void FakeSlave::Sense() {
+void FakeSlave::TakeSample() {
   {
     const std::scoped_lock lock(mutex_);
     ++state_.sample;

@@ -27,7 +27,7 @@ class FakeSlave : public Slave {
 
   // --- for tests. Thread-safe.
   // Something new was sensed: a state follows at once.
-  void Sense();
+  void TakeSample();
   // The next states carry `event`.
   void Happen(Event event);
   [[nodiscard]] int begins() const;

@@ -26,7 +26,7 @@ TEST_F(OperateTest, PushingIsAnsweredByTheForceOfTheSurface) {
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   ada.Hold(-9e-3);
   ASSERT_TRUE(Eventually([&] { return slave_.commands().size() == 2; }));
-  slave_.Sense();
+  slave_.TakeSample();
   const auto pressed = ada.ReadUntil([](const auto& s) { return s.force().y() > 0; });
   ASSERT_TRUE(pressed.has_value());
   EXPECT_NEAR(pressed->force().y(), 3, 1e-9);

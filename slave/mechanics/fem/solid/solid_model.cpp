@@ -458,7 +458,7 @@ Vector3d SolidModel::ForceOn(const ContactPlace& place) const {
 }
 
 // Why the answer is extrapolated; nullopt: it is not, but for single patches.
-std::optional<std::string_view> SolidModel::Doubt(double largest) {
+std::optional<std::string_view> SolidModel::FlagReason(double largest) {
   if (inverted_) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (params_.options.law == Law::kLinear && largest > params_.range) return kBeyondRange;
@@ -489,7 +489,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   }
   if (!(largest <= kAbsurd)) return Fail("the answer is absurdly large");
   inverted_ = !(body_.SmallestJacobian(x_) > 0);
-  const std::optional<std::string_view> doubt = Doubt(largest);
+  const std::optional<std::string_view> doubt = FlagReason(largest);
   const double force_unit = params_.young_modulus * unit_ * unit_;
   int row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -61,8 +61,8 @@ class StreamedCameraTest : public testing::Test {
   }
 
   const Scene scene_ = LoadScene(Block(), {"model.elements=60"});
-  const std::unique_ptr<World> world_ = MakeWorld(scene_);
-  const std::unique_ptr<FrameSource> camera_ = world_->OpenCamera(scene_, {});
+  const std::unique_ptr<SimulatedEnvironment> environment_ = MakeSimulatedEnvironment(scene_);
+  const std::unique_ptr<FrameSource> camera_ = environment_->OpenCamera(scene_, {});
   const std::unique_ptr<Slave> slave_ = MakeLiveSlave(Streamed());
   std::uint64_t reports_ = 0;
 };

@@ -36,7 +36,7 @@ class MembraneDistanceTest : public testing::Test {
   }
   [[nodiscard]] FailedCheck Judged(MembraneDistance* distance, double farther) const {
     SurfaceObservation seen = Seen(farther);
-    distance->Judge(&seen);
+    distance->Check(&seen);
     EXPECT_NEAR(seen.scale_error, std::abs(farther), 1e-9);
     return seen.check;
   }
@@ -59,9 +59,9 @@ TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAnew) {
   MembraneDistance distance(scene_, X_SE_);
   EXPECT_EQ(Judged(&distance, 0.05), FailedCheck::kScale);
   SurfaceObservation nothing, seen = Seen(0);
-  distance.Judge(&nothing);
+  distance.Check(&nothing);
   EXPECT_EQ(nothing.check, FailedCheck::kNone);
-  distance.Judge(&seen);
+  distance.Check(&seen);
   EXPECT_EQ(seen.check, FailedCheck::kScale);
   distance.Reset();
   EXPECT_EQ(Judged(&distance, 0), FailedCheck::kNone);
@@ -71,7 +71,7 @@ TEST_F(MembraneDistanceTest, OtherObjectsAreNotJudged) {
   scene_.object.geometry = BoxGeometry{};
   MembraneDistance distance(scene_, X_SE_);
   SurfaceObservation seen = Seen(0.5);
-  distance.Judge(&seen);
+  distance.Check(&seen);
   EXPECT_EQ(seen.check, FailedCheck::kNone);
 }
 

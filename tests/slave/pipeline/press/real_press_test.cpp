@@ -274,7 +274,7 @@ TEST_F(RealPressTest, ASceneOfItFeelsThePress) {
   double square = 0, peak = 0;
   int judged = 0, valid = 0, within = 0;
   for (std::size_t i = 0; sense.Acquire({}); ++i) {
-    sense.Look();
+    sense.Process();
     const ContactEstimate& felt = sense.Estimate({0, 0, 0.2});
     if (!felt.force) continue;  // the rest frame is taken
     const int number = press_->frames.at(i - kRestPictures).number;
