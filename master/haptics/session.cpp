@@ -229,7 +229,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   HapticLoop::Options limited = options.loop;
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
   HapticLoop loop(limited,
-                  {states, commands, &ring, options.settings, options.patches, options.wishes});
+                  {states, commands, &ring, options.settings, options.patches, options.requests});
 
   Report report;
   report.realtime = LockMemory();

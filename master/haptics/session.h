@@ -100,7 +100,7 @@ struct SessionOptions {
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none
-  const HandWishes* wishes = nullptr;  // outlives the run; null: nobody asks
+  const OperatorRequests* requests = nullptr;  // outlives the run; null: nobody asks
 };
 
 // Runs with the calling thread as the slow one. `stop_wanted` is asked every 10 ms, `show` called

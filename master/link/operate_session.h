@@ -94,7 +94,7 @@ class OperateSession {
         operator_name_(std::move(operator_name)),
         first_within_(first_within),
         silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
-        datagrams_wished_(datagrams) {}
+        datagrams_requested_(datagrams) {}
 
   // Blocks until the stream ends: by the slave, by silence, as its certificate holds no longer, by
   // `stop` (then the slave is told and ends it) or by Cancel. How it ended.
@@ -121,7 +121,7 @@ class OperateSession {
   const Surroundings with_;
   const std::string operator_name_;
   const std::chrono::milliseconds first_within_, silence_;
-  const bool datagrams_wished_;
+  const bool datagrams_requested_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
   std::atomic<bool> silent_{false}, expired_{false};

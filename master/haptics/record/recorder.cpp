@@ -136,7 +136,7 @@ void Recorder::Take(const TickRecord& record) {
   if (!record.has_truth) return;
   truth_.Add(record.truth_at, record.truth);
   if (record.truth_commanded_at != Time{}) placed_.Add(record.truth_commanded_at, record.truth);
-  summary_.SeeTruth(record.truth);
+  summary_.AddTruth(record.truth);
 }
 
 void Recorder::FinishFirst() {

@@ -122,7 +122,7 @@ void TickSummary::AddFingers(const TickRecord& record) noexcept {
   }
 }
 
-void TickSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
+void TickSummary::AddTruth(const Eigen::Vector3d& truth) noexcept {
   has_truth_ = true;
   truth_peak_ = std::max(truth_peak_, truth.norm());
 }

@@ -80,7 +80,7 @@ class TickSummary {
   // unknown.
   void AddDelayCompensated(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
   // A true force as it came: peaks count whether or not a tick meets them.
-  void SeeTruth(const Eigen::Vector3d& truth) noexcept;
+  void AddTruth(const Eigen::Vector3d& truth) noexcept;
 
   [[nodiscard]] bool has_truth() const noexcept { return has_truth_; }
   // Largest true force, else largest estimated one, S [N].

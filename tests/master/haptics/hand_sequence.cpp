@@ -176,19 +176,19 @@ class Sequence {
     rig_.settings.Put(settings);
   }
   void Wish() {
-    HandWishes& wishes = rig_.wishes;
+    OperatorRequests& requests = rig_.requests;
     switch (choices_.Below(4)) {
       case 0:
-        wishes.render = static_cast<RenderMode>(choices_.Below(3));
+        requests.render = static_cast<RenderMode>(choices_.Below(3));
         return;
       case 1:
-        ++wishes.tares;
+        ++requests.tares;
         return;
       case 2:
-        wishes.clutched = choices_.Coin();
+        requests.clutched = choices_.Coin();
         return;
       default:
-        wishes.force_limit = choices_.Within(1, 4);
+        requests.force_limit = choices_.Within(1, 4);
     }
   }
   void Break() {

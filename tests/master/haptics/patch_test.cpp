@@ -20,7 +20,7 @@ constexpr double kSurface = -0.004;  // [m]
 // Energy at the device's port as malicious_slave_test counts it.
 class PortEnergy {
  public:
-  void See(const TickRecord& record) {
+  void Add(const TickRecord& record) {
     const Eigen::Vector3d dp = record.p_M - last_p_;
     energy_ += -last_force_.dot(dp) + dp.squaredNorm() / 0.001;
     if (last_force_.isZero(0)) energy_ = std::min(energy_, 0.0);
@@ -85,7 +85,7 @@ TEST(PatchTest, LateLawsGiveNoEnergy) {
     PortEnergy energy;
     int tick = 0;
     rig.Run(hand, 12, [&](const TickRecord& record) {
-      energy.See(record);
+      energy.Add(record);
       if (++tick % every != 0) return;
       wall.law.ratios.fill(tick / every % 2 == 0 ? 0.4 : 2.2);
       ++wall.law.revision;
@@ -190,7 +190,7 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
   int tick = 0, n = 0;
   std::uint32_t epoch = 0;
   rig.Run(hand, 12, [&](const TickRecord& record) {
-    energy.See(record);
+    energy.Add(record);
     ASSERT_TRUE(record.chain.local.allFinite());
     if (tick++ % 20 != 0) return;
     ReceivedPatch patch = WallPatch(600, ++epoch);

@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "master/station/page_command.h"
 #include "master/station/server/page_server.h"
-#include "master/station/wish.h"
 #include "tests/master/station/server/page_client.h"
 
 namespace palpate {
@@ -47,7 +47,7 @@ class HostileVisitorTest : public testing::Test {
   PageServer server_{{"127.0.0.1", 0},
                      &board_,
                      {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
-                        ReadWish(said);
+                        ReadPageCommand(said);
                         return "pong";
                       },
                       [](std::uint64_t /*page*/) {}}};
@@ -118,7 +118,7 @@ TEST_F(HostileVisitorTest, BrokenFramesEndTheLine) {
 TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
   PageClient page(server_.endpoint());
   page.Upgrade(Host(), "");
-  page.SendText(std::string(kLongestWish + 1, 'x'));
+  page.SendText(std::string(kLongestCommand + 1, 'x'));
   EXPECT_TRUE(page.ReadFrame(kClose));
   ExpectSound();
 }
@@ -126,7 +126,7 @@ TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
 TEST_F(HostileVisitorTest, AFloodIsClosed) {
   PageClient page(server_.endpoint());
   page.Upgrade(Host(), "");
-  for (int i = 0; i < 20 * PageServer::kMostWishes; ++i) {
+  for (int i = 0; i < 20 * PageServer::kMostCommands; ++i) {
     if (!page.SendText(R"({"do":"ping","at":1})")) break;
   }
   const auto close = page.ReadFrame(kClose);

@@ -1,4 +1,4 @@
-#include "master/haptics/render_judge.h"
+#include "master/haptics/render_fallback_selector.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@ constexpr double kBetter = 1;    // mean square over hold's, below which the mod
 
 }  // namespace
 
-void RenderJudge::Show(double now, const Eigen::Vector3d& model,
-                       const Eigen::Vector3d& held) noexcept {
+void RenderFallbackSelector::Show(double now, const Eigen::Vector3d& model,
+                                  const Eigen::Vector3d& held) noexcept {
   shown_[count_ % kTicks] = {now, model.cast<float>(), held.cast<float>()};
   ++count_;
 }
 
-const RenderJudge::Shown* RenderJudge::Find(double at) const noexcept {
+const RenderFallbackSelector::Shown* RenderFallbackSelector::Find(double at) const noexcept {
   std::size_t low = count_ > kTicks ? count_ - kTicks : 0, high = count_;
   while (low < high) {  // the first one later than `at`
     const std::size_t middle = low + (high - low) / 2;
@@ -33,8 +33,8 @@ const RenderJudge::Shown* RenderJudge::Find(double at) const noexcept {
   return shown.at <= at && at - shown.at <= kTick ? &shown : nullptr;
 }
 
-Eigen::Vector3d RenderJudge::Feel(double commanded, const Eigen::Vector3d& felt,
-                                  double sigma) noexcept {
+Eigen::Vector3d RenderFallbackSelector::Compare(double commanded, const Eigen::Vector3d& felt,
+                                                double sigma) noexcept {
   const Shown* shown = Find(commanded);
   if (shown == nullptr || !felt.allFinite()) return {0, 0, 0};
   const auto error = [&](const Eigen::Vector3d& said) {
@@ -53,7 +53,7 @@ Eigen::Vector3d RenderJudge::Feel(double commanded, const Eigen::Vector3d& felt,
   return felt - model;
 }
 
-void RenderJudge::Count(const Sample& sample) noexcept {
+void RenderFallbackSelector::Count(const Sample& sample) noexcept {
   if (sample.of_model == 0 && sample.of_hold == 0) return;  // nothing touches, or both are right
   const double keep = std::exp(-std::clamp(sample.at - last_, 0.0, kMemory) / kMemory);
   last_ = sample.at;

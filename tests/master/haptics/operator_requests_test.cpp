@@ -1,5 +1,5 @@
 // What the operator asks of the hand while it runs: each with a hand that is held by a contact.
-#include "master/haptics/hand_wishes.h"
+#include "master/haptics/operator_requests.h"
 
 #include <algorithm>
 #include <string>
@@ -18,7 +18,7 @@ using enum OperatorState;
 constexpr double kSmooth = 0.2;  // [N/ms]
 
 // A hand 2 mm deep in a wall of 500 N/m: 1 N.
-class HandWishesTest : public testing::Test {
+class OperatorRequestsTest : public testing::Test {
  protected:
   void SetUp() override {
     rig_.Run(puppet_, 0.05);
@@ -44,9 +44,9 @@ class HandWishesTest : public testing::Test {
   Puppet puppet_;
 };
 
-TEST_F(HandWishesTest, AnOpenClutchLetsGoWithoutAStepAndTheToolStands) {
+TEST_F(OperatorRequestsTest, AnOpenClutchLetsGoWithoutAStepAndTheToolStands) {
   const Eigen::Vector3d tip = rig_.slave.tip();
-  rig_.wishes.clutched = true;
+  rig_.requests.clutched = true;
   EXPECT_LE(LargestStep(0.2), kSmooth);
   EXPECT_EQ(rig_.state(), kClutched);
   EXPECT_EQ(puppet_.felt.norm(), 0);
@@ -56,23 +56,23 @@ TEST_F(HandWishesTest, AnOpenClutchLetsGoWithoutAStepAndTheToolStands) {
   EXPECT_TRUE(rig_.loop.record().clutched);
 }
 
-TEST_F(HandWishesTest, AClutchThatClosesEngagesAnewWithoutMovingTheTool) {
+TEST_F(OperatorRequestsTest, AClutchThatClosesEngagesAnewWithoutMovingTheTool) {
   const Eigen::Vector3d tip = rig_.slave.tip();
   const auto epoch = rig_.loop.record().epoch;
-  rig_.wishes.clutched = true;
+  rig_.requests.clutched = true;
   rig_.Run(puppet_, 0.1);
   puppet_.reading.p_M += Eigen::Vector3d(0.02, 0.03, 0);
   rig_.Run(puppet_, 0.1);
-  rig_.wishes.clutched = false;
+  rig_.requests.clutched = false;
   EXPECT_LE(LargestStep(0.2), kSmooth);
   EXPECT_EQ(rig_.state(), kFollowing);
   EXPECT_EQ(rig_.loop.record().epoch, epoch + 1);
   EXPECT_NEAR((rig_.slave.tip() - tip).norm(), 0, 1e-12);
 }
 
-TEST_F(HandWishesTest, AMarkStandsInTheTickInWhichItWasMade) {
+TEST_F(OperatorRequestsTest, AMarkStandsInTheTickInWhichItWasMade) {
   const TickRecord before = rig_.Tick(puppet_);
-  ++rig_.wishes.marks;
+  ++rig_.requests.marks;
   const TickRecord after = rig_.Tick(puppet_);
   EXPECT_EQ(before.marks, 0U);
   EXPECT_EQ(after.marks, 1U);
@@ -80,8 +80,8 @@ TEST_F(HandWishesTest, AMarkStandsInTheTickInWhichItWasMade) {
   EXPECT_NEAR(after.chain.sent.y(), 1, 1e-9) << "the hand feels nothing of it";
 }
 
-TEST_F(HandWishesTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
-  rig_.wishes.render = RenderMode::kHold;
+TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
+  rig_.requests.render = RenderMode::kHold;
   rig_.Run(puppet_, 0.1);
   EXPECT_EQ(rig_.loop.record().render, RenderMode::kLocal);
   puppet_.reading.engaged = false;
@@ -92,13 +92,13 @@ TEST_F(HandWishesTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
-TEST_F(HandWishesTest, ALowerLimitCountsAtOnceWithoutAStepAndAHigherOneNever) {
+TEST_F(OperatorRequestsTest, ALowerLimitCountsAtOnceWithoutAStepAndAHigherOneNever) {
   constexpr double kRounding = 1e-9;
-  rig_.wishes.force_limit = 0.4;
+  rig_.requests.force_limit = 0.4;
   EXPECT_LE(LargestStep(0.05), kSmooth + kRounding);
   EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
   EXPECT_EQ(rig_.loop.record().force_limit, 0.4);
-  rig_.wishes.force_limit = 3;
+  rig_.requests.force_limit = 3;
   rig_.Run(puppet_, 0.05);
   EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12);
   EXPECT_EQ(rig_.state(), kFollowing);
@@ -114,8 +114,8 @@ class TareTest : public testing::Test {
     };
     rig_.Run(puppet_, 0.1);
   }
-  TareState Ask(double seconds = 0.4) {
-    ++rig_.wishes.tares;
+  TareState RequestTare(double seconds = 0.4) {
+    ++rig_.requests.tares;
     rig_.Run(puppet_, seconds);
     return rig_.loop.record().tare_state;
   }
@@ -132,7 +132,7 @@ class TareTest : public testing::Test {
 };
 
 TEST_F(TareTest, TakesTheDriftFromTheHandAndSaysSo) {
-  EXPECT_EQ(Ask(), TareState::kDone);
+  EXPECT_EQ(RequestTare(), TareState::kDone);
   EXPECT_NEAR((rig_.loop.record().tare - drift_).norm(), 0, 1e-12);
   Press();
   EXPECT_NEAR(puppet_.felt.y(), 1, 1e-9);
@@ -149,28 +149,28 @@ TEST_F(TareTest, WithoutItTheDriftIsFelt) {
 // Whatever could hide a contact.
 TEST_F(TareTest, RefusesWhatIsNoForceWithoutContact) {
   drift_ = {0, 0.4, 0};  // of 3.3 N
-  EXPECT_EQ(Ask(), TareState::kTooLarge);
+  EXPECT_EQ(RequestTare(), TareState::kTooLarge);
   drift_ = {0, 0.05, 0};
   rig_.slave.validity = Validity::kExtrapolated;
-  EXPECT_EQ(Ask(), TareState::kNotValid);
+  EXPECT_EQ(RequestTare(), TareState::kNotValid);
   rig_.slave.validity = Validity::kValid;
   Press();
-  EXPECT_EQ(Ask(), TareState::kTouching);
+  EXPECT_EQ(RequestTare(), TareState::kTouching);
   rig_.Glide(puppet_, {0, 0, 0});
   rig_.Run(puppet_, 0.1);
-  EXPECT_EQ(Ask(), TareState::kFollowing);
+  EXPECT_EQ(RequestTare(), TareState::kFollowing);
   EXPECT_TRUE(rig_.loop.record().tare.isZero(0));
 }
 
 TEST_F(TareTest, AContactThatIsMadeMeanwhileIsNotTared) {
-  EXPECT_EQ(Ask(0.05), TareState::kMeasuring);
+  EXPECT_EQ(RequestTare(0.05), TareState::kMeasuring);
   rig_.slave.lie = [](SlaveState* state) { state->local_model.in_contact = true; };
   rig_.Run(puppet_, 0.3);
   EXPECT_EQ(rig_.loop.record().tare_state, TareState::kTouching);
 }
 
 TEST_F(TareTest, OtherSettingsEndIt) {
-  ASSERT_EQ(Ask(), TareState::kDone);
+  ASSERT_EQ(RequestTare(), TareState::kDone);
   rig_.settings.Put({0, {}, 3.3, kUsualDeadAfter});
   rig_.Run(puppet_, 0.05);
   EXPECT_TRUE(rig_.loop.record().tare.isZero(0));

@@ -1,4 +1,4 @@
-#include "master/station/diary.h"
+#include "master/station/event_log.h"
 
 #include <algorithm>
 #include <utility>
@@ -18,39 +18,39 @@ bool IsTrouble(OperatorState state) {
 
 }  // namespace
 
-void Diary::Say(double t, bool is_trouble, std::string text) {
+void EventLog::Append(double t, bool is_trouble, std::string text) {
   const std::scoped_lock lock(mutex_);
-  const bool is_known = std::ranges::any_of(sayings_, [&](const Saying& saying) {
+  const bool is_known = std::ranges::any_of(entries_, [&](const LogEntry& saying) {
     return saying.text == text && t - saying.t < kRepeat;
   });
   if (is_known) return;
-  sayings_.push_back({++number_, t, is_trouble, std::move(text)});
-  if (sayings_.size() > kKept) sayings_.pop_front();
+  entries_.push_back({++number_, t, is_trouble, std::move(text)});
+  if (entries_.size() > kKept) entries_.pop_front();
   is_news_ = true;
 }
 
-void Diary::See(double t, const TickRecord& tick) {
+void EventLog::AppendChanges(double t, const TickRecord& tick) {
   if (!last_ || last_->state != tick.state) {
-    Say(t, IsTrouble(tick.state), "now " + std::string(ToString(tick.state)));
+    Append(t, IsTrouble(tick.state), "now " + std::string(ToString(tick.state)));
   }
   if (last_) {
-    for (std::string& act : ActsInWords(*last_, tick)) Say(t, false, std::move(act));
+    for (std::string& act : ActsInWords(*last_, tick)) Append(t, false, std::move(act));
   }
   last_ = tick;
 }
 
-void Diary::See(double t, Events events) {
+void EventLog::AppendEvents(double t, Events events) {
   using Weight = EventWords::Weight;
   for (const EventWords& told : InWords(events)) {
     if (told.weight == Weight::kUsual) continue;
-    Say(t, told.weight == Weight::kTrouble, std::string(told.words));
+    Append(t, told.weight == Weight::kTrouble, std::string(told.words));
   }
 }
 
-std::optional<std::vector<Saying>> Diary::TakeNews() {
+std::optional<std::vector<LogEntry>> EventLog::TakeNew() {
   const std::scoped_lock lock(mutex_);
   if (!std::exchange(is_news_, false)) return std::nullopt;
-  return std::vector<Saying>(sayings_.begin(), sayings_.end());
+  return std::vector<LogEntry>(entries_.begin(), entries_.end());
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "master/station/hand_lead.h"
+#include "master/station/pointer_control_lock.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@ Time At(int ms) {
   return Time{std::chrono::hours(1)} + std::chrono::milliseconds(ms);
 }
 
-TEST(HandLeadTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
-  HandLead lead;
+TEST(PointerControlLockTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
+  PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
   EXPECT_FALSE(lead.Hears(kSecond, false, At(15))) << "what another page lets go is not the hand";
@@ -21,8 +21,8 @@ TEST(HandLeadTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
   EXPECT_TRUE(lead.Hears(kSecond, true, At(40)));
 }
 
-TEST(HandLeadTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
-  HandLead lead;
+TEST(PointerControlLockTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
+  PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
   EXPECT_TRUE(lead.Hears(kFirst, false, At(20)));
@@ -33,8 +33,8 @@ TEST(HandLeadTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
 }
 
 // A laptop that fell asleep keeps its connection.
-TEST(HandLeadTest, ASilentPageGivesWayAndDoesNotTakeItBack) {
-  HandLead lead;
+TEST(PointerControlLockTest, ASilentPageGivesWayAndDoesNotTakeItBack) {
+  PointerControlLock lead;
   EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
   EXPECT_FALSE(lead.Hears(kSecond, false, At(300))) << "nobody took it over";
   EXPECT_TRUE(lead.Hears(kSecond, true, At(310)));

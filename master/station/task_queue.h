@@ -11,18 +11,18 @@
 
 namespace palpate {
 
-class Clerk {
+class TaskQueue {
  public:
-  static constexpr std::size_t kMostErrands = 4;
+  static constexpr std::size_t kMostTasks = 4;
 
-  Clerk() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+  TaskQueue() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // What the errand is told is asked to stop when the clerk ends, which waits for it. False: too
+  // The stop token of the task is signalled when the queue ends, which waits for it. False: too
   // many wait already. Thread-safe; returns at once.
-  bool Ask(std::function<void(const std::stop_token&)> errand) {
+  bool Submit(std::function<void(const std::stop_token&)> task) {
     const std::scoped_lock lock(mutex_);
-    if (errands_.size() >= kMostErrands) return false;
-    errands_.push_back(std::move(errand));
+    if (tasks_.size() >= kMostTasks) return false;
+    tasks_.push_back(std::move(task));
     changed_.notify_all();
     return true;
   }
@@ -31,17 +31,17 @@ class Clerk {
   void Run(const std::stop_token& stop) {
     while (true) {
       std::unique_lock lock(mutex_);
-      if (!changed_.wait(lock, stop, [this] { return !errands_.empty(); })) return;
-      const auto errand = std::move(errands_.front());
-      errands_.pop_front();
+      if (!changed_.wait(lock, stop, [this] { return !tasks_.empty(); })) return;
+      const auto task = std::move(tasks_.front());
+      tasks_.pop_front();
       lock.unlock();
-      errand(stop);
+      task(stop);
     }
   }
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable_any changed_;
-  std::deque<std::function<void(const std::stop_token&)>> errands_;
+  std::deque<std::function<void(const std::stop_token&)>> tasks_;
   std::jthread thread_;  // last: it uses all of the above
 };
 

@@ -1,4 +1,4 @@
-#include "master/link/slave_news.h"
+#include "master/link/slave_status_poller.h"
 
 #include <map>
 
@@ -47,7 +47,7 @@ std::string JsonOf(const google::protobuf::Message& message) {
   return written.ok() ? json : std::string();
 }
 
-struct SlaveNews::Parts {
+struct SlaveStatusPoller::Parts {
   explicit Parts(const SlaveLink::Options& link)
       : stub(v1::Teleoperation::NewStub(
             OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()),
@@ -57,7 +57,7 @@ struct SlaveNews::Parts {
   void Take(const v1::TraceUpdate& message);
   void Run(const std::stop_token& stop);
   // The slave's words, or why they are not told.
-  Words Ask();
+  Words Poll();
   // Adds the answer of one call to `json` unless one before failed.
   template <class Request, class Reply, class Call>
   void Add(Call call, std::string* json, std::string* trouble);
@@ -65,7 +65,7 @@ struct SlaveNews::Parts {
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable_any asked;
-  Felt felt;
+  ObservedState felt;
   Events events;
   Words words;
   std::map<Time, SampleTrace> traces;  // by when their samples were taken
@@ -78,7 +78,7 @@ struct SlaveNews::Parts {
   std::jthread asking{[this](const std::stop_token& stop) { Run(stop); }};  // last
 };
 
-void SlaveNews::Parts::Take(const v1::SlaveState& message) {
+void SlaveStatusPoller::Parts::Take(const v1::SlaveState& message) {
   std::string reason;
   const auto state = FromProto(message, &reason);
   if (!state) return;  // the operator's own stream says so
@@ -88,7 +88,7 @@ void SlaveNews::Parts::Take(const v1::SlaveState& message) {
   events.Add(state->events);
 }
 
-void SlaveNews::Parts::Take(const v1::TraceUpdate& message) {
+void SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
   const std::scoped_lock lock(mutex);
   for (const v1::SampleTrace& told : message.samples()) {
     std::string reason;
@@ -102,9 +102,9 @@ void SlaveNews::Parts::Take(const v1::TraceUpdate& message) {
   }
 }
 
-void SlaveNews::Parts::Run(const std::stop_token& stop) {
+void SlaveStatusPoller::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    Words told = Ask();
+    Words told = Poll();
     std::unique_lock lock(mutex);
     told.version = words.version + 1;
     words = std::move(told);
@@ -113,7 +113,7 @@ void SlaveNews::Parts::Run(const std::stop_token& stop) {
 }
 
 template <class Request, class Reply, class Call>
-void SlaveNews::Parts::Add(Call call, std::string* json, std::string* trouble) {
+void SlaveStatusPoller::Parts::Add(Call call, std::string* json, std::string* trouble) {
   if (!trouble->empty()) return;
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + kPatience);
@@ -126,7 +126,7 @@ void SlaveNews::Parts::Add(Call call, std::string* json, std::string* trouble) {
   }
 }
 
-SlaveNews::Words SlaveNews::Parts::Ask() {
+SlaveStatusPoller::Words SlaveStatusPoller::Parts::Poll() {
   using Stub = v1::Teleoperation::Stub;
   Words told;
   Add<v1::GetStatusRequest, v1::Status>(&Stub::GetStatus, &told.status, &told.trouble);
@@ -136,27 +136,28 @@ SlaveNews::Words SlaveNews::Parts::Ask() {
   return told;
 }
 
-SlaveNews::SlaveNews(const SlaveLink::Options& link) : parts_(std::make_unique<Parts>(link)) {}
+SlaveStatusPoller::SlaveStatusPoller(const SlaveLink::Options& link)
+    : parts_(std::make_unique<Parts>(link)) {}
 
-SlaveNews::~SlaveNews() = default;
+SlaveStatusPoller::~SlaveStatusPoller() = default;
 
-SlaveNews::Felt SlaveNews::felt() const {
+SlaveStatusPoller::ObservedState SlaveStatusPoller::felt() const {
   const std::scoped_lock lock(parts_->mutex);
   return parts_->felt;
 }
 
-std::optional<SampleTrace> SlaveNews::TraceOf(Time sensed_at) const {
+std::optional<SampleTrace> SlaveStatusPoller::TraceOf(Time sensed_at) const {
   const std::scoped_lock lock(parts_->mutex);
   const auto found = parts_->traces.find(sensed_at);
   return found == parts_->traces.end() ? std::nullopt : std::optional(found->second);
 }
 
-Events SlaveNews::TakeEvents() {
+Events SlaveStatusPoller::TakeEvents() {
   const std::scoped_lock lock(parts_->mutex);
   return std::exchange(parts_->events, Events());
 }
 
-SlaveNews::Words SlaveNews::words() const {
+SlaveStatusPoller::Words SlaveStatusPoller::words() const {
   const std::scoped_lock lock(parts_->mutex);
   return parts_->words;
 }

@@ -1,10 +1,10 @@
-#include "master/station/hand_lead.h"
+#include "master/station/pointer_control_lock.h"
 
 #include "master/device/pointer.h"
 
 namespace palpate {
 
-bool HandLead::Hears(std::uint64_t page, bool engaged, Time now) {
+bool PointerControlLock::Hears(std::uint64_t page, bool engaged, Time now) {
   if (!engaged) too_early_.erase(page);
   const bool is_led =
       leader_ != 0 && leader_ != page && SecondsBetween(heard_at_, now) <= Pointer::kSilence;
@@ -18,7 +18,7 @@ bool HandLead::Hears(std::uint64_t page, bool engaged, Time now) {
   return true;
 }
 
-bool HandLead::Leaves(std::uint64_t page) {
+bool PointerControlLock::Leaves(std::uint64_t page) {
   too_early_.erase(page);
   if (leader_ != page) return false;
   leader_ = 0;

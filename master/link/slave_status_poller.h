@@ -20,7 +20,7 @@ namespace palpate {
 // As JSON with the field names of proto/palpate/v1, for people. Empty: it cannot be written so.
 std::string JsonOf(const google::protobuf::Message& message);
 
-class SlaveNews {
+class SlaveStatusPoller {
  public:
   // As JSON with the field names of proto/palpate/v1, for people; empty: not told yet.
   struct Words {
@@ -30,7 +30,7 @@ class SlaveNews {
   };
 
   // What was felt, and what the sense's checks measured then, as JSON.
-  struct Felt {
+  struct ObservedState {
     SlaveState state;  // sequence 0: none yet
     std::string details = "{}";
     Time received_at{};
@@ -38,10 +38,10 @@ class SlaveNews {
 
   // Asks at once and then every second; states come 30 times a second. Throws
   // std::invalid_argument: target not understood, or not loopback without `insecure`.
-  explicit SlaveNews(const SlaveLink::Options& link);
-  ~SlaveNews();
+  explicit SlaveStatusPoller(const SlaveLink::Options& link);
+  ~SlaveStatusPoller();
 
-  [[nodiscard]] Felt felt() const;  // the newest; thread-safe
+  [[nodiscard]] ObservedState felt() const;  // the newest; thread-safe
   // Of the sample that was taken then, slave's clock. nullopt: it is not told (yet), or was a
   // second ago and more. Thread-safe.
   [[nodiscard]] std::optional<SampleTrace> TraceOf(Time sensed_at) const;

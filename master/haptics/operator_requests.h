@@ -10,8 +10,8 @@
 
 namespace palpate {
 
-struct HandWishes {
-  explicit HandWishes(RenderMode mode) : render(mode) {}
+struct OperatorRequests {
+  explicit OperatorRequests(RenderMode mode) : render(mode) {}
 
   std::atomic<std::uint32_t> marks{0};  // events marked so far
   std::atomic<std::uint32_t> tares{0};  // asked for so far

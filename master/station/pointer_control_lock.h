@@ -9,7 +9,7 @@
 namespace palpate {
 
 // Not thread-safe: the server's thread.
-class HandLead {
+class PointerControlLock {
  public:
   // What page `page` says at `now`: that it holds the hand, or not. True: it is the one to be
   // followed. False: another page leads, or led when this one took hold, which has to let go first.

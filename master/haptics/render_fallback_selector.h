@@ -16,7 +16,7 @@ namespace palpate {
 // Some senses feel late, as a network over a window does: the model is right if what it said is
 // felt within kLag. And no model is right to the last: what is within kTolerated of the force is.
 // So a model goes that says what is never felt. Real-time safe; one thread.
-class RenderJudge {
+class RenderFallbackSelector {
  public:
   static constexpr double kMemory = 0.5;  // of a sample of contact, to 1 / e [s]
   static constexpr double kWorse = 1.5;   // mean square over hold's, from which it is not chosen
@@ -28,7 +28,7 @@ class RenderJudge {
   void Show(double now, const Eigen::Vector3d& model, const Eigen::Vector3d& held) noexcept;
   // What was commanded at `commanded` [s] felt like `felt`, one standard deviation `sigma` [N]. By
   // how much more than the model said then [N]; zero where that is not remembered.
-  Eigen::Vector3d Feel(double commanded, const Eigen::Vector3d& felt, double sigma) noexcept;
+  Eigen::Vector3d Compare(double commanded, const Eigen::Vector3d& felt, double sigma) noexcept;
   [[nodiscard]] bool prefers_hold() const noexcept { return prefers_hold_; }
 
  private:

@@ -13,23 +13,23 @@
 
 namespace palpate {
 
-class Diary {
+class EventLog {
  public:
   // `t` [s] since the run began. The same words again within half a second are no news.
   // Thread-safe, as is all that follows.
-  void Say(double t, bool is_trouble, std::string text);
+  void Append(double t, bool is_trouble, std::string text);
   // What the operator's state became, and what the operator did. One thread.
-  void See(double t, const TickRecord& tick);
+  void AppendChanges(double t, const TickRecord& tick);
   // What the slave told, but for contacts, which come and go all the time.
-  void See(double t, Events events);
+  void AppendEvents(double t, Events events);
   // The newest last; nothing: none came since the last call.
-  std::optional<std::vector<Saying>> TakeNews();
+  std::optional<std::vector<LogEntry>> TakeNew();
 
  private:
   static constexpr std::size_t kKept = 50;
 
   std::mutex mutex_;  // guards what follows
-  std::deque<Saying> sayings_;
+  std::deque<LogEntry> entries_;
   std::uint64_t number_ = 0;
   bool is_news_ = false;
   std::optional<TickRecord> last_;  // of the thread that brings ticks
