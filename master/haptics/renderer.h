@@ -125,7 +125,7 @@ class Renderer {
   void Take(const SlaveState& state, double sensed, double arrived, double now) noexcept;
   // Takes a patch or a law of it, sensed at `at`, now being `now`: master's clock [s]. Real-time
   // safe.
-  void TakePatch(const TouchPatch& patch, const PatchLaw& law, double at, double now) noexcept {
+  void TakePatch(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept {
     patch_.Take(patch, law, at, now);
   }
   // The settings are others: what is known of the surface holds no more.

@@ -172,7 +172,7 @@ void OperateSession::ReceiveFromStream(const v1::SlaveState& message) {
   if (!TakeIfNewer(*state, now)) overtaken_.Add(state->events);
 }
 
-DatagramLine::Told OperateSession::ReceiveDatagram(std::string_view plain) {
+DatagramLine::LinkFeedback OperateSession::ReceiveDatagram(std::string_view plain) {
   const Time now = Clock::now();
   if (!datagram_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   std::string reason;

@@ -24,7 +24,7 @@
 #include "shared/link/clock_offset.h"
 #include "shared/link/datagram_line.h"
 #include "shared/link/latest_value.h"
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "shared/tls/certificate.h"
@@ -112,7 +112,7 @@ class OperateSession {
   bool MayGoOn(Time now);
   void SendNewest(Stream* stream);
   void ReceiveFromStream(const v1::SlaveState& message);
-  DatagramLine::Told ReceiveDatagram(std::string_view plain);
+  DatagramLine::LinkFeedback ReceiveDatagram(std::string_view plain);
   void OpenDatagrams(const v1::DatagramOffer& offer);
   // Whichever way it came; false: it is not. With mutex_ held, as the next one.
   bool TakeIfNewer(const SlaveState& state, Time now);
@@ -131,7 +131,7 @@ class OperateSession {
   std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // once there are datagrams
   std::uint64_t stream_sequence_ = 0;                                // the reader's own
   v1::SlaveState datagram_;                // the datagram line's thread's own
-  UrgentMutex mutex_;                      // guards what follows, while there are several threads
+  PriorityInheritanceMutex mutex_;         // guards what follows, while there are several threads
   std::unique_ptr<DatagramLine> line_;     // outlives the sender; null: none
   bool served_ = false, is_over_ = false;  // the latter: nothing is taken any more
   std::uint64_t last_sequence_ = 0;

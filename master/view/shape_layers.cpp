@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "master/view/viewpoint.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 
 namespace palpate {
 namespace {

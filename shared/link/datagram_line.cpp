@@ -128,7 +128,7 @@ void DatagramLine::TakeNext() {
     heard_at_ = Clock::now();
     if (role_ == Role::kAnswers) peer_ = from;
   }
-  const Told told = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
+  const LinkFeedback told = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
   const std::scoped_lock lock(mutex_);
   pace_.Hear(told.seen, told.round_trip, Clock::now());
 }

@@ -16,7 +16,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "shared/telemetry/stopwatch.h"
 #include "shared/text/progress.h"
 #include "slave/capture/picture_inbox.h"
@@ -136,7 +136,7 @@ class SensingPipeline {
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
   // The surface around a tip at p_S_tip [m] and how it gives way, without epoch and revision.
   // False: this sense has none. It may take milliseconds.
-  virtual bool MakePatch(const Eigen::Vector3d& /*p_S_tip*/, TouchPatch* /*patch*/) noexcept {
+  virtual bool MakePatch(const Eigen::Vector3d& /*p_S_tip*/, SurfacePatch* /*patch*/) noexcept {
     return false;
   }
   // What of it was learnt by feeling: nothing as a rule. Of the law only what the sense knows.

@@ -191,7 +191,7 @@ class Again {
   std::unique_ptr<SensingPipeline> sense_;
   std::unique_ptr<OfflineReport> offline_report_;
   StatesFile states_;
-  std::unique_ptr<TouchPatch> patch_ = std::make_unique<TouchPatch>();
+  std::unique_ptr<SurfacePatch> patch_ = std::make_unique<SurfacePatch>();
   bool is_acquired_ = false, has_felt_ = false;
   Time start_{};
   RecordedRun run_;

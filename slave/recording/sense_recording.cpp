@@ -61,7 +61,7 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_plane_at()); });
     return sense_->LocalModelAt(p_S_tip);
   }
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_patch_at()); });
     return sense_->MakePatch(p_S_tip, patch);
   }

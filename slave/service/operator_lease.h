@@ -13,7 +13,7 @@
 
 #include "palpate/v1/state.pb.h"
 
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 #include "slave/pipeline/teleop/slave.h"
 
@@ -75,7 +75,8 @@ class OperatorLease {
   Slave& slave_;
   const Clock::duration silence_;
   const OnRoundTrip on_round_trip_;
-  mutable UrgentMutex mutex_;  // guards everything below and the order of calls to slave_
+  mutable PriorityInheritanceMutex
+      mutex_;  // guards everything below and the order of calls to slave_
   Holder holder_;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;

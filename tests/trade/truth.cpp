@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/shell/fluid_shell.h"
 #include "slave/site/points/membrane/pressed_membrane.h"

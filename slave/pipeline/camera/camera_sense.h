@@ -19,7 +19,7 @@ class CameraSense final : public SensingPipeline {
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_->MakePatch(p_S_tip - motion().offset, patch);
   }
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }

@@ -338,7 +338,7 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
   return felt_.local_model;
 }
 
-bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   // A round tool's contact grows with the depth, which no patch tells: the plane follows it.
   if (!p_S_tip.allFinite() || touch_->indenter) return false;
   touch_->probe->Reset();

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
@@ -54,7 +54,7 @@ class Estimator {
   // comes in until it has come out.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // The outline around the tip and how it gives way, see SensingPipeline::MakePatch.
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene,

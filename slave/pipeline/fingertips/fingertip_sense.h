@@ -27,7 +27,7 @@ class FingertipSense final : public SensingPipeline {
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.LocalAt(p_S_tip);
   }
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_.MakePatch(p_S_tip, patch);
   }
   void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }

@@ -410,7 +410,7 @@ LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   return felt_.local_model;
 }
 
-bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   const FingerEstimate& first = fingers_.front();
   if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return false;
   Isometry3d X_SF = first.X_SF;

@@ -75,7 +75,7 @@ class TactileEstimator {
   // the first fingertip, carried there as it was when it was last sensed.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // The surface around the first fingertip, see SensingPipeline.
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   void LearnLaw(PatchLaw* law) noexcept {
     if (body_) local_touch_->LearnLaw(*body_, law);
   }

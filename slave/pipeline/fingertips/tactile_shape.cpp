@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 
 namespace palpate {
@@ -26,8 +26,8 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
   };
   SurfacePlace place;
   place.triangle = contact.element;
-  const SurfacePatch patch =
-      contact.width > 0 ? PatchAt(surface, place, contact.p_O, contact.width) : SurfacePatch{};
+  const DiscPatch patch =
+      contact.width > 0 ? PatchAt(surface, place, contact.p_O, contact.width) : DiscPatch{};
   double area = 0;
   for (const int t : patch.triangles) area += Area(surface, t);
   if (!(area > 0)) return add(contact.element, finger.weights());

@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 
 namespace palpate {
 namespace {

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/text/precompute_progress.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"

@@ -86,9 +86,9 @@ double ForceLaw::Surface() const noexcept {
   return line_.x / line_.n - depth_;
 }
 
-void ForceLaw::Export(TouchPatch* patch, PatchLaw* law) const noexcept {
+void ForceLaw::Export(SurfacePatch* patch, PatchLaw* law) const noexcept {
   const double surface = Surface(), K = line_.slope();
-  *patch = TouchPatch();
+  *patch = SurfacePatch();
   patch->vertices_per_cell = 1;
   patch->vertex_count = patch->node_count = 1;
   patch->vertices[0] = (origin_ - surface * n_).cast<float>();

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
@@ -28,7 +28,7 @@ class ForceLaw {
     return AtPlace(PlaceOf(p_S));
   }
   // The plane of one node at which the force begins, and the law over depth below it.
-  void Export(TouchPatch* patch, PatchLaw* law) const noexcept;
+  void Export(SurfacePatch* patch, PatchLaw* law) const noexcept;
 
  private:
   static constexpr int kPlaces = 256;

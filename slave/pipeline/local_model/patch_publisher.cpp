@@ -47,7 +47,7 @@ void PatchPublisher::Update(const ContactEstimate& felt, std::uint32_t settings_
   const bool is_felt = IsForceKnown(felt) && felt.validity != Validity::kPunctured;
   if (is_felt) felt_law_.AddSample(felt.p_S_tip, *felt.force, felt.sigma);
   if (SecondsBetween(asked_at_, now) > kWanted || !felt.p_S_tip.allFinite()) return;
-  const TouchPatch& patch = shown_.patch();
+  const SurfacePatch& patch = shown_.patch();
   const bool is_old = !patch.known() || patch.settings_revision != settings_revision;
   if (is_old || IsLeft(felt.p_S_tip)) Renew(felt, settings_revision, sense);
   if (shown_.patch().known() && is_felt) Compare(felt, sense, now);
@@ -55,7 +55,7 @@ void PatchPublisher::Update(const ContactEstimate& felt, std::uint32_t settings_
 
 // Past the middle between where it was made and where it ends.
 bool PatchPublisher::IsLeft(const Eigen::Vector3d& p_S) const noexcept {
-  const TouchPatch& patch = shown_.patch();
+  const SurfacePatch& patch = shown_.patch();
   if (patch.vertices_per_cell == 1) return false;
   const Eigen::Vector3d p_rest = p_S - shown_.law().offset + patch.tools[0].centre;
   const Eigen::Vector3d p = NearestPlace(patch, p_rest).p;
@@ -64,7 +64,7 @@ bool PatchPublisher::IsLeft(const Eigen::Vector3d& p_S) const noexcept {
 
 void PatchPublisher::Renew(const ContactEstimate& felt, std::uint32_t settings_revision,
                            SensingPipeline* sense) {
-  auto patch = std::make_unique<TouchPatch>();
+  auto patch = std::make_unique<SurfacePatch>();
   PatchLaw law;
   is_felt_ = !sense->MakePatch(felt.p_S_tip, patch.get());
   if (is_felt_ && !felt_law_.known()) return;
@@ -81,8 +81,8 @@ void PatchPublisher::Renew(const ContactEstimate& felt, std::uint32_t settings_r
   Put(*patch, law);
 }
 
-void PatchPublisher::FillLaw(const ContactEstimate& felt, SensingPipeline* sense, TouchPatch* plane,
-                             PatchLaw* law) const {
+void PatchPublisher::FillLaw(const ContactEstimate& felt, SensingPipeline* sense,
+                             SurfacePatch* plane, PatchLaw* law) const {
   law->sensed_at = felt.sensed_at;
   if (is_felt_) {
     felt_law_.Export(plane, law);
@@ -110,9 +110,9 @@ void PatchPublisher::Compare(const ContactEstimate& felt, SensingPipeline* sense
   if (!is_noticed && !lets_go && !may_have_learnt && !moves) return;
   if (SecondsBetween(told_at_, now) < kShortest) return;
   PatchLaw law = shown_.law();
-  const TouchPatch& before = shown_.patch();
+  const SurfacePatch& before = shown_.patch();
   if (is_felt_) {
-    auto plane = std::make_unique<TouchPatch>(before);
+    auto plane = std::make_unique<SurfacePatch>(before);
     FillLaw(felt, sense, plane.get(), &law);
     // The compliance stays what was sent; the law takes up the difference, the offset the surface.
     const double scale = static_cast<double>(before.compliance(0, 0) / plane->compliance(0, 0));
@@ -132,7 +132,7 @@ void PatchPublisher::Compare(const ContactEstimate& felt, SensingPipeline* sense
   Put(before, law);
 }
 
-void PatchPublisher::Put(const TouchPatch& patch, PatchLaw law) {
+void PatchPublisher::Put(const SurfacePatch& patch, PatchLaw law) {
   const double t = SecondsOf(law.sensed_at);
   if (patch.epoch == shown_.patch().epoch) {
     shown_.TakeLaw(law, t, t);
@@ -141,7 +141,7 @@ void PatchPublisher::Put(const TouchPatch& patch, PatchLaw law) {
   }
   const std::lock_guard lock(mutex_);
   if (!news_.patch || news_.patch->epoch != patch.epoch) {
-    news_.patch = std::make_shared<const TouchPatch>(patch);
+    news_.patch = std::make_shared<const SurfacePatch>(patch);
   }
   news_.law = law;
 }

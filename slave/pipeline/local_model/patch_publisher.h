@@ -41,9 +41,9 @@ class PatchPublisher {
   void Renew(const ContactEstimate& felt, std::uint32_t settings_revision, SensingPipeline* sense);
   void Compare(const ContactEstimate& felt, SensingPipeline* sense, Time now);
   // The law as of now, and the plane that it belongs to where no sense made a patch.
-  void FillLaw(const ContactEstimate& felt, SensingPipeline* sense, TouchPatch* plane,
+  void FillLaw(const ContactEstimate& felt, SensingPipeline* sense, SurfacePatch* plane,
                PatchLaw* law) const;
-  void Put(const TouchPatch& patch, PatchLaw law);
+  void Put(const SurfacePatch& patch, PatchLaw law);
 
   const Options options_;
   ForceLaw felt_law_;

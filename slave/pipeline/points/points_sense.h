@@ -34,7 +34,7 @@ class PointsSense final : public SensingPipeline {
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
   }
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_ && estimator_->MakePatch(p_S_tip, patch);
   }
   void LearnLaw(PatchLaw* law) noexcept override {

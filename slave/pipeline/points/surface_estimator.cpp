@@ -230,7 +230,7 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   return local_;
 }
 
-bool SurfaceEstimator::MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+bool SurfaceEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   if (!p_S_tip.allFinite()) return false;
   const auto stiffness = [this](const Vector3d& p_O, int, const Vector3d& n_S) -> Matrix3d {
     const LoadIdentifier::Press press = body_->PressAt(p_O, 0);

@@ -13,7 +13,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/estimate_builder.h"
@@ -44,7 +44,7 @@ class SurfaceEstimator {
   [[nodiscard]] LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // The surface around the tip, as stiff along its normals as it begins; and the law over depth as
   // the model and what was felt have it at the tip's last place. See SensingPipeline.
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   void LearnLaw(PatchLaw* law) noexcept;
   // Puts a replacement to work; made by MakeLoadIdentifier, in another thread if need be.
   void Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene);

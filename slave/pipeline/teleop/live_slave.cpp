@@ -115,7 +115,7 @@ LiveSlave::~LiveSlave() {
 }
 
 void LiveSlave::Sensing(const std::stop_token& stop) {
-  MakeThreadRealtime(kEyesPriority);
+  MakeThreadRealtime(kSensingPriority);
   try {
     while (ProcessSample(stop)) Rest(stop);
     if (!stop.stop_requested()) {
@@ -345,7 +345,7 @@ double LiveSlave::FullScale() const {
 void LiveSlave::Rebuild(const Scene& changed, Progress* progress) {
   std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, progress);  // takes its time
   RefuseUnlessFree();  // somebody may have begun meanwhile
-  Tell(progress, "ready", 1);
+  ReportProgress(progress, "ready", 1);
   const std::scoped_lock lock(sense_mutex_, settings_mutex_);
   Adopt(changed, std::move(prepared));
 }

@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/local_model/patch_publisher.h"
 #include "slave/pipeline/sense_recorder.h"
@@ -132,13 +132,13 @@ class LiveSlave final : public Slave {
   SenseInfo sense_info_;
 
   // Urgent: whoever asks for a shape holds it for as long as that takes, and sensing waits.
-  mutable UrgentMutex sense_mutex_;
+  mutable PriorityInheritanceMutex sense_mutex_;
   // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
-  PatchPublisher patch_;             // updated under sense_mutex_
-  mutable UrgentMutex local_mutex_;  // guards the next three
+  PatchPublisher patch_;                          // updated under sense_mutex_
+  mutable PriorityInheritanceMutex local_mutex_;  // guards the next three
   LocalModel newest_local_;
   // A place of the tip that it goes by, and what the arm said there, S [m].
   Eigen::Vector3d p_S_local_{0, 0, 0}, p_S_local_arm_{0, 0, 0};

@@ -255,7 +255,7 @@ void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
   if ((follows && is_blind()) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
     HoldUntilEngaged(Event::kHold);
   }
-  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kResumeWithin) {
+  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kLongestCommandGap) {
     needs_new_epoch_ = true;
   }
 }

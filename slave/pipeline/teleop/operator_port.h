@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "shared/geometry/teleop_transform.h"
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/dead_after.h"
 #include "shared/state/slave_state.h"
 #include "slave/manipulator/manipulator.h"
@@ -22,7 +22,7 @@ namespace palpate {
 
 // A gap that is shorter, beyond the silence after which the tool holds, ends by itself when
 // commands come again; after a longer one the operator engages anew.
-inline constexpr double kResumeWithin = 0.220;  // [s]
+inline constexpr double kLongestCommandGap = 0.220;  // [s]
 // An operator whose commands tell of no newer state for so long feels nothing: the tool holds.
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
 // What the arm goes at its full speed in this time is as far as a command may lead [s].
@@ -107,7 +107,7 @@ class OperatorPort {
   Manipulator& manipulator_;
   const ManipulatorOptions limits_;
   const double dead_after_;
-  mutable UrgentMutex mutex_;  // guards everything below
+  mutable PriorityInheritanceMutex mutex_;  // guards everything below
   std::condition_variable_any begun_;
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();

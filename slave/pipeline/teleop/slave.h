@@ -10,7 +10,7 @@
 
 #include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "slave/manipulator/driven_arm.h"
 #include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
@@ -44,7 +44,7 @@ struct ParameterChange {
 
 // A surface around the contact, and what of it has changed since.
 struct PatchSnapshot {
-  std::shared_ptr<const TouchPatch> patch;  // null: none
+  std::shared_ptr<const SurfacePatch> patch;  // null: none
   PatchLaw law;
 };
 

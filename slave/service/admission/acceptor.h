@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "shared/link/loopback.h"
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 #include "slave/service/admission/bulk_pace.h"
 #include "slave/service/admission/listening.h"
@@ -92,7 +92,7 @@ class Acceptor {
   std::array<std::atomic<std::uint64_t>, kTurnedAwayCount> turned_away_{};
   std::atomic<std::uint64_t> accepted_{0}, open_{0}, waiting_{0};
   std::atomic<Time> looked_{Clock::now()};
-  UrgentMutex mutex_;                                     // guards what follows
+  PriorityInheritanceMutex mutex_;                        // guards what follows
   std::map<std::string, std::function<bool()>> trusted_;  // of peers, not looked at yet
   std::vector<std::string> paced_;                        // likewise
   std::string operator_;                                  // the newest one's connection

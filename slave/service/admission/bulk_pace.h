@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "shared/link/own_trip.h"
+#include "shared/link/base_round_trip.h"
 
 namespace palpate {
 
@@ -52,7 +52,7 @@ class BulkPace {
 
   double rate_ = kUnbound;
   double since_ = 0, sent_ = 0, shortest_ = kUnbound;  // of this period
-  OwnTrip own_;
+  BaseRoundTrip own_;
 };
 
 }  // namespace palpate

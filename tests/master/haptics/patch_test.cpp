@@ -159,7 +159,7 @@ struct Row {
 void PrintTo(const Row& row, std::ostream* out) {
   *out << row.name;
 }
-void TurnTo(TouchPatch* patch, double angle) {
+void TurnTo(SurfacePatch* patch, double angle) {
   const double reach = 0.02;
   for (const int end : {0, 1}) {
     const double along = end == 0 ? reach : -reach;
@@ -171,7 +171,7 @@ void TurnTo(TouchPatch* patch, double angle) {
 
 // A law that was learnt is carried by what was felt: lies about either come through that path.
 void SayLearnt(ReceivedPatch* received, double ratio) {
-  TouchPatch& patch = received->patch;
+  SurfacePatch& patch = received->patch;
   patch.vertices_per_cell = 1;
   patch.vertex_count = 1;
   patch.cell_count = 0;

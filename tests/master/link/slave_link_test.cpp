@@ -514,7 +514,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
   std::atomic<int> commands{0};
   DatagramLine line(DatagramLine::Role::kAnswers, at, keys, [&](std::string_view) {
     ++commands;
-    return DatagramLine::Told{};
+    return DatagramLine::LinkFeedback{};
   });
   OfferingSlave slave(OfferOf(line.port(), 32, 32));
   SlaveLink link(WithDatagrams(slave.address));

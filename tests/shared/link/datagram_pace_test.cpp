@@ -42,14 +42,14 @@ class PacedLine {
 
  private:
   static constexpr double kStart = 1e9;  // [s]
-  struct Told {
+  struct LinkFeedback {
     double at;
     DatagramCount seen;
     double trip;
   };
   double t_ = 0;
   DatagramCount seen_;
-  std::deque<Told> told_;
+  std::deque<LinkFeedback> told_;
 };
 
 class DatagramPaceTest : public testing::Test {

@@ -216,7 +216,7 @@ SlaveStatus FakeSlave::Status() const {
 void FakeSlave::SetModel(const ModelChange& change, Progress* progress) {
   if (progress != nullptr) progress->Expect({.seconds = kExpected});
   while (makes_for_ever_) {
-    Tell(progress, "factorising", kDone);
+    ReportProgress(progress, "factorising", kDone);
     is_making_ = true;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

@@ -42,7 +42,7 @@ class Far {
               {*DatagramKeyFrom(offer.command_key()), *DatagramKeyFrom(offer.state_key())},
               [this](std::string_view plain) {
                 Take(plain);
-                return DatagramLine::Told{};
+                return DatagramLine::LinkFeedback{};
               }) {}
 
   void Send(const v1::OperatorCommand& command) { line_.Send(command.SerializeAsString()); }
@@ -198,7 +198,7 @@ TEST_F(OperateDatagramsTest, AStoppingServerLetsThePortGo) {
   reinterpret_cast<sockaddr_in&>(own).sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   reinterpret_cast<sockaddr_in&>(own).sin_port = htons(static_cast<in_port_t>(offer->port()));
   const DatagramLine next(DatagramLine::Role::kAnswers, own, {},
-                          [](std::string_view) { return DatagramLine::Told{}; });
+                          [](std::string_view) { return DatagramLine::LinkFeedback{}; });
   EXPECT_EQ(next.port(), offer->port());
 }
 

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "tests/stability/extremes/bodies.h"
 #include "tests/support/paths.h"
 

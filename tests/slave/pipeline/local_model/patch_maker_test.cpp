@@ -45,7 +45,7 @@ class OutlinePatchTest : public testing::Test {
     model_->Respond(std::span(&contact, 1), std::span(&response, 1));
     return response;
   }
-  bool Make(TouchPatch* patch) {
+  bool Make(SurfacePatch* patch) {
     const auto stiffness = [this](const Vector3d& p_O, int element, const Vector3d&) -> Matrix3d {
       return Respond(p_O, element, Vector3d::Zero()).stiffness_O;
     };
@@ -57,7 +57,7 @@ class OutlinePatchTest : public testing::Test {
   }
   // Size of the difference to the slave's own answer by that answer, for a tip that comes in
   // straight at `p` and goes on by `way`.
-  double ErrorAt(const TouchPatch& patch, const Vector3d& p, int element, const Vector3d& n,
+  double ErrorAt(const SurfacePatch& patch, const Vector3d& p, int element, const Vector3d& n,
                  const Vector3d& way) {
     PatchLaw law;
     law.epoch = law.revision = 1;
@@ -80,7 +80,7 @@ class OutlinePatchTest : public testing::Test {
 // precision and the skew part of K that collocation leaves and a spring must not have (0.3 %).
 TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
   ASSERT_GE(top_, 0);
-  TouchPatch patch;
+  SurfacePatch patch;
   ASSERT_TRUE(Make(&patch));
   EXPECT_EQ(patch.node_count, kPatchNodes);
   for (int i = -10, at = top_; i < 0; ++i, at = mesh_.Next(at)) {
@@ -95,7 +95,7 @@ TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
 // Between nodes compliances are mixed, where the slave's contact goes from element to element. The
 // tool is three elements wide: how many it covers changes by one, a few per cent of the force.
 TEST_F(OutlinePatchTest, BetweenNodesThePatchIsWithinItsStatedError) {
-  TouchPatch patch;
+  SurfacePatch patch;
   ASSERT_TRUE(Make(&patch));
   const BoundaryElement& e = mesh_.elements[Index(top_)];
   const Vector3d n = Planar(e.normal());
@@ -110,9 +110,9 @@ class WallSense final : public SensingPipeline {
  public:
   double ratio = 1;  // that LearnLaw tells
   bool has_patch = true;
-  bool MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     if (!has_patch) return false;
-    *patch = TouchPatch();
+    *patch = SurfacePatch();
     patch->vertex_count = 2;
     patch->cell_count = patch->node_count = 1;
     patch->vertices[0] = Vector3d(p_S_tip.x() + 0.01, 0, 0).cast<float>();

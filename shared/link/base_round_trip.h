@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-class OwnTrip {
+class BaseRoundTrip {
  public:
   static constexpr double kUnknown = std::numeric_limits<double>::infinity();
 

@@ -1,4 +1,4 @@
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 
 #include <atomic>
 #include <mutex>
@@ -30,9 +30,9 @@ void StayOnOneProcessor() {
 // On one processor: a thread like any other holds the mutex, one more urgent than it keeps the
 // processor, the most urgent wants the mutex. Without inheritance the holder had to wait for the
 // twentieth of the processor that the system keeps for its like: 4 s.
-TEST(UrgentMutexTest, WhoeverHoldsItIsAsUrgentAsWhoeverWaits) {
+TEST(PriorityInheritanceMutexTest, WhoeverHoldsItIsAsUrgentAsWhoeverWaits) {
   constexpr double kHeld = 0.2, kKept = 1;  // [s] of the processor
-  UrgentMutex mutex;
+  PriorityInheritanceMutex mutex;
   std::atomic<bool> held{false}, keeps{false}, got{false}, refused{false};
   std::jthread holder([&] {
     StayOnOneProcessor();
@@ -52,7 +52,7 @@ TEST(UrgentMutexTest, WhoeverHoldsItIsAsUrgentAsWhoeverWaits) {
   bool in_time = false;
   std::jthread keeper([&] {
     StayOnOneProcessor();
-    if (!MakeThreadRealtime(kEyesPriority).empty()) refused = true;
+    if (!MakeThreadRealtime(kSensingPriority).empty()) refused = true;
     while (!held && !refused) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     keeps = true;
     for (const double begin = ProcessorTime(); !got && ProcessorTime() - begin < kKept;) {

@@ -1,4 +1,4 @@
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -140,7 +140,7 @@ TEST(PatchAtTest, HasTheCentroidsAndNodesInTheDiscOnItsSideOnly) {
   const SurfaceMesh s = SurfaceOf(MeshBox({1, 1, 0.05}, {8, 8, 1}));
   const Vector3d p(0.52, 0.47, 0.05);
   for (const double width : {0.11, 0.25, 0.5, 0.9}) {
-    const SurfacePatch patch = PatchAt(s, *FindPlace(s, p), p, width);
+    const DiscPatch patch = PatchAt(s, *FindPlace(s, p), p, width);
     std::vector<int> triangles, nodes;
     for (int t = 0; t < static_cast<int>(s.triangles.size()); ++t) {
       if (Normal(s, t).z() > 0.5 && (Centroid(s, t) - p).norm() <= width / 2)
@@ -192,7 +192,7 @@ TEST(PatchAtTest, IsTheTriangleThereIfNothingIsThatNear) {
   const SurfaceMesh s = Box(1);
   const Vector3d p = Centroid(s, 17) + Vector3d(1e-3, 1e-3, 0);
   const auto place = FindPlace(s, p);
-  const SurfacePatch patch = PatchAt(s, *place, p, 1e-6);
+  const DiscPatch patch = PatchAt(s, *place, p, 1e-6);
   EXPECT_THAT(patch.triangles, ElementsAre(place->triangle));
   EXPECT_THAT(patch.nodes, IsEmpty());
 }

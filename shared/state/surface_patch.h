@@ -23,7 +23,7 @@ struct PatchTool {
   double radius = 0;                                 // [m], >= 0
 };
 
-struct TouchPatch {
+struct SurfacePatch {
   // Unknowns by unknowns, at most 96 of each; symmetric.
   using Compliance =
       Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, 3 * kPatchNodes, 3 * kPatchNodes>;

@@ -44,7 +44,7 @@ DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Eigen::
 // (within 60 degrees of the mean normal at the place), so that a thin object is touched on one side
 // only. None that near: `triangles` is the one at the place, `nodes` is empty and the place's
 // weights count. In rising order.
-struct SurfacePatch {
+struct DiscPatch {
   std::vector<int> triangles;  // take a uniform load, a third of each one's share per node
   std::vector<int> nodes;      // are moved alike
   // On all triangles that face the same way [m^2].
@@ -52,7 +52,7 @@ struct SurfacePatch {
   double node_area = 0;      // a third of each triangle per node of the patch
   double triangle_area = 0;  // of those of the patch
 };
-SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place,
-                     const Eigen::Vector3d& p_O, double width);
+DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const Eigen::Vector3d& p_O,
+                  double width);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 
 #include <algorithm>
 #include <array>
@@ -154,8 +154,8 @@ DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Vector3
   return share;
 }
 
-SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const Vector3d& p_O,
-                     double width) {
+DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const Vector3d& p_O,
+                  double width) {
   const double radius = 0.5 * width * (1 + kSlack);
   const double near = kEquallyNear * Diagonal(surface.nodes);
   Vector3d facing = Vector3d::Zero();
@@ -167,7 +167,7 @@ SurfacePatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, cons
     if (d <= place.distance + near) facing += Normal(surface, i);
   }
   facing.normalize();
-  SurfacePatch patch;
+  DiscPatch patch;
   std::set<int> nodes;
   for (int i = 0; i < count; ++i) {
     if (Normal(surface, i).dot(facing) < kSameSide) continue;
