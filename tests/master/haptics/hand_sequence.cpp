@@ -162,7 +162,7 @@ class Sequence {
       case 9:
         return ChangeSettings();
       case 10:
-        return Wish();
+        return OperatorAct();
       default:
         return Break();
     }
@@ -175,7 +175,7 @@ class Sequence {
     settings.dead_after = choices_.Within(0, 1);
     rig_.settings.Put(settings);
   }
-  void Wish() {
+  void OperatorAct() {
     OperatorRequests& requests = rig_.requests;
     switch (choices_.Below(4)) {
       case 0:

@@ -170,7 +170,7 @@ void TurnTo(SurfacePatch* patch, double angle) {
 }
 
 // A law that was learnt is carried by what was felt: lies about either come through that path.
-void SayLearnt(ReceivedPatch* received, double ratio) {
+void SetLearnt(ReceivedPatch* received, double ratio) {
   SurfacePatch& patch = received->patch;
   patch.vertices_per_cell = 1;
   patch.vertex_count = 1;
@@ -227,12 +227,12 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"normal_flips",
             [](ReceivedPatch* p, int n) { TurnTo(&p->patch, n % 2 == 0 ? 0 : M_PI); }},
         Row{"sphere_of_a_kilometre", [](ReceivedPatch* p, int) { p->patch.tools[0].radius = 1e3; }},
-        Row{"learnt", [](ReceivedPatch* p, int) { SayLearnt(p, 1); }},
-        Row{"learnt_says_nothing", [](ReceivedPatch* p, int) { SayLearnt(p, 1e-3); }},
-        Row{"learnt_says_1e6", [](ReceivedPatch* p, int) { SayLearnt(p, 1e6); }},
+        Row{"learnt", [](ReceivedPatch* p, int) { SetLearnt(p, 1); }},
+        Row{"learnt_says_nothing", [](ReceivedPatch* p, int) { SetLearnt(p, 1e-3); }},
+        Row{"learnt_says_1e6", [](ReceivedPatch* p, int) { SetLearnt(p, 1e6); }},
         Row{"learnt_alternates",
-            [](ReceivedPatch* p, int n) { SayLearnt(p, n % 2 == 0 ? 0.01 : 100); }},
-        Row{"learnt_and_pulls", [](ReceivedPatch* p, int) { SayLearnt(p, -5); }},
+            [](ReceivedPatch* p, int n) { SetLearnt(p, n % 2 == 0 ? 0.01 : 100); }},
+        Row{"learnt_and_pulls", [](ReceivedPatch* p, int) { SetLearnt(p, -5); }},
         Row{"one_epoch_for_ever",
             [](ReceivedPatch* p, int n) {
               p->patch.epoch = p->law.epoch = 1;

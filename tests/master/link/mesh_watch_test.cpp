@@ -117,9 +117,9 @@ TEST_F(MeshWatchTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
 }
 
 // Sends `messages` and then silence.
-class Teller final : public v1::Teleoperation::Service {
+class FakeMeshServer final : public v1::Teleoperation::Service {
  public:
-  explicit Teller(std::vector<v1::MeshState> messages) : messages_(std::move(messages)) {
+  explicit FakeMeshServer(std::vector<v1::MeshState> messages) : messages_(std::move(messages)) {
     grpc::ServerBuilder builder;
     int port = 0;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -153,7 +153,7 @@ TEST_F(MeshWatchTest, LargeMeshesCome) {
     for (int axis = 0; axis < 3; ++axis) message.add_rest(static_cast<float>(i));
   }
   message.mutable_positions()->CopyFrom(message.rest());
-  Teller teller({message});
+  FakeMeshServer teller({message});
   const MeshWatch watch(To(teller.address));
   ASSERT_TRUE(Until([&] { return watch.stats().meshes > 0; }));
   EXPECT_EQ(watch.newest()->positions.size(), static_cast<std::size_t>(kNodes));
@@ -164,7 +164,7 @@ TEST_F(MeshWatchTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
   v1::MeshState headless;
   headless.mutable_sensed_at();
   for (int i = 0; i < 3; ++i) headless.add_positions(0);
-  Teller teller({headless, headless});
+  FakeMeshServer teller({headless, headless});
   const MeshWatch watch(To(teller.address));
   ASSERT_TRUE(Until([&] { return watch.stats().refused == 2; }));
   EXPECT_EQ(watch.newest(), nullptr);

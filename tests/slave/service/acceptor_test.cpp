@@ -39,7 +39,7 @@ class Stranger {
     if (connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) ADD_FAILURE();
   }
   ~Stranger() { close(fd_); }
-  void Say(const std::string& words) const {
+  void Send(const std::string& words) const {
     static_cast<void>(send(fd_, words.data(), words.size(), MSG_NOSIGNAL));
   }
   // Its end came, by whatever is read of it.
@@ -71,7 +71,7 @@ class AcceptorTest : public testing::Test {
   }
   std::unique_ptr<Stranger> Come(const std::string& words = kPreface) {
     auto stranger = std::make_unique<Stranger>(door_->endpoint());
-    stranger->Say(words);
+    stranger->Send(words);
     return stranger;
   }
   [[nodiscard]] std::uint64_t Turned(TurnedAway why) const {
@@ -177,7 +177,7 @@ TEST_F(AcceptorTest, TheIdlestGivesWayWhereNoPlaceIsLeft) {
   ASSERT_TRUE(LetsIn(2));
   std::jthread talking([&](const std::stop_token& stop) {
     for (; !stop.stop_requested(); std::this_thread::sleep_for(std::chrono::milliseconds(5))) {
-      busy->Say("x");
+      busy->Send("x");
     }
   });
   std::vector<std::unique_ptr<Stranger>> others;
@@ -273,7 +273,7 @@ TEST_F(AcceptorTest, WhoeverFloodsIsCut) {
   const auto flood = Come(), other = Come();
   ASSERT_TRUE(LetsIn(2));
   EXPECT_TRUE(Eventually([&] {
-    flood->Say(std::string(100'000, 'x'));
+    flood->Send(std::string(100'000, 'x'));
     const std::scoped_lock lock(mutex_);  // who listens reads it all
     std::vector<char> read(1 << 20);
     for (const int fd : handed_on_) recv(fd, read.data(), read.size(), MSG_DONTWAIT);

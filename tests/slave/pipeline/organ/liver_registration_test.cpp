@@ -28,15 +28,15 @@ CloudLoad MakeLoad(double modulus, double nu, double range) {
           {.young_modulus = modulus, .poisson_ratio = nu, .range = range, .seen = liver.seen}};
 }
 
-struct Told {
+struct FrameResult {
   CloudForce force;
   Vector3d truth;
   double cpu_us = 0;
 };
 
-std::vector<Told> FollowSequence(CloudLoad* load, const std::string& sequence,
-                                 std::size_t most = 100) {
-  std::vector<Told> told;
+std::vector<FrameResult> FollowSequence(CloudLoad* load, const std::string& sequence,
+                                        std::size_t most = 100) {
+  std::vector<FrameResult> told;
   load->Reset();
   for (const auto& frame : liver::ReadSequence(sequence)) {
     if (told.size() == most) break;
@@ -48,7 +48,7 @@ std::vector<Told> FollowSequence(CloudLoad* load, const std::string& sequence,
 }
 
 // That makes the first forces fit best.
-double ScaleOf(const std::vector<Told>& told) {
+double ScaleOf(const std::vector<FrameResult>& told) {
   double product = 0, square = 0;
   for (std::size_t i = 0; i < kScaleFrames; ++i) {
     product += told[i].force.force_O.dot(told[i].truth);
@@ -64,8 +64,8 @@ struct Score {
   std::vector<double> cpu_us;        // but for the first frame
 };
 
-void Add(const std::vector<Told>& told, double scale, Score* score) {
-  for (const Told& frame : told) {
+void Add(const std::vector<FrameResult>& told, double scale, Score* score) {
+  for (const FrameResult& frame : told) {
     const Vector3d error = scale * frame.force.force_O - frame.truth;
     const Vector3d sigma = scale * frame.force.covariance_O.diagonal().cwiseSqrt();
     score->error += error.norm() / frame.truth.norm();
@@ -108,7 +108,7 @@ Score RunAll(CloudLoad* load, const std::string& law, bool is_scaled) {
 TEST(LiverRegistrationTest, DirectionOfTheFirstForces) {
   if (!liver::IsThere()) GTEST_SKIP() << "needs ../shared/data/liver_registration";
   CloudLoad load = MakeLoad(kUnitModulus, kLinearNu, 1);
-  for (const Told& frame : FollowSequence(&load, "linear/s2", 3)) {
+  for (const FrameResult& frame : FollowSequence(&load, "linear/s2", 3)) {
     EXPECT_GT(frame.force.force_O.normalized().dot(frame.truth.normalized()),
               std::cos(2 * M_PI / 180));
     EXPECT_EQ(frame.force.validity, Validity::kValid) << frame.force.why;

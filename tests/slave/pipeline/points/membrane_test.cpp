@@ -42,7 +42,7 @@ Scene RubberMembrane(const std::string& kind, double p) {
   return scene;
 }
 
-StereoDots EyesOf(const Scene& scene, const StereoRig& rig) {
+StereoDots StereoDotsOf(const Scene& scene, const StereoRig& rig) {
   StereoDots::Params params;
   params.rig = rig;
   params.X_SL = scene.sense.Find<StereoCameras>()->X_SL;
@@ -56,7 +56,7 @@ StereoDots EyesOf(const Scene& scene, const StereoRig& rig) {
 class Membrane {
  public:
   explicit Membrane(const Scene& scene)
-      : scene_(scene), site_(scene), eyes_(EyesOf(scene, site_.rig())), estimator_(scene) {
+      : scene_(scene), site_(scene), eyes_(StereoDotsOf(scene, site_.rig())), estimator_(scene) {
     site_.MoveTool(scene.manipulator.home);
     while (!eyes_.at_rest_known()) Process();
   }

@@ -54,7 +54,7 @@ class PointsSenseTest : public ::testing::Test {
     }
   }
   // A force by the newest pictures: what was taken before `since` does not count.
-  SlaveState UntilFelt(double least) {
+  SlaveState UntilForce(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
   }
   // Nothing presses any more, and the eyes have seen it.
@@ -75,7 +75,7 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
   environment_->Show({kForce, {0.012, 0.004}, false});
-  const SlaveState state = UntilFelt(0.5 * kForce);
+  const SlaveState state = UntilForce(0.5 * kForce);
   ASSERT_TRUE(state.force);
   EXPECT_EQ(state.validity, Validity::kValid) << ToString(state.check);
   EXPECT_NEAR(state.force->z(), kForce, 0.05 * kForce);  // the object pushes the tool out
@@ -180,26 +180,26 @@ TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   Until(IsValid);
   environment_->Show({4.0, {0, 0}, false});
-  UntilFelt(1.0);
+  UntilForce(1.0);
   EXPECT_THROW(slave_->Reset(), std::logic_error);
   EXPECT_GT(Until(IsValid).force->norm(), 1.0);
   UntilLeft();
   slave_->Reset();
   environment_->Show({4.0, {0, 0}, false});
-  EXPECT_GT(UntilFelt(1.0).force->norm(), 1.0);
+  EXPECT_GT(UntilForce(1.0).force->norm(), 1.0);
 }
 
 TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   Until(IsValid);
   environment_->Show({4.0, {0, 0}, false});
-  const double before = UntilFelt(1.0).force->norm();
+  const double before = UntilForce(1.0).force->norm();
   ParameterChange softer;
   softer.young_modulus = 13.6e6;
   EXPECT_THROW(slave_->SetParameters(softer), std::logic_error) << "the object is pressed";
   UntilLeft();
   slave_->SetParameters(softer);
   environment_->Show({4.0, {0, 0}, false});
-  const SlaveState soft = UntilFelt(0.45 * before);
+  const SlaveState soft = UntilForce(0.45 * before);
   EXPECT_NEAR(soft.force->norm() / before, 0.5, 0.03);
   EXPECT_THROW(slave_->SetModel({"plate-large", 0, "", ""}), std::logic_error);
   UntilLeft();

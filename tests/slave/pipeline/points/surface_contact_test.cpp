@@ -92,14 +92,14 @@ Scene WatchedScene() {
 
 // The tip beside the membrane's centre at a depth, and a real membrane that is softer there than
 // the model has it.
-class FeltMembraneTest : public ::testing::Test {
+class RenderedMembraneTest : public ::testing::Test {
  protected:
   static constexpr double kSofter = 0.9;
   static SurfaceEstimator& estimator() {
     static SurfaceEstimator estimator(WatchedScene());
     return estimator;
   }
-  FeltMembraneTest() { estimator().Reset(); }
+  RenderedMembraneTest() { estimator().Reset(); }
   static Vector3d TipAt(double depth) { return {0.005, 0.002, -depth}; }
   static double Modelled(double depth) { return estimator().body().PressAt(TipAt(0), depth).force; }
   static double Rendered(double depth) {
@@ -118,7 +118,7 @@ class FeltMembraneTest : public ::testing::Test {
 
 // Reference: the mean force felt from the dots, itself within 1.5 % of the load by the order of
 // modes.
-TEST_F(FeltMembraneTest, TheRenderedForceBecomesTheOneFelt) {
+TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneFelt) {
   constexpr int kPictures = 60;
   double mean = 0;
   for (int i = 0; i < kPictures; ++i) {
@@ -134,7 +134,7 @@ TEST_F(FeltMembraneTest, TheRenderedForceBecomesTheOneFelt) {
 
 // Reference: each picture changes the ratio by no more than the learning rate of what is missing,
 // 1 - exp(-1 / 3) of a tenth: 2.8 % of the force; the fit's own error adds at most half a percent.
-TEST_F(FeltMembraneTest, TheRenderedForceNeverJumps) {
+TEST_F(RenderedMembraneTest, TheRenderedForceNeverJumps) {
   estimator().Estimate(Dots(4e-3, kSofter), TipAt(4e-3));
   double last = Rendered(4e-3);
   double largest = std::abs(last / Modelled(4e-3) - 1);
@@ -148,7 +148,7 @@ TEST_F(FeltMembraneTest, TheRenderedForceNeverJumps) {
   EXPECT_LT(largest, 0.035);
 }
 
-TEST_F(FeltMembraneTest, WhatWasFeltStaysForTheNextContact) {
+TEST_F(RenderedMembraneTest, WhatWasFeltStaysForTheNextContact) {
   Hold(4e-3, kSofter, 60);
   const double held = Rendered(4e-3);
   SurfaceObservation lost = Dots(4e-3, 1);
@@ -164,7 +164,7 @@ TEST_F(FeltMembraneTest, WhatWasFeltStaysForTheNextContact) {
 
 // A moved rim, another's press beside the tip, a tip above the membrane, one that only grazes it,
 // and points lost.
-TEST_F(FeltMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
+TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
   const double modelled = Rendered(4e-3);
   SurfaceObservation lost = Dots(4e-3, kSofter), raised = lost;
   lost.found = false;
@@ -185,7 +185,7 @@ TEST_F(FeltMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
 
 // The picture is older than the tip: on the way in the force felt is that of less depth. At 20 mm/s
 // and a whole period, 0.67 mm, between them, the ratio would fall to 0.7 at once.
-TEST_F(FeltMembraneTest, ATipOnItsWayTeachesLittle) {
+TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
   constexpr double kStep = 0.02 / 30;
   for (int press = 0; press < 3; ++press) {
     for (double depth = kStep; depth < 4.5e-3; depth += kStep) {
@@ -199,7 +199,7 @@ TEST_F(FeltMembraneTest, ATipOnItsWayTeachesLittle) {
   EXPECT_NEAR(Rendered(4e-3) / Modelled(4e-3), 1, 0.02);
 }
 
-TEST_F(FeltMembraneTest, NoiseOfTheDotsIsNotRendered) {
+TEST_F(RenderedMembraneTest, NoiseOfTheDotsIsNotRendered) {
   Hold(2e-3, 1, 60);
   const double still = Rendered(2e-3);
   double largest = 0;

@@ -28,9 +28,9 @@ struct Rules {
   double unknown_for = 0;   // the force [s]
 };
 
-class JudgedArm final : public Manipulator {
+class CheckedArm final : public Manipulator {
  public:
-  explicit JudgedArm(const Rules* rules) : rules_(rules) {}
+  explicit CheckedArm(const Rules* rules) : rules_(rules) {}
 
   bool Command(const Vector3d& p_S_target) noexcept override {
     told_ = p_S_target;
@@ -240,7 +240,7 @@ class Sequence {
 
   Choices choices_;
   Rules rules_;
-  JudgedArm arm_{&rules_};
+  CheckedArm arm_{&rules_};
   ManipulatorOptions limits_;
   OperatorPort port_{arm_, TeleopTransform{}, limits_, kDeadAfter};
   ContactState contact_{Vector3d::Zero(), 0, kOutward};

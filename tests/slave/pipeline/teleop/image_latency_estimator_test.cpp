@@ -22,18 +22,18 @@ double DepthAt(double t) {
   return 0.5 * kDepth * (1 - std::cos(2 * std::numbers::pi * t));
 }
 
-struct Told {
+struct Outcome {
   int valid = 0, wrong = 0, doubted = 0;
   double sigma = 0;  // the largest of the valid ones, once it has moved to and fro [N]
 };
 
 // Ten seconds of it, `late` by as much at each moment [s]; `scale`: of the arm's steps; for a
 // second from `away_at` on no picture comes [s].
-Told Press(const std::function<double(double)>& late, double scale = 1, double away_at = 100) {
+Outcome Press(const std::function<double(double)>& late, double scale = 1, double away_at = 100) {
   ImageLatencyEstimator pictures;
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, kSeenSigma);
-  Told told;
+  Outcome told;
   for (int k = 0; k < 10 * kRate; ++k) {
     const double t = k / kRate;
     if (t > away_at && t < away_at + 1) continue;
@@ -63,7 +63,7 @@ Told Press(const std::function<double(double)>& late, double scale = 1, double a
 }
 
 TEST(ImageLatencyEstimatorTest, ThoseThatAreInTimeAreAsSureAsBefore) {
-  const Told told = Press([](double) { return 0.0; });
+  const Outcome told = Press([](double) { return 0.0; });
   EXPECT_EQ(told.doubted, 0);
   EXPECT_EQ(told.wrong, 0);
   EXPECT_LT(told.sigma, 3 * kStiffness * kSeenSigma);
@@ -71,14 +71,14 @@ TEST(ImageLatencyEstimatorTest, ThoseThatAreInTimeAreAsSureAsBefore) {
 
 // As a camera's that are stamped when they come.
 TEST(ImageLatencyEstimatorTest, ALittleLateMakesAChangingForceLessSure) {
-  const Told told = Press([](double) { return 0.05; });
+  const Outcome told = Press([](double) { return 0.05; });
   EXPECT_EQ(told.wrong, 0);
   EXPECT_EQ(told.doubted, 0);
   EXPECT_GT(told.sigma, 0.1 * kPeak);
 }
 
 TEST(ImageLatencyEstimatorTest, AQueueIsDoubtedFromItsFirstPicture) {
-  const Told told = Press([](double t) { return t < 3.3 ? 0.0 : 0.2; });
+  const Outcome told = Press([](double t) { return t < 3.3 ? 0.0 : 0.2; });
   EXPECT_EQ(told.wrong, 0);
   EXPECT_GT(told.valid, 3 * kRate);
   EXPECT_GT(told.doubted, 6 * kRate);
@@ -89,7 +89,7 @@ TEST(ImageLatencyEstimatorTest, AQueueThatGrowsIsFollowed) {
 }
 
 TEST(ImageLatencyEstimatorTest, ADriverThatComesBackInTimeIsBelieved) {
-  const Told told = Press([](double t) { return t > 2 && t < 5 ? 0.2 : 0.0; }, 1, 5);
+  const Outcome told = Press([](double t) { return t > 2 && t < 5 ? 0.2 : 0.0; }, 1, 5);
   EXPECT_EQ(told.wrong, 0);
   EXPECT_GT(told.valid, 5.9 * kRate);
 }
@@ -98,14 +98,14 @@ TEST(ImageLatencyEstimatorTest, ADriverThatComesBackInTimeIsBelieved) {
 // there for two seconds and comes back: its force is that of where it stood.
 TEST(ImageLatencyEstimatorTest, APictureThatStaysIsDoubtedAsLongAsTheArmIsElsewhere) {
   const double stays = 3.25;  // at half the depth
-  const Told told = Press([&](double t) { return t > stays && t < 3.9 ? t - stays : 0.0; });
+  const Outcome told = Press([&](double t) { return t > stays && t < 3.9 ? t - stays : 0.0; });
   EXPECT_EQ(told.wrong, 0);
   EXPECT_GT(told.doubted, 0.4 * kRate);
 }
 
 // Of another frame or step than the picture's it is as good a witness of time.
 TEST(ImageLatencyEstimatorTest, AnArmOfOtherStepsMakesNothingLate) {
-  const Told told = Press([](double) { return 0.0; }, 1.1);
+  const Outcome told = Press([](double) { return 0.0; }, 1.1);
   EXPECT_EQ(told.doubted, 0);
   EXPECT_LT(told.sigma, 3 * kStiffness * kSeenSigma);
 }

@@ -28,7 +28,7 @@ class ModelValidityMonitorTest : public testing::Test {
   }
   void LetGo() { watch_.Update({}, false, 0); }
   // What was told until `count` breaches were.
-  std::vector<ModelValidityMonitor::Breach> Told(std::size_t count) {
+  std::vector<ModelValidityMonitor::Breach> WaitForBreaches(std::size_t count) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return told_.size() >= count; });
     return told_;
@@ -51,12 +51,12 @@ TEST_F(ModelValidityMonitorTest, ADeeperPressIsToldOnceAndForADepthWithAReserve)
   Press(8e-3, 10, 1e-4);
   LetGo();
   LetGo();
-  ASSERT_EQ(Told(1).size(), 1U) << "5.4 mm is no deeper than studied";
+  ASSERT_EQ(WaitForBreaches(1).size(), 1U) << "5.4 mm is no deeper than studied";
   Press(10.5e-3, 10, 1e-4);  // within the reserve
   LetGo();
   Press(12e-3, 10, 1e-4);
   LetGo();
-  const auto told = Told(2);
+  const auto told = WaitForBreaches(2);
   EXPECT_EQ(told[0].depth, 10e-3);
   EXPECT_THAT(told[0].words, HasSubstr("pressed 8 mm deep"));
   EXPECT_EQ(told[1].depth, 15e-3);
@@ -70,17 +70,17 @@ TEST_F(ModelValidityMonitorTest, UpdatesThatAreLateAreToldWhereTheyAreNoAccident
   LetGo();
   Press(1e-3, 200, 2.1e-3);
   LetGo();
-  const auto told = Told(1);
+  const auto told = WaitForBreaches(1);
   EXPECT_EQ(told[0].depth, 5e-3);
   EXPECT_THAT(told[0].words, HasSubstr("200 of 200 updates took longer than the 2 ms"));
 
   Press(1e-3, 200, 3.9e-3);  // as late as before, more or less: what was decided stays
   LetGo();
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
-  EXPECT_EQ(Told(1).size(), 1U);
+  EXPECT_EQ(WaitForBreaches(1).size(), 1U);
   Press(1e-3, 200, 4.1e-3);
   LetGo();
-  EXPECT_EQ(Told(2).size(), 2U);
+  EXPECT_EQ(WaitForBreaches(2).size(), 2U);
 }
 
 }  // namespace
