@@ -39,7 +39,7 @@ void ConnectRecorder::Begin(const SlaveLink::Options& link, McapMap session) {
                 [this](const auto& message) { recording_.OnBulk(message); });
 }
 
-void ConnectRecorder::LookOn(Recorder::Onlooker* onlooker) {
+void ConnectRecorder::AddOnlooker(Recorder::Onlooker* onlooker) {
   *onlooker = [this, before = *onlooker](const TickRecord& tick) {
     if (before) before(tick);
     recording_.OnTick(tick);
@@ -60,9 +60,9 @@ bool ConnectRecorder::Finish(Console* console, Report* report) {
   bulk_.reset();
   recording_.Finish();
   const Recording::Stats stats = recording_.stats();
-  console->Say(Formatted("recorded %.1f MB to ", kMegabytes * static_cast<double>(stats.bytes)) +
-               file_.string() +
-               (stats.parts > 1 ? Formatted(", in %d parts", stats.parts) : std::string()));
+  console->Print(Formatted("recorded %.1f MB to ", kMegabytes * static_cast<double>(stats.bytes)) +
+                 file_.string() +
+                 (stats.parts > 1 ? Formatted(", in %d parts", stats.parts) : std::string()));
   if (!stats.trouble.empty()) report->trouble.push_back(stats.trouble);
   return !stats.failed;
 }

@@ -27,7 +27,7 @@ class ConnectRecorder {
   // The slave was reached: what the session goes by, and pictures, shape and health from now on.
   void Begin(const SlaveLink::Options& link, McapMap session);
   // Sees each tick, beside whoever does already.
-  void LookOn(Recorder::Onlooker* onlooker);
+  void AddOnlooker(Recorder::Onlooker* onlooker);
   // Goes on, or keeps nothing for a while. Thread-safe, as is what follows.
   void Switch(bool on) { recording_.Switch(on); }
   [[nodiscard]] RecordingMoment moment() const;  // asks the disk for its room

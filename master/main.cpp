@@ -369,8 +369,8 @@ SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
 
 // Null: nobody asked for it.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
-                                         SlaveLink* link, Device* device, HandWishes* wishes,
-                                         ConnectRecorder* recorder) {
+                                         SlaveLink* link, Device* device,
+                                         OperatorRequests* requests, ConnectRecorder* recorder) {
   if (!a.views && !a.terminal) return nullptr;
   StationHello hello;
   hello.scene = scene;
@@ -386,7 +386,7 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
       [link] { return link->Reset(); },
       [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
       [link](const std::string& kind) { return link->SetModel(kind); },
-      [link] { return link->FindAnew(); },
+      [link] { return link->ReinitializeTracking(); },
       [line = LineToExamine(a.link), found = FoundOf(*device)](const std::stop_token& stop) {
         return Examine(found, line, kExamined, stop);
       }};
@@ -395,8 +395,8 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
     controls.recording = [recorder] { return recorder->moment(); };
   }
   controls.quit = [] { g_stop = true; };
-  LiveStation::Options options{{},     a.link,    hello, dynamic_cast<Pointer*>(device),
-                               wishes, a.terminal};
+  LiveStation::Options options{{},       a.link,    hello, dynamic_cast<Pointer*>(device),
+                               requests, a.terminal};
   if (a.views) options.at = ViewPlace(a.view, a.link.tls);
   return std::make_unique<LiveStation>(std::move(options), std::move(controls));
 }
@@ -419,25 +419,25 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   Console console = Console::Standard();
   const RemoteScene scene = Connect(&line->link);
   if (!device) device = OpenDeviceFor(scene, a);
-  console.Say("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
-              scene.source);
+  console.Print("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
+                scene.source);
   const std::string other = OtherRelease(scene.version, Version());
-  if (!other.empty()) console.Say(other + " Install the same release at both ends.");
-  if (!scene.fingertips.empty()) console.Say(FingertipsInWords(scene.fingertips));
+  if (!other.empty()) console.Print(other + " Install the same release at both ends.");
+  if (!scene.fingertips.empty()) console.Print(FingertipsInWords(scene.fingertips));
   if (a.link.tls.empty() && !IsLoopback(ParseEndpoint(a.link.target).host)) {
-    console.Say(
+    console.Print(
         "--insecure: plain text, and nobody knows who answers: it may push the hand up to " +
         Formatted("%g N", a.force_limit));
   }
-  console.Say("device " + device->description() + "; rendering " + a.render);
+  console.Print("device " + device->description() + "; rendering " + a.render);
 
   if (recorder) recorder->Begin(a.link, NoteOf(a, scene, *device));
   line->link.Start(&line->states, &line->commands, &line->settings);
   SessionOptions options;
   options.loop = LoopOptions(a, scene);
   options.settings = &line->settings;
-  HandWishes wishes(options.loop.render);
-  options.wishes = &wishes;
+  OperatorRequests requests(options.loop.render);
+  options.requests = &requests;
   std::optional<PatchWatch> patch;
   if (options.loop.render == RenderMode::kLocal || a.views || a.terminal) {
     patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls,
@@ -453,31 +453,31 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
   if (health->page) {
-    console.Say("health at http://" + ToString(health->page->endpoint()) + "/metrics");
+    console.Print("health at http://" + ToString(health->page->endpoint()) + "/metrics");
   }
-  auto station = OpenStation(a, scene, &line->link, device.get(), &wishes, recorder);
+  auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
   if (station) {
-    if (a.views) console.Say("view at " + station->address());
-    options.see_tick = [&station](const TickRecord& tick) { station->SeeTick(tick); };
+    if (a.views) console.Print("view at " + station->address());
+    options.see_tick = [&station](const TickRecord& tick) { station->OnTick(tick); };
   }
   std::optional<Keys> keys;
   if (!a.terminal) keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
   SlaveLink::Options told = a.link;
   told.longest_round_trip = line->link.longest_round_trip();
   ShapeWatch shape(told, scene, a.shapes, console.live());
-  if (recorder) recorder->LookOn(&options.see_tick);
+  if (recorder) recorder->AddOnlooker(&options.see_tick);
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [line] { return g_stop.load() || line->link.denied(); },
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
           const bool done = line->link.Reset();
-          if (!a.terminal) console.Say(done ? "the emergency stop was reset" : "not reset");
+          if (!a.terminal) console.Print(done ? "the emergency stop was reset" : "not reset");
         }
         if (!a.terminal) console.Show(status, shape.newest().get());
-        if (station) station->See(status);
-        shape.See(status);
-        health->seen.See(status);
+        if (station) station->Update(status);
+        shape.Update(status);
+        health->seen.Update(status);
       });
   station.reset();
   std::this_thread::sleep_for(kLastWords);
@@ -488,12 +488,12 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
 
   report.scene = scene.name;
   report.model = scene.model;
-  console.Say(FormatSummary(report));
+  console.Print(FormatSummary(report));
   if (!a.report.empty()) WriteReport(report, a.report);
   const bool never_served = report.link.states == 0 && !g_stop;
   if (never_served) {
     const std::string& why = report.link.trouble;
-    console.Say("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
+    console.Print("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
   }
   return report.log_failed || never_served || !shapes_written || !recorded ? kFailed : kDone;
 }

@@ -39,7 +39,7 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
   RequireWithin(replay, options.from);
   Console console = Console::Standard();
   for (const std::string& line : Introduction(replay.span(), options.file.string())) {
-    console.Say(line);
+    console.Print(line);
   }
   Status status;
   status.badge = "REPLAY";
@@ -54,12 +54,12 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
   feed.on_tick = [&](const TickRecord& tick) { status.tick = tick, ++ticks; };
   feed.on_state = [&](const SlaveState& state, Time) {
     TickRecord seen;
-    SeeFingers(state, &seen);
+    RecordFingers(state, &seen);
     status.fingers = Named(seen, {});
   };
   feed.on_mesh = [&](const auto& newest) { mesh = newest; };
   feed.on_log = [&](const std::string& line, Time, bool) {
-    console.Say(Formatted("REPLAY %6.1f s  ", status.t) + line);
+    console.Print(Formatted("REPLAY %6.1f s  ", status.t) + line);
   };
   feed.goes_on = [&](double t) {
     if (t - shown >= kShowEvery * options.speed && ticks > 0) {
@@ -71,7 +71,7 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
     return true;
   };
   replay.Play(options.from, options.speed, feed, stop);
-  console.Say("the recording ends");
+  console.Print("the recording ends");
   return 0;
 }
 
@@ -80,11 +80,11 @@ int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::sto
   RequireWithin(replay, options.from);
   Console console = Console::Standard();
   for (const std::string& line : Introduction(replay.span(), options.file.string())) {
-    console.Say(line);
+    console.Print(line);
   }
   ReplayStation station(&replay,
                         {at, options.from, options.speed, options.file.string(), Version()});
-  console.Say("view at " + station.address());
+  console.Print("view at " + station.address());
   station.Run(stop);
   return 0;
 }
@@ -92,13 +92,13 @@ int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::sto
 int RunExport(const SessionExportOptions& options, const std::stop_token& stop) {
   const ExportCounts counts = ExportSession(options.file, options.out, stop);
   Console console = Console::Standard();
-  console.Say(Formatted("%llu ticks, %llu states, %llu pictures, %llu meshes",
-                        static_cast<unsigned long long>(counts.ticks),
-                        static_cast<unsigned long long>(counts.states),
-                        static_cast<unsigned long long>(counts.pictures),
-                        static_cast<unsigned long long>(counts.meshes)));
-  if (!counts.damage.empty()) console.Say("not whole: " + counts.damage);
-  console.Say("written: " + options.out.string());
+  console.Print(Formatted("%llu ticks, %llu states, %llu pictures, %llu meshes",
+                          static_cast<unsigned long long>(counts.ticks),
+                          static_cast<unsigned long long>(counts.states),
+                          static_cast<unsigned long long>(counts.pictures),
+                          static_cast<unsigned long long>(counts.meshes)));
+  if (!counts.damage.empty()) console.Print("not whole: " + counts.damage);
+  console.Print("written: " + options.out.string());
   return 0;
 }
 

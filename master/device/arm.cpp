@@ -23,7 +23,7 @@ void MovingArm::Step(double dt, const HandIntent& intent) noexcept {
   }
 }
 
-void MovingArm::Feel(const Eigen::Vector3d& force_M) noexcept {
+void MovingArm::ApplyForce(const Eigen::Vector3d& force_M) noexcept {
   force_ = force_M.allFinite() ? force_M : Eigen::Vector3d(0, 0, 0);
   held_ = 0;
 }

@@ -33,7 +33,7 @@ class MovingArm {
   void Step(double dt, const HandIntent& intent) noexcept;
   // The force on the hand [N], shown for Device::kLetGoAfter at most. Not finite: felt as zero.
   // Real-time safe.
-  void Feel(const Eigen::Vector3d& force_M) noexcept;
+  void ApplyForce(const Eigen::Vector3d& force_M) noexcept;
   [[nodiscard]] const Eigen::Vector3d& p_M() const noexcept { return p_; }  // [m]
   [[nodiscard]] const Eigen::Vector3d& v_M() const noexcept { return v_; }  // [m/s]
   [[nodiscard]] const Arm& arm() const noexcept { return arm_; }

@@ -44,7 +44,7 @@ class Pointer final : public Device {
   // Engaging never moves the hand. Silence lets go, until the page has let go too and holds anew,
   // or another page holds: a page that comes back to life does not take the hand by itself.
   DeviceReading Read(Time now) noexcept override;
-  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.Feel(force_M); }
+  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.ApplyForce(force_M); }
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return false; }
   [[nodiscard]] std::string description() const override;

@@ -64,7 +64,7 @@ class SimHand final : public Device {
   // second of absence is skipped.
   DeviceReading Read(Time now) noexcept override;
   // Not finite: felt as zero.
-  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.Feel(force_M); }
+  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.ApplyForce(force_M); }
   void Guide(const DeviceGuide& guide) noexcept override { guide_ = guide; }
   [[nodiscard]] bool finished() const noexcept override { return false; }
   [[nodiscard]] std::string description() const override;

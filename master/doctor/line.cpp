@@ -57,8 +57,8 @@ const char* InWords(v1::Phase phase) {
   }
 }
 
-v1::Status AskOnce(Stub& stub, const std::stop_token& stop, ClockOffset* offset,
-                   LatencyHistogram* round_trip_us) {
+v1::Status QueryStatus(Stub& stub, const std::stop_token& stop, ClockOffset* offset,
+                       LatencyHistogram* round_trip_us) {
   grpc::ClientContext context;
   const auto ends = Until(stop, &context);
   context.set_deadline(std::chrono::system_clock::now() + kLongestCall);
@@ -71,12 +71,12 @@ v1::Status AskOnce(Stub& stub, const std::stop_token& stop, ClockOffset* offset,
   return reply;
 }
 
-void Ask(Stub& stub, double seconds, const std::stop_token& stop, LineSample* line) {
+void QueryLine(Stub& stub, double seconds, const std::stop_token& stop, LineSample* line) {
   ClockOffset offset;
   const Time begin = Clock::now();
   v1::Status status;
   for (int i = 0; i < kCalls && SecondsBetween(begin, Clock::now()) < seconds; ++i) {
-    status = AskOnce(stub, stop, &offset, &line->round_trip_us);
+    status = QueryStatus(stub, stop, &offset, &line->round_trip_us);
   }
   line->clock_offset = offset.seconds();
   line->phase = InWords(status.phase());
@@ -186,12 +186,12 @@ LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& sce
                                                            options.longest_round_trip));
   LineSample line;
   line.version = scene.version;
-  Ask(*stub, seconds, stop, &line);
+  QueryLine(*stub, seconds, stop, &line);
   Watch(*stub, scene.dead_after, seconds, stop, &line);
   return line;
 }
 
-Findings JudgeLine(const LineSample& line, const RemoteScene& scene) {
+Findings CheckLine(const LineSample& line, const RemoteScene& scene) {
   return {Versions(line), RoundTrip(line), Gaps(line, scene.dead_after), Clocks(line),
           Health(line)};
 }
@@ -218,7 +218,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   return stats;
 }
 
-Finding JudgeDatagrams(const LinkStats& tried) {
+Finding CheckDatagrams(const LinkStats& tried) {
   if (tried.states_by_datagram > 0) {
     return {Verdict::kGood, "datagrams", "come through", ""};
   }
@@ -239,11 +239,11 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
     SlaveLink::Options told = options;
     told.longest_round_trip = link.longest_round_trip();
     Findings findings{{Verdict::kGood, "scene", scene.name + ", " + scene.model, ""}};
-    for (Finding& finding : JudgeLine(MeasureLine(told, scene, seconds, stop), scene)) {
+    for (Finding& finding : CheckLine(MeasureLine(told, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));
     }
     if (told.datagrams.value_or(false))
-      findings.push_back(JudgeDatagrams(TryDatagrams(told, seconds)));
+      findings.push_back(CheckDatagrams(TryDatagrams(told, seconds)));
     return findings;
   } catch (const std::exception& error) {
     return {{Verdict::kBad, "line", error.what(),

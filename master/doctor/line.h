@@ -29,12 +29,12 @@ LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& sce
                        const std::stop_token& stop = {});
 
 // What the numbers mean for a hand.
-Findings JudgeLine(const LineSample& line, const RemoteScene& scene);
+Findings CheckLine(const LineSample& line, const RemoteScene& scene);
 
 // Holds the lease for as long as it takes, at most `seconds` and what the line needs, engages
 // nobody, and tells whether datagrams came.
 LinkStats TryDatagrams(SlaveLink::Options options, double seconds);
-Finding JudgeDatagrams(const LinkStats& tried);
+Finding CheckDatagrams(const LinkStats& tried);
 
 // Connects, measures, judges; tries datagrams if `options` ask for them. What fails is a finding.
 // Ends early where `stop` is asked for, and what it found is nothing then.

@@ -65,7 +65,7 @@ Finding Allowed(const char* what, const std::string& refused) {
 
 }  // namespace
 
-Finding JudgeTimer(const PeriodicStats& bare) {
+Finding CheckTimer(const PeriodicStats& bare) {
   const double p99 = bare.wake_us.Quantile(0.99);
   const auto periods = static_cast<double>(bare.ticks + bare.missed);
   const bool misses = static_cast<double>(bare.missed) > kMissedShare * periods;
@@ -95,7 +95,7 @@ Findings ExamineTimer(double seconds, const std::stop_token& stop) {
     priority = MakeThreadRealtime(kHapticPriority);
     RunPeriodically(Seconds(seconds), stop, &bare, [] { return true; });
   }).join();
-  return {JudgeTimer(bare), Allowed("real-time priority", priority),
+  return {CheckTimer(bare), Allowed("real-time priority", priority),
           Allowed("locked memory", LockMemory())};
 }
 

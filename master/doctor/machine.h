@@ -16,6 +16,6 @@ Findings ExamineTimer(double seconds, const std::stop_token& stop = {});
 Findings ExamineProcessors(const std::filesystem::path& sys = "/sys");
 
 // What a bare loop's numbers mean for a hand: periods missed and late wake-ups.
-Finding JudgeTimer(const PeriodicStats& bare);
+Finding CheckTimer(const PeriodicStats& bare);
 
 }  // namespace palpate

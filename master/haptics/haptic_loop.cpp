@@ -108,7 +108,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   last_tick_ = now;
   record_ = TickRecord();
   record_.at = now;
-  TakeWishes();
+  TakeRequests();
   TakeState(now);
   TakeSettings();
   TakePatch(ToSeconds(now));
@@ -116,7 +116,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
     record_.state_sequence = newest_->state.sequence;
     record_.sensed_at = newest_->state.sensed_at;
     record_.sent_at = newest_->state.sent_at;
-    SeeFingers(newest_->state, &record_);
+    RecordFingers(newest_->state, &record_);
   }
   DeviceReading reading = Checked(raw);
   reading.engaged = reading.engaged && !record_.clutched;
@@ -129,14 +129,14 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
 }
 
 // What is rendered changes only while nobody feels it.
-void HapticLoop::TakeWishes() noexcept {
-  if (slots_.wishes == nullptr) return;
-  const HandWishes& wishes = *slots_.wishes;
-  options_.force_limit = std::min(options_.force_limit, wishes.force_limit.load());
-  record_.marks = wishes.marks;
-  record_.clutched = wishes.clutched;
-  if (!machine_.commands_engaged()) renderer_.set_mode(wishes.render);
-  if (std::exchange(tares_asked_, wishes.tares.load()) != tares_asked_) tare_.Ask();
+void HapticLoop::TakeRequests() noexcept {
+  if (slots_.requests == nullptr) return;
+  const OperatorRequests& requests = *slots_.requests;
+  options_.force_limit = std::min(options_.force_limit, requests.force_limit.load());
+  record_.marks = requests.marks;
+  record_.clutched = requests.clutched;
+  if (!machine_.commands_engaged()) renderer_.set_mode(requests.render);
+  if (std::exchange(tares_asked_, requests.tares.load()) != tares_asked_) tare_.Request();
 }
 
 void HapticLoop::TakeState(Time now) noexcept {
@@ -155,7 +155,7 @@ void HapticLoop::TakeState(Time now) noexcept {
                  ToSeconds(now));
   renderer_.set_ahead(received->round_trip / 2);
   record_.round_trip = received->round_trip;
-  Judge(state);
+  CompareWithSlave(state);
   if (state.true_force) {
     record_.has_truth = true;
     record_.truth_at = state.sent_at - offset;
@@ -177,13 +177,13 @@ void HapticLoop::TakePatch(double now) noexcept {
 }
 
 // What was felt when the slave did what was commanded, which then is a round trip ago.
-void HapticLoop::Judge(const SlaveState& state) noexcept {
+void HapticLoop::CompareWithSlave(const SlaveState& state) noexcept {
   const bool follows = machine_.state() == OperatorState::kFollowing && state.echo &&
                        state.epoch == machine_.epoch() && state.phase == Phase::kFollowing;
   if (!follows || state.sensed_at == judged_at_) return;
   judged_at_ = state.sensed_at;
   const double since_sensed = SecondsBetween(state.sensed_at, state.sent_at);
-  renderer_.Judge(ToSeconds(*state.echo) + state.echo_delay - since_sensed, state);
+  renderer_.CompareWithSlave(ToSeconds(*state.echo) + state.echo_delay - since_sensed, state);
 }
 
 // A limit counts at once and only downwards; scales would move the tool under the hand.

@@ -8,8 +8,8 @@
 
 #include "master/device/device.h"
 #include "master/haptics/force_chain.h"
-#include "master/haptics/hand_wishes.h"
 #include "master/haptics/operator_machine.h"
+#include "master/haptics/operator_requests.h"
 #include "master/haptics/periodic.h"
 #include "master/haptics/record/tick_record.h"
 #include "master/haptics/renderer.h"
@@ -38,7 +38,7 @@ class HapticLoop {
     SpscRing<TickRecord>* records = nullptr;           // written here
     LatestValue<RemoteSettings>* settings = nullptr;   // read here; null: they never change
     LatestValue<ReceivedPatch>* patches = nullptr;     // read here; null: none comes
-    const HandWishes* wishes = nullptr;                // read here; null: nobody asks
+    const OperatorRequests* requests = nullptr;        // read here; null: nobody asks
   };
   struct Stats {
     PeriodicStats periodic;
@@ -77,10 +77,10 @@ class HapticLoop {
   [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
   [[nodiscard]] DeviceGuide Surface() const noexcept;
   void TakeState(Time now) noexcept;
-  void TakeWishes() noexcept;
+  void TakeRequests() noexcept;
   void TakeSettings() noexcept;
   void TakePatch(double now) noexcept;
-  void Judge(const SlaveState& state) noexcept;
+  void CompareWithSlave(const SlaveState& state) noexcept;
   // Whether what the slave says may be rendered; why not is in the reasons.
   [[nodiscard]] bool Trusts(Time now) noexcept;
   [[nodiscard]] bool KeepsOffset() noexcept;

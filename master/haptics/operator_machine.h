@@ -33,7 +33,7 @@ std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...
 
 class OperatorMachine {
  public:
-  static constexpr double kResumeWithin = 0.250;   // of HOLD, else engage anew [s]
+  static constexpr double kLongestHold = 0.250;    // of HOLD, else engage anew [s]
   static constexpr double kAlignWithin = 1.0;      // and a round trip, else engage anew [s]
   static constexpr double kDisconnectAfter = 1.0;  // without a state [s]
 

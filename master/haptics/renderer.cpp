@@ -147,7 +147,7 @@ Eigen::Vector3d Renderer::RenderLocal(const Eigen::Vector3d& p_S, double now, do
   const Eigen::Vector3d by_plane = contact_.ForceAt(p_S, now);
   const bool serves = patch_.known() && patch.serves();
   on_patch_ = Towards(serves, dt / kStepTime, on_patch_);
-  held_share_ = Towards(judge_.prefers_hold(), dt / kStepTime, held_share_);
+  held_share_ = Towards(selector_.prefers_hold(), dt / kStepTime, held_share_);
 
   if (on_patch_ < 1) {
     if (patch_.known()) reasons->Add(Reason::kPlane);
@@ -163,7 +163,7 @@ Eigen::Vector3d Renderer::RenderLocal(const Eigen::Vector3d& p_S, double now, do
   if (held_share_ > 0) reasons->Add(Reason::kHeld);
   const Eigen::Vector3d model = by_plane + on_patch_ * (by_patch - by_plane);
   const bool says_something = contact_.known() || patch_.known();
-  if (says_something) judge_.Show(now, model, samples_.newest());
+  if (says_something) selector_.Show(now, model, samples_.newest());
   const Eigen::Vector3d best = is_learnt ? Corrected(model, now) : model;
   return best + held_share_ * (samples_.newest() - best);
 }
@@ -176,9 +176,9 @@ Eigen::Vector3d Renderer::Corrected(const Eigen::Vector3d& model, double now) co
   return corrected - std::min(0.0, corrected.dot(out)) * out;  // a contact never pulls
 }
 
-void Renderer::Judge(double commanded, const SlaveState& state) noexcept {
+void Renderer::CompareWithSlave(double commanded, const SlaveState& state) noexcept {
   if (mode_ == RenderMode::kLocal && IsForceKnown(state) && !punctured_) {
-    missing_ = judge_.Feel(commanded, *state.force, state.sigma);
+    missing_ = selector_.Compare(commanded, *state.force, state.sigma);
     missed_at_ = commanded;
   }
 }

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include "master/haptics/force_chain.h"
-#include "master/haptics/render_judge.h"
+#include "master/haptics/render_fallback_selector.h"
 #include "master/haptics/render_mode.h"
 #include "shared/patch/patch_render.h"
 #include "shared/patch/spring.h"
@@ -105,7 +105,7 @@ class DelayedLinear {
 //
 //   patch   the surface around the contact (PatchRender), where the tool is on one
 //   plane   the plane of the states (LocalContact): old slaves, and off the patch
-//   hold    the newest force, while what the model said was worth less (RenderJudge)
+//   hold    the newest force, while what the model said was worth less (RenderFallbackSelector)
 class Renderer {
  public:
   // `stiffest`: that is rendered, at the tool [N/m].
@@ -125,7 +125,7 @@ class Renderer {
   void Take(const SlaveState& state, double sensed, double arrived, double now) noexcept;
   // Takes a patch or a law of it, sensed at `at`, now being `now`: master's clock [s]. Real-time
   // safe.
-  void TakePatch(const TouchPatch& patch, const PatchLaw& law, double at, double now) noexcept {
+  void TakePatch(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept {
     patch_.Take(patch, law, at, now);
   }
   // The settings are others: what is known of the surface holds no more.
@@ -133,7 +133,7 @@ class Renderer {
   // How long a command is on its way [s]: so far ahead is a surface that moves.
   void set_ahead(double ahead) noexcept { ahead_ = ahead; }
   // What was commanded at `commanded` [s] was felt as `state` tells. Real-time safe.
-  void Judge(double commanded, const SlaveState& state) noexcept;
+  void CompareWithSlave(double commanded, const SlaveState& state) noexcept;
   // Force of the object on the tool at `p_S`, S [N], with what became of it. Real-time safe.
   Eigen::Vector3d Render(const Eigen::Vector3d& p_S, double now, Reasons* reasons) noexcept;
   // Forgets the forces, keeps the surface: before a new engagement. Real-time safe.
@@ -165,7 +165,7 @@ class Renderer {
   PatchRender patch_;
   double ahead_ = 0;                      // [s]
   double on_patch_ = 0, held_share_ = 0;  // 0: the step above or below; 1: this one
-  RenderJudge judge_;
+  RenderFallbackSelector selector_;
   Eigen::Vector3d missing_{0, 0, 0};  // of the newest sample [N], commanded at `missed_at_` [s]
   double missed_at_ = 0;
   DelayedLinear samples_;

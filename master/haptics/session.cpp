@@ -50,10 +50,10 @@ Json ErrorOf(const Report& report) {
   return json;
 }
 
-Json ErrorAtPlaceOf(const Report& report) {
-  if (!report.force_error_at_place) return nullptr;
-  Json json = ErrorOf(report.force_error_at_place->later, report.force_peak);
-  json["first_contact"] = ErrorOf(report.force_error_at_place->first, report.force_peak);
+Json DelayCompensatedErrorOf(const Report& report) {
+  if (!report.force_error_delay_compensated) return nullptr;
+  Json json = ErrorOf(report.force_error_delay_compensated->later, report.force_peak);
+  json["first_contact"] = ErrorOf(report.force_error_delay_compensated->first, report.force_peak);
   return json;
 }
 
@@ -127,7 +127,7 @@ void AddSummary(const TickSummary& summary, double duration, Report* report) {
   report->force_peak = summary.force_peak();
   report->force_error = summary.force_error();
   report->let_go_ticks = summary.let_go_ticks();
-  report->force_error_at_place = summary.force_error_at_place();
+  report->force_error_delay_compensated = summary.force_error_delay_compensated();
   report->breaking = summary.breaking();
   report->truth_known = summary.has_truth();
   report->force_sent_peak = summary.sent_peak();
@@ -185,7 +185,7 @@ std::string ToJson(const Report& report) {
   json["force_peak_is"] = report.truth_known ? "true" : "estimated";
   json["force_sent_peak_N"] = Tidy(report.force_sent_peak);
   json["force_error"] = ErrorOf(report);
-  json["force_error_at_place"] = ErrorAtPlaceOf(report);
+  json["force_error_delay_compensated"] = DelayCompensatedErrorOf(report);
   json["breaking"] = BreakingOf(report);
   if (!report.fingers.empty()) json["fingers"] = FingersOf(report);
   if (report.shape) {
@@ -229,7 +229,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   HapticLoop::Options limited = options.loop;
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
   HapticLoop loop(limited,
-                  {states, commands, &ring, options.settings, options.patches, options.wishes});
+                  {states, commands, &ring, options.settings, options.patches, options.requests});
 
   Report report;
   report.realtime = LockMemory();

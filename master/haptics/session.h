@@ -44,7 +44,7 @@ struct Report {
   double force_sent_peak = 0;  // M
   std::optional<ForceError::Summary> force_error;
   std::uint64_t let_go_ticks = 0;  // of them, see TickSummary
-  std::optional<TickSummary::AtPlace> force_error_at_place;
+  std::optional<TickSummary::DelayCompensated> force_error_delay_compensated;
   std::optional<TickSummary::Breaking> breaking;  // apart from both; nothing: no membrane broke
   PatchWatch::Stats patch;                        // what came of the model that travels
   std::vector<FingerReport> fingers;              // empty: one tool
@@ -100,7 +100,7 @@ struct SessionOptions {
   std::vector<std::string> finger_names;  // in the scene's order; those it lacks are numbered
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none
-  const HandWishes* wishes = nullptr;  // outlives the run; null: nobody asks
+  const OperatorRequests* requests = nullptr;  // outlives the run; null: nobody asks
 };
 
 // Runs with the calling thread as the slow one. `stop_wanted` is asked every 10 ms, `show` called

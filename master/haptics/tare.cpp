@@ -27,7 +27,7 @@ std::string_view InWords(TareState state) {
   return kWords[static_cast<std::size_t>(state)];
 }
 
-void Tare::Ask() noexcept {
+void Tare::Request() noexcept {
   state_ = TareState::kMeasuring;
   count_ = 0;
   sum_.setZero();

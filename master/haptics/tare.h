@@ -37,7 +37,7 @@ class Tare {
   static constexpr double kLargestShare = 0.1;  // of the largest force [-]
   static constexpr int kFewest = 3;             // samples
 
-  void Ask() noexcept;
+  void Request() noexcept;
   // Takes the state's forces for as much less; looks at it, while asked, before. `follows`:
   // somebody does; `largest`: the force limit at the tool [N]; `now` [s].
   void Take(SlaveState* state, bool follows, double largest, double now) noexcept;

@@ -139,7 +139,7 @@ void OperateSession::SendNewest(Stream* stream) {
   ToProto(command, &message_);
   if (commands_ == 1) {
     message_.set_operator_name(operator_name_);
-    message_.set_datagrams(datagrams_wished_);
+    message_.set_datagrams(datagrams_requested_);
   }
   DatagramLine* line = nullptr;
   {
@@ -172,7 +172,7 @@ void OperateSession::ReceiveFromStream(const v1::SlaveState& message) {
   if (!TakeIfNewer(*state, now)) overtaken_.Add(state->events);
 }
 
-DatagramLine::Told OperateSession::ReceiveDatagram(std::string_view plain) {
+DatagramLine::LinkFeedback OperateSession::ReceiveDatagram(std::string_view plain) {
   const Time now = Clock::now();
   if (!datagram_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   std::string reason;
@@ -195,7 +195,7 @@ void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
   const auto to_receive = DatagramKeyFrom(offer.state_key());
   const auto ends = EndsOf(context_.peer());
   const bool is_port = offer.port() >= 1 && offer.port() <= std::numeric_limits<in_port_t>::max();
-  if (!datagrams_wished_ || line_ || !to_send || !to_receive || !ends || !is_port) return;
+  if (!datagrams_requested_ || line_ || !to_send || !to_receive || !ends || !is_port) return;
   sockaddr_storage far = ends->far;
   reinterpret_cast<sockaddr_in6&>(far).sin6_port =  // at the same place as in sockaddr_in
       htons(static_cast<in_port_t>(offer.port()));

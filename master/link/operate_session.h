@@ -24,7 +24,7 @@
 #include "shared/link/clock_offset.h"
 #include "shared/link/datagram_line.h"
 #include "shared/link/latest_value.h"
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "shared/tls/certificate.h"
@@ -94,7 +94,7 @@ class OperateSession {
         operator_name_(std::move(operator_name)),
         first_within_(first_within),
         silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
-        datagrams_wished_(datagrams) {}
+        datagrams_requested_(datagrams) {}
 
   // Blocks until the stream ends: by the slave, by silence, as its certificate holds no longer, by
   // `stop` (then the slave is told and ends it) or by Cancel. How it ended.
@@ -112,7 +112,7 @@ class OperateSession {
   bool MayGoOn(Time now);
   void SendNewest(Stream* stream);
   void ReceiveFromStream(const v1::SlaveState& message);
-  DatagramLine::Told ReceiveDatagram(std::string_view plain);
+  DatagramLine::LinkFeedback ReceiveDatagram(std::string_view plain);
   void OpenDatagrams(const v1::DatagramOffer& offer);
   // Whichever way it came; false: it is not. With mutex_ held, as the next one.
   bool TakeIfNewer(const SlaveState& state, Time now);
@@ -121,7 +121,7 @@ class OperateSession {
   const Surroundings with_;
   const std::string operator_name_;
   const std::chrono::milliseconds first_within_, silence_;
-  const bool datagrams_wished_;
+  const bool datagrams_requested_;
   grpc::ClientContext context_;
   std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
   std::atomic<bool> silent_{false}, expired_{false};
@@ -131,7 +131,7 @@ class OperateSession {
   std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // once there are datagrams
   std::uint64_t stream_sequence_ = 0;                                // the reader's own
   v1::SlaveState datagram_;                // the datagram line's thread's own
-  UrgentMutex mutex_;                      // guards what follows, while there are several threads
+  PriorityInheritanceMutex mutex_;         // guards what follows, while there are several threads
   std::unique_ptr<DatagramLine> line_;     // outlives the sender; null: none
   bool served_ = false, is_over_ = false;  // the latter: nothing is taken any more
   std::uint64_t last_sequence_ = 0;

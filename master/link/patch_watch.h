@@ -9,14 +9,14 @@
 #include <string>
 
 #include "shared/link/latest_value.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
 // A patch as it was received, whole.
 struct ReceivedPatch {
-  TouchPatch patch;  // its epoch rises from stream to stream, too
-  PatchLaw law;      // the newest of it
+  SurfacePatch patch;  // its epoch rises from stream to stream, too
+  PatchLaw law;        // the newest of it
 };
 
 class PatchWatch {

@@ -52,10 +52,10 @@ std::shared_ptr<const MeshTopology> Topology(const v1::MeshState& message, Field
   reader->Require(std::all_of(message.elements().begin(), message.elements().end(),
                               [count](std::uint32_t node) { return node < count; }),
                   "elements", "indices of nodes in `rest`");
-  topology->held.assign(message.held().begin(), message.held().end());
-  reader->Require(
-      std::ranges::all_of(topology->held, [count](std::uint32_t node) { return node < count; }),
-      "held", "indices of nodes in `rest`");
+  topology->fixed_nodes.assign(message.fixed_nodes().begin(), message.fixed_nodes().end());
+  reader->Require(std::ranges::all_of(topology->fixed_nodes,
+                                      [count](std::uint32_t node) { return node < count; }),
+                  "fixed_nodes", "indices of nodes in `rest`");
   if (!reader->ok()) return nullptr;
   if (nodes == kTriangle) {
     topology->surface.triangles = Elements<kTriangle>(message);

@@ -24,9 +24,9 @@ class MeshState;
 
 // What stays while the object deforms. Of triangles and lines one is empty.
 struct MeshTopology {
-  SurfaceMesh surface;                    // nodes at rest, and the triangles of a volume's surface
-  std::vector<std::array<int, 2>> lines;  // the outline of a planar object
-  std::vector<std::uint32_t> held;        // nodes that the scene holds
+  SurfaceMesh surface;                     // nodes at rest, and the triangles of a volume's surface
+  std::vector<std::array<int, 2>> lines;   // the outline of a planar object
+  std::vector<std::uint32_t> fixed_nodes;  // nodes that the scene holds
 };
 
 struct RemoteMesh {

@@ -90,14 +90,14 @@ struct SlaveLink::Parts {
 
   // `waits`: for a connection, within the deadline. Nobody moves a connection on while no call
   // waits. Afterwards calls have the time that this line needs.
-  grpc::Status AskForScene(RemoteScene* scene, bool waits, milliseconds deadline);
+  grpc::Status RequestScene(RemoteScene* scene, bool waits, milliseconds deadline);
   void Run(const std::stop_token& stop, LatestValue<ReceivedState>* states,
            LatestValue<OperatorCommand>* commands);
   // Reads what the master goes by. One at a time. Another scene than the one that was connected to
   // is refused: device, limits of age and what is shown are made for that one.
   grpc::Status ReadSettings();
   // A state tells of `revision`: reads again, beside the stream, if another was read.
-  void SeeRevision(std::uint32_t revision);
+  void CheckRevision(std::uint32_t revision);
   grpc::Status RunSession(OperateSession* session, const std::stop_token& stop);
   // There is no stream, or no more, for the reason that `status` tells; returns it.
   grpc::Status Failed(const grpc::Status& status);
@@ -106,7 +106,7 @@ struct SlaveLink::Parts {
   // They were asked for, and none came for so long that none will; with `mutex` held.
   [[nodiscard]] bool LacksDatagrams() const;
   // A stop is on its way, by a call or with the commands.
-  [[nodiscard]] bool TellsStop();
+  [[nodiscard]] bool IsStopPending();
   // Sleeps for `duration`; false: stopping.
   bool Sleep(milliseconds duration);
   // Waits for a connection, at most `duration`; false: stopping. gRPC moves a connection on only
@@ -142,7 +142,7 @@ struct SlaveLink::Parts {
   std::jthread thread;     // last: it uses all of the above
 };
 
-grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene, bool waits, milliseconds deadline) {
+grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, milliseconds deadline) {
   const Time start = Clock::now();
   v1::SceneDescription description;
   v1::Capabilities capabilities;
@@ -164,7 +164,7 @@ grpc::Status SlaveLink::Parts::AskForScene(RemoteScene* scene, bool waits, milli
 grpc::Status SlaveLink::Parts::ReadSettings() {
   try {
     RemoteScene scene;
-    grpc::Status status = AskForScene(&scene, true, call_deadline);
+    grpc::Status status = RequestScene(&scene, true, call_deadline);
     if (!status.ok()) return status;
     if (first && (scene.name != first->name || scene.geometry != first->geometry)) {
       return {grpc::StatusCode::ABORTED, "another scene is served there now, " + scene.name +
@@ -179,7 +179,7 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
   }
 }
 
-void SlaveLink::Parts::SeeRevision(std::uint32_t revision) {
+void SlaveLink::Parts::CheckRevision(std::uint32_t revision) {
   if (revision == read_revision || rereads.exchange(true)) return;
   rereading = std::jthread([this] {
     const grpc::Status status = ReadSettings();
@@ -199,7 +199,7 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
   while (!stop.stop_requested()) {
     OperateSession next(
         {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
-         [this](std::uint32_t revision) { SeeRevision(revision); },
+         [this](std::uint32_t revision) { CheckRevision(revision); },
          [this](const std::string& reason) { Refused(reason); }, options.on_received,
          [this](const OperatorCommand& command) {
            commands_stop = command.stop;
@@ -264,7 +264,7 @@ void SlaveLink::Parts::Refused(const std::string& reason) {
   refused_at = Clock::now();
 }
 
-bool SlaveLink::Parts::TellsStop() {
+bool SlaveLink::Parts::IsStopPending() {
   const std::scoped_lock lock(mutex);
   return stop_call != nullptr || (session != nullptr && commands_stop);
 }
@@ -296,7 +296,7 @@ RemoteScene SlaveLink::Connect() {
   for (int attempts = 1;; ++attempts) {
     const Time asked = Clock::now();
     const milliseconds left = std::max(kShortestDeadline, wait - SinceThen(start));
-    status = parts_->AskForScene(&scene, false, std::min(patience, left));
+    status = parts_->RequestScene(&scene, false, std::min(patience, left));
     if (status.ok()) {
       parts_->Open(std::max(parts_->options.longest_round_trip, kTripsBorne * parts_->answered_in));
       parts_->first = scene;
@@ -395,7 +395,7 @@ void SlaveLink::GiveUpStop() {
 
 bool SlaveLink::Reset() {
   const Time begin = Clock::now();
-  while (parts_->TellsStop() && SinceThen(begin) < parts_->call_deadline.load()) {
+  while (parts_->IsStopPending() && SinceThen(begin) < parts_->call_deadline.load()) {
     if (!parts_->Sleep(kGlance)) return false;
   }
   grpc::ClientContext context;
@@ -404,11 +404,11 @@ bool SlaveLink::Reset() {
   return parts_->stub->Reset(&context, {}, &reply).ok();
 }
 
-std::string SlaveLink::FindAnew() {
+std::string SlaveLink::ReinitializeTracking() {
   grpc::ClientContext context;
   SetDeadline(&context, parts_->call_deadline);
   v1::Status reply;
-  return Refusal(parts_->stub->FindAnew(&context, {}, &reply));
+  return Refusal(parts_->stub->ReinitializeTracking(&context, {}, &reply));
 }
 
 std::string SlaveLink::SetMapping(const Mapping& mapping) {

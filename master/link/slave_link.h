@@ -97,7 +97,7 @@ class SlaveLink {
   bool Reset();
   // Tip, template and rest are found anew, a stop stays. Empty: it was asked for, else why not.
   // Thread-safe, deadline as for Reset.
-  std::string FindAnew();
+  std::string ReinitializeTracking();
   // Changes what the slave maps and models with, while nobody follows: what is not told stays.
   // Empty: it was done, else why not, in the slave's words. Thread-safe; at most 1 s, 15 s for a
   // model.

@@ -72,15 +72,15 @@ class StreamKeeper {
     bool came = false;
     while (stream->Read(&message)) {
       take_(message);
-      if (!std::exchange(came, true)) Tell({});
+      if (!std::exchange(came, true)) SetTrouble({});
     }
     const grpc::Status status = stream->Finish();
-    Tell(status.ok() ? "the slave ended the stream" : WordsOf(status));
+    SetTrouble(status.ok() ? "the slave ended the stream" : WordsOf(status));
     const std::scoped_lock lock(mutex_);
     context_ = nullptr;
     return came;
   }
-  void Tell(std::string trouble) {
+  void SetTrouble(std::string trouble) {
     const std::scoped_lock lock(mutex_);
     trouble_ = std::move(trouble);
   }

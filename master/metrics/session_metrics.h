@@ -13,7 +13,7 @@ Metrics MetricsOf(const Status& status);
 // Between the session's slow thread, which shows, and whoever asks.
 class SessionMetrics {
  public:
-  void See(const Status& status) {
+  void Update(const Status& status) {
     const std::scoped_lock lock(mutex_);
     newest_ = status;
   }

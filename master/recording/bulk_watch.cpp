@@ -59,8 +59,8 @@ struct BulkWatch::Parts {
   template <class Message, class Open>
   void Watch(const Open& open);
   // What the slave says of itself: its scene once for each of its revisions, its health.
-  void AskEverySecond();
-  void AskForScene();
+  void PollEverySecond();
+  void RequestScene();
 
   const OnMessage on_message;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
@@ -93,7 +93,7 @@ void BulkWatch::Parts::Watch(const Open& open) {
   } while (Sleep(backoff.Next()));
 }
 
-void BulkWatch::Parts::AskForScene() {
+void BulkWatch::Parts::RequestScene() {
   Call for_scene(this), for_capabilities(this);
   for_scene.context.set_deadline(std::chrono::system_clock::now() + kDeadline);
   for_capabilities.context.set_deadline(std::chrono::system_clock::now() + kDeadline);
@@ -107,9 +107,9 @@ void BulkWatch::Parts::AskForScene() {
   on_message(capabilities);
 }
 
-void BulkWatch::Parts::AskEverySecond() {
+void BulkWatch::Parts::PollEverySecond() {
   do {
-    AskForScene();
+    RequestScene();
     Call call(this);
     call.context.set_deadline(std::chrono::system_clock::now() + kDeadline);
     v1::Status status;
@@ -120,7 +120,7 @@ void BulkWatch::Parts::AskEverySecond() {
 BulkWatch::BulkWatch(const Options& options, OnMessage on_message)
     : parts_(std::make_unique<Parts>(options, std::move(on_message))) {
   Parts* parts = parts_.get();
-  parts->health = std::jthread([parts] { parts->AskEverySecond(); });
+  parts->health = std::jthread([parts] { parts->PollEverySecond(); });
   parts->pictures = std::jthread([parts] {
     v1::WatchVideoRequest request;
     request.set_max_rate_hz(kPictureRate);

@@ -30,26 +30,26 @@ Message Parsed(const RecordingReader& reader) {
 }
 
 // Tells one message after the other to whom it concerns.
-class Teller {
+class MessageDispatcher {
  public:
-  Teller(const RecordingReader& reader, const ReplayFeed& feed,
-         std::shared_ptr<const MeshTopology> topology)
+  MessageDispatcher(const RecordingReader& reader, const ReplayFeed& feed,
+                    std::shared_ptr<const MeshTopology> topology)
       : reader_(reader), feed_(feed), topology_(std::move(topology)) {}
 
-  void Tell() {
+  void Dispatch() {
     const std::string_view topic = reader_.topic();
     if (topic == kTickTopic && feed_.on_tick) {
       feed_.on_tick(FromProto(Parsed<v1::ForceTick>(reader_), reader_.at()));
     } else if (topic == kStateTopic && feed_.on_state) {
-      TellState();
+      DispatchState();
     } else if (topic == kPictureTopic && feed_.on_picture) {
-      TellPicture();
+      DispatchPicture();
     } else if (topic == kMeshTopic && feed_.on_mesh) {
-      TellMesh();
+      DispatchMesh();
     } else if (topic == kTraceTopic && feed_.on_trace) {
-      TellTraces();
+      DispatchTraces();
     } else if (topic == kMasterLogTopic && feed_.on_log) {
-      TellLog();
+      DispatchLog();
     } else if (topic == kSceneTopic && feed_.on_scene) {
       feed_.on_scene(Parsed<v1::SceneDescription>(reader_), reader_.at());
     } else if (topic == kCapabilitiesTopic && feed_.on_capabilities) {
@@ -62,30 +62,30 @@ class Teller {
  private:
   static constexpr std::size_t kLongestLine = 300;
 
-  void TellState() {
+  void DispatchState() {
     std::string reason;
     if (const auto state = FromProto(Parsed<v1::SlaveState>(reader_), &reason)) {
       feed_.on_state(*state, reader_.at());
     }
   }
-  void TellTraces() {
+  void DispatchTraces() {
     std::string reason;
     const auto update = Parsed<v1::TraceUpdate>(reader_);
     for (const v1::SampleTrace& told : update.samples()) {
       if (const auto trace = FromProto(told, &reason)) feed_.on_trace(*trace);
     }
   }
-  void TellLog() {
+  void DispatchLog() {
     const auto log = Parsed<foxglove::Log>(reader_);
     feed_.on_log(Presentable(log.message(), kLongestLine), reader_.at(),
                  log.level() >= foxglove::Log::WARNING);
   }
-  void TellPicture() {
+  void DispatchPicture() {
     const auto image = Parsed<foxglove::CompressedImage>(reader_);
     std::string reason;
     feed_.on_picture(image.data(), FieldReader(&reason).Stamp("timestamp", image.timestamp()));
   }
-  void TellMesh() {
+  void DispatchMesh() {
     std::string reason;
     auto mesh = FromProto(Parsed<v1::MeshState>(reader_), topology_, &reason);
     if (!mesh) return;
@@ -125,7 +125,7 @@ Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
 void Replay::Play(double from, double speed, const ReplayFeed& feed,
                   const std::stop_token& stop) const {
   RecordingReader reader(file_);
-  Teller teller(reader, feed, topology_);
+  MessageDispatcher dispatcher(reader, feed, topology_);
   const Time begin = span_.first + Seconds(from);
   if (from > 0) reader.SkipBefore(begin);
   Time started = Clock::now();
@@ -142,7 +142,7 @@ void Replay::Play(double from, double speed, const ReplayFeed& feed,
         std::this_thread::sleep_until(Clock::ToSteady(started + Seconds(played / speed)));
       }
     }
-    teller.Tell();
+    dispatcher.Dispatch();
   }
 }
 

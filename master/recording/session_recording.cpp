@@ -45,7 +45,7 @@ SessionRecording::SessionRecording(Recording::Options options)
 SessionRecording::~SessionRecording() = default;
 
 void SessionRecording::OnTick(const TickRecord& record) {
-  TellChanges(record);
+  LogChanges(record);
   if (!is_on_) return;
   v1::ForceTick message;
   ToProto(record, &message);
@@ -63,16 +63,16 @@ void SessionRecording::OnTick(const TickRecord& record) {
   recording_.Put(hand_, record.at, pose);
 }
 
-void SessionRecording::TellChanges(const TickRecord& record) {
-  for (const std::string& act : ActsInWords(last_, record)) Say(act, false, record.at);
+void SessionRecording::LogChanges(const TickRecord& record) {
+  for (const std::string& act : ActsInWords(last_, record)) Log(act, false, record.at);
   if (std::exchange(last_, record).state == record.state) return;
   const std::string why = InWords(record.chain.reasons);
-  Say(std::string(ToString(record.state)) + (why.empty() ? "" : " (" + why + ")"), false,
+  Log(std::string(ToString(record.state)) + (why.empty() ? "" : " (" + why + ")"), false,
       record.at);
 }
 
 void SessionRecording::Switch(bool on) {
-  if (is_on_.exchange(on) != on) Say(on ? "recording goes on" : "recording is off from here");
+  if (is_on_.exchange(on) != on) Log(on ? "recording goes on" : "recording is off from here");
 }
 
 void SessionRecording::OnState(const ReceivedState& received) {
@@ -81,7 +81,7 @@ void SessionRecording::OnState(const ReceivedState& received) {
   ToProto(received.state, &message);
   recording_.Put(state_, received.received_at, message);
   for (const EventWords& told : InWords(received.state.events)) {
-    Say("slave: " + std::string(told.words), told.weight == EventWords::Weight::kTrouble);
+    Log("slave: " + std::string(told.words), told.weight == EventWords::Weight::kTrouble);
   }
 }
 
@@ -109,7 +109,7 @@ void SessionRecording::OnBulk(const google::protobuf::Message& message) {
     recording_.Put(trace_, now, message);
   } else if (type == v1::Status::descriptor()) {
     recording_.Put(health_, now, message);
-    TellAlarms(message);
+    LogAlarms(message);
   }
 }
 
@@ -121,7 +121,7 @@ void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
     v1::MeshState whole = mesh;
     *whole.mutable_elements() = topology_->elements();
     *whole.mutable_rest() = topology_->rest();
-    *whole.mutable_held() = topology_->held();
+    *whole.mutable_fixed_nodes() = topology_->fixed_nodes();
     whole.set_nodes_per_element(topology_->nodes_per_element());
     recording_.Put(mesh_, now, whole);
     return;
@@ -129,15 +129,15 @@ void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
   recording_.Put(mesh_, now, mesh);
 }
 
-void SessionRecording::TellAlarms(const google::protobuf::Message& status) {
+void SessionRecording::LogAlarms(const google::protobuf::Message& status) {
   const auto& told = static_cast<const v1::Status&>(status).alarms();
   for (const std::string& alarm : told) {
-    if (!alarms_.contains(alarm)) Say("slave: " + alarm, true);
+    if (!alarms_.contains(alarm)) Log("slave: " + alarm, true);
   }
   alarms_ = {told.begin(), told.end()};
 }
 
-void SessionRecording::Say(const std::string& line, bool is_alarm, Time at) {
+void SessionRecording::Log(const std::string& line, bool is_alarm, Time at) {
   foxglove::Log log;
   ToProto(at, log.mutable_timestamp());
   log.set_level(is_alarm ? foxglove::Log::WARNING : foxglove::Log::INFO);

@@ -55,7 +55,7 @@ class SessionRecording {
   // Of a BulkWatch.
   void OnBulk(const google::protobuf::Message& message);
   // A line of the log; `is_alarm`: something is not as it should be.
-  void Say(const std::string& line, bool is_alarm = false, Time at = Clock::now());
+  void Log(const std::string& line, bool is_alarm = false, Time at = Clock::now());
 
   // Off: nothing is kept but what the slave says of its scene, and the log, which says so.
   // Thread-safe.
@@ -66,9 +66,9 @@ class SessionRecording {
   [[nodiscard]] Recording::Stats stats() const { return recording_.stats(); }
 
  private:
-  void TellChanges(const TickRecord& record);
+  void LogChanges(const TickRecord& record);
   void PutMesh(Time now, const v1::MeshState& mesh);
-  void TellAlarms(const google::protobuf::Message& status);
+  void LogAlarms(const google::protobuf::Message& status);
 
   Recording recording_;
   std::uint16_t tick_, command_, state_, picture_, mesh_, trace_, scene_, capabilities_, health_,

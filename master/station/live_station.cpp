@@ -8,16 +8,16 @@
 
 #include "master/link/mesh_watch.h"
 #include "master/link/video_watch.h"
-#include "master/station/clerk.h"
-#include "master/station/diary.h"
 #include "master/station/display.h"
-#include "master/station/hand_lead.h"
+#include "master/station/event_log.h"
 #include "master/station/notice_board.h"
+#include "master/station/page_command.h"
+#include "master/station/pointer_control_lock.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
+#include "master/station/task_queue.h"
 #include "master/station/terminal.h"
 #include "master/station/terminal_text.h"
-#include "master/station/wish.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -30,7 +30,7 @@ constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pix
 constexpr double kFrozen = 1;                 // a picture that is older stands still [s]
 constexpr double kFrozenPeriods = 3;          // or, where the sensor is slow, of it [-]
 constexpr double kTraceShown = 1;             // of a tick a while ago [s]
-constexpr std::uint64_t kTerminal = 0;        // where a wish came from no page
+constexpr std::uint64_t kTerminal = 0;        // a command that no page sent
 
 // What the slave makes only while somebody looks.
 struct Views {
@@ -67,7 +67,7 @@ Match(Cases...) -> Match<Cases...>;
 
 struct LiveStation::Parts {
   Parts(Options chosen, Controls given)
-      : options(std::move(chosen)), controls(std::move(given)), news(options.line) {
+      : options(std::move(chosen)), controls(std::move(given)), poller(options.line) {
     StationHello hello = options.hello;
     hello.libraries = FindPageFile("/lib/three.module.js") && FindPageFile("/lib/uPlot.esm.js");
     board.Put(Topic::kHello, HelloJson(hello));
@@ -75,7 +75,7 @@ struct LiveStation::Parts {
 
   void Run(const std::stop_token& stop);
   // Watches pictures and shapes while a page is open.
-  void LookOrLookAway();
+  void UpdateViews();
   void PutMoment();
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
@@ -88,47 +88,47 @@ struct LiveStation::Parts {
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
   // What a page or, kTerminal, a key asks for; the answer.
-  std::string Do(std::uint64_t page, const Wish& asked);
+  std::string Do(std::uint64_t page, const PageCommand& asked);
   void Strike(char key);
-  void Left(std::uint64_t page);
+  void OnPageLeft(std::uint64_t page);
   // Empty, or what to answer.
-  std::string Point(std::uint64_t page, const PointerWish& wish);
-  std::string Record(const RecordWish& wish);
+  std::string Point(std::uint64_t page, const PointerCommand& command);
+  std::string Record(const RecordCommand& command);
   void Reset();
-  void FindAnew();
+  void ReinitializeTracking();
   // A lower limit counts at once. What changes force or place waits until nobody feels it.
-  void Set(const MappingWish& wish);
+  void Set(const MappingCommand& command);
   void SetWhenFree(const StationMoment& moment);
-  void Replace(const ModelWish& wish);
+  void Replace(const ModelCommand& command);
   std::string Examine();
-  // Lets the clerk do `errand`, which says what became of it.
-  void Errand(std::function<void()> errand);
-  void Say(bool is_trouble, std::string text);
+  // Queues `task`, which logs its outcome.
+  void SubmitTask(std::function<void()> task);
+  void Log(bool is_trouble, std::string text);
 
   const Options options;
   const Controls controls;
   NoticeBoard board;
   TickDigest ticks;
-  Diary diary;
-  SlaveNews news;
+  EventLog event_log;
+  SlaveStatusPoller poller;
   mutable std::mutex mutex;  // guards these three
   Status status;
   StationMoment on_screen;
   SlaveLink::Mapping waiting;
-  HandLead lead;  // the server's thread
+  PointerControlLock lead;  // the server's thread
   // What the editor alone uses.
   std::unique_ptr<Views> views;
   std::chrono::steady_clock::time_point looked{};
   std::uint64_t picture = 0, health = 0, shape = 0;
   std::optional<HandTrace> trace;
-  std::vector<Saying> said;
+  std::vector<LogEntry> said;
   std::vector<std::string> slave_alarms;
   std::string health_trouble;
   bool told_to_wait = false;  // what waits now
   Display display{&board};
 
   std::atomic<bool> examines{false};
-  Clerk clerk, doctor;
+  TaskQueue tasks, doctor;
   std::unique_ptr<PageServer> server;  // null: no page
   std::unique_ptr<Terminal> terminal;  // null: no terminal
   std::jthread editor;                 // last: it uses all of the above
@@ -136,14 +136,14 @@ struct LiveStation::Parts {
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    LookOrLookAway();
+    UpdateViews();
     PutMoment();
-    if (server) server->Tell();
+    if (server) server->Notify();
     std::this_thread::sleep_for(kFrame);
   }
 }
 
-void LiveStation::Parts::LookOrLookAway() {
+void LiveStation::Parts::UpdateViews() {
   const auto now = std::chrono::steady_clock::now();
   if (server && server->pages() > 0) looked = now;
   const bool somebody_looks = now - looked < kLookAway;
@@ -163,13 +163,13 @@ void LiveStation::Parts::PutMoment() {
     moment.status = status;
     moment.waiting = waiting;
   }
-  moment.felt = news.felt();
+  moment.felt = poller.felt();
   if (moment.felt.state.sequence > 0) {
     moment.felt_age = SecondsBetween(moment.felt.received_at, Clock::now());
   }
   SetWhenFree(moment);
   moment.trace = TraceNow(moment.ticks);
-  diary.See(moment.ticks.t, news.TakeEvents());
+  event_log.AppendEvents(moment.ticks.t, poller.TakeEvents());
   if (controls.recording) moment.recording = controls.recording();
   if (options.pointer != nullptr) {
     moment.pointer_holds = options.pointer->holds();
@@ -185,8 +185,8 @@ void LiveStation::Parts::PutMoment() {
   moment.slave_alarms = slave_alarms;
   moment.health_trouble = health_trouble;
   moment.other_release = OtherRelease(options.hello.scene.version, options.hello.version);
-  if (const auto sayings = diary.TakeNews()) {
-    said = *sayings;
+  if (const auto entries = event_log.TakeNew()) {
+    said = *entries;
     board.Put(Topic::kSaid, SaidJson(said));
   }
   LeaveOutOld(&moment);
@@ -195,7 +195,7 @@ void LiveStation::Parts::PutMoment() {
 }
 
 std::optional<HandTrace> LiveStation::Parts::TraceNow(const TickDigest::Moment& moment) {
-  const auto sample = news.TraceOf(moment.newest.sensed_at);
+  const auto sample = poller.TraceOf(moment.newest.sensed_at);
   const auto newest = sample ? TraceOf(moment.newest, moment.t, *sample) : std::nullopt;
   if (newest) trace = newest;
   if (trace && moment.t - trace->t > kTraceShown) trace.reset();
@@ -211,14 +211,14 @@ void LiveStation::Parts::PutTerminal(const StationMoment& moment) {
 }
 
 void LiveStation::Parts::Strike(char key) {
-  std::optional<Wish> wish;
+  std::optional<PageCommand> command;
   {
     const std::scoped_lock lock(mutex);
-    wish = WishOfKey(key, on_screen);
+    command = CommandOfKey(key, on_screen);
   }
-  if (!wish) return controls.quit();
-  const std::string refused = Do(kTerminal, *wish);
-  if (!refused.empty()) Say(true, "not done: connect --record FILE.mcap");
+  if (!command) return controls.quit();
+  const std::string refused = Do(kTerminal, *command);
+  if (!refused.empty()) Log(true, "not done: connect --record FILE.mcap");
 }
 
 double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sensed_at) const {
@@ -244,7 +244,7 @@ void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
 }
 
 void LiveStation::Parts::PutHealth() {
-  const SlaveNews::Words words = news.words();
+  const SlaveStatusPoller::Words words = poller.words();
   if (words.version == health) return;
   health = words.version;
   slave_alarms = AlarmsIn(words);
@@ -252,80 +252,80 @@ void LiveStation::Parts::PutHealth() {
   board.Put(Topic::kHealth, HealthJson(words));
 }
 
-std::string LiveStation::Parts::Do(std::uint64_t page, const Wish& asked) {
+std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked) {
   std::string answer;
-  std::visit(
-      Match{[&](const StopWish&) {
-              controls.stop();
-              Say(true, page == kTerminal ? "emergency stop by the terminal"
-                                          : "emergency stop by the page");
-            },
-            [&](const ResetWish&) { Reset(); },
-            [&](const PingWish& wish) { answer = PongJson(wish.at); },
-            [&](const PastWish&) { answer = PastJson(ticks.Past()); },
-            [&](const PointerWish& wish) { answer = Point(page, wish); },
-            [&](const MappingWish& wish) { Set(wish); },
-            [&](const ModelWish& wish) { Replace(wish); },
-            [&](const MarkWish&) { ++options.wishes->marks; },
-            [&](const TareWish&) { ++options.wishes->tares; }, [&](const FindWish&) { FindAnew(); },
-            [&](const ExamineWish&) { answer = Examine(); },
-            [&](const ClutchWish& wish) { options.wishes->clutched = wish.on; },
-            [&](const RenderWish& wish) { options.wishes->render = wish.mode; },
-            [&](const RecordWish& wish) { answer = Record(wish); },
-            [&](const ReplayWish&) { answer = RefusedJson("this is no replay"); }},
-      asked);
+  std::visit(Match{[&](const StopCommand&) {
+                     controls.stop();
+                     Log(true, page == kTerminal ? "emergency stop by the terminal"
+                                                 : "emergency stop by the page");
+                   },
+                   [&](const ResetCommand&) { Reset(); },
+                   [&](const PingCommand& command) { answer = PongJson(command.at); },
+                   [&](const PastCommand&) { answer = PastJson(ticks.Past()); },
+                   [&](const PointerCommand& command) { answer = Point(page, command); },
+                   [&](const MappingCommand& command) { Set(command); },
+                   [&](const ModelCommand& command) { Replace(command); },
+                   [&](const MarkCommand&) { ++options.requests->marks; },
+                   [&](const TareCommand&) { ++options.requests->tares; },
+                   [&](const ReinitializeTrackingCommand&) { ReinitializeTracking(); },
+                   [&](const ExamineCommand&) { answer = Examine(); },
+                   [&](const ClutchCommand& command) { options.requests->clutched = command.on; },
+                   [&](const RenderCommand& command) { options.requests->render = command.mode; },
+                   [&](const RecordCommand& command) { answer = Record(command); },
+                   [&](const ReplayCommand&) { answer = RefusedJson("this is no replay"); }},
+             asked);
   return answer;
 }
 
-std::string LiveStation::Parts::Point(std::uint64_t page, const PointerWish& wish) {
+std::string LiveStation::Parts::Point(std::uint64_t page, const PointerCommand& command) {
   if (options.pointer == nullptr) return RefusedJson("the device is no pointer: --device pointer");
   const Time now = Clock::now();
-  if (lead.Hears(page, wish.engaged, now)) {
-    options.pointer->Aim({wish.p_M, page, wish.engaged, now, wish.at});
-  } else if (wish.engaged) {
+  if (lead.Hears(page, command.engaged, now)) {
+    options.pointer->Aim({command.p_M, page, command.engaged, now, command.at});
+  } else if (command.engaged) {
     return LedElsewhereJson();
   }
   return {};
 }
 
-void LiveStation::Parts::Left(std::uint64_t page) {
+void LiveStation::Parts::OnPageLeft(std::uint64_t page) {
   if (lead.Leaves(page)) options.pointer->Aim({});
 }
 
-std::string LiveStation::Parts::Record(const RecordWish& wish) {
+std::string LiveStation::Parts::Record(const RecordCommand& command) {
   if (!controls.record) return RefusedJson("nothing is recorded: connect --record FILE.mcap");
-  controls.record(wish.on);
-  Say(false, wish.on ? "recording goes on" : "recording is off");
+  controls.record(command.on);
+  Log(false, command.on ? "recording goes on" : "recording is off");
   return {};
 }
 
 void LiveStation::Parts::Reset() {
-  Errand([this] {
+  SubmitTask([this] {
     const bool done = controls.reset();
-    Say(!done, done ? "the emergency stop was reset" : "the slave did not reset: try again");
+    Log(!done, done ? "the emergency stop was reset" : "the slave did not reset: try again");
   });
 }
 
-void LiveStation::Parts::FindAnew() {
-  Errand([this] {
-    const std::string why = controls.find_anew();
-    Say(!why.empty(),
+void LiveStation::Parts::ReinitializeTracking() {
+  SubmitTask([this] {
+    const std::string why = controls.reinitialize_tracking();
+    Log(!why.empty(),
         why.empty() ? "tip, template and rest are found anew" : "not found anew: " + why);
   });
 }
 
-void LiveStation::Parts::Set(const MappingWish& wish) {
+void LiveStation::Parts::Set(const MappingCommand& command) {
   const std::scoped_lock lock(mutex);
-  if (wish.position_scale) waiting.position_scale = wish.position_scale;
-  if (wish.force_scale) waiting.force_scale = wish.force_scale;
-  if (!wish.force_limit) return;
-  if (*wish.force_limit > status.force_limit) {
-    return Say(true, Formatted("the limit stays at %g N: it is only lowered while a session runs; "
+  if (command.position_scale) waiting.position_scale = command.position_scale;
+  if (command.force_scale) waiting.force_scale = command.force_scale;
+  if (!command.force_limit) return;
+  if (*command.force_limit > status.force_limit) {
+    return Log(true, Formatted("the limit stays at %g N: it is only lowered while a session runs; "
                                "a higher one is --force-limit at the next start",
                                status.force_limit));
   }
-  options.wishes->force_limit = *wish.force_limit;
-  waiting.force_limit = wish.force_limit;
+  options.requests->force_limit = *command.force_limit;
+  waiting.force_limit = command.force_limit;
 }
 
 void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
@@ -333,7 +333,7 @@ void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
   const bool waits = seen.position_scale || seen.force_scale || seen.force_limit;
   const bool was_told = std::exchange(told_to_wait, waits && !IsFree(moment));
   if (told_to_wait && !was_told) {
-    Say(false, "scales and limit wait until the hand is let go and nothing is touched");
+    Log(false, "scales and limit wait until the hand is let go and nothing is touched");
   }
   if (!waits || told_to_wait) return;
   SlaveLink::Mapping asked;
@@ -341,37 +341,37 @@ void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
     const std::scoped_lock lock(mutex);
     std::swap(asked, waiting);
   }
-  Errand([this, asked] {
+  SubmitTask([this, asked] {
     const std::string why = controls.set_mapping(asked);
-    Say(!why.empty(), why.empty() ? "scales and limit were set" : "not set: " + why);
+    Log(!why.empty(), why.empty() ? "scales and limit were set" : "not set: " + why);
   });
 }
 
 std::string LiveStation::Parts::Examine() {
   if (examines.exchange(true)) return RefusedJson("the doctor examines already: wait for it");
   board.Put(Topic::kFindings, FindingsJson({}, false));
-  doctor.Ask([this](const std::stop_token& stop) {
+  doctor.Submit([this](const std::stop_token& stop) {
     board.Put(Topic::kFindings, FindingsJson(controls.examine(stop), true));
     examines = false;
   });
   return {};
 }
 
-void LiveStation::Parts::Replace(const ModelWish& wish) {
-  Say(false, "the slave makes the model " + wish.kind);
-  Errand([this, kind = wish.kind] {
+void LiveStation::Parts::Replace(const ModelCommand& command) {
+  Log(false, "the slave makes the model " + command.kind);
+  SubmitTask([this, kind = command.kind] {
     const std::string why = controls.set_model(kind);
-    Say(!why.empty(), why.empty() ? "the model is " + kind : "the model stays: " + why);
+    Log(!why.empty(), why.empty() ? "the model is " + kind : "the model stays: " + why);
   });
 }
 
-void LiveStation::Parts::Errand(std::function<void()> errand) {
-  const auto asked = [errand = std::move(errand)](const std::stop_token&) { errand(); };
-  if (!clerk.Ask(asked)) Say(true, "too much at once: wait until it is done");
+void LiveStation::Parts::SubmitTask(std::function<void()> task) {
+  const auto asked = [task = std::move(task)](const std::stop_token&) { task(); };
+  if (!tasks.Submit(asked)) Log(true, "too much at once: wait until it is done");
 }
 
-void LiveStation::Parts::Say(bool is_trouble, std::string text) {
-  diary.Say(ticks.Newest().t, is_trouble, std::move(text));
+void LiveStation::Parts::Log(bool is_trouble, std::string text) {
+  event_log.Append(ticks.Newest().t, is_trouble, std::move(text));
 }
 
 LiveStation::LiveStation(Options options, Controls controls)
@@ -381,9 +381,9 @@ LiveStation::LiveStation(Options options, Controls controls)
     parts->server = std::make_unique<PageServer>(
         parts->options.at->endpoint, &parts->board,
         PageServer::Listener{[parts](std::uint64_t page, std::string_view said) {
-                               return parts->Do(page, ReadWish(said));
+                               return parts->Do(page, ReadPageCommand(said));
                              },
-                             [parts](std::uint64_t page) { parts->Left(page); }},
+                             [parts](std::uint64_t page) { parts->OnPageLeft(page); }},
         parts->options.at->access);
   }
   if (parts->options.terminal) {
@@ -398,11 +398,11 @@ std::string LiveStation::address() const {
   return parts_->server ? parts_->server->address() : std::string();
 }
 
-void LiveStation::SeeTick(const TickRecord& tick) {
-  parts_->diary.See(parts_->ticks.Add(tick), tick);
+void LiveStation::OnTick(const TickRecord& tick) {
+  parts_->event_log.AppendChanges(parts_->ticks.Add(tick), tick);
 }
 
-void LiveStation::See(const Status& status) {
+void LiveStation::Update(const Status& status) {
   const std::scoped_lock lock(parts_->mutex);
   parts_->status = status;
 }

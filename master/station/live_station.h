@@ -22,9 +22,9 @@ class LiveStation {
     std::optional<PagePlace> at;  // where a page is served; nothing: none is
     SlaveLink::Options line;      // to the slave
     StationHello hello;
-    Pointer* pointer = nullptr;    // outlives the station; null: the page moves no hand
-    HandWishes* wishes = nullptr;  // outlives the station
-    bool terminal = false;         // shows it on the standard output, too
+    Pointer* pointer = nullptr;            // outlives the station; null: the page moves no hand
+    OperatorRequests* requests = nullptr;  // outlives the station
+    bool terminal = false;                 // shows it on the standard output, too
   };
   // What pages may do to the session; called by threads of the station's.
   struct Controls {
@@ -32,7 +32,7 @@ class LiveStation {
     std::function<bool()> reset;  // true: it was done
     std::function<std::string(const SlaveLink::Mapping&)> set_mapping;  // empty: it was done
     std::function<std::string(const std::string& kind)> set_model;      // likewise
-    std::function<std::string()> find_anew;                             // likewise
+    std::function<std::string()> reinitialize_tracking;                 // likewise
     // The doctor's; takes seconds, or until it is stopped.
     std::function<Findings(const std::stop_token&)> examine;
     std::function<void(bool on)> record = {};         // empty: nothing can be recorded
@@ -47,8 +47,8 @@ class LiveStation {
   // As PageServer::address; empty: no page is served.
   [[nodiscard]] std::string address() const;
   // From the session's slow thread.
-  void SeeTick(const TickRecord& tick);
-  void See(const Status& status);
+  void OnTick(const TickRecord& tick);
+  void Update(const Status& status);
 
  private:
   struct Parts;

@@ -278,7 +278,7 @@ std::string FindingsJson(const Findings& findings, bool is_done) {
   return Text({{"kind", "findings"}, {"done", is_done}, {"findings", list}});
 }
 
-std::string HealthJson(const SlaveNews::Words& words) {
+std::string HealthJson(const SlaveStatusPoller::Words& words) {
   return Text({{"kind", "health"},
                {"scene", Parsed(words.scene)},
                {"capabilities", Parsed(words.capabilities)},
@@ -286,7 +286,7 @@ std::string HealthJson(const SlaveNews::Words& words) {
                {"trouble", words.trouble}});
 }
 
-std::vector<std::string> AlarmsIn(const SlaveNews::Words& words) {
+std::vector<std::string> AlarmsIn(const SlaveStatusPoller::Words& words) {
   constexpr std::size_t kMost = 8;
   std::vector<std::string> alarms;
   const Json status = Parsed(words.status);
@@ -297,9 +297,9 @@ std::vector<std::string> AlarmsIn(const SlaveNews::Words& words) {
   return alarms;
 }
 
-std::string SaidJson(const std::vector<Saying>& sayings) {
+std::string SaidJson(const std::vector<LogEntry>& entries) {
   Json said = Json::array();
-  for (const Saying& saying : sayings) {
+  for (const LogEntry& saying : entries) {
     said.push_back({{"number", saying.number},
                     {"t", saying.t},
                     {"trouble", saying.is_trouble},
@@ -339,7 +339,7 @@ std::string TopologyBytes(const MeshTopology& topology) {
   } else {
     AppendElements(topology.surface.triangles, &bytes);
   }
-  for (const std::uint32_t node : topology.held) Append(node, &bytes);
+  for (const std::uint32_t node : topology.fixed_nodes) Append(node, &bytes);
   return bytes;
 }
 

@@ -10,7 +10,7 @@
 #include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
 #include "master/link/remote_scene.h"
-#include "master/link/slave_news.h"
+#include "master/link/slave_status_poller.h"
 #include "master/station/hand_trace.h"
 #include "master/station/tick_digest.h"
 
@@ -47,8 +47,8 @@ struct RecordingMoment {
 // Everything that moves, at one moment.
 struct StationMoment {
   TickDigest::Moment ticks;
-  Status status;         // of the session's slow thread
-  SlaveNews::Felt felt;  // as an observer sees it
+  Status status;                          // of the session's slow thread
+  SlaveStatusPoller::ObservedState felt;  // as an observer sees it
   bool pointer_holds = false;
   double pointer_used = 0;    // stamp of the page's aim that moved the hand last; 0: none
   double picture_stands = 0;  // so long the picture has stood still [s]; 0: it goes on, or none is
@@ -70,17 +70,17 @@ std::string StatusJson(const StationMoment& moment);
 std::string FindingsJson(const Findings& findings, bool is_done);
 
 // The slave's own words; of its health what is wrong.
-std::string HealthJson(const SlaveNews::Words& words);
-std::vector<std::string> AlarmsIn(const SlaveNews::Words& words);
+std::string HealthJson(const SlaveStatusPoller::Words& words);
+std::vector<std::string> AlarmsIn(const SlaveStatusPoller::Words& words);
 
 // What happened, the newest last.
-struct Saying {
+struct LogEntry {
   std::uint64_t number = 0;  // rises by one
   double t = 0;              // [s] since the run began
   bool is_trouble = false;
   std::string text;
 };
-std::string SaidJson(const std::vector<Saying>& sayings);
+std::string SaidJson(const std::vector<LogEntry>& entries);
 
 // The answers to a page: that it was heard, at the page's own `at`; why something is not done.
 std::string PongJson(double at);

@@ -36,7 +36,7 @@ ReplayScene::ReplayScene(const Replay& replay, const std::string& file) {
   };
   feed.on_health = [&](const v1::Status& told, Time at) { health_[since(at)] = JsonOf(told); };
   feed.on_log = [&](const std::string& line, Time at, bool is_alarm) {
-    sayings_.push_back({sayings_.size() + 1, since(at), is_alarm, line});
+    entries_.push_back({entries_.size() + 1, since(at), is_alarm, line});
   };
   replay.Play(0, 0, feed, {});
   if (!scenes_.empty()) hello_.scene = ToRemoteScene(scene, capabilities);
@@ -65,13 +65,13 @@ std::string ReplayScene::OtherBuild(const std::string& own) const {
   return "Recorded by palpate-master " + hello_.version + ", played by " + own + ".";
 }
 
-SlaveNews::Words ReplayScene::WordsAt(double t) const {
+SlaveStatusPoller::Words ReplayScene::WordsAt(double t) const {
   return {0, NewestBy(t, scenes_), NewestBy(t, capabilities_), NewestBy(t, health_), {}};
 }
 
-std::vector<Saying> ReplayScene::SaidBy(double t) const {
-  const auto end = std::ranges::upper_bound(sayings_, t, {}, &Saying::t);
-  return {end - std::min(kSayingsShown, end - sayings_.begin()), end};
+std::vector<LogEntry> ReplayScene::SaidBy(double t) const {
+  const auto end = std::ranges::upper_bound(entries_, t, {}, &LogEntry::t);
+  return {end - std::min(kSayingsShown, end - entries_.begin()), end};
 }
 
 }  // namespace palpate

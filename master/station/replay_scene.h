@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "master/link/slave_news.h"
+#include "master/link/slave_status_poller.h"
 #include "master/recording/replay.h"
 #include "master/station/moment_json.h"
 
@@ -22,18 +22,18 @@ class ReplayScene {
   // That another build than `own` recorded it, in words; empty: it did not, or is not told.
   [[nodiscard]] std::string OtherBuild(const std::string& own) const;
   // What the slave had said of itself by `t` [s].
-  [[nodiscard]] SlaveNews::Words WordsAt(double t) const;
+  [[nodiscard]] SlaveStatusPoller::Words WordsAt(double t) const;
   // The newest of the log by `t` [s], the newest last.
-  [[nodiscard]] std::vector<Saying> SaidBy(double t) const;
+  [[nodiscard]] std::vector<LogEntry> SaidBy(double t) const;
 
  private:
-  using Told = std::map<double, std::string>;  // JSON, by its time [s]
+  using StatesByTime = std::map<double, std::string>;  // JSON, by its time [s]
 
   void TakeNote(const McapMap& session);
 
   StationHello hello_;
-  Told scenes_, capabilities_, health_;
-  std::vector<Saying> sayings_;
+  StatesByTime scenes_, capabilities_, health_;
+  std::vector<LogEntry> entries_;
 };
 
 }  // namespace palpate

@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "master/station/display.h"
+#include "master/station/page_command.h"
 #include "master/station/replay_scene.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
 #include "master/station/tick_digest.h"
-#include "master/station/wish.h"
 
 namespace palpate {
 namespace {
@@ -52,9 +52,9 @@ struct ReplayStation::Parts {
   }
 
   ReplayFeed Feed();
-  void See(const TickRecord& tick);
-  void See(const SlaveState& state);
-  void See(const SampleTrace& trace);
+  void Update(const TickRecord& tick);
+  void Update(const SlaveState& state);
+  void Update(const SampleTrace& trace);
   // When the slave sensed, since the recording began [s].
   [[nodiscard]] double Since(Time sensed_at) const;
   // What a page wants; the answer.
@@ -78,11 +78,11 @@ struct ReplayStation::Parts {
   StationMoment moment;
   std::vector<std::string> finger_names;
   // Of the newest states, by their numbers.
-  struct Told {
+  struct StateStamp {
     Time sensed_at, sent_at;
     Eigen::Vector3d p_S_tip;
   };
-  std::map<std::uint64_t, Told> told_of;
+  std::map<std::uint64_t, StateStamp> told_of;
   // The first tick that went by each sample, until the sample's trace comes.
   std::map<Time, std::pair<TickRecord, double>> untraced;
   double health_told = -1;            // [s]
@@ -101,19 +101,19 @@ struct ReplayStation::Parts {
 
 ReplayFeed ReplayStation::Parts::Feed() {
   ReplayFeed told;
-  told.on_tick = [this](const TickRecord& tick) { See(tick); };
-  told.on_state = [this](const SlaveState& state, Time) { See(state); };
+  told.on_tick = [this](const TickRecord& tick) { Update(tick); };
+  told.on_state = [this](const SlaveState& state, Time) { Update(state); };
   told.on_picture = [this](const std::string& jpeg, Time sensed_at) {
     display.PutPicture(jpeg, Since(sensed_at));
   };
-  told.on_trace = [this](const SampleTrace& trace) { See(trace); };
+  told.on_trace = [this](const SampleTrace& trace) { Update(trace); };
   told.on_mesh = [this](const auto& mesh) { display.PutShape(*mesh, Since(mesh->sensed_at)); };
   told.goes_on = [this](double t) { return GoesOn(t); };
   return told;
 }
 
 // The clocks' offset follows from how old the tick took its state to be.
-void ReplayStation::Parts::See(const TickRecord& told) {
+void ReplayStation::Parts::Update(const TickRecord& told) {
   const SlaveState& state = moment.felt.state;
   TickRecord tick = told;
   const auto told_then = told_of.find(tick.state_sequence);
@@ -131,17 +131,17 @@ void ReplayStation::Parts::See(const TickRecord& told) {
       SecondsBetween(tick.at - Seconds(tick.sensed_age), state.sensed_at);
 }
 
-void ReplayStation::Parts::See(const SlaveState& state) {
+void ReplayStation::Parts::Update(const SlaveState& state) {
   moment.felt.state = state;
   told_of[state.sequence] = {state.sensed_at, state.sent_at, state.p_S_tip};
   if (told_of.size() > kUntraced) told_of.erase(told_of.begin());
   ++moment.status.link.states;
   TickRecord seen;
-  SeeFingers(state, &seen);
+  RecordFingers(state, &seen);
   moment.status.fingers = Named(seen, finger_names);
 }
 
-void ReplayStation::Parts::See(const SampleTrace& trace) {
+void ReplayStation::Parts::Update(const SampleTrace& trace) {
   const auto tick = untraced.find(trace.sensed_at);
   if (tick == untraced.end()) return;
   moment.trace = TraceOf(tick->second.first, tick->second.second, trace);
@@ -153,14 +153,14 @@ double ReplayStation::Parts::Since(Time sensed_at) const {
 }
 
 std::string ReplayStation::Parts::Hear(std::string_view message) {
-  const Wish wish = ReadWish(message);
-  if (const auto* ping = std::get_if<PingWish>(&wish)) return PongJson(ping->at);
-  if (std::holds_alternative<PastWish>(wish)) {
+  const PageCommand command = ReadPageCommand(message);
+  if (const auto* ping = std::get_if<PingCommand>(&command)) return PongJson(ping->at);
+  if (std::holds_alternative<PastCommand>(command)) {
     // Before the samples: those of a later run are never told as of this one.
     const std::uint64_t told = run;
     return PastJson(ticks.Past(), told);
   }
-  const auto* wanted = std::get_if<ReplayWish>(&wish);
+  const auto* wanted = std::get_if<ReplayCommand>(&command);
   if (wanted == nullptr) return RefusedJson("this is a replay: nothing here moves a hand");
   const std::scoped_lock lock(mutex);
   if (wanted->playing) course.playing = *wanted->playing;
@@ -219,7 +219,7 @@ void ReplayStation::Parts::Put() {
   if (!moment.ticks.any) return;
   if (health_told < 0 || std::abs(at - health_told) >= kHealthEvery) {
     health_told = at;
-    const SlaveNews::Words words = scene.WordsAt(at);
+    const SlaveStatusPoller::Words words = scene.WordsAt(at);
     moment.slave_alarms = AlarmsIn(words);
     board.Put(Topic::kHealth, HealthJson(words));
     board.Put(Topic::kSaid, SaidJson(scene.SaidBy(at)));
@@ -233,7 +233,7 @@ void ReplayStation::Parts::Put() {
   shown.felt_age = shown.ticks.newest.state_age;
   LeaveOutOld(&shown);
   board.Put(Topic::kStatus, StatusJson(shown));
-  server->Tell();
+  server->Notify();
 }
 
 void ReplayStation::Parts::WaitStill(const std::stop_token& stop) {

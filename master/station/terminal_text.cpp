@@ -140,7 +140,7 @@ RenderMode NextMode(RenderMode mode) {
 }  // namespace
 
 std::vector<std::string> TerminalText(const StationHello& hello, const StationMoment& moment,
-                                      const std::vector<Saying>& said, const TerminalLook& look) {
+                                      const std::vector<LogEntry>& said, const TerminalLook& look) {
   Sheet sheet(look);
   AddHead(hello, moment, &sheet);
   AddForce(moment, &sheet);
@@ -155,25 +155,25 @@ std::vector<std::string> TerminalText(const StationHello& hello, const StationMo
   return sheet.Finish();
 }
 
-std::optional<Wish> WishOfKey(char key, const StationMoment& moment) {
+std::optional<PageCommand> CommandOfKey(char key, const StationMoment& moment) {
   const TickRecord& tick = moment.ticks.newest;
   switch (key) {
     case kQuitKey:
       return std::nullopt;
     case 'r':
-      return ResetWish{};
+      return ResetCommand{};
     case 'c':
-      return ClutchWish{!tick.clutched};
+      return ClutchCommand{!tick.clutched};
     case 'm':
-      return MarkWish{};
+      return MarkCommand{};
     case 'n':
-      return TareWish{};
+      return TareCommand{};
     case 'v':
-      return RenderWish{NextMode(tick.render)};
+      return RenderCommand{NextMode(tick.render)};
     case 'b':
-      return RecordWish{!(moment.recording && moment.recording->on)};
+      return RecordCommand{!(moment.recording && moment.recording->on)};
     default:
-      return StopWish{};
+      return StopCommand{};
   }
 }
 

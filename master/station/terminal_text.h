@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "master/station/moment_json.h"
-#include "master/station/wish.h"
+#include "master/station/page_command.h"
 
 namespace palpate {
 
@@ -18,11 +18,11 @@ struct TerminalLook {
 
 // Its lines, from state and force down to the keys; a pure function. What is not known is `-`.
 std::vector<std::string> TerminalText(const StationHello& hello, const StationMoment& moment,
-                                      const std::vector<Saying>& said, const TerminalLook& look);
+                                      const std::vector<LogEntry>& said, const TerminalLook& look);
 
 // What a key asks for; nothing: it is none of a terminal's own. As in a plain session, a hand that
 // strikes the keyboard means to stop: whatever key is not known does.
-std::optional<Wish> WishOfKey(char key, const StationMoment& moment);
+std::optional<PageCommand> CommandOfKey(char key, const StationMoment& moment);
 inline constexpr char kQuitKey = 'q';
 
 }  // namespace palpate

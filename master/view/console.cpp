@@ -112,8 +112,8 @@ void AddForces(const Report& r, Table* table) {
   } else {
     table->Row("force error", "not known: the slave's site tells no true force");
   }
-  if (r.force_error_at_place && r.force_peak > 0) {
-    const auto& [later, first] = *r.force_error_at_place;
+  if (r.force_error_delay_compensated && r.force_peak > 0) {
+    const auto& [later, first] = *r.force_error_delay_compensated;
     const double share = 100 / r.force_peak;
     table->Row("at the place",
                (later.ticks > 0 ? Formatted("rms %.2f %% of the peak, ", share * later.rms) : "") +
@@ -148,7 +148,7 @@ Console Console::Standard() {
   return {stdout, isatty(STDOUT_FILENO) == 1};
 }
 
-void Console::Say(const std::string& line) {
+void Console::Print(const std::string& line) {
   EndLine();
   std::fprintf(out_, "%s\n", line.c_str());
   std::fflush(out_);
@@ -164,7 +164,7 @@ void Console::Show(const Status& status, const RemoteMesh* mesh) {
   if (state_ == status.tick.state && status.t - said_ < kSayEvery) return;
   state_ = status.tick.state;
   said_ = status.t;
-  Say(FormatStatus(status) + FingerBrief(status.fingers, mesh));
+  Print(FormatStatus(status) + FingerBrief(status.fingers, mesh));
 }
 
 // Back to the first of the lines that stand there, over them, and away with what is left below.

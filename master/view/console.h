@@ -23,7 +23,7 @@ class Console {
   Console& operator=(const Console&) = delete;
 
   // A line of its own.
-  void Say(const std::string& line);
+  void Print(const std::string& line);
   // Live: replaces the status line and the table of fingertips below it. In a pipe: a line each
   // second and at each change of state. `mesh`: the object's shape, null: not watched.
   void Show(const Status& status, const RemoteMesh* mesh = nullptr);

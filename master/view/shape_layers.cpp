@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "master/view/viewpoint.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 
 namespace palpate {
 namespace {
@@ -82,8 +82,8 @@ struct SeenTriangle {
       false;  // from the viewer: an open surface's other side, or hidden behind others
 };
 
-SeenTriangle See(const RemoteMesh& mesh, const std::array<int, 3>& triangle, const Viewpoint& view,
-                 const std::vector<double>& shares) {
+SeenTriangle Project(const RemoteMesh& mesh, const std::array<int, 3>& triangle,
+                     const Viewpoint& view, const std::vector<double>& shares) {
   SeenTriangle seen;
   std::array<Eigen::Vector3d, 3> p;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -103,7 +103,7 @@ std::vector<SeenTriangle> FarFirst(const RemoteMesh& mesh, const Viewpoint& view
                                    const std::vector<double>& shares) {
   std::vector<SeenTriangle> triangles;
   for (const auto& triangle : mesh.topology->surface.triangles) {
-    triangles.push_back(See(mesh, triangle, view, shares));
+    triangles.push_back(Project(mesh, triangle, view, shares));
   }
   std::sort(triangles.begin(), triangles.end(), [](const SeenTriangle& a, const SeenTriangle& b) {
     return a.looks_away != b.looks_away ? a.looks_away : a.nearness < b.nearness;

@@ -5,7 +5,7 @@
 
 #include "master/view/shape_layers.h"
 #include "master/view/viewpoint.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/text/text.h"
 
 namespace palpate {

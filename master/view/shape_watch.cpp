@@ -85,7 +85,7 @@ ShapeFile::~ShapeFile() {
   Finish();
 }
 
-void ShapeFile::See(double t, std::vector<NamedFinger> fingers) {
+void ShapeFile::Update(double t, std::vector<NamedFinger> fingers) {
   const std::scoped_lock lock(mutex_);
   moment_.t = t;
   moment_.fingers = std::move(fingers);
@@ -150,8 +150,8 @@ std::shared_ptr<const RemoteMesh> ShapeWatch::newest() const {
   return meshes_ ? meshes_->newest() : nullptr;
 }
 
-void ShapeWatch::See(const Status& status) {
-  for (const auto& file : files_) file->See(status.t, status.fingers);
+void ShapeWatch::Update(const Status& status) {
+  for (const auto& file : files_) file->Update(status.t, status.fingers);
 }
 
 bool ShapeWatch::Finish(Report* report) {

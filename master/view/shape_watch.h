@@ -43,7 +43,7 @@ class ShapeFile {
   ~ShapeFile();
 
   // What the fingers feel at this moment. Returns at once.
-  void See(double t, std::vector<NamedFinger> fingers);
+  void Update(double t, std::vector<NamedFinger> fingers);
   // Writes once more, and besides the deepest of the moments written so far, and ends. Empty, or
   // why the files are not there.
   std::string Finish();
@@ -74,7 +74,7 @@ class ShapeWatch {
 
   // Null: none came, or nobody looks.
   [[nodiscard]] std::shared_ptr<const RemoteMesh> newest() const;
-  void See(const Status& status);
+  void Update(const Status& status);
   // Ends the watch, writes the files a last time and tells the report. False: a file that was asked
   // for is not there.
   bool Finish(Report* report);

@@ -122,13 +122,13 @@ void DatagramLine::TakeNext() {
   const auto plain = opener_.Open(std::span(bytes).first(static_cast<std::size_t>(came)));
   if (plain.empty()) return;
   newest_ = opener_.newest();
-  ++came_;
+  ++received_;
   {
     const std::scoped_lock lock(mutex_);
     heard_at_ = Clock::now();
     if (role_ == Role::kAnswers) peer_ = from;
   }
-  const Told told = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
+  const LinkFeedback told = take_({reinterpret_cast<const char*>(plain.data()), plain.size()});
   const std::scoped_lock lock(mutex_);
   pace_.Hear(told.seen, told.round_trip, Clock::now());
 }

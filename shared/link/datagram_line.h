@@ -14,7 +14,7 @@
 
 #include "shared/link/datagram_pace.h"
 #include "shared/link/datagram_seal.h"
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 
 namespace palpate {
@@ -25,12 +25,12 @@ class DatagramLine {
     DatagramKey send, receive;
   };
   // What one told of the line: of ours, and how long the way there and back took [s].
-  struct Told {
+  struct LinkFeedback {
     DatagramCount seen = {};
     double round_trip = 0;
   };
   // Called by the line's thread with what was opened, which stands until it returns.
-  using Take = std::function<Told(std::string_view plain)>;
+  using Take = std::function<LinkFeedback(std::string_view plain)>;
   enum class Role : std::uint8_t {
     kCalls,    // to an address that is known
     kAnswers,  // to wherever the newest authentic datagram came from, while they come
@@ -53,7 +53,7 @@ class DatagramLine {
   // The stream beside took one more. Thread-safe.
   void StreamMoves() noexcept;
   // Of the peer's, to be told. Thread-safe.
-  [[nodiscard]] DatagramCount seen() const { return {newest_, came_}; }
+  [[nodiscard]] DatagramCount seen() const { return {newest_, received_}; }
   // Of this end.
   [[nodiscard]] std::uint16_t port() const;
 
@@ -79,8 +79,8 @@ class DatagramLine {
   DatagramOpener opener_;  // the thread's own, as are the next two
   Time window_{};
   int looked_at_ = 0;
-  std::atomic<std::uint64_t> newest_{0}, came_{0};
-  UrgentMutex mutex_;                     // guards the next three
+  std::atomic<std::uint64_t> newest_{0}, received_{0};
+  PriorityInheritanceMutex mutex_;        // guards the next three
   std::optional<sockaddr_storage> peer_;  // nullopt: nobody yet; of who calls always
   Time heard_at_{};
   DatagramPace pace_;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "shared/link/own_trip.h"
+#include "shared/link/base_round_trip.h"
 #include "shared/state/clock.h"
 #include "shared/state/datagram_count.h"
 
@@ -43,7 +43,8 @@ class DatagramPace {
     own_.Learn(shortest_, period);
     // Who does not count tells nothing of what is lost.
     const double went = static_cast<double>(seen.newest) - static_cast<double>(before_.newest);
-    const double arrived = static_cast<double>(seen.came) - static_cast<double>(before_.came);
+    const double arrived =
+        static_cast<double>(seen.received) - static_cast<double>(before_.received);
     const bool stands = stream_moved_at_ != Time{} &&
                         SecondsBetween(stream_moved_at_, now) > kStreamStands + 3 * own_.OrZero();
     const bool waits = own_.Waits(shortest_, kStanding, kShaken);
@@ -64,15 +65,15 @@ class DatagramPace {
   void Begin(const DatagramCount& seen, Time now) noexcept {
     begun_at_ = now;
     before_ = seen;
-    shortest_ = OwnTrip::kUnknown;
+    shortest_ = BaseRoundTrip::kUnknown;
   }
 
   double share_ = kFirst, credit_ = 1;
   bool crowded_ = false;  // ever
   DatagramCount before_;
   Time heard_at_{}, begun_at_{}, stream_moved_at_{};
-  double shortest_ = OwnTrip::kUnknown;  // of this period [s]
-  OwnTrip own_;
+  double shortest_ = BaseRoundTrip::kUnknown;  // of this period [s]
+  BaseRoundTrip own_;
 };
 
 }  // namespace palpate

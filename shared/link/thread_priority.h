@@ -12,7 +12,7 @@ inline constexpr int kHapticPriority = 80;   // the 1 kHz loop
 inline constexpr int kLinkPriority = 40;     // commands, states, the arm, the watchdogs
 inline constexpr int kDoorPriority = 35;     // who may send: a flood is cut before it is read
 inline constexpr int kReadingPriority = 30;  // what comes from the network
-inline constexpr int kEyesPriority = 20;     // pictures
+inline constexpr int kSensingPriority = 20;  // pictures
 
 // For the calling thread, not for those it starts: timer slack 1 ns, SCHED_FIFO at `priority`. In
 // words what was refused, as it is to whoever lacks the permission; empty: nothing.

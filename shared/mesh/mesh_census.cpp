@@ -63,7 +63,7 @@ void FindDuplicates(const std::vector<Vector3d>& nodes, const MeshNumbers& numbe
                              example + "): what uses the one and the other is not joined");
 }
 
-void JudgeSize(double diagonal, MeshReport* report) {
+void CheckSize(double diagonal, MeshReport* report) {
   if (diagonal > kLargestUsual) {
     report->warnings.push_back("diagonal of " + Length(diagonal) +
                                ": looks like millimetres; if so, say unit: mm");
@@ -103,7 +103,7 @@ void CountNodes(const std::vector<Vector3d>& nodes, const std::vector<bool>& use
         " nodes belong to no element: " + ListNodes(numbers, report->dangling_nodes));
   }
   FindDuplicates(nodes, numbers, report);
-  if (!unit_given) JudgeSize((report->high_O - report->low_O).norm(), report);
+  if (!unit_given) CheckSize((report->high_O - report->low_O).norm(), report);
 }
 
 void CountQuality(std::vector<double> quality, const MeshNumbers& numbers, MeshReport* report) {

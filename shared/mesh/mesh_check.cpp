@@ -10,8 +10,8 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/mesh_census.h"
-#include "shared/mesh/surface_patch.h"
 #include "shared/text/text.h"
 
 namespace palpate {

@@ -40,8 +40,8 @@ bool BoxesOverlap(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eige
 }
 
 // The closed segments a-b and c-d share a point.
-bool Meet(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
-          const Eigen::Vector2d& d) {
+bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
+                       const Eigen::Vector2d& d) {
   return BoxesOverlap(a, b, c, d) && SideOf(a, b, c) * SideOf(a, b, d) <= 0 &&
          SideOf(c, d, a) * SideOf(c, d, b) <= 0;
 }
@@ -92,7 +92,7 @@ void CheckLoop(const Loop& loop, std::size_t index) {
     }
     const std::size_t last = i == 0 ? n - 1 : n;  // the edges i and last share a point
     for (std::size_t j = i + 2; j < last; ++j) {
-      if (Meet(a, b, loop[j], loop[(j + 1) % n])) {
+      if (SegmentsIntersect(a, b, loop[j], loop[(j + 1) % n])) {
         Refuse(index, "edges " + std::to_string(i) + " and " + std::to_string(j) +
                           " cross or touch: accepted is a simple polygon");
       }
@@ -103,7 +103,8 @@ void CheckLoop(const Loop& loop, std::size_t index) {
 bool EdgesMeet(const Loop& one, const Loop& other) {
   for (std::size_t i = 0; i < one.size(); ++i) {
     for (std::size_t j = 0; j < other.size(); ++j) {
-      if (Meet(one[i], one[(i + 1) % one.size()], other[j], other[(j + 1) % other.size()])) {
+      if (SegmentsIntersect(one[i], one[(i + 1) % one.size()], other[j],
+                            other[(j + 1) % other.size()])) {
         return true;
       }
     }

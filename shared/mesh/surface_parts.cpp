@@ -9,8 +9,8 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/mesh_census.h"
-#include "shared/mesh/surface_patch.h"
 
 namespace palpate {
 namespace {

@@ -26,7 +26,7 @@ std::size_t At(int i) {
 
 }  // namespace
 
-void PatchContact::Take(const TouchPatch& patch, const PatchLaw& law, double at,
+void PatchContact::Take(const SurfacePatch& patch, const PatchLaw& law, double at,
                         double now) noexcept {
   if (patch.epoch == patch_.epoch) return TakeLaw(law, at, now);
   patch_ = patch;

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "shared/patch/patch_place.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
@@ -29,7 +29,7 @@ class PatchContact {
 
   // `at`: when the law was sensed, like `now` on the caller's clock [s]. Of the same epoch as
   // before the law is blended in; of another one all begins anew.
-  void Take(const TouchPatch& patch, const PatchLaw& law, double at, double now) noexcept;
+  void Take(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept;
   void TakeLaw(const PatchLaw& law, double at, double now) noexcept;
   // Goes on sticking where `before` does.
   void Resume(const PatchContact& before) noexcept;
@@ -46,7 +46,7 @@ class PatchContact {
 
   // That is shown [N/m]; what is stiffer is made as stiff.
   void set_stiffest(double stiffest) noexcept { stiffest_ = stiffest; }
-  [[nodiscard]] const TouchPatch& patch() const noexcept { return patch_; }
+  [[nodiscard]] const SurfacePatch& patch() const noexcept { return patch_; }
   [[nodiscard]] const PatchLaw& law() const noexcept { return to_.law; }
   // How far the surface has moved, as of `now`, at the instant `then` [m].
   [[nodiscard]] Eigen::Vector3d ShiftAt(double now, double then) const noexcept;
@@ -89,7 +89,7 @@ class PatchContact {
   [[nodiscard]] Eigen::Matrix3d StiffnessAt(const PatchPlace& place) noexcept;
   [[nodiscard]] Eigen::Vector3d MovedBy(int tool, int other) const noexcept;
 
-  TouchPatch patch_;
+  SurfacePatch patch_;
   TimedLaw from_, to_;
   double since_ = 0;  // when the newer law came [s]
   double stiffest_ = std::numeric_limits<double>::infinity();

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 constexpr double kEquallyNear = 1e-9;  // of the distance, squared
 constexpr double kOnEdge = 1e-9;       // a weight
 
-Vector3d Vertex(const TouchPatch& patch, int cell, int corner) {
+Vector3d Vertex(const SurfacePatch& patch, int cell, int corner) {
   return patch.vertices[static_cast<std::size_t>(VertexOf(patch, cell, corner))].cast<double>();
 }
 
@@ -41,7 +41,7 @@ Vector3d OnTriangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, con
   return *std::ranges::min_element(edges, {}, away);
 }
 
-PatchPlace InCell(const TouchPatch& patch, int cell, const Vector3d& p) {
+PatchPlace InCell(const SurfacePatch& patch, int cell, const Vector3d& p) {
   const Vector3d a = Vertex(patch, cell, 0), b = Vertex(patch, cell, 1);
   PatchPlace place;
   place.cell = cell;
@@ -58,7 +58,7 @@ PatchPlace InCell(const TouchPatch& patch, int cell, const Vector3d& p) {
   return place;
 }
 
-PatchPlace OnPlane(const TouchPatch& patch, const Vector3d& p) {
+PatchPlace OnPlane(const SurfacePatch& patch, const Vector3d& p) {
   PatchPlace place;
   place.normal = patch.normal;
   place.height = patch.normal.dot(p - patch.vertices[0].cast<double>());
@@ -67,7 +67,7 @@ PatchPlace OnPlane(const TouchPatch& patch, const Vector3d& p) {
 }
 
 // Of a line's rim its end `k`, of a triangle's the edge opposite to corner `k`.
-bool IsAtRim(const TouchPatch& patch, const PatchPlace& place) {
+bool IsAtRim(const SurfacePatch& patch, const PatchPlace& place) {
   const unsigned rim = patch.rim[static_cast<std::size_t>(place.cell)];
   for (int k = 0; k < patch.vertices_per_cell; ++k) {
     const double off = patch.vertices_per_cell == 2 ? 1 - place.weights[k] : place.weights[k];
@@ -76,7 +76,7 @@ bool IsAtRim(const TouchPatch& patch, const PatchPlace& place) {
   return false;
 }
 
-bool Has(const TouchPatch& patch, int cell, int vertex) {
+bool Has(const SurfacePatch& patch, int cell, int vertex) {
   for (int k = 0; k < patch.vertices_per_cell; ++k) {
     if (VertexOf(patch, cell, k) == vertex) return true;
   }
@@ -85,7 +85,7 @@ bool Has(const TouchPatch& patch, int cell, int vertex) {
 
 // No other cell has all corners of this one but `corner` (a triangle's edge), or that one (a
 // line's end).
-bool IsRim(const TouchPatch& patch, int cell, int corner) {
+bool IsRim(const SurfacePatch& patch, int cell, int corner) {
   for (int other = 0; other < patch.cell_count; ++other) {
     if (other == cell) continue;
     bool shared = true;
@@ -100,7 +100,7 @@ bool IsRim(const TouchPatch& patch, int cell, int corner) {
 
 }  // namespace
 
-PatchPlace NearestPlace(const TouchPatch& patch, const Vector3d& p) noexcept {
+PatchPlace NearestPlace(const SurfacePatch& patch, const Vector3d& p) noexcept {
   if (patch.vertices_per_cell == 1) return OnPlane(patch, p);
   PatchPlace nearest;
   double least = std::numeric_limits<double>::infinity(), most_height = 0;
@@ -121,7 +121,7 @@ PatchPlace NearestPlace(const TouchPatch& patch, const Vector3d& p) noexcept {
   return nearest;
 }
 
-void MarkRim(TouchPatch* patch) noexcept {
+void MarkRim(SurfacePatch* patch) noexcept {
   for (int cell = 0; cell < patch->cell_count; ++cell) {
     unsigned rim = 0;
     for (int k = 0; k < patch->vertices_per_cell; ++k) {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
@@ -18,13 +18,13 @@ struct PatchPlace {
 
 // The nearest place of `patch` to `p` [m]. Of equally near cells, which share a vertex or an edge,
 // that which `p` lies farther in front of or behind tells the side. O(cells), real-time safe.
-PatchPlace NearestPlace(const TouchPatch& patch, const Eigen::Vector3d& p) noexcept;
+PatchPlace NearestPlace(const SurfacePatch& patch, const Eigen::Vector3d& p) noexcept;
 
 // Fills `rim` of a patch whose vertices and cells are set.
-void MarkRim(TouchPatch* patch) noexcept;
+void MarkRim(SurfacePatch* patch) noexcept;
 
 // Numbers of the vertices of a cell; of the plane its one vertex.
-inline int VertexOf(const TouchPatch& patch, int cell, int corner) noexcept {
+inline int VertexOf(const SurfacePatch& patch, int cell, int corner) noexcept {
   return cell < 0 ? 0
                   : patch.cells[static_cast<std::size_t>(cell)][static_cast<std::size_t>(corner)];
 }

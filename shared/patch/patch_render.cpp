@@ -2,7 +2,7 @@
 
 namespace palpate {
 
-void PatchRender::Take(const TouchPatch& patch, const PatchLaw& law, double at,
+void PatchRender::Take(const SurfacePatch& patch, const PatchLaw& law, double at,
                        double now) noexcept {
   if (patch.epoch == newest_.patch().epoch) {
     newest_.TakeLaw(law, at, now);

@@ -16,7 +16,7 @@ class PatchRender {
   static constexpr double kBlendTime = PatchContact::kBlendTime;  // [s]
 
   // See PatchContact::Take.
-  void Take(const TouchPatch& patch, const PatchLaw& law, double at, double now) noexcept;
+  void Take(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept;
   void LetGo() noexcept;
   void Forget() noexcept;
   Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now, double then) noexcept;

@@ -146,8 +146,8 @@ void Recording::Run(const std::stop_token& stop) {
       writer_->Flush();
       flushed = Clock::now();
     }
-    SeeLoss();
-    SeeEnd();
+    CheckLoss();
+    CheckEnd();
   }
 }
 
@@ -163,7 +163,7 @@ void Recording::Drain(std::deque<Waiting>* batch) {
   }
 }
 
-void Recording::SeeLoss() {
+void Recording::CheckLoss() {
   {
     const std::lock_guard lock(mutex_);
     if (is_loss_told_ || stats_.dropped == 0) return;
@@ -174,7 +174,7 @@ void Recording::SeeLoss() {
                 ": more comes than can be written: from now on some is missing in the recording");
 }
 
-void Recording::SeeEnd() {
+void Recording::CheckEnd() {
   std::string told;
   {
     const std::lock_guard lock(mutex_);
@@ -201,7 +201,7 @@ void Recording::Finish() {
   const std::uint64_t dropped = stats().dropped;
   if (dropped > 0) writer_->Note("dropped", {{"messages", std::to_string(dropped)}});
   writer_->Close();
-  SeeEnd();
+  CheckEnd();
 }
 
 int Recording::part() const {

@@ -96,8 +96,8 @@ class Recording {
   void GoOnIn(int part, Time at);
   void Run(const std::stop_token& stop);
   void Drain(std::deque<Waiting>* batch);
-  void SeeLoss();
-  void SeeEnd();
+  void CheckLoss();
+  void CheckEnd();
 
   const Options options_;
   const std::string identity_;  // which all parts have in common

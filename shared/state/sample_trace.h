@@ -11,8 +11,8 @@ struct SampleTrace {
   std::uint64_t sample = 0;  // its number at the source
   Time sensed_at{};          // as states tell it: what finds their trace
   Time acquired_at{};        // the slave had it
-  Time seen_at{};            // eyes or fingertips had done with it
-  Time felt_at{};            // the model had, and states told of it
+  Time processed_at{};       // cameras or fingertips had processed it
+  Time solved_at{};          // the model was solved, states report it
 };
 
 }  // namespace palpate

@@ -98,7 +98,7 @@ struct ContactEstimate {
   std::array<FingerState, kMaxFingers> fingers;
   int finger_count = 0;
   CheckDetails details;  // of the tool, what the checks of its sense measured
-  Time seen_at{};        // eyes or fingertips had done with the sample; never travels with a state
+  Time processed_at{};   // eyes or fingertips had done with the sample; never travels with a state
   std::optional<Eigen::Vector3d> moment;  // of `force` about the tip, S [N m]; for observers
 };
 

@@ -35,7 +35,7 @@ class Progress {
 };
 
 // Reports where there is somebody to listen. Throws Interrupted.
-inline void Tell(Progress* progress, std::string_view stage, double done) {
+inline void ReportProgress(Progress* progress, std::string_view stage, double done) {
   if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
 }
 

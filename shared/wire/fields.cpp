@@ -57,11 +57,11 @@ void ToProto(Time time, google::protobuf::Timestamp* message) {
 
 void ToProto(const DatagramCount& count, v1::DatagramCount* message) {
   message->set_newest(count.newest);
-  message->set_came(count.came);
+  message->set_received(count.received);
 }
 
 DatagramCount FromProto(const v1::DatagramCount& count) {
-  return {count.newest(), count.came()};
+  return {count.newest(), count.received()};
 }
 
 double FieldReader::Number(std::string_view name, double value, double limit) {

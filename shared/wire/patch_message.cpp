@@ -37,7 +37,7 @@ void ForEachEntry(int nodes, int directions, bool coupled, const Each& each) {
   }
 }
 
-void ReadVertices(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch* patch) {
+void ReadVertices(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatch* patch) {
   const int count = message.vertices_size() / 3;
   reader->Require(message.vertices_size() % 3 == 0 && count >= 1 && count <= kPatchVertices,
                   "vertices", "three numbers each, of 1 to 204");
@@ -49,7 +49,7 @@ void ReadVertices(const v1::SurfacePatch& message, FieldReader* reader, TouchPat
   }
 }
 
-void ReadCells(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch* patch) {
+void ReadCells(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatch* patch) {
   const int corners = static_cast<int>(std::min(message.vertices_per_cell(), 4U));
   const int count = corners > 0 ? message.cells_size() / corners : 0;
   const bool is_plane = corners == 1 && patch->vertex_count == 1 && message.cells_size() == 0;
@@ -68,7 +68,7 @@ void ReadCells(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch*
 }
 
 // Every cell has a side or an area to stand on.
-void RequireShape(const TouchPatch& patch, FieldReader* reader) {
+void RequireShape(const SurfacePatch& patch, FieldReader* reader) {
   for (int cell = 0; cell < patch.cell_count; ++cell) {
     const auto vertex = [&](int k) -> Eigen::Vector3d {
       return patch.vertices[At(VertexOf(patch, cell, k))].cast<double>();
@@ -82,7 +82,7 @@ void RequireShape(const TouchPatch& patch, FieldReader* reader) {
   }
 }
 
-void ReadNodes(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch* patch) {
+void ReadNodes(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatch* patch) {
   reader->Require(message.nodes_size() == patch->vertex_count, "nodes", "one per vertex");
   if (!reader->ok()) return;
   for (int i = 0; i < patch->vertex_count; ++i) {
@@ -94,7 +94,7 @@ void ReadNodes(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch*
 }
 
 // The nearest one that takes energy and gives back no more.
-void MakePassive(TouchPatch* patch) {
+void MakePassive(SurfacePatch* patch) {
   const int size = patch->node_count * patch->directions;
   const int block = patch->coupled ? size : patch->directions;
   for (int begin = 0; begin < size; begin += block) {
@@ -107,7 +107,7 @@ void MakePassive(TouchPatch* patch) {
   }
 }
 
-void ReadCompliance(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch* patch) {
+void ReadCompliance(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatch* patch) {
   reader->Require(message.directions() == 1 || message.directions() == 3, "directions", "1 or 3");
   if (!reader->ok()) return;
   patch->directions = static_cast<int>(message.directions());
@@ -127,7 +127,7 @@ void ReadCompliance(const v1::SurfacePatch& message, FieldReader* reader, TouchP
   if (reader->ok()) MakePassive(patch);
 }
 
-void ReadTools(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch* patch) {
+void ReadTools(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatch* patch) {
   reader->Require(message.tools_size() >= 1 && message.tools_size() <= kPatchTools, "tools",
                   "1 to 5");
   if (!reader->ok()) return;
@@ -139,7 +139,7 @@ void ReadTools(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch*
   }
 }
 
-void ReadNormal(const v1::SurfacePatch& message, FieldReader* reader, TouchPatch* patch) {
+void ReadNormal(const v1::SurfacePatch& message, FieldReader* reader, SurfacePatch* patch) {
   if (patch->vertices_per_cell != 1) return;
   patch->normal = reader->Vector("normal", message.normal(), 1 + kUnitTolerance);
   reader->Require(std::abs(patch->normal.norm() - 1) <= kUnitTolerance, "normal", "a unit vector");
@@ -168,7 +168,7 @@ void ReadRatios(const v1::PatchLaw& message, FieldReader* reader, PatchLaw* law)
 
 }  // namespace
 
-void ToProto(const TouchPatch& patch, v1::SurfacePatch* message) {
+void ToProto(const SurfacePatch& patch, v1::SurfacePatch* message) {
   message->Clear();
   message->set_epoch(patch.epoch);
   message->set_settings_revision(patch.settings_revision);
@@ -211,9 +211,9 @@ void ToProto(const PatchLaw& law, v1::PatchLaw* message) {
   ToProto(law.sensed_at, message->mutable_sensed_at());
 }
 
-std::optional<TouchPatch> FromProto(const v1::SurfacePatch& message, std::string* reason) {
+std::optional<SurfacePatch> FromProto(const v1::SurfacePatch& message, std::string* reason) {
   FieldReader reader(reason);
-  TouchPatch patch;
+  SurfacePatch patch;
   reader.Require(message.epoch() > 0, "epoch = 0", "1 or more");
   patch.epoch = message.epoch();
   patch.settings_revision = message.settings_revision();

@@ -7,7 +7,7 @@
 
 #include "palpate/v1/patch.pb.h"
 
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
@@ -15,13 +15,13 @@ namespace palpate {
 inline constexpr std::size_t kMaxPatchBytes = 64 * 1024, kMaxLawBytes = 256;
 
 // Overwrites `message`; everything is finite.
-void ToProto(const TouchPatch& patch, v1::SurfacePatch* message);
+void ToProto(const SurfacePatch& patch, v1::SurfacePatch* message);
 void ToProto(const PatchLaw& law, v1::PatchLaw* message);
 
 // nullopt where something is missing, not finite, absurd, more than there may be or beside the
 // surface; `reason` then says what and what is accepted. A compliance that is not positive
 // semidefinite is made so: nothing else is a spring.
-std::optional<TouchPatch> FromProto(const v1::SurfacePatch& message, std::string* reason);
+std::optional<SurfacePatch> FromProto(const v1::SurfacePatch& message, std::string* reason);
 std::optional<PatchLaw> FromProto(const v1::PatchLaw& message, std::string* reason);
 
 }  // namespace palpate

@@ -14,8 +14,8 @@ void ToProto(const SampleTrace& trace, v1::SampleTrace* message) {
     return at < trace.sensed_at ? 0 : Narrow(SecondsBetween(trace.sensed_at, at));
   };
   message->set_acquired(since(trace.acquired_at));
-  message->set_seen(std::max(message->acquired(), since(trace.seen_at)));
-  message->set_felt(std::max(message->seen(), since(trace.felt_at)));
+  message->set_processed(std::max(message->acquired(), since(trace.processed_at)));
+  message->set_solved(std::max(message->processed(), since(trace.solved_at)));
 }
 
 std::optional<SampleTrace> FromProto(const v1::SampleTrace& message, std::string* reason) {
@@ -29,8 +29,8 @@ std::optional<SampleTrace> FromProto(const v1::SampleTrace& message, std::string
     return trace.sensed_at + Seconds(reader.NonNegative(name, value, kMaxDelay));
   };
   trace.acquired_at = at("acquired", message.acquired());
-  trace.seen_at = at("seen", message.seen());
-  trace.felt_at = at("felt", message.felt());
+  trace.processed_at = at("processed", message.processed());
+  trace.solved_at = at("solved", message.solved());
   if (!reader.ok()) return std::nullopt;
   return trace;
 }

@@ -57,7 +57,7 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
   if (reading.X_SF && !IsPose(*reading.X_SF)) {
     return "pose: accepted is a finite place and a rotation";
   }
-  if (sender != sender_) BeginAnew();
+  if (sender != sender_) Restart();
   if (sensed_at_ && sensed_at < *sensed_at_) {
     return "sensed_at: accepted is a clock that does not go back; this one went back by " +
            std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
@@ -88,10 +88,10 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
 }
 
 void FingerStream::Leave(SenderId sender) noexcept {
-  if (sender == sender_) BeginAnew();
+  if (sender == sender_) Restart();
 }
 
-void FingerStream::BeginAnew() noexcept {
+void FingerStream::Restart() noexcept {
   sensed_at_.reset();
   clock_.Reset();
   sender_period_ = period_;

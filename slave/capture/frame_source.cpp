@@ -13,7 +13,7 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/capture/decode_ahead.h"
-#include "slave/capture/live_eyes.h"
+#include "slave/capture/live_cameras.h"
 #include "slave/capture/picture_files.h"
 
 namespace palpate {
@@ -229,12 +229,13 @@ std::unique_ptr<StereoSource> OpenFilms(const std::vector<Eye>& eyes, PairLayout
 }
 
 // `size`: of each camera's pictures; empty: its own.
-std::unique_ptr<StereoSource> OpenEyes(const std::vector<Eye>& eyes, PairLayout layout,
-                                       const cv::Size& size, double rate, double sync, bool paced) {
+std::unique_ptr<StereoSource> OpenCameras(const std::vector<Eye>& eyes, PairLayout layout,
+                                          const cv::Size& size, double rate, double sync,
+                                          bool paced) {
   RequireRate(rate);
   const auto is_film = [](const Eye& eye) { return eye.kind == Eye::Kind::kVideo; };
   if (std::ranges::all_of(eyes, is_film)) return OpenFilms(eyes, layout, rate, paced);
-  std::vector<EyeInput> inputs;
+  std::vector<CameraInput> inputs;
   for (const Eye& eye : eyes) inputs.push_back(InputOf(eye, size, rate));
   return PairsOf(std::move(inputs), layout, sync);
 }
@@ -308,7 +309,7 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
       RequireRate(depth->rate);
       return PairsOf({InputOf(depth->eye, {}, depth->rate, depth->unit)}, PairLayout::kDepth, 0);
     }
-    return OpenEyes({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0, paced);
+    return OpenCameras({depth->eye}, PairLayout::kDepth, {}, depth->rate, 0, paced);
   }
   const auto* stereo = scene.sense.Find<StereoCameras>();
   if (stereo == nullptr) {
@@ -320,8 +321,8 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
   if (stereo->source != StereoCameras::Source::kEyes) return OpenPairs(*stereo, paced);
   const bool is_one = stereo->eyes.size() == 1;
   const auto [width, height] = stereo->size;  // the rig's
-  return OpenEyes(stereo->eyes, is_one ? PairLayout::kSideBySide : PairLayout::kTwoEyes,
-                  {is_one ? 2 * width : width, height}, stereo->rate, stereo->sync, paced);
+  return OpenCameras(stereo->eyes, is_one ? PairLayout::kSideBySide : PairLayout::kTwoCameras,
+                     {is_one ? 2 * width : width, height}, stereo->rate, stereo->sync, paced);
 }
 
 }  // namespace palpate

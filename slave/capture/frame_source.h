@@ -31,7 +31,7 @@ struct StereoPair {
 };
 
 // Of live eyes, for people.
-struct EyesHealth {
+struct CameraHealth {
   std::string trouble;                   // empty: nothing
   std::uint64_t taken = 0, dropped = 0;  // pictures or pairs; of pairs those taken too far apart
   double skew = 0;                       // of the last pair used, right minus left [s]
@@ -51,7 +51,7 @@ class PictureSource {
   // In words, for people: `files frames/%04d.png (120)`, `files left/*.png (120 pairs)`.
   [[nodiscard]] virtual std::string description() const = 0;
   // nullopt: nothing comes live. Thread-safe.
-  [[nodiscard]] virtual std::optional<EyesHealth> health() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<CameraHealth> health() const { return std::nullopt; }
 };
 using FrameSource = PictureSource<Frame>;
 using StereoSource = PictureSource<StereoPair>;
@@ -68,7 +68,7 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
                                              const PictureFilter& filter = {});
 
 // Opens the eyes of sense.camera.stereo or sense.camera.depth: cameras and streams (see
-// live_eyes.h), videos, which are paired picture by picture, or files, listed as ListPictures()
+// live_cameras.h), videos, which are paired picture by picture, or files, listed as ListPictures()
 // does; the first of each sort of name is paired with the first of the other, and so on. Colour
 // becomes grey (ITU-R BT.601); 16-bit pictures are refused, since two eyes scaled differently would
 // not match. Depth is one channel of 16 bit. `paced`: pairs come at the scene's rate; otherwise as

@@ -140,7 +140,7 @@ struct PictureInbox::State {
   int type = -1;
   std::uint64_t frames = 0;
   Time newest_at{}, taken_at{};  // of the sample kept last, and of the one taken last
-  EyesHealth health;
+  CameraHealth health;
 };
 
 cv::Mat PictureInbox::State::Accepted(const PushedPicture& pushed) const {
@@ -301,7 +301,7 @@ Time PictureInbox::taken_at() const {
   return state_->taken_at;
 }
 
-EyesHealth PictureInbox::health() const {
+CameraHealth PictureInbox::health() const {
   const std::scoped_lock lock(state_->mutex);
   return state_->health;
 }

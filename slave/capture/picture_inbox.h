@@ -65,7 +65,7 @@ class PictureInbox {
   void Drop();
   // When the sample taken last was taken by its camera, slave's clock.
   [[nodiscard]] Time taken_at() const;
-  [[nodiscard]] EyesHealth health() const;
+  [[nodiscard]] CameraHealth health() const;
 
   // What gives the samples, one at a time; the inbox must outlive them. `filter`: what becomes of
   // each picture, if anything.

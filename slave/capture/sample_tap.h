@@ -18,9 +18,9 @@ class SampleTap {
   virtual ~SampleTap() = default;
   // A source begins: what came before was of another one, which would not do.
   virtual void Opened() = 0;
-  virtual void See(const Frame& frame) = 0;
-  virtual void See(const StereoPair& pair) = 0;
-  virtual void See(const TactileFrame& frame) = 0;
+  virtual void OnSample(const Frame& frame) = 0;
+  virtual void OnSample(const StereoPair& pair) = 0;
+  virtual void OnSample(const TactileFrame& frame) = 0;
 };
 
 // Samples that were seen once. One source at a time; the player outlives it.
@@ -44,7 +44,7 @@ class TappedSource : public Source {
   }
   std::optional<Sample> Next(const std::stop_token& stop) override {
     std::optional<Sample> sample = inner_->Next(stop);
-    if (sample) tap_->See(*sample);
+    if (sample) tap_->OnSample(*sample);
     return sample;
   }
   [[nodiscard]] std::string description() const override { return inner_->description(); }
@@ -59,7 +59,7 @@ template <typename Picture>
 class TappedPictures final : public TappedSource<PictureSource<Picture>> {
  public:
   using TappedSource<PictureSource<Picture>>::TappedSource;
-  [[nodiscard]] std::optional<EyesHealth> health() const override {
+  [[nodiscard]] std::optional<CameraHealth> health() const override {
     return this->inner()->health();
   }
 };

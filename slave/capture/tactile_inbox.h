@@ -61,7 +61,7 @@ class FingerStream {
   [[nodiscard]] const Sample& Get(std::size_t i) const noexcept {
     return ring_[(first_ + i) % ring_.size()];
   }
-  void BeginAnew() noexcept;
+  void Restart() noexcept;
   void Push(const Sample& sample) noexcept;
   void DropFirst() noexcept;
 

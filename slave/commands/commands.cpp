@@ -94,7 +94,7 @@ double Duration(const ProcessOptions& options, const Scene& scene) {
     throw std::invalid_argument(
         fmt::format("--duration = {:g}: accepted is 0 < seconds <= {:g}", duration, kLongest));
   }
-  if (!HasEyes(scene.sense)) {
+  if (!HasStereoOrDepth(scene.sense)) {
     throw std::invalid_argument(
         fmt::format("--duration: accepted for a simulated target that goes on; {} has none",
                     scene.file.string()));

@@ -41,7 +41,7 @@ std::string Percent(double done) {
 }
 
 // Time left from the stage's own pace; unknown while too little is done to tell.
-std::string Left(double spent, double done) {
+std::string TimeLeft(double spent, double done) {
   if (done >= 1 || done < 0.01 || spent <= 0) return "";
   return ", " + Duration(spent * (1 - done) / done) + " left";
 }
@@ -103,7 +103,7 @@ bool ProgressBar::Report(std::string_view stage, double done) {
     drawn_at_ = -std::numeric_limits<double>::infinity();
   }
   long_ = long_ || now - started_ >= kWorthSaying;
-  if (long_) output_.is_terminal ? Draw(now, done) : SayLine(now, done);
+  if (long_) output_.is_terminal ? Draw(now, done) : WriteLine(now, done);
   return !stop_.stop_requested();
 }
 
@@ -111,7 +111,7 @@ void ProgressBar::Draw(double now, double done) {
   if (now - drawn_at_ < kBetweenDraws) return;
   drawn_at_ = now;
   const std::string head = name_ + ": " + stage_;
-  const std::string tail = Percent(done) + Left(now - stage_started_, done);
+  const std::string tail = Percent(done) + TimeLeft(now - stage_started_, done);
   const int room = output_.columns - 1 - static_cast<int>(head.size() + tail.size()) - 3;
   std::string line = head;
   if (room >= kNarrowestBar) {
@@ -127,11 +127,12 @@ void ProgressBar::Draw(double now, double done) {
   on_screen_ = true;
 }
 
-void ProgressBar::SayLine(double now, double done) {
+void ProgressBar::WriteLine(double now, double done) {
   const int tenths = static_cast<int>(10 * done);
   if (tenths <= tenths_said_) return;
   tenths_said_ = tenths;
-  output_.write(name_ + ": " + stage_ + Percent(done) + Left(now - stage_started_, done) + "\n");
+  output_.write(name_ + ": " + stage_ + Percent(done) + TimeLeft(now - stage_started_, done) +
+                "\n");
 }
 
 }  // namespace palpate

@@ -41,7 +41,7 @@ class ProgressBar final : public Progress {
 
  private:
   void Draw(double now, double done);
-  void SayLine(double now, double done);
+  void WriteLine(double now, double done);
 
   std::string name_;
   std::stop_token stop_;

@@ -69,7 +69,7 @@ void Keep(const Scene& decided, const std::filesystem::path& file) {
 }
 
 // Where no force is told there is no model.
-bool TellsForce(const Scene& scene) {
+bool EstimatesForce(const Scene& scene) {
   return !scene.sense.Find<Tactile>() || MeetsObject(scene);
 }
 
@@ -98,7 +98,7 @@ std::filesystem::path CacheFolder() {
 Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                        SceneUse use, const std::stop_token& stop) {
   Scene scene = LoadScene(file, overrides, use);
-  if (scene.model.kind != "auto" || !study::CanStudy(scene) || !TellsForce(scene)) return scene;
+  if (scene.model.kind != "auto" || !study::CanStudy(scene) || !EstimatesForce(scene)) return scene;
   Decide(FileOf(scene, overrides), stop, &scene);
   for (const std::string& line : LinesOf(scene.model.decision, 4)) spdlog::info("{}", line);
   return scene;

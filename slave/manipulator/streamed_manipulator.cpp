@@ -142,7 +142,7 @@ std::optional<std::string> StreamedManipulator::Refusal(DriverId driver, const A
   return std::nullopt;
 }
 
-std::string StreamedManipulator::Doubt(const ArmReading& reading, Time measured_at) const {
+std::string StreamedManipulator::FindFault(const ArmReading& reading, Time measured_at) const {
   if (!reading.fault.empty()) return "the arm's driver says: " + reading.fault;
   const double reserve = kOutside * (options_.workspace_max - options_.workspace_min).norm();
   const double outside = Outside(options_, reading.p_S_tip);
@@ -207,7 +207,7 @@ std::optional<std::string> StreamedManipulator::Take(DriverId driver, const std:
     heard_at_ = arrived_at;
     ++reports_;
     const Time measured_at = clock_.Map(reading.measured_at, arrived_at);
-    const std::string doubt = Doubt(reading, measured_at);
+    const std::string doubt = FindFault(reading, measured_at);
     if (!doubt.empty()) {
       Fail(doubt, arrived_at);
     } else if (!fault_.empty() && SecondsBetween(wrong_at_, arrived_at) > kSettles) {

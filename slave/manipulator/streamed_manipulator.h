@@ -58,7 +58,7 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   [[nodiscard]] std::optional<std::string> Refusal(DriverId driver, const ArmReading& reading,
                                                    Time arrived_at) const;
   // What is wrong with a reading that can be read; empty: nothing.
-  [[nodiscard]] std::string Doubt(const ArmReading& reading, Time measured_at) const;
+  [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);
   void Keep(const ArmReading& reading, Time measured_at) noexcept;
   void Stand() noexcept;

@@ -41,7 +41,7 @@ ModelChoice ChoosePlate(const Scene& scene, double thickness) {
                 "; no study of this scene exists yet"};
   };
   if (scene.model.prestress > 0) return choose(false, "membrane under tension at rest: ");
-  if (!hand.press_told && !HasEyes(scene.sense)) return choose(true, "membrane: ");
+  if (!hand.press_told && !HasStereoOrDepth(scene.sense)) return choose(true, "membrane: ");
   const double w = hand.press_depth / thickness;
   const double lack = LackOfStretching(w);
   std::ostringstream why;

@@ -60,7 +60,7 @@ void RequireVolumes(const SolidMesh& mesh, double least) {
   }
 }
 
-PatchCover CoverOf(const SurfacePatch& patch, PatchBasis basis) noexcept {
+PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept {
   if (basis == PatchBasis::kMovedNodes || basis == PatchBasis::kMovedNodes10) {
     return {basis, patch.disc, patch.node_area, static_cast<int>(patch.nodes.size())};
   }

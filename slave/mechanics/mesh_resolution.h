@@ -12,8 +12,8 @@
 
 #include <Eigen/Core>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/mesh/surface_patch.h"
 
 namespace palpate {
 
@@ -38,7 +38,7 @@ struct PatchCover {
   double area = 0;  // what the nodes stand for, or of the triangles [m^2]
   int count = 0;    // of nodes, or of triangles
 };
-PatchCover CoverOf(const SurfacePatch& patch, PatchBasis basis) noexcept;
+PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 
 // Stiffness of the patch by that of the disc on a half-space, estimated [-]; 0: nothing is touched,
 // or fewer than three pieces of a disc.

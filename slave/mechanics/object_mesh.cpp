@@ -13,9 +13,9 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
-#include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/mesher/fill_surface.h"
 #include "slave/scene/model_kinds.h"
 

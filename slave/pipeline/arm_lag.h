@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
@@ -11,9 +11,10 @@ namespace palpate {
 // the picture's own instant; nullopt: a recorded tool's
 // pictures do not show the arm that moves here. A live one is asked when the picture has come, a
 // while after it was taken.
-inline std::optional<double> ArmLag(const Pace& pace, const World* world, double replayed) {
+inline std::optional<double> ArmLag(const Pace& pace, const SimulatedEnvironment* environment,
+                                    double replayed) {
   constexpr double kLive = 1.5;
-  if (world == nullptr && !pace.p_S_tip) return std::nullopt;
+  if (environment == nullptr && !pace.p_S_tip) return std::nullopt;
   return pace.is_live ? kLive : replayed;
 }
 

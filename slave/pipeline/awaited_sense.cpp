@@ -5,7 +5,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 
 namespace palpate {
 namespace {
@@ -31,22 +31,23 @@ bool AwaitedSense::TryToMake(const std::stop_token& stop) {
     if (!sense->Acquire(stop)) return false;
     sense_ = std::move(sense);
     made_ = sense_.get();
-    Tell({});
+    ReportTrouble({});
     return true;
   } catch (const std::exception& error) {
-    Tell(std::string("the pictures that came will not do: ") + error.what());
+    ReportTrouble(std::string("the pictures that came will not do: ") + error.what());
     inbox_.Drop();
     return false;
   }
 }
 
-void AwaitedSense::Tell(const std::string& trouble) {
+void AwaitedSense::ReportTrouble(const std::string& trouble) {
   const std::lock_guard lock(mutex_);
   if (!trouble.empty() && trouble != trouble_) spdlog::warn("{}", trouble);
   trouble_ = trouble;
 }
 
-std::unique_ptr<Rebuilt> AwaitedSense::Prepare(const Scene& changed, Progress* progress) const {
+std::unique_ptr<PreparedModel> AwaitedSense::Prepare(const Scene& changed,
+                                                     Progress* progress) const {
   if (!Made())
     throw std::logic_error(std::string(kNothingYet) + ": accepted is a change afterwards");
   return Made()->Prepare(changed, progress);
@@ -56,12 +57,13 @@ std::vector<StageTimes> AwaitedSense::Stages() const {
   return Made() ? Made()->Stages() : std::vector<StageTimes>();
 }
 
-std::unique_ptr<Account> AwaitedSense::OpenAccount(const World* world) {
-  return Made() ? Made()->OpenAccount(world) : nullptr;
+std::unique_ptr<OfflineReport> AwaitedSense::OpenOfflineReport(
+    const SimulatedEnvironment* environment) {
+  return Made() ? Made()->OpenOfflineReport(environment) : nullptr;
 }
 
-std::optional<EyesHealth> AwaitedSense::health() const {
-  EyesHealth health = inbox_.health();
+std::optional<CameraHealth> AwaitedSense::health() const {
+  CameraHealth health = inbox_.health();
   const std::lock_guard lock(mutex_);
   if (health.trouble.empty()) health.trouble = trouble_;
   return health;

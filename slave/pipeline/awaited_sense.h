@@ -8,19 +8,19 @@
 #include <string>
 
 #include "slave/capture/picture_inbox.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
-class AwaitedSense final : public Sense {
+class AwaitedSense final : public SensingPipeline {
  public:
   // `make` makes the sense from what `pace.pictures` brings; it throws where the pictures will not
   // do, and is asked again with the next ones. `awaited`: what is known of it before.
-  using Make = std::function<std::unique_ptr<Sense>(const Pace& pace)>;
+  using Make = std::function<std::unique_ptr<SensingPipeline>(const Pace& pace)>;
   AwaitedSense(const Scene& scene, Make make, SenseInfo awaited);
 
   bool Acquire(const std::stop_token& stop) override;
-  void Look() noexcept override { Made()->Look(); }
+  void Process() noexcept override { Made()->Process(); }
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
     return Made()->Estimate(p_S_tip);
   }
@@ -35,31 +35,32 @@ class AwaitedSense final : public Sense {
     return Made() ? Made()->Picture(full_scale) : std::nullopt;
   }
   // Throws std::logic_error while nothing was seen.
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
-                                                 Progress* progress) const override;
-  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override {
-    Made()->Adopt(std::move(rebuilt), changed);
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const override;
+  void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override {
+    Made()->Adopt(std::move(prepared), changed);
   }
   void Reset() override { Made()->Reset(); }
   [[nodiscard]] SenseInfo info() const override { return Made() ? Made()->info() : awaited_; }
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<Account> OpenAccount(const World* world) override;
+  std::unique_ptr<OfflineReport> OpenOfflineReport(
+      const SimulatedEnvironment* environment) override;
   [[nodiscard]] PictureInbox* pictures() override { return &inbox_; }
   [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
-  [[nodiscard]] std::optional<EyesHealth> health() const override;
+  [[nodiscard]] std::optional<CameraHealth> health() const override;
 
  private:
-  [[nodiscard]] Sense* Made() const noexcept { return made_; }
+  [[nodiscard]] SensingPipeline* Made() const noexcept { return made_; }
   // False: these pictures will not do, and it says why.
   bool TryToMake(const std::stop_token& stop);
-  void Tell(const std::string& trouble);
+  void ReportTrouble(const std::string& trouble);
 
   PictureInbox inbox_;
   const Make make_;
   const SenseInfo awaited_;
-  std::unique_ptr<Sense> sense_;
-  std::atomic<Sense*> made_ = nullptr;  // `sense_`, once it has its first sample
-  mutable std::mutex mutex_;            // guards the next one
+  std::unique_ptr<SensingPipeline> sense_;
+  std::atomic<SensingPipeline*> made_ = nullptr;  // `sense_`, once it has its first sample
+  mutable std::mutex mutex_;                      // guards the next one
   std::string trouble_;
 };
 

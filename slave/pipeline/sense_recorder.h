@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "slave/capture/sample_tap.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
@@ -18,7 +18,7 @@ class SenseRecorder : public SampleTap {
   // nullopt: it is a real one.
   virtual void Begin(const std::optional<Eigen::Vector3d>& p_S_tip) = 0;
   // `sense`, with each call kept.
-  virtual std::unique_ptr<Sense> Watch(std::unique_ptr<Sense> sense) = 0;
+  virtual std::unique_ptr<SensingPipeline> Watch(std::unique_ptr<SensingPipeline> sense) = 0;
 };
 
 }  // namespace palpate

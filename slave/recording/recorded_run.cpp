@@ -13,8 +13,8 @@
 #include "shared/program/program.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
-#include "slave/pipeline/offline/account.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/offline/offline_report.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/recording/recorded_beginning.h"
 #include "slave/recording/recorded_samples.h"
@@ -82,8 +82,9 @@ class Again {
         steps_(file),
         out_(out),
         scene_(SceneOf(beginning_, out / "scene")),
-        sense_(MakeSense(scene_, {.player = &samples_, .p_S_tip = beginning_.tip()}, nullptr)),
-        account_(sense_->OpenAccount(nullptr)),
+        sense_(MakeSensingPipeline(scene_, {.player = &samples_, .p_S_tip = beginning_.tip()},
+                                   nullptr)),
+        offline_report_(sense_->OpenOfflineReport(nullptr)),
         states_(out, false) {}
 
   RecordedRun Run(const std::stop_token& stop, const std::function<void(std::uint64_t)>& progress) {
@@ -143,13 +144,13 @@ class Again {
       throw InputError("a recorded estimate without its sample");
     }
     const Eigen::Vector3d p_S_arm = Finite(recorded.p_s_arm());
-    sense_->Look();
+    sense_->Process();
     const ContactEstimate& felt = sense_->Estimate(p_S_arm);
     v1::FeltState now;
     ToProto(felt, &now);
     Compare(now, recorded.felt(), &run_.differences);
     if (!std::exchange(has_felt_, true)) start_ = felt.sensed_at;
-    for (const StateRow& row : account_->Add(start_, nullptr)) states_.Write(row);
+    for (const StateRow& row : offline_report_->Add(start_, nullptr)) states_.Write(row);
   }
 
   void Adopt(const v1::SenseStep::Settings& settings) {
@@ -187,10 +188,10 @@ class Again {
   RecordingReader steps_;
   const std::filesystem::path out_;
   Scene scene_;
-  std::unique_ptr<Sense> sense_;
-  std::unique_ptr<Account> account_;
+  std::unique_ptr<SensingPipeline> sense_;
+  std::unique_ptr<OfflineReport> offline_report_;
   StatesFile states_;
-  std::unique_ptr<TouchPatch> patch_ = std::make_unique<TouchPatch>();
+  std::unique_ptr<SurfacePatch> patch_ = std::make_unique<SurfacePatch>();
   bool is_acquired_ = false, has_felt_ = false;
   Time start_{};
   RecordedRun run_;

@@ -10,7 +10,7 @@
 #include "shared/program/program.h"
 #include "shared/wire/fields.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "slave/recording/scene_files.h"
 #include "slave/recording/step_messages.h"
 #include "slave/scene/decided_model.h"
@@ -36,9 +36,9 @@ std::string Joined(const std::vector<std::string>& lines) {
 }  // namespace
 
 // Each call that leaves a mark, before it is made: what it does is in the order of what is kept.
-class SenseRecording::WatchedSense final : public Sense {
+class SenseRecording::WatchedSense final : public SensingPipeline {
  public:
-  WatchedSense(SenseRecording* kept, std::unique_ptr<Sense> sense)
+  WatchedSense(SenseRecording* kept, std::unique_ptr<SensingPipeline> sense)
       : kept_(*kept), sense_(std::move(sense)) {}
 
   bool Acquire(const std::stop_token& stop) override {
@@ -46,7 +46,7 @@ class SenseRecording::WatchedSense final : public Sense {
     if (acquired) Put([](v1::SenseStep* step) { step->mutable_acquired(); });
     return acquired;
   }
-  void Look() noexcept override { sense_->Look(); }
+  void Process() noexcept override { sense_->Process(); }
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
     const ContactEstimate& felt = sense_->Estimate(p_S_tip);
     Put([&](v1::SenseStep* step) {
@@ -61,7 +61,7 @@ class SenseRecording::WatchedSense final : public Sense {
     Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_plane_at()); });
     return sense_->LocalModelAt(p_S_tip);
   }
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_patch_at()); });
     return sense_->MakePatch(p_S_tip, patch);
   }
@@ -76,13 +76,13 @@ class SenseRecording::WatchedSense final : public Sense {
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
     return sense_->Picture(full_scale);
   }
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
-                                                 Progress* progress) const override {
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const override {
     return sense_->Prepare(changed, progress);
   }
-  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override {
+  void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override {
     Put([&](v1::SenseStep* step) { ToProto(changed, step->mutable_settings()); });
-    sense_->Adopt(std::move(rebuilt), changed);
+    sense_->Adopt(std::move(prepared), changed);
   }
   void Reset() override {
     Put([](v1::SenseStep* step) { step->mutable_reset(); });
@@ -90,13 +90,14 @@ class SenseRecording::WatchedSense final : public Sense {
   }
   [[nodiscard]] SenseInfo info() const override { return sense_->info(); }
   [[nodiscard]] std::vector<StageTimes> Stages() const override { return sense_->Stages(); }
-  std::unique_ptr<Account> OpenAccount(const World* world) override {
-    return sense_->OpenAccount(world);
+  std::unique_ptr<OfflineReport> OpenOfflineReport(
+      const SimulatedEnvironment* environment) override {
+    return sense_->OpenOfflineReport(environment);
   }
   [[nodiscard]] TactileInbox* inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* pictures() override { return sense_->pictures(); }
   [[nodiscard]] Time sensed_at() const override { return sense_->sensed_at(); }
-  [[nodiscard]] std::optional<EyesHealth> health() const override { return sense_->health(); }
+  [[nodiscard]] std::optional<CameraHealth> health() const override { return sense_->health(); }
 
  private:
   template <typename Fill>
@@ -118,7 +119,7 @@ class SenseRecording::WatchedSense final : public Sense {
   }
 
   SenseRecording& kept_;
-  const std::unique_ptr<Sense> sense_;
+  const std::unique_ptr<SensingPipeline> sense_;
 };
 
 SenseRecording::SenseRecording(const Scene& scene, const std::vector<std::string>& overrides,
@@ -153,7 +154,7 @@ void SenseRecording::Begin(const std::optional<Eigen::Vector3d>& p_S_tip) {
   has_begun_ = true;
 }
 
-std::unique_ptr<Sense> SenseRecording::Watch(std::unique_ptr<Sense> sense) {
+std::unique_ptr<SensingPipeline> SenseRecording::Watch(std::unique_ptr<SensingPipeline> sense) {
   return std::make_unique<WatchedSense>(this, std::move(sense));
 }
 
@@ -179,24 +180,24 @@ void SenseRecording::PutPicture(std::uint16_t channel, const cv::Mat& image, Tim
                   [image, sensed_at] { return PictureMessage(image, sensed_at); });
 }
 
-void SenseRecording::See(const Frame& frame) {
+void SenseRecording::OnSample(const Frame& frame) {
   PutInstant(frame.sequence, frame.sensed_at, 1, 0);
   PutPicture(left_, frame.image, frame.sensed_at);
 }
 
-void SenseRecording::See(const StereoPair& pair) {
+void SenseRecording::OnSample(const StereoPair& pair) {
   PutInstant(pair.sequence, pair.sensed_at, pair.right.empty() ? 1 : 2, pair.skew);
   PutPicture(left_, pair.left, pair.sensed_at);
   if (!pair.right.empty()) PutPicture(right_, pair.right, pair.sensed_at);
 }
 
-void SenseRecording::See(const TactileFrame& frame) {
+void SenseRecording::OnSample(const TactileFrame& frame) {
   v1::SenseStep step;
   ToProto(frame, step.mutable_tactile());
   recording_->Put(steps_, Clock::now(), step);
 }
 
-void SenseRecording::Say(int level, const std::string& line) {
+void SenseRecording::Log(int level, const std::string& line) {
   if (!has_begun_) return;
   foxglove::Log log;
   const Time now = Clock::now();

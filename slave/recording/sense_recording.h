@@ -34,15 +34,15 @@ class SenseRecording final : public SenseRecorder {
   ~SenseRecording() override;
 
   void Begin(const std::optional<Eigen::Vector3d>& p_S_tip) override;
-  std::unique_ptr<Sense> Watch(std::unique_ptr<Sense> sense) override;
+  std::unique_ptr<SensingPipeline> Watch(std::unique_ptr<SensingPipeline> sense) override;
 
   void Opened() override;
-  void See(const Frame& frame) override;
-  void See(const StereoPair& pair) override;
-  void See(const TactileFrame& frame) override;
+  void OnSample(const Frame& frame) override;
+  void OnSample(const StereoPair& pair) override;
+  void OnSample(const TactileFrame& frame) override;
 
   // Lines of the log: 0 debug to 4 fatal. Those before Begin are not kept.
-  void Say(int level, const std::string& line);
+  void Log(int level, const std::string& line);
   // Everything is written, the file closed.
   void Finish() { recording_->Finish(); }
   [[nodiscard]] Recording::Stats stats() const { return recording_->stats(); }

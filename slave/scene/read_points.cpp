@@ -21,7 +21,7 @@ const MembraneGeometry* MembraneOf(const Object& object) {
   return std::get_if<MembraneGeometry>(&object.geometry);
 }
 
-Track ReadTrack(Section& points, const Object& object, const Eyes& eyes) {
+Track ReadTrack(Section& points, const Object& object, const StereoOrDepth& eyes) {
   using Choice = Section::Choice<Track>;
   const auto* pair = std::get_if<StereoCameras>(&eyes);
   const bool is_simulated = pair != nullptr && pair->source == StereoCameras::Source::kSimulated;
@@ -174,7 +174,7 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
 
 }  // namespace
 
-PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const Eyes& eyes) {
+PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const StereoOrDepth& eyes) {
   const Object& object = setting.object;
   Section points = sense.Open("points");
   PointTracking tracking;

@@ -168,7 +168,7 @@ std::optional<SenseChoice> ReadFingertips(Section& sense, const SenseSetting& se
 }
 
 std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& setting) {
-  if (NamesEyes(sense.node())) return std::nullopt;
+  if (NamesStereoOrDepth(sense.node())) return std::nullopt;
   if (sense.Has("points")) {
     sense.Refuse("points",
                  "nothing beside one camera: points in space take `camera: {source: simulated, "
@@ -185,7 +185,7 @@ std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& set
 // scene feels in the first of them that it names.
 constexpr std::array kSenseReaders{
     &ReadFingertips,
-    &ReadEyes,
+    &ReadStereoOrDepth,
     &ReadOneCamera,
 };
 

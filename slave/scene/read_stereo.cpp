@@ -43,7 +43,7 @@ std::string FirstLine(const std::string& text) {
 
 // Looks into the rig's file no further than needed to refuse what is none, and for the size of the
 // left pictures; {0, 0}: not known.
-std::array<int, 2> LookIntoRig(Section& section, const StereoCameras& pair) {
+std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
   constexpr const char* kAccepted =
       "a rig of two cameras, as `calibrate --left ... --right ...` writes it";
   Mistakes mistakes(pair.rig);
@@ -111,7 +111,7 @@ bool IsSame(const Eye& a, const Eye& b) {
 }
 
 // Two eyes, or one with both pictures side by side.
-void ReadEyesOfPair(Section& section, const SceneContext& context, StereoCameras* pair) {
+void ReadCamerasOfPair(Section& section, const SceneContext& context, StereoCameras* pair) {
   pair->source = StereoCameras::Source::kEyes;
   if (!section.Has("layout")) {
     for (const char* key : {"left", "right"}) {
@@ -136,7 +136,7 @@ void ReadPairSource(Section& section, const SceneContext& context, StereoCameras
     section.OneOf<int>("source", {{"stream", 0}});
     pair->source = StereoCameras::Source::kStream;
   } else if (is_live) {
-    ReadEyesOfPair(section, context, pair);
+    ReadCamerasOfPair(section, context, pair);
   } else {
     pair->source = StereoCameras::Source::kFiles;
     pair->left = ReadPictures(section, "left", context);
@@ -160,7 +160,7 @@ StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, cons
   } else {
     pair.rig = ReadExistingFile(section, "rig", context);
   }
-  if (is_full && section.mistakes()->count() == before) pair.size = LookIntoRig(section, pair);
+  if (is_full && section.mistakes()->count() == before) pair.size = ReadRigHeader(section, pair);
   // What is only followed may be followed in the left camera's own frame.
   const bool needs_pose = is_full && IsHeld(object);
   pair.X_SL = needs_pose ? ReadKnownPose(camera) : ReadPose(camera, pair.X_SL);
@@ -209,15 +209,15 @@ void PassOver(Section& camera) {
 
 }  // namespace
 
-bool NamesEyes(const DocumentNode* sense) {
+bool NamesStereoOrDepth(const DocumentNode* sense) {
   const DocumentNode* camera = sense == nullptr ? nullptr : sense->Find("camera");
   if (camera == nullptr) return false;
   const auto has = [&](const char* key) { return camera->Find(key) != nullptr; };
   return has("pair") || has("stereo") || has("depth");
 }
 
-std::optional<SenseChoice> ReadEyes(Section& sense, const SenseSetting& setting) {
-  if (!NamesEyes(sense.node())) return std::nullopt;
+std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting& setting) {
+  if (!NamesStereoOrDepth(sense.node())) return std::nullopt;
   for (const char* key : {"tip", "contour"}) {
     if (sense.Has(key)) {
       sense.Refuse(key,

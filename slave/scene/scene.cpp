@@ -93,12 +93,12 @@ void SenseOptions::Set(SenseChoice sense) {
   }
 }
 
-bool HasEyes(const SenseOptions& sense) {
+bool HasStereoOrDepth(const SenseOptions& sense) {
   return sense.Find<PointsOptions>() != nullptr;
 }
 
 bool HasPictures(const SenseOptions& sense) {
-  return sense.Find<Camera>() != nullptr || HasEyes(sense);
+  return sense.Find<Camera>() != nullptr || HasStereoOrDepth(sense);
 }
 
 bool TakesPictures(const SenseOptions& sense) {

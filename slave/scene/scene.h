@@ -266,10 +266,10 @@ struct CameraOptions {
                       contour ? &*contour : nullptr);
   }
 };
-using Eyes = std::variant<StereoCameras, DepthPictures>;
+using StereoOrDepth = std::variant<StereoCameras, DepthPictures>;
 // Points in space, on the object, and the eyes that follow them (paper C).
 struct PointsOptions {
-  Eyes eyes;
+  StereoOrDepth eyes;
   PointTracking points;
 
   [[nodiscard]] auto parts() const {
@@ -277,7 +277,8 @@ struct PointsOptions {
                       &points);
   }
 };
-// A way of feeling, by its options: each is read by a row of kSenseReaders and made by MakeSense.
+// A way of feeling, by its options: each is read by a row of kSenseReaders and made by
+// MakeSensingPipeline.
 using SenseChoice = std::variant<CameraOptions, PointsOptions, Tactile>;
 
 // Calls `use` with the options of a sense and with each of their parts that is there.
@@ -322,7 +323,7 @@ class SenseOptions {
   std::vector<SenseChoice> senses_;
 };
 // Two cameras or depth pictures, which follow points in space.
-bool HasEyes(const SenseOptions& sense);
+bool HasStereoOrDepth(const SenseOptions& sense);
 // Cameras of any kind.
 bool HasPictures(const SenseOptions& sense);
 // Pictures that a driver pushes (FeedPictures).

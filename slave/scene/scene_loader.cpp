@@ -58,9 +58,9 @@ class CrossCheck {
     const Geometry& geometry = scene_.object.geometry;
     if (scene_.sense.Find<Tactile>() && !IsVolume(geometry)) {
       Refuse("object.geometry", "box or mesh where fingertips touch");
-    } else if (HasEyes(scene_.sense) && IsPlanar(geometry)) {
+    } else if (HasStereoOrDepth(scene_.sense) && IsPlanar(geometry)) {
       Refuse("object.geometry", "membrane, box or mesh where two cameras or depth pictures look");
-    } else if (std::holds_alternative<DomeGeometry>(geometry) && !HasTrueEyes()) {
+    } else if (std::holds_alternative<DomeGeometry>(geometry) && !HasTrueStereoOrDepth()) {
       Refuse("object.geometry.membrane",
              "a `radius`, unless pictures or depths of it come from files, cameras or a driver: no "
              "domed membrane is simulated, solved or studied");
@@ -73,9 +73,9 @@ class CrossCheck {
     }
   }
 
-  [[nodiscard]] bool HasTrueEyes() const {
+  [[nodiscard]] bool HasTrueStereoOrDepth() const {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
-    return HasEyes(scene_.sense) &&
+    return HasStereoOrDepth(scene_.sense) &&
            (stereo == nullptr || stereo->source != StereoCameras::Source::kSimulated);
   }
 
@@ -156,7 +156,7 @@ class CrossCheck {
     }
     const bool is_membrane = IsSkin(scene_.object.geometry);
     const bool is_told = IsPresent("manipulator", "home");
-    if (is_membrane && HasEyes(scene_.sense) && is_told && !(p_O.z() > 0)) {
+    if (is_membrane && HasStereoOrDepth(scene_.sense) && is_told && !(p_O.z() > 0)) {
       Refuse("manipulator.home", "a place before the membrane, on the side that z of O points to");
     }
   }
@@ -181,7 +181,8 @@ class CrossCheck {
     const auto* stereo = scene_.sense.Find<StereoCameras>();
     const bool is_simulated = stereo && stereo->source == StereoCameras::Source::kSimulated;
     const bool is_membrane = IsSkin(scene_.object.geometry);
-    if (!HasEyes(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0) return;
+    if (!HasStereoOrDepth(scene_.sense) || !(is_simulated || is_membrane) || mistakes_->count() > 0)
+      return;
     const Eigen::Isometry3d& X_SC =
         stereo ? stereo->X_SL : scene_.sense.Find<DepthPictures>()->X_SD;
     const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
@@ -259,7 +260,7 @@ class CrossCheck {
   const DocumentNode& document_;
   SceneUse use_;
   Mistakes* mistakes_;
-  bool named_eyes_ = NamesEyes(document_.Find("sense"));
+  bool named_eyes_ = NamesStereoOrDepth(document_.Find("sense"));
 };
 
 Scene ReadScene(Section& root, const SceneContext& context) {
@@ -269,7 +270,7 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.model = ReadModel(root, context);
   auto box = OutlineBox(scene.object);
   scene.sense = ReadSense(root, {context, scene.object, CameraOver(box)});
-  if (HasEyes(scene.sense) && !box) box = SolidBox(scene.object, root);
+  if (HasStereoOrDepth(scene.sense) && !box) box = SolidBox(scene.object, root);
   std::optional<Eigen::Vector3d> pad;
   if (auto* tactile = scene.sense.Find<Tactile>()) {
     if (IsVolume(scene.object.geometry)) box = SolidBox(scene.object, root);
@@ -280,7 +281,7 @@ Scene ReadScene(Section& root, const SceneContext& context) {
   scene.manipulator =
       ReadManipulator(root, scene.object, box, scene.operator_options.press_speed, pad);
   scene.link = ReadLink(root);
-  const bool has_eyes = HasEyes(scene.sense);
+  const bool has_eyes = HasStereoOrDepth(scene.sense);
   const bool has_no_other = scene.sense.all().empty() || scene.sense.Find<CameraOptions>();
   const bool needs_tool = context.use == SceneUse::kFull && has_no_other;
   scene.tool =

@@ -68,7 +68,7 @@ std::string Section::PathOf(std::string_view key) const {
   return path.append(path.empty() ? "" : ".").append(key);
 }
 
-const DocumentNode* Section::Ask(std::string_view key) {
+const DocumentNode* Section::Lookup(std::string_view key) {
   const DocumentNode* child = node_ == nullptr ? nullptr : node_->Find(key);
   if (child != nullptr) {
     const auto place = static_cast<std::size_t>(child - node_->children.data());
@@ -82,7 +82,7 @@ const DocumentNode* Section::Ask(std::string_view key) {
 
 const DocumentNode* Section::Require(std::string_view key, std::string_view accepted,
                                      bool is_required) {
-  const DocumentNode* child = Ask(key);
+  const DocumentNode* child = Lookup(key);
   if (child == nullptr && is_required && present()) {
     mistakes_->AddMissing(*node_, PathOf(key), accepted);
   }
@@ -90,7 +90,7 @@ const DocumentNode* Section::Require(std::string_view key, std::string_view acce
 }
 
 bool Section::Has(std::string_view key) {
-  return Ask(key) != nullptr;
+  return Lookup(key) != nullptr;
 }
 
 Section Section::Open(std::string_view key, std::string_view required) {
@@ -185,7 +185,7 @@ std::vector<Eigen::Vector2d> Section::Points(std::string_view key, const Rule& r
 }
 
 void Section::Refuse(std::string_view key, std::string_view accepted) {
-  const DocumentNode* child = Ask(key);
+  const DocumentNode* child = Lookup(key);
   if (child != nullptr) {
     mistakes_->Add(*child, PathOf(key), accepted);
   } else if (present()) {

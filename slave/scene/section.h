@@ -114,7 +114,7 @@ class Section {
   [[nodiscard]] Mistakes* mistakes() const { return mistakes_; }
 
  private:
-  const DocumentNode* Ask(std::string_view key);
+  const DocumentNode* Lookup(std::string_view key);
   const DocumentNode* Require(std::string_view key, std::string_view accepted, bool is_required);
   std::optional<double> Read(const DocumentNode& node, const std::string& path, const Rule& rule);
 

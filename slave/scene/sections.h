@@ -51,15 +51,15 @@ std::string ReadAddress(Section& section);
 // Whether pictures come from exactly one source; refused otherwise.
 bool NamesOneSource(Section& camera);
 // Whether `camera` below `sense` (nullptr: absent) is two cameras or takes depth pictures.
-bool NamesEyes(const DocumentNode* sense);
+bool NamesStereoOrDepth(const DocumentNode* sense);
 // `camera` and `points` below `sense`, where it does; nullopt: it does not, or has mistakes. A
 // simulated pair stands 250 mm inside (paper C), at negative z of O, its left camera's x along that
 // of O, and looks at O's origin; where other cameras stand must be said, unless nothing holds the
 // object.
-std::optional<SenseChoice> ReadEyes(Section& sense, const SenseSetting& setting);
+std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting& setting);
 // `points` below `sense`. By default a membrane has the dots of paper C, scaled to its size,
 // another object is followed by its texture and a depth picture by the surface it shows.
-PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const Eyes& eyes);
+PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const StereoOrDepth& eyes);
 // `tactile` below `sense`; nullopt: absent. Fingers without a pose are not placed yet.
 std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context);
 // The file named at `key`, in the scene's folder; empty if the key is absent. Full use refuses one

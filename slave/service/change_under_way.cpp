@@ -47,7 +47,7 @@ grpc::Status ChangeUnderWay::Make(const grpc::ServerContext& context,
   return Guarded([&] { work(&listener); });
 }
 
-void ChangeUnderWay::Tell(v1::Status* status) const {
+void ChangeUnderWay::FillStatus(v1::Status* status) const {
   const std::lock_guard lock(mutex_);
   if (!making_) return;
   *status->mutable_making() = *making_;

@@ -23,14 +23,14 @@ class ChangeUnderWay {
   // `work` throws: as Guarded says.
   grpc::Status Make(const grpc::ServerContext& context, const std::function<void(Progress*)>& work);
   // Fills `making` while there is a change.
-  void Tell(v1::Status* status) const;
+  void FillStatus(v1::Status* status) const;
 
  private:
   class Listener;
 
   std::mutex one_at_a_time_;
   mutable std::mutex mutex_;  // guards what follows; never held long
-  std::optional<v1::Making> making_;
+  std::optional<v1::ModelBuildProgress> making_;
   Time began_{};
 };
 

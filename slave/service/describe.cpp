@@ -165,7 +165,7 @@ void ToProto(const SlaveStatus& status, v1::Status* message) {
   }
   for (const std::string& alarm : status.alarms) message->add_alarms(alarm);
   if (status.arm) ToProto(*status.arm, message->mutable_arm());
-  if (status.eyes) ToProto(*status.eyes, message->mutable_eyes());
+  if (status.cameras) ToProto(*status.cameras, message->mutable_cameras());
 }
 
 void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* message) {
@@ -177,7 +177,7 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
     message->mutable_elements()->Assign(shape.elements.begin(), shape.elements.end());
     message->set_nodes_per_element(static_cast<std::uint32_t>(shape.nodes_per_element));
     Assign(shape.rest, message->mutable_rest());
-    message->mutable_held()->Assign(shape.held.begin(), shape.held.end());
+    message->mutable_fixed_nodes()->Assign(shape.fixed_nodes.begin(), shape.fixed_nodes.end());
   }
   Assign(shape.positions, message->mutable_positions());
   Assign(shape.nodal_forces, message->mutable_nodal_forces());

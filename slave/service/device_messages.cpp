@@ -52,7 +52,7 @@ void ToProto(const ArmHealth& health, v1::ArmStatus* message) {
   message->set_rate_hz(health.rate);
 }
 
-void ToProto(const EyesHealth& health, v1::EyesStatus* message) {
+void ToProto(const CameraHealth& health, v1::CameraStatus* message) {
   message->set_trouble(health.trouble);
   message->set_taken(health.taken);
   message->set_dropped(health.dropped);

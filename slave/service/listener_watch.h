@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "shared/link/loopback.h"
-#include "slave/service/door/acceptor.h"
+#include "slave/service/admission/acceptor.h"
 
 namespace palpate {
 

@@ -52,7 +52,7 @@ std::optional<PushedSample> FromProto(const v1::PictureSample& message, std::str
 // which and what is accepted.
 std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* reason);
 void ToProto(const ArmHealth& health, v1::ArmStatus* message);
-void ToProto(const EyesHealth& health, v1::EyesStatus* message);
+void ToProto(const CameraHealth& health, v1::CameraStatus* message);
 void ToProto(const ArmAim& aim, Time now, v1::ArmTarget* message);
 
 void ToProto(const SlaveDescription& description, v1::SceneDescription* message);

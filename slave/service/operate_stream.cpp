@@ -21,7 +21,7 @@ Reactor* OperateStream::Open(const Host& host, const std::string& peer) {
     if (const auto dismissed = weak.lock()) dismissed->End({grpc::StatusCode::ABORTED, reason});
   };
   std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> answer;
-  const grpc::Status asked = Guarded([&] { answer = host.lease.Ask(peer, dismiss); });
+  const grpc::Status asked = Guarded([&] { answer = host.lease.RequestTicket(peer, dismiss); });
   if (!asked.ok()) return new RefusedStream<Reactor>(asked);
   if (const auto* held = std::get_if<OperatorLease::HeldBy>(&answer)) {
     return new RefusedStream<Reactor>(
@@ -122,12 +122,12 @@ void OperateStream::OfferDatagrams() {
 }
 
 // As one that came by the stream, where the lease looks at what is newer.
-DatagramLine::Told OperateStream::TakeDatagram(std::string_view plain) {
+DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view plain) {
   if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
   if (!host_.lease.Command(ticket_, datagram_command_)) {
     host_.publisher.Flag(Event::kCommandRefused);
   }
-  DatagramLine::Told told{.seen = FromProto(datagram_command_.datagrams_seen())};
+  DatagramLine::LinkFeedback told{.seen = FromProto(datagram_command_.datagrams_seen())};
   std::string reason;
   if (datagram_command_.has_echo()) {
     const Time sent_at = FieldReader(&reason).Stamp("echo", datagram_command_.echo());

@@ -47,7 +47,7 @@ class OperateStream final
   void ReadNext();
   void OnEnding() override;
   void OfferDatagrams();
-  DatagramLine::Told TakeDatagram(std::string_view plain);
+  DatagramLine::LinkFeedback TakeDatagram(std::string_view plain);
   // The newest state in `box_` becomes `message_`; false: there is none. With mutex_ held.
   bool MakeMessage();
 

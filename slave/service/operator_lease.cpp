@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Ask(
+std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::RequestTicket(
     const std::string& peer, Dismiss dismiss) {
   Dismiss dismiss_silent_holder;
   Ticket ticket = 0;
@@ -48,12 +48,12 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   if (slave_.Command(*command) && is_newer) {
     holder_.heard_at = Clock::now();
     holder_.sequence = command->sequence;
-    TellRoundTrip(*command);
+    ReportRoundTrip(*command);
   }
   return true;
 }
 
-void OperatorLease::TellRoundTrip(const OperatorCommand& command) {
+void OperatorLease::ReportRoundTrip(const OperatorCommand& command) {
   if (!command.echo || command.state_sequence <= holder_.state_sequence) return;
   holder_.state_sequence = command.state_sequence;
   if (on_round_trip_) on_round_trip_(holder_.peer, SecondsBetween(*command.echo, holder_.heard_at));

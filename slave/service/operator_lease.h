@@ -13,7 +13,7 @@
 
 #include "palpate/v1/state.pb.h"
 
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 #include "slave/pipeline/teleop/slave.h"
 
@@ -42,7 +42,7 @@ class OperatorLease {
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
   // Begins operating for `peer`, or tells who does.
-  std::variant<Ticket, HeldBy> Ask(const std::string& peer, Dismiss dismiss);
+  std::variant<Ticket, HeldBy> RequestTicket(const std::string& peer, Dismiss dismiss);
   // Hands on a command. False: malformed, counted, not followed (what the slave itself refuses, it
   // flags itself). Nothing happens without the lease. An emergency stop counts whatever else the
   // command says.
@@ -70,12 +70,13 @@ class OperatorLease {
 
   // With mutex_ held, both.
   [[nodiscard]] std::string DescribeHolder() const;
-  void TellRoundTrip(const OperatorCommand& command);
+  void ReportRoundTrip(const OperatorCommand& command);
 
   Slave& slave_;
   const Clock::duration silence_;
   const OnRoundTrip on_round_trip_;
-  mutable UrgentMutex mutex_;  // guards everything below and the order of calls to slave_
+  mutable PriorityInheritanceMutex
+      mutex_;  // guards everything below and the order of calls to slave_
   Holder holder_;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;

@@ -15,8 +15,8 @@
 
 #include <grpcpp/support/status.h>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/link/state_mailbox.h"
-#include "shared/link/urgent_mutex.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
@@ -62,7 +62,7 @@ class Publisher {
   std::vector<std::shared_ptr<StateReader>> readers_;
   Time sensed_at_{};
 
-  UrgentMutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards what follows
   std::condition_variable_any joined_;
   std::weak_ptr<StateReader> operator_;
   std::vector<std::weak_ptr<StateReader>> observers_;

@@ -35,7 +35,7 @@ struct Rule {
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 17> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 18> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
                                        {"GetCapabilities", kAnybody, false},
                                        {"Operate", kOperator, true},
@@ -47,6 +47,7 @@ constexpr std::array<Rule, 17> kRules{{{"GetScene", kAnybody, false},
                                        {"SetModel", kOperator | kAdmin, true},
                                        {"SetParameters", kOperator | kAdmin, true},
                                        {"Reset", kOperator | kAdmin, true},
+                                       {"ReinitializeTracking", kOperator | kAdmin, true},
                                        {"FindAnew", kOperator | kAdmin, true},
                                        {"Stop", kAnybody, true},
                                        {"FeedTactile", kSensor, true},

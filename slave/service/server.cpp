@@ -18,7 +18,7 @@
 #include "shared/link/loopback.h"
 #include "shared/link/thread_priority.h"
 #include "shared/tls/credentials.h"
-#include "slave/service/door/acceptor.h"
+#include "slave/service/admission/acceptor.h"
 #include "slave/service/listener_watch.h"
 #include "slave/service/publisher.h"
 #include "slave/service/roles.h"
@@ -59,7 +59,7 @@ ListenerWatch::Options WatchOf(Greeting greeting) {
 }
 
 // Who is deaf: the door's own thread, or what it hands on to.
-void TellOfMissed(int missed, const AcceptorCounts& door) {
+void LogMissedProbes(int missed, const AcceptorCounts& door) {
   spdlog::warn(
       "nobody answers at the door ({} in a row): it looked {:.1f} s ago, {} wait, {} are in",
       missed, door.unseen, door.waiting, door.open);
@@ -102,7 +102,7 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
 }
 
 // Its own way to say something may wait for whoever reads the log, with a connection in its hands.
-void TellOfGrpc(gpr_log_func_args* said) {
+void LogGrpc(gpr_log_func_args* said) {
   spdlog::warn("gRPC: {}", said->message);
 }
 
@@ -131,8 +131,8 @@ struct Server::Parts {
   void KeepWhileTrusted(const grpc::ServerContextBase& context);
 
   // Health follows what is sensed.
-  void Tell() const;
-  void KeepTelling(const std::stop_token& stop) const;
+  void UpdateHealth() const;
+  void KeepHealthUpdated(const std::stop_token& stop) const;
 
   Slave& slave;
   Endpoint endpoint;
@@ -158,7 +158,7 @@ void Server::Parts::KeepWhileTrusted(const grpc::ServerContextBase& context) {
 
 void Server::Parts::Build(const std::filesystem::path& tls) {
   const auto credentials = CredentialsFrom(tls, revoked);
-  gpr_set_log_function(TellOfGrpc);
+  gpr_set_log_function(LogGrpc);
   grpc::EnableDefaultHealthCheckService(true);
   // Each of its streams holds a thread: for those on this machine.
   if (IsLoopback(endpoint.host)) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -170,13 +170,13 @@ void Server::Parts::Build(const std::filesystem::path& tls) {
   server = builder.BuildAndStart();
 }
 
-void Server::Parts::Tell() const {
+void Server::Parts::UpdateHealth() const {
   const bool fresh = slave.Status().validity != Validity::kStale;
   server->GetHealthCheckService()->SetServingStatus(v1::Teleoperation::service_full_name(), fresh);
 }
 
-void Server::Parts::KeepTelling(const std::stop_token& stop) const {
-  for (; !stop.stop_requested(); std::this_thread::sleep_for(kHealthPeriod)) Tell();
+void Server::Parts::KeepHealthUpdated(const std::stop_token& stop) const {
+  for (; !stop.stop_requested(); std::this_thread::sleep_for(kHealthPeriod)) UpdateHealth();
 }
 
 Server::Server(Slave& slave, const std::string& address, bool insecure,
@@ -192,11 +192,11 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   parts_->endpoint = parts_->door->endpoint();
   parts_->address = ToString(parts_->endpoint);
   parts_->door->Start();
-  parts_->Tell();  // nobody finds a service that is unknown
+  parts_->UpdateHealth();  // nobody finds a service that is unknown
   parts_->telling =
-      std::jthread([this](const std::stop_token& stop) { parts_->KeepTelling(stop); });
+      std::jthread([this](const std::stop_token& stop) { parts_->KeepHealthUpdated(stop); });
   ListenerWatch::Options watch = WatchOf(greeting);
-  watch.on_missed = [&door = *parts_->door](int missed) { TellOfMissed(missed, door.counts()); };
+  watch.on_missed = [&door = *parts_->door](int missed) { LogMissedProbes(missed, door.counts()); };
   parts_->listener.emplace(parts_->endpoint, on_deaf ? std::move(on_deaf) : EndProcess, watch);
 }
 

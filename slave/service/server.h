@@ -7,7 +7,7 @@
 #include <string>
 
 #include "slave/pipeline/teleop/slave.h"
-#include "slave/service/door/acceptor.h"
+#include "slave/service/admission/acceptor.h"
 
 namespace palpate {
 

@@ -3,7 +3,7 @@
 
 #include "shared/metrics/metric.h"
 #include "slave/pipeline/teleop/slave.h"
-#include "slave/service/door/acceptor.h"
+#include "slave/service/admission/acceptor.h"
 
 namespace palpate {
 

@@ -9,7 +9,7 @@
 
 #include <grpcpp/support/status.h>
 
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/text/progress.h"
 
 namespace palpate {
@@ -80,7 +80,7 @@ class EndingStream : public Reactor {
   }
 
   std::shared_ptr<EndingStream> self_;  // until OnDone
-  UrgentMutex mutex_;                   // guards what follows
+  PriorityInheritanceMutex mutex_;      // guards what follows
   std::optional<grpc::Status> ending_;
   int busy_ = 0;  // threads between Enter and Exit, and writes in flight
 

@@ -47,7 +47,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   const std::uint64_t malformed = lease_.malformed();
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);
-  change_.Tell(reply);
+  change_.FillStatus(reply);
 }
 
 grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
@@ -97,11 +97,17 @@ grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContex
       reply);
 }
 
-grpc::ServerUnaryReactor* TeleoperationService::FindAnew(grpc::CallbackServerContext* context,
-                                                         const v1::FindAnewRequest* /*request*/,
-                                                         v1::Status* reply) {
+grpc::ServerUnaryReactor* TeleoperationService::ReinitializeTracking(
+    grpc::CallbackServerContext* context, const v1::ReinitializeTrackingRequest* /*request*/,
+    v1::Status* reply) {
   return AnswerOperator(
-      context, [this] { slave_.FindAnew(); }, reply);
+      context, [this] { slave_.ReinitializeTracking(); }, reply);
+}
+
+grpc::ServerUnaryReactor* TeleoperationService::FindAnew(
+    grpc::CallbackServerContext* context, const v1::ReinitializeTrackingRequest* request,
+    v1::Status* reply) {
+  return ReinitializeTracking(context, request, reply);
 }
 
 grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext* context,

@@ -27,14 +27,16 @@ namespace palpate {
 // take a while, a watcher mostly waits and pictures are decoded: blocking handlers, in a pool that
 // may be full.
 template <class Base>
-using CalledBack = v1::Teleoperation::WithCallbackMethod_Stop<
-    v1::Teleoperation::WithCallbackMethod_Reset<v1::Teleoperation::WithCallbackMethod_FindAnew<
-        v1::Teleoperation::WithCallbackMethod_GetStatus<
-            v1::Teleoperation::WithCallbackMethod_GetScene<
-                v1::Teleoperation::WithCallbackMethod_GetCapabilities<
-                    v1::Teleoperation::WithCallbackMethod_FeedTactile<
-                        v1::Teleoperation::WithCallbackMethod_DriveTool<
-                            v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>;
+using CalledBack =
+    v1::Teleoperation::WithCallbackMethod_Stop<v1::Teleoperation::WithCallbackMethod_Reset<
+        v1::Teleoperation::WithCallbackMethod_ReinitializeTracking<
+            v1::Teleoperation::WithCallbackMethod_FindAnew<
+                v1::Teleoperation::WithCallbackMethod_GetStatus<
+                    v1::Teleoperation::WithCallbackMethod_GetScene<
+                        v1::Teleoperation::WithCallbackMethod_GetCapabilities<
+                            v1::Teleoperation::WithCallbackMethod_FeedTactile<
+                                v1::Teleoperation::WithCallbackMethod_DriveTool<
+                                    v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>>;
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
@@ -79,8 +81,12 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
                              v1::SettingsReply* reply) override;
   grpc::ServerUnaryReactor* Reset(grpc::CallbackServerContext* context,
                                   const v1::ResetRequest* request, v1::Status* reply) override;
+  grpc::ServerUnaryReactor* ReinitializeTracking(grpc::CallbackServerContext* context,
+                                                 const v1::ReinitializeTrackingRequest* request,
+                                                 v1::Status* reply) override;
+  // Deprecated alias of ReinitializeTracking.
   grpc::ServerUnaryReactor* FindAnew(grpc::CallbackServerContext* context,
-                                     const v1::FindAnewRequest* request,
+                                     const v1::ReinitializeTrackingRequest* request,
                                      v1::Status* reply) override;
   grpc::ServerUnaryReactor* Stop(grpc::CallbackServerContext* context,
                                  const v1::StopRequest* request, v1::Status* reply) override;

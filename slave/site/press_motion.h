@@ -45,11 +45,11 @@ struct PressMotion {
 };
 
 // What a scene's own press asks for, or throws std::invalid_argument naming the key.
-struct PressWishes {
+struct PressRequest {
   double depth = 0;  // beyond the first touch [m]
   double speed = 0;  // at most: the press's own, or the manipulator's if that is less [m/s]
 
-  explicit PressWishes(const Scene& scene) {
+  explicit PressRequest(const Scene& scene) {
     const auto positive = [](double value, const char* key, const char* unit) {
       if (value > 0 && std::isfinite(value)) return value;
       throw std::invalid_argument(fmt::format("{} = {:g} {}: accepted is > 0", key, value, unit));

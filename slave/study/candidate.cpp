@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "shared/mesh/boundary_patch.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/scene/model_kinds.h"
 
 namespace palpate::study {
@@ -356,7 +356,7 @@ double Diameter(double area) {
 double NodesDiameter(const SurfaceMesh& surface, const Press& press, double width) {
   const auto place = FindPlace(surface, press.p_O);
   if (!place) return kUnknown;
-  const SurfacePatch patch = PatchAt(surface, *place, press.p_O, width);
+  const DiscPatch patch = PatchAt(surface, *place, press.p_O, width);
   const std::set<int> nodes(patch.nodes.begin(), patch.nodes.end());
   double area = 0;
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "shared/mesh/boundary_patch.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/model_kinds.h"

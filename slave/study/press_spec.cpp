@@ -8,8 +8,8 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/object_mesh.h"
 
 namespace palpate::study {

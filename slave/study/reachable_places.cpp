@@ -7,7 +7,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/study/candidate.h"
 

@@ -238,8 +238,8 @@ double SamplingBar(std::vector<double> errors) {
   return 0.5 * std::abs(at(rank - sigma) - at(rank + sigma));
 }
 
-void JudgePress(const Reference& reference, const PressAnswers& answers, double slope, bool sole,
-                PressErrors* errors) {
+void EvaluatePress(const Reference& reference, const PressAnswers& answers, double slope, bool sole,
+                   PressErrors* errors) {
   const double width = 1 + answers.width_mismatch;
   const double width_error = width > 0 ? std::abs(std::pow(width, slope) - 1) : 0;
   const auto judge = [&](const Estimate& truth, double value) {
@@ -356,7 +356,7 @@ References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
   return references;
 }
 
-void JudgeRows(const References& references, std::vector<StudyRow>* rows) {
+void EvaluateRows(const References& references, std::vector<StudyRow>* rows) {
   for (StudyRow& row : *rows) {
     if (row.outcome != Outcome::kAnswered) continue;
     PressErrors errors;
@@ -364,7 +364,7 @@ void JudgeRows(const References& references, std::vector<StudyRow>* rows) {
     for (std::size_t i = 0; i < row.answers.size(); ++i) {
       const double own = row.answers[i].width_slope;
       const double slope = std::isfinite(own) ? own : LargestSlope(*rows, i);
-      JudgePress(references.presses[i], row.answers[i], slope, sole, &errors);
+      EvaluatePress(references.presses[i], row.answers[i], slope, sole, &errors);
     }
     row.error = AtNineOfTen(errors.full, std::mem_fn(&Estimate::value));
     row.error.bar = std::hypot(row.error.bar, SamplingBar(errors.deviation));

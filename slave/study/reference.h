@@ -61,6 +61,6 @@ class ReferenceFinder {
 };
 
 // Fills the errors of every row that answered.
-void JudgeRows(const References& references, std::vector<StudyRow>* rows);
+void EvaluateRows(const References& references, std::vector<StudyRow>* rows);
 
 }  // namespace palpate::study

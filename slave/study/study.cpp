@@ -143,7 +143,7 @@ class Study {
       const Candidate candidate = std::move(*next);
       waiting_.erase(next);
       TryOne(candidate, expected);
-      Judge(finder);
+      EvaluateErrors(finder);
       if (watcher_.on_row) watcher_.on_row(result_);
     }
     result_.complete = waiting_.empty();
@@ -152,7 +152,7 @@ class Study {
       result_.rows.push_back(Skipped(c, why));
       result_.rows.back().expected_s = ExpectedSeconds(c);
     }
-    Judge(finder);
+    EvaluateErrors(finder);
     if (watcher_.on_row) watcher_.on_row(result_);
     return std::move(result_);
   }
@@ -191,9 +191,9 @@ class Study {
     watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
-  void Judge(const ReferenceFinder& finder) {
+  void EvaluateErrors(const ReferenceFinder& finder) {
     result_.references = finder.Find(result_.rows);
-    JudgeRows(result_.references, &result_.rows);
+    EvaluateRows(result_.references, &result_.rows);
     MarkFront(&result_.rows);
     result_.recommendation = Recommend(result_.tolerance, result_.rate, &result_.rows);
   }

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
 #include "slave/mechanics/linear/mumps.h"
 #include "slave/mechanics/object_mesh.h"

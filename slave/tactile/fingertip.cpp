@@ -84,8 +84,8 @@ void Fingertip::Reset() noexcept {
   touch_ = {};
 }
 
-const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
-                                   bool is_clear) noexcept {
+const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_gap,
+                                       bool is_clear) noexcept {
   if (reading.present) stuck_.Take(reading);
   rest_.Advance();
   const bool repeats = reading.present && stuck_.are_repeated() && !stuck_.are_frozen();
@@ -124,7 +124,7 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
   TakeForce(was_known ? Push(change) : PushKept());
   pressure_ += kBriskly * (change[kElectrodeCount + 1] - pressure_);
   if (pattern_) {
-    touch_.stirs = Stirs();
+    touch_.stirs = PressureFluctuates();
     // What the pressure does not show may as well be nothing.
     const bool shows = touch_.stirs.value_or(false);
     if (touch_.force_F && !shows) {
@@ -135,12 +135,12 @@ const FingerTouch& Fingertip::Feel(const FingerReading& reading, bool after_gap,
   const TouchPlace place = localiser_->Locate(change, mended);
   DecideTouch(place);
   NoteFlaws(place);
-  Judge();
+  CheckEstimate();
   return touch_;
 }
 
 // Between what noise may be and what its absence may be nobody knows.
-std::optional<bool> Fingertip::Stirs() const noexcept {
+std::optional<bool> Fingertip::PressureFluctuates() const noexcept {
   const double noise = std::max(1.0, pattern_->noise());
   const double rest = kRestSigmas * std::sqrt(rest_.pressure_variance());
   if (pressure_ > kStirs * noise + rest) return true;
@@ -335,7 +335,7 @@ void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
   }
 }
 
-void Fingertip::Judge() noexcept {
+void Fingertip::CheckEstimate() noexcept {
   touch_.why = {};
   touch_.check = FailedCheck::kNone;
   if (!estimate_) {
@@ -351,35 +351,35 @@ void Fingertip::Judge() noexcept {
   touch_.validity = Validity::kValid;
   const double size = touch_.force_F->norm();
   const bool unplaced = !touch_.touching && !touch_.place.usable();
-  Doubt(network_.learnt_force > 0 && size > network_.learnt_force, FailedCheck::kModelRange,
-        "the force is beyond what the network has learnt");
-  Doubt(touch_.place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
-  Doubt(stuck_.are_frozen() || stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
-        "all electrodes stand still: the sensor is dead or its driver repeats itself");
-  Doubt(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
-        "an electrode stands still: it is dead");
-  Doubt(pressure_ < kBelowRest, FailedCheck::kRestDrift,
-        "the pressure is below that at rest: something touched while rest values were taken");
-  if (pattern_) DoubtPattern();
-  Doubt(flawed_left_ > 0, FailedCheck::kElectrode, "a flawed sample in the window");
-  Doubt(unplaced && size > kUnseenTouch * network_.sigma.norm(), FailedCheck::kTransfer,
-        "there is a force, but no place of it");
+  Flag(network_.learnt_force > 0 && size > network_.learnt_force, FailedCheck::kModelRange,
+       "the force is beyond what the network has learnt");
+  Flag(touch_.place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
+  Flag(stuck_.are_frozen() || stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
+       "all electrodes stand still: the sensor is dead or its driver repeats itself");
+  Flag(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
+       "an electrode stands still: it is dead");
+  Flag(pressure_ < kBelowRest, FailedCheck::kRestDrift,
+       "the pressure is below that at rest: something touched while rest values were taken");
+  if (pattern_) FlagPattern();
+  Flag(flawed_left_ > 0, FailedCheck::kElectrode, "a flawed sample in the window");
+  Flag(unplaced && size > kUnseenTouch * network_.sigma.norm(), FailedCheck::kTransfer,
+       "there is a force, but no place of it");
 }
 
-void Fingertip::DoubtPattern() noexcept {
-  Doubt(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
-        "the pressure is not that of the electrodes");
-  Doubt(steps_ > kManySteps, FailedCheck::kElectrode,
-        "all electrodes step together, again and again");
-  Doubt(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
-  Doubt(pattern_->noise_since_start() < kFallen, FailedCheck::kTransfer,
-        "the electrodes are quieter than they were at the start: their gain has fallen");
-  Doubt(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
-        "the electrodes are quieter than those the network has learnt from: their gain is lower");
+void Fingertip::FlagPattern() noexcept {
+  Flag(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
+       "the pressure is not that of the electrodes");
+  Flag(steps_ > kManySteps, FailedCheck::kElectrode,
+       "all electrodes step together, again and again");
+  Flag(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
+  Flag(pattern_->noise_since_start() < kFallen, FailedCheck::kTransfer,
+       "the electrodes are quieter than they were at the start: their gain has fallen");
+  Flag(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
+       "the electrodes are quieter than those the network has learnt from: their gain is lower");
 }
 
 // The first doubt is told.
-void Fingertip::Doubt(bool fails, FailedCheck check, std::string_view why) noexcept {
+void Fingertip::Flag(bool fails, FailedCheck check, std::string_view why) noexcept {
   if (!fails || touch_.validity != Validity::kValid) return;
   touch_.validity = Validity::kExtrapolated;
   touch_.check = check;

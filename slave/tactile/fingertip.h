@@ -132,8 +132,8 @@ class Fingertip {
   // Takes the next sample; `after_gap`: others are missing just before it; `is_clear`: nothing is
   // near that it could touch, so that its rest values may be followed. Allocation-free; the sample
   // that completes the rest values runs the network over all that were kept.
-  const FingerTouch& Feel(const FingerReading& reading, bool after_gap,
-                          bool is_clear = false) noexcept;
+  const FingerTouch& Estimate(const FingerReading& reading, bool after_gap,
+                              bool is_clear = false) noexcept;
   // Rest values are taken anew.
   void Reset() noexcept;
 
@@ -147,7 +147,7 @@ class Fingertip {
   void Miss() noexcept;
   void FollowRest(const FingerReading& reading) noexcept;
   void FollowSteps(const FingerReading& reading, bool looks_back) noexcept;
-  [[nodiscard]] std::optional<bool> Stirs() const noexcept;
+  [[nodiscard]] std::optional<bool> PressureFluctuates() const noexcept;
   TactileSignals Mend(const TactileSignals& change, FingerReading* reading) noexcept;
   void Bridge(const TactileSignals& change, int missed) noexcept;
   void Lose(FailedCheck check, std::string_view why) noexcept;
@@ -158,9 +158,9 @@ class Fingertip {
   void TakeForce(bool known) noexcept;
   void DecideTouch(const TouchPlace& place) noexcept;
   void NoteFlaws(const TouchPlace& place) noexcept;
-  void Judge() noexcept;
-  void DoubtPattern() noexcept;
-  void Doubt(bool fails, FailedCheck check, std::string_view why) noexcept;
+  void CheckEstimate() noexcept;
+  void FlagPattern() noexcept;
+  void Flag(bool fails, FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F) const noexcept;
   void Widen(double by) noexcept;
 

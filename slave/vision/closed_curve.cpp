@@ -11,8 +11,8 @@ double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) noexcept {
 }
 
 // Segments ab and cd share a point.
-bool Meet(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
-          const Eigen::Vector2d& d) noexcept {
+bool SegmentsIntersect(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
+                       const Eigen::Vector2d& d) noexcept {
   const bool apart = (a.cwiseMax(b).array() < c.cwiseMin(d).array()).any() ||
                      (c.cwiseMax(d).array() < a.cwiseMin(b).array()).any();
   if (apart) return false;
@@ -54,7 +54,7 @@ bool CrossesItself(CurveView curve) noexcept {
   for (std::size_t i = 0; i + 2 < n; ++i) {
     const std::size_t end = i == 0 ? n - 1 : n;  // the last side is a neighbour of the first
     for (std::size_t j = i + 2; j < end; ++j) {
-      if (Meet(curve[i], curve[i + 1], curve[j], curve[(j + 1) % n])) return true;
+      if (SegmentsIntersect(curve[i], curve[i + 1], curve[j], curve[(j + 1) % n])) return true;
     }
   }
   return false;

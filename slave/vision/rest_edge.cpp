@@ -58,7 +58,7 @@ RestEdge::RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView res
     if (!ReadProfile(first, place.p_I, place.n_I, kMargin)) continue;
     place.step = StepAt(0);
     place.dark = std::min(Level(-kBright), Level(kBright));
-    if (const auto edge = Look(first, place, place.p_I, place.n_I, 3)) {
+    if (const auto edge = Locate(first, place, place.p_I, place.n_I, 3)) {
       place.p_I += *edge * place.n_I;
       places_.push_back(place);
     }
@@ -133,9 +133,9 @@ double RestEdge::Centroid(double sign, int at) const noexcept {
   return centre;
 }
 
-std::optional<double> RestEdge::Look(const cv::Mat& image, const Place& place,
-                                     const Eigen::Vector2d& p, const Eigen::Vector2d& n,
-                                     int reach) noexcept {
+std::optional<double> RestEdge::Locate(const cv::Mat& image, const Place& place,
+                                       const Eigen::Vector2d& p, const Eigen::Vector2d& n,
+                                       int reach) noexcept {
   if (!ReadProfile(image, p, n, reach + kMargin)) return std::nullopt;
   const double sign = place.step > 0 ? 1 : -1;
   double best = 0, steepest = 0;

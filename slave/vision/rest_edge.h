@@ -49,8 +49,8 @@ class RestEdge {
   // How far along the unit vector `n` from `p` [px] the edge of the place lies, at most `reach`:
   // the steepest step of its sign, those nearer preferred; then its centroid, as RefineContour has
   // it. nullopt: too faint, or outside the picture. `image` fits. Real-time safe.
-  std::optional<double> Look(const cv::Mat& image, const Place& place, const Eigen::Vector2d& p,
-                             const Eigen::Vector2d& n, int reach) noexcept;
+  std::optional<double> Locate(const cv::Mat& image, const Place& place, const Eigen::Vector2d& p,
+                               const Eigen::Vector2d& n, int reach) noexcept;
 
   // Of the edge seen last: its step within 3 px in parts of that within 8 px; 1: sharp.
   [[nodiscard]] double sharpness() const { return sharpness_; }

@@ -151,7 +151,7 @@ TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
       if (!same) place.second = std::max(place.second, map.At(x, y));
     }
   }
-  Trust(place.at);
+  MarkFitting(place.at);
   return place;
 }
 
@@ -164,7 +164,7 @@ double TemplateParts::ScoreNear(const GreyPatch& window, const cv::Point& at) {
   return map.scores.empty() ? 0 : *std::max_element(map.scores.begin(), map.scores.end());
 }
 
-void TemplateParts::Trust(const cv::Point& at) {
+void TemplateParts::MarkFitting(const cv::Point& at) {
   std::fill(trust_.begin(), trust_.end(), 1.0F);
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const cv::Point& corner = parts_[k].corner;

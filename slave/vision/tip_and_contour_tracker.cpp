@@ -155,8 +155,8 @@ TipAndContourTracker::TipAndContourTracker(const Scene& scene, const cv::Mat& fi
     : parts_(std::make_unique<Parts>(scene, first, tip_hint_I)) {}
 TipAndContourTracker::~TipAndContourTracker() = default;
 
-const Observation& TipAndContourTracker::Look(const cv::Mat& image, std::uint64_t sequence,
-                                              Time sensed_at) noexcept {
+const Observation& TipAndContourTracker::Process(const cv::Mat& image, std::uint64_t sequence,
+                                                 Time sensed_at) noexcept {
   Observation& seen = parts_->observation;
   seen = {};
   seen.sequence = sequence;

@@ -24,7 +24,7 @@ class TipAndContourTracker {
 
   // Looks at one picture. A picture of another size or depth than the first, or an empty one, gives
   // an observation with nothing found; never throws. Call from one thread.
-  const Observation& Look(const cv::Mat& image, std::uint64_t sequence, Time sensed_at) noexcept;
+  const Observation& Process(const cv::Mat& image, std::uint64_t sequence, Time sensed_at) noexcept;
 
   // Contour of the resting object found in the first picture, refined to sub-pixel along its
   // normals [px], counter-clockwise as seen in S. Empty if the scene tracks no contour.

@@ -60,7 +60,7 @@ double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, doub
 
 // Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
 // a central difference of it has half its variance.
-bool TellsPlaceAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
+bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
   const TemplateAligner aligner(tip.pixels, tip.weights);
   if (!aligner.determined()) return false;
   const double noise = std::max(NoiseOf(tip.pixels), 0.5);
@@ -196,7 +196,7 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
       refuse("too little of the tool is in the picture");
     }
     tip = Cut(first, format, window, p_I_tip, d_I, width);
-    if (TellsPlaceAlong(tip, d_I, width)) break;
+    if (LocatesAlong(tip, d_I, width)) break;
   }
   if (!HasContrast(tip.pixels)) refuse("no contrast");
   return tip;

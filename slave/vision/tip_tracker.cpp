@@ -23,9 +23,9 @@ constexpr double kMostCovered = 0.65;
 // against it, what is enough for a place of their own; and of the next best place in parts of the
 // best.
 constexpr double kAsUsual = 0.9, kLeastAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
-constexpr double kBetter = 0.03;     // score by which a place of the parts' own beats the whole's
-constexpr double kFollow = 0.05;     // of the usual score, per picture
-constexpr double kFoundAnew = 0.15;  // more than min_score where the tip may be anywhere
+constexpr double kBetter = 0.03;      // score by which a place of the parts' own beats the whole's
+constexpr double kFollow = 0.05;      // of the usual score, per picture
+constexpr double kReacquired = 0.15;  // more than min_score where the tip may be anywhere
 // A template without parts knows a tool's sides better than its end: another pipette fits it along
 // half its length. Without noise so much more than min_score, and so little covered, for a tip
 // anywhere.
@@ -286,13 +286,13 @@ TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
     if (tip.found && (!second.found || tip.score > second.score)) second = tip;
   }
   const bool unique = !second.found || second.score < best.score - kAsGood;
-  best.found = best.found && unique && IsSureAnew(best);
+  best.found = best.found && unique && IsSureAgain(best);
   best.reacquired = best.found;
   return best;
 }
 
-bool TipTracker::IsSureAnew(const TipObservation& tip) const {
-  if (parts_.usable()) return tip.score >= options_.min_score + kFoundAnew;
+bool TipTracker::IsSureAgain(const TipObservation& tip) const {
+  if (parts_.usable()) return tip.score >= options_.min_score + kReacquired;
   const double noise = NoiseOf(whole_), signal = VarianceOf(ncc_.pattern());
   const double attenuation = std::sqrt(signal / (signal + noise * noise));
   return tip.aligned && tip.covered < kCoveredBlind &&

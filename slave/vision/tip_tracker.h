@@ -80,7 +80,7 @@ class TemplateParts {
     Ncc ncc;
   };
   const ScoreMap& Match(const GreyPatch& window);
-  void Trust(const cv::Point& at);
+  void MarkFitting(const cv::Point& at);
 
   int width_, height_;
   cv::Point step_;       // of the difference along the tool [px]
@@ -135,7 +135,7 @@ class TipTracker {
   [[nodiscard]] Eigen::Vector2d Predicted() const;
   Match SearchWindow(const cv::Mat& image, const cv::Rect& window);
   TipObservation SearchPicture(const cv::Mat& image);
-  [[nodiscard]] bool IsSureAnew(const TipObservation& tip) const;
+  [[nodiscard]] bool IsSureAgain(const TipObservation& tip) const;
   void FindCandidates(const cv::Mat& image);
   TipObservation Measure(const ScoreMap& map, const cv::Rect& window, const cv::Point& peak);
   double Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip);

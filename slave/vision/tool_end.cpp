@@ -145,8 +145,8 @@ class Bar {
 
 }  // namespace
 
-std::optional<ToolEnd> SeeToolEnd(const cv::Mat& first, const GreyFormat& format,
-                                  const Vector2d& p_I_tip, const Vector2d& d_I, double width) {
+std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& format,
+                                     const Vector2d& p_I_tip, const Vector2d& d_I, double width) {
   const Bar bar(first, format, p_I_tip, d_I, width);
   if (!bar.stands_out()) return std::nullopt;
   const auto end = bar.End(), one = bar.Side(1, kReach + kBehind, kReach + kLength),

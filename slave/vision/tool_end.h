@@ -21,9 +21,9 @@ struct ToolEnd {
 // before a ground that is plain beside it: where along lines from inside outwards it is half
 // ground, the median of the lines; right to some tenths of a pixel for marks and blur. nullopt: it
 // does not stand out of its ground all along, has no blunt end, or that is not within 8 px.
-std::optional<ToolEnd> SeeToolEnd(const cv::Mat& first, const GreyFormat& format,
-                                  const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
-                                  double width);
+std::optional<ToolEnd> DetectToolEnd(const cv::Mat& first, const GreyFormat& format,
+                                     const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I,
+                                     double width);
 
 // Whether it goes on past where it is told to end: its sides are seen 4 to 8 px past that, too.
 // What else begins there, the object say, is not as wide.

@@ -119,7 +119,7 @@ BENCHMARK_CAPTURE(Stereo, tracked, DotTracker::Search::kNear);
 BENCHMARK_CAPTURE(Stereo, full_search, DotTracker::Search::kWhole);
 
 // The array is looked for from nothing.
-void MatchAnew(benchmark::State& state) {
+void MatchFirst(benchmark::State& state) {
   DotFinder finder(DotFinder::Params{});
   std::vector<Dot> dots;
   finder.Find(PairAt(0).left, &dots);
@@ -129,7 +129,7 @@ void MatchAnew(benchmark::State& state) {
   for (auto _ : state) found = array.Match(dots, {}, &picks);
   state.counters["dots"] = found;
 }
-BENCHMARK(MatchAnew);
+BENCHMARK(MatchFirst);
 
 }  // namespace
 }  // namespace palpate

@@ -74,7 +74,7 @@ BENCHMARK(BM_Tick)->DenseRange(0, 2);
 // moved at each tick.
 void BM_PatchContact(benchmark::State& bench) {
   const auto cells = static_cast<int>(bench.range(0)), tools = static_cast<int>(bench.range(1));
-  TouchPatch patch;
+  SurfacePatch patch;
   patch.epoch = 1;
   patch.cell_count = cells;
   patch.vertex_count = cells + 1;

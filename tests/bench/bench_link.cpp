@@ -41,7 +41,7 @@ double MicrosSince(const google::protobuf::Timestamp& stamp) {
 // A state of the size that a contact really has.
 SlaveState TypicalState() {
   FakeSlave slave;
-  slave.Sense();
+  slave.TakeSample();
   SlaveState state = slave.Compose(Clock::now());
   state.sequence = state.command_sequence = 100'000;
   state.echo = state.sent_at;
@@ -149,7 +149,7 @@ class PalpateLink {
         samples.push_back(1e6 * SecondsBetween(newest, state->received_at));
       }
       commands.Put({});
-      slave_.Sense();
+      slave_.TakeSample();
     }
     return samples;
   }

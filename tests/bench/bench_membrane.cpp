@@ -135,7 +135,7 @@ void DotsToForce(benchmark::State& state, const std::string& kind, DotTracker::S
   for (auto _ : state) {
     const Pair& pair = pairs[k % pairs.size()];
     const ContactEstimate& felt =
-        estimator.Feel(eyes.Observe(pair.left, pair.right, Time{}), {0.01, 0, 0.01});
+        estimator.Estimate(eyes.Observe(pair.left, pair.right, Time{}), {0.01, 0, 0.01});
     ++k;
     if (!felt.force) {
       ++unknown;
@@ -168,7 +168,7 @@ void PointsToForce(benchmark::State& state, const std::string& kind) {
   }
   std::size_t k = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(estimator.Feel(seen[k % seen.size()], {0, 0, 0.01}).sigma);
+    benchmark::DoNotOptimize(estimator.Estimate(seen[k % seen.size()], {0, 0, 0.01}).sigma);
     ++k;
   }
 }

@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 #include <benchmark/benchmark.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 
 namespace palpate {

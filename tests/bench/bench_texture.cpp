@@ -75,10 +75,10 @@ void FollowPairs(benchmark::State& state) {
   StereoTexture texture(pictures.rig, pictures.X_SL, options);
   std::size_t k = 0;
   double square = 0, count = 0;
-  texture.Look(Pairs()[0].left, Pairs()[0].right, 0, Time{});
+  texture.Process(Pairs()[0].left, Pairs()[0].right, 0, Time{});
   for (auto _ : state) {
     const auto& pair = Pairs()[++k % Pairs().size()];
-    const SurfaceObservation& seen = texture.Look(pair.left, pair.right, k, Time{});
+    const SurfaceObservation& seen = texture.Process(pair.left, pair.right, k, Time{});
     const int step = std::vector{0, 1, 2, 3, 2, 1}[k % Pairs().size()];
     for (const SurfacePoint& point : seen.points) {
       if (!point.seen) continue;

@@ -80,12 +80,12 @@ void FiveFingertips(benchmark::State& state) {
   TactileEstimator estimator(scene, Senses(scene));
   std::uint64_t sample = 0;
   double acting = 0;
-  for (; sample < 200; ++sample) estimator.Feel(FrameAt(sample), scene.manipulator.home);
+  for (; sample < 200; ++sample) estimator.Estimate(FrameAt(sample), scene.manipulator.home);
   for (auto _ : state) {
     state.PauseTiming();
     const TactileFrame frame = FrameAt(sample++);
     state.ResumeTiming();
-    estimator.Feel(frame, scene.manipulator.home);
+    estimator.Estimate(frame, scene.manipulator.home);
     acting += static_cast<double>(estimator.contacts().size());
   }
   state.SetItemsProcessed(state.iterations());

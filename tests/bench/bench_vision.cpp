@@ -85,12 +85,12 @@ void SnakeOf60Points(benchmark::State& state) {
 }
 BENCHMARK(SnakeOf60Points);
 
-void Look(benchmark::State& state) {
+void Process(benchmark::State& state) {
   TipAndContourTracker eyes(SceneForTestPictures(), Pictures()[0], PictureAt(0).tool->tip);
   std::size_t k = 0;
   std::int64_t lost = 0;
   for (auto _ : state) {
-    const Observation& seen = eyes.Look(Pictures()[k % kPictures], k, {});
+    const Observation& seen = eyes.Process(Pictures()[k % kPictures], k, {});
     ++k;
     lost += seen.tip.found && !seen.contour_I.empty() ? 0 : 1;
   }
@@ -98,7 +98,7 @@ void Look(benchmark::State& state) {
   state.counters["pictures/s"] =
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
-BENCHMARK(Look);
+BENCHMARK(Process);
 
 // JPEG files of the pictures, gone afterwards.
 class Recording {
@@ -148,7 +148,7 @@ void DecodeAndLook(benchmark::State& state) {
     const auto source = OpenFrameSource(scene, false);
     while (const auto frame = source->Next({})) {
       benchmark::DoNotOptimize(
-          eyes.Look(frame->image, frame->sequence, frame->sensed_at).tip.score);
+          eyes.Process(frame->image, frame->sequence, frame->sensed_at).tip.score);
     }
   }
   state.counters["pictures/s"] = benchmark::Counter(

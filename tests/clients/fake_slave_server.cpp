@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     palpate::Server server(slave, address, insecure);
     const std::jthread camera([&slave](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
-        slave.Sense();
+        slave.TakeSample();
         std::this_thread::sleep_for(std::chrono::milliseconds(16));
       }
     });

@@ -11,10 +11,10 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/program/command_line.h"
-#include "slave/pipeline/offline/account.h"
-#include "tests/adversity/trial.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "tests/coverage/random_press.h"
 #include "tests/coverage/tally.h"
+#include "tests/robustness/trial.h"
 
 namespace palpate::coverage {
 namespace {
@@ -47,23 +47,23 @@ struct Options {
   bool each = false, trace = false, exact = false;
 };
 
-Phase PhaseOf(const StateRow& row, const adversity::Script& script, std::size_t index,
+Phase PhaseOf(const StateRow& row, const robustness::Script& script, std::size_t index,
               double larger) {
-  if (row.validity != Validity::kValid) return Phase::kDoubted;
+  if (row.validity != Validity::kValid) return Phase::kFlagged;
   if (larger < kEdge) return Phase::kEdge;
   // A network looks back, a press stands once it has.
   const bool stands = index > script.hold + (script.back - script.hold) / 4;
   return stands && index < script.back ? Phase::kStill : Phase::kMoving;
 }
 
-std::vector<Told> TryPress(const Options& options, int number) {
+std::vector<EstimateRow> TryPress(const Options& options, int number) {
   RandomPress press = DrawPress(options.sense, options.seed, number);
   if (options.exact) {
     press.modulus_error = 0;
     press.alteration.tell = [](Scene& told) { told.object.material.young_modulus_tolerance = 0; };
   }
-  adversity::Stage& stage = *press.stage;
-  std::vector<Told> told;
+  robustness::Stage& stage = *press.stage;
+  std::vector<EstimateRow> told;
   const auto take = [&](std::size_t index, const StateRow& row, const Eigen::Vector3d& truth) {
     if (!row.force) return;
     const double force = row.force->norm() / stage.peak(), right = truth.norm() / stage.peak();
@@ -98,13 +98,13 @@ std::vector<Told> TryPress(const Options& options, int number) {
 
 int Run(const Options& options) {
   std::printf("%s\n", Headline().c_str());
-  std::vector<Told> all;
+  std::vector<EstimateRow> all;
   for (int i = 0; i < options.scenes; ++i) {
-    for (const Told& one : TryPress(options, i)) all.push_back(one);
+    for (const EstimateRow& one : TryPress(options, i)) all.push_back(one);
   }
   const auto bands = [&](const std::string& name, const auto& chosen) {
-    std::vector<Told> some;
-    for (const Told& one : all) {
+    std::vector<EstimateRow> some;
+    for (const EstimateRow& one : all) {
       if (chosen(one.phase)) some.push_back(one);
     }
     const Bands found = BandsOf(some);
@@ -114,7 +114,7 @@ int Run(const Options& options) {
   for (std::size_t i = 0; i < kPhaseNames.size(); ++i) {
     bands(kPhaseNames[i], [i](Phase phase) { return phase == static_cast<Phase>(i); });
   }
-  const Bands valid = bands("valid", [](Phase phase) { return phase != Phase::kDoubted; });
+  const Bands valid = bands("valid", [](Phase phase) { return phase != Phase::kFlagged; });
   if (options.exact) {
     const bool holds = kLeastZ <= valid.z && valid.z <= kMostZ;
     std::printf("%s: %s\n", options.sense.c_str(),

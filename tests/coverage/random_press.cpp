@@ -10,14 +10,14 @@
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
-#include "tests/adversity/stages.h"
+#include "tests/robustness/stages.h"
 #include "tests/support/dice.h"
 
 namespace palpate::coverage {
 namespace {
 
-using adversity::Counts;
-using adversity::Overrides;
+using robustness::Counts;
+using robustness::Overrides;
 
 constexpr double kTensionTold = 0.5;          // one sigma, of itself
 constexpr double kFoam = 4e4, kRubber = 1e6;  // moduli [Pa]
@@ -43,10 +43,10 @@ double Spread(std::uint32_t seed, int number) {
   return share - std::floor(share);
 }
 
-struct Told {
+struct StatedMaterial {
   double modulus = 0, tolerance = 0;
 };
-Told DrawMaterial(Dice* dice, double least, double most) {
+StatedMaterial DrawMaterial(Dice* dice, double least, double most) {
   return {dice->Decades(least, most), dice->Between(0.01, 0.08)};
 }
 
@@ -63,7 +63,7 @@ void AddPictures(Dice* dice, Overrides* scene) {
 }
 
 // A block, a wedge or a disc under a tool, a place and a depth of its own.
-Overrides Planar(Dice* dice, const Told& told, double wide) {
+Overrides Planar(Dice* dice, const StatedMaterial& told, double wide) {
   const double size = dice->Decades(5e-3, 0.2);
   const double pixel = size / dice->Between(230, 310);
   double height = size * dice->Between(0.6, 1), x = size * dice->Between(0.3, 0.7);
@@ -110,7 +110,7 @@ Overrides Planar(Dice* dice, const Told& told, double wide) {
   return scene;
 }
 
-Overrides Membrane(Dice* dice, const Told& told, double wide) {
+Overrides Membrane(Dice* dice, const StatedMaterial& told, double wide) {
   const double radius = dice->Between(0.03, 0.045);
   const double place = radius * dice->Between(0, 0.55);
   const double around = dice->Between(0, 2 * std::numbers::pi);
@@ -141,7 +141,7 @@ Overrides Membrane(Dice* dice, const Told& told, double wide) {
 
 // A block between foam and rubber, two fingertips on either side of it, from near an edge to the
 // middle, on their tips, pads or sides.
-Overrides Pinch(Dice* dice, const Told& told, double wide) {
+Overrides Pinch(Dice* dice, const StatedMaterial& told, double wide) {
   const double length = dice->Between(0.04, 0.08), width = dice->Between(0.04, 0.08),
                height = dice->Between(0.045, 0.08);
   const auto pose = [&](double x, double turn) {
@@ -185,7 +185,7 @@ void TurnFingers(const std::vector<Eigen::AngleAxisd>& turns, double radius, Tac
 
 Scene Make(const std::string& base, Overrides overrides, Dice* dice, int number) {
   overrides.push_back(fmt::format("site.seed={}", dice->Whole(1, 1 << 20)));
-  Scene scene = adversity::Shipped(base, overrides);
+  Scene scene = robustness::Shipped(base, overrides);
   scene.name = fmt::format("{} {}", base, number);
   return scene;
 }
@@ -197,7 +197,7 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
   RandomPress press;
   press.is_wide = dice.Chance(kWide);
   const double wide = press.is_wide ? 0.12 : 0;
-  Told told;
+  StatedMaterial told;
   Scene scene;
   if (sense == "camera") {
     told = DrawMaterial(&dice, 5e3, 2e6);
@@ -224,19 +224,19 @@ RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number) 
   };
   if (const auto* tactile = scene.sense.Find<Tactile>()) {
     press.alteration.touch = [turns = DrawTurns(&dice, *tactile), radius = tactile->finger_radius](
-                                 const adversity::Moment&, TactileFrame& frame) {
+                                 const robustness::Moment&, TactileFrame& frame) {
       TurnFingers(turns, radius, &frame);
     };
   }
   if (sense == "camera") {
-    press.stage = adversity::MakeCameraStage(std::move(scene), {4, 22, 8, 12, 3});
+    press.stage = robustness::MakeCameraStage(std::move(scene), {4, 22, 8, 12, 3});
   } else if (sense == "fingertips") {
     const auto way = static_cast<std::size_t>(dice.Whole(30, 150));
-    press.stage = adversity::MakeTouchStage(std::move(scene), {70, way, 25, way, 10});
+    press.stage = robustness::MakeTouchStage(std::move(scene), {70, way, 25, way, 10});
   } else if (dice.Chance(0.25)) {
-    press.stage = adversity::MakeDepthStage(std::move(scene), {8, 10, 5, 6, 2});
+    press.stage = robustness::MakeDepthStage(std::move(scene), {8, 10, 5, 6, 2});
   } else {
-    press.stage = adversity::MakePairStage(std::move(scene), {16, 10, 5, 6, 2});
+    press.stage = robustness::MakePairStage(std::move(scene), {16, 10, 5, 6, 2});
   }
   return press;
 }

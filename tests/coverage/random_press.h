@@ -7,16 +7,16 @@
 #include <memory>
 #include <string>
 
-#include "tests/adversity/case.h"
-#include "tests/adversity/stage.h"
+#include "tests/robustness/case.h"
+#include "tests/robustness/stage.h"
 
 namespace palpate::coverage {
 
 struct RandomPress {
-  std::unique_ptr<adversity::Stage> stage;
-  adversity::Alteration alteration;  // the sense is told the nominal modulus
-  double modulus_error = 0;          // true over nominal modulus, less 1 [-]
-  bool is_wide = false;              // goes beyond what the scene's model vouches for
+  std::unique_ptr<robustness::Stage> stage;
+  robustness::Alteration alteration;  // the sense is told the nominal modulus
+  double modulus_error = 0;           // true over nominal modulus, less 1 [-]
+  bool is_wide = false;               // goes beyond what the scene's model vouches for
 };
 
 // `sense`: camera, pairs, fingertips. Press `number` of a series: moduli of a series are spread

@@ -7,31 +7,32 @@
 
 namespace palpate::coverage {
 
-Bands BandsOf(const std::vector<Told>& told) {
+Bands BandsOf(const std::vector<EstimateRow>& told) {
   Bands bands;
   bands.count = told.size();
   if (told.empty()) return bands;
   const auto mean = [&](const auto& of) {
     double sum = 0;
-    for (const Told& one : told) sum += of(one);
+    for (const EstimateRow& one : told) sum += of(one);
     return sum / static_cast<double>(told.size());
   };
   // Where a sigma of 0 is told, only the truth itself is within it.
   const auto within = [&](double sigmas) {
-    return mean([&](const Told& t) { return std::abs(t.error) <= sigmas * t.sigma ? 1.0 : 0.0; });
+    return mean(
+        [&](const EstimateRow& t) { return std::abs(t.error) <= sigmas * t.sigma ? 1.0 : 0.0; });
   };
   const auto rms = [&](const auto& of) {
-    return std::sqrt(mean([&](const Told& t) { return of(t) * of(t); }));
+    return std::sqrt(mean([&](const EstimateRow& t) { return of(t) * of(t); }));
   };
   bands.one = within(1);
   bands.two = within(2);
-  bands.z = rms([](const Told& t) { return t.sigma > 0 ? t.error / t.sigma : 0; });
-  bands.z_vector = rms([](const Told& t) { return t.sigma > 0 ? t.off / t.sigma : 0; });
-  bands.error = rms([](const Told& t) { return t.error; });
-  bands.material = rms([](const Told& t) { return t.material; });
-  bands.rest = rms([](const Told& t) { return t.error - t.material; });
+  bands.z = rms([](const EstimateRow& t) { return t.sigma > 0 ? t.error / t.sigma : 0; });
+  bands.z_vector = rms([](const EstimateRow& t) { return t.sigma > 0 ? t.off / t.sigma : 0; });
+  bands.error = rms([](const EstimateRow& t) { return t.error; });
+  bands.material = rms([](const EstimateRow& t) { return t.material; });
+  bands.rest = rms([](const EstimateRow& t) { return t.error - t.material; });
   std::vector<double> sigmas;
-  for (const Told& one : told) sigmas.push_back(one.sigma);
+  for (const EstimateRow& one : told) sigmas.push_back(one.sigma);
   std::ranges::nth_element(sigmas, sigmas.begin() + std::ssize(sigmas) / 2);
   bands.sigma = sigmas[sigmas.size() / 2];
   return bands;

@@ -8,12 +8,12 @@
 
 namespace palpate::coverage {
 
-enum class Phase : std::size_t { kEdge, kMoving, kStill, kDoubted };
+enum class Phase : std::size_t { kEdge, kMoving, kStill, kFlagged };
 inline constexpr std::array<const char*, 4> kPhaseNames{"near the edge", "moving", "still",
                                                         "not valid"};
 
 // One estimate in contact. Forces in parts of the largest true one of its press [-].
-struct Told {
+struct EstimateRow {
   Phase phase = Phase::kMoving;
   double error = 0;  // that sigma is told of: of the magnitude, told less true, or of the vector
   double off = 0;    // size of the error's vector
@@ -31,7 +31,7 @@ struct Bands {
   double material = 0;         // rms [-]
   double rest = 0;             // rms of what is not the material's [-]
 };
-Bands BandsOf(const std::vector<Told>& told);
+Bands BandsOf(const std::vector<EstimateRow>& told);
 
 std::string Headline();
 std::string InWords(const std::string& name, const Bands& bands);

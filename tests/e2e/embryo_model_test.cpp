@@ -87,7 +87,7 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
   DrawModel(image_, estimator);
-  const ContactEstimate& felt = estimator.Feel({image_, 2, {}});
+  const ContactEstimate& felt = estimator.Estimate({image_, 2, {}});
   ASSERT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
   ASSERT_TRUE(felt.local_model.known());
   const LocalModel& local = felt.local_model;
@@ -119,8 +119,10 @@ TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionIsFelt) {
   ContactEstimate felt;
   // First to the right, above the embryo's left shoulder, then down; in steps the search window
   // follows.
-  for (int x = 0; x <= 208; x += 16) felt = estimator.Feel({PipetteAt({x, -120}), ++sequence, {}});
-  for (int y = -112; y <= -72; y += 8) felt = estimator.Feel({PipetteAt({208, y}), ++sequence, {}});
+  for (int x = 0; x <= 208; x += 16)
+    felt = estimator.Estimate({PipetteAt({x, -120}), ++sequence, {}});
+  for (int y = -112; y <= -72; y += 8)
+    felt = estimator.Estimate({PipetteAt({208, y}), ++sequence, {}});
   ASSERT_NE(felt.validity, Validity::kTrackingLost);
   ASSERT_GT(felt.depth, 0);
   ASSERT_TRUE(felt.force);

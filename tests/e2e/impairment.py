@@ -35,7 +35,7 @@ QUICK = [("stiff", render, trip, 0, 0) for render in ("local", "hold") for trip 
 FORCE_LIMIT, NOISE_ENERGY, LATE = 3.3, -1e-3, 2e-3  # [N], [J], [s]: of a tick
 DELAYS = [("state_delay_us", "p50"), ("state_delay_us", "p99"), ("state_delay_us", "max"), ("state_age_us", "p50"), ("state_age_us", "p99")]
 COLUMNS = ["object", "render", "round_trip_ms", "jitter_pct", "loss_pct", "seed", "seconds", "rms_N", "relative_rms",
-           "at_place_rms_N", "at_place_relative", "drift_m", "energy_min_J", "growing", "stale_share", "packets_per_s",
+           "delay_compensated_rms_N", "delay_compensated_relative", "drift_m", "energy_min_J", "growing", "stale_share", "packets_per_s",
            "rtt_p50_ms", "reconnects", "force_sent_peak_N", "served", "safe", "datagrams", "delay_p50_ms", "delay_p99_ms",
            "delay_max_ms", "age_p50_ms", "age_p99_ms", "hold_s", "late_tick_J"]
 
@@ -115,14 +115,14 @@ def cell(kind, render, trip, jitter, loss, seed, datagrams):
     if said is None:  # nobody was found, and nothing reached the hand
         return dict.fromkeys(COLUMNS, "") | dict(zip(COLUMNS, [kind, render, trip, jitter, loss, seed, seconds])) | {
             "served": 0, "safe": 1, "datagrams": 0}
-    error, at_place = said["force_error"] or {}, said.get("force_error_at_place") or {}
+    error, compensated = said["force_error"] or {}, said.get("force_error_delay_compensated") or {}
     # One contact alone is the first; of what moves a place tells no force.
-    at_place = at_place if at_place.get("contact_ticks") and kind != "moving" else {}
+    compensated = compensated if compensated.get("contact_ticks") and kind != "moving" else {}
     grows = any(oscillation_grows(forces) for forces in stretches(rows))
     safe = said["force_sent_peak_N"] <= FORCE_LIMIT + 1e-6 and said["energy_min_J"] >= NOISE_ENERGY and not grows
     return dict(zip(COLUMNS, [
         kind, render, trip, jitter, loss, seed, seconds, error.get("rms_N", ""), error.get("relative_rms", ""),
-        at_place.get("rms_N", ""), at_place.get("relative_rms", ""), f"{drift(rows):.2e}", said["energy_min_J"], int(grows),
+        compensated.get("rms_N", ""), compensated.get("relative_rms", ""), f"{drift(rows):.2e}", said["energy_min_J"], int(grows),
         round(said["stale_ticks"] / max(said["ticks"], 1), 4),
         round((said["states"] + said["commands"]) / said["duration_s"], 1), round(said["rtt_us"]["p50"] / 1000, 2),
         said["reconnects"], said["force_sent_peak_N"], int(said["states"] > 0), int(safe), int(said["states_by_datagram"] > 0),

@@ -32,7 +32,7 @@
 #include "shared/wire/fields.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 namespace {
@@ -66,7 +66,8 @@ int SocketHere(int type, const char* what) {
 // The tool's place in, the force on it out.
 class ToolSocket {
  public:
-  explicit ToolSocket(World& world) : world_(world), socket_(SocketHere(SOCK_DGRAM, "site")) {
+  explicit ToolSocket(SimulatedEnvironment& environment)
+      : environment_(environment), socket_(SocketHere(SOCK_DGRAM, "site")) {
     const timeval patience{0, 100'000};
     setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     thread_ = std::jthread([this](const std::stop_token& stop) {
@@ -87,8 +88,8 @@ class ToolSocket {
         recvfrom(socket_, text, sizeof text - 1, 0, reinterpret_cast<sockaddr*>(&from), &size);
     Eigen::Vector3d p(0, 0, 0);
     if (got <= 0 || std::sscanf(text, "%lf %lf %lf", &p.x(), &p.y(), &p.z()) != 3) return;
-    world_.MoveTool(p, Patience::kNone);
-    const Truth truth = world_.truth();
+    environment_.MoveTool(p, Patience::kNone);
+    const Truth truth = environment_.truth();
     if (!truth.solved) return;
     const int length = std::snprintf(text, sizeof text, "%.9g %.9g %.9g", truth.force.x(),
                                      truth.force.y(), truth.force.z());
@@ -96,7 +97,7 @@ class ToolSocket {
            size);
   }
 
-  World& world_;
+  SimulatedEnvironment& environment_;
   const int socket_;
   std::jthread thread_;
 };
@@ -104,9 +105,9 @@ class ToolSocket {
 // What is to be seen, one after the other: of a pair both, the right one after the left.
 class Pictures {
  public:
-  Pictures(World& world, const Scene& scene)
-      : camera_(HasEyes(scene.sense) ? nullptr : world.OpenCamera(scene, {})),
-        eyes_(HasEyes(scene.sense) ? world.OpenPair(scene, {}) : nullptr) {}
+  Pictures(SimulatedEnvironment& environment, const Scene& scene)
+      : camera_(HasStereoOrDepth(scene.sense) ? nullptr : environment.OpenCamera(scene, {})),
+        eyes_(HasStereoOrDepth(scene.sense) ? environment.OpenPair(scene, {}) : nullptr) {}
 
   struct Shot {
     std::vector<cv::Mat> pictures;
@@ -212,8 +213,9 @@ int FeedPictures(Pictures pictures, WrongDriver driver, v1::Teleoperation::Stub*
   return Finish(writer.get());
 }
 
-int FeedTactile(World& world, const Scene& scene, v1::Teleoperation::Stub* stub) {
-  const auto source = world.OpenFingertips(scene, {});
+int FeedTactile(SimulatedEnvironment& environment, const Scene& scene,
+                v1::Teleoperation::Stub* stub) {
+  const auto source = environment.OpenFingertips(scene, {});
   const auto& fingers = scene.sense.Find<Tactile>()->fingers;
   grpc::ClientContext context;
   context.set_wait_for_ready(true);
@@ -238,17 +240,17 @@ int FeedTactile(World& world, const Scene& scene, v1::Teleoperation::Stub* stub)
 
 int Play(const std::string& file, const std::string& to, const std::string& how) {
   const Scene scene = LoadScene(file, {});
-  const auto world = MakeWorld(scene);
-  world->SolveAhead();
-  world->MoveTool(scene.manipulator.home, Patience::kNone);
-  const ToolSocket tool(*world);
-  if (to == "y4m" || to == "raw") Serve(Pictures(*world, scene), to == "y4m");
+  const auto environment = MakeSimulatedEnvironment(scene);
+  environment->SolveAhead();
+  environment->MoveTool(scene.manipulator.home, Patience::kNone);
+  const ToolSocket tool(*environment);
+  if (to == "y4m" || to == "raw") Serve(Pictures(*environment, scene), to == "y4m");
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   const auto stub = v1::Teleoperation::NewStub(
       grpc::CreateCustomChannel(to, grpc::InsecureChannelCredentials(), arguments));
-  if (scene.sense.Find<Tactile>()) return FeedTactile(*world, scene, stub.get());
-  return FeedPictures(Pictures(*world, scene), WrongDriver(how), stub.get());
+  if (scene.sense.Find<Tactile>()) return FeedTactile(*environment, scene, stub.get());
+  return FeedPictures(Pictures(*environment, scene), WrongDriver(how), stub.get());
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ import sys
 import time
 
 from programs import BARE, MASTER, Slave
-from strangers import ATTACKS, answers
-from test_strangers import memory
+from untrusted_clients import ATTACKS, answers
+from test_untrusted_clients import memory
 
 WARM_UP = 120          # [s] before sizes are taken as what is needed
 GROWTH = 32            # [MB] from there on

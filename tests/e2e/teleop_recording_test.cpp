@@ -85,11 +85,11 @@ fs::path WritePlayback(const Recording& recording, const std::string& name) {
 // as a patch, each image anew.
 class LearntContact {
  public:
-  void See(double x, double force, Time now) {
-    law_.See({x, 0, 0}, {-force, 0, 0}, kTouch / 5);
+  void AddSample(double x, double force, Time now) {
+    law_.AddSample({x, 0, 0}, {-force, 0, 0}, kTouch / 5);
     if (!law_.known()) return;
     PatchLaw law;
-    law_.Tell(&told_.patch, &law);
+    law_.Export(&told_.patch, &law);
     told_.patch.epoch = law.epoch = ++epoch_;
     law.revision = 1;
     law.sensed_at = now;
@@ -150,7 +150,7 @@ Rendering Render(const Recording& recording, const fs::path& playback, RenderMod
       const double force = recording.ForceAt(t);
       state.sensed_at = now;
       state.force = Eigen::Vector3d(-force, 0, 0);
-      learnt.See(reading.p_M.x(), force, now);
+      learnt.AddSample(reading.p_M.x(), force, now);
       // The hand was here at this tick: what the slave does about it is felt half a round trip
       // later, and told after another.
       state.echo = now;

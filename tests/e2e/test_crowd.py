@@ -19,7 +19,7 @@ import sys
 import tempfile
 
 from programs import BARE, BLOCK, MASTER, ROOT, Slave, run
-from strangers import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, connect, frame
+from untrusted_clients import OURS, PREFACE, SETTINGS, WINDOW_UPDATE, call, connect, frame
 
 OBSERVERS = 16
 MOST = 2  # times as old as alone

@@ -16,7 +16,7 @@ class Plug(Plugged):
         print(json.dumps(report))
         self.assertGreater(report["force_peak_N"], 1.5)
         # At the commanded place: what the same instant makes of the way there is the machine's.
-        error = report["force_error_at_place"]
+        error = report["force_error_delay_compensated"]
         self.assertGreater(error["contact_ticks"], 500)
         self.assertLess(error["rms_N"], 0.1 * report["force_peak_N"])
         arm = self.status().arm

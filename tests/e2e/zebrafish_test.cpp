@@ -92,7 +92,7 @@ TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   scene.sense.Find<CameraOptions>()->contour.emplace();
   const cv::Mat image = Read(name);
   TipAndContourTracker eyes(scene, image, std::nullopt);
-  const Observation& seen = eyes.Look(image, 1, {});
+  const Observation& seen = eyes.Process(image, 1, {});
   Draw(name, image.clone(), eyes, seen);
   ASSERT_EQ(seen.contour_I.size(), 60U);
   EXPECT_FALSE(CrossesItself(seen.contour_I));
@@ -126,7 +126,7 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
     scene.sense.Find<CameraOptions>()->contour.emplace();
     const cv::Mat image = Read(embryo.name);
     TipAndContourTracker eyes(scene, image, std::nullopt);
-    const Observation& seen = eyes.Look(image, 1, {});
+    const Observation& seen = eyes.Process(image, 1, {});
     Draw(embryo.name, image.clone(), eyes, seen);
     ASSERT_EQ(seen.contour_I.size(), 60U) << embryo.name;
     EXPECT_FALSE(CrossesItself(seen.contour_I)) << embryo.name;
@@ -180,7 +180,7 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
     UseTemplate(scene, tip.from, tip.window, tip.from_tip);
     const cv::Mat image = Read(tip.picture);
     TipAndContourTracker eyes(scene, image, std::nullopt);
-    const Observation& seen = eyes.Look(image, 1, {});
+    const Observation& seen = eyes.Process(image, 1, {});
     Draw("tip-" + tip.picture, image.clone(), eyes, seen);
     ASSERT_TRUE(seen.tip.found) << tip.picture << ", score " << seen.tip.score;
     EXPECT_GT(seen.tip.score, 0.9) << tip.picture;
@@ -243,7 +243,7 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
       UseTemplate(scene, pipette.from, pipette.window, pipette.tip);
       const cv::Mat image = Read(mark.picture);
       TipAndContourTracker eyes(scene, image, std::nullopt);
-      const Observation& seen = eyes.Look(image, 1, {});
+      const Observation& seen = eyes.Process(image, 1, {});
       marked += mark.tip.has_value() ? 1 : 0;
       if (!seen.tip.found) continue;
       ++found;
@@ -275,7 +275,7 @@ TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
     cv::warpAffine(image, moved, motion, image.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
     cv::randn(noise, 0, 1);
     cv::add(moved, noise, moved, cv::noArray(), CV_8U);
-    const Observation& seen = eyes.Look(moved, static_cast<std::uint64_t>(k), {});
+    const Observation& seen = eyes.Process(moved, static_cast<std::uint64_t>(k), {});
     ASSERT_TRUE(seen.tip.found) << k << ", score " << seen.tip.score;
     EXPECT_FALSE(seen.tip.reacquired) << k;
     EXPECT_LT((seen.tip.p_I - tip - way).norm(), 0.1) << k;

@@ -265,7 +265,7 @@ describe('a scripted hand presses the block', () => {
       await stage.page.keyboard.press('c');
       return false;
     }, 'a free tool that stands');
-    await stage.page.locator('#find-anew').click();
+    await stage.page.locator('#reinitialize-tracking').click();
     await said(stage, 'tip, template and rest are found anew');
     await stage.page.keyboard.press('Space');
     await stage.when((status) => status.state === 'ESTOP', 'the stop');

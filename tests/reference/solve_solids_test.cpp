@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "tests/reference/reference_file.h"
 #include "tests/reference/solve_fixture.h"
 

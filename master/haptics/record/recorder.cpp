@@ -136,14 +136,14 @@ void Recorder::Take(const TickRecord& record) {
   if (!record.has_truth) return;
   truth_.Add(record.truth_at, record.truth);
   if (record.truth_commanded_at != Time{}) placed_.Add(record.truth_commanded_at, record.truth);
-  summary_.SeeTruth(record.truth);
+  summary_.AddTruth(record.truth);
 }
 
 void Recorder::FinishFirst() {
   const TickRecord& record = waiting_.front();
   const auto truth = truth_.At(record.at);
   summary_.Add(record, truth);
-  summary_.AddAtPlace(record, placed_.At(record.at));
+  summary_.AddDelayCompensated(record, placed_.At(record.at));
   if (log_) log_->Add(SecondsBetween(begin_, record.at), record, truth);
   truth_.DropBefore(record.at);
   placed_.DropBefore(record.at);

@@ -16,7 +16,7 @@ FingerState ToolOf(const SlaveState& state) noexcept {
 
 }  // namespace
 
-void SeeFingers(const SlaveState& state, TickRecord* record) noexcept {
+void RecordFingers(const SlaveState& state, TickRecord* record) noexcept {
   record->finger_count = std::max(state.finger_count, 1);
   record->fingers = state.fingers;
   if (state.finger_count == 0) record->fingers[0] = ToolOf(state);

@@ -48,6 +48,6 @@ struct TickRecord {
 };
 
 // What the fingertips feel by `state`; a tool that has none is one itself. Real-time safe.
-void SeeFingers(const SlaveState& state, TickRecord* record) noexcept;
+void RecordFingers(const SlaveState& state, TickRecord* record) noexcept;
 
 }  // namespace palpate

@@ -89,22 +89,24 @@ void TickSummary::Add(const TickRecord& record, const std::optional<Eigen::Vecto
   AddFingers(record);
 }
 
-void TickSummary::AddAtPlace(const TickRecord& record,
-                             const std::optional<Eigen::Vector3d>& truth) {
+void TickSummary::AddDelayCompensated(const TickRecord& record,
+                                      const std::optional<Eigen::Vector3d>& truth) {
   if (!truth || record.state != OperatorState::kFollowing) return;
   const double size = std::max(record.chain.local.norm(), truth->norm());
-  peak_at_place_ = std::max(peak_at_place_, size);
-  const bool touches = size > kSmallest && size > kContactShare * peak_at_place_;
+  delay_compensated_peak_ = std::max(delay_compensated_peak_, size);
+  const bool touches = size > kSmallest && size > kContactShare * delay_compensated_peak_;
   if (touches && contact_ == Contact::kNone) contact_ = Contact::kFirst;
   free_ticks_ = touches ? 0 : free_ticks_ + 1;
   if (contact_ == Contact::kFirst && free_ticks_ > kLeft) contact_ = Contact::kLater;
-  breaking_at_place_.Add(record.chain.local, *truth, record.chain.reasons.Has(Reason::kPunctured),
-                         contact_ == Contact::kLater ? &at_place_ : &first_contact_);
+  breaking_delay_compensated_.Add(
+      record.chain.local, *truth, record.chain.reasons.Has(Reason::kPunctured),
+      contact_ == Contact::kLater ? &delay_compensated_ : &first_contact_);
 }
 
 void TickSummary::Close() {
   breaking_.Close(&error_);
-  breaking_at_place_.Close(contact_ == Contact::kLater ? &at_place_ : &first_contact_);
+  breaking_delay_compensated_.Close(contact_ == Contact::kLater ? &delay_compensated_
+                                                                : &first_contact_);
 }
 
 void TickSummary::AddFingers(const TickRecord& record) noexcept {
@@ -120,15 +122,16 @@ void TickSummary::AddFingers(const TickRecord& record) noexcept {
   }
 }
 
-void TickSummary::SeeTruth(const Eigen::Vector3d& truth) noexcept {
+void TickSummary::AddTruth(const Eigen::Vector3d& truth) noexcept {
   has_truth_ = true;
   truth_peak_ = std::max(truth_peak_, truth.norm());
 }
 
-std::optional<TickSummary::AtPlace> TickSummary::force_error_at_place() const noexcept {
+std::optional<TickSummary::DelayCompensated> TickSummary::force_error_delay_compensated()
+    const noexcept {
   if (first_contact_.empty()) return std::nullopt;
   const double threshold = kContactShare * force_peak();
-  return AtPlace{at_place_.Above(threshold), first_contact_.Above(threshold)};
+  return DelayCompensated{delay_compensated_.Above(threshold), first_contact_.Above(threshold)};
 }
 
 std::optional<TickSummary::Breaking> TickSummary::breaking() const noexcept {

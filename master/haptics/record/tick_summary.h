@@ -78,9 +78,9 @@ class TickSummary {
   void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
   // `truth`: true force while the slave did what was commanded at this tick, S [N]; nothing:
   // unknown.
-  void AddAtPlace(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
+  void AddDelayCompensated(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
   // A true force as it came: peaks count whether or not a tick meets them.
-  void SeeTruth(const Eigen::Vector3d& truth) noexcept;
+  void AddTruth(const Eigen::Vector3d& truth) noexcept;
 
   [[nodiscard]] bool has_truth() const noexcept { return has_truth_; }
   // Largest true force, else largest estimated one, S [N].
@@ -98,10 +98,10 @@ class TickSummary {
   [[nodiscard]] std::uint64_t let_go_ticks() const noexcept;
   // The same against the truth at the commanded place, while following: of the first contact, in
   // which much is still on its way, and of those after it.
-  struct AtPlace {
+  struct DelayCompensated {
     ForceError::Summary later, first;
   };
-  [[nodiscard]] std::optional<AtPlace> force_error_at_place() const noexcept;
+  [[nodiscard]] std::optional<DelayCompensated> force_error_delay_compensated() const noexcept;
   struct Breaking {
     ForceError::Summary error;
     std::uint64_t punctures = 0;
@@ -127,11 +127,11 @@ class TickSummary {
   void AddFingers(const TickRecord& record) noexcept;
 
   ForceError error_, let_go_;
-  BreakingError breaking_, breaking_at_place_;
-  ForceError at_place_, first_contact_;
+  BreakingError breaking_, breaking_delay_compensated_;
+  ForceError delay_compensated_, first_contact_;
   enum class Contact : std::uint8_t { kNone, kFirst, kLater } contact_ = Contact::kNone;
-  double peak_at_place_ = 0;      // of what AddAtPlace was given [N]
-  std::uint64_t free_ticks_ = 0;  // since the first contact was left
+  double delay_compensated_peak_ = 0;  // of what AddDelayCompensated was given [N]
+  std::uint64_t free_ticks_ = 0;       // since the first contact was left
   bool has_truth_ = false;
   double truth_peak_ = 0, estimated_peak_ = 0, sent_peak_ = 0;
   std::array<std::uint64_t, kReasonCount> reason_ticks_{};

@@ -61,7 +61,7 @@ export class Link {
   now() {
     return this.clock && this.clock.t + (this.clock.rate * (performance.now() - this.clock.at)) / 1000;
   }
-  send(wish) {
-    if (this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount < 4096) this.socket.send(JSON.stringify(wish));
+  send(command) {
+    if (this.socket.readyState === WebSocket.OPEN && this.socket.bufferedAmount < 4096) this.socket.send(JSON.stringify(command));
   }
 }

@@ -257,7 +257,7 @@ std::size_t PageServer::pages() const {
   return parts_->page_count;
 }
 
-void PageServer::Tell() {
+void PageServer::Notify() {
   if (parts_->told.exchange(true)) return;
   asio::post(parts_->context, [parts = parts_.get()] { parts->PumpAll(); });
 }

@@ -18,7 +18,7 @@ namespace palpate {
 class PageServer {
  public:
   static constexpr std::size_t kMostPages = 8, kMostConnections = 64;
-  static constexpr int kMostWishes = 500;  // of a page in a second
+  static constexpr int kMostCommands = 500;  // of a page in a second
 
   // What pages do. Called by the server's thread, must return at once.
   struct Listener {
@@ -41,7 +41,7 @@ class PageServer {
   [[nodiscard]] std::string address() const;
   [[nodiscard]] std::size_t pages() const;  // that look at this moment; thread-safe
   // The board has something new. Any thread; returns at once.
-  void Tell();
+  void Notify();
 
  private:
   struct Parts;

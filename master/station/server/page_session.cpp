@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "master/station/wish.h"
+#include "master/station/page_command.h"
 
 namespace palpate {
 namespace {
@@ -31,7 +31,7 @@ PageSession::PageSession(PageStream&& stream, std::uint64_t number, const Notice
   tcp.set_option(boost::asio::ip::tcp::no_delay(true), ignored);
   tcp.set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer), ignored);
   socket_.set_option(Patience());
-  socket_.read_message_max(kLongestWish);
+  socket_.read_message_max(kLongestCommand);
 }
 
 PageSession::~PageSession() {
@@ -93,9 +93,9 @@ bool PageSession::IsFlooding() {
   const auto now = std::chrono::steady_clock::now();
   if (now - counting_since_ > std::chrono::seconds(1)) {
     counting_since_ = now;
-    wishes_ = 0;
+    requests_ = 0;
   }
-  return ++wishes_ > PageServer::kMostWishes;
+  return ++requests_ > PageServer::kMostCommands;
 }
 
 void PageSession::Pump() {

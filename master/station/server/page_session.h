@@ -62,7 +62,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   bool open_ = false;
   std::uint32_t sent_ = 0;              // messages
   std::optional<std::uint32_t> taken_;  // of them; nullopt: the page does not say
-  int wishes_ = 0;                      // since `counting_since_`
+  int requests_ = 0;                    // since `counting_since_`
   std::chrono::steady_clock::time_point counting_since_{};
 };
 

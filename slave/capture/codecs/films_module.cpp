@@ -20,14 +20,14 @@ class OpenCvFilm final : public Film {
   cv::VideoCapture capture_;
 };
 
-int SayNothing(int, const char*, const char*, const char*, int, void*) {
+int IgnoreError(int, const char*, const char*, const char*, int, void*) {
   return 0;
 }
 
 class OpenCvFilms final : public Films {
  public:
   // What is thrown says what is wrong; OpenCV would tell stderr of it first.
-  OpenCvFilms() { cv::redirectError(&SayNothing); }
+  OpenCvFilms() { cv::redirectError(&IgnoreError); }
 
   [[nodiscard]] std::unique_ptr<Film> OpenFile(const std::string& file) const override {
     return Opened(cv::VideoCapture(file, cv::CAP_FFMPEG));  // other backends load half a desktop

@@ -232,13 +232,13 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   const double distance = options.distance.empty() ? 0 : Length("--distance", options.distance);
   CalibrationReport report = Calibrate(options, stop);
   report.distance = distance;
-  report.trust = Judge(report.question);
+  report.verdict = EvaluateCalibration(report.question);
   std::fputs(Words(report).c_str(), stdout);
   if (!options.drawing.empty()) WriteDrawing(options.drawing, report);
-  const bool is_trusted = report.trust.reasons.empty();
+  const bool is_trusted = report.verdict.reasons.empty();
   if (!is_trusted && !options.force) {
     std::fprintf(stderr, "calibrate: refused, %s is not written (--force writes it): %s\n",
-                 options.out.c_str(), report.trust.reasons.front().c_str());
+                 options.out.c_str(), report.verdict.reasons.front().c_str());
     return 1;
   }
   WriteRig(options.out, report.rig, !report.is_pair,

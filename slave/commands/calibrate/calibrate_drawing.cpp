@@ -197,11 +197,11 @@ class ResidualsPanel {
 
 std::vector<std::pair<std::string, const char*>> Verdict(const CalibrationReport& report) {
   std::vector<std::pair<std::string, const char*>> lines;
-  for (const std::string& reason : report.trust.reasons) {
+  for (const std::string& reason : report.verdict.reasons) {
     lines.emplace_back("cannot be trusted: " + reason, "bad");
   }
   if (lines.empty()) lines.emplace_back("may be trusted", "good");
-  for (const std::string& warning : report.trust.warnings) {
+  for (const std::string& warning : report.verdict.warnings) {
     lines.emplace_back("weak: " + warning, "");
   }
   return lines;

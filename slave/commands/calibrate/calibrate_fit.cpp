@@ -44,10 +44,10 @@ void NoteCircles(CalibrationReport* report) {
                   most, 2e3 * radius));
 }
 
-TrustQuestion QuestionOf(const Board& board, const CameraCalibration& camera,
-                         const std::vector<Corners>& views, const std::array<int, 2>& size) {
+CalibrationEvidence QuestionOf(const Board& board, const CameraCalibration& camera,
+                               const std::vector<Corners>& views, const std::array<int, 2>& size) {
   const Lens& lens = camera.fit.lens;
-  TrustQuestion question;
+  CalibrationEvidence question;
   question.quantity = "focal length";
   question.things = "pictures";
   question.used = camera.used.size();
@@ -215,14 +215,15 @@ CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& l
     lefts.push_back(view.left);
     rights.push_back(view.right);
   }
-  TrustQuestion& question = report.question;
+  CalibrationEvidence& question = report.question;
   question.used = pair.used.size();
   question.given = matched.views.size();
   question.rms_px = report.rig.rms_px;
   question.sigma_focal = pair.fit.sigma_focal;
   question.halves = CheckHalves(board, pair.views, report.rig);
   question.coverage = {CoverageOf(lefts, left.size), CoverageOf(rights, right.size)};
-  if (Judge(question).reasons.empty() && AreSidesExchanged(report.rig)) PutSidesRight(&report);
+  if (EvaluateCalibration(question).reasons.empty() && AreSidesExchanged(report.rig))
+    PutSidesRight(&report);
   NoteCircles(&report);
   return report;
 }

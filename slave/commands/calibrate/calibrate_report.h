@@ -8,9 +8,9 @@
 #include <Eigen/Geometry>
 
 #include "slave/commands/calibrate/calibrate_pictures.h"
+#include "slave/vision/calibration/calibration_verdict.h"
 #include "slave/vision/calibration/lens_calibration.h"
 #include "slave/vision/calibration/registration.h"
-#include "slave/vision/calibration/trust.h"
 
 namespace palpate {
 
@@ -38,8 +38,8 @@ struct CalibrationReport {
   StereoRig rig;
   std::vector<CalibrationRow> rows;
   std::vector<std::string> notes;  // before the verdict
-  TrustQuestion question;
-  Trust trust;
+  CalibrationEvidence question;
+  CalibrationVerdict verdict;
 };
 
 // Size of a pixel on the board [m], as its neighbours lie apart.

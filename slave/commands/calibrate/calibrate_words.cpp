@@ -67,7 +67,7 @@ std::string ScaleWords(const CalibrationReport& report) {
   return words;
 }
 
-std::string HalvesWords(const TrustQuestion& question) {
+std::string HalvesWords(const CalibrationEvidence& question) {
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) return "";
   std::string words = fmt::format(
@@ -106,8 +106,8 @@ std::string Words(const CalibrationReport& report) {
   }
   words += fmt::format("; focal length one sigma {:.2g} %\n", 100 * report.question.sigma_focal);
   for (const std::string& note : report.notes) words += note + "\n";
-  for (const std::string& warning : report.trust.warnings) words += "weak: " + warning + "\n";
-  for (const std::string& reason : report.trust.reasons) {
+  for (const std::string& warning : report.verdict.warnings) words += "weak: " + warning + "\n";
+  for (const std::string& reason : report.verdict.reasons) {
     words += "cannot be trusted: " + reason + "\n";
   }
   return words;

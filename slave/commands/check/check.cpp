@@ -326,7 +326,7 @@ int RunCheck(const CheckOptions& options) {
     CheckTactile(LoadRunningScene(options.scene, options.overrides));
     return 0;
   }
-  if (HasEyes(body.sense)) {
+  if (HasStereoOrDepth(body.sense)) {
     CheckStereo(LoadRunningScene(options.scene, options.overrides));
     return 0;
   }

@@ -15,7 +15,7 @@ std::string InWords(const Geometry& geometry);
 void PrintObject(const Scene& scene);
 std::string InWords(const Camera& camera);
 // Two eyes or a depth camera: from where; of two that run freely when they are a pair.
-void PrintEyes(const Scene& scene);
+void PrintCameras(const Scene& scene);
 // Whether a real arm moves what live pictures show.
 bool ShowsArm(const Scene& scene);
 // The arm, and what it is a witness of.

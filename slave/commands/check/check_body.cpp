@@ -41,7 +41,7 @@ struct Probe {
   std::string failure;  // or why it is extrapolated
 };
 
-Probe Ask(const study::PressSpec& question, DeformationModel& model) {
+Probe Query(const study::PressSpec& question, DeformationModel& model) {
   constexpr int kRepeats = 20;
   const study::Press& press = question.presses.front();
   Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
@@ -62,7 +62,7 @@ Probe Ask(const study::PressSpec& question, DeformationModel& model) {
 
 std::optional<double> ForceOf(const Scene& scene, const ObjectMesh& mesh,
                               const study::PressSpec& gentle) {
-  const Probe probe = Ask(gentle, *MakeModel(scene, mesh));
+  const Probe probe = Query(gentle, *MakeModel(scene, mesh));
   if (probe.validity == Validity::kFailed || !(std::abs(probe.force) > 0)) return std::nullopt;
   return probe.force;
 }
@@ -115,7 +115,7 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
   if (!asked) return;
   const study::PressSpec& question = *asked;
   const study::Press& press = question.presses.front();
-  const Probe probe = Ask(question, model);
+  const Probe probe = Query(question, model);
   if (probe.validity == Validity::kFailed) {
     PrintLine("press", "no answer: " + probe.failure);
     return;

@@ -6,7 +6,7 @@
 
 #include "slave/commands/check/check.h"
 #include "slave/manipulator/mp285/mp285.h"
-#include "slave/pipeline/teleop/late_pictures.h"
+#include "slave/pipeline/teleop/image_latency_estimator.h"
 
 namespace palpate {
 namespace {
@@ -132,7 +132,7 @@ std::string InWords(const Camera& camera) {
   return DeviceInWords(camera.device);
 }
 
-void PrintEyes(const Scene& scene) {
+void PrintCameras(const Scene& scene) {
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
     return PrintLine("eyes", fmt::format("{}, {:g} Hz", InWords(*depth), depth->rate));
   }
@@ -152,7 +152,7 @@ void PrintManipulator(const Scene& scene) {
   if (!ShowsArm(scene)) return;
   PrintLine("checked", fmt::format("how late the pictures are, by the arm while it moves what they "
                                    "show: it goes into the force's sigma, {:.3g} s is doubted",
-                                   LatePictures::kMost));
+                                   ImageLatencyEstimator::kMost));
 }
 
 }  // namespace palpate

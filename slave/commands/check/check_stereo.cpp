@@ -19,7 +19,7 @@
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/press/membrane_body.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"
 #include "slave/vision/stereo/epipolar_check.h"
@@ -155,9 +155,9 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
   }
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, World* world) {
-  if (world == nullptr) return OpenStereo(scene, false);
-  return world->OpenPair(scene, {.is_live = false});
+std::unique_ptr<StereoSource> Open(const Scene& scene, SimulatedEnvironment* environment) {
+  if (environment == nullptr) return OpenStereo(scene, false);
+  return environment->OpenPair(scene, {.is_live = false});
 }
 
 // What the eyes make of the first pictures.
@@ -169,8 +169,8 @@ struct FirstLook {
   LatencyHistogram checks;           // likewise, part of it
 };
 
-FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source,
-               SurfacePointTracker& eyes) {
+FirstLook FirstSample(const Scene& scene, const StereoRig& rig, StereoSource& source,
+                      SurfacePointTracker& eyes) {
   constexpr int kPictures = 15;
   FirstLook look;
   std::chrono::duration<double, std::micro> spent(0);
@@ -179,7 +179,7 @@ FirstLook Look(const Scene& scene, const StereoRig& rig, StereoSource& source,
     if (!pair) break;
     if (look.pictures++ == 0) RequireRigFits(scene, rig, *pair);
     const auto began = std::chrono::steady_clock::now();
-    const SurfaceObservation& observation = eyes.Look(*pair);
+    const SurfaceObservation& observation = eyes.Process(*pair);
     if (look.pictures > 1) spent += std::chrono::steady_clock::now() - began;
     if (look.pictures > 1) look.checks.Add(eyes.checks_us());
     if (look.until_rest == 0 && eyes.at_rest_known()) look.until_rest = look.pictures;
@@ -216,11 +216,11 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
     PrintLine("pictures", "none before a driver pushes them (FeedPictures)");
     return;
   }
-  const auto world = MakeWorld(scene);
-  const auto source = Open(scene, world.get());
+  const auto environment = MakeSimulatedEnvironment(scene);
+  const auto source = Open(scene, environment.get());
   const auto eyes = MakeSurfacePointTracker(scene, rig);
   PrintLine("pictures", source->description());
-  const FirstLook look = Look(scene, rig, *source, *eyes);
+  const FirstLook look = FirstSample(scene, rig, *source, *eyes);
   PrintLine("seen", SeenInWords(scene, *eyes, look));
   if (look.pictures < 2) return;
   const double rate = SensorRate(scene.sense);
@@ -250,7 +250,7 @@ double NearestNeighbour(const std::vector<Eigen::Vector2d>& places) {
 }
 
 // What each check of the eyes sees.
-void PrintEyeChecks(const Scene& scene) {
+void PrintCameraChecks(const Scene& scene) {
   const PointTracking& points = *scene.sense.Find<PointTracking>();
   PrintLine(
       "checked",
@@ -325,14 +325,14 @@ void PrintLoadChecks(const Scene& scene) {
 void CheckStereo(const Scene& scene) {
   PrintModelOf(scene);
   const StereoRig rig = RigOf(scene);
-  PrintEyes(scene);  // before they are opened: one may not be there yet
+  PrintCameras(scene);  // before they are opened: one may not be there yet
   if (EstimatesForce(scene)) PrintManipulator(scene);
   if (scene.sense.Find<StereoCameras>()) PrintRig(scene, rig);
   if (scene.sense.Find<DepthPictures>())
     PrintDepthCamera(*scene.sense.Find<DepthPictures>(), scene);
   PrintPoints(scene, rig);
   PrintFirstLook(scene, rig);
-  if (scene.sense.Find<StereoCameras>()) PrintEyeChecks(scene);
+  if (scene.sense.Find<StereoCameras>()) PrintCameraChecks(scene);
   if (EstimatesForce(scene)) {
     PrintLoadChecks(scene);
     PrintHand(scene);

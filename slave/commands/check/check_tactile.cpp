@@ -124,7 +124,7 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
   constexpr int kSamples = 300;
   const int rest = scene.sense.Find<Tactile>()->rest_samples;
   for (int i = 0; i < rest + kSamples; ++i) {
-    estimator.Feel(Busy(scene, i), scene.manipulator.home);
+    estimator.Estimate(Busy(scene, i), scene.manipulator.home);
   }
   const double us = estimator.times().tactile.Quantile(0.5);
   const double rate = scene.sense.Find<Tactile>()->rate;

@@ -63,7 +63,7 @@ EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
   const auto source = OpenTactileRecording(scene, false);
   TactileEstimator estimator(scene);
   while (const auto frame = source->Next({})) {
-    estimator.Feel(*frame, scene.manipulator.home);
+    estimator.Estimate(*frame, scene.manipulator.home);
     if (progress && !progress->Report(source->description(), 0)) throw Interrupted();
   }
   for (int i = 0; i < estimator.finger_count(); ++i) {
@@ -137,7 +137,7 @@ std::string NotScored(const study::MeasuredQuestion& question,
   return "sense.depth_camera sees nothing of the estimated shape";
 }
 
-void Say(const study::MeasuredQuestion& question, const study::MeasuredAnswer& answer) {
+void PrintAnswer(const study::MeasuredQuestion& question, const study::MeasuredAnswer& answer) {
   std::printf("object: %zu of %zu points, %s\n", answer.object.size(),
               question.measured.cloud.size(), answer.choice.why.c_str());
   for (const study::LabelScore& row : answer.labels) {
@@ -193,7 +193,7 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
     return 1;
   }
-  Say(question, answer);
+  PrintAnswer(question, answer);
   const std::string why = NotScored(question, answer);
   if (why.empty()) return 0;
   std::fprintf(stderr, "evaluate: %s: nothing was scored: %s\n", options.cloud.c_str(),

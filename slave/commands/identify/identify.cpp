@@ -127,14 +127,14 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
     }
   }
   if (report->tests.empty()) return;
-  Tell(progress, "laws", 0);
+  ReportProgress(progress, "laws", 0);
   report->fits = identify::FitLaws(report->tests, foam);
   for (const identify::LawFit& fit : report->fits) {
     report->shares.emplace_back();
     identify::RelativeRms(fit.law, report->tests, &report->shares.back());
   }
   if (foam) return;
-  Tell(progress, "other tests", 0.8);
+  ReportProgress(progress, "other tests", 0.8);
   const identify::Predictor predictor(report->tests);
   report->predictions = predictor.OtherTests();
   report->predicted_by = predictor.laws();
@@ -193,7 +193,7 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
     }
     if (!requests.pictures.empty()) {
-      Tell(&progress, "pictures", 0);
+      ReportProgress(&progress, "pictures", 0);
       const Scene scene = LoadScene(options.scene, options.overrides);
       report.pictures = FitPictures(scene, requests.pictures, stop);
     }

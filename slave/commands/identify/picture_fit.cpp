@@ -15,7 +15,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/csv.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {
@@ -70,11 +70,12 @@ double CommonShare(const std::vector<Pair>& pairs) {
   return std::sqrt(sigma2 / felt2);
 }
 
-std::vector<Pair> FeelAll(const Scene& scene, const Forces& forces, const std::stop_token& stop) {
-  const auto sense = MakeSense(scene, {.is_live = false}, nullptr);
+std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
+                              const std::stop_token& stop) {
+  const auto sense = MakeSensingPipeline(scene, {.is_live = false}, nullptr);
   std::vector<Pair> pairs;
   while (sense->Acquire(stop)) {
-    sense->Look();
+    sense->Process();
     const ContactEstimate& felt = sense->Estimate(scene.manipulator.home);
     const auto known = forces.find(felt.sample);
     if (known == forces.end() || !felt.force || felt.validity != Validity::kValid) continue;
@@ -122,7 +123,7 @@ int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
 
 PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop) {
-  if (MakeWorld(scene) != nullptr) {
+  if (MakeSimulatedEnvironment(scene) != nullptr) {
     throw std::invalid_argument(
         "pictures: accepted is a scene of recorded pictures or samples, not "
         "a simulated one, whose modulus is the scene's");
@@ -134,7 +135,7 @@ PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
   const bool is_dome = std::holds_alternative<DomeGeometry>(scene.object.geometry);
   PictureFit fit;
   for (Line line; fit.passes < kMostPasses && std::abs(line.slope - 1) > kSettled;) {
-    const std::vector<Pair> pairs = FeelAll(tried, forces, stop);
+    const std::vector<Pair> pairs = EstimateAll(tried, forces, stop);
     ++fit.passes;
     if (pairs.empty()) Pressed({{}}, file);
     fit.pressed = Pressed(pairs, file);

@@ -22,8 +22,8 @@ struct PictureFit {
 // its size counts. Least squares of measured = s felt + offset over samples whose felt force is
 // valid, again with s times the modulus until s is 1. Of a domed membrane tension goes with the
 // modulus, which leaves the deflection's shape as it is. Throws InputError `file:line: ...`;
-// std::invalid_argument: nothing is recorded; what MakeSense throws; std::runtime_error: fewer than
-// three valid presses, all of one force, no modulus found. Stopped: as far as it came.
+// std::invalid_argument: nothing is recorded; what MakeSensingPipeline throws; std::runtime_error:
+// fewer than three valid presses, all of one force, no modulus found. Stopped: as far as it came.
 PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop);
 

@@ -23,7 +23,7 @@ class RecordingSink final : public spdlog::sinks::base_sink<std::mutex> {
  protected:
   void sink_it_(const spdlog::details::log_msg& line) override {
     constexpr int kDebug = static_cast<int>(spdlog::level::debug);
-    recording_.Say(std::max(0, static_cast<int>(line.level) - kDebug),
+    recording_.Log(std::max(0, static_cast<int>(line.level) - kDebug),
                    {line.payload.data(), line.payload.size()});
   }
   void flush_() override {}

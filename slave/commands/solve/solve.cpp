@@ -148,7 +148,7 @@ Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::
   return solver;
 }
 
-void Tell(const ModelInfo& info) {
+void PrintModelInfo(const ModelInfo& info) {
   std::fprintf(stderr, "solve: %s, %zu dof, precomputed in %.3g s, %.3g MB kept", info.kind.c_str(),
                info.dof, info.precompute_s, 1e-6 * static_cast<double>(info.memory_bytes));
   if (info.condition > 0) std::fprintf(stderr, ", condition %.3g", info.condition);
@@ -191,7 +191,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   ProgressBar progress("solve", stop);
   const auto [model, field] = Build(scene, mesh, options.field, &progress);
   progress.Clear();
-  Tell(model->info());
+  PrintModelInfo(model->info());
   const RoundTools round(scene, mesh);
   std::vector<SolveRow> answers;
   bool all_solved = true;
@@ -216,7 +216,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "solve: interrupted; what was solved is written\n");
   }
   progress.Clear();
-  TellDoubts(dynamic ? answers : rows);
+  ReportFlags(dynamic ? answers : rows);
   const bool written =
       WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());
   if (!written) std::fprintf(stderr, "solve: writing failed\n");

@@ -7,7 +7,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/text/csv.h"
 #include "slave/mechanics/make_model.h"
 

@@ -89,15 +89,15 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
   }
 }
 
-void TellDoubts(const std::vector<SolveRow>& rows) {
-  struct Doubt {
+void ReportFlags(const std::vector<SolveRow>& rows) {
+  struct FlagCount {
     std::size_t first = 0, count = 0;
   };
-  std::map<std::string_view, Doubt> doubts;
+  std::map<std::string_view, FlagCount> doubts;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].response.validity != Validity::kExtrapolated) continue;
     const std::string_view why = rows[i].response.doubt;
-    Doubt& doubt = doubts[why.empty() ? kBeyondRange : why];
+    FlagCount& doubt = doubts[why.empty() ? kBeyondRange : why];
     if (doubt.count++ == 0) doubt.first = i;
   }
   for (const auto& [why, doubt] : doubts) {

@@ -32,7 +32,7 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
 
 // Says on stderr how many rows are extrapolated and why: a line per reason, with the first such
 // row.
-void TellDoubts(const std::vector<SolveRow>& rows);
+void ReportFlags(const std::vector<SolveRow>& rows);
 
 // Writes one line per row with 17 significant digits, with `t` if they have one. False: the file
 // cannot be written.

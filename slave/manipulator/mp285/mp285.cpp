@@ -171,7 +171,7 @@ void Mp285::Empty() {
   for (int k = 0; k < 64 && Read(1, patience_); ++k) tcflush(line_, TCIFLUSH);
 }
 
-std::optional<Steps> Mp285::Ask() {
+std::optional<Steps> Mp285::QuerySteps() {
   if (!Send(std::string{'c', kEnd})) return std::nullopt;
   const auto answer = Read(kPlaceBytes + 1, patience_);
   if (!answer) {
@@ -191,7 +191,7 @@ bool Mp285::Find() {
   if (line_ < 0 && !Open()) return Fail("its line is gone: " + std::string(std::strerror(errno)));
   if (!Send(std::string(1, kInterrupt))) return false;
   Empty();
-  const auto once = Ask(), again = once ? Ask() : std::nullopt;
+  const auto once = QuerySteps(), again = once ? QuerySteps() : std::nullopt;
   if (!again) return false;
   if (*once != *again)
     return Fail("it says two places, " + InWords(*once) + " and " + InWords(*again));
@@ -212,10 +212,10 @@ bool Mp285::MoveTo(const Steps& steps, Patience takes) {
   const auto done = Read(1, takes + patience_);
   if (!done) return Fail("a move does not end");
   if (done->front() != kEnd) return Fail(ErrorInWords(done->front()));
-  const auto there = Ask();
+  const auto there = QuerySteps();
   if (!there) return false;
   if (*there != steps) {
-    const auto again = Ask();
+    const auto again = QuerySteps();
     if (!again) return false;
     if (*again != steps) {
       return Fail("it stands at " + InWords(*again) + ", sent to " + InWords(steps));
@@ -224,12 +224,12 @@ bool Mp285::MoveTo(const Steps& steps, Patience takes) {
   return Know(steps);
 }
 
-bool Mp285::Look() {
+bool Mp285::Poll() {
   if (!at_) return false;
-  const auto once = Ask();
+  const auto once = QuerySteps();
   if (!once) return false;
   if (*once == *at_) return true;
-  const auto again = Ask();
+  const auto again = QuerySteps();
   if (!again) return false;
   if (*again != *once) return Fail("it says two places");
   return Know(*again);

@@ -37,7 +37,7 @@ class Mp285 {
   // beyond the travel are refused.
   bool MoveTo(const Steps& steps, Patience takes);
   // Asks where it is; another place than before is believed when it is said twice. False: fault.
-  bool Look();
+  bool Poll();
 
   // Where it stands; nullopt: not known.
   [[nodiscard]] const std::optional<Steps>& at() const { return at_; }
@@ -53,7 +53,7 @@ class Mp285 {
   // nullopt: it did not come in time.
   std::optional<std::string> Read(std::size_t bytes, Patience patience);
   // One answer to `c`; nullopt: none, or not whole: fault.
-  std::optional<Steps> Ask();
+  std::optional<Steps> QuerySteps();
   void Empty();
 
   const std::string port_;

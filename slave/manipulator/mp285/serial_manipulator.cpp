@@ -98,7 +98,7 @@ bool SerialManipulator::Round() {
     follower_.Step(std::clamp(dt, 0.0, kLongestStep));
     if (follows_) target = follower_.tip();
   }
-  if (!target || ToSteps(*target) == *drive_.at()) return drive_.Look();
+  if (!target || ToSteps(*target) == *drive_.at()) return drive_.Poll();
   const double way = (*target - FromSteps(*drive_.at())).norm();
   const Mp285::Patience takes(static_cast<int>(2e3 * way / options_.max_speed) + 1);
   return drive_.MoveTo(ToSteps(*target), takes);

@@ -96,7 +96,7 @@ void BoundarySystem::Collocate(Eigen::MatrixXd* A, Eigen::MatrixXd* Abar,
   for (int j = 0; j < elements; ++j) {
     CollocateElement(j, A, Abar);
     if (j % kReportEvery == 0) {
-      Tell(progress, "boundary integrals", static_cast<double>(j) / elements);
+      ReportProgress(progress, "boundary integrals", static_cast<double>(j) / elements);
     }
   }
 }

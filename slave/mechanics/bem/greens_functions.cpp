@@ -94,7 +94,8 @@ GreensFunctions::GreensFunctions(ReferenceProblem problem, Progress* progress)
 void GreensFunctions::Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress) {
   bool regular = true;
   while (regular && lu.done() < lu.blocks()) {
-    Tell(progress, "factorising", std::pow(static_cast<double>(lu.done()) / lu.blocks(), 2));
+    ReportProgress(progress, "factorising",
+                   std::pow(static_cast<double>(lu.done()) / lu.blocks(), 2));
     regular = lu.FactorizeNext();
   }
   const double reciprocal = regular ? lu.ReciprocalCondition() : 0;
@@ -105,7 +106,7 @@ void GreensFunctions::Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress) 
   }
   condition_ = 1 / reciprocal;
   for (Eigen::Index j = 0; j < E->cols(); j += kColumnsAtOnce) {
-    Tell(progress, "solving", static_cast<double>(j) / static_cast<double>(E->cols()));
+    ReportProgress(progress, "solving", static_cast<double>(j) / static_cast<double>(E->cols()));
     lu.SolveInPlace(E->middleCols(j, std::min(kColumnsAtOnce, E->cols() - j)));
   }
 }

@@ -126,11 +126,11 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
          static_cast<std::size_t>(2 * n * n * sizeof(double))});
   }
   MatrixXd A = system_.Matrix(
-      [&](int j) { Tell(progress, "integrals", static_cast<double>(j) / triangles); });
+      [&](int j) { ReportProgress(progress, "integrals", static_cast<double>(j) / triangles); });
   if (!A.allFinite()) RefuseSingular();
   DenseLu lu(std::move(A));
   while (lu.done() < lu.blocks()) {
-    Tell(progress, "factorisation", static_cast<double>(lu.done()) / lu.blocks());
+    ReportProgress(progress, "factorisation", static_cast<double>(lu.done()) / lu.blocks());
     const auto kept = store->Resume(Part::kFactor, lu.done());
     if (kept && lu.AdoptNext(*kept)) continue;
     if (!lu.FactorizeNext()) RefuseSingular();
@@ -142,7 +142,7 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
   data_.blocks.resize(9 * Index(triangles) * Index(triangles));
   data_.reactions.resize(3 * Index(triangles) * reactions_);
   for (int begin = 0; begin < triangles; begin += kTriangles) {
-    Tell(progress, "green's functions", static_cast<double>(begin) / triangles);
+    ReportProgress(progress, "green's functions", static_cast<double>(begin) / triangles);
     const int end = std::min(begin + kTriangles, triangles);
     MatrixXd columns;
     const auto kept = store->Resume(Part::kColumns, begin);
@@ -156,7 +156,7 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
     }
     Store(begin, columns);
   }
-  Tell(progress, "green's functions", 1);
+  ReportProgress(progress, "green's functions", 1);
 }
 
 // What is unknown where a component is free is its displacement, where it is held its traction.

@@ -124,7 +124,7 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   if (outcome == ContactSet::Outcome::kFailed) return Fail(set_.failure());
   const bool little = outcome == ContactSet::Outcome::kChanged && LittleChanged();
   const bool changed = little && inverse_.inverted() && InvertChanged();
-  if (!changed && !AnswerAnew(little)) {
+  if (!changed && !AnswerAgain(little)) {
     return Fail("contacts overlap: what one prescribes follows from the others");
   }
   if (inverse_.padded() > vector_room_) {
@@ -176,7 +176,7 @@ void ComplianceSolver::SoftenLoads() {
 
 // Factors where everything is new; the inverse where little changes, so that the next change, which
 // may be as small, finds it.
-bool ComplianceSolver::AnswerAnew(bool little_changed) {
+bool ComplianceSolver::AnswerAgain(bool little_changed) {
   inverse_.Reset(set_.rows());
   const auto unknowns = set_.unknowns();
   const bool symmetric = compliance_.symmetric();

@@ -78,7 +78,7 @@ class ComplianceSolver {
   bool Fail(std::string_view why);  // and the contacts are forgotten
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   bool Prepare(std::span<const Contact> contacts);
-  bool AnswerAnew(bool little_changed);
+  bool AnswerAgain(bool little_changed);
   [[nodiscard]] bool LittleChanged() const;
   bool InvertChanged();
   [[nodiscard]] Eigen::Matrix3d Lacking(const ContactSlot& slot) const;

@@ -60,7 +60,7 @@ ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
   if (!found) return Fail("no place is known there");
   known_ = true;
   if (!Number()) return Fail("no answer is known there");
-  return anew ? Outcome::kAnew : Outcome::kChanged;
+  return anew ? Outcome::kRestarted : Outcome::kChanged;
 }
 
 bool ContactSet::IsSame(std::span<const Contact> contacts) const {

@@ -76,7 +76,7 @@ struct ContactSlot {
 // Not thread-safe. Memory only grows.
 class ContactSet {
  public:
-  enum class Outcome : std::uint8_t { kSame, kChanged, kAnew, kFailed };
+  enum class Outcome : std::uint8_t { kSame, kChanged, kRestarted, kFailed };
   // Rows that gave way to others; a change's row counts those before it as they are now.
   struct Change {
     int row = 0, removed = 0, inserted = 0;

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -79,7 +79,7 @@ fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh&
     const auto elements = static_cast<double>(mesh.tets.size());
     progress->Expect({5e-6 * elements, static_cast<std::size_t>(1500 * elements)});
   }
-  Tell(progress, "numbering nodes", 0);
+  ReportProgress(progress, "numbering nodes", 0);
   return {params.material.poisson_ratio, params.options.mass == FemOptions::Mass::kLumped,
           Linear(params.options) ? fem::TetElements::Law::kLinear
                                  : fem::TetElements::Law::kCorotational,
@@ -114,7 +114,7 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
       f_ext_(Index(body_.size())),
       strain_(StrainsOf(mesh, body_, params.material.poisson_ratio)),
       u_(Index(body_.size())) {
-  Tell(progress, "preparing the solver", 0.6);
+  ReportProgress(progress, "preparing the solver", 0.6);
   const FemOptions& options = params.options;
   const bool exact = options.tangent == FemOptions::Tangent::kExact;
   SetGravity();
@@ -130,10 +130,10 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
   }
   Reset();
   Describe(mesh);
-  Tell(progress, "trying one answer", 0.8);
+  ReportProgress(progress, "trying one answer", 0.8);
   Rehearse(mesh);
   NotePrecompute();
-  Tell(progress, "ready", 1);
+  ReportProgress(progress, "ready", 1);
 }
 
 void FemModel::SetGravity() {
@@ -221,7 +221,7 @@ void FemModel::Respond(std::span<const Contact> contacts,
   }
   if (!answered) return;
   RemarkInversion();
-  const auto doubt = Doubt(contacts);
+  const auto doubt = FlagReason(contacts);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     responses[k] = ResponseOf(k, contacts[k], doubt);
   }
@@ -276,7 +276,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
 }
 
 // Why the last answer is extrapolated; nullopt: it is not, but for single patches.
-std::optional<std::string_view> FemModel::Doubt(std::span<const Contact> contacts) noexcept {
+std::optional<std::string_view> FemModel::FlagReason(std::span<const Contact> contacts) noexcept {
   if (summary().inverted > 0) return "elements are inside out";
   if (params_.material.poisson_ratio >= kLocks)
     return "linear tetrahedra lock at this Poisson ratio";

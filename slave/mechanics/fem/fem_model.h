@@ -75,7 +75,8 @@ class FemModel final : public DeformationModel {
   void Describe(const SolidMesh& mesh);
   void Rehearse(const SolidMesh& mesh);
   void RemarkInversion();
-  [[nodiscard]] std::optional<std::string_view> Doubt(std::span<const Contact> contacts) noexcept;
+  [[nodiscard]] std::optional<std::string_view> FlagReason(
+      std::span<const Contact> contacts) noexcept;
   [[nodiscard]] double Softness() noexcept;
   [[nodiscard]] ContactResponse ResponseOf(std::size_t k, const Contact& contact,
                                            std::optional<std::string_view> doubt) const noexcept;

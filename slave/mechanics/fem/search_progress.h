@@ -36,17 +36,19 @@ class SearchProgress {
     if (linear_) Reach(residual, target);
   }
   // False: stop, now and until the next Begin.
-  [[nodiscard]] bool Continue() noexcept { return Tell("finding the equilibrium", done_); }
+  [[nodiscard]] bool Continue() noexcept {
+    return ReportProgress("finding the equilibrium", done_);
+  }
   // The same while a factor is made, of which `done` is there.
   [[nodiscard]] bool ContinueFactor(double done) noexcept {
-    return Tell("factoring the stiffness", done);
+    return ReportProgress("factoring the stiffness", done);
   }
   [[nodiscard]] bool stopped() const { return stopped_; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool Tell(const char* stage, double done) noexcept {
+  bool ReportProgress(const char* stage, double done) noexcept {
     if (progress_ == nullptr || stopped_) return !stopped_;
     const auto now = Clock::now();
     if (now - told_ < std::chrono::milliseconds(100)) return true;

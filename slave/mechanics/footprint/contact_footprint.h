@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/mesh/surface_patch.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 
@@ -66,7 +66,7 @@ class SurfaceFootprints {
 
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   // Of the last contact that had a width; nodes in rising order, triangles too.
-  [[nodiscard]] const SurfacePatch& patch() const { return patch_; }
+  [[nodiscard]] const DiscPatch& patch() const { return patch_; }
 
  private:
   // The contact's triangle, or the nearest one; nullopt: farther than half its longest edge.
@@ -92,7 +92,7 @@ class SurfaceFootprints {
   std::vector<Eigen::Vector3d> normals_, centroids_;
   std::vector<double> areas_;
   std::vector<int> first_of_node_, triangles_of_node_;
-  SurfacePatch patch_;
+  DiscPatch patch_;
   std::vector<int> seen_;  // per node: the last patch that it is in
   int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls

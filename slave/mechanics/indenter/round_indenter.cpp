@@ -68,7 +68,7 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press,
   if (!press.p_O.allFinite() || !n.allFinite() || !press.displacement_O.allFinite()) return {};
   Gather(press);
   while (!contacts_.empty()) {
-    if (!Ask(model)) return {};
+    if (!Query(model)) return {};
     if (!LetGo(n)) break;
   }
   const bool presses = n.dot(press.displacement_O) < 0;
@@ -76,7 +76,7 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press,
   if (touched == 0) TouchNearest(press, presses);
   ContactResponse whole;
   whole.stiffness_O = Stiffness(n, model);
-  if (!Ask(model)) return {};
+  if (!Query(model)) return {};
   whole.displacement_O = press.displacement_O;
   whole.force_O = Sum();
   whole.validity = Validity::kValid;
@@ -143,7 +143,7 @@ bool RoundIndenter::LetGo(const Vector3d& n) noexcept {
   return some;
 }
 
-bool RoundIndenter::Ask(DeformationModel* model) noexcept {
+bool RoundIndenter::Query(DeformationModel* model) noexcept {
   responses_.resize(contacts_.size());
   model->Respond(contacts_, responses_);
   return std::ranges::none_of(responses_, [](const ContactResponse& part) {
@@ -165,7 +165,7 @@ Matrix3d RoundIndenter::Stiffness(const Vector3d& n, DeformationModel* model) no
   for (std::size_t i = 0; i < contacts_.size(); ++i) moved_[i] = contacts_[i].prescribed_O;
   const auto force_when_moved = [&](const Vector3d& by) {
     for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].prescribed_O = by;
-    return Ask(model) ? Vector3d(Sum() / step) : Vector3d(Vector3d::Zero());
+    return Query(model) ? Vector3d(Sum() / step) : Vector3d(Vector3d::Zero());
   };
   Matrix3d K = Matrix3d::Zero();
   if (law_ == ContactLaw::kFrictionless) {

@@ -71,7 +71,7 @@ class RoundIndenter {
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
   [[nodiscard]] bool LetGo(const Eigen::Vector3d& n) noexcept;
-  [[nodiscard]] bool Ask(DeformationModel* model) noexcept;
+  [[nodiscard]] bool Query(DeformationModel* model) noexcept;
   [[nodiscard]] Eigen::Vector3d Sum() const noexcept;
   [[nodiscard]] Eigen::Matrix3d Stiffness(const Eigen::Vector3d& n,
                                           DeformationModel* model) noexcept;

@@ -53,7 +53,7 @@ plate::PlateModes MakeModes(const PlateLargeModel::Params& params, Progress* pro
     const double order = params.order;
     progress->Expect({.seconds = 0.05 + 4e-8 * std::pow(order, 5),
                       .memory_bytes = static_cast<std::size_t>(8 * std::pow(order, 5)) / 2});
-    Tell(progress, "plate modes", 0);
+    ReportProgress(progress, "plate modes", 0);
   }
   return {params.order, params.poisson_ratio};
 }
@@ -69,7 +69,7 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   const double slenderness = params_.thickness / params_.radius;
   force_unit_ =
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
-  Tell(progress, "central press", 0.7);
+  ReportProgress(progress, "central press", 0.7);
   ToolOf(0);
   info_.kind = "plate-large";
   info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));

@@ -99,7 +99,7 @@ FluidShell::FluidShell(const Params& params) : params_(params) {
   for (std::size_t i = kTool; i + kHolder < rest_.size(); ++i) {
     x_.segment<2>(2 * static_cast<Eigen::Index>(i - kTool)) = rest_[i];
   }
-  Tell(0);
+  UpdateState(0);
 }
 
 // Nodes are dense where the wall bends: at the tool's edge and at the holder's.
@@ -221,7 +221,7 @@ bool FluidShell::PressTo(double depth) {
     if (Solve(next)) {
       at = next;
       step *= 1.5;
-      Tell(at);
+      UpdateState(at);
     } else if ((step *= 0.5) < kLeastStep * thin_) {
       return false;
     }
@@ -229,7 +229,7 @@ bool FluidShell::PressTo(double depth) {
   return true;
 }
 
-void FluidShell::Tell(double depth) {
+void FluidShell::UpdateState(double depth) {
   const double R = params_.radius, stiffness = params_.young_modulus * params_.wall;
   const Points points = At(x_, depth);
   System system;

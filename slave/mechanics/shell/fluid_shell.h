@@ -63,7 +63,7 @@ class FluidShell {
   [[nodiscard]] Points At(const Eigen::VectorXd& x, double depth) const;
   void Assemble(const Points& points, double pressure, System* system) const;
   bool Solve(double depth);
-  void Tell(double depth);
+  void UpdateState(double depth);
 
   Params params_;
   double thin_ = 0;  // h / R

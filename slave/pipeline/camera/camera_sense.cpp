@@ -12,8 +12,8 @@
 #include "slave/capture/picture_files.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/arm_lag.h"
-#include "slave/pipeline/estimate_rules.h"
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/overlay_words.h"
 #include "slave/vision/stereo/lens_warp.h"
 
@@ -24,17 +24,19 @@ constexpr int kMostElements = 4000;
 constexpr double kReplayedLag = 0.45;  // of the arm's word [periods]
 constexpr double kResolved = 0.05;     // of a pixel: what the eyes resolve
 
-std::unique_ptr<FrameSource> OpenSource(const Scene& scene, const Pace& pace, World* world) {
+std::unique_ptr<FrameSource> OpenSource(const Scene& scene, const Pace& pace,
+                                        SimulatedEnvironment* environment) {
   if (pace.player != nullptr) return pace.player->OpenFrames();
-  if (world != nullptr) return world->OpenCamera(scene, pace);
+  if (environment != nullptr) return environment->OpenCamera(scene, pace);
   if (pace.pictures != nullptr) {
     return pace.pictures->OpenFrames(StraighteningOf(*scene.sense.Find<Camera>()));
   }
   return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
 }
 
-std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace, World* world) {
-  return Tapped(OpenSource(scene, pace, world), pace.tap);
+std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace,
+                                  SimulatedEnvironment* environment) {
+  return Tapped(OpenSource(scene, pace, environment), pace.tap);
 }
 
 Frame FirstPicture(FrameSource& source) {
@@ -46,9 +48,9 @@ Frame FirstPicture(FrameSource& source) {
 // Where the tip is in the first picture. Nobody says where a recorded tool is; without a template
 // it is looked for at its home.
 std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace,
-                                           const World* world) {
+                                           const SimulatedEnvironment* environment) {
   if (pace.p_S_tip) return pace.p_S_tip;
-  if (world != nullptr) return world->truth().p_S_tip;
+  if (environment != nullptr) return environment->truth().p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
@@ -137,9 +139,9 @@ Eigen::Vector2d ForceArrow(const CameraView& view, const Eigen::Vector3d& p_S,
 }
 
 // One row per picture. What the model would make of the true depth is told by the local model.
-class CameraAccount final : public Account {
+class CameraOfflineReport final : public OfflineReport {
  public:
-  explicit CameraAccount(const CameraSense& sense) : sense_(sense) {}
+  explicit CameraOfflineReport(const CameraSense& sense) : sense_(sense) {}
 
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
     const ContactEstimate& felt = sense_.felt();
@@ -168,14 +170,14 @@ class CameraAccount final : public Account {
 
 }  // namespace
 
-CameraSense::CameraSense(const Scene& scene, const Pace& pace, World* world)
-    : source_(Open(scene, pace, world)),
+CameraSense::CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
+    : source_(Open(scene, pace, environment)),
       next_(FirstPicture(*source_)),
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
-      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace, world))),
-      arm_lag_(ArmLag(pace, world, kReplayedLag)) {}
+      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace, environment))),
+      arm_lag_(ArmLag(pace, environment, kReplayedLag)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;
@@ -187,10 +189,10 @@ bool CameraSense::Acquire(const std::stop_token& stop) {
 
 const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   seen_ = next_;
-  std::optional<ArmWord> said;
+  std::optional<EncoderReading> said;
   if (arm_lag_) said = {p_S_tip, *arm_lag_, *arm_lag_ <= kReplayedLag};
   const LocalModel last = felt_.local_model;
-  felt_ = estimator_->Feel(seen_, said);
+  felt_ = estimator_->Estimate(seen_, said);
   const Eigen::Vector3d& offset = motion().offset;
   felt_.p_S_tip += offset;
   felt_.p_S_contact += offset;
@@ -214,7 +216,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   estimator_->touch().deformation->Displacements(&u_O);
 
   BoundaryShape shape = ShapeAsOf(felt, 2);
-  shape.held = estimator_->touch().held;
+  shape.fixed_nodes = estimator_->touch().held;
   for (int i = 0; i < mesh.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
     shape.elements.push_back(static_cast<std::uint32_t>(i));
@@ -257,8 +259,8 @@ std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
                      [image = seen_.image, overlay] { return DrawOverlay(image, overlay); }};
 }
 
-void CameraSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
-  estimator_->Adopt(std::unique_ptr<TouchModel>(static_cast<TouchModel*>(rebuilt.release())),
+void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {
+  estimator_->Adopt(std::unique_ptr<TouchModel>(static_cast<TouchModel*>(prepared.release())),
                     changed);
 }
 
@@ -286,8 +288,9 @@ std::vector<StageTimes> CameraSense::Stages() const {
           TimesOf("total", times.total)};
 }
 
-std::unique_ptr<Account> CameraSense::OpenAccount(const World* /*world*/) {
-  return std::make_unique<CameraAccount>(*this);
+std::unique_ptr<OfflineReport> CameraSense::OpenOfflineReport(
+    const SimulatedEnvironment* /*environment*/) {
+  return std::make_unique<CameraOfflineReport>(*this);
 }
 
 }  // namespace palpate

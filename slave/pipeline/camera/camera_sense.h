@@ -6,38 +6,39 @@
 
 #include "slave/capture/frame_source.h"
 #include "slave/pipeline/camera/estimator.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
-class CameraSense final : public Sense {
+class CameraSense final : public SensingPipeline {
  public:
   // Opens the source, finds tool and object in the first picture, precomputes the model. Throws as
-  // MakeSense does.
-  CameraSense(const Scene& scene, const Pace& pace, World* world);
+  // MakeSensingPipeline does.
+  CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
 
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_->MakePatch(p_S_tip - motion().offset, patch);
   }
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }
   // Vertices of the boundary. Forces of the tool on the touched place's two.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
-                                                 Progress* progress) const override {
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const override {
     return estimator_->Prepare(changed, progress);
   }
-  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
+  void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
   void Reset() override { estimator_->Reset(); }
   // The last estimate, of the object where it is now.
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<Account> OpenAccount(const World* world) override;
-  [[nodiscard]] std::optional<EyesHealth> health() const override { return source_->health(); }
+  std::unique_ptr<OfflineReport> OpenOfflineReport(
+      const SimulatedEnvironment* environment) override;
+  [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Estimator& estimator() const { return *estimator_; }
   // Of the last estimate.

@@ -32,7 +32,7 @@ std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
 
 // Depth that a tip has, rms, which is seen `gap` above the surface by eyes of that sigma [m]: the
 // part of a normal distribution below the surface.
-double Missed(double gap, double sigma) {
+double HiddenDepth(double gap, double sigma) {
   const double z = sigma > 0 ? gap / sigma : kFarSigmas;
   if (!(z < kFarSigmas)) return 0;
   const double below = std::erfc(z / std::numbers::sqrt2) / 2;
@@ -57,10 +57,10 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
   tool_.width = scene.tool->width / view_.pixel();
   if (p_S_tip_reported) {
     tool_doubt_ =
-        DoubtOfTool(scene, first.image, view_.ToImage(*p_S_tip_reported), tool_.d_I, tool_.width);
+        CheckTool(scene, first.image, view_.ToImage(*p_S_tip_reported), tool_.d_I, tool_.width);
   }
   is_noisy_ = eyes_->noise() > kLeastNoise;
-  observation_ = &eyes_->Look(first.image, first.sequence, first.sensed_at);
+  observation_ = &eyes_->Process(first.image, first.sequence, first.sensed_at);
 }
 
 Estimator::~Estimator() = default;
@@ -101,16 +101,16 @@ void Estimator::Reset() noexcept {
   object_.Reset();
 }
 
-const ContactEstimate& Estimator::Feel(const Frame& frame,
-                                       const std::optional<ArmWord>& said) noexcept {
+const ContactEstimate& Estimator::Estimate(const Frame& frame,
+                                           const std::optional<EncoderReading>& said) noexcept {
   Stopwatch total, lap;
   felt_.sample = frame.sequence;
   felt_.sensed_at = frame.sensed_at;
   felt_.events.Clear();
-  observation_ = &eyes_->Look(frame.image, frame.sequence, frame.sensed_at);
+  observation_ = &eyes_->Process(frame.image, frame.sequence, frame.sensed_at);
   times_.vision.Add(lap.Lap());
-  felt_.seen_at = Clock::now();
-  LookAtObject(frame.image);
+  felt_.processed_at = Clock::now();
+  ProcessObject(frame.image);
   const bool frozen = last_.IsLastAgain(frame.image) && is_noisy_;
   const bool combed = std::abs(comb_.Shift(frame.image, observation_->tip.p_I)) > Limits::kMostComb;
   checks_us_ = lap.Lap();
@@ -119,20 +119,20 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   felt_.moment.reset();
   felt_.details.score = tip.found ? std::optional(tip.score) : std::nullopt;
   if (registration_.measured) felt_.details.registration = registration_.rms_px;
-  TellSighting();
+  ReportSighting();
   rules_.Track(tip.found, &felt_);
   if (tip.found) {
-    const Eigen::Vector2d p_I = PutRight(tip);
-    const bool agrees = !said || AskArm(view_.ToSlave(p_I), *said);
+    const Eigen::Vector2d p_I = CompensatedTip(tip);
+    const bool agrees = !said || CompareWithEncoders(view_.ToSlave(p_I), *said);
     Touch(view_.ToSlave(p_I));
-    if (!agrees) EstimateRules::Doubt(FailedCheck::kArm, &felt_);
+    if (!agrees) EstimateBuilder::Flag(FailedCheck::kArm, &felt_);
     if (said) FollowObject(*said);
-    if (tool_doubt_ != FailedCheck::kNone) EstimateRules::Doubt(tool_doubt_, &felt_);
-    if (regained_ > 0) EstimateRules::Doubt(FailedCheck::kTip, &felt_);
-    if (frozen) EstimateRules::Doubt(FailedCheck::kFrozen, &felt_);
-    if (combed) EstimateRules::Doubt(FailedCheck::kPicture, &felt_);
+    if (tool_doubt_ != FailedCheck::kNone) EstimateBuilder::Flag(tool_doubt_, &felt_);
+    if (regained_ > 0) EstimateBuilder::Flag(FailedCheck::kTip, &felt_);
+    if (frozen) EstimateBuilder::Flag(FailedCheck::kFrozen, &felt_);
+    if (combed) EstimateBuilder::Flag(FailedCheck::kPicture, &felt_);
   } else {
-    EstimateRules::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
+    EstimateBuilder::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
   }
   const bool is_seen = !watch_ || rules_.broken() || watch_->sighting().known;
   const bool is_lost = !tip.found || !is_seen;
@@ -141,7 +141,7 @@ const ContactEstimate& Estimator::Feel(const Frame& frame,
   return felt_;
 }
 
-void Estimator::TellSighting() noexcept {
+void Estimator::ReportSighting() noexcept {
   felt_.details.contour = felt_.details.camera_motion = std::nullopt;
   if (!watch_ || !watch_->sighting().known) return;
   felt_.details.contour = watch_->sighting().residual_px;
@@ -150,7 +150,7 @@ void Estimator::TellSighting() noexcept {
 
 // Where the tip is in the first picture's frame [px], and how well that is known. A tip that is
 // only roughly known, under a cover, is told by the dent it makes if that is seen well.
-Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
+Eigen::Vector2d Estimator::CompensatedTip(const TipObservation& tip) noexcept {
   parting_.setZero();
   tip_sigma_ = tip.sigma;
   tip_covariance_ = tip.sigma * tip.sigma * Eigen::Matrix2d::Identity();
@@ -163,7 +163,8 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
   tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
   tip_covariance_.diagonal().array() += kBlurMoves * blurred * kBlurMoves * blurred;
   tip_covariance_ += object.motion_covariance;
-  if (tip.sigma < DentJudge::kRoughTip || !object.dent_known || !rules_.in_contact()) return p_I;
+  if (tip.sigma < IndentationCheck::kRoughTip || !object.dent_known || !rules_.in_contact())
+    return p_I;
   if (rules_.broken()) return p_I;
   const double sigma =
       std::hypot(std::sqrt(object.dent_covariance.trace()), dent_.sigma() * object.dent_O.norm());
@@ -177,7 +178,8 @@ Eigen::Vector2d Estimator::PutRight(const TipObservation& tip) noexcept {
 }
 
 // Whether the arm says so too. `p_S_tip`: on an object that rests.
-bool Estimator::AskArm(const Eigen::Vector3d& p_S_tip, const ArmWord& said) noexcept {
+bool Estimator::CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
+                                    const EncoderReading& said) noexcept {
   const double sigma = tip_sigma_ * view_.pixel();
   const double tolerance = Limits::kArmParts * view_.pixel() + kArmSigmas * sigma;
   const Eigen::Vector3d p_S_seen = view_.ToSlave(observation_->tip.p_I);
@@ -193,16 +195,16 @@ bool Estimator::AskArm(const Eigen::Vector3d& p_S_tip, const ArmWord& said) noex
 
 // A camera that was bumped shows all elsewhere, and nothing is; where the object moves the tool has
 // to follow it.
-void Estimator::FollowObject(const ArmWord& said) noexcept {
+void Estimator::FollowObject(const EncoderReading& said) noexcept {
   if (!watch_ || !watch_->sighting().known) return;
   const ObjectSighting& object = watch_->sighting();
   const Eigen::Vector2d& p_I = observation_->tip.p_I;
-  object_.See(felt_.sensed_at, view_.ToSlave(p_I), view_.ToSlave(object.motion.Back(p_I)),
-              object.sigma_px * view_.pixel(), kMoves * view_.pixel(), said);
+  object_.Update(felt_.sensed_at, view_.ToSlave(p_I), view_.ToSlave(object.motion.Back(p_I)),
+                 object.sigma_px * view_.pixel(), kMoves * view_.pixel(), said);
 }
 
 // What the object's edge tells with the dent that is to be expected where the tip is now.
-void Estimator::LookAtObject(const cv::Mat& image) noexcept {
+void Estimator::ProcessObject(const cv::Mat& image) noexcept {
   if (!watch_) return;
   const TipObservation& tip = observation_->tip;
   if (tip.found) tool_.p_I_tip = tip.p_I;
@@ -216,7 +218,7 @@ void Estimator::LookAtObject(const cv::Mat& image) noexcept {
       dent_O_ = (registration_.X_SO.linear().transpose() * way_S).head<2>() / view_.pixel();
     }
   }
-  watch_->Look(image, tool_, dent_O_);
+  watch_->Process(image, tool_, dent_O_);
   // A dent that is gone is out of reach of a look where it should be: whichever look finds more of
   // the edge is right.
   const double expected = DepthOf(dent_O_);
@@ -224,9 +226,9 @@ void Estimator::LookAtObject(const cv::Mat& image) noexcept {
   const ObjectSighting dented = watch_->sighting();
   const bool stands = dented.known && dented.dent_known;
   if (stands && DepthOf(dented.dent_O) > kDentStands * expected) return;
-  const ObjectSighting& flat = watch_->Look(image, tool_, Eigen::Vector2d::Zero());
+  const ObjectSighting& flat = watch_->Process(image, tool_, Eigen::Vector2d::Zero());
   const auto found = [](const ObjectSighting& seen) { return seen.known ? seen.agreeing : 0; };
-  if (found(flat) <= found(dented)) watch_->Look(image, tool_, dent_O_);
+  if (found(flat) <= found(dented)) watch_->Process(image, tool_, dent_O_);
 }
 
 // Of a displacement of the pressed patch, along the surface's normal [any length].
@@ -235,7 +237,7 @@ double Estimator::DepthOf(const Eigen::Vector2d& dent_O) const noexcept {
 }
 
 // `depth` [m]
-void Estimator::LookForPuncture(double depth) noexcept {
+void Estimator::DetectPuncture(double depth) noexcept {
   if (!watch_ || rules_.broken()) return;
   const ObjectSighting& seen = watch_->sighting();
   const Eigen::Vector2d& n = pressed_place_.normal_O;
@@ -254,9 +256,9 @@ void Estimator::ExpectDent(const BoundaryPlace& place) noexcept {
 
 // Whether the force just told is one to believe. `dent_O`: displacement of the contact's patch as
 // the tip tells it [px].
-void Estimator::Judge(const Eigen::Vector2d& dent_O) noexcept {
+void Estimator::CheckIndentation(const Eigen::Vector2d& dent_O) noexcept {
   if (!watch_) return;
-  dent_.Judge({dent_O, tip_sigma_, observation_->tip.covered}, watch_->sighting(), &felt_);
+  dent_.Check({dent_O, tip_sigma_, observation_->tip.covered}, watch_->sighting(), &felt_);
 }
 
 // How well it is known how far the tip is from the surface, one standard deviation [m]: across it,
@@ -296,28 +298,28 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   felt_.depth = touching ? std::max(0.0, -place.gap) : 0.0;
   rules_.Touch(touching, &felt_);
   if (response.validity == Validity::kFailed || !response.force_O.allFinite()) {
-    return EstimateRules::LoseForce(Validity::kFailed, FailedCheck::kNone, &felt_);
+    return EstimateBuilder::LoseForce(Validity::kFailed, FailedCheck::kNone, &felt_);
   }
   UpdateLocalModel(place, response);
   const Eigen::Vector2d dent_O = displacement.head<2>() / view_.pixel();
   if (!touching) {
     cue_.Reset();
     const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
-    const double unseen = Missed(place.gap, GapSigma(place));
-    rules_.TellForce(Eigen::Vector3d::Zero(), stiffness * unseen, Validity::kValid, &felt_);
-    return Judge(dent_O);
+    const double unseen = HiddenDepth(place.gap, GapSigma(place));
+    rules_.SetForce(Eigen::Vector3d::Zero(), stiffness * unseen, Validity::kValid, &felt_);
+    return CheckIndentation(dent_O);
   }
-  LookForPuncture(felt_.depth);
+  DetectPuncture(felt_.depth);
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
-  rules_.TellForce(-(X_SO.linear() * response.force_O),
-                   std::hypot(stiffness * GapSigma(place),
-                              touch_->WidthAt(place).sigma * response.force_O.norm()),
-                   response.validity, &felt_);
+  rules_.SetForce(-(X_SO.linear() * response.force_O),
+                  std::hypot(stiffness * GapSigma(place),
+                             touch_->WidthAt(place).sigma * response.force_O.norm()),
+                  response.validity, &felt_);
   if (!rules_.broken()) {
     if (touch_->indenter) {
       felt_.moment = -(X_SO.linear() * touch_->indenter->MomentAbout(p_O_tip));
     }
-    return Judge(dent_O);
+    return CheckIndentation(dent_O);
   }
   // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
   // snake, which would follow the tool inwards, begins at the rest surface again.
@@ -336,7 +338,7 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
   return felt_.local_model;
 }
 
-bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   // A round tool's contact grows with the depth, which no patch tells: the plane follows it.
   if (!p_S_tip.allFinite() || touch_->indenter) return false;
   touch_->probe->Reset();

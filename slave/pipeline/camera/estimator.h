@@ -9,23 +9,23 @@
 #include <Eigen/Geometry>
 
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
 #include "slave/contact/boundary_contact.h"
-#include "slave/pipeline/arm_watch.h"
-#include "slave/pipeline/camera/dent_judge.h"
+#include "slave/pipeline/arm_consistency_check.h"
 #include "slave/pipeline/camera/first_picture.h"
 #include "slave/pipeline/camera/frozen_picture.h"
+#include "slave/pipeline/camera/indentation_check.h"
 #include "slave/pipeline/camera/moving_object.h"
-#include "slave/pipeline/camera/object_watch.h"
+#include "slave/pipeline/camera/object_registration_monitor.h"
 #include "slave/pipeline/camera/puncture_cue.h"
 #include "slave/pipeline/camera/touch_model.h"
-#include "slave/pipeline/estimate_rules.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
+#include "slave/vision/interlace_detector.h"
 #include "slave/vision/observation.h"
-#include "slave/vision/row_comb.h"
 #include "slave/vision/tip_and_contour_tracker.h"
 
 namespace palpate {
@@ -47,13 +47,14 @@ class Estimator {
 
   // Never throws; what cannot be known is flagged. As if the object had not moved: `motion` says
   // how far it has.
-  const ContactEstimate& Feel(const Frame& frame, const std::optional<ArmWord>& said = {}) noexcept;
+  const ContactEstimate& Estimate(const Frame& frame,
+                                  const std::optional<EncoderReading>& said = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip [m] now, between pictures too: before
   // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
   // comes in until it has come out.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
-  // The outline around the tip and how it gives way, see Sense::MakePatch.
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  // The outline around the tip and how it gives way, see SensingPipeline::MakePatch.
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene,
@@ -82,41 +83,42 @@ class Estimator {
  private:
   void ResumeContact() noexcept;
   // What the object's edge measured goes to the details.
-  void TellSighting() noexcept;
-  Eigen::Vector2d PutRight(const TipObservation& tip) noexcept;
-  bool AskArm(const Eigen::Vector3d& p_S_tip, const ArmWord& said) noexcept;
-  void FollowObject(const ArmWord& said) noexcept;
-  void LookAtObject(const cv::Mat& image) noexcept;
+  void ReportSighting() noexcept;
+  Eigen::Vector2d CompensatedTip(const TipObservation& tip) noexcept;
+  bool CompareWithEncoders(const Eigen::Vector3d& p_S_tip, const EncoderReading& said) noexcept;
+  void FollowObject(const EncoderReading& said) noexcept;
+  void ProcessObject(const cv::Mat& image) noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
-  void LookForPuncture(double depth) noexcept;
+  void DetectPuncture(double depth) noexcept;
   void Touch(const Eigen::Vector3d& p_S_tip) noexcept;
   [[nodiscard]] double GapSigma(const BoundaryPlace& place) const noexcept;
   void ExpectDent(const BoundaryPlace& place) noexcept;
-  void Judge(const Eigen::Vector2d& dent_O) noexcept;
+  void CheckIndentation(const Eigen::Vector2d& dent_O) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
   CameraView view_;
   std::unique_ptr<TipAndContourTracker> eyes_;
   Registration registration_;
   std::unique_ptr<TouchModel> touch_;
-  std::optional<ObjectWatch> watch_;
-  ArmWatch arm_in_picture_, arm_on_object_;  // one parts where the camera moves, one the object
+  std::optional<ObjectRegistrationMonitor> watch_;
+  ArmConsistencyCheck arm_in_picture_,
+      arm_on_object_;  // one parts where the camera moves, one the object
   MovingObject object_;
-  ObjectWatch::Bar tool_;  // in the last picture
-  DentJudge dent_;
+  ObjectRegistrationMonitor::Bar tool_;  // in the last picture
+  IndentationCheck dent_;
   Eigen::Vector2d dent_O_{0, 0};  // expected, of the last picture [px]
   double tip_sigma_ = 0;          // with that of the picture's motion [px]
   Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
   Eigen::Vector3d parting_{0, 0, 0};  // of eyes and arm, that nothing explains, S [m]
   int regained_ = 0;                  // pictures until what was lost and is seen again is believed
   FrozenPicture last_;
-  RowComb comb_;
+  InterlaceDetector comb_;
   FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
   bool is_noisy_ = false;                        // the first picture has noise
   double checks_us_ = 0;                         // of this picture
   BoundaryPlace pressed_place_;                  // that the model answered last for the tool
   Eigen::Vector3d pressed_by_{0, 0, 0};          // displacement there, frame O [m]
-  EstimateRules rules_;
+  EstimateBuilder rules_;
   PunctureCue cue_;
   const Observation* observation_ = nullptr;
   ContactEstimate felt_;

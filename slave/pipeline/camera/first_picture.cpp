@@ -91,13 +91,13 @@ Registration RegisterObject(const Scene& scene, CurveView contour_I, const Camer
   return found;
 }
 
-FailedCheck DoubtOfTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
-                        const Eigen::Vector2d& d_I, double width_px) {
+FailedCheck CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
+                      const Eigen::Vector2d& d_I, double width_px) {
   if (!scene.sense.Find<TipTracking>()->template_file.empty() || d_I.isZero(0)) {
     return FailedCheck::kNone;
   }
   const GreyFormat format(first);
-  const auto seen = SeeToolEnd(first, format, p_I_tip, d_I, width_px);
+  const auto seen = DetectToolEnd(first, format, p_I_tip, d_I, width_px);
   if (!seen) {
     const bool is_past = ToolGoesOn(first, format, p_I_tip, d_I, width_px);
     return is_past ? FailedCheck::kArm : FailedCheck::kNone;

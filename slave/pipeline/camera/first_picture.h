@@ -32,7 +32,7 @@ Registration RegisterObject(const Scene& scene, CurveView contour_I, const Camer
 
 // What the first picture shows of the tool against what scene and manipulator say of it. `d_I`:
 // along which it points; zero: nobody knows. `width_px`: as the scene says.
-FailedCheck DoubtOfTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
-                        const Eigen::Vector2d& d_I, double width_px);
+FailedCheck CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
+                      const Eigen::Vector2d& d_I, double width_px);
 
 }  // namespace palpate

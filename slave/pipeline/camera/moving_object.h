@@ -4,10 +4,10 @@
 
 #include <Eigen/Core>
 
-#include "slave/pipeline/arm_watch.h"
-#include "slave/pipeline/camera/motion_owner.h"
+#include "slave/pipeline/arm_consistency_check.h"
+#include "slave/pipeline/camera/motion_disambiguator.h"
 #include "slave/pipeline/camera/motion_trend.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
@@ -16,9 +16,9 @@ class MovingObject {
  public:
   // Of one picture [m]: where the tip is seen, and where it is on an object that rests; how well
   // the motion between both is known, one standard deviation; `still`: what is no motion.
-  void See(Time at, const Eigen::Vector3d& p_S_seen, const Eigen::Vector3d& p_S_on_object,
-           double sigma, double still, const ArmWord& said) noexcept {
-    owner_.See(p_S_seen, p_S_on_object, said, still);
+  void Update(Time at, const Eigen::Vector3d& p_S_seen, const Eigen::Vector3d& p_S_on_object,
+              double sigma, double still, const EncoderReading& said) noexcept {
+    owner_.Update(p_S_seen, p_S_on_object, said, still);
     motion_ = {};
     if (owner_.is_objects()) motion_.offset = p_S_seen - p_S_on_object;
     trend_.Add(at, motion_.offset, sigma);
@@ -30,7 +30,7 @@ class MovingObject {
   void Reset() noexcept { *this = {}; }
 
  private:
-  MotionOwner owner_;
+  MotionDisambiguator owner_;
   MotionTrend trend_;
   SurfaceMotion motion_;
 };

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-bool PunctureCue::Broke(const Look& look) noexcept {
+bool PunctureCue::Broke(const Sample& look) noexcept {
   deepest_ = std::max(deepest_, look.depth);
   if (!look.dent_known || look.expected_px < kLeastDent) return false;
   const double most = look.seen_px + kSigmas * look.sigma_px;

@@ -19,7 +19,7 @@ class PunctureCue {
   static constexpr int kUnseenDent = 2;     // pictures that must agree if no dent was seen before
 
   // What one picture shows of a tool in contact. Along the surface's normal, inwards.
-  struct Look {
+  struct Sample {
     double depth = 0;         // of the tip behind the rest surface [m]
     double expected_px = 0;   // dent that follows from it [px]
     bool dent_known = false;  // the edge beside the tool tells the dent
@@ -34,7 +34,7 @@ class PunctureCue {
   // Whether a dent may be gone for which `depth` [m] asks: worth a second look.
   [[nodiscard]] bool IsArmed(double depth) const noexcept { return from_ > 0 && depth >= from_; }
   // Once per picture in contact. True: the membrane is broken.
-  [[nodiscard]] bool Broke(const Look& look) noexcept;
+  [[nodiscard]] bool Broke(const Sample& look) noexcept;
 
  private:
   double from_ = 0;

@@ -13,13 +13,13 @@
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/pipeline/camera/tool_width.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
 // The part that SetModel replaces as a whole. One thread at a time; frame O.
-struct TouchModel final : Rebuilt {
+struct TouchModel final : PreparedModel {
   // `seen`: the outline found in the picture, for `contour: from-image`. Throws like MakeModel.
   TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress);
 

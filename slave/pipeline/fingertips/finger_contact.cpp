@@ -49,19 +49,19 @@ FingerContact::FingerContact(const Tactile& tactile)
 
 void FingerContact::LetGo() noexcept {
   has_place_ = has_force_ = acts_ = false;
-  Doubt(FailedCheck::kNone, {});
+  Flag(FailedCheck::kNone, {});
 }
 
-void FingerContact::Doubt(FailedCheck check, std::string_view why) noexcept {
+void FingerContact::Flag(FailedCheck check, std::string_view why) noexcept {
   check_ = check;
   why_ = why;
 }
 
-void FingerContact::Meet(const SurfaceContact& surface, const Isometry3d& X_OF,
-                         const FingerTouch& touch, double largest_force) noexcept {
+void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF,
+                           const FingerTouch& touch, double largest_force) noexcept {
   acts_ = has_force_ = false;
-  Doubt(FailedCheck::kNone, {});
-  MeetSurface(surface, X_OF, touch, largest_force);
+  Flag(FailedCheck::kNone, {});
+  FindSurfaceContact(surface, X_OF, touch, largest_force);
   CompareBeginning(surface, X_OF, touch);
   WatchRest(surface, X_OF, touch);
 }
@@ -73,7 +73,7 @@ void FingerContact::WatchRest(const SurfaceContact& surface, const Isometry3d& X
   if (begins) rested_pressed_ = false;
   if (takes_rest_ && !rested_pressed_) rested_pressed_ = DepthOf(surface, X_OF, radius_) > kApart;
   if (rested_pressed_) {
-    Doubt(FailedCheck::kRestDrift, "the pose had it in the object while rest values were taken");
+    Flag(FailedCheck::kRestDrift, "the pose had it in the object while rest values were taken");
   }
 }
 
@@ -84,12 +84,12 @@ void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isomet
   const bool is_apart = *touch.stirs ? depth < -kApart : depth > kApart;
   is_late_ = is_apart || (is_late_ && (*touch.stirs || depth > 0));
   if (is_late_ && why_.empty()) {
-    Doubt(FailedCheck::kPose, "the touch begins or ends elsewhere than the pose says");
+    Flag(FailedCheck::kPose, "the touch begins or ends elsewhere than the pose says");
   }
 }
 
-void FingerContact::MeetSurface(const SurfaceContact& surface, const Isometry3d& X_OF,
-                                const FingerTouch& touch, double largest_force) noexcept {
+void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isometry3d& X_OF,
+                                       const FingerTouch& touch, double largest_force) noexcept {
   // Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
   // something very soft, still presses where it did.
   const auto centre = surface.Find(X_OF.translation(), kAnywhere);
@@ -100,7 +100,7 @@ void FingerContact::MeetSurface(const SurfaceContact& surface, const Isometry3d&
     } else {
       LetGo();
     }
-    Doubt(FailedCheck::kPose, "the pose puts the fingertip inside the object");
+    Flag(FailedCheck::kPose, "the pose puts the fingertip inside the object");
     return;
   }
   const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
@@ -108,13 +108,13 @@ void FingerContact::MeetSurface(const SurfaceContact& surface, const Isometry3d&
   if (!touch.touching && !stays) {
     LetGo();
     if (centre && centre->inside) {
-      Doubt(FailedCheck::kPose, "the pose puts the fingertip into the object, unfelt");
+      Flag(FailedCheck::kPose, "the pose puts the fingertip into the object, unfelt");
     }
     return;
   }
   if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
     LetGo();
-    Doubt(FailedCheck::kPose, "the fingertip touches, but nothing lies within the gate");
+    Flag(FailedCheck::kPose, "the fingertip touches, but nothing lies within the gate");
     return;
   }
   if (touch.touching) TakeForce(X_OF, touch, largest_force);
@@ -163,7 +163,7 @@ void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
   force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
   if (force_O_.norm() <= largest_force) return;
   has_force_ = false;
-  Doubt(FailedCheck::kModelRange, "the force is more than the object can take");
+  Flag(FailedCheck::kModelRange, "the force is more than the object can take");
 }
 
 void FingerContact::ActByForce() noexcept {

@@ -34,8 +34,8 @@ class FingerContact {
   explicit FingerContact(const Tactile& tactile);
 
   // `X_OF`: where the fingertip is; forces beyond `largest_force` [N] do not act. Allocation-free.
-  void Meet(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
-            double largest_force) noexcept;
+  void Update(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
+              const FingerTouch& touch, double largest_force) noexcept;
   // Nothing is known of where the fingertip is, or it touches nothing.
   void LetGo() noexcept;
   // The force of the fingertip acts instead of its displacement, if it is known.
@@ -60,13 +60,13 @@ class FingerContact {
  private:
   bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
-  void MeetSurface(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-                   const FingerTouch& touch, double largest_force) noexcept;
+  void FindSurfaceContact(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
+                          const FingerTouch& touch, double largest_force) noexcept;
   void CompareBeginning(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                         const FingerTouch& touch) noexcept;
   void WatchRest(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
-  void Doubt(FailedCheck check, std::string_view why) noexcept;
+  void Flag(FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
   void TakeForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
                  double largest_force) noexcept;

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
-#include "slave/pipeline/estimate_rules.h"
+#include "shared/mesh/disc_patch.h"
+#include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {
@@ -119,7 +119,7 @@ Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Ve
 }
 
 bool FingerLocalModel::MakePatch(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
-                                 TouchPatch* patch) noexcept {
+                                 SurfacePatch* patch) noexcept {
   const Matrix3d& R = X_SO.linear();
   const auto stiffness = [&](const Vector3d& p_O, int triangle, const Vector3d&) -> Matrix3d {
     if (!body.stiffness->Knows(triangle)) return Matrix3d::Zero();

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
@@ -46,9 +46,9 @@ class FingerLocalModel {
               bool in_contact, LocalModel* model) noexcept;
   // The surface around the fingertip and how it gives way at the full depth; the law over depth.
   // Places whose stiffness has not been computed yet go by those next to them. See
-  // Sense::MakePatch.
+  // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
-                 TouchPatch* patch) noexcept;
+                 SurfacePatch* patch) noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }

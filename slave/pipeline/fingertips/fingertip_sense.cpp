@@ -11,7 +11,7 @@
 #include "slave/capture/tactile_inbox.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 
 namespace palpate {
 namespace {
@@ -34,9 +34,9 @@ StateRow RowOf(const FingerEstimate& finger, const std::string& name, const Cont
           felt.details};
 }
 
-class FingertipAccount final : public Account {
+class FingertipOfflineReport final : public OfflineReport {
  public:
-  explicit FingertipAccount(const FingertipSense& sense) : sense_(sense) {}
+  explicit FingertipOfflineReport(const FingertipSense& sense) : sense_(sense) {}
 
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
     const TactileEstimator& estimator = sense_.estimator();
@@ -85,9 +85,10 @@ class FingertipAccount final : public Account {
 constexpr double kLiveSampleLag = 5, kReplayedSampleLag = 0.45;  // of the arm's word [samples]
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
-std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace, World* world) {
+std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace,
+                                          SimulatedEnvironment* environment) {
   if (pace.player != nullptr) return pace.player->OpenFingertips();
-  if (world != nullptr) return world->OpenFingertips(scene, pace);
+  if (environment != nullptr) return environment->OpenFingertips(scene, pace);
   if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
     return OpenTactileRecording(scene, pace.is_live);
   }
@@ -99,21 +100,24 @@ std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace, 
   return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
-std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace, World* world) {
-  return Tapped(OpenSource(scene, pace, world), pace.tap);
+std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace,
+                                    SimulatedEnvironment* environment) {
+  return Tapped(OpenSource(scene, pace, environment), pace.tap);
 }
 
 }  // namespace
 
-std::unique_ptr<Account> FingertipSense::OpenAccount(const World* /*world*/) {
-  return std::make_unique<FingertipAccount>(*this);
+std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(
+    const SimulatedEnvironment* /*environment*/) {
+  return std::make_unique<FingertipOfflineReport>(*this);
 }
 
-FingertipSense::FingertipSense(const Scene& scene, const Pace& pace, World* world)
-    : FingertipSense(scene, Open(scene, pace, world), LoadSenses(scene)) {
+FingertipSense::FingertipSense(const Scene& scene, const Pace& pace,
+                               SimulatedEnvironment* environment)
+    : FingertipSense(scene, Open(scene, pace, environment), LoadSenses(scene)) {
   // Recorded and streamed fingertips need not hang on the arm that moves here. A live arm is asked
   // when the sample has come, a while after it was taken.
-  if (world != nullptr || pace.p_S_tip)
+  if (environment != nullptr || pace.p_S_tip)
     arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
 }
 
@@ -127,8 +131,8 @@ bool FingertipSense::Acquire(const std::stop_token& stop) {
   return frame.has_value();
 }
 
-void FingertipSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
-  estimator_.Adopt(std::unique_ptr<TactileBody>(static_cast<TactileBody*>(rebuilt.release())),
+void FingertipSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {
+  estimator_.Adopt(std::unique_ptr<TactileBody>(static_cast<TactileBody*>(prepared.release())),
                    changed);
 }
 

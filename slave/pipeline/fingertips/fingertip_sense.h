@@ -7,40 +7,41 @@
 
 #include "slave/capture/tactile_frame.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
-class FingertipSense final : public Sense {
+class FingertipSense final : public SensingPipeline {
  public:
   // Loads the network, precomputes the object's model, opens the source; the first samples are rest
-  // values, so until they are known the force is unknown. Throws as MakeSense does.
-  FingertipSense(const Scene& scene, const Pace& pace, World* world);
+  // values, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
+  FingertipSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
   // The same with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
   bool Acquire(const std::stop_token& stop) override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
-    return estimator_.Feel(next_, p_S_tip, arm_lag_);
+    return estimator_.Estimate(next_, p_S_tip, arm_lag_);
   }
   [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.LocalAt(p_S_tip);
   }
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_.MakePatch(p_S_tip, patch);
   }
   void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }
   BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
-                                                 Progress* progress) const override {
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const override {
     return TactileEstimator::Prepare(changed, progress);
   }
-  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
+  void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
   void Reset() override { estimator_.Reset(); }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<Account> OpenAccount(const World* world) override;
+  std::unique_ptr<OfflineReport> OpenOfflineReport(
+      const SimulatedEnvironment* environment) override;
   [[nodiscard]] TactileInbox* inbox() override;
 
   [[nodiscard]] const TactileEstimator& estimator() const { return estimator_; }

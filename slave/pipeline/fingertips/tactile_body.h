@@ -10,13 +10,13 @@
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
 // The part that SetModel replaces as a whole.
-struct TactileBody final : Rebuilt {
+struct TactileBody final : PreparedModel {
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
   SurfaceMesh surface;  // at rest, frame O; inner nodes too

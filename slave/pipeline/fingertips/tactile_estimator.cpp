@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/tactile_recording.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {
@@ -155,29 +155,30 @@ void TactileEstimator::Reset() noexcept {
   if (body_) body_->deformation->Reset();
 }
 
-const ContactEstimate& TactileEstimator::Feel(const TactileFrame& frame, const Vector3d& p_S_tip,
-                                              const std::optional<double>& arm_lag) noexcept {
+const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
+                                                  const Vector3d& p_S_tip,
+                                                  const std::optional<double>& arm_lag) noexcept {
   Stopwatch total, lap;
   const int missing = MissingBefore(frame);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
-    for (int k = 0; k < missing; ++k) fingertips_[i].Feel(FingerReading{}, false);
+    for (int k = 0; k < missing; ++k) fingertips_[i].Estimate(FingerReading{}, false);
     Place(i, frame.fingers[i], p_S_tip);
-    fingertips_[i].Feel(frame.fingers[i], frame.after_gap && missing == 0, IsClear(i));
+    fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0, IsClear(i));
   }
   times_.tactile.Add(lap.Lap());
-  felt_.seen_at = Clock::now();
+  felt_.processed_at = Clock::now();
   double checks_us = 0;
   for (const Fingertip& fingertip : fingertips_) checks_us += fingertip.checks_us();
   times_.checks.Add(checks_us);
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) Meet(i);
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) UpdateContact(i);
   times_.contact.Add(lap.Lap());
   if (body_) Deform();
   // Samples that touch nothing would hide how long those take that do.
   const double mechanics = lap.Lap();
   if (!contacts_.empty()) times_.mechanics.Add(mechanics);
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) Tell(i);
-  TellFirst(frame, p_S_tip);
-  if (arm_lag && frame.fingers.front().X_SF) AskArm({p_S_tip, *arm_lag});
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) ReportFinger(i);
+  ReportTool(frame, p_S_tip);
+  if (arm_lag && frame.fingers.front().X_SF) CompareWithEncoders({p_S_tip, *arm_lag});
   times_.total.Add(total.Lap());
   return felt_;
 }
@@ -219,10 +220,10 @@ bool TactileEstimator::IsClear(std::size_t i) const noexcept {
   return true;
 }
 
-void TactileEstimator::Meet(std::size_t i) noexcept {
+void TactileEstimator::UpdateContact(std::size_t i) noexcept {
   if (body_ && fingers_[i].has_pose) {
-    finger_contacts_[i].Meet(*body_->contact, X_SO_.inverse() * fingers_[i].X_SF,
-                             fingertips_[i].touch(), body_->largest_force);
+    finger_contacts_[i].Update(*body_->contact, X_SO_.inverse() * fingers_[i].X_SF,
+                               fingertips_[i].touch(), body_->largest_force);
   } else {
     finger_contacts_[i].LetGo();
   }
@@ -276,7 +277,7 @@ bool TactileEstimator::Respond() noexcept {
   return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
 
-void TactileEstimator::Tell(std::size_t i) noexcept {
+void TactileEstimator::ReportFinger(std::size_t i) noexcept {
   FingerEstimate& finger = fingers_[i];
   const FingerTouch& touch = fingertips_[i].touch();
   const FingerContact& contact = finger_contacts_[i];
@@ -315,7 +316,7 @@ void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
 }
 
 // The first fingertip is the tool.
-void TactileEstimator::TellFirst(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
+void TactileEstimator::ReportTool(const TactileFrame& frame, const Vector3d& p_S_tip) noexcept {
   const FingerEstimate& first = fingers_.front();
   const bool was_touching = felt_.local_model.in_contact;
   felt_.sample = frame.sequence;
@@ -365,17 +366,17 @@ void TactileEstimator::CompareStiffness() noexcept {
   const double normal = first.force->dot(felt_.local_model.normal);
   const auto [lower, upper] = local_touch_->modelled();
   if (normal + first.sigma > least * lower && normal - first.sigma < most * upper) return;
-  Doubt(0, FailedCheck::kTransfer, "the force is not that of the object at this depth");
+  Flag(0, FailedCheck::kTransfer, "the force is not that of the object at this depth");
 }
 
 // A sample that shows the fingertip where the arm was before tells the force of then.
-void TactileEstimator::AskArm(const ArmWord& said) noexcept {
+void TactileEstimator::CompareWithEncoders(const EncoderReading& said) noexcept {
   FingerEstimate& first = fingers_.front();
   if (fingertips_.front().misses()) return;  // the frame is an old one
   const bool agree = arm_.Agree(first.p_S_apex, said, kArmApart);
   arm_doubts_ = agree ? std::max(arm_doubts_ - 1, 0) : kArmForgives;
   for (std::size_t i = 0; arm_doubts_ > 0 && i < fingertips_.size(); ++i) {
-    Doubt(i, FailedCheck::kArm, "the fingertips are not where the arm says");
+    Flag(i, FailedCheck::kArm, "the fingertips are not where the arm says");
   }
   if (!first.force || !(arm_.apart() > 0)) return;
   const Vector3d& n = felt_.local_model.normal;
@@ -389,7 +390,7 @@ void TactileEstimator::AskArm(const ArmWord& said) noexcept {
 }
 
 // Once its state has been told.
-void TactileEstimator::Doubt(std::size_t i, FailedCheck check, std::string_view why) noexcept {
+void TactileEstimator::Flag(std::size_t i, FailedCheck check, std::string_view why) noexcept {
   FingerEstimate& finger = fingers_[i];
   if (finger.validity != Validity::kValid) return;
   finger.validity = felt_.fingers[i].validity = Validity::kExtrapolated;
@@ -409,7 +410,7 @@ LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   return felt_.local_model;
 }
 
-bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   const FingerEstimate& first = fingers_.front();
   if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return false;
   Isometry3d X_SF = first.X_SF;

@@ -15,7 +15,7 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
-#include "slave/pipeline/arm_watch.h"
+#include "slave/pipeline/arm_consistency_check.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
 #include "slave/pipeline/fingertips/finger_local_model.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
@@ -69,13 +69,13 @@ class TactileEstimator {
   // is touched (contacts over an area: while their place stays).
   // `arm_lag`: how far the instants of `p_S_tip` and of the sample may be apart [samples], where
   // the arm carries the fingertips whose pose the source tells; nullopt: it does not.
-  const ContactEstimate& Feel(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip,
-                              const std::optional<double>& arm_lag = {}) noexcept;
+  const ContactEstimate& Estimate(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip,
+                                  const std::optional<double>& arm_lag = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too: that of
   // the first fingertip, carried there as it was when it was last sensed.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
-  // The surface around the first fingertip, see Sense.
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  // The surface around the first fingertip, see SensingPipeline.
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   void LearnLaw(PatchLaw* law) noexcept {
     if (body_) local_touch_->LearnLaw(*body_, law);
   }
@@ -128,17 +128,17 @@ class TactileEstimator {
   void Place(std::size_t i, const FingerReading& reading, const Eigen::Vector3d& p_S_tip) noexcept;
   [[nodiscard]] bool IsClear(std::size_t i) const noexcept;
   void LetGo() noexcept;
-  void Meet(std::size_t i) noexcept;
+  void UpdateContact(std::size_t i) noexcept;
   void Deform() noexcept;
   [[nodiscard]] bool Respond() noexcept;
   void SeparateHeld() noexcept;
-  void Tell(std::size_t i) noexcept;
+  void ReportFinger(std::size_t i) noexcept;
   void FillShape(BoundaryShape* shape);
   void FlagLostPose(FingerEstimate* finger) const noexcept;
   void CompareStiffness() noexcept;
-  void AskArm(const ArmWord& said) noexcept;
-  void Doubt(std::size_t i, FailedCheck check, std::string_view why) noexcept;
-  void TellFirst(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  void CompareWithEncoders(const EncoderReading& said) noexcept;
+  void Flag(std::size_t i, FailedCheck check, std::string_view why) noexcept;
+  void ReportTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
 
   std::vector<Finger> scene_fingers_;
   bool has_poses_file_;  // which alone tells where fingertips are
@@ -154,7 +154,7 @@ class TactileEstimator {
   std::array<FingerEstimate, kMaxFingers> fingers_;
   std::unique_ptr<TactileBody> body_;
   std::optional<FingerLocalModel> local_touch_;
-  ArmWatch arm_;
+  ArmConsistencyCheck arm_;
   int arm_doubts_ = 0;             // samples for which it is doubted yet
   std::vector<Contact> contacts_;  // of the fingertips in acting_
   std::vector<ContactResponse> responses_;

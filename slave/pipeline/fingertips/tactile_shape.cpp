@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 
 namespace palpate {
@@ -26,8 +26,8 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
   };
   SurfacePlace place;
   place.triangle = contact.element;
-  const SurfacePatch patch =
-      contact.width > 0 ? PatchAt(surface, place, contact.p_O, contact.width) : SurfacePatch{};
+  const DiscPatch patch =
+      contact.width > 0 ? PatchAt(surface, place, contact.p_O, contact.width) : DiscPatch{};
   double area = 0;
   for (const int t : patch.triangles) area += Area(surface, t);
   if (!(area > 0)) return add(contact.element, finger.weights());
@@ -54,7 +54,7 @@ void TactileEstimator::FillShape(BoundaryShape* shape) {
   std::vector<Vector3d> p_S;
   DeformedNodes(&p_S);
   shape->elements = body_->skin_triangles;
-  shape->held = body_->skin_held;
+  shape->fixed_nodes = body_->skin_held;
   for (const int node : body_->skin) {
     const auto i = Index(node);
     Append(&shape->rest, X_SO_ * body_->surface.nodes[i]);

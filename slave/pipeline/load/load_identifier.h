@@ -10,7 +10,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/failed_check.h"
 #include "shared/state/validity.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 
@@ -30,7 +30,7 @@ struct SurfaceLoad {
   FailedCheck check = FailedCheck::kNone;  // likewise
 
   // Numbers stay, but may not be believed; the last doubt is told.
-  void Doubt(FailedCheck failed, std::string_view clause) noexcept {
+  void Flag(FailedCheck failed, std::string_view clause) noexcept {
     validity = Worse(validity, Validity::kExtrapolated);
     check = failed;
     why = clause;
@@ -38,7 +38,7 @@ struct SurfaceLoad {
 };
 
 // The part that SetModel replaces as a whole: the model and the fit through it.
-class LoadIdentifier : public Rebuilt {
+class LoadIdentifier : public PreparedModel {
  public:
   LoadIdentifier() = default;
   LoadIdentifier(const LoadIdentifier&) = delete;

@@ -20,13 +20,13 @@ constexpr double kHidden = 2.5;  // standard deviations: loads up to twice that 
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 constexpr double kRemembered = 0.99;    // of the evidence, from picture to picture
 constexpr double kTensionSigmas = 3.5;
-constexpr double kTensionDoubt = 0.5;   // one sigma, of what it makes of the force
-constexpr double kTensionTold = 0.5;    // one sigma of what the scene tells, of itself
-constexpr double kTensionShare = 0.02;  // of the force, that a wrong tension may make
-constexpr double kMostLeftOut = 0.25;   // share of the points that may contradict the others
-constexpr double kForgetsRest = 0.1;    // of the scatter at rest, from picture to picture
-constexpr double kModelError = 0.03;    // of the largest deflection: may be the model's own, rms
-constexpr double kClearly = 1.5;        // times the scatter at rest: two dozen points' chance
+constexpr double kTensionFlagged = 0.5;  // one sigma, of what it makes of the force
+constexpr double kTensionTold = 0.5;     // one sigma of what the scene tells, of itself
+constexpr double kTensionShare = 0.02;   // of the force, that a wrong tension may make
+constexpr double kMostLeftOut = 0.25;    // share of the points that may contradict the others
+constexpr double kForgetsRest = 0.1;     // of the scatter at rest, from picture to picture
+constexpr double kModelError = 0.03;     // of the largest deflection: may be the model's own, rms
+constexpr double kClearly = 1.5;         // times the scatter at rest: two dozen points' chance
 constexpr double kTold = 20;     // points that what is told of their sigmas weighs as much as
 constexpr double kTogether = 4;  // points whose errors go together where they are more than noise
 
@@ -88,7 +88,7 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
     const double half = (place(0, 0) - place(1, 1)) / 2;
     load.sigma_place = scatter * std::sqrt(place.trace() / 2 + std::hypot(half, place(0, 1)));
   }
-  Judge(answer, &load);
+  CheckFit(answer, &load);
   if (load.force != 0) WeighTension(answer, &load);
   load_ = load;
   return load;
@@ -104,10 +104,10 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
 }
 
 // What speaks against the load, the gravest last.
-void PlateLoadIdentifier::Judge(const RobustPlateFit::Answer& answer,
-                                SurfaceLoad* load) const noexcept {
+void PlateLoadIdentifier::CheckFit(const RobustPlateFit::Answer& answer,
+                                   SurfaceLoad* load) const noexcept {
   if (load->validity == Validity::kExtrapolated && load->why.empty()) {
-    load->Doubt(FailedCheck::kModelRange, "the press is beyond the plate model's range");
+    load->Flag(FailedCheck::kModelRange, "the press is beyond the plate model's range");
   } else if (!load->why.empty()) {
     load->check = FailedCheck::kMisfit;
   }
@@ -117,19 +117,19 @@ void PlateLoadIdentifier::Judge(const RobustPlateFit::Answer& answer,
   } else if (load->validity == Validity::kFailed) {
     return;
   } else if (answer.left_out > kMostLeftOut * answer.points) {
-    load->Doubt(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
+    load->Flag(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
   } else if (answer.cluster > 0) {
-    load->Doubt(FailedCheck::kMisfit, "neighbouring points lie off the load's shape to one side");
+    load->Flag(FailedCheck::kMisfit, "neighbouring points lie off the load's shape to one side");
   } else if (LiesOff(answer)) {
-    load->Doubt(FailedCheck::kMisfit, "the points lie off the load's shape farther than at rest");
+    load->Flag(FailedCheck::kMisfit, "the points lie off the load's shape farther than at rest");
   } else if (answer.moved && !answer.put_right) {
-    load->Doubt(FailedCheck::kCameraMotion,
-                "the eyes or the membrane's rim have moved since the rest picture");
+    load->Flag(FailedCheck::kCameraMotion,
+               "the eyes or the membrane's rim have moved since the rest picture");
   } else if (answer.grown) {
-    load->Doubt(FailedCheck::kScale, "the points have moved apart or together since rest: zoom");
+    load->Flag(FailedCheck::kScale, "the points have moved apart or together since rest: zoom");
   } else if (!answer.flat) {
-    load->Doubt(FailedCheck::kRestShape,
-                "the membrane was not flat in the rest frame: domed, or pressed already");
+    load->Flag(FailedCheck::kRestShape,
+               "the membrane was not flat in the rest frame: domed, or pressed already");
   }
 }
 
@@ -159,12 +159,12 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
   // What was sure once, at the depth that tells it best, stays so.
   tension_sure_ = std::max(kRemembered * tension_sure_, std::abs(amount) - kTensionSigmas * sigma);
   tension_likely_ = std::max(kRemembered * tension_likely_, std::abs(amount) - 2 * sigma);
-  const double likely = std::max(kTensionDoubt * tension_likely_, SigmaOfTension(amount, sigma));
+  const double likely = std::max(kTensionFlagged * tension_likely_, SigmaOfTension(amount, sigma));
   const double doubt = std::abs(sought.force) * likely;
   load->sigma_force = std::hypot(load->sigma_force, std::min(doubt, std::abs(load->force) / 2));
   if (std::abs(sought.force) * tension_sure_ > kTensionShare * std::abs(load->force)) {
-    load->Doubt(FailedCheck::kMisfit,
-                "the dent is wider or narrower than one of the scene's prestress");
+    load->Flag(FailedCheck::kMisfit,
+               "the dent is wider or narrower than one of the scene's prestress");
   }
 }
 

@@ -46,7 +46,7 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   [[nodiscard]] const ModelInfo& info() const override { return plate_->info(); }
 
  private:
-  void Judge(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
+  void CheckFit(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
   void WeighTension(const RobustPlateFit::Answer& answer, SurfaceLoad* load) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
   [[nodiscard]] double ScatterOf(const RobustPlateFit::Answer& answer,

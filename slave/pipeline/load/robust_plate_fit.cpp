@@ -114,7 +114,7 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   Answer answer;
   double slide = 0;
   held_ = false;
-  if (!slid_ || !FitSlid(&answer, &slide)) FitAnew(&answer, &slide);
+  if (!slid_ || !FitSlid(&answer, &slide)) Refit(&answer, &slide);
   slid_ = slide > 0;
   LearnRim(answer);
   answer.moved = answer.moved || slide > 0;
@@ -176,7 +176,7 @@ void RobustPlateFit::RaiseAll(const Vector3d& rim_motion) noexcept {
   }
 }
 
-void RobustPlateFit::FitAnew(Answer* answer, double* slide) noexcept {
+void RobustPlateFit::Refit(Answer* answer, double* slide) noexcept {
   KeepAll();
   *answer = FitKept(Rim::kStays);
   *slide = Slide(answer->load);

@@ -105,7 +105,7 @@ class RobustPlateFit {
   bool FitHeld(Answer* answer) noexcept;
   void LearnRim(const Answer& answer) noexcept;
   void RaiseAll(const Eigen::Vector3d& rim_motion) noexcept;
-  void FitAnew(Answer* answer, double* slide) noexcept;
+  void Refit(Answer* answer, double* slide) noexcept;
   Answer FitKept(Rim rim) noexcept;
   LoadFit FitWeighed(Rim rim, Modes modes) noexcept;
   bool Sift(const LoadFit& load, Rim rim) noexcept;

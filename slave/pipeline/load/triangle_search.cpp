@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 
 namespace palpate {
 namespace {
@@ -56,8 +56,8 @@ void PointGreens::FindPatches(double patch) {
   }
 }
 
-void PointGreens::See(DeformationModel& model, const SurfaceContact& contact,
-                      const std::vector<Vector3d>& p_O_rest) {
+void PointGreens::Update(DeformationModel& model, const SurfaceContact& contact,
+                         const std::vector<Vector3d>& p_O_rest) {
   if (rest_.size() != p_O_rest.size()) {
     rest_.assign(p_O_rest.size(), Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
     known_.assign(p_O_rest.size(), false);
@@ -116,7 +116,7 @@ void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact
                           const std::vector<SurfacePoint>& points_O) {
   rest_.clear();
   for (const SurfacePoint& point : points_O) rest_.push_back(point.p_S_rest);
-  greens_.See(model, contact, rest_);
+  greens_.Update(model, contact, rest_);
   seen_.assign(points_O.size(), {});
   usable_ = 0;
   for (std::size_t i = 0; i < points_O.size(); ++i) {

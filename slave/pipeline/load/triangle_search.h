@@ -26,8 +26,8 @@ class PointGreens {
 
   // Three Responds per point whose place at rest is not that of the last call; else nothing. A
   // point that the model does not answer for: false from Knows(). Allocates where points are new.
-  void See(DeformationModel& model, const SurfaceContact& contact,
-           const std::vector<Eigen::Vector3d>& p_O_rest);
+  void Update(DeformationModel& model, const SurfaceContact& contact,
+              const std::vector<Eigen::Vector3d>& p_O_rest);
   [[nodiscard]] bool Knows(std::size_t point) const { return known_[point]; }
   [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }  // that can be loaded
   // Column per node of nodes(), three rows per point: displacement [m] of the point along x, y and

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/text/precompute_progress.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"
@@ -69,7 +69,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   SurfaceLoad TryFit(const std::vector<SurfacePoint>& points_O);
   void Place(const TriangleLoad& best, SurfaceLoad* load);
   void Refine(TriangleLoad* best, SurfaceLoad* load) noexcept;
-  void Judge(const TriangleLoad& best, SurfaceLoad* load) const noexcept;
+  void CheckFit(const TriangleLoad& best, SurfaceLoad* load) const noexcept;
   bool Respond(const SurfaceLoad& load) noexcept;
   bool Load(const SurfaceLoad& load) noexcept;  // and field_
 
@@ -118,7 +118,7 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   } else if (load.force != 0) {
     Respond(load);
   }
-  Judge(best, &load);
+  CheckFit(best, &load);
   return load;
 }
 
@@ -155,7 +155,7 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
   load->depth = -load->force / load->n_O.dot(K * load->n_O);
 }
 
-void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) const noexcept {
+void VolumeLoadIdentifier::CheckFit(const TriangleLoad& best, SurfaceLoad* load) const noexcept {
   const double doubt = std::clamp(load->residual / kTrusted, kLeastResidual / kTrusted, 1.0);
   load->validity = Validity::kValid;
   if (best.explained < kStandsOut * doubt * doubt) {
@@ -164,7 +164,7 @@ void VolumeLoadIdentifier::Judge(const TriangleLoad& best, SurfaceLoad* load) co
   }
   const double range = model_->info().range;
   const auto flag = [load](std::string_view why, FailedCheck check = FailedCheck::kModelRange) {
-    load->Doubt(check, why);
+    load->Flag(check, why);
   };
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     flag("the deflection is beyond the model's range");

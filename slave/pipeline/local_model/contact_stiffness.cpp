@@ -13,7 +13,7 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/make_model.h"
 

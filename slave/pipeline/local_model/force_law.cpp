@@ -27,8 +27,8 @@ double ForceLaw::Line::slope() const noexcept {
                     kStiffest);
 }
 
-void ForceLaw::See(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S,
-                   double sigma) noexcept {
+void ForceLaw::AddSample(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S,
+                         double sigma) noexcept {
   const double size = force_S.norm();
   if (!p_S.allFinite() || !std::isfinite(size)) return;
   for (Place& place : places_) {
@@ -86,9 +86,9 @@ double ForceLaw::Surface() const noexcept {
   return line_.x / line_.n - depth_;
 }
 
-void ForceLaw::Tell(TouchPatch* patch, PatchLaw* law) const noexcept {
+void ForceLaw::Export(SurfacePatch* patch, PatchLaw* law) const noexcept {
   const double surface = Surface(), K = line_.slope();
-  *patch = TouchPatch();
+  *patch = SurfacePatch();
   patch->vertices_per_cell = 1;
   patch->vertex_count = patch->node_count = 1;
   patch->vertices[0] = (origin_ - surface * n_).cast<float>();

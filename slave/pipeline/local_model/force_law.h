@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
@@ -20,7 +20,7 @@ class ForceLaw {
   ForceLaw(double depth, double period);
 
   // The force of the object on the tool at `p_S` [m], one standard deviation `sigma` [N].
-  void See(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S, double sigma) noexcept;
+  void AddSample(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S, double sigma) noexcept;
   // Something that presses was felt often enough.
   [[nodiscard]] bool known() const noexcept { return line_.n >= kEnough; }
   // Size of the force at `p_S` [N], >= 0.
@@ -28,7 +28,7 @@ class ForceLaw {
     return AtPlace(PlaceOf(p_S));
   }
   // The plane of one node at which the force begins, and the law over depth below it.
-  void Tell(TouchPatch* patch, PatchLaw* law) const noexcept;
+  void Export(SurfacePatch* patch, PatchLaw* law) const noexcept;
 
  private:
   static constexpr int kPlaces = 256;

@@ -22,7 +22,7 @@ constexpr double kSoftest = 1e-5;   // a direction in which nothing resists [N/m
 constexpr int kOwnNodes = 16;       // of those next to the place
 
 // What a node of stiffness `K` gives way, in the patch's directions [m/N]; false: not known.
-bool SetNode(const Matrix3d& K, const Vector3d& n, int node, TouchPatch* patch) {
+bool SetNode(const Matrix3d& K, const Vector3d& n, int node, SurfacePatch* patch) {
   const double along = n.dot(K * n);
   if (!(along > kSoftest) || !(along < kStiffest) || !K.allFinite()) return false;
   if (patch->directions == 1) {
@@ -39,7 +39,7 @@ bool SetNode(const Matrix3d& K, const Vector3d& n, int node, TouchPatch* patch) 
 
 // Nodes of which nothing is known, a clamped rim's or what was never solved, give way as the
 // nearest that is known. False: there is none.
-bool Complete(const std::vector<char>& known, const std::vector<Vector3d>& p, TouchPatch* patch) {
+bool Complete(const std::vector<char>& known, const std::vector<Vector3d>& p, SurfacePatch* patch) {
   const int n = patch->directions;
   for (std::size_t i = 0; i < known.size(); ++i) {
     if (known[i] != 0) continue;
@@ -57,7 +57,7 @@ bool Complete(const std::vector<char>& known, const std::vector<Vector3d>& p, To
   return true;
 }
 
-void Begin(bool frictionless, int nodes, TouchPatch* patch) {
+void Begin(bool frictionless, int nodes, SurfacePatch* patch) {
   patch->directions = frictionless ? 1 : 3;
   patch->node_count = nodes;
   patch->coupled = false;
@@ -65,14 +65,14 @@ void Begin(bool frictionless, int nodes, TouchPatch* patch) {
   patch->compliance.setZero(size, size);
 }
 
-int AddVertex(const Vector3d& p_S, int node, TouchPatch* patch) {
+int AddVertex(const Vector3d& p_S, int node, SurfacePatch* patch) {
   const int vertex = patch->vertex_count++;
   patch->vertices[Index(vertex)] = p_S.cast<float>();
   patch->node_of[Index(vertex)] = static_cast<std::uint8_t>(node);
   return vertex;
 }
 
-void AddLine(int from, int to, TouchPatch* patch) {
+void AddLine(int from, int to, SurfacePatch* patch) {
   patch->cells[Index(patch->cell_count++)] = {static_cast<std::uint8_t>(from),
                                               static_cast<std::uint8_t>(to), 0};
 }
@@ -156,11 +156,11 @@ Vector3d NormalOf(const SurfaceMesh& surface, int triangle) {
 }  // namespace
 
 bool FillPatch(const BoundaryMesh& mesh, int element, const Isometry3d& X_SO, bool frictionless,
-               const StiffnessAtPlace& stiffness, TouchPatch* patch) {
+               const StiffnessAtPlace& stiffness, SurfacePatch* patch) {
   int loop = 1;
   for (int i = mesh.Next(element); i != element; i = mesh.Next(i)) ++loop;
   const int count = std::min(loop, kPatchNodes);
-  *patch = TouchPatch();
+  *patch = SurfacePatch();
   patch->vertices_per_cell = 2;
   Begin(frictionless, count, patch);
   int at = element;
@@ -185,11 +185,11 @@ bool FillPatch(const BoundaryMesh& mesh, int element, const Isometry3d& X_SO, bo
 }
 
 bool FillPatch(const SurfaceMesh& surface, const Vector3d& p_O, const Isometry3d& X_SO,
-               bool frictionless, const StiffnessAtPlace& stiffness, TouchPatch* patch) {
+               bool frictionless, const StiffnessAtPlace& stiffness, SurfacePatch* patch) {
   const Piece piece = Around(surface, p_O);
   if (piece.triangles.empty()) return false;
   const std::vector<int> nodes = ChooseNodes(surface, piece.vertices);
-  *patch = TouchPatch();
+  *patch = SurfacePatch();
   patch->vertices_per_cell = 3;
   Begin(frictionless, static_cast<int>(nodes.size()), patch);
   std::vector<int> number(surface.nodes.size(), -1);

@@ -9,7 +9,7 @@
 
 #include "shared/mesh/outline.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
@@ -22,12 +22,12 @@ using StiffnessAtPlace = std::function<Eigen::Matrix3d(const Eigen::Vector3d& p_
 // middle. False: the stiffness of none of them is known; one that is not goes by the nearest that
 // is. `frictionless`: compliance along the normals only.
 bool FillPatch(const BoundaryMesh& mesh, int element, const Eigen::Isometry3d& X_SO,
-               bool frictionless, const StiffnessAtPlace& stiffness, TouchPatch* patch);
+               bool frictionless, const StiffnessAtPlace& stiffness, SurfacePatch* patch);
 
 // The triangles around p_O, as many as there may be; the vertices that spread best are nodes, those
 // next to p_O before all, the others go by the nearest of them. O(nodes log nodes).
 bool FillPatch(const SurfaceMesh& surface, const Eigen::Vector3d& p_O,
                const Eigen::Isometry3d& X_SO, bool frictionless, const StiffnessAtPlace& stiffness,
-               TouchPatch* patch);
+               SurfacePatch* patch);
 
 }  // namespace palpate

@@ -7,8 +7,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/offline/account.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/offline/offline_report.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {
@@ -30,28 +30,29 @@ double Rendered(const LocalModel& local, const Eigen::Vector3d& p_S) {
 }
 
 std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
-  const std::unique_ptr<World> world = MakeWorld(scene);
-  if (!world) {
+  const std::unique_ptr<SimulatedEnvironment> environment = MakeSimulatedEnvironment(scene);
+  if (!environment) {
     throw std::invalid_argument(scene.file.string() +
                                 ": --end-to-end: accepted is a scene whose source is simulated: "
                                 "no other knows the true force");
   }
-  const std::unique_ptr<Sense> sense = MakeSense(scene, {.is_live = false}, world.get());
-  const std::unique_ptr<Account> account = sense->OpenAccount(world.get());
+  const std::unique_ptr<SensingPipeline> sense =
+      MakeSensingPipeline(scene, {.is_live = false}, environment.get());
+  const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(environment.get());
   const bool of_depth = scene.sense.Find<Camera>() != nullptr;
   std::vector<Sample> samples;
   Time start{};
   while (!stop.stop_requested() && sense->Acquire(stop)) {
-    const Truth truth = world->truth();
-    sense->Look();
+    const Truth truth = environment->truth();
+    sense->Process();
     const ContactEstimate felt = sense->Estimate(truth.p_S_tip);
     if (samples.empty()) start = felt.sensed_at;
-    account->Add(start, &truth);
+    offline_report->Add(start, &truth);
     Sample sample{SecondsBetween(start, felt.sensed_at), truth.p_S_tip,
                   sense->LocalModelAt(felt.p_S_tip)};
     sample.truth = truth.force.norm();
     sample.told = felt.force ? felt.force->norm() : 0;
-    sample.model = of_depth ? account->compared().back().model_at_truth : sample.truth;
+    sample.model = of_depth ? offline_report->compared().back().model_at_truth : sample.truth;
     const Eigen::Vector3d& n = felt.local_model.normal;
     const double stiffness = (felt.local_model.stiffness * n).norm();
     if (of_depth && felt.depth > 0) {

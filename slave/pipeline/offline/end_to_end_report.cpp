@@ -8,7 +8,7 @@
 
 #include "shared/text/svg.h"
 #include "slave/pipeline/offline/end_to_end.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {

@@ -11,7 +11,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {
@@ -80,26 +80,27 @@ class Run {
   Run(const Scene& scene, const OfflineOptions& options)
       : scene_(scene),
         options_(options),
-        world_(MakeWorld(scene)),
-        sense_(MakeSense(scene, {.is_live = false, .duration = options.duration}, world_.get())),
-        account_(sense_->OpenAccount(world_.get())) {
-    summary_.has_truth = world_ != nullptr;
+        environment_(MakeSimulatedEnvironment(scene)),
+        sense_(MakeSensingPipeline(scene, {.is_live = false, .duration = options.duration},
+                                   environment_.get())),
+        offline_report_(sense_->OpenOfflineReport(environment_.get())) {
+    summary_.has_truth = environment_ != nullptr;
     summary_.sense = sense_->info();
     states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
     if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
-    if (options.frames) account_->OpenFrames(options.out / "frames");
-    if (options.points) account_->OpenPoints(options.out / "points.csv");
+    if (options.frames) offline_report_->OpenFrames(options.out / "frames");
+    if (options.points) offline_report_->OpenPoints(options.out / "points.csv");
   }
 
   OfflineSummary Go(const std::stop_token& stop) {
     Stopwatch whole;
-    while (Acquire(stop)) Feel();
+    while (Acquire(stop)) ProcessSample();
     if (!stop.stop_requested()) RequireComplete();
     summary_.seconds = 1e-6 * whole.Lap();
     summary_.stages = sense_->Stages();
-    summary_.budget = BudgetOf(account_->compared());
-    account_->Finish(&summary_);
-    TellInsertion();
+    summary_.budget = BudgetOf(offline_report_->compared());
+    offline_report_->Finish(&summary_);
+    ReportInsertion();
     const auto file = options_.out / "summary.json";
     RequireWritten((std::ofstream(file) << ToJson(summary_, scene_).dump(2) << "\n"
                                         << std::flush)
@@ -116,22 +117,23 @@ class Run {
     return acquired;
   }
 
-  void Feel() {
-    const std::optional<Truth> truth = world_ ? std::optional(world_->truth()) : std::nullopt;
-    sense_->Look();
+  void ProcessSample() {
+    const std::optional<Truth> truth =
+        environment_ ? std::optional(environment_->truth()) : std::nullopt;
+    sense_->Process();
     const ContactEstimate& felt =
         sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
     if (summary_.frames++ == 0) start_ = felt.sensed_at;
-    if (const auto goal = world_ ? world_->goal() : std::nullopt; goal) {
+    if (const auto goal = environment_ ? environment_->goal() : std::nullopt; goal) {
       insertion_.Add(summary_.frames, *truth, *goal, felt);
     }
-    for (const StateRow& row : account_->Add(start_, truth ? &*truth : nullptr)) {
+    for (const StateRow& row : offline_report_->Add(start_, truth ? &*truth : nullptr)) {
       ++summary_.validity[std::string(ToString(row.validity))];
       if (row.check != FailedCheck::kNone) ++summary_.checks[std::string(ToString(row.check))];
       if (row.validity == Validity::kTrackingLost) ++summary_.tracking_lost;
       states_->Write(row);
     }
-    if (options_.frames) account_->WriteFrame(options_.out / "frames");
+    if (options_.frames) offline_report_->WriteFrame(options_.out / "frames");
     if (options_.pictures) WritePicture(felt.sample);
     if (options_.progress) options_.progress(summary_.frames);
   }
@@ -146,8 +148,8 @@ class Run {
   }
 
   // For people and for whoever plays the hand.
-  void TellInsertion() {
-    const auto goal = world_ ? world_->goal() : std::nullopt;
+  void ReportInsertion() {
+    const auto goal = environment_ ? environment_->goal() : std::nullopt;
     if (!goal) return;
     const bool is_near = std::isfinite(insertion_.closest);
     auto& json = summary_.own["insertion"];
@@ -174,14 +176,14 @@ class Run {
       throw std::runtime_error(
           fmt::format("{}: no {} came", summary_.sense.source, summary_.sense.samples));
     }
-    account_->RequireComplete(summary_.frames);
+    offline_report_->RequireComplete(summary_.frames);
   }
 
   const Scene& scene_;
   const OfflineOptions& options_;
-  std::unique_ptr<World> world_;  // null: a real site
-  std::unique_ptr<Sense> sense_;
-  std::unique_ptr<Account> account_;
+  std::unique_ptr<SimulatedEnvironment> environment_;  // null: a real site
+  std::unique_ptr<SensingPipeline> sense_;
+  std::unique_ptr<OfflineReport> offline_report_;
   std::optional<StatesFile> states_;
   OfflineSummary summary_;
   Insertion insertion_;

@@ -6,7 +6,7 @@
 #include <functional>
 #include <stop_token>
 
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -144,7 +144,7 @@ CloudForce CloudLoad::Fit(std::span<const Vector3d> points_O) noexcept {
 CloudForce CloudLoad::TryFit(std::span<const Vector3d> points_O) {
   if (known_) known_ = Follow(points_O);
   if (!known_) {
-    if (IsAtRest(points_O)) return TellRest();
+    if (IsAtRest(points_O)) return ResultAtRest();
     Search(points_O);
   }
   if (squares_.used < kFewestPoints) {
@@ -155,7 +155,7 @@ CloudForce CloudLoad::TryFit(std::span<const Vector3d> points_O) {
     lost.why = kFew;
     return lost;
   }
-  const CloudForce told = Tell();
+  const CloudForce told = Result();
   Remember();
   MovePatch(kDrifts);
   if (told.moved < 3 * params_.sigma) known_ = false;  // where it acts is not seen any more
@@ -172,7 +172,7 @@ bool CloudLoad::IsAtRest(std::span<const Vector3d> points_O) {
 
 // By the patch that moves what is seen middling well: a force that moves the points by as much as
 // they scatter would not be seen.
-CloudForce CloudLoad::TellRest() const {
+CloudForce CloudLoad::ResultAtRest() const {
   std::vector<double> squares;
   for (const auto& field : candidate_fields_) {
     squares.push_back(3 * static_cast<double>(field.squaredNorm()) /
@@ -323,7 +323,7 @@ void CloudLoad::Remember() {
 }
 
 // The covariance is that of the force where all else is known, and what that is uncertain by.
-CloudForce CloudLoad::Tell() const {
+CloudForce CloudLoad::Result() const {
   CloudForce told;
   told.force_O = u_.head<3>();
   told.patch = patch_;

@@ -89,7 +89,7 @@ class CloudLoad {
 
   CloudForce TryFit(std::span<const Eigen::Vector3d> points_O);
   bool IsAtRest(std::span<const Eigen::Vector3d> points_O);
-  [[nodiscard]] CloudForce TellRest() const;
+  [[nodiscard]] CloudForce ResultAtRest() const;
   bool Follow(std::span<const Eigen::Vector3d> points_O);
   void Search(std::span<const Eigen::Vector3d> points_O);
   void Refine(std::span<const Eigen::Vector3d> points_O, Attempt* attempt);
@@ -97,7 +97,7 @@ class CloudLoad {
   Eigen::Vector3d Step(std::span<const Eigen::Vector3d> points_O);
   void AddPriors(LoadMatrix* H, LoadVector* g) const;
   void Remember();
-  [[nodiscard]] CloudForce Tell() const;
+  [[nodiscard]] CloudForce Result() const;
 
   Params params_;
   PatchGreens greens_;

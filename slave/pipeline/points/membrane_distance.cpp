@@ -14,7 +14,7 @@ MembraneDistance::MembraneDistance(const Scene& scene, const Eigen::Isometry3d& 
   }
 }
 
-void MembraneDistance::Judge(SurfaceObservation* seen) {
+void MembraneDistance::Check(SurfaceObservation* seen) {
   if (!X_EO_ || !seen->found) return;
   if (!farther_) {
     const Eigen::Vector3d n_E = X_EO_->linear().col(2);
@@ -29,7 +29,7 @@ void MembraneDistance::Judge(SurfaceObservation* seen) {
     farther_ = *middle - 1;
   }
   seen->scale_error = std::abs(*farther_);
-  if (seen->scale_error > kTrue) seen->Doubt(FailedCheck::kScale, kElsewhere);
+  if (seen->scale_error > kTrue) seen->Flag(FailedCheck::kScale, kElsewhere);
 }
 
 }  // namespace palpate

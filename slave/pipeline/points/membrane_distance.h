@@ -21,7 +21,7 @@ class MembraneDistance {
   MembraneDistance(const Scene& scene, const Eigen::Isometry3d& X_SE);
 
   // Of what was seen at rest, by the first of them: all are doubted, or none.
-  void Judge(SurfaceObservation* seen);
+  void Check(SurfaceObservation* seen);
   void Reset() { farther_.reset(); }
 
  private:

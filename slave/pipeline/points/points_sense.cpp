@@ -10,27 +10,29 @@
 #include "shared/mesh/files/mesh_file.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/arm_lag.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/vision/stereo/epipolar_check.h"
 
 namespace palpate {
 namespace {
 
-std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace, World* world) {
+std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace,
+                                         SimulatedEnvironment* environment) {
   if (pace.player != nullptr) return pace.player->OpenPairs();
-  const bool goes_on = world != nullptr && world->target();
+  const bool goes_on = environment != nullptr && environment->target();
   if (pace.duration > 0 && !goes_on) {
     throw std::invalid_argument(fmt::format(
         "--duration: accepted for a simulated target that goes on; {} of {} end by themselves",
-        world != nullptr ? "the scripted presses" : "the files", scene.file.string()));
+        environment != nullptr ? "the scripted presses" : "the files", scene.file.string()));
   }
-  if (world != nullptr) return world->OpenPair(scene, pace);
+  if (environment != nullptr) return environment->OpenPair(scene, pace);
   if (pace.pictures != nullptr) return pace.pictures->OpenPairs();
   return OpenStereo(scene, pace.is_live);
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace, World* world) {
-  return Tapped(OpenSource(scene, pace, world), pace.tap);
+std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace,
+                                   SimulatedEnvironment* environment) {
+  return Tapped(OpenSource(scene, pace, environment), pace.tap);
 }
 
 // Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame
@@ -69,9 +71,9 @@ bool EstimatesForce(const Scene& scene) {
   return IsHeld(scene.object) && scene.tool.has_value();
 }
 
-PointsSense::PointsSense(const Scene& scene, const Pace& pace, World* world)
-    : PointsSense(scene, Open(scene, pace, world)) {
-  arm_lag_ = ArmLag(pace, world, EpipolarCheck::kMostLag);
+PointsSense::PointsSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
+    : PointsSense(scene, Open(scene, pace, environment)) {
+  arm_lag_ = ArmLag(pace, environment, EpipolarCheck::kMostLag);
 }
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)
@@ -95,16 +97,16 @@ bool PointsSense::Acquire(const std::stop_token& stop) {
   return true;
 }
 
-void PointsSense::Look() noexcept {
+void PointsSense::Process() noexcept {
   Stopwatch lap;
   rest_known_ = eyes_->at_rest_known();
-  seen_ = &eyes_->Look(next_);
+  seen_ = &eyes_->Process(next_);
   look_us_ = lap.Lap();
 }
 
 const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   Stopwatch lap;
-  felt_ = &Tell(p_S_tip);
+  felt_ = &EstimateContact(p_S_tip);
   look_times_.Add(look_us_);
   check_times_.Add(eyes_->checks_us());
   total_times_.Add(look_us_ + lap.Lap());
@@ -113,9 +115,9 @@ const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
   return *felt_;
 }
 
-const ContactEstimate& PointsSense::Tell(const Eigen::Vector3d& p_S_tip) noexcept {
+const ContactEstimate& PointsSense::EstimateContact(const Eigen::Vector3d& p_S_tip) noexcept {
   if (rest_known_ || seen_->found) {
-    return estimator_ ? estimator_->Feel(*seen_, p_S_tip, arm_lag_) : place_.Feel(*seen_);
+    return estimator_ ? estimator_->Estimate(*seen_, p_S_tip, arm_lag_) : place_.Estimate(*seen_);
   }
   before_rest_.sample = seen_->sequence;
   before_rest_.sensed_at = seen_->sensed_at;
@@ -130,7 +132,7 @@ BoundaryShape PointsSense::Shape(bool nodal_forces) {
   const SurfaceMesh& surface = estimator_ ? estimator_->body().surface() : followed_;
   const Eigen::Isometry3d& X_SO = scene_.object.X_SO;
   BoundaryShape shape = ShapeAsOf(*felt_, 3);
-  shape.held = held_;
+  shape.fixed_nodes = held_;
   for (const auto& triangle : surface.triangles) {
     for (const int node : triangle) shape.elements.push_back(static_cast<std::uint32_t>(node));
   }
@@ -156,10 +158,10 @@ std::optional<SeenPicture> PointsSense::Picture(double full_scale) const {
                      }};
 }
 
-void PointsSense::Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) {
+void PointsSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {
   if (!estimator_) return;
   estimator_->Adopt(
-      std::unique_ptr<LoadIdentifier>(static_cast<LoadIdentifier*>(rebuilt.release())), changed);
+      std::unique_ptr<LoadIdentifier>(static_cast<LoadIdentifier*>(prepared.release())), changed);
   held_ = HeldVertices(changed, estimator_->body().surface());
 }
 

@@ -11,7 +11,7 @@
 #include "slave/pipeline/points/points_overlay.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
@@ -19,22 +19,22 @@ namespace palpate {
 // is followed only.
 bool EstimatesForce(const Scene& scene);
 
-class PointsSense final : public Sense {
+class PointsSense final : public SensingPipeline {
  public:
   // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
-  // known the force is unknown. Throws as MakeSense does.
-  PointsSense(const Scene& scene, const Pace& pace, World* world);
+  // known the force is unknown. Throws as MakeSensingPipeline does.
+  PointsSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
   // The same with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
 
   // Throws std::runtime_error, too, where the first pictures are not the rig's.
   bool Acquire(const std::stop_token& stop) override;
-  void Look() noexcept override;
+  void Process() noexcept override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
   }
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_ && estimator_->MakePatch(p_S_tip, patch);
   }
   void LearnLaw(PatchLaw* law) noexcept override {
@@ -48,16 +48,17 @@ class PointsSense final : public Sense {
   }
   // The left picture.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
-  [[nodiscard]] std::unique_ptr<Rebuilt> Prepare(const Scene& changed,
-                                                 Progress* progress) const override {
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const override {
     return estimator_ ? MakeLoadIdentifier(changed, progress) : nullptr;
   }
-  void Adopt(std::unique_ptr<Rebuilt> rebuilt, const Scene& changed) override;
+  void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
   void Reset() override;
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<Account> OpenAccount(const World* world) override;
-  [[nodiscard]] std::optional<EyesHealth> health() const override { return source_->health(); }
+  std::unique_ptr<OfflineReport> OpenOfflineReport(
+      const SimulatedEnvironment* environment) override;
+  [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const StereoRig& rig() const { return rig_; }
@@ -74,7 +75,7 @@ class PointsSense final : public Sense {
   [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
 
  private:
-  [[nodiscard]] const ContactEstimate& Tell(const Eigen::Vector3d& p_S_tip) noexcept;
+  [[nodiscard]] const ContactEstimate& EstimateContact(const Eigen::Vector3d& p_S_tip) noexcept;
 
   Scene scene_;
   std::unique_ptr<StereoSource> source_;

@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
-#include "slave/pipeline/estimate_rules.h"
+#include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {
@@ -28,7 +28,7 @@ constexpr std::string_view kOtherPlace =
 // force and is so much of the larger side; pictures that must agree again.
 constexpr double kArmParts = 0.0012, kArmShare = 0.02;
 constexpr double kPlaceSigmas = 3;  // a faint dent's place is not known well
-constexpr double kArmDoubts = 0.1, kArmFar = 0.001;
+constexpr double kArmFlags = 0.1, kArmFar = 0.001;
 constexpr int kDistrust = 3;
 // A stretched membrane's force goes with the third power of the depth, and where an eye has turned
 // that with the square of the distance.
@@ -42,17 +42,17 @@ constexpr double kBesideEdge =
     1e-3;  // of the larger side: a tip so far beside the surface is off it
 
 // A tool can only press; what pulls is seen the wrong way round.
-void DoubtPull(SurfaceLoad* load) {
+void FlagPull(SurfaceLoad* load) {
   if (!IsForceKnown(load->validity) || !(load->force > load->sigma_force)) return;
-  load->Doubt(FailedCheck::kMisfit, kPulls);
+  load->Flag(FailedCheck::kMisfit, kPulls);
 }
 
 // What the eyes doubt themselves; what the load itself shows is told first.
-void DoubtAs(const SurfaceObservation& seen, SurfaceLoad* load) {
+void FlagAs(const SurfaceObservation& seen, SurfaceLoad* load) {
   if (!IsForceKnown(load->validity)) return;
   load->sigma_force = std::hypot(load->sigma_force, kForceOfScale * seen.scale_error * load->force);
   if (seen.check == FailedCheck::kNone || load->check != FailedCheck::kNone) return;
-  load->Doubt(seen.check, seen.why);
+  load->Flag(seen.check, seen.why);
 }
 
 }  // namespace
@@ -86,9 +86,9 @@ void SurfaceEstimator::Reset() noexcept {
   last_change_ = 0;
 }
 
-const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
-                                              const Vector3d& p_S_tip,
-                                              std::optional<double> arm_lag) noexcept {
+const ContactEstimate& SurfaceEstimator::Estimate(const SurfaceObservation& seen,
+                                                  const Vector3d& p_S_tip,
+                                                  std::optional<double> arm_lag) noexcept {
   felt_.sample = seen.sequence;
   felt_.sensed_at = seen.sensed_at;
   felt_.events.Clear();
@@ -101,12 +101,12 @@ const ContactEstimate& SurfaceEstimator::Feel(const SurfaceObservation& seen,
     ToObject(seen.points);
     load_ = body_->Fit(points_O_);
     felt_.details.misfit = load_.residual;
-    DoubtPull(&load_);
-    DoubtAs(seen, &load_);
-    DoubtMoment(seen.moment_sigma);
-    if (arm_lag && p_S_tip.allFinite()) AskArm(*arm_lag);
+    FlagPull(&load_);
+    FlagAs(seen, &load_);
+    WidenForTiming(seen.moment_sigma);
+    if (arm_lag && p_S_tip.allFinite()) CompareWithEncoders(*arm_lag);
     times_.Add(lap.Lap());
-    Tell();
+    SetEstimate();
     Learn();
   } else {
     Lose(Validity::kTrackingLost, seen.check);
@@ -126,7 +126,7 @@ void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
 }
 
 // The load as the slave's words have it: the force of the object on the tool, frame S.
-void SurfaceEstimator::Tell() noexcept {
+void SurfaceEstimator::SetEstimate() noexcept {
   if (!IsForceKnown(load_.validity)) return Lose(load_.validity, load_.check);
   const bool pressed = load_.force != 0;
   rules_.Touch(pressed, &felt_);
@@ -135,20 +135,20 @@ void SurfaceEstimator::Tell() noexcept {
   felt_.p_S_contact = X_SO_ * p_O;
   felt_.depth = std::max(0.0, load_.depth);
   const bool doubted = load_.check != FailedCheck::kNone;
-  rules_.TellForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force,
-                   doubted ? Validity::kValid : load_.validity, &felt_);
-  if (doubted) EstimateRules::Doubt(load_.check, &felt_);
+  rules_.SetForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force,
+                  doubted ? Validity::kValid : load_.validity, &felt_);
+  if (doubted) EstimateBuilder::Flag(load_.check, &felt_);
 }
 
 void SurfaceEstimator::Lose(Validity validity, FailedCheck check) noexcept {
-  EstimateRules::LoseForce(validity, check, &felt_);
+  EstimateBuilder::LoseForce(validity, check, &felt_);
   last_depth_ = std::numeric_limits<double>::quiet_NaN();
 }
 
 // The manipulator's word on how deep its tip is, as a second witness: pictures of another instant
 // are right in themselves. A load elsewhere than under the tip is another's, but where the tip
 // presses there must be one.
-void SurfaceEstimator::AskArm(double lag) noexcept {
+void SurfaceEstimator::CompareWithEncoders(double lag) noexcept {
   const Vector3d p_O_tip = X_OS_ * felt_.p_S_tip;
   Vector3d p_O, n_O;
   body_->Nearest(p_O_tip, &p_O, &n_O);
@@ -160,7 +160,7 @@ void SurfaceEstimator::AskArm(double lag) noexcept {
   const double beside = (load_.p_O - p_O).norm() - kNear * larger_side_;
   if (seen && beside > 0) {
     if (told > apart && beside > kPlaceSigmas * load_.sigma_place) {
-      load_.Doubt(FailedCheck::kArm, kOtherPlace);
+      load_.Flag(FailedCheck::kArm, kOtherPlace);
     }
     return;
   }
@@ -168,17 +168,17 @@ void SurfaceEstimator::AskArm(double lag) noexcept {
   // What is beyond that is somebody's error, and nobody knows whose.
   const double beyond = std::abs(told - depth) - apart - kArmShare * std::max(told, depth);
   const double sigma = body_->PressAt(p_O, std::max(told, depth)).stiffness * std::max(beyond, 0.0);
-  distrust_ = sigma < kArmDoubts * std::abs(load_.force) || beyond < kArmFar * larger_side_
+  distrust_ = sigma < kArmFlags * std::abs(load_.force) || beyond < kArmFar * larger_side_
                   ? std::max(0, distrust_ - 1)
                   : kDistrust;
-  if (distrust_ > 0) load_.Doubt(FailedCheck::kInstants, kOtherDepth);
+  if (distrust_ > 0) load_.Flag(FailedCheck::kInstants, kOtherDepth);
   if (std::isfinite(sigma)) load_.sigma_force = std::hypot(load_.sigma_force, sigma);
 }
 
 // A force that is right for its pictures is wrong for their stamps, by what it changes meanwhile:
 // `sigma` [times from pair to pair]. Of two changes the larger, since where the tool turns back
 // there seems to be none. What is no more than noise is no change.
-void SurfaceEstimator::DoubtMoment(double sigma) noexcept {
+void SurfaceEstimator::WidenForTiming(double sigma) noexcept {
   if (!IsForceKnown(load_.validity)) return;
   const double change = last_force_ ? std::abs(load_.force - *last_force_) : 0;
   last_force_ = load_.force;
@@ -230,7 +230,7 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   return local_;
 }
 
-bool SurfaceEstimator::MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept {
+bool SurfaceEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   if (!p_S_tip.allFinite()) return false;
   const auto stiffness = [this](const Vector3d& p_O, int, const Vector3d& n_S) -> Matrix3d {
     const LoadIdentifier::Press press = body_->PressAt(p_O, 0);
@@ -287,7 +287,7 @@ void RigidTranslation::Start(const SurfaceObservation& seen) noexcept {
   if (count > 0) p_S_rest_ /= count;
 }
 
-const ContactEstimate& RigidTranslation::Feel(const SurfaceObservation& seen) noexcept {
+const ContactEstimate& RigidTranslation::Estimate(const SurfaceObservation& seen) noexcept {
   felt_.sample = seen.sequence;
   felt_.sensed_at = seen.sensed_at;
   felt_.events.Clear();

@@ -13,10 +13,10 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/estimate_rules.h"
+#include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/scene/scene.h"
@@ -34,8 +34,8 @@ class SurfaceEstimator {
   // observations.
   // `arm_lag`: how far the manipulator's instant may be from the pictures' [their periods];
   // nullopt: they do not show the manipulator's tool, so that it is no witness of the depth.
-  const ContactEstimate& Feel(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip,
-                              std::optional<double> arm_lag = {}) noexcept;
+  const ContactEstimate& Estimate(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip,
+                                  std::optional<double> arm_lag = {}) noexcept;
   // The contact that the master renders for a tip at p_S_tip now, between pictures too: the plane
   // at the membrane's own place under it, tangent at its depth to the model's force times what was
   // felt by what the model has at that depth (StiffnessScale): learnt from valid loads under the
@@ -43,8 +43,8 @@ class SurfaceEstimator {
   // faster the tip moves, and kept for the next contact.
   [[nodiscard]] LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // The surface around the tip, as stiff along its normals as it begins; and the law over depth as
-  // the model and what was felt have it at the tip's last place. See Sense.
-  bool MakePatch(const Eigen::Vector3d& p_S_tip, TouchPatch* patch) noexcept;
+  // the model and what was felt have it at the tip's last place. See SensingPipeline.
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   void LearnLaw(PatchLaw* law) noexcept;
   // Puts a replacement to work; made by MakeLoadIdentifier, in another thread if need be.
   void Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene);
@@ -63,10 +63,10 @@ class SurfaceEstimator {
 
  private:
   void ToObject(const std::vector<SurfacePoint>& points_S);
-  void AskArm(double lag) noexcept;
-  void DoubtMoment(double sigma) noexcept;
+  void CompareWithEncoders(double lag) noexcept;
+  void WidenForTiming(double sigma) noexcept;
   void Learn() noexcept;
-  void Tell() noexcept;
+  void SetEstimate() noexcept;
   void Lose(Validity validity, FailedCheck check) noexcept;
 
   std::unique_ptr<LoadIdentifier> body_;
@@ -87,7 +87,7 @@ class SurfaceEstimator {
   std::optional<double> last_force_;  // that was known, outward [N]
   double last_change_ = 0;            // from the one before it [N]
   LatencyHistogram times_;
-  EstimateRules rules_;
+  EstimateBuilder rules_;
 };
 
 // The place of a moving object whose force nobody can tell, because the scene has no model of how
@@ -99,7 +99,7 @@ class RigidTranslation {
  public:
   // The place is told as tip and as contact. The force is unknown: kFailed while the object is
   // followed, kTrackingLost while it is not. Never throws; allocates in the first observation only.
-  const ContactEstimate& Feel(const SurfaceObservation& seen) noexcept;
+  const ContactEstimate& Estimate(const SurfaceObservation& seen) noexcept;
   void Reset() noexcept { first_.clear(); }
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
   // From the place at rest [m]; while it is lost that of before.

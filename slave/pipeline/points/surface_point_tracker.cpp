@@ -38,9 +38,9 @@ double MostAtRest(const Scene& scene) {
 }
 
 // What the two kinds that look with a pair of cameras share.
-class PairEyes : public SurfacePointTracker {
+class PairPointTracker : public SurfacePointTracker {
  public:
-  PairEyes(const Scene& scene, const StereoRig& rig)
+  PairPointTracker(const Scene& scene, const StereoRig& rig)
       : rig_(rig),
         X_LS_(scene.sense.Find<StereoCameras>()->X_SL.inverse()),
         epipolar_(rig, kLearntFrom, scene.sense.Find<PointTracking>()->sigma, MostAtRest(scene)),
@@ -60,9 +60,9 @@ class PairEyes : public SurfacePointTracker {
     checked_.sequence = pair.sequence;
     checked_.sensed_at = pair.sensed_at;
     checked_.skew = pair.skew;
-    if (frozen_.See(pair.left, pair.right)) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
-    epipolar_.See(&checked_);
-    if (distance != nullptr) distance->Judge(&checked_);
+    if (frozen_.Check(pair.left, pair.right)) checked_.Flag(FailedCheck::kFrozen, kFrozen);
+    epipolar_.Process(&checked_);
+    if (distance != nullptr) distance->Check(&checked_);
     checks_us_ = lap.Lap();
     return checked_;
   }
@@ -89,16 +89,16 @@ StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
   return params;
 }
 
-class DotEyes final : public PairEyes {
+class DotPointTracker final : public PairPointTracker {
  public:
-  DotEyes(const Scene& scene, const StereoRig& rig)
-      : PairEyes(scene, rig), params_(DotParams(scene, rig)), dots_(params_) {
+  DotPointTracker(const Scene& scene, const StereoRig& rig)
+      : PairPointTracker(scene, rig), params_(DotParams(scene, rig)), dots_(params_) {
     const double distance = (scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO)
                                 .translation()
                                 .norm();
     radius_px_ = rig.left.fx * params_.dot_radius / distance;
   }
-  const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
+  const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     return Checked(dots_.Observe(pair.left, pair.right, pair.sensed_at), pair);
   }
   void Reset() override {
@@ -120,18 +120,18 @@ class DotEyes final : public PairEyes {
   double radius_px_ = 0;
 };
 
-class TextureEyes final : public PairEyes {
+class TexturePointTracker final : public PairPointTracker {
  public:
-  TextureEyes(const Scene& scene, const StereoRig& rig)
-      : PairEyes(scene, rig),
+  TexturePointTracker(const Scene& scene, const StereoRig& rig)
+      : PairPointTracker(scene, rig),
         rig_(rig),
         X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
         options_(StereoTextureOptions::From(*scene.sense.Find<PointTracking>())),
         distance_(scene, X_SL_),
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
-  const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
+  const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     try {
-      return Checked(texture_->Look(pair.left, pair.right, pair.sequence, pair.sensed_at), pair,
+      return Checked(texture_->Process(pair.left, pair.right, pair.sequence, pair.sensed_at), pair,
                      &distance_);
     } catch (const std::exception&) {  // the first pictures cannot be used
       return Checked({}, pair, &distance_);
@@ -166,18 +166,18 @@ DepthPoints::Params DepthParams(const Scene& scene) {
   return params;
 }
 
-class DepthEyes final : public SurfacePointTracker {
+class DepthPointTracker final : public SurfacePointTracker {
  public:
-  explicit DepthEyes(const Scene& scene)
+  explicit DepthPointTracker(const Scene& scene)
       : params_(DepthParams(scene)),
         X_DS_(params_.camera.X_SD.inverse()),
         distance_(scene, params_.camera.X_SD),
         depths_(params_) {}
-  const SurfaceObservation& Look(const StereoPair& pair) noexcept override {
+  const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
     Stopwatch lap;
-    distance_.Judge(&checked_);
-    if (frozen_.See(pair.left, {})) checked_.Doubt(FailedCheck::kFrozen, kFrozen);
+    distance_.Check(&checked_);
+    if (frozen_.Check(pair.left, {})) checked_.Flag(FailedCheck::kFrozen, kFrozen);
     checks_us_ = lap.Lap();
     return checked_;
   }
@@ -227,11 +227,11 @@ std::string Size(const std::array<int, 2>& size) {
 
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig) {
-  if (scene.sense.Find<DepthPictures>()) return std::make_unique<DepthEyes>(scene);
+  if (scene.sense.Find<DepthPictures>()) return std::make_unique<DepthPointTracker>(scene);
   if (scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture) {
-    return std::make_unique<TextureEyes>(scene, rig);
+    return std::make_unique<TexturePointTracker>(scene, rig);
   }
-  return std::make_unique<DotEyes>(scene, rig);
+  return std::make_unique<DotPointTracker>(scene, rig);
 }
 
 std::string RestInWords(const SurfacePointTracker& eyes) {

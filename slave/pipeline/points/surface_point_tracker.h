@@ -24,7 +24,7 @@ class SurfacePointTracker {
   SurfacePointTracker(const SurfacePointTracker&) = delete;
   SurfacePointTracker& operator=(const SurfacePointTracker&) = delete;
   // Never throws; allocation-free after the first pictures. Valid until the next call.
-  virtual const SurfaceObservation& Look(const StereoPair& pair) noexcept = 0;
+  virtual const SurfaceObservation& Process(const StereoPair& pair) noexcept = 0;
   // The rest frame is taken anew: nothing must touch the object.
   virtual void Reset() = 0;
   [[nodiscard]] virtual bool at_rest_known() const = 0;
@@ -38,7 +38,7 @@ class SurfacePointTracker {
   [[nodiscard]] virtual double radius_px() const = 0;
   // Pictures before the rest frame is known, at least.
   [[nodiscard]] virtual int rest_pictures() const = 0;
-  // What the checks of the last picture took, part of Look [us].
+  // What the checks of the last picture took, part of Process [us].
   [[nodiscard]] virtual double checks_us() const = 0;
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;

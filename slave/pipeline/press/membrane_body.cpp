@@ -97,27 +97,26 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
     const double own = std::max(1.0, reading.relative_residual) * reading.sigma_own_force;
     load_.sigma_force = std::hypot(own, std::hypot(kLawShare, turning) * load_.force);
   }
-  Judge(points_O);
+  CheckFit(points_O);
   return load_;
 }
 
 // What speaks against the load, the gravest last.
-void MembraneBody::Judge(const std::vector<SurfacePoint>& points_O) noexcept {
+void MembraneBody::CheckFit(const std::vector<SurfacePoint>& points_O) noexcept {
   const auto& reading = press_.reading();
   if (load_.depth > patch_ / 2) {
-    load_.Doubt(FailedCheck::kModelRange,
-                "the dent is deeper than half the tool's contact is wide");
+    load_.Flag(FailedCheck::kModelRange, "the dent is deeper than half the tool's contact is wide");
   }
   if (reading.residual >
       std::max(2 * MembranePress::Params().model_error, kTrueDent * load_.depth)) {
-    load_.Doubt(FailedCheck::kMisfit, "no load on this membrane gives the surface seen");
+    load_.Flag(FailedCheck::kMisfit, "no load on this membrane gives the surface seen");
   }
   if (load_.force != 0 && ComesOut(points_O)) {
-    load_.Doubt(FailedCheck::kRestShape,
-                "the surface comes out: something pressed it while the rest frame was taken");
+    load_.Flag(FailedCheck::kRestShape,
+               "the surface comes out: something pressed it while the rest frame was taken");
   }
   if (!HasRestShape(points_O)) {
-    load_.Doubt(FailedCheck::kRestShape, kOtherRest);
+    load_.Flag(FailedCheck::kRestShape, kOtherRest);
   }
 }
 

@@ -41,7 +41,7 @@ class MembraneBody final : public LoadIdentifier {
  private:
   [[nodiscard]] bool HasRestShape(const std::vector<SurfacePoint>& points_O) const noexcept;
   [[nodiscard]] bool ComesOut(const std::vector<SurfacePoint>& points_O) const noexcept;
-  void Judge(const std::vector<SurfacePoint>& points_O) noexcept;
+  void CheckFit(const std::vector<SurfacePoint>& points_O) noexcept;
 
   ModelInfo info_;
   MembranePress press_;

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/membrane/inflated_membrane.h"
 
 namespace palpate {

@@ -30,7 +30,7 @@ LatestEstimate::LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_ti
 void LatestEstimate::Put(const ContactEstimate& felt, SampleTrace trace) {
   trace.sample = felt.sample;
   trace.sensed_at = felt.sensed_at;
-  trace.felt_at = Clock::now();
+  trace.solved_at = Clock::now();
   {
     const std::lock_guard lock(mutex_);
     traces_.push_back(trace);

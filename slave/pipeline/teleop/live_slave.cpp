@@ -18,7 +18,8 @@ constexpr std::chrono::milliseconds kNap(500);
 constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
 
 // There is something to measure where the tip is sensed and the arm carries it.
-std::optional<TipRegistration> RegistrationOf(const Sense& sense, const Manipulator& manipulator) {
+std::optional<TipRegistration> RegistrationOf(const SensingPipeline& sense,
+                                              const Manipulator& manipulator) {
   const double resolution = sense.info().tip_resolution;
   if (!(resolution > 0) || !manipulator.carries_tool()) return std::nullopt;
   return TipRegistration(resolution);  // slower than that is standing
@@ -37,20 +38,20 @@ void RefuseLongMaking(int elements) {
 
 // One camera finds tip and outline in any picture; fingertips and followed points need every
 // sample. A film plays on, and who records wants all of it.
-bool MayRest(const Scene& scene, const Sense& sense, bool is_simulated) {
-  const bool is_one_camera =
-      scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() && !HasEyes(scene.sense);
+bool MayRest(const Scene& scene, const SensingPipeline& sense, bool is_simulated) {
+  const bool is_one_camera = scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() &&
+                             !HasStereoOrDepth(scene.sense);
   return is_one_camera && (is_simulated || sense.health());
 }
 
 // Whether pictures that are taken now show what a real arm moves.
-bool ShowsArm(const Scene& scene, const Sense& sense, const Manipulator& arm) {
+bool ShowsArm(const Scene& scene, const SensingPipeline& sense, const Manipulator& arm) {
   const bool is_live = sense.health().has_value() || TakesPictures(scene.sense);
   return is_live && HasPictures(scene.sense) && arm.carries_tool();
 }
 
 // Where no force is told, none is missed.
-ManipulatorOptions LimitsOf(const Scene& scene, const Sense& sense) {
+ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
   ManipulatorOptions limits = scene.manipulator;
   if (!sense.info().tells_force) limits.blind_after = std::numeric_limits<double>::infinity();
   return limits;
@@ -73,13 +74,13 @@ bool IsSameMesh(const Scene& a, const Scene& b) {
 
 }  // namespace
 
-LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
-                     std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense,
-                     const ModelChooser& choose)
-    : world_(std::move(world)),
+LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> environment,
+                     std::unique_ptr<Manipulator> manipulator,
+                     std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose)
+    : environment_(std::move(environment)),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
-      shows_arm_(!world_ && ShowsArm(scene, *sense_, *manipulator_)),
+      shows_arm_(!environment_ && ShowsArm(scene, *sense_, *manipulator_)),
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
@@ -91,19 +92,19 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<World> world,
       patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
   // Streams begin when somebody feeds them.
   const bool is_fed = sense_->inbox() != nullptr || sense_->pictures() != nullptr;
-  if (!is_fed && !Feel({})) {
+  if (!is_fed && !ProcessSample({})) {
     throw std::runtime_error(
         fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
   }
   stages_ = sense_->Stages();
-  watchdog_.emplace(port_, [this] { return FeelingNow(); });
+  watchdog_.emplace(port_, [this] { return ContactStateNow(); });
   if (choose && !scene.model.decision.reason.empty()) {
-    model_watch_.emplace(
-        scene, [this, choose](const ModelWatch::Breach& breach, const std::stop_token& stop) {
-          newest_.RaiseAlarm(breach.words + ": auto decides anew");
-          const std::string outcome = ChooseAnew(breach.depth, choose, stop);
-          if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
-        });
+    model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
+                                                  const std::stop_token& stop) {
+      newest_.RaiseAlarm(breach.words + ": auto decides anew");
+      const std::string outcome = RechooseModel(breach.depth, choose, stop);
+      if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
+    });
   }
   sensing_ = std::jthread([this](const std::stop_token& stop) { Sensing(stop); });
 }
@@ -114,9 +115,9 @@ LiveSlave::~LiveSlave() {
 }
 
 void LiveSlave::Sensing(const std::stop_token& stop) {
-  MakeThreadRealtime(kEyesPriority);
+  MakeThreadRealtime(kSensingPriority);
   try {
-    while (Feel(stop)) Rest(stop);
+    while (ProcessSample(stop)) Rest(stop);
     if (!stop.stop_requested()) {
       newest_.RaiseAlarm(sense_info_.source + ": the source has ended");
     }
@@ -144,17 +145,17 @@ void LiveSlave::SetWatched(bool is_watched) {
   newest_.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
 }
 
-bool LiveSlave::Feel(const std::stop_token& stop) {
+bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   if (!sense_->Acquire(stop)) return false;
   SampleTrace trace{.acquired_at = Clock::now()};
-  if (sense_info_.is_awaited) MeetSense();
+  if (sense_info_.is_awaited) ReadSenseInfo();
   const Eigen::Vector3d p_S_encoders = manipulator_->TipAt(sense_->sensed_at());
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(sense_mutex_);
     sense_->Reset();
   }
-  sense_->Look();
-  trace.seen_at = Clock::now();
+  sense_->Process();
+  trace.processed_at = Clock::now();
   const std::lock_guard lock(sense_mutex_);
   const Time began = Clock::now();
   ContactEstimate felt = sense_->Estimate(p_S_encoders);
@@ -165,7 +166,7 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     p_S_encoders_ = p_S_encoders;
   }
   Register(felt, p_S_encoders);
-  TellDoubt();
+  ReportExtrapolation();
   patch_.Update(felt, settings_revision_, sense_.get(), Clock::now());
   {
     const std::lock_guard local(local_mutex_);
@@ -174,29 +175,29 @@ bool LiveSlave::Feel(const std::stop_token& stop) {
     p_S_local_arm_ = p_S_encoders_;
   }
   // Where looking is a part of the estimate, that one knows when it was done.
-  trace.seen_at = std::max(trace.seen_at, felt.seen_at);
-  const double update = SecondsBetween(std::max(began, felt.seen_at), Clock::now());
+  trace.processed_at = std::max(trace.processed_at, felt.processed_at);
+  const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
   newest_.Put(felt, trace);
-  if (model_watch_) model_watch_->See(felt, newest_.Touches(), update);
+  if (model_validity_) model_validity_->Update(felt, newest_.Touches(), update);
   return true;
 }
 
 // By the tip where it is seen, else by how deep it presses.
 void LiveSlave::HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept {
   if (!shows_arm_) return;
-  if (felt->validity == Validity::kTrackingLost) return late_pictures_.Miss(felt->sensed_at);
+  if (felt->validity == Validity::kTrackingLost) return image_latency_.Miss(felt->sensed_at);
   if (sense_info_.tip_resolution > 0) {
-    return late_pictures_.See(felt->p_S_tip, p_S_arm, sense_info_.tip_resolution, felt);
+    return image_latency_.Update(felt->p_S_tip, p_S_arm, sense_info_.tip_resolution, felt);
   }
   const LocalModel& local = felt->local_model;
   const double stiffness = local.normal.dot(local.stiffness * local.normal);
   if (!felt->force || !(felt->depth > 0) || !(stiffness > 0))
-    return late_pictures_.Miss(felt->sensed_at);
-  late_pictures_.See({felt->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
-                     felt->sigma / stiffness, felt);
+    return image_latency_.Miss(felt->sensed_at);
+  image_latency_.Update({felt->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
+                        felt->sigma / stiffness, felt);
 }
 
-void LiveSlave::MeetSense() {
+void LiveSlave::ReadSenseInfo() {
   {
     const std::scoped_lock lock(sense_mutex_, settings_mutex_);
     sense_info_ = sense_->info();
@@ -212,7 +213,7 @@ void LiveSlave::Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S
   port_.SetRegistration(tip_registration_->offset());
 }
 
-void LiveSlave::TellDoubt() {
+void LiveSlave::ReportExtrapolation() {
   const std::string_view doubt = sense_->doubt();
   if (!doubt.empty() && told_doubts_.insert(doubt).second) {
     newest_.RaiseAlarm("the model's answer is extrapolated: " + std::string(doubt));
@@ -227,31 +228,31 @@ bool LiveSlave::Command(const OperatorCommand& command) noexcept {
   return port_.Command(heard, Clock::now());
 }
 
-Feeling LiveSlave::FeelingNow() const {
+ContactState LiveSlave::ContactStateNow() const {
   const ContactEstimate felt = newest_.Fresh(Clock::now());
-  Feeling feeling;
-  if (IsForceKnown(felt)) feeling.force = felt.force;
-  feeling.depth = felt.depth;
-  if (felt.local_model.known()) feeling.outward = felt.local_model.normal;
-  if (felt.force && felt.force->norm() > 0) feeling.outward = felt.force->normalized();
-  CarryOn(&feeling);
-  return feeling;
+  ContactState contact;
+  if (IsForceKnown(felt)) contact.force = felt.force;
+  contact.depth = felt.depth;
+  if (felt.local_model.known()) contact.outward = felt.local_model.normal;
+  if (felt.force && felt.force->norm() > 0) contact.outward = felt.force->normalized();
+  CarryOn(&contact);
+  return contact;
 }
 
 // A sample is some 10 ms old, or late, while a quick arm goes half a millimetre and more. Deeper
 // than the model is valid it is still the best that is known.
-void LiveSlave::CarryOn(Feeling* feeling) const {
+void LiveSlave::CarryOn(ContactState* contact) const {
   const std::lock_guard lock(local_mutex_);
   const LocalModel& local = newest_local_;
   const Eigen::Vector3d p_S = p_S_local_ + manipulator_->Tip() - p_S_local_arm_;
   const double depth = local.known() ? local.Penetration(p_S) : 0;
   const Eigen::Vector3d below = local.reference - p_S, aside = below - depth * local.normal;
   if (!(depth > 0) || aside.norm() > local.valid_radius) return;
-  feeling->depth_by_now = depth;
-  feeling->force_by_now = (local.force + local.stiffness * below).norm();
+  contact->depth_by_now = depth;
+  contact->force_by_now = (local.force + local.stiffness * below).norm();
   // A small force may point anywhere.
-  const double felt = feeling->force ? feeling->force->norm() : 0;
-  if (felt < feeling->force_by_now) feeling->outward = local.normal;
+  const double felt = contact->force ? contact->force->norm() : 0;
+  if (felt < contact->force_by_now) contact->outward = local.normal;
 }
 
 SlaveState LiveSlave::Compose(Time now) {
@@ -281,9 +282,9 @@ LocalModel LiveSlave::LocalNow() {
 }
 
 std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
-  if (world_ == nullptr) return manipulator_->measured_force();
+  if (environment_ == nullptr) return manipulator_->measured_force();
   if (!sense_info_.tells_force) return std::nullopt;
-  const Truth truth = world_->truth();
+  const Truth truth = environment_->truth();
   return truth.solved ? std::optional(truth.force) : std::nullopt;
 }
 
@@ -302,7 +303,7 @@ SlaveDescription LiveSlave::Describe() const {
     description.sense = sense_info_;
   }
   description.scene.operator_options.transform = port_.transform();
-  description.simulated = world_ != nullptr;
+  description.simulated = environment_ != nullptr;
   return description;
 }
 
@@ -315,10 +316,11 @@ SlaveStatus LiveSlave::Status() const {
   status.stages = StagesNow();
   newest_.Describe(&status);
   status.arm = manipulator_->health();
-  status.eyes = sense_->health();
+  status.cameras = sense_->health();
   if (std::string words = stop_record_.Words(); !words.empty()) status.alarms.push_back(words);
   if (status.arm && !status.arm->fault.empty()) status.alarms.push_back(status.arm->fault);
-  if (status.eyes && !status.eyes->trouble.empty()) status.alarms.push_back(status.eyes->trouble);
+  if (status.cameras && !status.cameras->trouble.empty())
+    status.alarms.push_back(status.cameras->trouble);
   return status;
 }
 
@@ -341,23 +343,23 @@ double LiveSlave::FullScale() const {
 }
 
 void LiveSlave::Rebuild(const Scene& changed, Progress* progress) {
-  std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed, progress);  // takes its time
+  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, progress);  // takes its time
   RefuseUnlessFree();  // somebody may have begun meanwhile
-  Tell(progress, "ready", 1);
+  ReportProgress(progress, "ready", 1);
   const std::scoped_lock lock(sense_mutex_, settings_mutex_);
-  Adopt(changed, std::move(rebuilt));
+  Adopt(changed, std::move(prepared));
 }
 
 // Under sense_mutex_ and settings_mutex_.
-void LiveSlave::Adopt(const Scene& changed, std::unique_ptr<Rebuilt> rebuilt) {
-  if (rebuilt) sense_info_.model = rebuilt->info();
-  sense_->Adopt(std::move(rebuilt), changed);
+void LiveSlave::Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared) {
+  if (prepared) sense_info_.model = prepared->info();
+  sense_->Adopt(std::move(prepared), changed);
   scene_ = changed;
   newest_.Add(Event::kModelChanged);
 }
 
-std::string LiveSlave::ChooseAnew(double depth, const ModelChooser& choose,
-                                  const std::stop_token& stop) try {
+std::string LiveSlave::RechooseModel(double depth, const ModelChooser& choose,
+                                     const std::stop_token& stop) try {
   constexpr std::chrono::milliseconds kLookAgain(20);
   const std::uint32_t revision = settings_revision_;
   Scene changed = scene();
@@ -372,8 +374,8 @@ std::string LiveSlave::ChooseAnew(double depth, const ModelChooser& choose,
   if (!IsSameMesh(*decided, asked)) {
     return "the model stays: a mesh changes at a start only (operator.press.depth); " + why;
   }
-  std::unique_ptr<Rebuilt> rebuilt = sense_->Prepare(changed, nullptr);
-  while (!stop.stop_requested() && !TryAdopt(changed, revision, &rebuilt)) {
+  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, nullptr);
+  while (!stop.stop_requested() && !TryAdopt(changed, revision, &prepared)) {
     std::this_thread::sleep_for(kLookAgain);
   }
   return IsSameModel(scene().model, changed.model) ? why : "the model stays: settings have changed";
@@ -382,13 +384,13 @@ std::string LiveSlave::ChooseAnew(double depth, const ModelChooser& choose,
 }
 
 bool LiveSlave::TryAdopt(const Scene& changed, std::uint32_t revision,
-                         std::unique_ptr<Rebuilt>* rebuilt) {
+                         std::unique_ptr<PreparedModel>* prepared) {
   const std::unique_lock one_at_a_time(change_mutex_, std::try_to_lock);
   if (!one_at_a_time) return false;
   if (settings_revision_ != revision) return true;
   const std::scoped_lock lock(sense_mutex_, settings_mutex_);  // nothing is felt meanwhile
   if (port_.view().phase == Phase::kFollowing || newest_.Touches()) return false;
-  Adopt(changed, std::move(*rebuilt));
+  Adopt(changed, std::move(*prepared));
   sense_info_.reason = changed.model.decision.reason;
   ++settings_revision_;
   return true;
@@ -430,12 +432,12 @@ void LiveSlave::RefuseUnlessFree() const {
 }
 
 void LiveSlave::Reset() {
-  if (port_.view().phase != Phase::kEstop) return FindAnew();
+  if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
   stop_record_.End();
   port_.Reset();
 }
 
-void LiveSlave::FindAnew() {
+void LiveSlave::ReinitializeTracking() {
   RefuseUnlessFree();
   {
     const std::lock_guard lock(rest_mutex_);
@@ -475,25 +477,25 @@ std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
 
 std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene, const std::filesystem::path& state_folder,
                                      SenseRecorder* recorder, const ModelChooser& choose) {
-  std::unique_ptr<World> world = MakeWorld(scene);
+  std::unique_ptr<SimulatedEnvironment> environment = MakeSimulatedEnvironment(scene);
   Manipulator::OnStep on_step;
-  if (world) {
-    world->SolveAhead();
-    on_step = [site = world.get()](const Eigen::Vector3d& p_S_tip) {
+  if (environment) {
+    environment->SolveAhead();
+    on_step = [site = environment.get()](const Eigen::Vector3d& p_S_tip) {
       site->MoveTool(p_S_tip, Patience::kNone);
     };
   }
   std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene, on_step);
-  if (world) world->MoveTool(manipulator->Tip(), Patience::kNone);
+  if (environment) environment->MoveTool(manipulator->Tip(), Patience::kNone);
   Pace pace{.tap = recorder};
   if (recorder != nullptr) {
-    if (world) pace.p_S_tip = world->truth().p_S_tip;
+    if (environment) pace.p_S_tip = environment->truth().p_S_tip;
     recorder->Begin(pace.p_S_tip);
   }
-  std::unique_ptr<Sense> sense = MakeSense(scene, pace, world.get());
-  const bool may_rest = recorder == nullptr && MayRest(scene, *sense, world != nullptr);
+  std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace, environment.get());
+  const bool may_rest = recorder == nullptr && MayRest(scene, *sense, environment != nullptr);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
-  auto slave = std::make_unique<LiveSlave>(scene, std::move(world), std::move(manipulator),
+  auto slave = std::make_unique<LiveSlave>(scene, std::move(environment), std::move(manipulator),
                                            std::move(sense), choose);
   if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);

@@ -15,18 +15,18 @@
 #include <thread>
 #include <vector>
 
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/manipulator/manipulator.h"
-#include "slave/pipeline/local_model/patch_keeper.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/local_model/patch_publisher.h"
 #include "slave/pipeline/sense_recorder.h"
-#include "slave/pipeline/teleop/late_pictures.h"
+#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/teleop/image_latency_estimator.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
-#include "slave/pipeline/teleop/model_watch.h"
+#include "slave/pipeline/teleop/model_validity_monitor.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/pipeline/teleop/stop_record.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 
@@ -39,12 +39,12 @@ using ModelChooser = std::function<std::optional<Scene>(const Scene&, const std:
 // latest estimate.
 class LiveSlave final : public Slave {
  public:
-  // Feels the first sample, where one comes by itself, and starts. `world`: that in which `sense`
-  // senses and `manipulator` moves; null: the real one. Throws std::runtime_error: nothing came, or
-  // what cannot be used. `choose`: asked again where what it decided for `scene` turns out not to
-  // hold; empty: that is never looked at.
-  LiveSlave(const Scene& scene, std::unique_ptr<World> world,
-            std::unique_ptr<Manipulator> manipulator, std::unique_ptr<Sense> sense,
+  // Feels the first sample, where one comes by itself, and starts. `environment`: that in which
+  // `sense` senses and `manipulator` moves; null: the real one. Throws std::runtime_error: nothing
+  // came, or what cannot be used. `choose`: asked again where what it decided for `scene` turns out
+  // not to hold; empty: that is never looked at.
+  LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> environment,
+            std::unique_ptr<Manipulator> manipulator, std::unique_ptr<SensingPipeline> sense,
             const ModelChooser& choose = {});
   ~LiveSlave() override;
 
@@ -62,7 +62,7 @@ class LiveSlave final : public Slave {
   void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   void Reset() override;
-  void FindAnew() override;
+  void ReinitializeTracking() override;
   void EmergencyStop(const std::string& reason) override;
   // An emergency stop is kept in `folder` from now on, and one that is kept there holds. Throws
   // std::runtime_error: nothing can be kept there.
@@ -76,7 +76,7 @@ class LiveSlave final : public Slave {
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return newest_.TracesSince(sensed_at);
   }
-  PatchNews Patch() override { return patch_.Get(Clock::now()); }
+  PatchSnapshot Patch() override { return patch_.Get(Clock::now()); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
   [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
@@ -86,36 +86,37 @@ class LiveSlave final : public Slave {
   // Waits for somebody who watches, or for the time of the next sample that nobody does.
   void Rest(const std::stop_token& stop);
   // One sample; false: the source has ended.
-  bool Feel(const std::stop_token& stop);
+  bool ProcessSample(const std::stop_token& stop);
   void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
   void HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept;
-  void TellDoubt();
+  void ReportExtrapolation();
   // The sense has its first sample and knows what it is.
-  void MeetSense();
+  void ReadSenseInfo();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   void Rebuild(const Scene& changed, Progress* progress);
-  void Adopt(const Scene& changed, std::unique_ptr<Rebuilt> rebuilt);
+  void Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared);
   // What `choose` says now takes the model's place as soon as settings may change, and not before:
   // under a hand that follows or touches, force and stiffness would jump. Returns what came of it.
-  std::string ChooseAnew(double depth, const ModelChooser& choose, const std::stop_token& stop);
+  std::string RechooseModel(double depth, const ModelChooser& choose, const std::stop_token& stop);
   // False: not now. Settings of another revision drop it.
-  bool TryAdopt(const Scene& changed, std::uint32_t revision, std::unique_ptr<Rebuilt>* rebuilt);
+  bool TryAdopt(const Scene& changed, std::uint32_t revision,
+                std::unique_ptr<PreparedModel>* prepared);
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
-  [[nodiscard]] Feeling FeelingNow() const;
+  [[nodiscard]] ContactState ContactStateNow() const;
   // By the newest local model, which knows nothing of places far aside.
-  void CarryOn(Feeling* feeling) const;
+  void CarryOn(ContactState* contact) const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
   // The largest force that the hand can show, at the tool [N].
   [[nodiscard]] double FullScale() const;
 
   const Time started_at_ = Clock::now();
-  const std::unique_ptr<World> world_;
+  const std::unique_ptr<SimulatedEnvironment> environment_;
   const std::unique_ptr<Manipulator> manipulator_;
-  const std::unique_ptr<Sense> sense_;
-  const bool shows_arm_;        // a real one, in live pictures
-  LatePictures late_pictures_;  // the sensing thread's
+  const std::unique_ptr<SensingPipeline> sense_;
+  const bool shows_arm_;                 // a real one, in live pictures
+  ImageLatencyEstimator image_latency_;  // the sensing thread's
   OperatorPort port_;
   LatestEstimate newest_;
   std::optional<TipRegistration>
@@ -131,13 +132,13 @@ class LiveSlave final : public Slave {
   SenseInfo sense_info_;
 
   // Urgent: whoever asks for a shape holds it for as long as that takes, and sensing waits.
-  mutable UrgentMutex sense_mutex_;
+  mutable PriorityInheritanceMutex sense_mutex_;
   // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
-  PatchKeeper patch_;                // updated under sense_mutex_
-  mutable UrgentMutex local_mutex_;  // guards the next three
+  PatchPublisher patch_;                          // updated under sense_mutex_
+  mutable PriorityInheritanceMutex local_mutex_;  // guards the next three
   LocalModel newest_local_;
   // A place of the tip that it goes by, and what the arm said there, S [m].
   Eigen::Vector3d p_S_local_{0, 0, 0}, p_S_local_arm_{0, 0, 0};
@@ -148,7 +149,8 @@ class LiveSlave final : public Slave {
   bool is_watched_ = true;
 
   std::optional<CommandWatchdog> watchdog_;
-  std::optional<ModelWatch> model_watch_;  // nullopt: the scene's model was not auto's choice
+  std::optional<ModelValidityMonitor>
+      model_validity_;  // nullopt: the scene's model was not auto's choice
   std::jthread sensing_;
 };
 

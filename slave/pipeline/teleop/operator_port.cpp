@@ -177,38 +177,38 @@ void OperatorPort::HoldUntilEngaged(Event why) noexcept {
   Stand(Phase::kHold);
 }
 
-void OperatorPort::CountEnergy(const Feeling& feeling) noexcept {
+void OperatorPort::CountEnergy(const ContactState& contact) noexcept {
   const Eigen::Vector3d tip = manipulator_.Tip();
-  const Eigen::Vector3d force = feeling.force.value_or(Eigen::Vector3d::Zero());
+  const Eigen::Vector3d force = contact.force.value_or(Eigen::Vector3d::Zero());
   const double work = -force.dot(tip - last_tip_);  // of the tool on the object [J]
   last_tip_ = tip;
   if (operating_) (work > 0 ? view_.energy_in : view_.energy_out) += std::abs(work);
 }
 
-void OperatorPort::Guard(Time now, const Feeling& feeling) noexcept {
-  const double felt = feeling.force ? feeling.force->norm() : 0;
-  const double force = std::max(felt, feeling.force_by_now);
-  const double depth = std::max(feeling.depth, feeling.depth_by_now);
+void OperatorPort::Guard(Time now, const ContactState& contact) noexcept {
+  const double felt = contact.force ? contact.force->norm() : 0;
+  const double force = std::max(felt, contact.force_by_now);
+  const double depth = std::max(contact.depth, contact.depth_by_now);
   const double falls = outward_ ? kFalls : 1;
   const bool is_reached =
       force > falls * limits_.force_guard || depth > falls * limits_.depth_guard;
   const bool begins = is_reached && !outward_;
   const bool follows = view_.phase == Phase::kFollowing;
-  if (feeling.force) outward_.reset();  // a guard stands while nobody knows that it may fall
-  if (is_reached) outward_ = feeling.outward;
+  if (contact.force) outward_.reset();  // a guard stands while nobody knows that it may fall
+  if (is_reached) outward_ = contact.outward;
   if (follows) followed_at_ = now;
-  if (retreat_) GoBack(now);
-  if (begins && (follows || unseen_)) Retreat(now, feeling);
+  if (retreat_) ContinueRetreat(now);
+  if (begins && (follows || unseen_)) Retreat(now, contact);
   const double since = SecondsBetween(followed_at_, now);
-  unseen_ = follows || (unseen_ && since < (feeling.force ? kSeenWithin : kWaitedFor));
+  unseen_ = follows || (unseen_ && since < (contact.force ? kSeenWithin : kWaitedFor));
 }
 
 // A guard was reached where somebody led the tool.
-void OperatorPort::Retreat(Time now, const Feeling& feeling) noexcept {
+void OperatorPort::Retreat(Time now, const ContactState& contact) noexcept {
   if (view_.phase == Phase::kEstop) return;
   if (limits_.guard_retracts) {
-    const double depth = std::max(feeling.depth, feeling.depth_by_now);
-    retreat_ = manipulator_.Tip() + depth * feeling.outward;
+    const double depth = std::max(contact.depth, contact.depth_by_now);
+    retreat_ = manipulator_.Tip() + depth * contact.outward;
     retreat_frame_ = manipulator_.frame();
     const double takes = WayTo(*retreat_) / limits_.max_speed;
     retreat_until_ = now + Seconds(kRetreatTimes * takes + kRetreatLonger);
@@ -218,12 +218,12 @@ void OperatorPort::Retreat(Time now, const Feeling& feeling) noexcept {
   } else {
     events_.Add(Event::kLimit);
   }
-  if (retreat_) GoBack(now);
+  if (retreat_) ContinueRetreat(now);
 }
 
 // An arm forgets what it was told when it has a fault; whoever drives it then may count from
 // elsewhere.
-void OperatorPort::GoBack(Time now) noexcept {
+void OperatorPort::ContinueRetreat(Time now) noexcept {
   const bool is_same = manipulator_.frame() == retreat_frame_;
   if (is_same && WayTo(*retreat_) < kArrived * limits_.max_speed) return retreat_.reset();
   if (!is_same || now > retreat_until_) {
@@ -238,12 +238,12 @@ double OperatorPort::UnfeltFor(Time now) const noexcept {
   return state_sequence_ == 0 ? 0 : SecondsBetween(newer_at_, now);
 }
 
-void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
+void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
   const std::lock_guard lock(mutex_);
-  CountEnergy(feeling);
-  Guard(now, feeling);
+  CountEnergy(contact);
+  Guard(now, contact);
   const double passed = watched_at_ == Time{} ? 0 : SecondsBetween(watched_at_, now);
-  unknown_for_ = feeling.force ? 0 : unknown_for_ + passed;
+  unknown_for_ = contact.force ? 0 : unknown_for_ + passed;
   watched_at_ = now;
   const double silence = SecondsBetween(view_.taken_at, now), unfelt = UnfeltFor(now);
   const bool follows = view_.phase == Phase::kFollowing;
@@ -255,7 +255,7 @@ void OperatorPort::Watch(Time now, const Feeling& feeling) noexcept {
   if ((follows && is_blind()) || (is_led && !needs_new_epoch_ && manipulator_.is_faulty())) {
     HoldUntilEngaged(Event::kHold);
   }
-  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kResumeWithin) {
+  if (view_.phase == Phase::kHold && std::max(silence, unfelt) > dead_after_ + kLongestCommandGap) {
     needs_new_epoch_ = true;
   }
 }
@@ -329,11 +329,11 @@ Events OperatorPort::TakeEvents() noexcept {
   return events;
 }
 
-CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<Feeling()> feeling)
-    : thread_([&port, feeling = std::move(feeling)](const std::stop_token& stop) {
+CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<ContactState()> contact)
+    : thread_([&port, contact = std::move(contact)](const std::stop_token& stop) {
         MakeThreadRealtime(kLinkPriority);
         for (port.AwaitOperator(stop); !stop.stop_requested(); port.AwaitOperator(stop)) {
-          port.Watch(Clock::now(), feeling());
+          port.Watch(Clock::now(), contact());
           std::this_thread::sleep_for(kWatchPeriod);
         }
       }) {}

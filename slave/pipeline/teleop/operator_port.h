@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "shared/geometry/teleop_transform.h"
-#include "shared/link/urgent_mutex.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/dead_after.h"
 #include "shared/state/slave_state.h"
 #include "slave/manipulator/manipulator.h"
@@ -22,7 +22,7 @@ namespace palpate {
 
 // A gap that is shorter, beyond the silence after which the tool holds, ends by itself when
 // commands come again; after a longer one the operator engages anew.
-inline constexpr double kResumeWithin = 0.220;  // [s]
+inline constexpr double kLongestCommandGap = 0.220;  // [s]
 // An operator whose commands tell of no newer state for so long feels nothing: the tool holds.
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
 // What the arm goes at its full speed in this time is as far as a command may lead [s].
@@ -31,7 +31,7 @@ inline constexpr double kLeapTime = 0.2;
 inline constexpr double kFastest = 2;
 
 // What the tool feels at this moment, as far as it is known. Frame S.
-struct Feeling {
+struct ContactState {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
   double depth = 0;                      // of the tool in the object [m]
   Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
@@ -63,7 +63,7 @@ class OperatorPort {
   bool Command(const OperatorCommand& command, Time now) noexcept;
   // Call at least every few milliseconds: holds the tool when commands have stopped, and counts
   // energy.
-  void Watch(Time now, const Feeling& feeling) noexcept;
+  void Watch(Time now, const ContactState& contact) noexcept;
   void EmergencyStop() noexcept;
   void Reset() noexcept;
   // Waits while nobody operates, no tool retreats, and what the last motion did was seen: there is
@@ -96,10 +96,10 @@ class OperatorPort {
   void HoldUntilEngaged(Event why) noexcept;
   // Longer than the tool may move without its force being known: no epoch makes it.
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
-  void CountEnergy(const Feeling& feeling) noexcept;
-  void Guard(Time now, const Feeling& feeling) noexcept;
-  void Retreat(Time now, const Feeling& feeling) noexcept;
-  void GoBack(Time now) noexcept;
+  void CountEnergy(const ContactState& contact) noexcept;
+  void Guard(Time now, const ContactState& contact) noexcept;
+  void Retreat(Time now, const ContactState& contact) noexcept;
+  void ContinueRetreat(Time now) noexcept;
   // How long the operator has told of no newer state [s]. Who tells of none, as scripts may, is not
   // judged.
   [[nodiscard]] double UnfeltFor(Time now) const noexcept;
@@ -107,7 +107,7 @@ class OperatorPort {
   Manipulator& manipulator_;
   const ManipulatorOptions limits_;
   const double dead_after_;
-  mutable UrgentMutex mutex_;  // guards everything below
+  mutable PriorityInheritanceMutex mutex_;  // guards everything below
   std::condition_variable_any begun_;
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();
@@ -136,8 +136,8 @@ class OperatorPort {
 // commands stop, and the energies.
 class CommandWatchdog {
  public:
-  // `feeling` is thread-safe. Both must outlive the watch, which ends with this object.
-  CommandWatchdog(OperatorPort& port, std::function<Feeling()> feeling);
+  // `contact` is thread-safe. Both must outlive the watch, which ends with this object.
+  CommandWatchdog(OperatorPort& port, std::function<ContactState()> contact);
 
  private:
   std::jthread thread_;

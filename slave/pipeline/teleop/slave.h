@@ -10,9 +10,9 @@
 
 #include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 #include "slave/manipulator/driven_arm.h"
-#include "slave/pipeline/sense.h"
+#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -33,8 +33,8 @@ struct SlaveStatus {
   Time started_at{};
   std::vector<StageTimes> stages;
   std::vector<std::string> alarms;
-  std::optional<ArmHealth> arm;    // nullopt: it exists only here
-  std::optional<EyesHealth> eyes;  // nullopt: no pictures come live
+  std::optional<ArmHealth> arm;         // nullopt: it exists only here
+  std::optional<CameraHealth> cameras;  // nullopt: no images come live
 };
 
 // A change of SetParameters; absent: as it is.
@@ -43,8 +43,8 @@ struct ParameterChange {
 };
 
 // A surface around the contact, and what of it has changed since.
-struct PatchNews {
-  std::shared_ptr<const TouchPatch> patch;  // null: none
+struct PatchSnapshot {
+  std::shared_ptr<const SurfacePatch> patch;  // null: none
   PatchLaw law;
 };
 
@@ -100,7 +100,7 @@ class Slave {
   // Of an emergency stop; where there is none, finds anew.
   virtual void Reset() = 0;
   // The sense starts anew with its next sample: tip, template and rest. A stop stays.
-  virtual void FindAnew() = 0;
+  virtual void ReinitializeTracking() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;
 
   // --- bulk, computed only when asked for.
@@ -115,7 +115,7 @@ class Slave {
   }
 
   // The model of the contact as of now: kept up while it is asked for. Null: none is made.
-  virtual PatchNews Patch() { return {}; }
+  virtual PatchSnapshot Patch() { return {}; }
 
   // Where streamed tactile samples go; null: the scene takes none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }

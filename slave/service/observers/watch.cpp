@@ -10,7 +10,7 @@
 #include "shared/wire/state_message.h"
 #include "shared/wire/trace_message.h"
 #include "slave/service/messages.h"
-#include "slave/service/observers/mesh_teller.h"
+#include "slave/service/observers/mesh_stream_encoder.h"
 #include "slave/service/status.h"
 #include "slave/service/teleoperation_service.h"
 
@@ -72,19 +72,19 @@ grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
                                              const v1::WatchMeshRequest* request,
                                              grpc::ServerWriter<v1::MeshState>* writer) {
   Clock::duration gap{};
-  std::optional<MeshTeller> teller;
+  std::optional<MeshStreamEncoder> encoder;
   const auto asked = Guarded([&] {
     gap = GapOf(*request);
-    teller.emplace(*request);
+    encoder.emplace(*request);
   });
   if (!asked.ok()) return asked;
   if (lines_.on_bulk) lines_.on_bulk(context->peer());
   std::optional<Time> sensed_at;
   return Watch(context, gap, writer, [&](const SlaveState& state, v1::MeshState* message) {
     if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
-    BoundaryShape shape = slave_.Shape(teller->needs_nodal_forces());
+    BoundaryShape shape = slave_.Shape(encoder->needs_nodal_forces());
     shape.state_sequence = state.sequence;
-    teller->Tell(shape, message);
+    encoder->Encode(shape, message);
     return true;
   });
 }
@@ -109,7 +109,7 @@ grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
                                               grpc::ServerWriter<v1::PatchUpdate>* writer) {
   std::uint32_t epoch = 0, revision = 0;  // as the reader knows them
   return Watch(context, {}, writer, [&](const SlaveState& /*state*/, v1::PatchUpdate* message) {
-    const PatchNews news = slave_.Patch();
+    const PatchSnapshot news = slave_.Patch();
     const bool is_known = news.law.epoch == epoch && news.law.revision == revision;
     if (!news.patch || is_known) return false;
     message->Clear();

@@ -50,7 +50,7 @@ class Refinement {
   }
 
   void Run() {
-    for (int t = 0; t < static_cast<int>(mesh_.triangles().size()); ++t) Look(t);
+    for (int t = 0; t < static_cast<int>(mesh_.triangles().size()); ++t) CheckTriangle(t);
     while (!bad_.empty() || !encroached_.empty()) {
       if (mesh_.points().size() > max_points_) {
         throw std::runtime_error("mesh: more than " + std::to_string(max_points_) + " points");
@@ -82,31 +82,31 @@ class Refinement {
     return radius > kQuality * shortest && shortest > floor_;
   }
   // `apex` lies in the circle over a and b.
-  [[nodiscard]] static bool SeesObtuse(const Point& apex, const Point& a, const Point& b) {
+  [[nodiscard]] static bool IsObtuse(const Point& apex, const Point& a, const Point& b) {
     return (a - apex).dot(b - apex) < 0;
   }
   [[nodiscard]] bool MaySplit(int s) const {
     const Segment& segment = mesh_.segments()[Index(s)];
     return (At(segment.b) - At(segment.a)).norm() > floor_;
   }
-  void Look(int t) {
+  void CheckTriangle(int t) {
     const auto& tri = Tri(t);
     if (!tri.alive || !tri.inside) return;
     for (std::size_t i = 0; i < 3; ++i) {
       if (tri.segment[i] == Delaunay::kNone) continue;
-      if (SeesObtuse(At(tri.vertex[i]), At(tri.vertex[(i + 1) % 3]), At(tri.vertex[(i + 2) % 3]))) {
+      if (IsObtuse(At(tri.vertex[i]), At(tri.vertex[(i + 1) % 3]), At(tri.vertex[(i + 2) % 3]))) {
         const int s = tri.segment[i];
         encroached_.emplace_back(s, mesh_.segments()[Index(s)].b);
       }
     }
     if (IsBad(t)) bad_.emplace_back(t, tri.generation);
   }
-  void LookAtNew() {
-    for (const int t : mesh_.created()) Look(t);
+  void CheckNewTriangles() {
+    for (const int t : mesh_.created()) CheckTriangle(t);
   }
   void Split(int s) {
     mesh_.SplitSegment(s);
-    LookAtNew();
+    CheckNewTriangles();
   }
   void Improve(int t) {
     const auto& v = Tri(t).vertex;
@@ -116,7 +116,7 @@ class Refinement {
     if (!reachable) in_the_way.push_back(mesh_.blocking_segment());
     if (in_the_way.empty()) {
       mesh_.Commit();
-      LookAtNew();
+      CheckNewTriangles();
       return;
     }
     bool split = false;

@@ -38,7 +38,7 @@ ScriptedPress::ScriptedPress(const Scene& scene, int presses) : home_(scene.mani
   if (!scene.tool || !(scene.tool->direction.norm() > 0)) {
     throw std::invalid_argument("tool: missing; a press needs one that points somewhere");
   }
-  const PressWishes press(scene);
+  const PressRequest press(scene);
   Eigen::Vector2d direction = scene.tool->direction.normalized();
   double way = 0;
   if (scene.site.embryo) {

@@ -10,7 +10,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 
@@ -22,7 +22,7 @@ namespace palpate {
 // and is punctured besides (slave/site/camera/embryo.h): from then on it rests, with the tool
 // inside, until the tool has come out; the next insertion is into another one. A body that moves
 // takes its contact along; in its pictures all but the tool's place moves with it.
-class SimulatedSite final : public World {
+class SimulatedSite final : public SimulatedEnvironment {
  public:
   // Builds the world and solves the contact straight ahead of manipulator.home (under 0.2 s).
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no tool width,

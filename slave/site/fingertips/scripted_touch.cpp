@@ -15,7 +15,7 @@ constexpr int kStepsPerSample = 4;  // so that the hand's path is followed, not 
 
 ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
     : site_(site), rate_(scene.sense.Find<Tactile>()->rate) {
-  const PressWishes press(scene);
+  const PressRequest press(scene);
   if (!std::isfinite(site_.gap())) {
     throw std::invalid_argument(
         "sense.tactile: the fingertips do not meet the object on the way of their hand");

@@ -139,7 +139,7 @@ SiteMesh Subdivided(const SolidMesh& mesh, int degree) {
 
 }  // namespace
 
-std::vector<double> GradedAxis(const AxisWishes& axis, const SiteResolution& resolution,
+std::vector<double> GradedAxis(const AxisGrading& axis, const SiteResolution& resolution,
                                int hexahedra) {
   std::vector<double> focuses = axis.focuses;
   if (focuses.empty()) focuses.push_back(0.5 * axis.length);

@@ -38,11 +38,11 @@ struct SiteMesh {
 // Ends of hexahedra from 0 to `length`, as near to each other as `resolution` says around
 // `focuses`, which they meet where those lie inside, as they do `others`. `hexahedra`: exactly so
 // many, 0: as many as it takes. Fewer than the places to be met: as many as those.
-struct AxisWishes {
+struct AxisGrading {
   double length = 0;  // [m], > 0
   std::vector<double> focuses, others;
 };
-std::vector<double> GradedAxis(const AxisWishes& axis, const SiteResolution& resolution,
+std::vector<double> GradedAxis(const AxisGrading& axis, const SiteResolution& resolution,
                                int hexahedra = 0);
 
 // A box over three axes' ends.

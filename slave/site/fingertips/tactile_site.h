@@ -14,7 +14,7 @@
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 #include "slave/site/fingertips/site_mesh.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 
@@ -26,7 +26,7 @@ namespace palpate {
 // their height under their own weight. On the paper's foam
 // cube forces at depths of 1 to 3 mm are 5 to 11 % above those on a mesh with six times the nodes;
 // on mesh files, whose edges are only halved, a third above.
-class TactileSite final : public World {
+class TactileSite final : public SimulatedEnvironment {
  public:
   // A few milliseconds; the first press is solved in the background from here on. Throws
   // std::invalid_argument naming the key where the scene cannot be simulated: no fingertips, an

@@ -243,7 +243,7 @@ std::vector<Vector3d> TrueObject::Focuses(const Vector3d& lateral_O) const {
 
 std::array<std::vector<double>, 3> TrueObject::GradedAxes(const BoxGeometry& box,
                                                           const Vector3d& lateral_O) const {
-  std::array<AxisWishes, 3> wishes;
+  std::array<AxisGrading, 3> wishes;
   for (int a = 0; a < 3; ++a) wishes[Index(a)].length = box.size[a];
   for (const Vector3d& p_O : Focuses(lateral_O)) {
     for (int a = 0; a < 3; ++a) wishes[Index(a)].focuses.push_back(p_O[a]);

@@ -15,7 +15,7 @@
 #include "slave/site/fingertips/finger_hand.h"
 #include "slave/site/fingertips/pressed_body.h"
 #include "slave/site/fingertips/site_mesh.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate::site {
 

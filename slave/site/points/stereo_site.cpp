@@ -24,7 +24,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 // What stands before the cameras; eye 0 is the left one.
-class Stage : public World {
+class Stage : public SimulatedEnvironment {
  public:
   virtual void SolveEverywhere() {}
   [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }

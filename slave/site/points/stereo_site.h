@@ -12,7 +12,7 @@
 
 #include "slave/scene/scene.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {
@@ -31,7 +31,7 @@ struct StereoPictures {
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
 //   on by 1 / rate from one pair of pictures to the next.
-class StereoSite final : public World {
+class StereoSite final : public SimulatedEnvironment {
  public:
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
   // pair (SimulatedRig), no points or no tool, an object that cannot carry the

@@ -11,7 +11,7 @@
 #include "slave/scene/scene.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/site/points/press_cache.h"
-#include "slave/site/world.h"
+#include "slave/site/simulated_environment.h"
 
 namespace palpate::site {
 

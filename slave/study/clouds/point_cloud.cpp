@@ -129,8 +129,8 @@ void PointTree::Within(const Eigen::Vector3d& p, double radius,
   indices->assign(found.begin(), found.end());
 }
 
-std::vector<NeighbourhoodShape> LookAround(std::span<const Eigen::Vector3d> points,
-                                           const PointTree& tree, double radius) {
+std::vector<NeighbourhoodShape> NeighbourhoodShapes(std::span<const Eigen::Vector3d> points,
+                                                    const PointTree& tree, double radius) {
   std::vector<NeighbourhoodShape> around(points.size());
   std::vector<std::size_t> near;
   for (std::size_t i = 0; i < points.size(); ++i) {

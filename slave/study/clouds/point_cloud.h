@@ -74,7 +74,7 @@ struct NeighbourhoodShape {
 };
 
 // `radius` [m] is that of the neighbourhood; the pupil is at the origin. O(N neighbours).
-std::vector<NeighbourhoodShape> LookAround(std::span<const Eigen::Vector3d> points,
-                                           const PointTree& tree, double radius);
+std::vector<NeighbourhoodShape> NeighbourhoodShapes(std::span<const Eigen::Vector3d> points,
+                                                    const PointTree& tree, double radius);
 
 }  // namespace palpate::study

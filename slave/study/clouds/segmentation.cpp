@@ -161,7 +161,7 @@ Surfaces SurfacesOf(const VoxelCloud& voxels, double edge, const SegmentationOpt
 
   const PointCloud rest = Selected(voxels.cloud, standing);
   const std::vector<NeighbourhoodShape> around =
-      LookAround(rest.points, PointTree(rest.points), kRadius * edge);
+      NeighbourhoodShapes(rest.points, PointTree(rest.points), kRadius * edge);
   std::vector<std::size_t> core;  // of `rest`
   std::vector<double> before;
   for (std::size_t i = 0; i < around.size(); ++i) {

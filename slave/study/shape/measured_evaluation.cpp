@@ -199,7 +199,8 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
   for (const auto& p : answer.object.points) {
     answer.measured_S.emplace_back(question.camera->X_SD * p);
   }
-  answer.simulated_S = SeeSurface(*question.camera, question.estimate_S, question.fingers_S, kSeed);
+  answer.simulated_S =
+      ScanSurface(*question.camera, question.estimate_S, question.fingers_S, kSeed);
   answer.score = Score(answer.measured_S, answer.simulated_S, question.estimate_S, question.leaf);
   return answer;
 }

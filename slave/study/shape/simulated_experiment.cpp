@@ -49,8 +49,8 @@ class Experiment {
     std::optional<Instant> open;
     std::optional<Instant> before;  // the touch
     while (const auto frame = touch_.Next({})) {
-      Tell(frame->sequence);
-      const ContactEstimate& felt = estimator_.Feel(*frame, scene_.manipulator.home);
+      ReportProgress(frame->sequence);
+      const ContactEstimate& felt = estimator_.Estimate(*frame, scene_.manipulator.home);
       const auto truth = site_.truth().fingers;
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
@@ -112,13 +112,13 @@ class Experiment {
   void Take(std::size_t k, const Instant& instant) {
     ShapeState& state = object_.states[k];
     const DepthCamera& camera = *scene_.sense.depth_camera;
-    state.measured_S = SeeSurface(camera, instant.truth, instant.fingers, ++seed_);
-    state.simulated_S = SeeSurface(camera, instant.estimate, instant.fingers, ++seed_);
+    state.measured_S = ScanSurface(camera, instant.truth, instant.fingers, ++seed_);
+    state.simulated_S = ScanSurface(camera, instant.estimate, instant.fingers, ++seed_);
     state.estimate_S = instant.estimate;
     state.fingers_S = instant.fingers;
     state.scores.push_back(
         Score(state.measured_S, state.simulated_S, instant.estimate, options_.leaf));
-    const auto undeformed = SeeSurface(camera, AtRest(), instant.fingers, seed_);
+    const auto undeformed = ScanSurface(camera, AtRest(), instant.fingers, seed_);
     state.undeformed.push_back(OctreeScore(state.measured_S, undeformed, options_.leaf));
     std::vector<Vector3d> skin;
     state.displacement = 0;
@@ -132,7 +132,7 @@ class Experiment {
     state.error = Summarised(DistancesToSurface(skin, instant.estimate));
   }
 
-  void Tell(std::uint64_t samples) {
+  void ReportProgress(std::uint64_t samples) {
     const double all = touch_.duration() * scene_.sense.Find<Tactile>()->rate;
     if (options_.progress && !options_.progress(static_cast<double>(samples) / all)) {
       throw Interrupted();

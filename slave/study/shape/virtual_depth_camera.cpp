@@ -123,8 +123,8 @@ std::vector<Occluder> InFrame(const Eigen::Isometry3d& X_DS, std::span<const Occ
 
 }  // namespace
 
-std::vector<Vector3d> SeeSurface(const DepthCamera& camera, const SurfaceMesh& surface,
-                                 std::span<const Occluder> occluders, std::uint32_t seed) {
+std::vector<Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& surface,
+                                  std::span<const Occluder> occluders, std::uint32_t seed) {
   DepthPicture picture(camera);
   const Eigen::Isometry3d X_DS = camera.X_SD.inverse();
   for (const auto& triangle : surface.triangles) {

@@ -22,8 +22,8 @@ struct Occluder {
 // Points of the surface that `camera` sees, one ray through each pixel's centre, the first hit
 // counts, hits on occluders are not reported; Gaussian noise along the ray. Frame S [m]. The same
 // seed gives the same cloud. `camera.X_SD` etc. as in the scene.
-std::vector<Eigen::Vector3d> SeeSurface(const DepthCamera& camera, const SurfaceMesh& surface,
-                                        std::span<const Occluder> occluders, std::uint32_t seed);
+std::vector<Eigen::Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& surface,
+                                         std::span<const Occluder> occluders, std::uint32_t seed);
 
 // What a finger hides from a camera. How much is seen of a finger behind its tip [m].
 inline constexpr double kFingerLength = 0.06;

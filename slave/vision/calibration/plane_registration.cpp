@@ -83,9 +83,9 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
           "the picture is a mirror image of S: accepted is a camera that looks along -z of S");
     }
   }
-  JudgePlaces(extents, kFewest, &out);
-  JudgeScatter(out.rms, extents, &out);
-  JudgeHeights(used, places, extents, &out);
+  CheckPlaces(extents, kFewest, &out);
+  CheckScatter(out.rms, extents, &out);
+  CheckHeights(used, places, extents, &out);
   return out;
 }
 

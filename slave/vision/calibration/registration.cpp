@@ -80,7 +80,7 @@ std::optional<CameraGuess> Kabsch(const std::vector<Eigen::Vector3d>& p_L,
 }
 
 // Places on a plane, seen from afar, may be tilted either way.
-void JudgeOtherPose(const std::vector<LensPose>& poses, CameraRegistration* r) {
+void CheckOtherPose(const std::vector<LensPose>& poses, CameraRegistration* r) {
   if (poses.size() < 2) return;
   const Eigen::Matrix3d turn =
       poses[0].guess.X_SC.linear().transpose() * poses[1].guess.X_SC.linear();
@@ -150,8 +150,8 @@ CameraRegistration Register(const std::vector<TipPlace>& places, const Indices& 
   if (!fit) RefuseTooFew(usable.size(), fewest);
   CameraRegistration out = RegistrationOf(*fit, in_pixels);
   const Indices used = UsedOf(out);
-  JudgePlaces(CloudOf(used, places).extents, fewest, &out);
-  JudgeMirror(MirroredRms(places, used, solve, miss), places, &out);
+  CheckPlaces(CloudOf(used, places).extents, fewest, &out);
+  CheckMirror(MirroredRms(places, used, solve, miss), places, &out);
   return out;
 }
 
@@ -200,7 +200,7 @@ CameraRegistration RegisterPair(const StereoRig& rig, const std::vector<TipPlace
   PoseNoise noise;
   for (const std::size_t i : UsedOf(out)) noise.Add(ByPose(seen.p_L[i]), seen.covariance[i]);
   SetSigmas(noise, &out);
-  JudgeScatter(out.rms, CloudOf(UsedOf(out), places).extents, &out);
+  CheckScatter(out.rms, CloudOf(UsedOf(out), places).extents, &out);
   return out;
 }
 
@@ -223,8 +223,8 @@ CameraRegistration RegisterLens(const Lens& lens, const std::vector<TipPlace>& p
   for (const std::size_t i : used) {
     distance += (out.X_SC.inverse() * places[i].p_S).z() / static_cast<double>(used.size());
   }
-  JudgeOtherPose(LensPoses(lens, places, used), &out);
-  JudgeScatter(out.rms * distance / std::sqrt(lens.fx * lens.fy), CloudOf(used, places).extents,
+  CheckOtherPose(LensPoses(lens, places, used), &out);
+  CheckScatter(out.rms * distance / std::sqrt(lens.fx * lens.fy), CloudOf(used, places).extents,
                &out);
   return out;
 }

@@ -56,7 +56,7 @@ CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels) {
   return out;
 }
 
-void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r) {
+void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r) {
   const std::size_t used = UsedOf(*r).size();
   if (used <= fewest) {
     r->reasons.push_back(
@@ -73,7 +73,7 @@ void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegis
   }
 }
 
-void JudgeMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r) {
+void CheckMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r) {
   const PlaceCloud cloud = CloudOf(UsedOf(*r), places);
   if (!(cloud.extents[1] > kWidth * cloud.extents[2])) return;  // on a line: told already
   constexpr double kExact = 1e-9;  // [m] or [px]: both fit without any miss
@@ -97,7 +97,7 @@ void JudgeMirror(double mirrored_rms, const std::vector<TipPlace>& places, Camer
       is_greater ? '-' : '+', name));
 }
 
-void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {
+void CheckScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {
   if (!(r->sigma_angle <= kAngle)) {
     r->reasons.push_back(
         fmt::format("the camera's direction is uncertain by {:.2g} deg (one sigma): accepted is "
@@ -124,7 +124,7 @@ void RefuseTooFew(std::size_t usable, std::size_t fewest) {
       usable, fewest + 1));
 }
 
-void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
+void CheckHeights(const Indices& used, const std::vector<TipPlace>& places,
                   const Eigen::Vector3d& extents, CameraRegistration* r) {
   double highest = 0;
   for (const std::size_t i : used) highest = std::max(highest, std::abs(places[i].p_S.z()));

@@ -23,12 +23,12 @@ PlaceCloud CloudOf(const Indices& used, const std::vector<TipPlace>& places);
 CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels);
 
 // Each adds to r->reasons. `fewest` places define a pose; `rms_m` [m].
-void JudgePlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r);
-void JudgeScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r);
+void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r);
+void CheckScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r);
 // `mirrored_rms` of the places used, were the table their mirror image, in the unit of r->rms.
-void JudgeMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r);
+void CheckMirror(double mirrored_rms, const std::vector<TipPlace>& places, CameraRegistration* r);
 // A place above the plane is seen where another one of the plane is.
-void JudgeHeights(const Indices& used, const std::vector<TipPlace>& places,
+void CheckHeights(const Indices& used, const std::vector<TipPlace>& places,
                   const Eigen::Vector3d& extents, CameraRegistration* r);
 [[noreturn]] void RefuseTooFew(std::size_t usable, std::size_t fewest);
 

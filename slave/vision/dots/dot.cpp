@@ -194,13 +194,13 @@ Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& 
   return weighed;
 }
 
-struct Look {
+struct Region {
   Dot dot;
   double blur = 0;  // sigma [px]
 };
 
-std::optional<Look> LookWithin(const Window& w, const Dot& dot, double threshold,
-                               const DotShapeLimits& limits) noexcept {
+std::optional<Region> MeasureWithin(const Window& w, const Dot& dot, double threshold,
+                                    const DotShapeLimits& limits) noexcept {
   GroundRing ring;
   double inside = 0;
   if (!FitGround(w, threshold, &ring, &inside)) return std::nullopt;
@@ -218,20 +218,20 @@ std::optional<Look> LookWithin(const Window& w, const Dot& dot, double threshold
     if (!(moved.norm() < 1 + 0.1 * w.axes.longer)) return std::nullopt;
   }
   if (weighed.foreign > 1 + kForeignInDot * dot.area) return std::nullopt;
-  Look look{dot};
-  look.dot.centre += moved;
-  look.dot.contrast = contrast;
-  look.dot.area = weighed.sum / contrast;
+  Region region{dot};
+  region.dot.centre += moved;
+  region.dot.contrast = contrast;
+  region.dot.area = weighed.sum / contrast;
   // Where neighbouring pixels err alike, their errors do not even out.
   const double variance =
       std::max(1.0, ring.unevenness()) *
       (ground.variance * weighed.spread + ground.slope_variance * weighed.spread * weighed.spread) /
       (weighed.sum * weighed.sum);
-  look.dot.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);
+  region.dot.sigma = std::sqrt(variance + kSigmaFloor * kSigmaFloor);
   // A blurred edge passes from one to three quarters within 1.349 sigma.
   const double perimeter = std::numbers::pi * (w.axes.longer + w.axes.shorter);
-  look.blur = weighed.edge / (1.349 * perimeter);
-  return look;
+  region.blur = weighed.edge / (1.349 * perimeter);
+  return region;
 }
 
 }  // namespace
@@ -260,10 +260,10 @@ std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold
   Window w{image, dot.centre, AxesOf(dot.shape), Negative(tone), kReach};
   std::optional<Dot> refined;
   for (int k = 0; k < kLooks; ++k) {
-    const auto look = LookWithin(w, dot, w.level(threshold), limits);
-    if (!look) break;
-    refined = look->dot;
-    const double reach = std::min(kReachInBlurs * look->blur, kFarthest);
+    const auto region = MeasureWithin(w, dot, w.level(threshold), limits);
+    if (!region) break;
+    refined = region->dot;
+    const double reach = std::min(kReachInBlurs * region->blur, kFarthest);
     if (reach < w.reach + kWider) break;
     w.reach = reach;
   }

@@ -90,7 +90,7 @@ bool DotFinder::Track(const cv::Mat& image, const std::vector<ExpectedDot>& expe
   if (!IsGrey(image)) return false;
   bits_.resize(Index(image.cols + 63) / 64);
   one_threshold_.resize(Index(image.cols + 15) / 16);
-  for (std::size_t k = 0; k < expected.size(); ++k) (*sighted)[k] = Look(image, expected[k]);
+  for (std::size_t k = 0; k < expected.size(); ++k) (*sighted)[k] = Detect(image, expected[k]);
   return true;
 } catch (const std::exception&) {
   sighted->clear();
@@ -98,7 +98,7 @@ bool DotFinder::Track(const cv::Mat& image, const std::vector<ExpectedDot>& expe
 }
 
 // A window about the place, with one threshold for all of it.
-SightedDot DotFinder::Look(const cv::Mat& image, const ExpectedDot& expected) {
+SightedDot DotFinder::Detect(const cv::Mat& image, const ExpectedDot& expected) {
   const Eigen::Vector2d place = expected.place;
   const Eigen::Array2d reach = expected.extent.array() + expected.search + 1;
   const double far = 1e6;
@@ -159,18 +159,18 @@ void DotTracker::Hint(std::vector<Eigen::Vector2d> places) {
   found_ = false;
 }
 
-bool DotTracker::Look(const cv::Mat& image) noexcept try {
+bool DotTracker::Process(const cv::Mat& image) noexcept try {
   for (SightedDot& dot : dots_) dot.seen = false;
   seen_ = 0;
   if (!found_) {
-    found_ = LookAnew(image);
+    found_ = SearchFirst(image);
     last_seen_ = seen_;
     return found_;
   }
   if (params_.search == Search::kNear) {
-    LookNear(image);
+    SearchNear(image);
   } else {
-    LookEverywhere(image);
+    SearchEverywhere(image);
   }
   DropStrays();
   const int n = static_cast<int>(array_.size());
@@ -187,7 +187,7 @@ bool DotTracker::Look(const cv::Mat& image) noexcept try {
   return false;
 }
 
-bool DotTracker::LookAnew(const cv::Mat& image) {
+bool DotTracker::SearchFirst(const cv::Mat& image) {
   const DotTone first = finder_.params().tone;
   const DotTone other = first == DotTone::kDark ? DotTone::kLight : DotTone::kDark;
   for (const DotTone tone : {first, other}) {
@@ -212,7 +212,7 @@ bool DotTracker::Rematch() {
   return true;
 }
 
-void DotTracker::LookNear(const cv::Mat& image) {
+void DotTracker::SearchNear(const cv::Mat& image) {
   for (std::size_t k = 0; k < array_.size(); ++k) {
     ExpectedDot& expected = expected_[k];
     expected.place = places_[k];
@@ -222,11 +222,11 @@ void DotTracker::LookNear(const cv::Mat& image) {
   }
   if (!finder_.Track(image, expected_, &dots_sighted_)) return;
   for (std::size_t k = 0; k < array_.size(); ++k) {
-    if (dots_sighted_[k].seen) See(k, dots_sighted_[k].dot);
+    if (dots_sighted_[k].seen) Accept(k, dots_sighted_[k].dot);
   }
 }
 
-void DotTracker::LookEverywhere(const cv::Mat& image) {
+void DotTracker::SearchEverywhere(const cv::Mat& image) {
   if (!finder_.Find(image, &all_)) return;
   array_.Follow(all_, places_, areas_, &picks_);
   Take(picks_);
@@ -236,11 +236,11 @@ void DotTracker::Take(std::span<const int> picks) {
   for (SightedDot& dot : dots_) dot.seen = false;
   seen_ = 0;
   for (std::size_t k = 0; k < array_.size(); ++k) {
-    if (picks[k] >= 0) See(k, all_[Index(picks[k])]);
+    if (picks[k] >= 0) Accept(k, all_[Index(picks[k])]);
   }
 }
 
-void DotTracker::See(std::size_t k, const Dot& dot) {
+void DotTracker::Accept(std::size_t k, const Dot& dot) {
   dots_[k] = {true, dot};
   areas_[k] = dot.area;
   ++seen_;

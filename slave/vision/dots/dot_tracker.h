@@ -51,7 +51,7 @@ class DotFinder {
   void set_tone(DotTone tone) { params_.tone = tone; }
 
  private:
-  SightedDot Look(const cv::Mat& image, const ExpectedDot& expected);
+  SightedDot Detect(const cv::Mat& image, const ExpectedDot& expected);
 
   Params params_;
   ThresholdMap thresholds_;
@@ -80,7 +80,7 @@ class DotTracker {
   void Hint(std::vector<Eigen::Vector2d> places);
   // Looks at the next picture. False: the array is not there, or the picture is no 8-bit grey one
   // with something in it.
-  bool Look(const cv::Mat& image) noexcept;
+  bool Process(const cv::Mat& image) noexcept;
   // Forgets all but the places: the next picture is matched anew.
   void Lose() noexcept { found_ = false; }
 
@@ -92,12 +92,12 @@ class DotTracker {
   [[nodiscard]] const DotArray& array() const { return array_; }
 
  private:
-  bool LookAnew(const cv::Mat& image);
-  void LookNear(const cv::Mat& image);
-  void LookEverywhere(const cv::Mat& image);
+  bool SearchFirst(const cv::Mat& image);
+  void SearchNear(const cv::Mat& image);
+  void SearchEverywhere(const cv::Mat& image);
   bool Rematch();
   void Take(std::span<const int> picks);
-  void See(std::size_t k, const Dot& dot);
+  void Accept(std::size_t k, const Dot& dot);
   void DropStrays();
   void ExpectTheMissing();
   void Start();

@@ -99,7 +99,7 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   observation_.why = {};
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;
-  const bool in_left = eyes_[0].Look(left), in_right = eyes_[1].Look(right);
+  const bool in_left = eyes_[0].Process(left), in_right = eyes_[1].Process(right);
   if (!in_left || !in_right) return observation_;
   if (!Locate()) {
     for (DotTracker& eye : eyes_) eye.Lose();
@@ -123,7 +123,7 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   }
   if (!was_known) TakeRest();
   observation_.found = was_known && seen >= 3;
-  if (was_known) JudgeRest();
+  if (was_known) CheckRest();
   return observation_;
 }
 
@@ -221,7 +221,7 @@ void StereoDots::TakeRest() noexcept {
 }
 
 // What the rest frame says against the rig, the pose and the layout.
-void StereoDots::JudgeRest() noexcept {
+void StereoDots::CheckRest() noexcept {
   const Eigen::Isometry3d X_OS = params_.X_SO.inverse();
   Eigen::Vector2d aside(0, 0);
   double apart = 0;
@@ -232,8 +232,8 @@ void StereoDots::JudgeRest() noexcept {
     apart += (params_.layout[Index(neighbours.front())] - params_.layout[k]).norm();
   }
   observation_.scale_error = std::abs(rest_sizes_ / rest_taken_ - 1);
-  if (observation_.scale_error > kTrueSize) observation_.Doubt(FailedCheck::kScale, kOtherSize);
-  if (aside.norm() > kTruePlace * apart) observation_.Doubt(FailedCheck::kRegistration, kElsewhere);
+  if (observation_.scale_error > kTrueSize) observation_.Flag(FailedCheck::kScale, kOtherSize);
+  if (aside.norm() > kTruePlace * apart) observation_.Flag(FailedCheck::kRegistration, kElsewhere);
 }
 
 }  // namespace palpate

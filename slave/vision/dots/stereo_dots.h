@@ -58,7 +58,7 @@ class StereoDots {
   [[nodiscard]] std::optional<Triangulated> Place(std::size_t k,
                                                   const Eigen::Vector3d& n_L) const noexcept;
   void TakeRest() noexcept;
-  void JudgeRest() noexcept;
+  void CheckRest() noexcept;
 
   Params params_;
   std::array<DotTracker, 2> eyes_;

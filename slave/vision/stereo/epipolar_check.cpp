@@ -82,7 +82,7 @@ double EpipolarCheck::Stamps::Sigma() const noexcept {
   return std::sqrt(Square(known * mean) + known / weight + jitter);
 }
 
-void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
+void EpipolarCheck::Process(SurfaceObservation* seen) noexcept {
   if (rows_.size() != seen->points.size()) {
     rows_.assign(seen->points.size(), {});
     sorted_.reserve(rows_.size());
@@ -115,8 +115,8 @@ void EpipolarCheck::See(SurfaceObservation* seen) noexcept {
   const bool as_said = kNoLess < scatter_at_rest_ && scatter_at_rest_ < kNoMore;
   for (SurfacePoint& point : seen->points) point.errs_by_noise_alone = as_said;
   if (taken_ < rest_pictures_) return;
-  JudgeRest(seen);
-  if (ExplainByMotion()) Judge(seen);
+  CheckRest(seen);
+  if (ExplainByMotion()) CheckPair(seen);
   // The middle of the two is off by half of what one of them is.
   seen->moment_sigma = stamps_.Sigma() / 2;
 }
@@ -228,7 +228,7 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
 }
 
 // By what of the misses at rest goes evenly across the picture, as a wrong rig's do.
-void EpipolarCheck::JudgeRest(SurfaceObservation* seen) const noexcept {
+void EpipolarCheck::CheckRest(SurfaceObservation* seen) const noexcept {
   Matrix4 normal = 1e-6 * Matrix4::Identity();
   Eigen::Vector4d slope(0, 0, 0, 0);
   double square = 0;
@@ -248,11 +248,11 @@ void EpipolarCheck::JudgeRest(SurfaceObservation* seen) const noexcept {
   const double scatter = (square - explained) / (count - kMotions);
   const double most = most_at_rest_ + 2 * rig_.rms_px;
   if (explained > most * most * count + kMotions * kSigmas * scatter) {
-    seen->Doubt(FailedCheck::kEpipolar, kOtherRig);
+    seen->Flag(FailedCheck::kEpipolar, kOtherRig);
   }
 }
 
-void EpipolarCheck::Judge(SurfaceObservation* seen) noexcept {
+void EpipolarCheck::CheckPair(SurfaceObservation* seen) noexcept {
   double offset = 0, variance = 0, said = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
@@ -266,11 +266,11 @@ void EpipolarCheck::Judge(SurfaceObservation* seen) noexcept {
   noise_px_ = scatter_ * std::sqrt(variance / count_ / 2);
   const double known = noise_px_ * std::sqrt(2.0 * kMotions / count_);
   seen->epipolar_px = std::hypot(offset_px_, noise_px_);
-  if (offset_px_ > kMostOffset + kSigmas * known) seen->Doubt(FailedCheck::kEpipolar, kMoved);
+  if (offset_px_ > kMostOffset + kSigmas * known) seen->Flag(FailedCheck::kEpipolar, kMoved);
   for (int lag = 1; lag <= kLags + 1; ++lag) {
-    if (IsOfAnotherInstant(lag)) seen->Doubt(FailedCheck::kInstants, kLate);
+    if (IsOfAnotherInstant(lag)) seen->Flag(FailedCheck::kInstants, kLate);
   }
-  if (stamps_.AreWrong()) seen->Doubt(FailedCheck::kInstants, kWrongStamps);
+  if (stamps_.AreWrong()) seen->Flag(FailedCheck::kInstants, kWrongStamps);
   // The scatter of the misses is that of the places, which the pictures' noise alone understates
   // where they are compressed or out of focus.
   const double known_px = std::max(sigma_px_, std::sqrt(said / count_));

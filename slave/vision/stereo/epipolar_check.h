@@ -44,7 +44,7 @@ class EpipolarCheck {
   // Puts its doubt into `seen`, how well the moment is known that its stamps tell (sensed_at,
   // skew), whether its points err by noise alone, and widens their covariances where the misses
   // scatter by more than the pictures' noise says.
-  void See(SurfaceObservation* seen) noexcept;
+  void Process(SurfaceObservation* seen) noexcept;
   void Reset() { rows_.clear(); }
 
   // Of the last pair, rms over its points: what a camera's motion explains, and the scatter of one
@@ -85,8 +85,8 @@ class EpipolarCheck {
     return row.miss / row.sigma - row.motions.dot(motion_);
   }
   bool IsOfAnotherInstant(int lag) noexcept;
-  void JudgeRest(SurfaceObservation* seen) const noexcept;
-  void Judge(SurfaceObservation* seen) noexcept;
+  void CheckRest(SurfaceObservation* seen) const noexcept;
+  void CheckPair(SurfaceObservation* seen) noexcept;
 
   StereoRig rig_;
   int rest_pictures_;

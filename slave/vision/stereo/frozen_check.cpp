@@ -80,7 +80,7 @@ bool FrozenCheck::HasOldParts(const Eye& eye) noexcept {
   return stand_out(like_first_, like_last_) && stand_out(first, last);
 }
 
-bool FrozenCheck::See(const cv::Mat& left, const cv::Mat& right) noexcept try {
+bool FrozenCheck::Check(const cv::Mat& left, const cv::Mat& right) noexcept try {
   bool repeated = false, partly = false;
   for (const int side : {0, 1}) {
     const cv::Mat& picture = side == 0 ? left : right;

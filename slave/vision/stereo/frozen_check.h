@@ -21,7 +21,7 @@ class FrozenCheck {
   // True: one of the two shows what it showed in the last pair, to the grey level (in every eighth
   // row), though the source has noise; or parts of it are as in the last or in the first pair, as
   // a line that loses blocks leaves them. An empty picture is none.
-  bool See(const cv::Mat& left, const cv::Mat& right) noexcept;
+  bool Check(const cv::Mat& left, const cv::Mat& right) noexcept;
 
  private:
   static constexpr int kLeastParts = 4;  // pieces of a row; less may be an accident

@@ -40,7 +40,7 @@ struct SurfaceObservation {
   double epipolar_px = 0;  // rms of the rays' misses less those at rest [px]; 0: not of two eyes
   double scale_error = 0;  // by which their distances may be wrong, a share [-]
   // The first doubt stays.
-  void Doubt(FailedCheck failed, std::string_view clause) noexcept {
+  void Flag(FailedCheck failed, std::string_view clause) noexcept {
     if (check != FailedCheck::kNone) return;
     check = failed;
     why = clause;

@@ -142,8 +142,8 @@ void StereoTexture::Pair() noexcept {
   for (std::size_t i = 0; i < count; ++i) observation_.found |= Locate(i);
 }
 
-const SurfaceObservation& StereoTexture::Look(const cv::Mat& left, const cv::Mat& right,
-                                              std::uint64_t sequence, Time sensed_at) {
+const SurfaceObservation& StereoTexture::Process(const cv::Mat& left, const cv::Mat& right,
+                                                 std::uint64_t sequence, Time sensed_at) {
   observation_.sequence = sequence;
   observation_.sensed_at = sensed_at;
   observation_.found = false;

@@ -42,8 +42,8 @@ class StereoTexture {
   // that cannot be used (not 8 bit, of another size) leave all points unseen, and `found` false.
   // noexcept but for the start, which allocates and may throw std::invalid_argument: pictures too
   // small for the pyramid. After that it has not started.
-  const SurfaceObservation& Look(const cv::Mat& left, const cv::Mat& right, std::uint64_t sequence,
-                                 Time sensed_at);
+  const SurfaceObservation& Process(const cv::Mat& left, const cv::Mat& right,
+                                    std::uint64_t sequence, Time sensed_at);
 
   [[nodiscard]] bool started() const { return left_ != nullptr; }
   // Per window, in the order of the points' ids; empty before the start.

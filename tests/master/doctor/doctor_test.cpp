@@ -35,13 +35,13 @@ PeriodicStats Bare(double late_us, std::uint64_t missed) {
 }
 
 TEST(DoctorTest, ATimerIsJudgedByWhatAHandFeels) {
-  EXPECT_EQ(JudgeTimer(Bare(20, 0)).verdict, Verdict::kGood);
-  EXPECT_THAT(JudgeTimer(Bare(20, 0)).advice, IsEmpty());
-  EXPECT_EQ(JudgeTimer(Bare(200, 0)).verdict, Verdict::kNote);
-  EXPECT_EQ(JudgeTimer(Bare(20, 1)).verdict, Verdict::kNote);
-  EXPECT_EQ(JudgeTimer(Bare(20, 30)).verdict, Verdict::kBad);
-  EXPECT_EQ(JudgeTimer(Bare(900, 0)).verdict, Verdict::kBad);
-  EXPECT_THAT(JudgeTimer(Bare(900, 0)).advice, Not(IsEmpty()));
+  EXPECT_EQ(CheckTimer(Bare(20, 0)).verdict, Verdict::kGood);
+  EXPECT_THAT(CheckTimer(Bare(20, 0)).advice, IsEmpty());
+  EXPECT_EQ(CheckTimer(Bare(200, 0)).verdict, Verdict::kNote);
+  EXPECT_EQ(CheckTimer(Bare(20, 1)).verdict, Verdict::kNote);
+  EXPECT_EQ(CheckTimer(Bare(20, 30)).verdict, Verdict::kBad);
+  EXPECT_EQ(CheckTimer(Bare(900, 0)).verdict, Verdict::kBad);
+  EXPECT_THAT(CheckTimer(Bare(900, 0)).advice, Not(IsEmpty()));
 }
 
 TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
@@ -78,8 +78,8 @@ LineSample Line(double round_trip, double gap) {
 
 TEST(DoctorTest, AShortLineIsGoodALongOneIsToldHowToBeFelt) {
   const RemoteScene scene;
-  EXPECT_EQ(Of(JudgeLine(Line(0.001, 0.005), scene), "round trip").verdict, Verdict::kGood);
-  const Finding far = Of(JudgeLine(Line(0.3, 0.005), scene), "round trip");
+  EXPECT_EQ(Of(CheckLine(Line(0.001, 0.005), scene), "round trip").verdict, Verdict::kGood);
+  const Finding far = Of(CheckLine(Line(0.3, 0.005), scene), "round trip");
   EXPECT_EQ(far.verdict, Verdict::kNote);
   EXPECT_THAT(far.advice, HasSubstr("local"));
 }
@@ -87,10 +87,10 @@ TEST(DoctorTest, AShortLineIsGoodALongOneIsToldHowToBeFelt) {
 TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
   const RemoteScene scene;
   LineSample line = Line(0.01, 0.01);
-  EXPECT_EQ(Of(JudgeLine(line, scene), "states").verdict, Verdict::kGood);
+  EXPECT_EQ(Of(CheckLine(line, scene), "states").verdict, Verdict::kGood);
   line.gap_us.Add(80e3);
   line.gaps_beyond = 1;
-  const Finding gaps = Of(JudgeLine(line, scene), "states");
+  const Finding gaps = Of(CheckLine(line, scene), "states");
   EXPECT_EQ(gaps.verdict, Verdict::kBad);
   EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
 }
@@ -99,7 +99,7 @@ TEST(DoctorTest, OtherVersionsAlarmsAndClocksAreTold) {
   LineSample line = Line(0.001, 0.005);
   line.alarms = {"nobody drives the arm"};
   line.clock_offset = 3600;
-  const Findings findings = JudgeLine(line, {});
+  const Findings findings = CheckLine(line, {});
   EXPECT_EQ(Of(findings, "version").verdict, Verdict::kNote);
   EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody drives the arm"));
   EXPECT_EQ(Of(findings, "clocks").verdict, Verdict::kNote);
@@ -110,7 +110,7 @@ TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
   Server server(slave, "127.0.0.1:0", false);
   SlaveLink::Options options;
   options.target = server.address();
-  EXPECT_EQ(JudgeDatagrams(TryDatagrams(options, 20)).verdict, Verdict::kGood);
+  EXPECT_EQ(CheckDatagrams(TryDatagrams(options, 20)).verdict, Verdict::kGood);
   EXPECT_FALSE(std::ranges::any_of(slave.commands(), &OperatorCommand::engaged));
   EXPECT_EQ(slave.ends(), 1);
 }
@@ -118,11 +118,11 @@ TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
 TEST(DoctorTest, DatagramsThatDoNotComeAndThoseThatAreNotOursToTryAreToldApart) {
   LinkStats tried;
   tried.connected = true;
-  EXPECT_THAT(JudgeDatagrams(tried).advice, HasSubstr("UDP"));
-  EXPECT_EQ(JudgeDatagrams(tried).verdict, Verdict::kNote);
+  EXPECT_THAT(CheckDatagrams(tried).advice, HasSubstr("UDP"));
+  EXPECT_EQ(CheckDatagrams(tried).verdict, Verdict::kNote);
   tried.connected = false;
   tried.trouble = "the lease is held by Ada";
-  EXPECT_THAT(JudgeDatagrams(tried).measured, HasSubstr("not tried: the lease is held by Ada"));
+  EXPECT_THAT(CheckDatagrams(tried).measured, HasSubstr("not tried: the lease is held by Ada"));
 }
 
 // Reference: measurements that would take two minutes each; the limit is far above what ending

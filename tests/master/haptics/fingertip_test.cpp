@@ -161,7 +161,7 @@ ForceError::Summary ErrorOnRamp(const VirtualSlave::Options& options, double spe
   TickSummary summary;
   rig.Run(hand, 4, [&](const TickRecord& record) {
     const Eigen::Vector3d truth = rig.slave.TrueForce();
-    summary.SeeTruth(truth);
+    summary.AddTruth(truth);
     if (rig.t() > 3) summary.Add(record, truth);
   });
   return summary.force_error().value_or(ForceError::Summary{});

@@ -162,7 +162,7 @@ class Sequence {
       case 9:
         return ChangeSettings();
       case 10:
-        return Wish();
+        return OperatorAct();
       default:
         return Break();
     }
@@ -175,20 +175,20 @@ class Sequence {
     settings.dead_after = choices_.Within(0, 1);
     rig_.settings.Put(settings);
   }
-  void Wish() {
-    HandWishes& wishes = rig_.wishes;
+  void OperatorAct() {
+    OperatorRequests& requests = rig_.requests;
     switch (choices_.Below(4)) {
       case 0:
-        wishes.render = static_cast<RenderMode>(choices_.Below(3));
+        requests.render = static_cast<RenderMode>(choices_.Below(3));
         return;
       case 1:
-        ++wishes.tares;
+        ++requests.tares;
         return;
       case 2:
-        wishes.clutched = choices_.Coin();
+        requests.clutched = choices_.Coin();
         return;
       default:
-        wishes.force_limit = choices_.Within(1, 4);
+        requests.force_limit = choices_.Within(1, 4);
     }
   }
   void Break() {

@@ -20,7 +20,7 @@ constexpr double kSurface = -0.004;  // [m]
 // Energy at the device's port as malicious_slave_test counts it.
 class PortEnergy {
  public:
-  void See(const TickRecord& record) {
+  void Add(const TickRecord& record) {
     const Eigen::Vector3d dp = record.p_M - last_p_;
     energy_ += -last_force_.dot(dp) + dp.squaredNorm() / 0.001;
     if (last_force_.isZero(0)) energy_ = std::min(energy_, 0.0);
@@ -85,7 +85,7 @@ TEST(PatchTest, LateLawsGiveNoEnergy) {
     PortEnergy energy;
     int tick = 0;
     rig.Run(hand, 12, [&](const TickRecord& record) {
-      energy.See(record);
+      energy.Add(record);
       if (++tick % every != 0) return;
       wall.law.ratios.fill(tick / every % 2 == 0 ? 0.4 : 2.2);
       ++wall.law.revision;
@@ -159,7 +159,7 @@ struct Row {
 void PrintTo(const Row& row, std::ostream* out) {
   *out << row.name;
 }
-void TurnTo(TouchPatch* patch, double angle) {
+void TurnTo(SurfacePatch* patch, double angle) {
   const double reach = 0.02;
   for (const int end : {0, 1}) {
     const double along = end == 0 ? reach : -reach;
@@ -170,8 +170,8 @@ void TurnTo(TouchPatch* patch, double angle) {
 }
 
 // A law that was learnt is carried by what was felt: lies about either come through that path.
-void SayLearnt(ReceivedPatch* received, double ratio) {
-  TouchPatch& patch = received->patch;
+void SetLearnt(ReceivedPatch* received, double ratio) {
+  SurfacePatch& patch = received->patch;
   patch.vertices_per_cell = 1;
   patch.vertex_count = 1;
   patch.cell_count = 0;
@@ -190,7 +190,7 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
   int tick = 0, n = 0;
   std::uint32_t epoch = 0;
   rig.Run(hand, 12, [&](const TickRecord& record) {
-    energy.See(record);
+    energy.Add(record);
     ASSERT_TRUE(record.chain.local.allFinite());
     if (tick++ % 20 != 0) return;
     ReceivedPatch patch = WallPatch(600, ++epoch);
@@ -227,12 +227,12 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"normal_flips",
             [](ReceivedPatch* p, int n) { TurnTo(&p->patch, n % 2 == 0 ? 0 : M_PI); }},
         Row{"sphere_of_a_kilometre", [](ReceivedPatch* p, int) { p->patch.tools[0].radius = 1e3; }},
-        Row{"learnt", [](ReceivedPatch* p, int) { SayLearnt(p, 1); }},
-        Row{"learnt_says_nothing", [](ReceivedPatch* p, int) { SayLearnt(p, 1e-3); }},
-        Row{"learnt_says_1e6", [](ReceivedPatch* p, int) { SayLearnt(p, 1e6); }},
+        Row{"learnt", [](ReceivedPatch* p, int) { SetLearnt(p, 1); }},
+        Row{"learnt_says_nothing", [](ReceivedPatch* p, int) { SetLearnt(p, 1e-3); }},
+        Row{"learnt_says_1e6", [](ReceivedPatch* p, int) { SetLearnt(p, 1e6); }},
         Row{"learnt_alternates",
-            [](ReceivedPatch* p, int n) { SayLearnt(p, n % 2 == 0 ? 0.01 : 100); }},
-        Row{"learnt_and_pulls", [](ReceivedPatch* p, int) { SayLearnt(p, -5); }},
+            [](ReceivedPatch* p, int n) { SetLearnt(p, n % 2 == 0 ? 0.01 : 100); }},
+        Row{"learnt_and_pulls", [](ReceivedPatch* p, int) { SetLearnt(p, -5); }},
         Row{"one_epoch_for_ever",
             [](ReceivedPatch* p, int n) {
               p->patch.epoch = p->law.epoch = 1;

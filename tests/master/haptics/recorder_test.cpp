@@ -82,7 +82,7 @@ TEST(RecorderTest, WaitsForTheTrueForceOfEachTick) {
 TEST(TickSummaryTest, TellsHowMuchOfTheErrorIsOfAHandThatWasLetGo) {
   TickSummary summary;
   const Eigen::Vector3d truth(0, 1, 0);
-  summary.SeeTruth(truth);
+  summary.AddTruth(truth);
   TickRecord tick;
   tick.state = OperatorState::kFollowing;
   tick.chain.local = Eigen::Vector3d(0, 0.9, 0);

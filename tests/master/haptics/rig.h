@@ -36,8 +36,8 @@ class Rig {
                double slew_limit = kNoSlewLimit)
       : slave(slave_options),
         loop({render, slave_options.transform, force_limit, slew_limit},
-             {&states, &commands, &records, &settings, &patches, &wishes}) {
-    wishes.render = render;
+             {&states, &commands, &records, &settings, &patches, &requests}) {
+    requests.render = render;
   }
 
   // One millisecond with `device`; what was recorded of it.
@@ -82,7 +82,7 @@ class Rig {
   LatestValue<RemoteSettings> settings;
   LatestValue<ReceivedPatch> patches;
   SpscRing<TickRecord> records{64};
-  HandWishes wishes{RenderMode::kLocal};
+  OperatorRequests requests{RenderMode::kLocal};
   VirtualSlave slave;
   HapticLoop loop;
   Time now{std::chrono::hours(1)};

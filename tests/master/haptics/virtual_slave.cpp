@@ -23,7 +23,7 @@ void VirtualSlave::Step(Time now, LatestValue<OperatorCommand>* commands,
     Follow(command);
     taken_at_ = now;
   }
-  if (SecondsBetween(sensed_at_, now) >= 1 / options_.sensor_rate) Sense(now);
+  if (SecondsBetween(sensed_at_, now) >= 1 / options_.sensor_rate) TakeSample(now);
   if (!silent && SecondsBetween(sent_at_, now) >= 1 / options_.state_rate) {
     sent_at_ = now;
     ++state_sequence_;
@@ -67,7 +67,7 @@ void VirtualSlave::Follow(const OperatorCommand& command) {
   if (engaged_) MoveTo(mapping_.ToSlave(command.p_M));
 }
 
-void VirtualSlave::Sense(Time now) {
+void VirtualSlave::TakeSample(Time now) {
   sensed_at_ = now;
   sensed_tip_ = tip_;
   felt_.push_back(ForceAt(tip_));

@@ -66,7 +66,7 @@ class VirtualSlave {
     return now + Seconds(options_.delay + options_.jitter * uniform_(random_));
   }
   void Follow(const OperatorCommand& command);
-  void Sense(Time now);
+  void TakeSample(Time now);
   [[nodiscard]] SlaveState Compose(Time now) const;
 
   Options options_;

@@ -9,7 +9,7 @@ namespace palpate {
 // A line of 40 mm along x at height `surface` [m], of stiffness `K` [N/m] along its normal.
 inline ReceivedPatch WallPatch(double K, std::uint32_t epoch, double surface = -0.004) {
   ReceivedPatch wall;
-  TouchPatch& patch = wall.patch;
+  SurfacePatch& patch = wall.patch;
   patch.epoch = wall.law.epoch = epoch;
   wall.law.revision = 1;
   wall.law.sensed_at = Time{std::chrono::hours(1)};

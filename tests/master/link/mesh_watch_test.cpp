@@ -48,11 +48,11 @@ class MeshWatchTest : public testing::Test {
 
 // Reference: the fake's triangle, whose first corner is half a metre from its place.
 TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
-  slave_.Sense();
+  slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
   MeshWatch watch(To(server_->address()));
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.stats().meshes > 2;
   }));
   const auto mesh = watch.newest();
@@ -65,7 +65,7 @@ TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   watch.Stop();
   const int computed = slave_.shapes_computed();
   for (int i = 0; i < 20; ++i) {
-    slave_.Sense();
+    slave_.TakeSample();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   EXPECT_LE(slave_.shapes_computed(), computed + 1) << "one may have been on its way";
@@ -77,7 +77,7 @@ TEST_F(MeshWatchTest, NodalForcesComeIfAskedFor) {
   options.nodal_forces = true;
   const MeshWatch watch(options);
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.newest() != nullptr;
   }));
   EXPECT_EQ(watch.newest()->nodal_forces.size(), 3U);
@@ -87,7 +87,7 @@ TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
   const std::string address = server_->address();
   const MeshWatch watch(To(address));
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.stats().meshes > 0;
   }));
   server_.reset();
@@ -96,7 +96,7 @@ TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
   server_ = std::make_unique<Server>(slave_, address, false);
   const std::uint64_t before = watch.stats().meshes;
   ASSERT_TRUE(Until([&] {
-    slave_.Sense();
+    slave_.TakeSample();
     return watch.stats().meshes > before;
   }));
   EXPECT_EQ(watch.stats().trouble, "");
@@ -117,9 +117,9 @@ TEST_F(MeshWatchTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
 }
 
 // Sends `messages` and then silence.
-class Teller final : public v1::Teleoperation::Service {
+class FakeMeshServer final : public v1::Teleoperation::Service {
  public:
-  explicit Teller(std::vector<v1::MeshState> messages) : messages_(std::move(messages)) {
+  explicit FakeMeshServer(std::vector<v1::MeshState> messages) : messages_(std::move(messages)) {
     grpc::ServerBuilder builder;
     int port = 0;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -153,7 +153,7 @@ TEST_F(MeshWatchTest, LargeMeshesCome) {
     for (int axis = 0; axis < 3; ++axis) message.add_rest(static_cast<float>(i));
   }
   message.mutable_positions()->CopyFrom(message.rest());
-  Teller teller({message});
+  FakeMeshServer teller({message});
   const MeshWatch watch(To(teller.address));
   ASSERT_TRUE(Until([&] { return watch.stats().meshes > 0; }));
   EXPECT_EQ(watch.newest()->positions.size(), static_cast<std::size_t>(kNodes));
@@ -164,7 +164,7 @@ TEST_F(MeshWatchTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
   v1::MeshState headless;
   headless.mutable_sensed_at();
   for (int i = 0; i < 3; ++i) headless.add_positions(0);
-  Teller teller({headless, headless});
+  FakeMeshServer teller({headless, headless});
   const MeshWatch watch(To(teller.address));
   ASSERT_TRUE(Until([&] { return watch.stats().refused == 2; }));
   EXPECT_EQ(watch.newest(), nullptr);

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "master/link/slave_link.h"
-#include "master/link/slave_news.h"
+#include "master/link/slave_status_poller.h"
 #include "master/link/video_watch.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
@@ -27,7 +27,7 @@ class ObserverWatchTest : public testing::Test {
   // Liveness, not speed: something is sensed until `condition`.
   bool SensingUntil(const std::function<bool()>& condition) {
     for (int i = 0; i < 4000 && !condition(); ++i) {
-      slave_.Sense();
+      slave_.TakeSample();
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     return condition();
@@ -38,7 +38,7 @@ class ObserverWatchTest : public testing::Test {
 };
 
 TEST_F(ObserverWatchTest, PicturesComeWithOverlaysAndNobodyMakesThemForNobody) {
-  slave_.Sense();
+  slave_.TakeSample();
   EXPECT_EQ(slave_.pictures_taken(), 0);
   const VideoWatch watch(Line(), {.rate = 120, .quality = 75});
   ASSERT_TRUE(SensingUntil([&] { return watch.newest() && watch.newest()->number > 2; }));
@@ -56,49 +56,49 @@ TEST_F(ObserverWatchTest, ASlaveWithoutACameraIsSaidInItsWords) {
 }
 
 TEST_F(ObserverWatchTest, TheSlaveTellsOfItselfAndOfWhatHappens) {
-  SlaveNews news(Line());
+  SlaveStatusPoller poller(Line());
   ASSERT_TRUE(
-      SensingUntil([&] { return news.felt().state.sequence > 0 && news.words().version > 0; }));
-  EXPECT_THAT(news.words().scene, HasSubstr("\"young_modulus\""));
-  EXPECT_THAT(news.words().status, HasSubstr("\"phase\""));
-  EXPECT_EQ(news.words().trouble, "");
+      SensingUntil([&] { return poller.felt().state.sequence > 0 && poller.words().version > 0; }));
+  EXPECT_THAT(poller.words().scene, HasSubstr("\"young_modulus\""));
+  EXPECT_THAT(poller.words().status, HasSubstr("\"phase\""));
+  EXPECT_EQ(poller.words().trouble, "");
   Events events;
   slave_.Happen(Event::kPuncture);
   ASSERT_TRUE(SensingUntil([&] {
-    events.Add(news.TakeEvents());
+    events.Add(poller.TakeEvents());
     return events.Has(Event::kPuncture);
   }));
-  EXPECT_FALSE(news.TakeEvents().Has(Event::kPuncture)) << "once is enough";
+  EXPECT_FALSE(poller.TakeEvents().Has(Event::kPuncture)) << "once is enough";
 }
 
 TEST_F(ObserverWatchTest, ASamplesTraceIsFoundByWhenItWasTaken) {
-  SlaveNews news(Line());
+  SlaveStatusPoller poller(Line());
   std::optional<SampleTrace> trace;
   Time sensed_at{};
   ASSERT_TRUE(SensingUntil([&] {
-    sensed_at = news.felt().state.sensed_at;
-    trace = news.TraceOf(sensed_at);
+    sensed_at = poller.felt().state.sensed_at;
+    trace = poller.TraceOf(sensed_at);
     return trace.has_value();
   }));
   EXPECT_GT(trace->sample, 0U);
   EXPECT_EQ(trace->sensed_at, sensed_at);
-  EXPECT_FALSE(news.TraceOf(sensed_at + Clock::duration(1)));
+  EXPECT_FALSE(poller.TraceOf(sensed_at + Clock::duration(1)));
 }
 
 TEST_F(ObserverWatchTest, ASlaveThatIsGoneIsSaidAndFoundAgain) {
-  const SlaveNews news(Line());
-  ASSERT_TRUE(SensingUntil([&] { return !news.words().scene.empty(); }));
+  const SlaveStatusPoller poller(Line());
+  ASSERT_TRUE(SensingUntil([&] { return !poller.words().scene.empty(); }));
   const std::string address = server_->address();
   server_.reset();
-  ASSERT_TRUE(SensingUntil([&] { return !news.words().trouble.empty(); }));
+  ASSERT_TRUE(SensingUntil([&] { return !poller.words().trouble.empty(); }));
   server_ = std::make_unique<Server>(slave_, address, false);
-  EXPECT_TRUE(SensingUntil([&] { return news.words().trouble.empty(); }));
+  EXPECT_TRUE(SensingUntil([&] { return poller.words().trouble.empty(); }));
 }
 
 TEST_F(ObserverWatchTest, BeyondThisMachineNeedsAWord) {
   SlaveLink::Options far;
   far.target = "192.0.2.1:50051";
-  EXPECT_THROW(SlaveNews{far}, std::invalid_argument);
+  EXPECT_THROW(SlaveStatusPoller{far}, std::invalid_argument);
   EXPECT_THROW((VideoWatch{far, {}}), std::invalid_argument);
 }
 

@@ -42,11 +42,11 @@ v1::MeshState Later() {
 TEST(RemoteMeshTest, TheTopologyOfTheFirstMessageStaysForThoseThatFollow) {
   std::string reason;
   v1::MeshState told = Tetrahedron();
-  told.add_held(1);
-  told.add_held(3);
+  told.add_fixed_nodes(1);
+  told.add_fixed_nodes(3);
   const auto first = FromProto(told, nullptr, &reason);
   ASSERT_TRUE(first) << reason;
-  EXPECT_EQ(first->topology->held, (std::vector<std::uint32_t>{1, 3}));
+  EXPECT_EQ(first->topology->fixed_nodes, (std::vector<std::uint32_t>{1, 3}));
   EXPECT_EQ(first->sequence, 7U);
   EXPECT_EQ(first->validity, Validity::kValid);
   EXPECT_EQ(first->topology->surface.triangles.size(), 4U);
@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Damage{"elements", [](auto* m) { m->set_elements(5, 0xffffffffU); }},
                     Damage{"rest", [](auto* m) { m->add_rest(0); }},
                     Damage{"rest", [](auto* m) { m->set_rest(2, kNan); }},
-                    Damage{"held", [](auto* m) { m->add_held(4); }},
+                    Damage{"fixed_nodes", [](auto* m) { m->add_fixed_nodes(4); }},
                     Damage{"positions", [](auto* m) { m->set_positions(2, kNan); }},
                     Damage{"positions", [](auto* m) { m->set_positions(2, 1e30F); }},
                     Damage{"positions", [](auto* m) { m->mutable_positions()->Truncate(9); }},

@@ -94,7 +94,7 @@ TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.phase == Phase::kFollowing; }));
   loop_.command.p_M = {0, -8e-3, 0};
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.p_S_tip.y() < -1e-3; }));
-  slave_.Sense();
+  slave_.TakeSample();
   ASSERT_TRUE(loop_.Until(
       [&] { return loop_.newest.state.force.value_or(Eigen::Vector3d::Zero()).y() > 0; }));
   EXPECT_NEAR(loop_.newest.state.force->y(), 2, 1e-9);
@@ -514,7 +514,7 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
   std::atomic<int> commands{0};
   DatagramLine line(DatagramLine::Role::kAnswers, at, keys, [&](std::string_view) {
     ++commands;
-    return DatagramLine::Told{};
+    return DatagramLine::LinkFeedback{};
   });
   OfferingSlave slave(OfferOf(line.port(), 32, 32));
   SlaveLink link(WithDatagrams(slave.address));
@@ -578,12 +578,13 @@ TEST_F(SlaveLinkTest, WhoMayNotOperateIsToldSo) {
 
 TEST_F(SlaveLinkTest, TheEyesStartAnewWhereTheSlaveKnowsHow) {
   SlaveLink link(To(server_->address()));
-  EXPECT_EQ(link.FindAnew(), "");
-  EXPECT_EQ(slave_.found_anew(), 1);
+  EXPECT_EQ(link.ReinitializeTracking(), "");
+  EXPECT_EQ(slave_.reinitialized(), 1);
   const StrangePeer older;  // that lacks the call
-  EXPECT_THAT(SlaveLink(To(older.address)).FindAnew(), HasSubstr("install the same release"));
+  EXPECT_THAT(SlaveLink(To(older.address)).ReinitializeTracking(),
+              HasSubstr("install the same release"));
   server_.reset();
-  EXPECT_NE(link.FindAnew(), "");
+  EXPECT_NE(link.ReinitializeTracking(), "");
 }
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-auto Says(const std::string& text) {
+auto HasText(const std::string& text) {
   return Field(&Alarm::text, HasSubstr(text));
 }
 
@@ -49,16 +49,16 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
   moment.picture_stands = 2;
   moment.slave_alarms = {"of before"};
   EXPECT_THAT(AlarmsOf(moment),
-              ElementsAre(AllOf(Says("No line to the slave: nobody listens there."),
+              ElementsAre(AllOf(HasText("No line to the slave: nobody listens there."),
                                 Field(&Alarm::next, HasSubstr("Is palpate-slave running?")))));
 }
 
 TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.picture_stands = 2.4;
-  EXPECT_THAT(AlarmsOf(moment), ElementsAre(Says("The picture has stood still for 2 s.")));
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The picture has stood still for 2 s.")));
   moment.felt.state.validity = Validity::kStale;
-  EXPECT_THAT(AlarmsOf(moment), Not(Contains(Says("The picture"))));
+  EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The picture"))));
 }
 
 TEST(AlarmsTest, EveryChangeOfTheForceHasANextStep) {
@@ -67,7 +67,7 @@ TEST(AlarmsTest, EveryChangeOfTheForceHasANextStep) {
     moment.ticks.newest.chain.reasons.Add(static_cast<Reason>(i));
   }
   const std::vector<Alarm> alarms = AlarmsOf(moment);
-  EXPECT_THAT(alarms, Contains(Says("The force was changed: sensed too long ago.")));
+  EXPECT_THAT(alarms, Contains(HasText("The force was changed: sensed too long ago.")));
   for (const Alarm& alarm : alarms) EXPECT_FALSE(alarm.next.empty()) << alarm.text;
 }
 

@@ -204,7 +204,7 @@ TEST(MomentJsonTest, ASlaveOfAnotherReleaseIsSaidWithTheNextStep) {
 }
 
 TEST(MomentJsonTest, HealthThatIsNoneTellsNoAlarms) {
-  SlaveNews::Words words;
+  SlaveStatusPoller::Words words;
   EXPECT_TRUE(AlarmsIn(words).empty());
   words.status = R"({"alarms":["the disk is full", 7]})";
   EXPECT_EQ(AlarmsIn(words), std::vector<std::string>{"the disk is full"});
@@ -234,7 +234,7 @@ TEST(MomentJsonTest, NumbersThatAreNoneAndWordsThatAreNoTextStayReadable) {
 }
 
 TEST(MomentJsonTest, HealthOfASlaveThatSaysNothingIsNull) {
-  SlaveNews::Words words;
+  SlaveStatusPoller::Words words;
   words.scene = "{not json";
   words.trouble = "nobody there";
   const Json json = Json::parse(HealthJson(words));

@@ -209,12 +209,13 @@ TEST_F(ReplayStationTest, PlayedFromItsEndItBeginsAnew) {
 
 TEST_F(ReplayStationTest, NothingThatMovesAHandIsHeard) {
   Open(0, 0.1);
-  for (const char* wish :
+  for (const char* command :
        {R"({"do":"stop"})", R"({"do":"reset"})", R"({"do":"set","force_scale":2})",
         R"({"do":"pointer","at":1,"p_M":[0,0,0],"engaged":true})", R"({"do":"tare"})",
         R"({"do":"clutch","on":false})", R"({"do":"mark"})"}) {
-    line_->SendText(wish);
-    EXPECT_THAT(Next("refused")["text"].get<std::string>(), HasSubstr("this is a replay")) << wish;
+    line_->SendText(command);
+    EXPECT_THAT(Next("refused")["text"].get<std::string>(), HasSubstr("this is a replay"))
+        << command;
   }
 }
 

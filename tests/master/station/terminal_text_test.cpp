@@ -114,25 +114,25 @@ TEST(TerminalTextTest, StrangersWordsMoveNoCursor) {
 TEST(WishOfKeyTest, EveryKeyThatIsNotKnownStops) {
   const StationMoment moment = Pressed();
   for (const char key : {' ', '\n', '\x1b', 'x', 'R', '\0', '\x7f'}) {
-    EXPECT_TRUE(std::holds_alternative<StopWish>(*WishOfKey(key, moment))) << int{key};
+    EXPECT_TRUE(std::holds_alternative<StopCommand>(*CommandOfKey(key, moment))) << int{key};
   }
-  EXPECT_FALSE(WishOfKey('q', moment));
-  EXPECT_TRUE(std::holds_alternative<ResetWish>(*WishOfKey('r', moment)));
-  EXPECT_TRUE(std::holds_alternative<MarkWish>(*WishOfKey('m', moment)));
-  EXPECT_TRUE(std::holds_alternative<TareWish>(*WishOfKey('n', moment)));
+  EXPECT_FALSE(CommandOfKey('q', moment));
+  EXPECT_TRUE(std::holds_alternative<ResetCommand>(*CommandOfKey('r', moment)));
+  EXPECT_TRUE(std::holds_alternative<MarkCommand>(*CommandOfKey('m', moment)));
+  EXPECT_TRUE(std::holds_alternative<TareCommand>(*CommandOfKey('n', moment)));
 }
 
 TEST(WishOfKeyTest, TheOthersGoToAndFro) {
   StationMoment moment = Pressed();
-  EXPECT_TRUE(std::get<ClutchWish>(*WishOfKey('c', moment)).on);
+  EXPECT_TRUE(std::get<ClutchCommand>(*CommandOfKey('c', moment)).on);
   moment.ticks.newest.clutched = true;
-  EXPECT_FALSE(std::get<ClutchWish>(*WishOfKey('c', moment)).on);
-  EXPECT_EQ(std::get<RenderWish>(*WishOfKey('v', moment)).mode, RenderMode::kInterpolate);
+  EXPECT_FALSE(std::get<ClutchCommand>(*CommandOfKey('c', moment)).on);
+  EXPECT_EQ(std::get<RenderCommand>(*CommandOfKey('v', moment)).mode, RenderMode::kInterpolate);
   moment.ticks.newest.render = RenderMode::kHold;
-  EXPECT_EQ(std::get<RenderWish>(*WishOfKey('v', moment)).mode, RenderMode::kLocal);
-  EXPECT_TRUE(std::get<RecordWish>(*WishOfKey('b', moment)).on);
+  EXPECT_EQ(std::get<RenderCommand>(*CommandOfKey('v', moment)).mode, RenderMode::kLocal);
+  EXPECT_TRUE(std::get<RecordCommand>(*CommandOfKey('b', moment)).on);
   moment.recording = RecordingMoment{true, 1, {}};
-  EXPECT_FALSE(std::get<RecordWish>(*WishOfKey('b', moment)).on);
+  EXPECT_FALSE(std::get<RecordCommand>(*CommandOfKey('b', moment)).on);
 }
 
 }  // namespace

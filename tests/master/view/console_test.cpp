@@ -94,7 +94,7 @@ TEST_F(ConsoleTest, OnATerminalOneLineIsReplacedAndEndedBeforeOthers) {
   for (int i = 0; i < 5; ++i) console.Show(Following());
   EXPECT_EQ(Count(Written(), '\n'), 0);
   std::fseek(file_, 0, SEEK_END);
-  console.Say("done");
+  console.Print("done");
   const std::string text = Written();
   EXPECT_EQ(Count(text, '\r'), 5);
   EXPECT_THAT(text, HasSubstr("\ndone\n"));
@@ -137,7 +137,7 @@ TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
     console.Show(status);
     status.fingers = moment.fingers;
     console.Show(status, moment.mesh.get());
-    console.Say("done");
+    console.Print("done");
   }
   EXPECT_THAT(Screen(Written()), ElementsAre(HasSubstr("FOLLOWING"), HasSubstr("ff       touches"),
                                              HasSubstr("th       touches"),

@@ -79,8 +79,8 @@ TEST_F(ShapeFileTest, WithoutAMeshThereIsNoFileAndItIsSaid) {
 
 TEST_F(ShapeFileTest, TheLastMomentIsWrittenAtTheEnd) {
   ShapeFile file(folder_ / "a.svg", "my cube", moment_.homes, [this] { return moment_.mesh; });
-  file.See(1, moment_.fingers);
-  file.See(77.7, moment_.fingers);
+  file.Update(1, moment_.fingers);
+  file.Update(77.7, moment_.fingers);
   EXPECT_EQ(file.Finish(), "");
   EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr("my cube at 77.7 s"));
   EXPECT_THAT(Read(folder_ / "a.svg"), HasSubstr("</svg>"));
@@ -119,7 +119,7 @@ TEST_F(ShapeFileTest, IsNotWrittenMoreThanOnceASecond) {
     ++writes;
     return moment_.mesh;
   });
-  for (int i = 0; i < 1000; ++i) file.See(i, moment_.fingers);
+  for (int i = 0; i < 1000; ++i) file.Update(i, moment_.fingers);
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   file.Finish();
   EXPECT_GE(writes, 1);

@@ -26,7 +26,7 @@ class PacedLine {
       if (stream_moves) pace.StreamMoves(now);
       if (pace.Allows(now)) {
         ++sent;
-        if (!loses()) seen_ = {static_cast<std::uint64_t>(sent), seen_.came + 1};
+        if (!loses()) seen_ = {static_cast<std::uint64_t>(sent), seen_.received + 1};
       }
       const double trip = round_trip();
       told_.push_back({t_ + trip, counts ? seen_ : DatagramCount{}, trip});
@@ -42,14 +42,14 @@ class PacedLine {
 
  private:
   static constexpr double kStart = 1e9;  // [s]
-  struct Told {
+  struct LinkFeedback {
     double at;
     DatagramCount seen;
     double trip;
   };
   double t_ = 0;
   DatagramCount seen_;
-  std::deque<Told> told_;
+  std::deque<LinkFeedback> told_;
 };
 
 class DatagramPaceTest : public testing::Test {

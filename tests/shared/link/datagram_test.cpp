@@ -139,7 +139,7 @@ class Heard {
     return [this](std::string_view plain) {
       const std::scoped_lock lock(mutex_);
       texts_.emplace_back(plain);
-      return DatagramLine::Told{};
+      return DatagramLine::LinkFeedback{};
     };
   }
   [[nodiscard]] std::vector<std::string> texts() const {

@@ -60,7 +60,7 @@ TEST(ThreadPriorityTest, WhatHoldsAHandGoesFirst) {
   EXPECT_GT(kHapticPriority, kLinkPriority);
   EXPECT_GT(kLinkPriority, kDoorPriority);
   EXPECT_GT(kDoorPriority, kReadingPriority);
-  EXPECT_GT(kReadingPriority, kEyesPriority);
+  EXPECT_GT(kReadingPriority, kSensingPriority);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ class MetricsPageTest : public testing::Test {
     setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     return fd;
   }
-  static bool Say(int fd, std::string_view words) {
+  static bool Send(int fd, std::string_view words) {
     return send(fd, words.data(), words.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(words.size());
   }
   // What comes until the page ends it.
@@ -54,9 +54,9 @@ class MetricsPageTest : public testing::Test {
     }
     return got == 0 ? heard : heard + " and no end";
   }
-  [[nodiscard]] std::string Ask(const std::string& what) const {
+  [[nodiscard]] std::string Query(const std::string& what) const {
     const int fd = Connect();
-    EXPECT_TRUE(Say(fd, what + " HTTP/1.1\r\nHost: here\r\n\r\n"));
+    EXPECT_TRUE(Send(fd, what + " HTTP/1.1\r\nHost: here\r\n\r\n"));
     const std::string answer = Hear(fd);
     close(fd);
     return answer;
@@ -66,7 +66,7 @@ class MetricsPageTest : public testing::Test {
 
 TEST_F(MetricsPageTest, TellsItsNumbersToWhoeverAsks) {
   for (const char* what : {"GET /metrics", "GET /metrics", "GET /metrics?name=one"}) {
-    const std::string answer = Ask(what);
+    const std::string answer = Query(what);
     EXPECT_THAT(answer, StartsWith("HTTP/1.1 200 ")) << what;
     EXPECT_THAT(answer, HasSubstr("palpate_answer 42\n")) << what;
   }
@@ -74,15 +74,15 @@ TEST_F(MetricsPageTest, TellsItsNumbersToWhoeverAsks) {
 
 TEST_F(MetricsPageTest, HasNothingElse) {
   for (const char* path : {"/", "/metrics/../etc/passwd", "/other", "/metricsx"}) {
-    EXPECT_THAT(Ask(std::string("GET ") + path), StartsWith("HTTP/1.1 404 ")) << path;
+    EXPECT_THAT(Query(std::string("GET ") + path), StartsWith("HTTP/1.1 404 ")) << path;
   }
-  EXPECT_THAT(Ask("DELETE /metrics"), StartsWith("HTTP/1.1 405 "));
+  EXPECT_THAT(Query("DELETE /metrics"), StartsWith("HTTP/1.1 405 "));
   const int posting = Connect();
-  Say(posting, "POST /metrics HTTP/1.1\r\nHost: here\r\nContent-Length: 3\r\n\r\n");
+  Send(posting, "POST /metrics HTTP/1.1\r\nHost: here\r\nContent-Length: 3\r\n\r\n");
   EXPECT_THAT(Hear(posting), StartsWith("HTTP/1.1 405 "));
   close(posting);
   const int fd = Connect();
-  Say(fd, "GET /metrics HTTP/1.1\r\nlong: " + std::string(20000, 'x'));
+  Send(fd, "GET /metrics HTTP/1.1\r\nlong: " + std::string(20000, 'x'));
   EXPECT_THAT(Hear(fd), Not(HasSubstr("palpate_answer")));
   close(fd);
 }
@@ -94,11 +94,11 @@ TEST_F(MetricsPageTest, WhoeverLingersIsLeftBehind) {
   for (int i = 0; i < kMore; ++i) lingering.push_back(Connect());
   std::jthread dripping([lingering](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      for (const int fd : lingering) Say(fd, "G");
+      for (const int fd : lingering) Send(fd, "G");
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   });
-  EXPECT_THAT(Ask("GET /metrics"), HasSubstr("palpate_answer 42\n"));
+  EXPECT_THAT(Query("GET /metrics"), HasSubstr("palpate_answer 42\n"));
   std::array<char, 1> byte{};
   for (const int fd : lingering) {
     const bool cut = recv(fd, byte.data(), 1, 0) == 0 || errno == ECONNRESET;

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kK = 500;  // [N/m]
 
-PatchContact On(const TouchPatch& patch) {
+PatchContact On(const SurfacePatch& patch) {
   PatchContact contact;
   contact.Take(patch, Law(patch, 1), 0, 0);
   return contact;
@@ -42,7 +42,7 @@ TEST(PatchContactTest, OneNodeIsASpringFromWhereTheTipCameIn) {
 
 // Reference: the law's definition, linear between its points and constant beyond.
 TEST(PatchContactTest, TheLawScalesTheForceByDepth) {
-  const TouchPatch plane = Plane(kK);
+  const SurfacePatch plane = Plane(kK);
   PatchLaw law = Law(plane, 1);
   for (std::size_t i = 0; i < law.ratios.size(); ++i)
     law.ratios[i] = 1 + static_cast<double>(i) / 15;
@@ -66,7 +66,7 @@ TEST(PatchContactTest, BesideThePatchNothingIsServed) {
 
 // Reference: the mean of the vertices' compliances by their weights.
 TEST(PatchContactTest, BetweenTwoNodesTheCompliancesAreMixed) {
-  TouchPatch roof = Roof(kK, 0, 3);
+  SurfacePatch roof = Roof(kK, 0, 3);
   roof.compliance.block<3, 3>(0, 0) *= 3;
   PatchContact contact = On(roof);
   EXPECT_NEAR(Press(&contact, 0.01, 1e-3).y(), kK / 2 * 1e-3, 1e-5);
@@ -85,7 +85,7 @@ TEST(PatchContactTest, WithoutFrictionTheForceFollowsTheSurface) {
 
 // Reference: Coulomb.
 TEST(PatchContactTest, FrictionLimitsTheForceAlongTheSurfaceAndDragsTheAnchor) {
-  const TouchPatch plane = Plane(kK);
+  const SurfacePatch plane = Plane(kK);
   PatchLaw law = Law(plane, 1);
   law.friction = 0.3;
   PatchContact contact;
@@ -99,8 +99,8 @@ TEST(PatchContactTest, FrictionLimitsTheForceAlongTheSurfaceAndDragsTheAnchor) {
   EXPECT_GT(contact.ForceAt({4e-3, -2e-3, 0}, 1, 1).x(), 0) << "the anchor was not dragged along";
 }
 
-TouchPatch TwoTools(double coupling) {
-  TouchPatch roof = Roof(kK, coupling, 3);
+SurfacePatch TwoTools(double coupling) {
+  SurfacePatch roof = Roof(kK, coupling, 3);
   roof.tool_count = 2;
   roof.tools[1].centre = {-0.02, -1e-3, 0};  // over the middle, 1 mm deeper
   return roof;
@@ -127,8 +127,8 @@ TEST(PatchContactTest, AToolWhoseSurfaceIsPressedAwayByAnotherFeelsNothing) {
 
 TEST(PatchContactTest, NothingAllocatesAndNothingThatIsNoNumberIsShown) {
   PatchRender render;
-  const TouchPatch one = TwoTools(0.5);
-  TouchPatch other = one;
+  const SurfacePatch one = TwoTools(0.5);
+  SurfacePatch other = one;
   other.epoch = 2;
   PatchLaw last = Law(other, 1);
   const long before = AllocationCount();
@@ -150,8 +150,8 @@ TEST(PatchContactTest, NothingAllocatesAndNothingThatIsNoNumberIsShown) {
 // Reference: no step: a spring of K moved by 20 um a tick, beside what a blend of 30 ms adds.
 TEST(PatchContactTest, AnotherPatchOrLawComesWithoutAStep) {
   PatchRender render;
-  const TouchPatch one = Plane(kK);
-  TouchPatch other = Plane(2 * kK);
+  const SurfacePatch one = Plane(kK);
+  SurfacePatch other = Plane(2 * kK);
   other.epoch = 2;
   render.Take(one, Law(one, 1), 0, 0);
   Vector3d last(0, 0, 0);
@@ -168,7 +168,7 @@ TEST(PatchContactTest, AnotherPatchOrLawComesWithoutAStep) {
 
 // Reference: uniform motion. The law tells of where the surface was 0.2 s ago, and how it goes on.
 TEST(PatchContactTest, ASurfaceThatMovesIsCarriedOn) {
-  const TouchPatch plane = Plane(kK);
+  const SurfacePatch plane = Plane(kK);
   PatchLaw law = Law(plane, 1);
   law.offset = {0, 1e-3, 0};
   law.velocity = {0, 0.005, 0};

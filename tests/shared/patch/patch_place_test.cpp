@@ -12,8 +12,8 @@ namespace palpate {
 namespace {
 
 // A square of 20 mm in the plane z = 0, seen from +z, as two triangles.
-TouchPatch Square() {
-  TouchPatch patch;
+SurfacePatch Square() {
+  SurfacePatch patch;
   patch.epoch = 1;
   patch.vertices_per_cell = 3;
   patch.vertex_count = 4;
@@ -30,7 +30,7 @@ TouchPatch Square() {
 
 // Reference: the square's closed form, clamped coordinates.
 TEST(PatchPlaceTest, TheNearestPlaceOfASquareIsTheClampedPoint) {
-  const TouchPatch square = Square();
+  const SurfacePatch square = Square();
   std::mt19937 random(3);
   std::uniform_real_distribution<double> at(-0.03, 0.05);
   for (int i = 0; i < 1000; ++i) {
@@ -51,7 +51,7 @@ TEST(PatchPlaceTest, ADiagonalThatTwoTrianglesShareIsNoRim) {
 
 // Reference: a ridge lies on both lines; the nearer face tells the side. Inside is below.
 TEST(PatchPlaceTest, OverARidgeIsOutsideAndUnderItIsInside) {
-  const TouchPatch roof = Roof(500, 0, 3, 0.5);
+  const SurfacePatch roof = Roof(500, 0, 3, 0.5);
   EXPECT_NEAR(NearestPlace(roof, {0, 0.001, 0}).height, 0.001, 1e-9);
   EXPECT_LT(NearestPlace(roof, {0.001, -0.004, 0}).height, 0);
   EXPECT_TRUE(NearestPlace(roof, {0.05, 0, 0}).at_rim);

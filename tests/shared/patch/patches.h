@@ -4,14 +4,14 @@
 #include <numbers>
 
 #include "shared/patch/patch_place.h"
-#include "shared/state/touch_patch.h"
+#include "shared/state/surface_patch.h"
 
 namespace palpate {
 
 // The plane y = 0 that gives way like a spring of `K` [N/m] in every direction, or along its
 // normal.
-inline TouchPatch Plane(double K, int directions = 3) {
-  TouchPatch patch;
+inline SurfacePatch Plane(double K, int directions = 3) {
+  SurfacePatch patch;
   patch.epoch = 1;
   patch.vertices_per_cell = patch.vertex_count = patch.node_count = 1;
   patch.directions = directions;
@@ -24,9 +24,9 @@ inline TouchPatch Plane(double K, int directions = 3) {
 // A roof of two lines that rise and fall by `slope`, its ridge at the origin, from x = -`reach` to
 // `reach` [m]; the object lies below, nodes at its three vertices give way like springs of `K`, and
 // each moves the others by `coupling` of that.
-inline TouchPatch Roof(double K, double coupling, int directions, double slope = 0,
-                       double reach = 0.02) {
-  TouchPatch patch;
+inline SurfacePatch Roof(double K, double coupling, int directions, double slope = 0,
+                         double reach = 0.02) {
+  SurfacePatch patch;
   patch.epoch = 1;
   patch.vertices_per_cell = 2;
   patch.vertex_count = patch.node_count = 3;
@@ -55,7 +55,7 @@ inline TouchPatch Roof(double K, double coupling, int directions, double slope =
   return patch;
 }
 
-inline PatchLaw Law(const TouchPatch& patch, std::uint32_t revision, double ratio = 1) {
+inline PatchLaw Law(const SurfacePatch& patch, std::uint32_t revision, double ratio = 1) {
   PatchLaw law;
   law.epoch = patch.epoch;
   law.revision = revision;

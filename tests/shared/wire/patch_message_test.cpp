@@ -14,8 +14,8 @@ namespace palpate {
 namespace {
 
 // The largest there may be: 204 vertices, 200 triangles, 32 coupled nodes, five tools.
-TouchPatch Largest() {
-  TouchPatch patch;
+SurfacePatch Largest() {
+  SurfacePatch patch;
   patch.epoch = 4'000'000'000;
   patch.settings_revision = 100;
   patch.vertices_per_cell = 3;
@@ -72,7 +72,7 @@ TEST(PatchMessageTest, TheLargestFitsAndComesBackAsItWent) {
   std::string reason;
   const auto patch = FromProto(message, &reason);
   ASSERT_TRUE(patch) << reason;
-  const TouchPatch sent = Largest();
+  const SurfacePatch sent = Largest();
   EXPECT_EQ(patch->cell_count, sent.cell_count);
   EXPECT_EQ(patch->cells, sent.cells);
   EXPECT_EQ(patch->node_of, sent.node_of);

@@ -20,15 +20,15 @@ TEST(TraceMessageTest, StagesComeBackToTheMicrosecond) {
   EXPECT_EQ(came->sample, 7U);
   EXPECT_EQ(came->sensed_at, kSensed) << "states are found by it";
   EXPECT_NEAR(SecondsBetween(kSensed, came->acquired_at), 0.002, 1e-6);
-  EXPECT_NEAR(SecondsBetween(kSensed, came->seen_at), 0.008, 1e-6);
-  EXPECT_NEAR(SecondsBetween(kSensed, came->felt_at), 0.009, 1e-6);
+  EXPECT_NEAR(SecondsBetween(kSensed, came->processed_at), 0.008, 1e-6);
+  EXPECT_NEAR(SecondsBetween(kSensed, came->solved_at), 0.009, 1e-6);
 }
 
 TEST(TraceMessageTest, AStageThatDidNotHappenTakesNoTime) {
   v1::SampleTrace message;
   ToProto(SampleTrace{1, kSensed, kSensed + Seconds(0.002), Time{}, kSensed + Seconds(0.003)},
           &message);
-  EXPECT_EQ(message.seen(), message.acquired());
+  EXPECT_EQ(message.processed(), message.acquired());
 }
 
 TEST(TraceMessageTest, WhatIsNoTraceIsRefused) {
@@ -39,7 +39,7 @@ TEST(TraceMessageTest, WhatIsNoTraceIsRefused) {
   ToProto(SampleTrace{1, kSensed, kSensed, kSensed, kSensed}, &message);
   ASSERT_TRUE(FromProto(message, &reason));
   for (const float value : {-1.F, NAN, INFINITY, 1e30F}) {
-    message.set_seen(value);
+    message.set_processed(value);
     EXPECT_FALSE(FromProto(message, &reason)) << value;
   }
 }

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "slave/capture/live_eyes.h"
+#include "slave/capture/live_cameras.h"
 #include "tests/slave/capture/fake_openni.h"
 
 namespace palpate {

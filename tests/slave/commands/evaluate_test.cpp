@@ -67,7 +67,7 @@ model: {kind: fem}
     const auto shape = ShapeUnderTables(scene, {}, loads, nullptr);
     study::PointCloud cloud;
     const auto& camera = *scene.sense.depth_camera;
-    for (const auto& p : study::SeeSurface(camera, shape.estimate_S, {}, 9)) {
+    for (const auto& p : study::ScanSurface(camera, shape.estimate_S, {}, 9)) {
       cloud.points.emplace_back(camera.X_SD.inverse() * p);
     }
     EXPECT_TRUE(study::WritePcd(folder_ / "cloud.pcd", cloud));

@@ -52,7 +52,7 @@ TEST(Mp285Test, NothingIsFartherFromWhereItStoodThanItsTravel) {
   EXPECT_THAT(drive.fault(), HasSubstr("beyond its travel of 25 mm"));
   ASSERT_TRUE(drive.Find()) << drive.fault();
   fake.Place({250'001, 0, 0});
-  EXPECT_FALSE(drive.Look());
+  EXPECT_FALSE(drive.Poll());
   EXPECT_THAT(drive.fault(), HasSubstr("an answer to where it is that is none"));
 }
 
@@ -91,7 +91,7 @@ TEST(Mp285Test, MovedByHandItIsBelievedOnceItSaysSoTwice) {
   Mp285 drive(fake.port(), kLong);
   ASSERT_TRUE(drive.Find());
   fake.Place({5, 6, 7});
-  ASSERT_TRUE(drive.Look());
+  ASSERT_TRUE(drive.Poll());
   EXPECT_EQ(*drive.at(), (Steps{5, 6, 7}));
 }
 
@@ -101,7 +101,7 @@ TEST(Mp285Test, SwitchedOffAndOnItIsNotBelievedUntilItStandsWhereItStood) {
   Mp285 drive(fake.port(), Patience(50));
   ASSERT_TRUE(drive.Find()) << drive.fault();
   fake.set_mute(true);
-  EXPECT_FALSE(drive.Look());
+  EXPECT_FALSE(drive.Poll());
   std::this_thread::sleep_for(4 * Patience(50));
   EXPECT_FALSE(drive.Find());
   fake.Place({0, 0, 0});
@@ -124,7 +124,7 @@ TEST(Mp285Test, AnUnpluggedLineIsOpenedAgainByItsName) {
   ASSERT_TRUE(drive.Find()) << drive.fault();
   std::filesystem::remove(port);
   fake.reset();
-  EXPECT_FALSE(drive.Look());
+  EXPECT_FALSE(drive.Poll());
   EXPECT_FALSE(drive.Find());
   EXPECT_THAT(drive.fault(), HasSubstr("its line is gone: No such file"));
   fake = std::make_unique<FakeMp285>();

@@ -155,16 +155,16 @@ TEST_F(StreamedManipulatorTest, CommandsBeginWhereTheArmIs) {
   EXPECT_TRUE((arm_.Aim(test_time).p_S_tip - tip_).isZero(1e-12));
 }
 
-struct Doubtful {
+struct FaultyReading {
   const char* name;
   void (*apply)(ArmReading*);
   const char* words;
 };
 
-class DoubtfulReadingTest : public StreamedManipulatorTest,
-                            public testing::WithParamInterface<Doubtful> {};
+class FaultyReadingTest : public StreamedManipulatorTest,
+                          public testing::WithParamInterface<FaultyReading> {};
 
-TEST_P(DoubtfulReadingTest, IsAFaultInWordsAndNoPlace) {
+TEST_P(FaultyReadingTest, IsAFaultInWordsAndNoPlace) {
   Drive(0.1);
   ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
   Drive(0.1);
@@ -180,12 +180,13 @@ TEST_P(DoubtfulReadingTest, IsAFaultInWordsAndNoPlace) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    All, DoubtfulReadingTest,
-    testing::Values(Doubtful{"Fault", [](ArmReading* r) { r->fault = "axis 3 is hot"; },
-                             "says: axis 3 is hot"},
-                    Doubtful{"Leap", [](ArmReading* r) { r->p_S_tip.y() += 0.02; }, "20 mm from"},
-                    Doubtful{"Outside", [](ArmReading* r) { r->p_S_tip.x() = 0.15; },
-                             "outside the manipulator's workspace"}),
+    All, FaultyReadingTest,
+    testing::Values(FaultyReading{"Fault", [](ArmReading* r) { r->fault = "axis 3 is hot"; },
+                                  "says: axis 3 is hot"},
+                    FaultyReading{"Leap", [](ArmReading* r) { r->p_S_tip.y() += 0.02; },
+                                  "20 mm from"},
+                    FaultyReading{"Outside", [](ArmReading* r) { r->p_S_tip.x() = 0.15; },
+                                  "outside the manipulator's workspace"}),
     [](const auto& info) { return info.param.name; });
 
 struct Refused {

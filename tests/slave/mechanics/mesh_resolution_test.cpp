@@ -53,7 +53,7 @@ std::unique_ptr<DeformationModel> Make(const Kind& kind, const Box& box) {
   return MakeModel(scene, MeshObject(scene, std::nullopt));
 }
 
-ContactResponse Ask(DeformationModel& model, const Contact& contact) {
+ContactResponse Query(DeformationModel& model, const Contact& contact) {
   ContactResponse response;
   model.Reset();
   model.Respond({&contact, 1}, {&response, 1});
@@ -110,7 +110,7 @@ TEST(PatchResolution, ATouchThatIsNarrowerThanTheMeshIsExtrapolated) {
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         for (const bool loaded : {false, true}) {
           if (KnowsNarrowDiscs(kind, loaded)) continue;
-          const ContactResponse r = Ask(*model, Press(loaded, p_O, width));
+          const ContactResponse r = Query(*model, Press(loaded, p_O, width));
           EXPECT_EQ(r.validity, Validity::kExtrapolated) << kind.name << " at " << p_O.transpose();
           EXPECT_EQ(r.doubt, kCoarsePatch) << kind.name;
         }
@@ -130,7 +130,7 @@ TEST(PatchResolution, ANarrowDiscIsAsStiffAsOnAHalfSpace) {
         for (const Vector3d& p_O : PlacesOnTop(n)) {
           for (const bool loaded : {false, true}) {
             if (!KnowsNarrowDiscs(kind, loaded)) continue;
-            const ContactResponse r = Ask(*model, Press(loaded, p_O, width));
+            const ContactResponse r = Query(*model, Press(loaded, p_O, width));
             const std::string where =
                 Formatted("%s, nu %.2f, width %.4f, x %.3f", kind.name.c_str(), nu, width, p_O.x());
             EXPECT_NE(r.doubt, kCoarsePatch) << where;
@@ -154,7 +154,7 @@ TEST(PatchResolution, ANarrowDiscOnACoarseMeshIsAsStiffAsOnAFineOne) {
       for (const Vector3d& direction : {Vector3d(0, 0, -1), {1, 0, 0}}) {
         Contact press = Press(false, p_O, 3.0 / 24);
         press.prescribed_O = 1e-6 * direction;
-        const ContactResponse is = Ask(*coarse, press), should = Ask(*fine, press);
+        const ContactResponse is = Query(*coarse, press), should = Query(*fine, press);
         EXPECT_EQ(should.validity, Validity::kValid);
         EXPECT_NEAR(is.force_O.dot(direction) / should.force_O.dot(direction), 1, 0.1)
             << kind.name << " at " << p_O.transpose() << " along " << direction.transpose();
@@ -171,10 +171,11 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
     if (!KnowsNarrowDiscs(kind, false)) continue;
     const auto cube = Make(kind, {.cells = {6, 6, 6}});
     const auto pad = Make(kind, {.size = {1, 1, 0.1}, .cells = {6, 6, 1}});
-    EXPECT_EQ(Ask(*cube, Press(false, {0.97, 0.5, 1}, width)).doubt, kCoarsePatch) << "by an edge";
-    EXPECT_EQ(Ask(*cube, Press(false, {0.0, 0.5, 0.1}, width)).doubt, kCoarsePatch)
+    EXPECT_EQ(Query(*cube, Press(false, {0.97, 0.5, 1}, width)).doubt, kCoarsePatch)
+        << "by an edge";
+    EXPECT_EQ(Query(*cube, Press(false, {0.0, 0.5, 0.1}, width)).doubt, kCoarsePatch)
         << "by what is held";
-    EXPECT_EQ(Ask(*pad, Press(false, {0.52, 0.51, 0.1}, width)).doubt, kCoarsePatch)
+    EXPECT_EQ(Query(*pad, Press(false, {0.52, 0.51, 0.1}, width)).doubt, kCoarsePatch)
         << "a thin pad";
     const std::array beside{Press(false, {0.4, 0.5, 1}, width), Press(false, {0.6, 0.5, 1}, width)};
     std::array<ContactResponse, 2> both;
@@ -182,8 +183,8 @@ TEST(PatchResolution, ANarrowDiscByAnEdgeOnAThinPartOrBesideAnotherIsExtrapolate
     EXPECT_EQ(both[0].doubt, kCoarsePatch) << kind.name;
     EXPECT_EQ(both[1].doubt, kCoarsePatch) << kind.name;
     // It is answered by itself again once the other has gone, and as if that had never been.
-    const double alone = Ask(*Make(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
-    const ContactResponse again = Ask(*cube, beside[0]);
+    const double alone = Query(*Make(kind, {.cells = {6, 6, 6}}), beside[0]).force_O.z();
+    const ContactResponse again = Query(*cube, beside[0]);
     EXPECT_EQ(again.doubt, "") << kind.name;
     EXPECT_NEAR(again.force_O.z() / alone, 1, 1e-12) << kind.name;
   }
@@ -227,7 +228,7 @@ TEST(PatchResolution, ATouchWithoutWidthIsWhatTheMeshMakesIt) {
     const auto model = Make(kind, {.cells = {n, n, n}});
     for (const Vector3d& p_O : PlacesOnTop(n)) {
       for (const bool loaded : {false, true}) {
-        EXPECT_EQ(Ask(*model, Press(loaded, p_O, 0)).validity, Validity::kValid)
+        EXPECT_EQ(Query(*model, Press(loaded, p_O, 0)).validity, Validity::kValid)
             << kind.name << (loaded ? " loaded" : " moved") << " at " << p_O.transpose();
       }
     }
@@ -251,7 +252,7 @@ TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
       if (width > 0.45 || (is_slow && edges != 1 && edges != 1.6 && edges != 2.3)) continue;
       for (const Vector3d& p_O : PlacesOnTop(n)) {
         for (const bool loaded : {false, true}) {
-          const ContactResponse r = Ask(*model, Press(loaded, p_O, width));
+          const ContactResponse r = Query(*model, Press(loaded, p_O, width));
           const double off = std::abs(StiffnessOf(r) / HalfSpace(loaded, width, box.nu) - 1);
           const bool is_valid = r.validity == Validity::kValid;
           EXPECT_LT(is_valid ? off : 0, 0.18) << kind.name << (loaded ? " loaded" : " moved")
@@ -289,7 +290,7 @@ TEST(PatchResolution, AWholeSideIsNoNarrowPatch) {
     if (kind.name == "fem averaged") continue;  // takes no nu of zero
     const auto model = Make(kind, {.cells = {3, 3, 3}, .nu = 0.0});
     for (const bool loaded : {false, true}) {
-      const ContactResponse r = Ask(*model, Press(loaded, {0.5, 0.5, 1}, 3));
+      const ContactResponse r = Query(*model, Press(loaded, {0.5, 0.5, 1}, 3));
       EXPECT_EQ(r.validity, Validity::kValid) << kind.name << " " << r.doubt;
       EXPECT_NEAR(StiffnessOf(r), 1, kind.kind == "bem3d" ? 0.1 : 1e-5) << kind.name;
     }
@@ -313,7 +314,7 @@ TEST(StrainResolution, ABeamWithTooFewElementsAcrossIsExtrapolated) {
         const auto model = Make(kind, box);
         Contact end = Press(true, {length, 0.5, 0.5}, 4);
         end.prescribed_O = {0, 0, -1e-7};
-        const ContactResponse r = Ask(*model, end);
+        const ContactResponse r = Query(*model, end);
         const double G = 1 / (2 * (1 + box.nu));
         const double k = 1 / (4 * std::pow(length, 3) + length / (5.0 / 6 * G));
         const double off = std::abs(StiffnessOf(r) / k - 1);
@@ -325,7 +326,7 @@ TEST(StrainResolution, ABeamWithTooFewElementsAcrossIsExtrapolated) {
         }
         (is_valid ? valid : flagged) += 1;
         end.prescribed_O = {1e-7, 0, 0};  // pulled, it is exact but for the held end
-        EXPECT_EQ(Ask(*model, end).validity, Validity::kValid) << kind.name << " pulled";
+        EXPECT_EQ(Query(*model, end).validity, Validity::kValid) << kind.name << " pulled";
       }
     }
     EXPECT_EQ(valid > 0, kind.name == "fem tet10" || kind.name == "fem-green" || kind.name == "fem")
@@ -343,7 +344,7 @@ TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
       const auto model = Make(kind, box);
       const Vector3d top(box.size.x() / 2, box.size.y() / 2, box.size.z());
       for (const double width : {0.0, 1.0}) {
-        const ContactResponse r = Ask(*model, Press(false, top, width));
+        const ContactResponse r = Query(*model, Press(false, top, width));
         EXPECT_NE(r.doubt, kStiffInBending) << kind.name << " " << box.size.transpose();
       }
     }

@@ -54,8 +54,8 @@ TEST_F(RecordedSamplesTest, PicturesOfEveryKindComeBackPixelForPixel) {
     recording.Begin({});
     recording.Opened();
     for (std::size_t i = 0; i < types.size(); ++i) {
-      recording.See(Frame{Noise(types[i], static_cast<unsigned>(i)), i + 1,
-                          kBegin + std::chrono::seconds(i)});
+      recording.OnSample(Frame{Noise(types[i], static_cast<unsigned>(i)), i + 1,
+                               kBegin + std::chrono::seconds(i)});
     }
     recording.Finish();
   }
@@ -84,8 +84,8 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   {
     SenseRecording recording(scene_, {}, {.file = file_});
     recording.Begin({});
-    recording.See(pair);
-    recording.See(depth);
+    recording.OnSample(pair);
+    recording.OnSample(depth);
     recording.Finish();
   }
   RecordedSamples samples(file_);
@@ -105,7 +105,7 @@ TEST_F(RecordedSamplesTest, WhatAnEarlierSourceBroughtIsPassedOver) {
     recording.Begin({});
     for (unsigned i = 1; i <= 3; ++i) {
       recording.Opened();
-      recording.See(Frame{Noise(CV_8UC1, i), i, kBegin});
+      recording.OnSample(Frame{Noise(CV_8UC1, i), i, kBegin});
     }
     recording.Finish();
   }

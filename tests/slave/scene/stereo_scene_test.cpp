@@ -24,7 +24,7 @@ TEST_F(StereoSceneTest, ThePairHasTheStatedRigByDefault) {
   EXPECT_TRUE(pair.rig.empty());
   EXPECT_FALSE(scene.sense.Find<Camera>() || scene.sense.Find<DepthPictures>() ||
                scene.sense.Find<TipTracking>() || scene.sense.Find<ContourTracking>());
-  EXPECT_TRUE(HasEyes(scene.sense) && HasPictures(scene.sense));
+  EXPECT_TRUE(HasStereoOrDepth(scene.sense) && HasPictures(scene.sense));
   EXPECT_EQ(SensorRate(scene.sense), 30);
   EXPECT_TRUE(scene.model.prestress == 0 && scene.site.pace == 1);
 }

@@ -1,5 +1,5 @@
 // The door before gRPC: who is let in, who is turned away, and that it goes on doing so.
-#include "slave/service/door/acceptor.h"
+#include "slave/service/admission/acceptor.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 #include <unistd.h>
 
 #include "shared/link/tcp_line.h"
-#include "slave/service/door/connection_budget.h"
+#include "slave/service/admission/connection_budget.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {
@@ -39,7 +39,7 @@ class Stranger {
     if (connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) ADD_FAILURE();
   }
   ~Stranger() { close(fd_); }
-  void Say(const std::string& words) const {
+  void Send(const std::string& words) const {
     static_cast<void>(send(fd_, words.data(), words.size(), MSG_NOSIGNAL));
   }
   // Its end came, by whatever is read of it.
@@ -71,7 +71,7 @@ class AcceptorTest : public testing::Test {
   }
   std::unique_ptr<Stranger> Come(const std::string& words = kPreface) {
     auto stranger = std::make_unique<Stranger>(door_->endpoint());
-    stranger->Say(words);
+    stranger->Send(words);
     return stranger;
   }
   [[nodiscard]] std::uint64_t Turned(TurnedAway why) const {
@@ -96,20 +96,20 @@ class AcceptorTest : public testing::Test {
 
 TEST(JudgeTest, AGreetingIsKnownByItsFirstBytesAndNothingElseIsOne) {
   for (std::size_t n = 0; n < kPreface.size(); ++n) {
-    EXPECT_EQ(Judge(Greeting::kHttp2, kPreface.substr(0, n)), Greets::kNotYet) << n;
+    EXPECT_EQ(CheckGreeting(Greeting::kHttp2, kPreface.substr(0, n)), Greets::kNotYet) << n;
   }
-  EXPECT_EQ(Judge(Greeting::kHttp2, kPreface), Greets::kYes);
-  EXPECT_EQ(Judge(Greeting::kHttp2, kPreface + "more"), Greets::kYes);
+  EXPECT_EQ(CheckGreeting(Greeting::kHttp2, kPreface), Greets::kYes);
+  EXPECT_EQ(CheckGreeting(Greeting::kHttp2, kPreface + "more"), Greets::kYes);
   for (const auto& other : {"GET / HTTP/1.1\r\n"s, "\x16\x03\x01"s, "\0"s, "PRI * HTTP/1"s}) {
-    EXPECT_EQ(Judge(Greeting::kHttp2, other), Greets::kNo) << other;
+    EXPECT_EQ(CheckGreeting(Greeting::kHttp2, other), Greets::kNo) << other;
   }
   const std::string hello = "\x16\x03\x01\x02\x00\x01"s;
   for (std::size_t n = 0; n < hello.size(); ++n) {
-    EXPECT_EQ(Judge(Greeting::kTls, hello.substr(0, n)), Greets::kNotYet) << n;
+    EXPECT_EQ(CheckGreeting(Greeting::kTls, hello.substr(0, n)), Greets::kNotYet) << n;
   }
-  EXPECT_EQ(Judge(Greeting::kTls, hello), Greets::kYes);
+  EXPECT_EQ(CheckGreeting(Greeting::kTls, hello), Greets::kYes);
   for (const auto& other : {kPreface, "\x16\x02"s, "\x15\x03\x01"s, "\x16\x03\x01\x02\x00\x02"s}) {
-    EXPECT_EQ(Judge(Greeting::kTls, other), Greets::kNo) << other;
+    EXPECT_EQ(CheckGreeting(Greeting::kTls, other), Greets::kNo) << other;
   }
 }
 
@@ -177,7 +177,7 @@ TEST_F(AcceptorTest, TheIdlestGivesWayWhereNoPlaceIsLeft) {
   ASSERT_TRUE(LetsIn(2));
   std::jthread talking([&](const std::stop_token& stop) {
     for (; !stop.stop_requested(); std::this_thread::sleep_for(std::chrono::milliseconds(5))) {
-      busy->Say("x");
+      busy->Send("x");
     }
   });
   std::vector<std::unique_ptr<Stranger>> others;
@@ -273,7 +273,7 @@ TEST_F(AcceptorTest, WhoeverFloodsIsCut) {
   const auto flood = Come(), other = Come();
   ASSERT_TRUE(LetsIn(2));
   EXPECT_TRUE(Eventually([&] {
-    flood->Say(std::string(100'000, 'x'));
+    flood->Send(std::string(100'000, 'x'));
     const std::scoped_lock lock(mutex_);  // who listens reads it all
     std::vector<char> read(1 << 20);
     for (const int fd : handed_on_) recv(fd, read.data(), read.size(), MSG_DONTWAIT);

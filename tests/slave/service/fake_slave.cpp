@@ -22,7 +22,7 @@ FakeSlave::FakeSlave() {
   state_.local_model.revision = 1;
 }
 
-void FakeSlave::Sense() {
+void FakeSlave::TakeSample() {
   {
     const std::scoped_lock lock(mutex_);
     ++state_.sample;
@@ -216,7 +216,7 @@ SlaveStatus FakeSlave::Status() const {
 void FakeSlave::SetModel(const ModelChange& change, Progress* progress) {
   if (progress != nullptr) progress->Expect({.seconds = kExpected});
   while (makes_for_ever_) {
-    Tell(progress, "factorising", kDone);
+    ReportProgress(progress, "factorising", kDone);
     is_making_ = true;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -265,7 +265,7 @@ BoundaryShape FakeSlave::Shape(bool nodal_forces) {
   }
   shape.rest = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   shape.positions = {0, 0.5F, 0, 1, 0, 0, 0, 1, 0};
-  shape.held = {2};
+  shape.fixed_nodes = {2};
   if (nodal_forces) shape.nodal_forces.assign(9, 0.25F);
   return shape;
 }

@@ -27,14 +27,14 @@ class FakeSlave : public Slave {
 
   // --- for tests. Thread-safe.
   // Something new was sensed: a state follows at once.
-  void Sense();
+  void TakeSample();
   // The next states carry `event`.
   void Happen(Event event);
   [[nodiscard]] int begins() const;
   [[nodiscard]] int ends() const;
   [[nodiscard]] std::vector<OperatorCommand> commands() const;  // accepted since the last Begin
   [[nodiscard]] int shapes_computed() const;
-  [[nodiscard]] int found_anew() const { return found_anew_; }
+  [[nodiscard]] int reinitialized() const { return reinitialized_; }
   [[nodiscard]] int pictures_taken() const;
   [[nodiscard]] std::string stop_reason() const;
   [[nodiscard]] ParameterChange parameters() const;
@@ -67,7 +67,7 @@ class FakeSlave : public Slave {
   void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
   void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
   void Reset() override;
-  void FindAnew() override { ++found_anew_; }
+  void ReinitializeTracking() override { ++reinitialized_; }
   void EmergencyStop(const std::string& reason) override;
   std::vector<SampleTrace> TracesSince(Time sensed_at) const override;
   BoundaryShape Shape(bool nodal_forces) override;
@@ -78,7 +78,7 @@ class FakeSlave : public Slave {
 
  private:
   std::atomic<bool> makes_for_ever_{false}, is_making_{false};
-  std::atomic<int> found_anew_{0};
+  std::atomic<int> reinitialized_{0};
   mutable std::mutex mutex_;  // guards everything below
   std::condition_variable sensed_;
   SlaveState state_;

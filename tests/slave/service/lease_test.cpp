@@ -15,7 +15,7 @@ constexpr std::chrono::milliseconds kSilence(1000);
 class LeaseTest : public testing::Test {
  protected:
   OperatorLease::Ticket Take(const std::string& peer, std::string* dismissed = nullptr) {
-    const auto answer = lease_.Ask(peer, [dismissed](const std::string& reason) {
+    const auto answer = lease_.RequestTicket(peer, [dismissed](const std::string& reason) {
       if (dismissed != nullptr) *dismissed = reason;
     });
     const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer);

@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-v1::OperatorCommand Wish() {
+v1::OperatorCommand DatagramRequest() {
   v1::OperatorCommand command;
   command.set_sequence(1);
   command.set_datagrams(true);
@@ -42,7 +42,7 @@ class Far {
               {*DatagramKeyFrom(offer.command_key()), *DatagramKeyFrom(offer.state_key())},
               [this](std::string_view plain) {
                 Take(plain);
-                return DatagramLine::Told{};
+                return DatagramLine::LinkFeedback{};
               }) {}
 
   void Send(const v1::OperatorCommand& command) { line_.Send(command.SerializeAsString()); }
@@ -81,7 +81,7 @@ class Far {
 class OperateDatagramsTest : public ServiceTest {
  protected:
   static std::optional<v1::DatagramOffer> OfferTo(Operator* who) {
-    who->Send(Wish());
+    who->Send(DatagramRequest());
     const auto told = who->ReadUntil([](const auto& state) { return state.has_datagrams(); });
     return told ? std::optional(told->datagrams()) : std::nullopt;
   }
@@ -122,8 +122,8 @@ TEST_F(OperateDatagramsTest, WithoutAWishNothingIsOfferedAndItIsOfferedOnce) {
   });
   ASSERT_TRUE(followed.has_value());
   ASSERT_TRUE(OfferTo(&ada).has_value());
-  ada.Send(Wish());
-  v1::OperatorCommand last = Wish();
+  ada.Send(DatagramRequest());
+  v1::OperatorCommand last = DatagramRequest();
   last.set_sequence(9);
   ada.Send(last);
   EXPECT_TRUE(ada.ReadUntil([](const auto& state) {
@@ -162,7 +162,7 @@ TEST_F(OperateDatagramsTest, TheKeysEndWithTheirStream) {
   EXPECT_NE(offer->command_key(), old->command_key());
   const int heard = left.states();
   Far far(*offer, server_->address());
-  ASSERT_TRUE(far.SendUntil(Wish(), [&] {
+  ASSERT_TRUE(far.SendUntil(DatagramRequest(), [&] {
     left.Send(Engaged(99, -9e-3));
     return far.states() > 20;
   }));
@@ -198,7 +198,7 @@ TEST_F(OperateDatagramsTest, AStoppingServerLetsThePortGo) {
   reinterpret_cast<sockaddr_in&>(own).sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   reinterpret_cast<sockaddr_in&>(own).sin_port = htons(static_cast<in_port_t>(offer->port()));
   const DatagramLine next(DatagramLine::Role::kAnswers, own, {},
-                          [](std::string_view) { return DatagramLine::Told{}; });
+                          [](std::string_view) { return DatagramLine::LinkFeedback{}; });
   EXPECT_EQ(next.port(), offer->port());
 }
 

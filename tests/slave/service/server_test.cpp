@@ -124,14 +124,14 @@ TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
     grpc::ClientContext for_parameters, for_reset, for_eyes;
     return std::vector{caller.SetParameters(&for_parameters, softer, &settings),
                        caller.Reset(&for_reset, {}, &status),
-                       caller.FindAnew(&for_eyes, {}, &status)};
+                       caller.ReinitializeTracking(&for_eyes, {}, &status)};
   };
   for (const grpc::Status& refused : refusals(*stub)) {
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
     EXPECT_THAT(refused.error_message(), HasSubstr("than the operator, Ada (ipv4:127.0.0.1:"));
   }
   EXPECT_FALSE(slave_.parameters().young_modulus.has_value());
-  EXPECT_EQ(slave_.found_anew(), 0);
+  EXPECT_EQ(slave_.reinitialized(), 0);
   for (const grpc::Status& answer : refusals(ada.stub())) EXPECT_TRUE(answer.ok());
   EXPECT_TRUE(ada.Leave().ok());
   for (const grpc::Status& answer : refusals(*stub)) EXPECT_TRUE(answer.ok()) << "nobody operates";

@@ -141,7 +141,7 @@ TEST_F(StarvationTest, WatchersShareAnEncoding) {
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReader<v1::VideoFrame>>> readers;
   const auto stub = Connect();
-  slave_.Sense();
+  slave_.TakeSample();
   const int before = slave_.pictures_taken();
   for (int i = 0; i < 8; ++i) {
     contexts.push_back(std::make_unique<grpc::ClientContext>());

@@ -8,7 +8,7 @@
 
 #include "shared/wire/shape_code.h"
 #include "shared/wire/traction_code.h"
-#include "slave/service/observers/mesh_teller.h"
+#include "slave/service/observers/mesh_stream_encoder.h"
 #include "slave/service/publisher.h"
 #include "tests/slave/service/service_fixture.h"
 
@@ -76,7 +76,7 @@ TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
   const auto stream = stub->WatchState(&context, {});
   v1::SlaveState before, state;
   ASSERT_TRUE(stream->Read(&before));
-  slave_.Sense();
+  slave_.TakeSample();
   do ASSERT_TRUE(stream->Read(&state));
   while (state.sensed_at().nanos() == before.sensed_at().nanos());
   EXPECT_GT(state.sequence(), before.sequence());
@@ -108,7 +108,7 @@ TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
   ada.Hold(0);
   ada.Hold(-9e-3);
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 2; }));
-  slave_.Sense();
+  slave_.TakeSample();
   const auto stub = Connect();
   grpc::ClientContext context;
   SetDeadline(&context);
@@ -139,7 +139,7 @@ TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   const auto diligent = stub->WatchState(&context, {});
   v1::SlaveState state;
   for (int i = 0; i < 600; ++i) {
-    slave_.Sense();
+    slave_.TakeSample();
     ASSERT_TRUE(diligent->Read(&state));
   }
   const std::uint64_t now = state.sequence();
@@ -211,7 +211,7 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
   v1::VideoFrame frame;
   ASSERT_TRUE(states->Read(&state));
   ASSERT_TRUE(meshes->Read(&mesh));
-  slave_.Sense();
+  slave_.TakeSample();
   ASSERT_TRUE(videos->Read(&frame));
   server_->Stop();
   const auto drain = [](auto* stream, auto* message) {
@@ -237,7 +237,7 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_THAT(mesh.elements(), testing::ElementsAre(0, 1, 1, 2, 2, 0));
   EXPECT_EQ(mesh.nodes_per_element(), 2U);
   EXPECT_EQ(mesh.rest_size(), 9);
-  EXPECT_THAT(mesh.held(), testing::ElementsAre(2));
+  EXPECT_THAT(mesh.fixed_nodes(), testing::ElementsAre(2));
   EXPECT_EQ(mesh.positions(1), 0.5F);
   EXPECT_EQ(mesh.nodal_forces_size(), 9);
   EXPECT_GT(mesh.sequence(), 0U);
@@ -249,10 +249,10 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(states->Read(&state));  // repeated, nothing sensed
   state_context.TryCancel();
   EXPECT_EQ(slave_.shapes_computed(), computed);
-  slave_.Sense();
+  slave_.TakeSample();
   ASSERT_TRUE(stream->Read(&mesh));
   EXPECT_EQ(mesh.elements_size(), 0);
-  EXPECT_EQ(mesh.held_size(), 0);
+  EXPECT_EQ(mesh.fixed_nodes_size(), 0);
   EXPECT_EQ(mesh.rest_size(), 0);
   EXPECT_EQ(mesh.positions_size(), 9);
   EXPECT_EQ(slave_.shapes_computed(), computed + 1);
@@ -277,14 +277,14 @@ TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
     ASSERT_TRUE(Decode({static_cast<int>(mesh.moves().exponent()), mesh.moves().moves()}, &moved));
     EXPECT_NEAR(mesh.moves().error(), 1e-3 * std::sqrt(2), 1e-9);
     EXPECT_NEAR(moved[1] * mesh.moves().unit(), 0.5, mesh.moves().error());
-    slave_.Sense();
+    slave_.TakeSample();
   }
   context.TryCancel();
 }
 
 // Reference: the force itself, spread over the nodes of two triangles by hand: size by area, summed
 // over the areas, is the force again. Tolerance: half a step of each node.
-TEST(MeshTellerTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
+TEST(MeshStreamEncoderTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
   BoundaryShape shape;
   shape.nodes_per_element = 3;
   shape.elements = {0, 1, 2, 0, 2, 3};
@@ -294,12 +294,12 @@ TEST(MeshTellerTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
   v1::WatchMeshRequest request;
   request.set_relative_error(1e-4);
   v1::MeshState message;
-  MeshTeller(request).Tell(shape, &message);
+  MeshStreamEncoder(request).Encode(shape, &message);
   EXPECT_FALSE(message.has_traction());
   request.set_traction(true);
-  MeshTeller teller(request);
-  EXPECT_TRUE(teller.needs_nodal_forces());
-  teller.Tell(shape, &message);
+  MeshStreamEncoder encoder(request);
+  EXPECT_TRUE(encoder.needs_nodal_forces());
+  encoder.Encode(shape, &message);
   EXPECT_EQ(message.nodal_forces_size(), 0) << "not asked for";
   const double unit = message.traction().unit();
   const auto told = Unpacked(unit, message.traction().steps(), 4);
@@ -309,23 +309,23 @@ TEST(MeshTellerTest, TractionIsToldToWhomAsksForItAndAddsUpToTheForce) {
   for (std::size_t i = 0; i < areas.size(); ++i) force += areas[i] * told->steps[i] * unit;
   EXPECT_NEAR(force, 1, 2e-4 * unit / 2);
   shape.nodal_forces.clear();  // a force is unknown
-  teller.Tell(shape, &message);
+  encoder.Encode(shape, &message);
   EXPECT_FALSE(message.has_traction());
 }
 
-TEST(MeshTellerTest, AnOutlinesTractionIsTheModels) {
+TEST(MeshStreamEncoderTest, AnOutlinesTractionIsTheModels) {
   BoundaryShape shape;
   shape.elements = {0, 1, 1, 2, 2, 0};
   shape.rest = shape.positions = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   v1::WatchMeshRequest request;
   request.set_traction(true);
-  MeshTeller teller(request);
+  MeshStreamEncoder encoder(request);
   v1::MeshState message;
   shape.nodal_forces.assign(9, 0.25F);
-  teller.Tell(shape, &message);
+  encoder.Encode(shape, &message);
   EXPECT_FALSE(message.has_traction()) << "no part of a surface is known";
   shape.traction = {0, 5000, 2500};
-  teller.Tell(shape, &message);
+  encoder.Encode(shape, &message);
   const auto told = Unpacked(message.traction().unit(), message.traction().steps(), 3);
   ASSERT_TRUE(told);
   EXPECT_NEAR(told->unit * told->steps[1], 5000, told->unit / 2);
@@ -354,12 +354,12 @@ TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
   SetDeadline(&context);
   v1::WatchTraceRequest request;
   request.set_max_rate_hz(120);
-  slave_.Sense();
+  slave_.TakeSample();
   const auto stream = stub->WatchTrace(&context, request);
   v1::TraceUpdate update;
   std::uint64_t last = 0;
   for (int i = 0; i < 3; ++i) {
-    slave_.Sense();
+    slave_.TakeSample();
     ASSERT_TRUE(stream->Read(&update));
     ASSERT_GT(update.samples_size(), 0);
     for (const auto& told : update.samples()) {

@@ -14,17 +14,17 @@ namespace {
 using testing::HasSubstr;
 
 // Linear elements twice as accurate as constant ones, quadratic ones dear.
-fake::World Orders() {
-  fake::World world;
-  world.stiffness = [](const Scene& scene) {
+fake::Scenario Orders() {
+  fake::Scenario scenario;
+  scenario.stiffness = [](const Scene& scene) {
     const bool constant = scene.model.order == ElementOrder::kConstant;
     return 100 * (1 - (constant ? 6.0 : 3.0) / scene.model.elements);
   };
-  world.precompute = [](const Scene& scene) {
+  scenario.precompute = [](const Scene& scene) {
     const bool quadratic = scene.model.order == ElementOrder::kQuadratic;
     return 1e-5 * scene.model.elements * (quadratic ? 8 : 1);
   };
-  return world;
+  return scenario;
 }
 
 Scene Auto(double tolerance) {
@@ -36,8 +36,8 @@ Scene Auto(double tolerance) {
 
 // 3 / 60 is the coarsest within 6 %; constant elements need 120, which cost more.
 TEST(AutoModelTest, TakesTheCheapestKindAndResolutionThatMeetsTolerance) {
-  fake::World world = Orders();
-  const auto decided = DecideQuickly(Auto(0.06), world.Make());
+  fake::Scenario scenario = Orders();
+  const auto decided = DecideQuickly(Auto(0.06), scenario.Make());
   ASSERT_TRUE(decided);
   EXPECT_EQ(decided->model.kind, "bem2d");
   EXPECT_EQ(decided->model.order, ElementOrder::kLinear);
@@ -50,16 +50,16 @@ TEST(AutoModelTest, TakesTheCheapestKindAndResolutionThatMeetsTolerance) {
 }
 
 TEST(AutoModelTest, RefinesWhereTheScenesOwnResolutionIsTooCoarse) {
-  fake::World world = Orders();
-  const auto decided = DecideQuickly(Auto(0.012), world.Make());
+  fake::Scenario scenario = Orders();
+  const auto decided = DecideQuickly(Auto(0.012), scenario.Make());
   ASSERT_TRUE(decided);
   EXPECT_GT(decided->model.elements, 200);
   EXPECT_TRUE(decided->model.decision.meets);
 }
 
 TEST(AutoModelTest, TellsWhatItRejectedWithItsFigures) {
-  fake::World world = Orders();
-  const auto decided = DecideQuickly(Auto(0.06), world.Make());
+  fake::Scenario scenario = Orders();
+  const auto decided = DecideQuickly(Auto(0.06), scenario.Make());
   ASSERT_TRUE(decided);
   const auto& rejected = decided->model.decision.rejected;
   const auto found =
@@ -71,10 +71,10 @@ TEST(AutoModelTest, TellsWhatItRejectedWithItsFigures) {
 }
 
 TEST(AutoModelTest, SaysWhatCannotBeMetAndTheNearestThatCan) {
-  fake::World world = Orders();
+  fake::Scenario scenario = Orders();
   Scene scene = Auto(1e-4);
   scene.model.rate = 1e9;
-  const auto decided = DecideQuickly(scene, world.Make());
+  const auto decided = DecideQuickly(scene, scenario.Make());
   ASSERT_TRUE(decided);
   EXPECT_FALSE(decided->model.decision.meets);
   const std::string& reason = decided->model.decision.reason;
@@ -85,35 +85,35 @@ TEST(AutoModelTest, SaysWhatCannotBeMetAndTheNearestThatCan) {
 // A tool that rests nowhere with room to spare is judged at one place, which the others may not be
 // like.
 TEST(AutoModelTest, SaysWhereOnePlaceJudgesForAll) {
-  fake::World world = Orders();
+  fake::Scenario scenario = Orders();
   Scene scene = Auto(0.06);
   const char* words = "judged where the tool would meet the object first";
-  const auto many = DecideQuickly(scene, world.Make());
+  const auto many = DecideQuickly(scene, scenario.Make());
   ASSERT_TRUE(many);
   EXPECT_THAT(many->model.decision.reason, testing::Not(HasSubstr(words)));
   scene.tool->width = 0.05;
-  const auto one = DecideQuickly(scene, world.Make());
+  const auto one = DecideQuickly(scene, scenario.Make());
   ASSERT_TRUE(one);
   EXPECT_THAT(one->model.decision.reason, HasSubstr(words));
 }
 
 TEST(AutoModelTest, WithoutAnAnswerInTimeNothingIsDecided) {
-  fake::World world = Orders();
-  world.stiffness = [](const Scene&) { return kUnknown; };
-  EXPECT_FALSE(DecideQuickly(Auto(0.05), world.Make()));
-  world.while_making = [](Progress* progress) {
+  fake::Scenario scenario = Orders();
+  scenario.stiffness = [](const Scene&) { return kUnknown; };
+  EXPECT_FALSE(DecideQuickly(Auto(0.05), scenario.Make()));
+  scenario.while_making = [](Progress* progress) {
     progress->Expect({.seconds = 100, .memory_bytes = 0});
     if (!progress->Report("factor", 0)) throw Interrupted();
   };
-  EXPECT_FALSE(DecideQuickly(Auto(0.05), world.Make()));
+  EXPECT_FALSE(DecideQuickly(Auto(0.05), scenario.Make()));
 }
 
 TEST(AutoModelTest, KeepsToItsBudget) {
-  fake::World world = Orders();
-  world.precompute = [](const Scene& scene) { return 0.02 * scene.model.elements / 60; };
-  const double began = world.clock;
-  DecideQuickly(Auto(0.05), world.Make(), 1.5);
-  EXPECT_LE(world.clock - began, 2.5);
+  fake::Scenario scenario = Orders();
+  scenario.precompute = [](const Scene& scene) { return 0.02 * scene.model.elements / 60; };
+  const double began = scenario.clock;
+  DecideQuickly(Auto(0.05), scenario.Make(), 1.5);
+  EXPECT_LE(scenario.clock - began, 2.5);
 }
 
 // --- real models

@@ -34,7 +34,7 @@ class Spring final : public DeformationModel {
   double& clock_;
 };
 
-struct World {
+struct Scenario {
   double clock = 1000;  // [s]
   int made = 0;
   // Seconds of precompute; by default a microsecond per element, cubed.

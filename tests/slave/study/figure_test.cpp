@@ -17,8 +17,8 @@ std::size_t Occurrences(const std::string& text, const std::string& part) {
 }
 
 TEST(FigureTest, ShowsEveryAnsweredRowInBothPanels) {
-  fake::World world;
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  fake::Scenario scenario;
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   const std::string svg = DrawFigure(study);
   EXPECT_EQ(NotWellFormed(svg), "");
   for (const StudyRow& row : study.rows) {
@@ -31,15 +31,15 @@ TEST(FigureTest, ShowsEveryAnsweredRowInBothPanels) {
 }
 
 TEST(FigureTest, StudyWithoutAnswersIsStillAPicture) {
-  fake::World world;
-  world.stiffness = [](const Scene&) { return kUnknown; };
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  fake::Scenario scenario;
+  scenario.stiffness = [](const Scene&) { return kUnknown; };
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_EQ(NotWellFormed(DrawFigure(study)), "");
 }
 
 TEST(FigureTest, ErrorsOfZeroAndHugeOnesStayInsideThePicture) {
-  fake::World world;
-  StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  fake::Scenario scenario;
+  StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   study.rows[0].error = {0, 0};
   study.rows[1].error = {1e300, 1e300};
   study.rows[2].update_median_s = 1e-300;

@@ -21,15 +21,15 @@ using testing::HasSubstr;
 
 // Answered, failed and skipped rows.
 StudyResult Mixed() {
-  fake::World world;
-  world.stiffness = [](const Scene& scene) -> double {
+  fake::Scenario scenario;
+  scenario.stiffness = [](const Scene& scene) -> double {
     if (scene.model.elements == 120) throw std::runtime_error("no, \"really\"\nnot");
     return 100 * (1 - 3.0 / scene.model.elements);
   };
-  world.precompute = [](const Scene& scene) {
+  scenario.precompute = [](const Scene& scene) {
     return 3 * std::pow(scene.model.elements / 300., 3);
   };
-  return RunStudy(fake::Square(), {.budget_s = 40, .timing_s = 1e-4}, world.Make());
+  return RunStudy(fake::Square(), {.budget_s = 40, .timing_s = 1e-4}, scenario.Make());
 }
 
 // One line into its cells, quotes undone.
@@ -137,7 +137,7 @@ TEST(ReportTest, TableNamesReferenceRecommendationAndWhatWasLeftOut) {
 
 TEST(ReportTest, FilesAreCompleteAfterEveryRowSoThatAnInterruptionKeepsThem) {
   const Folder folder;
-  fake::World world;
+  fake::Scenario scenario;
   std::stop_source stop;
   std::size_t rows = 0;
   const StudyWatcher watcher{[&](const StudyResult& so_far) {
@@ -148,7 +148,7 @@ TEST(ReportTest, FilesAreCompleteAfterEveryRowSoThatAnInterruptionKeepsThem) {
                              },
                              nullptr};
   const StudyResult study =
-      RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make(), stop.get_token(), watcher);
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), stop.get_token(), watcher);
   EXPECT_EQ(folder.Read("study.csv"), ToCsv(study)) << "the last one lists what was skipped too";
   EXPECT_EQ(NotWellFormed(folder.Read("study.svg")), "");
   int files = 0;

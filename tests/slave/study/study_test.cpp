@@ -14,7 +14,7 @@
 namespace palpate::study {
 namespace {
 
-using fake::World;
+using fake::Scenario;
 using testing::HasSubstr;
 
 std::size_t Count(const StudyResult& study, Outcome outcome) {
@@ -144,8 +144,8 @@ TEST(CandidateTest, ElementsHeldByNumberKeepTheSceneItsDivision) {
 
 // Reference: the springs' own law, stiffness 100 (1 - 3 / N), whose limit is 100.
 TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
-  World world;
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  Scenario scenario;
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_TRUE(study.complete);
   EXPECT_EQ(Count(study, Outcome::kAnswered), study.rows.size());
   for (const StudyRow& row : study.rows) {
@@ -158,22 +158,22 @@ TEST(StudyTest, ErrorsAreThoseAgainstTheLimitThatTheModelsConvergeTo) {
 }
 
 TEST(StudyTest, ReferenceAdmitsWhatAnotherFamilySays) {
-  World world;
-  world.stiffness = [](const Scene& scene) {
+  Scenario scenario;
+  scenario.stiffness = [](const Scene& scene) {
     const bool biased = scene.model.order == ElementOrder::kLinear;
     return (biased ? 102 : 100) * (1 - 3.0 / scene.model.elements);
   };
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   const Reference& reference = study.references.presses.at(0);
   // Two families agree on 100; the bar does not have to hide a third one as long as a second
   // opinion agrees, but where only two exist it does.
   EXPECT_NEAR(reference.full.value / study.question.depth, 100, 2.1);
-  world.stiffness = [](const Scene& scene) {
+  scenario.stiffness = [](const Scene& scene) {
     const bool biased = scene.model.order == ElementOrder::kLinear;
     if (scene.model.order == ElementOrder::kQuadratic) return kUnknown;
     return (biased ? 102 : 100) * (1 - 3.0 / scene.model.elements);
   };
-  const StudyResult two = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  const StudyResult two = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   const Estimate& full = two.references.presses.at(0).full;
   EXPECT_GE(full.bar / two.question.depth, 1.5);
   EXPECT_LE(std::abs(full.value / two.question.depth - 100), full.bar / two.question.depth + 1e-9);
@@ -181,17 +181,17 @@ TEST(StudyTest, ReferenceAdmitsWhatAnotherFamilySays) {
 
 // Reference: the fake clock. Every second spent is one that the models asked for.
 TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
-  World world;
+  Scenario scenario;
   // Three seconds at 300 elements, 81 at 900.
-  world.precompute = [](const Scene& scene) {
+  scenario.precompute = [](const Scene& scene) {
     return 3 * std::pow(scene.model.elements / 300., 3);
   };
   StudySettings settings{.budget_s = 40, .timing_s = 1e-4};
-  const double began = world.clock;
-  const StudyResult study = RunStudy(fake::Square(), settings, world.Make());
+  const double began = scenario.clock;
+  const StudyResult study = RunStudy(fake::Square(), settings, scenario.Make());
   EXPECT_FALSE(study.complete);
   // Costs are only expected: the first of an order may come dearer than thought, once.
-  EXPECT_LE(world.clock - began, settings.budget_s * 1.5);
+  EXPECT_LE(scenario.clock - began, settings.budget_s * 1.5);
   EXPECT_GE(Count(study, Outcome::kAnswered), 10U);
   double left_out = 0;
   for (const StudyRow& row : study.rows) {
@@ -204,39 +204,39 @@ TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
 }
 
 TEST(StudyTest, CheapestComeFirst) {
-  World world;
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  Scenario scenario;
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_LE(std::stod(study.rows.front().resolution), 30);
   EXPECT_GE(std::stod(study.rows.back().resolution), 900);
 }
 
 TEST(StudyTest, PrecomputeThatWouldNotFitIsRefusedBeforeItStarts) {
-  World world;
+  Scenario scenario;
   StudySettings settings{.budget_s = 60, .timing_s = 1e-4};
-  world.while_making = [&](Progress* progress) {
+  scenario.while_making = [&](Progress* progress) {
     progress->Expect({.seconds = 1e4, .memory_bytes = 100});
     if (!progress->Report("factor", 0)) throw Interrupted();
   };
-  StudyResult study = RunStudy(fake::Square(), settings, world.Make());
+  StudyResult study = RunStudy(fake::Square(), settings, scenario.Make());
   EXPECT_EQ(Count(study, Outcome::kSkipped), study.rows.size());
   EXPECT_THAT(study.rows[0].reason, HasSubstr("more than is left of the budget"));
 
-  world.while_making = [&](Progress* progress) {
+  scenario.while_making = [&](Progress* progress) {
     progress->Expect({.seconds = 0, .memory_bytes = std::size_t{1} << 40});
     if (!progress->Report("factor", 0)) throw Interrupted();
   };
-  study = RunStudy(fake::Square(), settings, world.Make());
+  study = RunStudy(fake::Square(), settings, scenario.Make());
   EXPECT_THAT(study.rows[0].reason, HasSubstr("of memory"));
 }
 
 TEST(StudyTest, FailuresAreRowsWithTheirReason) {
-  World world;
-  world.stiffness = [](const Scene& scene) -> double {
+  Scenario scenario;
+  scenario.stiffness = [](const Scene& scene) -> double {
     if (scene.model.elements == 60) throw std::invalid_argument("sixty is too many");
     if (scene.model.order == ElementOrder::kLinear) return kUnknown;
     return 100 * (1 - 3.0 / scene.model.elements);
   };
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_TRUE(study.complete);
   const StudyRow& thrown = RowOf(study, "bem2d constant", "60 elements");
   EXPECT_EQ(thrown.outcome, Outcome::kFailed);
@@ -248,15 +248,15 @@ TEST(StudyTest, FailuresAreRowsWithTheirReason) {
 }
 
 TEST(StudyTest, EverythingFailingIsAnAnswerToo) {
-  World world;
-  world.stiffness = [](const Scene&) { return kUnknown; };
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make());
+  Scenario scenario;
+  scenario.stiffness = [](const Scene&) { return kUnknown; };
+  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_EQ(Count(study, Outcome::kFailed), study.rows.size());
   EXPECT_THAT(study.recommendation, HasSubstr("no model answered"));
 }
 
 TEST(StudyTest, StopEndsItWithWhatThereIs) {
-  World world;
+  Scenario scenario;
   std::stop_source stop;
   int seen = 0;
   const StudyWatcher watcher{[&](const StudyResult& so_far) {
@@ -265,29 +265,29 @@ TEST(StudyTest, StopEndsItWithWhatThereIs) {
                              },
                              nullptr};
   const StudyResult study =
-      RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make(), stop.get_token(), watcher);
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), stop.get_token(), watcher);
   EXPECT_FALSE(study.complete);
   EXPECT_EQ(Count(study, Outcome::kAnswered), 5U);
   EXPECT_EQ(study.rows.back().reason, "interrupted");
-  EXPECT_EQ(world.made, 5);
+  EXPECT_EQ(scenario.made, 5);
 }
 
 TEST(StudyTest, LongPrecomputeHearsTheStop) {
-  World world;
+  Scenario scenario;
   std::stop_source stop;
-  world.while_making = [&](Progress* progress) {
+  scenario.while_making = [&](Progress* progress) {
     stop.request_stop();
     if (!progress->Report("factor", 0.5)) throw Interrupted();
   };
   const StudyResult study =
-      RunStudy(fake::Square(), {.timing_s = 1e-4}, world.Make(), stop.get_token());
-  EXPECT_EQ(world.made, 1);
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), stop.get_token());
+  EXPECT_EQ(scenario.made, 1);
   EXPECT_EQ(study.rows[0].outcome, Outcome::kSkipped);
   EXPECT_EQ(study.rows[0].reason, "interrupted");
 }
 
 TEST(StudyTest, TwoRunsDifferInTimesOnly) {
-  World first, second;
+  Scenario first, second;
   second.clock = 5;
   const StudyResult a = RunStudy(fake::Square(), {.timing_s = 1e-4}, first.Make());
   const StudyResult b = RunStudy(fake::Square(), {.timing_s = 1e-4}, second.Make());
@@ -305,7 +305,7 @@ TEST(StudyTest, LuckyCancellationIsNotAccuracy) {
   row.outcome = Outcome::kAnswered;
   row.answers = {{{1, Validity::kValid, {}}, {1, Validity::kValid, {}}, 0.5, 0.26}};
   std::vector<StudyRow> rows{row};
-  JudgeRows({{{{1, 0.001}, {1, 0.001}, ""}}, ""}, &rows);
+  EvaluateRows({{{{1, 0.001}, {1, 0.001}, ""}}, ""}, &rows);
   EXPECT_EQ(rows[0].deviation, 0);
   EXPECT_NEAR(rows[0].error.value, std::pow(1.5, 0.26) - 1, 1e-12);
   EXPECT_EQ(rows[0].error.bar, 0.001);

@@ -29,14 +29,14 @@ class FingertipTest : public ::testing::Test {
     tactile.rest_samples = 5;
     return tactile;
   }
-  const FingerTouch& Feel(const Vector3d& force_F, bool active, bool after_gap = false) {
-    return fingertip_.Feel(ReadingOf(force_F, active), after_gap);
+  const FingerTouch& Estimate(const Vector3d& force_F, bool active, bool after_gap = false) {
+    return fingertip_.Estimate(ReadingOf(force_F, active), after_gap);
   }
   void Rest(int samples) {
-    for (int i = 0; i < samples; ++i) Feel(kNothing, false);
+    for (int i = 0; i < samples; ++i) Estimate(kNothing, false);
   }
   void Press(const Vector3d& force_F, int samples) {
-    for (int i = 0; i < samples; ++i) Feel(force_F, true);
+    for (int i = 0; i < samples; ++i) Estimate(force_F, true);
   }
 
   MeanNetwork network_{10, 0.02, 1.0};
@@ -46,13 +46,13 @@ class FingertipTest : public ::testing::Test {
 
 TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFull) {
   for (int i = 1; i <= 9; ++i) {
-    const FingerTouch& touch = Feel(kNothing, false);
+    const FingerTouch& touch = Estimate(kNothing, false);
     EXPECT_FALSE(touch.force_F.has_value()) << i;
     EXPECT_EQ(touch.validity, Validity::kTrackingLost) << i;
     EXPECT_FALSE(touch.why.empty()) << i;
   }
   // The tenth sample fills the window: those from which the rest values came count.
-  const FingerTouch& touch = Feel(kNothing, false);
+  const FingerTouch& touch = Estimate(kNothing, false);
   ASSERT_TRUE(touch.force_F.has_value());
   EXPECT_EQ(touch.validity, Validity::kValid);
   EXPECT_NEAR(touch.force_F->norm(), 0, 1e-12);
@@ -63,9 +63,9 @@ TEST_F(FingertipTest, RestValuesThatTakeLongerThanTheWindowLeaveItFull) {
   tactile.rest_samples = 25;
   Fingertip fingertip(tactile, &network_, localiser_);
   for (int i = 0; i < 24; ++i) {
-    EXPECT_FALSE(fingertip.Feel(ReadingOf(kNothing, false), false).force_F.has_value());
+    EXPECT_FALSE(fingertip.Estimate(ReadingOf(kNothing, false), false).force_F.has_value());
   }
-  EXPECT_TRUE(fingertip.Feel(ReadingOf(kNothing, false), false).force_F.has_value());
+  EXPECT_TRUE(fingertip.Estimate(ReadingOf(kNothing, false), false).force_F.has_value());
 }
 
 TEST_F(FingertipTest, APressIsFeltWithItsPlaceAndLetGo) {
@@ -87,7 +87,7 @@ TEST_F(FingertipTest, AnIntermittentContactDoesNotFlicker) {
   Rest(10);
   Press({0, 0, -0.4}, 10);
   for (int i = 0; i < 50; ++i) {
-    EXPECT_TRUE(Feel({0, 0, -0.4}, i % 5 > 1).touching) << i;
+    EXPECT_TRUE(Estimate({0, 0, -0.4}, i % 5 > 1).touching) << i;
     EXPECT_TRUE(fingertip_.touch().place.usable()) << i;
   }
 }
@@ -107,7 +107,7 @@ TEST_F(FingertipTest, AForceWithinTheNetworksErrorIsNoTouch) {
 
 TEST_F(FingertipTest, AfterAGapTheWindowStartsAnewAndRestValuesStay) {
   Rest(30);
-  EXPECT_FALSE(Feel(kNothing, false, true).force_F.has_value());
+  EXPECT_FALSE(Estimate(kNothing, false, true).force_F.has_value());
   EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
   Press({0, 0, -0.4}, 9);
   ASSERT_TRUE(fingertip_.touch().force_F.has_value());
@@ -118,10 +118,10 @@ TEST_F(FingertipTest, ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew) {
   Rest(10);
   Press({0, 0, -0.4}, 10);
   const FingerReading missing;
-  for (int i = 0; i < 5; ++i) fingertip_.Feel(missing, false);
+  for (int i = 0; i < 5; ++i) fingertip_.Estimate(missing, false);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kStale);
   EXPECT_TRUE(fingertip_.touch().force_F.has_value());  // the last numbers
-  fingertip_.Feel(missing, false);                      // 60 ms
+  fingertip_.Estimate(missing, false);                  // 60 ms
   EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
   EXPECT_FALSE(fingertip_.touch().force_F.has_value());
   EXPECT_FALSE(fingertip_.touch().touching);
@@ -137,9 +137,9 @@ TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
   Rest(10);
   Press({0, 0, -0.4}, 10);
   for (const int missing : {1, 2, 5}) {
-    for (int i = 0; i < missing; ++i) fingertip_.Feel(FingerReading{}, false);
+    for (int i = 0; i < missing; ++i) fingertip_.Estimate(FingerReading{}, false);
     EXPECT_EQ(fingertip_.touch().validity, missing > 2 ? Validity::kStale : Validity::kValid);
-    ASSERT_TRUE(Feel({0, 0, -0.4}, true).force_F.has_value()) << missing;
+    ASSERT_TRUE(Estimate({0, 0, -0.4}, true).force_F.has_value()) << missing;
     EXPECT_NEAR(fingertip_.touch().force_F->z(), -0.4, 1e-6);
     EXPECT_EQ(fingertip_.touch().validity, Validity::kValid) << missing;
   }
@@ -149,8 +149,8 @@ TEST_F(FingertipTest, AFewMissingSamplesAreMadeUpFor) {
 TEST_F(FingertipTest, AMissingSampleAfterASuddenOneMayBeAsFarFromIt) {
   Rest(10);
   Press({0, 0, -0.2}, 50);
-  Feel({0, 0, -0.6}, true);  // a mean over ten: 0.04 N at once
-  fingertip_.Feel(FingerReading{}, false);
+  Estimate({0, 0, -0.6}, true);  // a mean over ten: 0.04 N at once
+  fingertip_.Estimate(FingerReading{}, false);
   EXPECT_GT(fingertip_.touch().sigma, 0.04);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
 }
@@ -164,15 +164,15 @@ TEST_F(FingertipTest, RestValuesAreFollowedWhileNothingIsNear) {
     reading.pdc += pressure;
     return reading;
   };
-  for (int i = 0; i < 200; ++i) fingertip_.Feel(drifted(10, 0), false, true);
+  for (int i = 0; i < 200; ++i) fingertip_.Estimate(drifted(10, 0), false, true);
   EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 0.01);
-  for (int i = 0; i < 200; ++i) fingertip_.Feel(drifted(40, 30), false, true);
+  for (int i = 0; i < 200; ++i) fingertip_.Estimate(drifted(40, 30), false, true);
   EXPECT_GT(fingertip_.touch().force_F->norm(), 0.2);
 }
 
 TEST_F(FingertipTest, RestValuesStayWhereSomethingMayBeNear) {
   Rest(10);
-  for (int i = 0; i < 200; ++i) Feel({0.05, 0, 0}, false);
+  for (int i = 0; i < 200; ++i) Estimate({0.05, 0, 0}, false);
   EXPECT_NEAR(fingertip_.touch().force_F->x(), 0.05, 1e-6);
 }
 
@@ -181,7 +181,7 @@ TEST_F(FingertipTest, EachDoubtNamesItsCheck) {
   EXPECT_EQ(fingertip_.touch().check, FailedCheck::kNone);
   Press({0, 0, -1.01}, 10);
   EXPECT_EQ(fingertip_.touch().check, FailedCheck::kModelRange);
-  for (int i = 0; i < 6; ++i) fingertip_.Feel(FingerReading{}, false);
+  for (int i = 0; i < 6; ++i) fingertip_.Estimate(FingerReading{}, false);
   EXPECT_EQ(fingertip_.touch().check, FailedCheck::kFingerMissing);
 }
 
@@ -191,7 +191,7 @@ TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
     Rest(20);
     FingerReading reading = ReadingOf(kNothing, true);
     reading.pdc = bad;
-    const FingerTouch& touch = fingertip_.Feel(reading, false);
+    const FingerTouch& touch = fingertip_.Estimate(reading, false);
     EXPECT_EQ(touch.validity, Validity::kTrackingLost);
     EXPECT_FALSE(touch.force_F.has_value());
     EXPECT_FALSE(touch.touching);
@@ -206,7 +206,7 @@ TEST_F(FingertipTest, CountsThatAreNotFiniteAreFlaggedAndForgotten) {
 TEST_F(FingertipTest, NotFiniteCountsAreNoRestValues) {
   FingerReading bad = ReadingOf(kNothing, false);
   bad.electrodes[7] = std::numeric_limits<float>::quiet_NaN();
-  for (int i = 0; i < 20; ++i) fingertip_.Feel(bad, false);
+  for (int i = 0; i < 20; ++i) fingertip_.Estimate(bad, false);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kTrackingLost);
   Rest(10);
   ASSERT_TRUE(fingertip_.touch().force_F.has_value());
@@ -222,7 +222,7 @@ TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
   FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
   saturated.electrodes[4] = 4095;
-  EXPECT_EQ(fingertip_.Feel(saturated, false).validity, Validity::kExtrapolated);
+  EXPECT_EQ(fingertip_.Estimate(saturated, false).validity, Validity::kExtrapolated);
   EXPECT_TRUE(fingertip_.touch().touching);
 }
 
@@ -230,9 +230,9 @@ TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated
 TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
   network_.SetSigma({0, 0, 0.03});
   Fingertip fingertip(Options(), &network_, localiser_);
-  for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
   for (const Vector3d& force : {Vector3d(0.3, 0, 0), Vector3d(0.2, -0.2, -0.1)}) {
-    for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(force, true), false);
+    for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(force, true), false);
     EXPECT_NEAR(fingertip.touch().sigma, 0.03, 1e-9);
   }
 }
@@ -247,10 +247,10 @@ TEST_F(FingertipTest, AForceThatLeapsIsLessSureThanOneThatGoesOnAsItDid) {
   double force = 0;
   const auto sigma_after = [&](double change) {
     force += change;
-    fingertip.Feel(ReadingOf({0, 0, -force}, true), false);
+    fingertip.Estimate(ReadingOf({0, 0, -force}, true), false);
     return fingertip.touch().sigma;
   };
-  for (int i = 0; i < 10; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
   double sigma = 0;
   for (int i = 0; i < 40; ++i) sigma = sigma_after(kStep);
   EXPECT_NEAR(sigma, std::max(kShare * force, kStep / 4), 1e-5);
@@ -271,7 +271,7 @@ TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
       Fingertip fingertip(tactile, &network_, *localiser);
       FingerReading reading = ReadingOf(kNothing, false);
       reading.electrodes.fill(end);
-      for (int i = 0; i < 10; ++i) fingertip.Feel(reading, false);
+      for (int i = 0; i < 10; ++i) fingertip.Estimate(reading, false);
       EXPECT_EQ(fingertip.touch().validity, Validity::kExtrapolated) << variant << " " << end;
       EXPECT_EQ(fingertip.touch().why, "electrodes are saturated or dead");
       EXPECT_FALSE(fingertip.touch().touching);
@@ -285,7 +285,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   Press({0, 0, -0.9}, 10);
   FingerReading saturated = ReadingOf({0, 0, -0.9}, true);
   saturated.electrodes[4] = 4095;
-  fingertip_.Feel(saturated, false);
+  fingertip_.Estimate(saturated, false);
   for (int i = 1; i <= 9; ++i) {
     Press({0, 0, -0.9}, 1);
     EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated) << i;
@@ -308,7 +308,7 @@ TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
             reading.electrodes[e] += static_cast<float>(i % 2);
           }
         }
-        const FingerTouch& touch = fingertip_.Feel(reading, false);
+        const FingerTouch& touch = fingertip_.Estimate(reading, false);
         const bool is_late = i >= 105;
         if (i >= 20 && (i < 99 || is_late)) {
           EXPECT_EQ(touch.validity, is_late ? Validity::kExtrapolated : Validity::kValid)
@@ -322,15 +322,15 @@ TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
 
 TEST_F(FingertipTest, AForceWithoutAnActiveElectrodeIsFlagged) {
   Rest(10);
-  for (int i = 0; i < 10; ++i) Feel({0, 0, -0.5}, false);
+  for (int i = 0; i < 10; ++i) Estimate({0, 0, -0.5}, false);
   EXPECT_FALSE(fingertip_.touch().touching);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated);
 }
 
 TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
   Fingertip fingertip(Options(), nullptr, localiser_);
-  for (int i = 0; i < 6; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
-  const FingerTouch& touch = fingertip.Feel(ReadingOf(kNothing, true), false);
+  for (int i = 0; i < 6; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
+  const FingerTouch& touch = fingertip.Estimate(ReadingOf(kNothing, true), false);
   EXPECT_TRUE(touch.touching);
   EXPECT_FALSE(touch.force_F.has_value());
   EXPECT_EQ(touch.validity, Validity::kFailed);
@@ -340,9 +340,9 @@ TEST_F(FingertipTest, ACarriedStateIsAnotherFunctionAndNeedsNoWindow) {
   Tactile tactile = Options();
   tactile.carries_state = true;
   Fingertip fingertip(tactile, &network_, localiser_);
-  for (int i = 0; i < 5; ++i) fingertip.Feel(ReadingOf(kNothing, false), false);
+  for (int i = 0; i < 5; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
   EXPECT_TRUE(fingertip.touch().force_F.has_value());
-  for (int i = 0; i < 20; ++i) fingertip.Feel(ReadingOf({0, 0, -0.1}, true), false);
+  for (int i = 0; i < 20; ++i) fingertip.Estimate(ReadingOf({0, 0, -0.1}, true), false);
   EXPECT_NEAR(fingertip.touch().force_F->z(), -20 * 0.1, 1e-5);
 }
 
@@ -350,7 +350,7 @@ TEST_F(FingertipTest, AfterAResetRestValuesAreTakenAnew) {
   Rest(20);
   fingertip_.Reset();
   const Vector3d offset(0.3, 0, 0);
-  for (int i = 0; i < 10; ++i) Feel(offset, false);
+  for (int i = 0; i < 10; ++i) Estimate(offset, false);
   ASSERT_TRUE(fingertip_.touch().force_F.has_value());
   EXPECT_NEAR(fingertip_.touch().force_F->norm(), 0, 1e-9);
 }
@@ -362,7 +362,7 @@ TEST_F(FingertipTest, NoSampleAllocates) {
   const FingerReading reading = ReadingOf({0, 0, -0.3}, true);
   const long before = AllocationCount();
   for (int i = 0; i < 10'000; ++i) {
-    fingertip_.Feel(i % 97 == 0 ? missing : i % 89 == 0 ? bad : reading, i % 83 == 0);
+    fingertip_.Estimate(i % 97 == 0 ? missing : i % 89 == 0 ? bad : reading, i % 83 == 0);
   }
   EXPECT_EQ(AllocationCount() - before, 0);
 }
@@ -395,25 +395,25 @@ TEST_F(FingertipTest, ASampleThatIsTheLastOneAgainIsMissing) {
     }
     return reading;
   };
-  for (int k = 0; k < 40; ++k) fingertip_.Feel(noisy(-0.2, k), false);
-  fingertip_.Feel(noisy(-0.3, 41), false);
+  for (int k = 0; k < 40; ++k) fingertip_.Estimate(noisy(-0.2, k), false);
+  fingertip_.Estimate(noisy(-0.3, 41), false);
   const double force = fingertip_.touch().force_F->z(), sigma = fingertip_.touch().sigma;
-  fingertip_.Feel(noisy(-0.3, 41), false);
+  fingertip_.Estimate(noisy(-0.3, 41), false);
   EXPECT_EQ(fingertip_.touch().force_F->z(), force);
   EXPECT_GT(fingertip_.touch().sigma, sigma);
-  fingertip_.Feel(noisy(-0.3, 42), false);
+  fingertip_.Estimate(noisy(-0.3, 42), false);
   EXPECT_LT(fingertip_.touch().force_F->z(), force);
 }
 
 TEST_F(FingertipTest, APressureBelowItsRestIsARestThatWasTakenInContact) {
   FingerReading pressed = ReadingOf({0, 0, 0}, false), free = pressed;
   pressed.pdc += 30;
-  for (int k = 0; k < 20; ++k) fingertip_.Feel(pressed, false);
+  for (int k = 0; k < 20; ++k) fingertip_.Estimate(pressed, false);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
-  for (int k = 0; k < 5; ++k) fingertip_.Feel(free, false);
+  for (int k = 0; k < 5; ++k) fingertip_.Estimate(free, false);
   EXPECT_EQ(fingertip_.touch().check, FailedCheck::kRestDrift);
   fingertip_.Reset();
-  for (int k = 0; k < 20; ++k) fingertip_.Feel(free, false);
+  for (int k = 0; k < 20; ++k) fingertip_.Estimate(free, false);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
 }
 

@@ -36,7 +36,7 @@ TEST(RestEdgeTest, EachPlaceTellsHowFarTheEdgeHasMovedAcross) {
   double mean = 0, square = 0;
   int seen = 0;
   for (const RestEdge::Place& place : edge.places()) {
-    const auto offset = edge.Look(image, place, place.p_I, place.n_I, 5);
+    const auto offset = edge.Locate(image, place, place.p_I, place.n_I, 5);
     if (!offset) continue;
     const double error = *offset - place.n_I.dot(way);
     ++seen, mean += error, square += error * error;
@@ -61,10 +61,10 @@ TEST(RestEdgeTest, WhereThereIsNoEdgeNoneIsFound) {
   RestEdge edge = EdgeOf(Block());
   const RestEdge::Place& place = edge.places().front();
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(120));
-  EXPECT_FALSE(edge.Look(flat, place, place.p_I, place.n_I, 5));
+  EXPECT_FALSE(edge.Locate(flat, place, place.p_I, place.n_I, 5));
   const Eigen::Vector2d nowhere = Eigen::Vector2d::Constant(std::nan(""));
-  EXPECT_FALSE(edge.Look(flat, place, nowhere, place.n_I, 5));
-  EXPECT_FALSE(edge.Look(flat, place, {-50, 1e9}, place.n_I, 5));
+  EXPECT_FALSE(edge.Locate(flat, place, nowhere, place.n_I, 5));
+  EXPECT_FALSE(edge.Locate(flat, place, {-50, 1e9}, place.n_I, 5));
 }
 
 TEST(PictureMotionTest, BackUndoesApply) {

@@ -45,7 +45,7 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
       EXPECT_GT(eyes.rest_contour_I().size(), 180U);
       picture.tool->tip += Eigen::Vector2d(1.7, 2.6);
       const Observation& seen =
-          eyes.Look(picture.Render(2, type, full_scale), 41, Time(Seconds(3)));
+          eyes.Process(picture.Render(2, type, full_scale), 41, Time(Seconds(3)));
       EXPECT_EQ(seen.sequence, 41U);
       EXPECT_EQ(seen.sensed_at, Time(Seconds(3)));
       ASSERT_TRUE(seen.tip.found) << type;
@@ -76,12 +76,12 @@ TEST(TipAndContourTrackerTest, TrackOnlyWhatTheSceneAsksFor) {
   scene.sense.Find<CameraOptions>()->contour.reset();
   TipAndContourTracker tip_only(scene, Picture().Render(), Picture().tool->tip);
   EXPECT_TRUE(tip_only.rest_contour_I().empty());
-  EXPECT_TRUE(tip_only.Look(Picture().Render(2), 1, {}).contour_I.empty());
-  EXPECT_TRUE(tip_only.Look(Picture().Render(2), 2, {}).tip.found);
+  EXPECT_TRUE(tip_only.Process(Picture().Render(2), 1, {}).contour_I.empty());
+  EXPECT_TRUE(tip_only.Process(Picture().Render(2), 2, {}).tip.found);
   scene = SceneForTestPictures();
   scene.sense.Find<CameraOptions>()->tip.reset();
   TipAndContourTracker contour_only(scene, Picture().Render(), std::nullopt);
-  EXPECT_FALSE(contour_only.Look(Picture().Render(2), 1, {}).tip.found);
+  EXPECT_FALSE(contour_only.Process(Picture().Render(2), 1, {}).tip.found);
   EXPECT_EQ(contour_only.search_window(), cv::Rect());
 }
 
@@ -95,7 +95,7 @@ TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   scene.sense.Find<TipTracking>()->template_file = file;
   scene.sense.Find<TipTracking>()->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
   TipAndContourTracker eyes(scene, picture.Render(), std::nullopt);
-  const Observation& seen = eyes.Look(picture.Render(2), 1, {});
+  const Observation& seen = eyes.Process(picture.Render(2), 1, {});
   ASSERT_TRUE(seen.tip.found);
   EXPECT_TRUE(seen.tip.reacquired);
   EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05);
@@ -119,12 +119,12 @@ TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
                                     cv::Mat(480, 640, CV_8UC1, cv::Scalar(255))};
   std::uint64_t sequence = 0;
   for (const cv::Mat& image : bad) {
-    const Observation& seen = eyes.Look(image, ++sequence, {});
+    const Observation& seen = eyes.Process(image, ++sequence, {});
     EXPECT_EQ(seen.sequence, sequence);
     EXPECT_FALSE(seen.tip.found) << sequence;
     EXPECT_TRUE(seen.contour_I.empty() || image.data == noise.data) << sequence;
     EXPECT_TRUE(seen.tip.p_I.allFinite() && std::isfinite(seen.tip.score));
-    const Observation& good = eyes.Look(picture.Render(sequence), sequence, {});
+    const Observation& good = eyes.Process(picture.Render(sequence), sequence, {});
     EXPECT_TRUE(good.tip.found) << "after bad picture " << sequence;
     EXPECT_EQ(good.contour_I.size(), 60U) << "after bad picture " << sequence;
   }
@@ -135,16 +135,16 @@ TEST(TipAndContourTrackerTest, ResetSearchesEverywhereAgain) {
   TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
   eyes.Reset();
   EXPECT_EQ(eyes.search_window(), cv::Rect(0, 0, 640, 480));
-  EXPECT_TRUE(eyes.Look(picture.Render(2), 1, {}).tip.reacquired);
+  EXPECT_TRUE(eyes.Process(picture.Render(2), 1, {}).tip.reacquired);
 }
 
 TEST(TipAndContourTrackerTest, LookingAllocatesNothing) {
   const TestPicture picture = Picture();
   TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
   const cv::Mat images[] = {picture.Render(2), picture.Render(3)};
-  eyes.Look(images[0], 1, {});  // the first one makes room
+  eyes.Process(images[0], 1, {});  // the first one makes room
   const long before = AllocationCount();
-  for (int k = 0; k < 200; ++k) eyes.Look(images[k % 2], 2, {});
+  for (int k = 0; k < 200; ++k) eyes.Process(images[k % 2], 2, {});
   EXPECT_EQ(AllocationCount(), before);
 }
 

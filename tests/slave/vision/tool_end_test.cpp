@@ -38,7 +38,7 @@ class ToolEndTest : public testing::TestWithParam<double> {};
 TEST_P(ToolEndTest, IsSeenWhereItIsWhateverIsTold) {
   const Vector2d end(60.3, 90.4), told = end - Vector2d(0.6 * GetParam(), GetParam());
   const cv::Mat picture = BarEndingAt(end, 17);
-  const auto seen = SeeToolEnd(picture, GreyFormat(picture), told, {0, 1}, 17);
+  const auto seen = DetectToolEnd(picture, GreyFormat(picture), told, {0, 1}, 17);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->beyond, GetParam(), 0.25);
   EXPECT_NEAR(seen->aside, -0.6 * GetParam(), 0.25);
@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(ByPixelsTold, ToolEndTest, testing::Values(-4.0, -1.0, 
 TEST(ToolEnd, OfAWidthToldWrongByAFifthIsSeen) {
   const Vector2d end(60.3, 90.4);
   const cv::Mat picture = BarEndingAt(end, 17);
-  const auto seen = SeeToolEnd(picture, GreyFormat(picture), end, {0, 1}, 0.8 * 17);
+  const auto seen = DetectToolEnd(picture, GreyFormat(picture), end, {0, 1}, 0.8 * 17);
   ASSERT_TRUE(seen);
   EXPECT_NEAR(seen->width, 17, 0.4);
 }
@@ -57,9 +57,10 @@ TEST(ToolEnd, OfAWidthToldWrongByAFifthIsSeen) {
 TEST(ToolEnd, IsNotToldWhereNoneIsSeen) {
   const cv::Mat picture = BarEndingAt({60, 90}, 17);
   const GreyFormat format(picture);
-  EXPECT_FALSE(SeeToolEnd(picture, format, {60, 50}, {0, 1}, 17));  // 40 px before its end
-  EXPECT_FALSE(SeeToolEnd(picture, format, {20, 90}, {0, 1}, 17));  // ground
-  EXPECT_FALSE(SeeToolEnd(cv::Mat(160, 120, CV_8U, cv::Scalar(80)), format, {60, 90}, {0, 1}, 17));
+  EXPECT_FALSE(DetectToolEnd(picture, format, {60, 50}, {0, 1}, 17));  // 40 px before its end
+  EXPECT_FALSE(DetectToolEnd(picture, format, {20, 90}, {0, 1}, 17));  // ground
+  EXPECT_FALSE(
+      DetectToolEnd(cv::Mat(160, 120, CV_8U, cv::Scalar(80)), format, {60, 90}, {0, 1}, 17));
 }
 
 // A film that begins when the tool has left its home.
@@ -84,8 +85,8 @@ TEST(ToolEnd, AnObjectUnderItIsNotTheTool) {
 
 TEST(ToolEnd, AtThePicturesCornerReadsNothingOutside) {
   const cv::Mat picture = BarEndingAt({60, 90}, 17);
-  SeeToolEnd(picture, GreyFormat(picture), {0, 0}, {0, 1}, 17);
-  SeeToolEnd(picture, GreyFormat(picture), {119, 159}, {-1, 0}, 400);
+  DetectToolEnd(picture, GreyFormat(picture), {0, 0}, {0, 1}, 17);
+  DetectToolEnd(picture, GreyFormat(picture), {119, 159}, {-1, 0}, 400);
 }
 
 }  // namespace

@@ -113,8 +113,8 @@ Scene MembraneScene(const Family& family, double radius, double thickness, doubl
   return scene;
 }
 
-std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts,
-                                 Validity* worst) {
+std::vector<ContactResponse> Query(DeformationModel& model, const std::vector<Contact>& contacts,
+                                   Validity* worst) {
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
   for (const auto& r : responses) {
@@ -128,8 +128,8 @@ std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Cont
   return responses;
 }
 
-void Judge(const Family& family, const std::string& axis, const std::string& value,
-           const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask) {
+void CheckBody(const Family& family, const std::string& axis, const std::string& value,
+               const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask) {
   Cell cell;
   cell.model = family.name;
   cell.axis = axis;
@@ -154,7 +154,7 @@ void Judge(const Family& family, const std::string& axis, const std::string& val
   Sweep::Instance().Add(std::move(cell));
 }
 
-void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+void CheckVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,
                         const std::string& value) {
   const Scene scene = VolumeScene(family, stretch);
   const double across = stretch.length / stretch.aspect;
@@ -162,15 +162,15 @@ void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std:
     Contact pull{Contact::Kind::kForce, {stretch.length, across / 2, across / 2}};
     pull.width = 4 * across;
     pull.prescribed_O.x() = stretch.strain * stretch.E * across * across;
-    const double moved = Ask(model, {pull}, worst)[0].displacement_O.x();
+    const double moved = Query(model, {pull}, worst)[0].displacement_O.x();
     return std::abs(moved / (stretch.strain * stretch.length) - 1);
   };
   // What the laws for large strain add is of the order of the strain.
   const double bound = family.bound + 2 * std::abs(stretch.strain);
-  Judge(family, axis, value, scene, MeshObject(scene, std::nullopt), bound, ask);
+  CheckBody(family, axis, value, scene, MeshObject(scene, std::nullopt), bound, ask);
 }
 
-void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+void CheckOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
                          const std::string& value) {
   const Scene scene = OutlineScene(family, stretch);
   const double across = stretch.length / stretch.aspect;
@@ -178,10 +178,10 @@ void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std
     Contact pull{Contact::Kind::kForce, {stretch.length, across / 2, 0}};
     pull.width = across;
     pull.prescribed_O.x() = stretch.strain * stretch.E * across * 0.1 * across;
-    const double moved = Ask(model, {pull}, worst)[0].displacement_O.x();
+    const double moved = Query(model, {pull}, worst)[0].displacement_O.x();
     return std::abs(moved / (stretch.strain * stretch.length) - 1);
   };
-  Judge(family, axis, value, scene, MeshObject(scene, std::nullopt), family.bound, ask);
+  CheckBody(family, axis, value, scene, MeshObject(scene, std::nullopt), family.bound, ask);
 }
 
 }  // namespace palpate::extremes

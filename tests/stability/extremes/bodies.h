@@ -46,19 +46,19 @@ Scene MembraneScene(const Family& family, double radius, double thickness, doubl
 // error and leaves the worst validity in its second argument. Exceptions of std::invalid_argument
 // are refusals; any other fault is wrong.
 using PressSpec = std::function<double(DeformationModel& model, Validity* worst)>;
-void Judge(const Family& family, const std::string& axis, const std::string& value,
-           const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask);
+void CheckBody(const Family& family, const std::string& axis, const std::string& value,
+               const Scene& scene, const ObjectMesh& mesh, double bound, const PressSpec& ask);
 
 // Pulls the far face with F = strain E A and compares its mean displacement.
-void JudgeVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+void CheckVolumeStretch(const Family& family, const Stretch& stretch, const std::string& axis,
                         const std::string& value);
-void JudgeOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
+void CheckOutlineStretch(const Family& family, const Stretch& stretch, const std::string& axis,
                          const std::string& value);
 
 // Answers `contacts`; the first validity that is not kValid stays in `worst`. Throws: a failure
 // with its reason as std::invalid_argument, one without and what is not finite as
 // std::runtime_error.
-std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts,
-                                 Validity* worst);
+std::vector<ContactResponse> Query(DeformationModel& model, const std::vector<Contact>& contacts,
+                                   Validity* worst);
 
 }  // namespace palpate::extremes

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "tests/stability/extremes/bodies.h"
 #include "tests/support/paths.h"
 
@@ -46,10 +46,10 @@ TEST(Extremes, LengthAndModulus) {
     for (const double E : Fine({1, 1e6, 1e12}, kModuli)) {
       const std::string value = Text(length) + " m, " + Text(E) + " Pa";
       for (const Family& f : Volumes()) {
-        JudgeVolumeStretch(f, {.length = length, .E = E}, "length, modulus", value);
+        CheckVolumeStretch(f, {.length = length, .E = E}, "length, modulus", value);
       }
       for (const Family& f : Outlines()) {
-        JudgeOutlineStretch(f, {.length = length, .E = E}, "length, modulus", value);
+        CheckOutlineStretch(f, {.length = length, .E = E}, "length, modulus", value);
       }
     }
   }
@@ -57,8 +57,8 @@ TEST(Extremes, LengthAndModulus) {
 
 TEST(Extremes, PoissonRatio) {
   for (const double nu : kPoisson) {
-    for (const Family& f : Volumes()) JudgeVolumeStretch(f, {.nu = nu}, "nu", Text(nu));
-    for (const Family& f : Outlines()) JudgeOutlineStretch(f, {.nu = nu}, "nu", Text(nu));
+    for (const Family& f : Volumes()) CheckVolumeStretch(f, {.nu = nu}, "nu", Text(nu));
+    for (const Family& f : Outlines()) CheckOutlineStretch(f, {.nu = nu}, "nu", Text(nu));
   }
 }
 
@@ -66,10 +66,10 @@ TEST(Extremes, ElementAspect) {
   for (const double aspect : kAspects) {
     for (const double turned : {aspect, 1 / aspect}) {
       for (const Family& f : Volumes()) {
-        JudgeVolumeStretch(f, {.aspect = turned}, "aspect", Text(turned));
+        CheckVolumeStretch(f, {.aspect = turned}, "aspect", Text(turned));
       }
       for (const Family& f : Outlines()) {
-        JudgeOutlineStretch(f, {.aspect = turned}, "aspect", Text(turned));
+        CheckOutlineStretch(f, {.aspect = turned}, "aspect", Text(turned));
       }
     }
   }
@@ -79,10 +79,10 @@ TEST(Extremes, ElementAspect) {
 TEST(Extremes, Load) {
   for (const double strain : {1e-12, 1e-6, 1e-3, 0.05, 1.0, 10.0, 1e6, -0.05, -0.5, -1.0, -10.0}) {
     for (const Family& f : Volumes()) {
-      JudgeVolumeStretch(f, {.strain = strain}, "load / (E A)", Text(strain));
+      CheckVolumeStretch(f, {.strain = strain}, "load / (E A)", Text(strain));
     }
     for (const Family& f : Outlines()) {
-      JudgeOutlineStretch(f, {.strain = strain}, "load / (E A)", Text(strain));
+      CheckOutlineStretch(f, {.strain = strain}, "load / (E A)", Text(strain));
     }
   }
 }
@@ -94,12 +94,12 @@ TEST(Extremes, Size) {
       const bool dense = f.kind == "bem3d";
       if (dense && cells > 12) continue;  // 12 n^2 triangles, full matrices
       if (f.name == "fem tet10" && cells > 16) continue;
-      JudgeVolumeStretch(f, {.cells = {cells, cells, cells}}, "tetrahedra", Text(6 * n * n * n));
+      CheckVolumeStretch(f, {.cells = {cells, cells, cells}}, "tetrahedra", Text(6 * n * n * n));
     }
   }
   for (const double n : Fine({4, 40, 400}, {4, 10, 40, 100, 400, 1000})) {
     for (const Family& f : Outlines()) {
-      JudgeOutlineStretch(f, {.elements = static_cast<int>(n)}, "elements", Text(n));
+      CheckOutlineStretch(f, {.elements = static_cast<int>(n)}, "elements", Text(n));
     }
   }
 }
@@ -136,7 +136,7 @@ std::vector<Contact> RandomLoads(const std::vector<Vector3d>& places, double for
 // Reference: the problem turned round: the displacements that loads cause, prescribed, must take
 // those loads. Bound: the residual of the answers times the condition of the capacitance matrix.
 double ThereAndBack(DeformationModel& model, const std::vector<Contact>& loads, Validity* worst) {
-  const auto moved = Ask(model, loads, worst);
+  const auto moved = Query(model, loads, worst);
   std::vector<Contact> contacts = loads;
   double scale = 0, error = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -144,7 +144,7 @@ double ThereAndBack(DeformationModel& model, const std::vector<Contact>& loads, 
     contacts[i].prescribed_O = moved[i].displacement_O;
     scale = std::max(scale, loads[i].prescribed_O.norm());
   }
-  const auto forces = Ask(model, contacts, worst);
+  const auto forces = Query(model, contacts, worst);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     error = std::max(error, (forces[i].force_O - loads[i].prescribed_O).norm());
   }
@@ -162,10 +162,10 @@ TEST(Extremes, SimultaneousContacts) {
       const ObjectMesh mesh = MeshObject(scene, std::nullopt);
       const auto places = SpreadNodes(std::get<SolidMesh>(mesh), static_cast<std::size_t>(count));
       const double force = 1e-6 * stretch.E * stretch.length * stretch.length;
-      Judge(f, "contacts", Text(count), scene, mesh, 1e-4,
-            [&](DeformationModel& model, Validity* worst) {
-              return ThereAndBack(model, RandomLoads(places, force), worst);
-            });
+      CheckBody(f, "contacts", Text(count), scene, mesh, 1e-4,
+                [&](DeformationModel& model, Validity* worst) {
+                  return ThereAndBack(model, RandomLoads(places, force), worst);
+                });
     }
   }
 }
@@ -186,10 +186,10 @@ TEST(Extremes, SimultaneousContactsOnTriangles) {
     std::ranges::shuffle(places, random);
     places.resize(std::min(places.size(), static_cast<std::size_t>(count)));
     const double force = 1e-6 * stretch.E * stretch.length * stretch.length;
-    Judge(f, "contacts", Text(count), scene, mesh, 1e-6,
-          [&](DeformationModel& model, Validity* worst) {
-            return ThereAndBack(model, RandomLoads(places, force), worst);
-          });
+    CheckBody(f, "contacts", Text(count), scene, mesh, 1e-6,
+              [&](DeformationModel& model, Validity* worst) {
+                return ThereAndBack(model, RandomLoads(places, force), worst);
+              });
   }
 }
 
@@ -206,17 +206,17 @@ TEST(Extremes, CornersHeldNodesAndTheSamePlaceTwice) {
     const Contact held{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 0, {0, 0, 0}};
     Contact moved = held;
     moved.prescribed_O.x() = 1e-6 * L;
-    Judge(f, "place", "corner", scene, mesh, 0, [&](DeformationModel& model, Validity* worst) {
-      return Ask(model, {corner}, worst)[0].force_O.z() < 0 ? 0.0 : 1.0;
+    CheckBody(f, "place", "corner", scene, mesh, 0, [&](DeformationModel& model, Validity* worst) {
+      return Query(model, {corner}, worst)[0].force_O.z() < 0 ? 0.0 : 1.0;
     });
-    Judge(f, "place", "held node stays", scene, mesh, 0,
-          [&](DeformationModel& model, Validity* worst) {
-            return Ask(model, {held}, worst)[0].displacement_O.norm();
-          });
+    CheckBody(f, "place", "held node stays", scene, mesh, 0,
+              [&](DeformationModel& model, Validity* worst) {
+                return Query(model, {held}, worst)[0].displacement_O.norm();
+              });
     for (const auto& [name, contacts] : {std::pair{"held node moved", std::vector{moved}},
                                          std::pair{"twice", std::vector{corner, corner}}}) {
-      Judge(f, "place", name, scene, mesh, -1, [&](DeformationModel& model, Validity* worst) {
-        Ask(model, contacts, worst);
+      CheckBody(f, "place", name, scene, mesh, -1, [&](DeformationModel& model, Validity* worst) {
+        Query(model, contacts, worst);
         return 0.0;  // an answer, and no flag, is wrong: the bound is below zero
       });
     }
@@ -246,15 +246,15 @@ TEST(Extremes, NodeOrder) {
     press.width = 0.9 * L;
     press.prescribed_O = {-1e-6 * stretch.E * L * L, 0, 0};
     double plain = 0;
-    Judge(f, "order of nodes", "as meshed", scene, mesh, 1,
-          [&](DeformationModel& model, Validity* worst) {
-            plain = Ask(model, {press}, worst)[0].displacement_O.x();
-            return 0.0;
-          });
-    Judge(f, "order of nodes", "permuted", scene, permuted, 1e-7,
-          [&](DeformationModel& model, Validity* worst) {
-            return std::abs(Ask(model, {press}, worst)[0].displacement_O.x() / plain - 1);
-          });
+    CheckBody(f, "order of nodes", "as meshed", scene, mesh, 1,
+              [&](DeformationModel& model, Validity* worst) {
+                plain = Query(model, {press}, worst)[0].displacement_O.x();
+                return 0.0;
+              });
+    CheckBody(f, "order of nodes", "permuted", scene, permuted, 1e-7,
+              [&](DeformationModel& model, Validity* worst) {
+                return std::abs(Query(model, {press}, worst)[0].displacement_O.x() / plain - 1);
+              });
   }
 }
 
@@ -268,11 +268,11 @@ TEST(Extremes, SingleElement) {
     Scene scene = VolumeScene(f, {.length = 1, .E = E, .nu = nu});
     scene.object.fixed = {Fixed{FixedNodes{{0, 1, 2}}, {true, true, true}}};
     const Contact pull{Contact::Kind::kDisplacement, {0, 0, 1}, -1, 0, {0, 0, 1e-6}};
-    Judge(f, "single element", "unit", scene, mesh, 1e-5,
-          [&](DeformationModel& model, Validity* worst) {
-            const double force = Ask(model, {pull}, worst)[0].force_O.z();
-            return std::abs(force / (1e-6 * 0.2) - 1);
-          });
+    CheckBody(f, "single element", "unit", scene, mesh, 1e-5,
+              [&](DeformationModel& model, Validity* worst) {
+                const double force = Query(model, {pull}, worst)[0].force_O.z();
+                return std::abs(force / (1e-6 * 0.2) - 1);
+              });
   }
 }
 
@@ -295,17 +295,18 @@ TEST(Extremes, TimeStepDensityAndModulus) {
           scene.model.fem.time = FemOptions::Time::kDynamic;
           scene.model.fem.step = step;
           scene.model.fem.newton = 0;
-          Judge(f, "step, density, modulus",
-                Text(step) + " s, " + Text(density) + " kg/m3, " + Text(E) + " Pa", scene,
-                MeshObject(scene, std::nullopt), 2.05, [&](DeformationModel& model, Validity* w) {
-                  double largest = 0;
-                  for (int k = 0; k < 40; ++k) {
-                    if (k == 20) pull.prescribed_O.setZero();
-                    const auto r = Ask(model, {pull}, w);
-                    largest = std::max(largest, std::abs(r[0].displacement_O.x()));
-                  }
-                  return largest / at_rest;
-                });
+          CheckBody(f, "step, density, modulus",
+                    Text(step) + " s, " + Text(density) + " kg/m3, " + Text(E) + " Pa", scene,
+                    MeshObject(scene, std::nullopt), 2.05,
+                    [&](DeformationModel& model, Validity* w) {
+                      double largest = 0;
+                      for (int k = 0; k < 40; ++k) {
+                        if (k == 20) pull.prescribed_O.setZero();
+                        const auto r = Query(model, {pull}, w);
+                        largest = std::max(largest, std::abs(r[0].displacement_O.x()));
+                      }
+                      return largest / at_rest;
+                    });
         }
       }
     }
@@ -313,7 +314,7 @@ TEST(Extremes, TimeStepDensityAndModulus) {
 }
 
 // Reference: w = F a^2 / (16 pi D), the point load in the middle, in the small-deflection limit.
-void JudgePress(const Family& f, double radius, double thickness, double E, double nu,
+void CheckPress(const Family& f, double radius, double thickness, double E, double nu,
                 double w_over_t, const std::string& axis, const std::string& value) {
   const Scene scene = MembraneScene(f, radius, thickness, E, nu);
   const double D = E * std::pow(thickness, 3) / (12 * (1 - nu * nu));
@@ -322,27 +323,27 @@ void JudgePress(const Family& f, double radius, double thickness, double E, doub
   // Stretching stiffens by about 0.45 (w/t)^2 at the point load (reference c,
   // linear_plate_validity).
   const double bound = f.bound + (f.kind == "plate" ? 0 : 0.6 * w_over_t * w_over_t);
-  Judge(f, axis, value, scene, MeshObject(scene, std::nullopt), bound,
-        [&](DeformationModel& model, Validity* worst) {
-          const Contact press{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 0, {0, 0, -w}};
-          return std::abs(-Ask(model, {press}, worst)[0].force_O.z() / linear - 1);
-        });
+  CheckBody(f, axis, value, scene, MeshObject(scene, std::nullopt), bound,
+            [&](DeformationModel& model, Validity* worst) {
+              const Contact press{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 0, {0, 0, -w}};
+              return std::abs(-Query(model, {press}, worst)[0].force_O.z() / linear - 1);
+            });
 }
 
 TEST(Extremes, Membranes) {
   for (const Family& f : Membranes()) {
     for (const double radius : kLengths) {
       for (const double E : Fine({1, 1e6, 1e12}, kModuli)) {
-        JudgePress(f, radius, 0.02 * radius, E, 0.45, 1e-3, "length, modulus",
+        CheckPress(f, radius, 0.02 * radius, E, 0.45, 1e-3, "length, modulus",
                    Text(radius) + " m, " + Text(E) + " Pa");
       }
     }
-    for (const double nu : kPoisson) JudgePress(f, 0.039, 1e-3, 1e6, nu, 1e-3, "nu", Text(nu));
+    for (const double nu : kPoisson) CheckPress(f, 0.039, 1e-3, 1e6, nu, 1e-3, "nu", Text(nu));
     for (const double slender : {5.0, 10.0, 100.0, 1e3, 1e4, 1e5}) {
-      JudgePress(f, 0.039, 0.039 / slender, 1e6, 0.45, 1e-3, "radius / thickness", Text(slender));
+      CheckPress(f, 0.039, 0.039 / slender, 1e6, 0.45, 1e-3, "radius / thickness", Text(slender));
     }
     for (const double w : {1e-9, 1e-3, 0.1, 0.5}) {
-      JudgePress(f, 0.039, 1e-3, 1e6, 0.45, w, "w / t", Text(w));
+      CheckPress(f, 0.039, 1e-3, 1e6, 0.45, w, "w / t", Text(w));
     }
   }
 }
@@ -357,12 +358,12 @@ TEST(Extremes, MembraneContacts) {
         const double r = 0.9 * a * std::sqrt((i + 0.5) / count), angle = 2.399963 * i;
         places.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
       }
-      Judge(f, "contacts", Text(count), scene, MeshObject(scene, std::nullopt), 1e-5,
-            [&](DeformationModel& model, Validity* worst) {
-              auto loads = RandomLoads(places, 1e-4 / count);
-              for (auto& load : loads) load.prescribed_O.head<2>().setZero();
-              return ThereAndBack(model, loads, worst);
-            });
+      CheckBody(f, "contacts", Text(count), scene, MeshObject(scene, std::nullopt), 1e-5,
+                [&](DeformationModel& model, Validity* worst) {
+                  auto loads = RandomLoads(places, 1e-4 / count);
+                  for (auto& load : loads) load.prescribed_O.head<2>().setZero();
+                  return ThereAndBack(model, loads, worst);
+                });
     }
   }
 }
@@ -386,8 +387,8 @@ TEST(Extremes, Combinations) {
     const std::string value = Text(s.length) + " m, " + Text(s.E) + " Pa, nu " + Text(s.nu) +
                               ", aspect " + Text(s.aspect) + ", strain " + Text(s.strain) +
                               ", cells " + Text(n);
-    for (const Family& f : Volumes()) JudgeVolumeStretch(f, s, "combined", value);
-    for (const Family& f : Outlines()) JudgeOutlineStretch(f, s, "combined", value);
+    for (const Family& f : Volumes()) CheckVolumeStretch(f, s, "combined", value);
+    for (const Family& f : Outlines()) CheckOutlineStretch(f, s, "combined", value);
   }
 }
 

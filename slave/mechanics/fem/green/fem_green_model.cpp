@@ -83,14 +83,14 @@ void FemGreenModel::Respond(std::span<const Contact> contacts,
     }
   }
   try {
-    if (strain_ && solver_.failure().empty()) JudgeBending(responses);
+    if (strain_ && solver_.failure().empty()) CheckBending(responses);
   } catch (const std::exception&) {
     failure_ = "out of memory";
     std::ranges::fill(responses, ContactResponse{});
   }
 }
 
-void FemGreenModel::JudgeBending(std::span<ContactResponse> responses) {
+void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
     if (response.validity != Validity::kValid) continue;

@@ -63,7 +63,7 @@ class FemGreenModel final : public DeformationModel {
  private:
   void Describe(const Options& options, double poisson_ratio, std::size_t tets);
   [[nodiscard]] double MeasureUpdate();
-  void JudgeBending(std::span<ContactResponse> responses);
+  void CheckBending(std::span<ContactResponse> responses);
   [[nodiscard]] double Softness(const ContactSlot& slot, const Eigen::Vector3d& force);
 
   // Under a unit force along each axis, at a place and what was first touched with it.

@@ -78,9 +78,9 @@ GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
   for (int g = 0; g < static_cast<int>(groups_.size()) && all_kept; ++g) all_kept = cache_.Has(g);
   if (all_kept) return;
   if (progress != nullptr) progress->Expect(ExpectedCost(order()));
-  Tell(progress, "factorising stiffness", 0);
+  ReportProgress(progress, "factorising stiffness", 0);
   Factor();
-  Tell(progress, "factorising stiffness", 1);
+  ReportProgress(progress, "factorising stiffness", 1);
 }
 
 SpdFactor& GreenColumns::Factor() {
@@ -143,10 +143,10 @@ bool GreenColumns::Prefetch(std::span<const int> places, Progress* progress) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (IsReady(places[i])) continue;
     const double done = static_cast<double>(i) / static_cast<double>(places.size());
-    Tell(progress, "Green's functions", done);
+    ReportProgress(progress, "Green's functions", done);
     if (Column(places[i]) == nullptr) return false;
   }
-  Tell(progress, "Green's functions", 1);
+  ReportProgress(progress, "Green's functions", 1);
   return true;
 }
 

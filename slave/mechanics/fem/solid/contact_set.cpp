@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -96,7 +96,7 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
   const SurfacePlace at = footprint_.at;
   const auto vicinity = quadratic ? FindPlace(mesh_.touch_surface, here.p_O) : std::nullopt;
   // `at`: farther than half a quarter triangle's edge.
-  SurfacePatch patch = PatchAt(mesh_.touch_surface, vicinity.value_or(at), here.p_O, here.width);
+  DiscPatch patch = PatchAt(mesh_.touch_surface, vicinity.value_or(at), here.p_O, here.width);
   place->coarse = IsPatchCoarse(
       CoverOf(patch, quadratic ? PatchBasis::kMovedNodes10 : PatchBasis::kMovedNodes));
   place->moved = std::move(patch.nodes);

@@ -114,7 +114,7 @@ void Announce(const SolidMesh& mesh, const SolidModel::Params& params, Progress*
   progress->Expect({1e-5 * static_cast<double>(mesh.tets.size()) * (quadratic ? 4 : 1) +
                         entries * std::sqrt(entries) * 2e-10,
                     static_cast<std::size_t>(12 * (entries + 5 * matrix))});
-  Tell(progress, "mesh and pattern", 0);
+  ReportProgress(progress, "mesh and pattern", 0);
 }
 
 }  // namespace
@@ -124,10 +124,10 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
     : params_((Announce(mesh, params, progress), Checked(params))),
       unit_((RequireOnePerNode(held, mesh), SideOf(mesh))),
       mesh_(MakeElementMesh(mesh, params_.options.element, unit_)),
-      layout_((Tell(progress, "mesh and pattern", 0.3), mesh_), TakesPressure(params_)),
+      layout_((ReportProgress(progress, "mesh and pattern", 0.3), mesh_), TakesPressure(params_)),
       body_(mesh_, layout_,
             MaterialLaw(params_.options.law, params_.poisson_ratio, params_.options.terms)),
-      equilibrium_((Tell(progress, "mesh and pattern", 0.6), layout_), body_,
+      equilibrium_((ReportProgress(progress, "mesh and pattern", 0.6), layout_), body_,
                    SolverOptions(params_)),
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
@@ -163,7 +163,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
     balance_.origin = &start_;
   }
   Reset();
-  Tell(progress, "mesh and pattern", 1);
+  ReportProgress(progress, "mesh and pattern", 1);
   Describe(progress);
 }
 
@@ -174,7 +174,7 @@ void SolidModel::Describe(Progress* progress) {
   info_.elements = mesh_.element_count();
   info_.range = params_.options.law == Law::kLinear ? params_.range : 0;
   info_.step = dynamic() ? params_.options.step : 0;
-  Tell(progress, "first answer", 0);
+  ReportProgress(progress, "first answer", 0);
   const auto before = std::chrono::steady_clock::now();
   if (params_.options.law == Law::kLinear && !dynamic()) {
     Respond({}, {});
@@ -193,7 +193,7 @@ void SolidModel::Describe(Progress* progress) {
                       : "") +
                  (solver.is_direct() ? ", direct solver" : ", conjugate gradients");
   NotePrecompute();
-  Tell(progress, "first answer", 1);
+  ReportProgress(progress, "first answer", 1);
 }
 
 void SolidModel::Reset() {
@@ -458,7 +458,7 @@ Vector3d SolidModel::ForceOn(const ContactPlace& place) const {
 }
 
 // Why the answer is extrapolated; nullopt: it is not, but for single patches.
-std::optional<std::string_view> SolidModel::Doubt(double largest) {
+std::optional<std::string_view> SolidModel::FlagReason(double largest) {
   if (inverted_) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (params_.options.law == Law::kLinear && largest > params_.range) return kBeyondRange;
@@ -489,7 +489,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   }
   if (!(largest <= kAbsurd)) return Fail("the answer is absurdly large");
   inverted_ = !(body_.SmallestJacobian(x_) > 0);
-  const std::optional<std::string_view> doubt = Doubt(largest);
+  const std::optional<std::string_view> doubt = FlagReason(largest);
   const double force_unit = params_.young_modulus * unit_ * unit_;
   int row = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {

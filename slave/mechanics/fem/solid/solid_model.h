@@ -89,7 +89,7 @@ class SolidModel final : public DeformationModel {
   void FinishStep();
   [[nodiscard]] double total_energy_nondimensional();
   [[nodiscard]] bool EnergyGrew();
-  [[nodiscard]] std::optional<std::string_view> Doubt(double largest);
+  [[nodiscard]] std::optional<std::string_view> FlagReason(double largest);
   [[nodiscard]] double Softness();
   bool Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] Eigen::Vector3d ForceOn(const ContactPlace& place) const;

@@ -70,7 +70,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   const plate::LoadSearch::Found seek = Search(1);
   const double unexplained = std::max(0.0, values_.squaredNorm() - seek.explained);
   fit.residual = std::sqrt(unexplained / Freedom());
-  const double doubt = DoubtOf(fit.residual);
+  const double doubt = SigmaScale(fit.residual);
   fit.nothing = seek.explained < kBarely * kStandsOut * doubt * doubt;
   if (fit.nothing) {
     known_ = false;
@@ -85,7 +85,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   const bool refined =
       !found || finer_ == nullptr || !AsksForMoreModes(guess) || Refine(&guess, &fit);
   found = found && pressed_ != Validity::kFailed;
-  if (found) Judge(guess, &fit);
+  if (found) FillResult(guess, &fit);
   if (!refined && fit.validity == Validity::kValid) {
     fit.validity = Validity::kExtrapolated;
     fit.reason = "the plate in more modes does not find the load";
@@ -111,7 +111,7 @@ LoadFit LoadFitter::FitCoarsely(std::span<const Vector2d> p_O, std::span<const d
 }
 
 // A residual below one says that the sigmas are too large by so much, if enough points say it.
-double LoadFitter::DoubtOf(double residual) const noexcept {
+double LoadFitter::SigmaScale(double residual) const noexcept {
   if (Freedom() < kTelling) return 1;
   return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
 }
@@ -163,7 +163,7 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
   SpanRimMotion();
   rim_share_ = rim_motions_.transpose() * values_;
   LeaveOutRimMotion(&values_);
-  search_.See(places_);
+  search_.SetPoints(places_);
   return {};
 }
 
@@ -379,10 +379,10 @@ Eigen::Vector3d LoadFitter::RimMotion() noexcept {
   return rim_values_ * (rim_motions_.transpose() * shape_);
 }
 
-void LoadFitter::Judge(const Guess& guess, LoadFit* fit) noexcept {
+void LoadFitter::FillResult(const Guess& guess, LoadFit* fit) noexcept {
   const double a = plate_.radius();
   const double explained = values_.squaredNorm() - misfit_.squaredNorm();
-  const double doubt = DoubtOf(fit->residual);
+  const double doubt = SigmaScale(fit->residual);
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::Vector3d unit(a, a, force_unit_);
   fit->p_O = a * guess.place;

@@ -103,7 +103,7 @@ class LoadFitter {
   [[nodiscard]] plate::LoadSearch::Found Search(double farthest) noexcept {
     return search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rim_motions_, farthest);
   }
-  [[nodiscard]] double DoubtOf(double residual) const noexcept;
+  [[nodiscard]] double SigmaScale(double residual) const noexcept;
   [[nodiscard]] int Freedom() const noexcept {
     return std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
   }
@@ -117,7 +117,7 @@ class LoadFitter {
   [[nodiscard]] bool AsksForMoreModes(const Guess& guess) noexcept;
   bool Refine(Guess* guess, LoadFit* fit) noexcept;
   bool Press(const Guess& guess) noexcept;
-  void Judge(const Guess& guess, LoadFit* fit) noexcept;
+  void FillResult(const Guess& guess, LoadFit* fit) noexcept;
   [[nodiscard]] Eigen::Vector3d RimMotion() noexcept;
   [[nodiscard]] Eigen::Vector2d Inside(const Eigen::Vector2d& place) const noexcept;
 

@@ -26,7 +26,7 @@ LoadSearch::LoadSearch(double load_radius, double farthest) {
   for (const Disc& place : places_) under_load_.push_back(Deflection(place, place.centre));
 }
 
-void LoadSearch::See(std::span<const Vector2d> points) {
+void LoadSearch::SetPoints(std::span<const Vector2d> points) {
   if (std::ranges::equal(points, points_)) return;
   points_.assign(points.begin(), points.end());
   shapes_.resize(static_cast<Index>(points.size()), static_cast<Index>(places_.size()));

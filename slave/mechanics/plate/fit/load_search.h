@@ -17,7 +17,7 @@ class LoadSearch {
   LoadSearch(double load_radius, double farthest);
 
   // The shapes at these points; nothing to do where they are those of the last call. Allocates.
-  void See(std::span<const Eigen::Vector2d> points);
+  void SetPoints(std::span<const Eigen::Vector2d> points);
 
   struct Found {
     Eigen::Vector2d place{0, 0};

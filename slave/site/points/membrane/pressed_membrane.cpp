@@ -84,14 +84,14 @@ DiscMesh::Size SizeOf(const MembraneResolution& resolution, const NestedCircles&
 }  // namespace
 
 // Nondimensional: lengths by the radius a, stresses by E.
-struct PressedMembrane::World {
+struct PressedMembrane::Continuation {
   struct State {
     double depth = 0, force = 0;  // both of the tool, along -z
     VectorXd u;
   };
 
-  World(const MembraneGeometry& geometry, const Material& material, double width,
-        const Vector2d& p_O, const MembraneResolution& resolution, double prestress);
+  Continuation(const MembraneGeometry& geometry, const Material& material, double width,
+               const Vector2d& p_O, const MembraneResolution& resolution, double prestress);
   bool Reach(double depth, int halvings);
   std::optional<State> Solve(double depth);
   bool Linearise(const VectorXd& u, VectorXd* by_load);
@@ -110,9 +110,10 @@ struct PressedMembrane::World {
   MembranePress press;
 };
 
-PressedMembrane::World::World(const MembraneGeometry& geometry, const Material& material,
-                              double width, const Vector2d& p_O,
-                              const MembraneResolution& resolution, double prestress)
+PressedMembrane::Continuation::Continuation(const MembraneGeometry& geometry,
+                                            const Material& material, double width,
+                                            const Vector2d& p_O,
+                                            const MembraneResolution& resolution, double prestress)
     : length(geometry.radius),
       force_unit(material.young_modulus * length * length),
       mesh(CirclesOf(length, width, p_O), geometry.thickness / length,
@@ -134,7 +135,7 @@ PressedMembrane::World::World(const MembraneGeometry& geometry, const Material& 
 }
 
 // Polynomial through the last states.
-PressedMembrane::World::State PressedMembrane::World::Predict(double depth) const {
+PressedMembrane::Continuation::State PressedMembrane::Continuation::Predict(double depth) const {
   State guess{depth, 0, VectorXd::Zero(solid.size())};
   for (const State& state : states) {
     double weight = 1;
@@ -149,7 +150,8 @@ PressedMembrane::World::State PressedMembrane::World::Predict(double depth) cons
 
 // Newton's method for displacements and the force that brings the tool to its depth. Forces cost a
 // fiftieth of a factor, so a factor is kept as long as it brings the balance closer.
-std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(double depth) {
+std::optional<PressedMembrane::Continuation::State> PressedMembrane::Continuation::Solve(
+    double depth) {
   State state = Predict(depth);
   VectorXd residual, by_load;
   double last = 0;
@@ -173,7 +175,7 @@ std::optional<PressedMembrane::World::State> PressedMembrane::World::Solve(doubl
 }
 
 // Also what a load of one does.
-bool PressedMembrane::World::Linearise(const VectorXd& u, VectorXd* by_load) {
+bool PressedMembrane::Continuation::Linearise(const VectorXd& u, VectorXd* by_load) {
   VectorXd forces;
   if (!solid.Linearise(u, &forces, &stiffness) || !factor.Factorize(stiffness, false)) return false;
   *by_load = load;
@@ -181,7 +183,7 @@ bool PressedMembrane::World::Linearise(const VectorXd& u, VectorXd* by_load) {
   return true;
 }
 
-bool PressedMembrane::World::Reach(double depth, int halvings) {
+bool PressedMembrane::Continuation::Reach(double depth, int halvings) {
   if (auto state = Solve(depth)) {
     if (states.size() == 3) states.erase(states.begin());
     states.push_back(std::move(*state));
@@ -192,7 +194,7 @@ bool PressedMembrane::World::Reach(double depth, int halvings) {
   return Reach(middle, halvings - 1) && Reach(depth, halvings - 1);
 }
 
-void PressedMembrane::World::Record() {
+void PressedMembrane::Continuation::Record() {
   const State& state = states.back();
   auto rung = std::make_shared<MembraneRung>();
   rung->depth = state.depth * length;
@@ -212,26 +214,28 @@ PressedMembrane::PressedMembrane(const MembraneGeometry& geometry, const Materia
                                  double width, const Vector2d& p_O,
                                  const MembraneResolution& resolution, double prestress) {
   CheckParameters(geometry, material, width, p_O, resolution, prestress);
-  world_ = std::make_unique<World>(geometry, material, width, p_O, resolution, prestress);
+  continuation_ =
+      std::make_unique<Continuation>(geometry, material, width, p_O, resolution, prestress);
 }
 
 PressedMembrane::~PressedMembrane() = default;
 
 bool PressedMembrane::Deepen(double depth) {
-  if (!(depth > world_->press.rungs.back()->depth && depth <= kDeepest * world_->length)) {
+  if (!(depth > continuation_->press.rungs.back()->depth &&
+        depth <= kDeepest * continuation_->length)) {
     return false;
   }
-  auto before = world_->states;
-  if (!world_->Reach(depth / world_->length, kHalvings)) {
-    world_->states = std::move(before);
+  auto before = continuation_->states;
+  if (!continuation_->Reach(depth / continuation_->length, kHalvings)) {
+    continuation_->states = std::move(before);
     return false;
   }
-  world_->Record();
+  continuation_->Record();
   return true;
 }
 
 const MembranePress& PressedMembrane::press() const {
-  return world_->press;
+  return continuation_->press;
 }
 
 }  // namespace palpate::site

@@ -71,8 +71,8 @@ class PressedMembrane {
   [[nodiscard]] const MembranePress& press() const;
 
  private:
-  struct World;
-  std::unique_ptr<World> world_;
+  struct Continuation;
+  std::unique_ptr<Continuation> continuation_;
 };
 
 // How the membrane lies under the tool now, from presses that were solved at some radii only.

@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "master/station/page_command.h"
 #include "master/station/server/page_server.h"
-#include "master/station/wish.h"
 #include "tests/master/station/server/page_client.h"
 
 namespace palpate {
@@ -20,7 +20,7 @@ constexpr int kText = 1, kClose = 8;
 class HostileVisitorTest : public testing::Test {
  protected:
   [[nodiscard]] std::string Host() const { return ToString(server_.endpoint()); }
-  std::string Ask(const std::string& request) {
+  std::string Query(const std::string& request) {
     PageClient client(server_.endpoint());
     client.Send(request);
     return client.ReadAll();
@@ -47,7 +47,7 @@ class HostileVisitorTest : public testing::Test {
   PageServer server_{{"127.0.0.1", 0},
                      &board_,
                      {[](std::uint64_t /*page*/, std::string_view said) -> std::string {
-                        ReadWish(said);
+                        ReadPageCommand(said);
                         return "pong";
                       },
                       [](std::uint64_t /*page*/) {}}};
@@ -56,7 +56,7 @@ class HostileVisitorTest : public testing::Test {
 TEST_F(HostileVisitorTest, ANameThatWasReboundIsRefused) {
   for (const char* host : {"evil.example", "evil.example:80", "127.0.0.1.evil.example:1",
                            "10.0.0.7", "", "[::2]:80"}) {
-    EXPECT_THAT(Ask("GET / HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n"),
+    EXPECT_THAT(Query("GET / HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n"),
                 StartsWith("HTTP/1.1 421"))
         << host;
     PageClient page(server_.endpoint());
@@ -80,13 +80,13 @@ TEST_F(HostileVisitorTest, ThroughATunnelThePortIsAnother) {
 }
 
 TEST_F(HostileVisitorTest, BadRequestsAreAnsweredAndForgotten) {
-  EXPECT_THAT(Ask("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(Query("nonsense\r\n\r\n"), StartsWith("HTTP/1.1 400"));
   EXPECT_THAT(
-      Ask("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(20000, 'x') + "\r\n\r\n"),
+      Query("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(20000, 'x') + "\r\n\r\n"),
       StartsWith("HTTP/1.1 400"));
-  EXPECT_THAT(Ask("DELETE / HTTP/1.1\r\nHost: localhost\r\n\r\n"), StartsWith("HTTP/1.1 405"));
-  Ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000000\r\n\r\nxxx");
-  Ask(std::string(100, '\0'));
+  EXPECT_THAT(Query("DELETE / HTTP/1.1\r\nHost: localhost\r\n\r\n"), StartsWith("HTTP/1.1 405"));
+  Query("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000000\r\n\r\nxxx");
+  Query(std::string(100, '\0'));
   ExpectSound();
 }
 
@@ -118,7 +118,7 @@ TEST_F(HostileVisitorTest, BrokenFramesEndTheLine) {
 TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
   PageClient page(server_.endpoint());
   page.Upgrade(Host(), "");
-  page.SendText(std::string(kLongestWish + 1, 'x'));
+  page.SendText(std::string(kLongestCommand + 1, 'x'));
   EXPECT_TRUE(page.ReadFrame(kClose));
   ExpectSound();
 }
@@ -126,7 +126,7 @@ TEST_F(HostileVisitorTest, AMessageThatIsTooLongEndsTheLine) {
 TEST_F(HostileVisitorTest, AFloodIsClosed) {
   PageClient page(server_.endpoint());
   page.Upgrade(Host(), "");
-  for (int i = 0; i < 20 * PageServer::kMostWishes; ++i) {
+  for (int i = 0; i < 20 * PageServer::kMostCommands; ++i) {
     if (!page.SendText(R"({"do":"ping","at":1})")) break;
   }
   const auto close = page.ReadFrame(kClose);

@@ -100,7 +100,7 @@ class TlsPageTest : public PageAccessTest {
         access_);
   }
   // What comes back for `request` up to `end`, or as far as it comes.
-  std::string Ask(const std::string& request, const std::string& end) {
+  std::string Query(const std::string& request, const std::string& end) {
     asio::io_context context;
     asio::ssl::context tls(asio::ssl::context::tls_client);
     tls.load_verify_file(At("page") + "/ca.pem");
@@ -115,10 +115,11 @@ class TlsPageTest : public PageAccessTest {
     return answer;
   }
   std::string Upgrade(const std::string& target, const std::string& origin) {
-    return Ask("GET " + target + " HTTP/1.1\r\nHost: station.example\r\nOrigin: " + origin +
-                   "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                   "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
-               "\r\n\r\n");
+    return Query(
+        "GET " + target + " HTTP/1.1\r\nHost: station.example\r\nOrigin: " + origin +
+            "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+        "\r\n\r\n");
   }
 
   NoticeBoard board_;
@@ -127,7 +128,7 @@ class TlsPageTest : public PageAccessTest {
 };
 
 TEST_F(TlsPageTest, ServesThePageInTlsAlone) {
-  EXPECT_THAT(Ask("GET / HTTP/1.1\r\nHost: station.example\r\n\r\n", "</html>"),
+  EXPECT_THAT(Query("GET / HTTP/1.1\r\nHost: station.example\r\n\r\n", "</html>"),
               HasSubstr("<title>Palpate"));
   PageClient plain(server_->endpoint());
   plain.Send("GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");

@@ -31,7 +31,7 @@ class PageServerTest : public testing::Test {
   }
   void Put(Topic topic, std::string message) {
     board_.Put(topic, std::move(message));
-    server_.Tell();
+    server_.Notify();
   }
   bool Until(const std::function<bool()>& condition) {
     for (int i = 0; i < 1000 && !condition(); ++i)
@@ -176,7 +176,7 @@ TEST(PageServerEndTest, SaysGoodbye) {
   PageClient page(server->endpoint());
   ASSERT_THAT(page.Upgrade(ToString(server->endpoint()), ""), HasSubstr("101"));
   board.Put(Topic::kHello, "hello");
-  server->Tell();
+  server->Notify();
   ASSERT_TRUE(page.ReadFrame(kText)) << "the server knows that the page has come";
   server.reset();
   const auto goodbye = page.ReadFrame(kClose);

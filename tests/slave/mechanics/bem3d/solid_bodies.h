@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/mesh/surface_patch.h"
 
 namespace palpate::solid_bodies {
 

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/fem/solids.h"

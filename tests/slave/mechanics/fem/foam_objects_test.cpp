@@ -8,7 +8,7 @@
 #include <Eigen/SparseCholesky>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "tests/slave/mechanics/fem/solids.h"
 #include "tests/support/paths.h"
 

@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -57,7 +57,7 @@ Shares SharesOf(const SurfaceMesh& surface, const Contact& contact, bool* point)
   Shares shares;
   *point = true;
   if (contact.width > 0) {
-    const SurfacePatch patch = PatchAt(surface, *place, contact.p_O, contact.width);
+    const DiscPatch patch = PatchAt(surface, *place, contact.p_O, contact.width);
     if (contact.kind == Contact::Kind::kForce) {
       double total = 0;
       for (const int t : patch.triangles) total += Area(surface, t);

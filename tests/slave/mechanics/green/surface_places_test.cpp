@@ -42,7 +42,7 @@ TEST(SurfaceFootprints, FindThePatchesThatPatchAtFinds) {
     for (const double width : {0.004, 0.02, 0.05}) {
       contact.width = width;
       ASSERT_TRUE(footprints.OnNodes(contact, &found).empty());
-      const SurfacePatch patch = PatchAt(surface, found.at, contact.p_O, width);
+      const DiscPatch patch = PatchAt(surface, found.at, contact.p_O, width);
       EXPECT_TRUE(std::ranges::equal(footprints.patch().nodes, patch.nodes)) << contact.p_O;
       EXPECT_TRUE(std::ranges::equal(footprints.patch().triangles, patch.triangles)) << contact.p_O;
     }

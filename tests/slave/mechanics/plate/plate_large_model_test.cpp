@@ -42,7 +42,7 @@ Contact Loaded(const Vector2d& p, double force, double width = 0) {
   return {Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, -force}};
 }
 
-std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts) {
+std::vector<ContactResponse> Query(DeformationModel& model, const std::vector<Contact>& contacts) {
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
   return responses;
@@ -57,9 +57,9 @@ TEST(PlateLargeModel, TheRubberMembraneTakesTheTabulatedForces) {
     params.thickness = row.at("t");
     PlateLargeModel model(params);
     const double w = row.at("w0"), R = row.at("r0");
-    const auto r = Ask(model, {Moved({0, 0}, w, 2 * R)})[0];
+    const auto r = Query(model, {Moved({0, 0}, w, 2 * R)})[0];
     EXPECT_NEAR(-r.force_O.z() / row.at("F_von_karman").get<double>(), 1, 1e-5) << row;
-    const auto back = Ask(model, {Loaded({0, 0}, -r.force_O.z(), 2 * R)})[0];
+    const auto back = Query(model, {Loaded({0, 0}, -r.force_O.z(), 2 * R)})[0];
     EXPECT_NEAR(-back.displacement_O.z() / w, 1, 1e-9) << row;
   }
 }
@@ -72,7 +72,8 @@ TEST(PlateLargeModel, LeavesTheLinearPlateAsTabulated) {
   const json expected = CaseOf(file, "linear_plate_validity").at("expected");
   for (const json& row : expected) {
     const auto press = Moved({0, 0}, row.at("w0_over_t").get<double>() * 0.001);
-    const double ratio = Ask(linear, {press})[0].force_O.z() / Ask(large, {press})[0].force_O.z();
+    const double ratio =
+        Query(linear, {press})[0].force_O.z() / Query(large, {press})[0].force_O.z();
     EXPECT_NEAR(ratio / row.at("linear_over_von_karman").get<double>(), 1, 1e-6) << row;
   }
 }
@@ -87,7 +88,7 @@ TEST(PlateLargeModel, AgreesWithSolidElementsAtFiveMillimetres) {
     const json& p = c.at("params");
     PlateLargeModel model({p.at("a"), p.at("t"), p.at("E"), p.at("nu")});
     const double R = p.at("r0");
-    const auto r = Ask(model, {Loaded({0, 0}, p.at("F"), 2 * R)})[0];
+    const auto r = Query(model, {Loaded({0, 0}, p.at("F"), 2 * R)})[0];
     const double allowed = id.ends_with("neo") ? 0.04 : 0.02;
     EXPECT_NEAR(-r.displacement_O.z() / c.at("expected").at("w_centre").get<double>(), 1, allowed)
         << id;
@@ -107,7 +108,7 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
     const double fine = plate::RitzDeflection(nu, p, R, F, 12);
     for (const int order : {12, 20}) {
       PlateLargeModel model(Unit(nu, order));
-      const auto r = Ask(model, {Loaded({p, 0}, F, 2 * R)})[0];
+      const auto r = Query(model, {Loaded({p, 0}, F, 2 * R)})[0];
       ASSERT_NE(r.validity, Validity::kFailed) << model.failure();
       const double w = -r.displacement_O.z() / kThickness;
       std::printf("nu %4.2f p %.2f R %.2f F %3.0f order %2d: w / t %.6f, Ritz %.6f %.6f\n", nu, p,
@@ -133,7 +134,7 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
       for (const double w : {1.0, 5.0, 10.0}) {
         std::vector<double> forces;
         for (auto& model : models) {
-          const auto r = Ask(*model, {Moved({0, p}, w * kThickness, 2 * R)})[0];
+          const auto r = Query(*model, {Moved({0, p}, w * kThickness, 2 * R)})[0];
           ASSERT_NE(r.validity, Validity::kFailed) << model->failure();
           forces.push_back(-r.force_O.z());
         }
@@ -153,8 +154,8 @@ TEST(PlateLargeModel, ThePressAtTheCentreContinuesThatBesideIt) {
   PlateLargeModel model(Unit(0.45));
   for (const double R : {0.0, 0.05}) {
     for (const double w : {1.0, 10.0, 50.0}) {
-      const double at = Ask(model, {Moved({0, 0}, w * kThickness, 2 * R)})[0].force_O.z();
-      const double beside = Ask(model, {Moved({1e-6, 0}, w * kThickness, 2 * R)})[0].force_O.z();
+      const double at = Query(model, {Moved({0, 0}, w * kThickness, 2 * R)})[0].force_O.z();
+      const double beside = Query(model, {Moved({1e-6, 0}, w * kThickness, 2 * R)})[0].force_O.z();
       EXPECT_NEAR(beside / at, 1, 1e-5) << R << " " << w;
     }
   }
@@ -168,7 +169,7 @@ TEST(PlateLargeModel, IsTheLinearPlateAtSmallDeflection) {
       PlateModel linear({kRadius, kThickness, kModulus, nu});
       const std::vector contacts = {Moved({0.5, 0.1}, 1e-8), Moved({-0.3, 0.4}, -2e-8, 0.1),
                                     Loaded({0.1, -0.6}, 3e-6, 0.2), Loaded({0.97, 0}, 1e-5)};
-      const auto a = Ask(large, contacts), b = Ask(linear, contacts);
+      const auto a = Query(large, contacts), b = Query(linear, contacts);
       for (std::size_t i = 0; i < contacts.size(); ++i) {
         EXPECT_NEAR(a[i].force_O.z() / b[i].force_O.z(), 1, 1e-8);
         EXPECT_NEAR(a[i].displacement_O.z() / b[i].displacement_O.z(), 1, 1e-8);
@@ -188,7 +189,7 @@ TEST(PlateLargeModel, AnswersAreTheSameAtAnyScale) {
         const double t = a / 40;
         PlateLargeModel model(
             {.radius = a, .thickness = t, .young_modulus = E, .poisson_ratio = nu, .order = 8});
-        const auto r = Ask(model, {Moved({0.4 * a, 0.1 * a}, 3 * t, 0.1 * a)})[0];
+        const auto r = Query(model, {Moved({0.4 * a, 0.1 * a}, 3 * t, 0.1 * a)})[0];
         EXPECT_EQ(r.validity, Validity::kValid);
         const double F = -r.force_O.z() * a * a / (E * t * t * t * t);
         if (reference == 0) reference = F;
@@ -203,7 +204,7 @@ TEST(PlateLargeModel, LoadsAndDisplacementsAreInverse) {
   PlateLargeModel model(Unit(0.45));
   const std::vector loads = {Loaded({0.5, 0.1}, 40), Loaded({-0.3, 0.4}, 25, 0.1),
                              Loaded({0.1, -0.6}, -30, 0.2)};
-  const auto deflected = Ask(model, loads);
+  const auto deflected = Query(model, loads);
   auto moved = loads;
   for (std::size_t i = 0; i < loads.size(); ++i) {
     moved[i].kind = Contact::Kind::kDisplacement;
@@ -211,7 +212,7 @@ TEST(PlateLargeModel, LoadsAndDisplacementsAreInverse) {
   }
   for (const bool rested : {false, true}) {
     if (rested) model.Reset();
-    const auto held = Ask(model, moved);
+    const auto held = Query(model, moved);
     for (std::size_t i = 0; i < loads.size(); ++i) {
       EXPECT_NEAR(held[i].force_O.z() / loads[i].prescribed_O.z(), 1, 1e-7) << i;
     }
@@ -223,11 +224,11 @@ TEST(PlateLargeModel, TheStiffnessIsTheSlopeOfTheForce) {
   PlateLargeModel model(Unit(0.45));
   for (const Contact& first : {Moved({0.4, 0.2}, 0.05), Loaded({0.4, 0.2}, 100, 0.1)}) {
     for (const Contact& other : {Moved({-0.3, 0}, 0.02, 0.1), Loaded({-0.3, 0}, 20)}) {
-      const auto now = Ask(model, {first, other});
+      const auto now = Query(model, {first, other});
       auto more = first, less = first;
       more.prescribed_O.z() *= 1.0001;
       less.prescribed_O.z() *= 0.9999;
-      const auto above = Ask(model, {more, other}), below = Ask(model, {less, other});
+      const auto above = Query(model, {more, other}), below = Query(model, {less, other});
       const double slope = (above[0].force_O.z() - below[0].force_O.z()) /
                            (above[0].displacement_O.z() - below[0].displacement_O.z());
       EXPECT_NEAR(now[0].stiffness_O(2, 2) / slope, 1, 1e-5);
@@ -248,7 +249,7 @@ TEST(PlateLargeModel, AClosedPathTakesNoWork) {
     const auto side = static_cast<std::size_t>((step - 1) / 64);
     const double share = ((step - 1) % 64 + 1) / 64.0;
     const Vector2d at = (1 - share) * corners[side] + share * corners[(side + 1) % 4];
-    const auto r = Ask(model, {Moved({0.4, 0}, at.x()), Moved({-0.2, 0.35}, at.y())});
+    const auto r = Query(model, {Moved({0.4, 0}, at.x()), Moved({-0.2, 0.35}, at.y())});
     const Vector2d force(-r[0].force_O.z(), -r[1].force_O.z());
     work += (force + force_before).dot(at - before) / 2;
     if (step == 64) first_side = work;
@@ -261,15 +262,15 @@ TEST(PlateLargeModel, AClosedPathTakesNoWork) {
 // Reference: superposed loads in one place are one load.
 TEST(PlateLargeModel, LoadsInOnePlaceAddUp) {
   PlateLargeModel model(Unit(0.3));
-  const double one = Ask(model, {Loaded({0.3, 0.3}, 30, 0.1)})[0].displacement_O.z();
-  const double two =
-      Ask(model, {Loaded({0.3, 0.3}, 10, 0.1), Loaded({0.3, 0.3}, 20, 0.1)})[0].displacement_O.z();
+  const double one = Query(model, {Loaded({0.3, 0.3}, 30, 0.1)})[0].displacement_O.z();
+  const double two = Query(model, {Loaded({0.3, 0.3}, 10, 0.1), Loaded({0.3, 0.3}, 20, 0.1)})[0]
+                         .displacement_O.z();
   EXPECT_NEAR(two / one, 1, 1e-9);
 }
 
 TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateLargeModel model(kRubber);
-  Ask(model, {Moved({0.01, 0.005}, 3e-3, 0.004)});
+  Query(model, {Moved({0.01, 0.005}, 3e-3, 0.004)});
   EXPECT_NEAR(model.Displacement({0.01, 0.005}) / -3e-3, 1, 1e-6);
   EXPECT_NEAR(model.Displacement({0.039, 0}), 0, 1e-30);
   std::vector<Eigen::Vector3d> field;
@@ -277,7 +278,7 @@ TEST(PlateLargeModel, TheShapePassesThroughWhatIsPrescribed) {
   const auto grid = MembraneGrid(kRubber.radius);
   ASSERT_EQ(field.size(), grid.nodes.size());
   EXPECT_NEAR(field[77].z() / model.Displacement(grid.nodes[77].head<2>()), 1, 1e-12);
-  Ask(model, {Moved({0, 0}, 3e-3)});
+  Query(model, {Moved({0, 0}, 3e-3)});
   EXPECT_NEAR(model.Displacement({0, 0}) / -3e-3, 1, 1e-9);
 }
 
@@ -289,34 +290,36 @@ TEST(PlateLargeModel, PrestressStiffens) {
   params.prestress = 100;  // 3.7e-3 of strain
   PlateLargeModel tight(params);
   const auto press = Moved({0, 0}, 1e-4), beside = Moved({1e-8, 0}, 1e-4);
-  EXPECT_LT(Ask(tight, {press})[0].force_O.z(), 1.2 * Ask(slack, {press})[0].force_O.z());
-  EXPECT_NEAR(Ask(tight, {beside})[0].force_O.z() / Ask(tight, {press})[0].force_O.z(), 1, 1e-5);
+  EXPECT_LT(Query(tight, {press})[0].force_O.z(), 1.2 * Query(slack, {press})[0].force_O.z());
+  EXPECT_NEAR(Query(tight, {beside})[0].force_O.z() / Query(tight, {press})[0].force_O.z(), 1,
+              1e-5);
 }
 
 TEST(PlateLargeModel, SaysWhereItIsOutsideItsRange) {
   PlateLargeModel model(kRubber);
-  EXPECT_EQ(Ask(model, {Moved({0, 0}, 5e-3)})[0].validity, Validity::kValid);
-  EXPECT_EQ(Ask(model, {Moved({0.01, 0}, 5e-3)})[0].validity, Validity::kValid);
-  EXPECT_EQ(Ask(model, {Moved({0, 0}, 0.0118)})[0].validity, Validity::kExtrapolated);  // 0.3 a
+  EXPECT_EQ(Query(model, {Moved({0, 0}, 5e-3)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Query(model, {Moved({0.01, 0}, 5e-3)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Query(model, {Moved({0, 0}, 0.0118)})[0].validity, Validity::kExtrapolated);  // 0.3 a
   auto thin = kRubber;
   thin.thickness = 1e-4;
   PlateLargeModel membrane(thin);
-  EXPECT_EQ(Ask(membrane, {Moved({0.01, 0}, 3e-3)})[0].validity, Validity::kExtrapolated);  // 30 t
-  EXPECT_EQ(Ask(membrane, {Moved({0, 0}, 3e-3)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Query(membrane, {Moved({0.01, 0}, 3e-3)})[0].validity,
+            Validity::kExtrapolated);  // 30 t
+  EXPECT_EQ(Query(membrane, {Moved({0, 0}, 3e-3)})[0].validity, Validity::kValid);
 }
 
 TEST(PlateLargeModel, FailsWithItsReasonAndRecovers) {
   PlateLargeModel model(kRubber);
-  const double before = Ask(model, {Moved({0.01, 0}, 2e-3)})[0].force_O.z();
-  EXPECT_EQ(Ask(model, {Moved({0.05, 0}, 1e-4)})[0].validity, Validity::kFailed);
+  const double before = Query(model, {Moved({0.01, 0}, 2e-3)})[0].force_O.z();
+  EXPECT_EQ(Query(model, {Moved({0.05, 0}, 1e-4)})[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("rim"));
-  EXPECT_EQ(Ask(model, {Moved({0.01, 0}, 2)})[0].validity, Validity::kFailed);
+  EXPECT_EQ(Query(model, {Moved({0.01, 0}, 2)})[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("1000 thicknesses"));
-  EXPECT_EQ(Ask(model, {Loaded({0.01, 0}, 1e300)})[0].validity, Validity::kFailed);
+  EXPECT_EQ(Query(model, {Loaded({0.01, 0}, 1e300)})[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("absurdly"));
-  EXPECT_EQ(Ask(model, {Loaded({0.01, 0}, std::nan(""))})[0].validity, Validity::kFailed);
-  EXPECT_NEAR(Ask(model, {Moved({0.01, 0}, 2e-3)})[0].force_O.z() / before, 1, 1e-9);
-  EXPECT_TRUE(Ask(model, {}).empty());
+  EXPECT_EQ(Query(model, {Loaded({0.01, 0}, std::nan(""))})[0].validity, Validity::kFailed);
+  EXPECT_NEAR(Query(model, {Moved({0.01, 0}, 2e-3)})[0].force_O.z() / before, 1, 1e-9);
+  EXPECT_TRUE(Query(model, {}).empty());
 }
 
 // Random presses of every depth and place: an answer or a refusal, never anything else.
@@ -332,7 +335,7 @@ TEST(PlateLargeModel, AnswersOrRefusesWhateverComes) {
       const double depth = kThickness * std::pow(10, 3 * unit(random)) * (i % 3 == 0 ? -1 : 1);
       contacts.push_back(i % 2 == 0 ? Moved(place, depth) : Loaded(place, 1e3 * depth));
     }
-    for (const auto& r : Ask(model, contacts)) {
+    for (const auto& r : Query(model, contacts)) {
       ASSERT_TRUE(r.force_O.allFinite() && r.displacement_O.allFinite());
       if (r.validity == Validity::kFailed) {
         ASSERT_NE(model.failure(), "");
@@ -370,12 +373,12 @@ TEST(PlateLargeModel, SmallLoadsAreAnsweredOrFlaggedAtEverySize) {
       const auto per_unit = [&](const ContactResponse& r, double value) {
         return (moved ? r.force_O.z() : r.displacement_O.z()) / -value;
       };
-      const double linear = per_unit(Ask(model, {press(1e-6)})[0], 1e-6);
+      const double linear = per_unit(Query(model, {press(1e-6)})[0], 1e-6);
       for (double value = 1e-6; value > 0; value *= 1e-3) {
         for (const bool after_large : {false, true}) {
           model.Reset();
-          if (after_large) Ask(model, {press(moved ? kThickness : 10)});
-          const ContactResponse r = Ask(model, {press(value)})[0];
+          if (after_large) Query(model, {press(moved ? kThickness : 10)});
+          const ContactResponse r = Query(model, {press(value)})[0];
           if (r.validity != Validity::kValid) {
             EXPECT_LT(value, 1e-285);
             if (r.validity == Validity::kExtrapolated) {

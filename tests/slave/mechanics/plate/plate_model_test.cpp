@@ -29,7 +29,7 @@ Contact Loaded(const Vector2d& p, double force, double width = 0) {
   return {Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, -force}};
 }
 
-std::vector<ContactResponse> Ask(PlateModel& model, const std::vector<Contact>& contacts) {
+std::vector<ContactResponse> Query(PlateModel& model, const std::vector<Contact>& contacts) {
   std::vector<ContactResponse> responses(contacts.size());
   model.Respond(contacts, responses);
   return responses;
@@ -44,7 +44,7 @@ TEST(PlateModel, TheCentralForceIsThatOfPaperC) {
         PlateModel model({a, a / 50, E, nu});
         const double D = E * std::pow(a / 50, 3) / (12 * (1 - nu * nu));
         const double w = a / 500;
-        const auto r = Ask(model, {Moved({0, 0}, w)})[0];
+        const auto r = Query(model, {Moved({0, 0}, w)})[0];
         EXPECT_EQ(r.validity, Validity::kValid);
         EXPECT_NEAR(-r.force_O.z() / (16 * std::numbers::pi * D * w / (a * a)), 1, 1e-13);
         EXPECT_NEAR(r.stiffness_O(2, 2) * w / -r.force_O.z(), 1, 1e-13);
@@ -61,7 +61,7 @@ TEST(PlateModel, TheRubberMembraneTakesTheTabulatedLinearForces) {
   for (const auto& row : c.at("expected")) {
     PlateModel model({0.039, row.at("t").get<double>(), 27.2e6, 0.45});
     const double w = row.at("w0"), R = row.at("r0");
-    const auto r = Ask(model, {Moved({0, 0}, w, 2 * R)})[0];
+    const auto r = Query(model, {Moved({0, 0}, w, 2 * R)})[0];
     EXPECT_NEAR(-r.force_O.z() / row.at("F_linear").get<double>(), 1, 1e-12) << row;
   }
 }
@@ -77,14 +77,14 @@ TEST(PlateModel, LoadsAndDisplacementsAreInverse) {
     loads.push_back(Loaded({r * std::cos(2.4 * i), r * std::sin(2.4 * i)}, 1e-3 * unit(random),
                            i % 2 == 0 ? 0.002 : 0));
   }
-  const auto deflected = Ask(model, loads);
+  const auto deflected = Query(model, loads);
   auto moved = loads;
   for (std::size_t i = 0; i < loads.size(); ++i) {
     EXPECT_EQ(deflected[i].force_O, loads[i].prescribed_O);
     moved[i].kind = Contact::Kind::kDisplacement;
     moved[i].prescribed_O = deflected[i].displacement_O;
   }
-  const auto held = Ask(model, moved);
+  const auto held = Query(model, moved);
   for (std::size_t i = 0; i < loads.size(); ++i) {
     EXPECT_NEAR(held[i].force_O.z(), loads[i].prescribed_O.z(), 1e-9 * 1e-3) << i;
     EXPECT_EQ(held[i].displacement_O, moved[i].prescribed_O);
@@ -95,16 +95,16 @@ TEST(PlateModel, LoadsAndDisplacementsAreInverse) {
 TEST(PlateModel, HeldPlacesFeelEachOtherReciprocally) {
   PlateModel model(kRubber);
   const Vector2d p(0.01, 0.005), q(-0.012, 0.009);
-  const double at_q = Ask(model, {Moved(p, 1e-4), Moved(q, 0)})[1].force_O.z();
-  const double at_p = Ask(model, {Moved(p, 0), Moved(q, 1e-4)})[0].force_O.z();
+  const double at_q = Query(model, {Moved(p, 1e-4), Moved(q, 0)})[1].force_O.z();
+  const double at_p = Query(model, {Moved(p, 0), Moved(q, 1e-4)})[0].force_O.z();
   EXPECT_NEAR(at_q / at_p, 1, 1e-11);
   EXPECT_GT(at_q, 0);  // the held place pulls back
 
   for (const Contact& first : {Moved(p, 1e-4), Loaded(p, 0.1)}) {
-    const auto now = Ask(model, {first, Moved(q, 1e-4)});
+    const auto now = Query(model, {first, Moved(q, 1e-4)});
     auto more = first;
     more.prescribed_O.z() *= 1.001;
-    const auto then = Ask(model, {more, Moved(q, 1e-4)});
+    const auto then = Query(model, {more, Moved(q, 1e-4)});
     const double slope = (then[0].force_O.z() - now[0].force_O.z()) /
                          (then[0].displacement_O.z() - now[0].displacement_O.z());
     EXPECT_NEAR(now[0].stiffness_O(2, 2) / slope, 1, 1e-9);
@@ -113,7 +113,8 @@ TEST(PlateModel, HeldPlacesFeelEachOtherReciprocally) {
 
 TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateModel model(kRubber);
-  const auto responses = Ask(model, {Moved({0.01, 0}, 2e-4, 0.004), Loaded({-0.02, 0.003}, 0.05)});
+  const auto responses =
+      Query(model, {Moved({0.01, 0}, 2e-4, 0.004), Loaded({-0.02, 0.003}, 0.05)});
   EXPECT_NEAR(model.Displacement({0.01, 0}), -2e-4, 1e-16);
   EXPECT_NEAR(model.Displacement({-0.02, 0.003}) / responses[1].displacement_O.z(), 1, 1e-12);
   std::vector<Eigen::Vector3d> field;
@@ -126,39 +127,39 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
 
 TEST(PlateModel, HalfAThicknessIsItsRange) {
   PlateModel model(kRubber);
-  EXPECT_EQ(Ask(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
-  EXPECT_EQ(Ask(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
-  EXPECT_EQ(Ask(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
+  EXPECT_EQ(Query(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Query(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
+  EXPECT_EQ(Query(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
 }
 
 TEST(PlateModel, FailsWithItsReasonAndRecovers) {
   PlateModel model(kRubber);
-  EXPECT_EQ(Ask(model, {Moved({0.05, 0}, 1e-4)})[0].validity, Validity::kFailed);
+  EXPECT_EQ(Query(model, {Moved({0.05, 0}, 1e-4)})[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("rim"));
   EXPECT_EQ(model.Displacement({0, 0}), 0);
-  EXPECT_EQ(Ask(model, {Loaded({0, 0}, 1e300)})[0].validity, Validity::kFailed);
+  EXPECT_EQ(Query(model, {Loaded({0, 0}, 1e300)})[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("absurdly"));
-  EXPECT_EQ(Ask(model, {Moved({0, 0}, 1e-4), Moved({1e-8, 0}, 2e-4)})[0].validity,
+  EXPECT_EQ(Query(model, {Moved({0, 0}, 1e-4), Moved({1e-8, 0}, 2e-4)})[0].validity,
             Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("too close"));
   std::vector<ContactResponse> too_few(1);
   const std::vector contacts = {Moved({0, 0}, 1e-4), Moved({0.01, 0}, 1e-4)};
   model.Respond(contacts, too_few);
   EXPECT_EQ(too_few[0].validity, Validity::kFailed);
-  EXPECT_EQ(Ask(model, {Moved({0, 0}, 1e-4)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Query(model, {Moved({0, 0}, 1e-4)})[0].validity, Validity::kValid);
   EXPECT_EQ(model.failure(), "");
-  EXPECT_TRUE(Ask(model, {}).empty());
+  EXPECT_TRUE(Query(model, {}).empty());
 }
 
 TEST(PlateModel, AContactSetThatChangesIsNoticed) {
   PlateModel model(kRubber), fresh(kRubber);
-  Ask(model, {Moved({0, 0}, 1e-4)});
+  Query(model, {Moved({0, 0}, 1e-4)});
   for (const auto& contacts :
        {std::vector{Moved({0.01, 0}, 1e-4)}, std::vector{Moved({0.01, 0}, 1e-4, 0.002)},
         std::vector{Loaded({0.01, 0}, 1e-4, 0.002)},
         std::vector{Loaded({0.01, 0}, 1e-4), Moved({-0.01, 0}, 0)}}) {
-    EXPECT_EQ(Ask(model, contacts)[0].force_O, Ask(fresh, contacts)[0].force_O);
-    EXPECT_EQ(Ask(model, contacts)[0].displacement_O, Ask(fresh, contacts)[0].displacement_O);
+    EXPECT_EQ(Query(model, contacts)[0].force_O, Query(fresh, contacts)[0].force_O);
+    EXPECT_EQ(Query(model, contacts)[0].displacement_O, Query(fresh, contacts)[0].displacement_O);
   }
 }
 

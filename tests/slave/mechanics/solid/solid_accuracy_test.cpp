@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/slave/mechanics/solid/bodies.h"
 

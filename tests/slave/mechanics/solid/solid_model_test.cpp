@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "tests/slave/mechanics/solid/bodies.h"
 #include "tests/support/allocation_count.h"
 

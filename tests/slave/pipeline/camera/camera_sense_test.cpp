@@ -114,7 +114,7 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
     EXPECT_THROW(slave_->SetModel(finer), std::logic_error);
     EXPECT_THROW(slave_->SetParameters(absurd), std::logic_error);
     EXPECT_THROW(slave_->Reset(), std::logic_error);
-    EXPECT_THROW(slave_->FindAnew(), std::logic_error);
+    EXPECT_THROW(slave_->ReinitializeTracking(), std::logic_error);
   };
   refuses();
   Until([](const SlaveState& s) { return s.phase == Phase::kClutched; }, false);
@@ -137,9 +137,9 @@ TEST_F(CameraSenseTest, SettingsChangeOnlyWithTheClutchOpenAndNothingTouched) {
 }
 
 // Auto chose a model for a press of 1 mm.
-class ChosenAnewTest : public CameraSenseTest {
+class RechosenModelTest : public CameraSenseTest {
  protected:
-  ChosenAnewTest()
+  RechosenModelTest()
       : CameraSenseTest(Studied(), [this](const Scene& asked, const std::stop_token& stop) {
           return Choose(asked, stop);
         }) {}
@@ -161,7 +161,7 @@ class ChosenAnewTest : public CameraSenseTest {
     Until([](const SlaveState& s) { return !s.local_model.in_contact && !(s.depth > 0); });
   }
   [[nodiscard]] int elements() const { return slave_->Describe().sense.model.elements; }
-  [[nodiscard]] bool IsTold(const std::string& text) const {
+  [[nodiscard]] bool IsReported(const std::string& text) const {
     return std::ranges::any_of(slave_->Status().alarms, [&](const std::string& alarm) {
       return alarm.find(text) != std::string::npos;
     });
@@ -188,7 +188,7 @@ class ChosenAnewTest : public CameraSenseTest {
 // What is deeper than studied asks for a model that is; no force and no stiffness jumps under the
 // hand, since it comes neither while the object is touched nor while somebody follows. Reference:
 // the standing tool's force about which pictures scatter by half a pixel (as above).
-TEST_F(ChosenAnewTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouched) {
+TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouched) {
   const SlaveState pressed = Press();
   ASSERT_GT(pressed.depth, 1.2e-3);
   EXPECT_EQ(asked_depth_, 0) << "nothing can change yet";
@@ -214,8 +214,8 @@ TEST_F(ChosenAnewTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouched) 
   EXPECT_EQ(elements(), 120);
   EXPECT_EQ(slave_->Describe().sense.reason, "auto: 120 elements");
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
-  EXPECT_TRUE(IsTold("where auto's model was studied to 1 mm"));
-  Until([&](const SlaveState&) { return IsTold("auto: 120 elements"); }, false);
+  EXPECT_TRUE(IsReported("where auto's model was studied to 1 mm"));
+  Until([&](const SlaveState&) { return IsReported("auto: 120 elements"); }, false);
   ++epoch_;
   Until(Follows);
   const SlaveState after = Lower(0.0085);
@@ -224,12 +224,12 @@ TEST_F(ChosenAnewTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouched) 
 }
 
 // Who asks for a model himself is not overruled.
-TEST_F(ChosenAnewTest, WhatSetModelAskedForStays) {
+TEST_F(RechosenModelTest, WhatSetModelAskedForStays) {
   slave_->SetModel({.elements = 80});
   may_choose_ = true;
   Press();
   Lift();
-  Until([&](const SlaveState&) { return IsTold("SetModel asked for it"); }, false);
+  Until([&](const SlaveState&) { return IsReported("SetModel asked for it"); }, false);
   EXPECT_EQ(elements(), 80);
   EXPECT_EQ(asked_depth_, 0);
 }
@@ -268,7 +268,7 @@ TEST(EmergencyStopTest, OutlivesARestart) {
   {
     const auto slave = MakeLiveSlave(scene, folder);
     EXPECT_EQ(phase(slave), Phase::kEstop);
-    slave->FindAnew();
+    slave->ReinitializeTracking();
     EXPECT_EQ(phase(slave), Phase::kEstop) << "eyes that start anew clear no stop";
     slave->Reset();
     EXPECT_EQ(phase(slave), Phase::kReady);

@@ -104,7 +104,7 @@ TEST_F(EstimatorTest, FindsTheRestSurfaceAndTheTip) {
   const double pixel = estimator.view().pixel();
   ASSERT_TRUE(estimator.registration().measured);
   EXPECT_LT(estimator.registration().X_SO.translation().norm(), 0.1 * pixel);
-  const ContactEstimate& felt = estimator.Feel(Draw(0.0447, 0.0921));
+  const ContactEstimate& felt = estimator.Estimate(Draw(0.0447, 0.0921));
   EXPECT_LT((felt.p_S_tip - Eigen::Vector3d(0.0447, 0.0921, 0)).norm(), 0.1 * pixel);
   EXPECT_EQ(felt.validity, Validity::kValid);
   ASSERT_TRUE(felt.force);
@@ -116,7 +116,7 @@ TEST_F(EstimatorTest, FindsTheRestSurfaceAndTheTip) {
 // (independent reference b). Tolerance: a tenth of a pixel of tip and of surface each, of 3 mm.
 TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
   Estimator estimator = Make();
-  for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+  for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
   const ContactEstimate& felt = estimator.felt();
   ASSERT_TRUE(felt.force);
   const double expected = 0.4143 * 127e3 * 0.009 * 0.003;
@@ -133,7 +133,7 @@ TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
 
 TEST_F(EstimatorTest, TheLocalModelIsThereBeforeTheContact) {
   Estimator estimator = Make();
-  const ContactEstimate& felt = estimator.Feel(Draw(0.044, 0.0935));
+  const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.0935));
   ASSERT_TRUE(felt.local_model.known());
   EXPECT_FALSE(felt.local_model.in_contact);
   EXPECT_NEAR(felt.local_model.Penetration(felt.p_S_tip), -0.0055, 0.1e-3);
@@ -144,7 +144,7 @@ TEST_F(EstimatorTest, TheLocalModelIsThereBeforeTheContact) {
 // last picture would have it 7 mm deep in the block.
 TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenPictures) {
   Estimator estimator = Make();
-  estimator.Feel(Draw(0.044, 0.0935));
+  estimator.Estimate(Draw(0.044, 0.0935));
   const Eigen::Vector3d beside(0.094, 0.081, 0);
   EXPECT_NEAR(estimator.felt().local_model.Penetration(beside), 0.007, 0.1e-3);
   const LocalModel local = estimator.LocalAt(beside);
@@ -162,7 +162,7 @@ TEST_F(EstimatorTest, ContactAndReleaseAreEachToldOnce) {
   Estimator estimator = Make();
   int contacts = 0, releases = 0;
   for (const double y : {0.094, 0.090, 0.086, 0.084, 0.084, 0.086, 0.0875, 0.089, 0.092}) {
-    const ContactEstimate& felt = estimator.Feel(Draw(0.044, y));
+    const ContactEstimate& felt = estimator.Estimate(Draw(0.044, y));
     contacts += felt.events.Has(Event::kContact) ? 1 : 0;
     releases += felt.events.Has(Event::kRelease) ? 1 : 0;
   }
@@ -176,14 +176,14 @@ TEST_F(EstimatorTest, ContactAndReleaseAreEachToldOnce) {
 // repeat.
 TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   Estimator estimator = Make();
-  for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Feel(Draw(0.044, y));
-  const Eigen::Vector3d before = estimator.Feel(Draw(0.046, 0.085)).force.value();
+  for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
+  const Eigen::Vector3d before = estimator.Estimate(Draw(0.046, 0.085)).force.value();
   const Eigen::Vector3d place = estimator.felt().p_S_contact;
   EXPECT_LT(before.x(), -0.1);
   Scene stiffer = scene_;
   stiffer.object.material.young_modulus *= 2;
   estimator.Adopt(estimator.Prepare(stiffer), stiffer);
-  const ContactEstimate& felt = estimator.Feel(Draw(0.046, 0.085));
+  const ContactEstimate& felt = estimator.Estimate(Draw(0.046, 0.085));
   EXPECT_LT((felt.p_S_contact - place).norm(), 1e-6);
   EXPECT_LT((*felt.force - 2 * before).norm(), 0.01 * before.norm());
   EXPECT_FALSE(felt.events.Has(Event::kContact)) << "it was told already";
@@ -191,19 +191,19 @@ TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
 
 TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
   Estimator estimator = Make();
-  estimator.Feel(Draw(0.044, 0.086));
-  const ContactEstimate& lost = estimator.Feel(Draw(0, 0, false));
+  estimator.Estimate(Draw(0.044, 0.086));
+  const ContactEstimate& lost = estimator.Estimate(Draw(0, 0, false));
   EXPECT_EQ(lost.validity, Validity::kTrackingLost);
   EXPECT_FALSE(lost.force);
   EXPECT_TRUE(lost.events.Has(Event::kTrackingLost));
-  const ContactEstimate& found = estimator.Feel(Draw(0.044, 0.092));
+  const ContactEstimate& found = estimator.Estimate(Draw(0.044, 0.092));
   EXPECT_TRUE(found.events.Has(Event::kTrackingRegained));
   EXPECT_TRUE(found.force);
   // Found somewhere, it may be another thing that looks like it.
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(estimator.felt().validity, Validity::kExtrapolated) << i;
     EXPECT_EQ(estimator.felt().check, FailedCheck::kTip) << i;
-    estimator.Feel(Draw(0.044, 0.092));
+    estimator.Estimate(Draw(0.044, 0.092));
   }
   EXPECT_EQ(estimator.felt().validity, Validity::kValid) << ToString(estimator.felt().check);
 }
@@ -215,10 +215,10 @@ TEST_F(EstimatorTest, PicturesOfAnotherKindAreFlagged) {
   empty.image.release();
   deep.image.convertTo(deep.image, CV_32F);
   for (const Frame& bad : {small, empty, deep}) {
-    EXPECT_EQ(estimator.Feel(bad).validity, Validity::kTrackingLost);
+    EXPECT_EQ(estimator.Estimate(bad).validity, Validity::kTrackingLost);
     EXPECT_FALSE(estimator.felt().force);
   }
-  EXPECT_NE(estimator.Feel(Draw(0.044, 0.092)).validity, Validity::kTrackingLost);
+  EXPECT_NE(estimator.Estimate(Draw(0.044, 0.092)).validity, Validity::kTrackingLost);
 }
 
 // Paper A, 4.2: past the depth at which the membrane breaks the hand feels nothing until the tool
@@ -226,35 +226,35 @@ TEST_F(EstimatorTest, PicturesOfAnotherKindAreFlagged) {
 TEST_F(EstimatorTest, ThePunctureCueDropsTheForceToZero) {
   scene_.model.puncture_depth = 0.002;
   Estimator estimator = Make();
-  estimator.Feel(Draw(0.044, 0.090));
-  estimator.Feel(Draw(0.044, 0.0865));
+  estimator.Estimate(Draw(0.044, 0.090));
+  estimator.Estimate(Draw(0.044, 0.0865));
   EXPECT_GT(estimator.felt().force->norm(), 0.5);
-  const ContactEstimate& felt = estimator.Feel(Draw(0.044, 0.0855));
+  const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.0855));
   EXPECT_TRUE(felt.events.Has(Event::kPuncture));
   EXPECT_EQ(felt.validity, Validity::kPunctured);
   EXPECT_EQ(felt.force->norm(), 0);
-  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.087)).validity, Validity::kPunctured);
-  estimator.Feel(Draw(0.044, 0.091));
-  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.091)).validity, Validity::kValid);
+  EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.087)).validity, Validity::kPunctured);
+  estimator.Estimate(Draw(0.044, 0.091));
+  EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.091)).validity, Validity::kValid);
 }
 
 TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
   scene_.model.range = 0.02;  // of 88 mm: 1.76 mm
   Estimator estimator = Make();
-  estimator.Feel(Draw(0.044, 0.090));
-  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0865)).validity, Validity::kValid)
+  estimator.Estimate(Draw(0.044, 0.090));
+  EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0865)).validity, Validity::kValid)
       << ToString(estimator.felt().check);
-  EXPECT_EQ(estimator.Feel(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
+  EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
 }
 
 // The tip alone would tell 1.4 N. Nothing is deformed, so nothing presses.
 TEST_F(EstimatorTest, APressWithoutItsDentIsNotValid) {
   dents_ = false;
   Estimator estimator = Make();
-  for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Feel(Draw(0.044, y));
+  for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   EXPECT_NE(estimator.felt().validity, Validity::kValid);
   EXPECT_EQ(estimator.felt().check, FailedCheck::kDent);
-  for (const double y : {0.087, 0.090, 0.092, 0.092, 0.092}) estimator.Feel(Draw(0.044, y));
+  for (const double y : {0.087, 0.090, 0.092, 0.092, 0.092}) estimator.Estimate(Draw(0.044, y));
   EXPECT_EQ(estimator.felt().validity, Validity::kValid) << "free again, it says so";
 }
 
@@ -263,7 +263,7 @@ TEST_F(EstimatorTest, APressWithoutItsDentIsNotValid) {
 TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
   for (const Eigen::Vector2d& way : {Eigen::Vector2d(20, 0), {0, -20}, {-14.3, 13.8}}) {
     Estimator estimator = Make();
-    for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+    for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
     const Eigen::Vector3d before = estimator.felt().force.value();
     const Frame still = Draw(0.044, 0.085);
     Frame bumped = still;
@@ -271,7 +271,7 @@ TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
     const cv::Matx23d motion(1, 0, way.x(), 0, 1, way.y());
     cv::warpAffine(still.image, bumped.image, motion, still.image.size(), cv::INTER_CUBIC,
                    cv::BORDER_REPLICATE);
-    const ContactEstimate& felt = estimator.Feel(bumped);
+    const ContactEstimate& felt = estimator.Estimate(bumped);
     EXPECT_EQ(felt.validity, Validity::kValid) << way.transpose() << ToString(felt.check);
     EXPECT_LT((*felt.force - before).norm(), 0.07 / 3 * before.norm()) << way.transpose();
     EXPECT_LT((estimator.sighting()->motion.shift - way).norm(), 0.1) << way.transpose();
@@ -283,13 +283,13 @@ TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
 TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
   scene_.object.material.young_modulus_tolerance = 0;
   Estimator estimator = Make();
-  for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+  for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
   const double before = estimator.felt().force.value().norm(), sigma = estimator.felt().sigma;
   Frame moved = Draw(0.044, 0.085);
   const cv::Matx23d motion(1, 0, 0, 0, 1, 0.14);
   cv::warpAffine(moved.image.clone(), moved.image, motion, moved.image.size(), cv::INTER_CUBIC,
                  cv::BORDER_REPLICATE);
-  const ContactEstimate& felt = estimator.Feel(moved);
+  const ContactEstimate& felt = estimator.Estimate(moved);
   ASSERT_TRUE(estimator.sighting()->motion.shift.isZero(0));
   const double error = std::abs(felt.force->norm() - before);
   EXPECT_GT(error, 0.01 * before);
@@ -302,14 +302,14 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
 // by 0.3 px, a fifteenth of the force.
 TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
   Estimator estimator = Make();
-  for (int i = 0; i <= 9; ++i) estimator.Feel(Draw(0.044, 0.094 - 0.001 * i));
+  for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
   const Eigen::Vector3d before = estimator.felt().force.value();
   Frame zoomed = Draw(0.044, 0.085);
   const double x = 0.5 * (zoomed.image.cols - 1), y = 0.5 * (zoomed.image.rows - 1);
   const cv::Matx23d growth(1.02, 0, -0.02 * x, 0, 1.02, -0.02 * y);
   cv::warpAffine(zoomed.image.clone(), zoomed.image, growth, zoomed.image.size(), cv::INTER_CUBIC,
                  cv::BORDER_REPLICATE);
-  const ContactEstimate& felt = estimator.Feel(zoomed);
+  const ContactEstimate& felt = estimator.Estimate(zoomed);
   EXPECT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
   EXPECT_LT((*felt.force - before).norm(), 0.04 * before.norm());
 }
@@ -320,7 +320,7 @@ TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
 TEST_F(EstimatorTest, AFilmThatBeginsLateIsDoubted) {
   for (const double past : {0.002, 0.004, 0.007}) {
     Estimator estimator(scene_, Draw(0.044, 0.094 - past), home());
-    const ContactEstimate& felt = estimator.Feel(Draw(0.044, 0.094 - past - 0.0005));
+    const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.094 - past - 0.0005));
     EXPECT_NE(felt.validity, Validity::kValid) << past;
     EXPECT_EQ(felt.check, FailedCheck::kArm) << past;
   }

@@ -44,8 +44,8 @@ std::vector<Sighting> Watch(Slave* slave) {
     for (const SampleTrace& trace : slave->TracesSince(told)) {
       told = trace.sensed_at;
       EXPECT_LE(trace.sensed_at, trace.acquired_at);
-      EXPECT_LE(trace.acquired_at, trace.seen_at);
-      EXPECT_LE(trace.seen_at, trace.felt_at);
+      EXPECT_LE(trace.acquired_at, trace.processed_at);
+      EXPECT_LE(trace.processed_at, trace.solved_at);
       if (!picture || picture->sensed_at != trace.sensed_at) continue;
       seen.push_back({LevelOf(picture->jpeg), IsDimAt(trace.sensed_at)});
     }

@@ -15,7 +15,7 @@
 
 #include "shared/patch/patch_contact.h"
 #include "slave/pipeline/camera/camera_sense.h"
-#include "slave/pipeline/local_model/patch_keeper.h"
+#include "slave/pipeline/local_model/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/camera/simulated_site.h"
 #include "slave/vision/observation.h"
@@ -33,7 +33,7 @@ Time At(double t) {
 }
 
 // The shipped block's site, carried about before its camera, or its camera before it.
-class CarriedSite final : public World {
+class CarriedSite final : public SimulatedEnvironment {
  public:
   explicit CarriedSite(const Scene& scene) : site_(scene) {
     const cv::Mat picture = site_.TakePicture();
@@ -122,7 +122,7 @@ class MovingObjectTest : public testing::Test {
 
   // What a master that got the newest law shows of the instant `then` [s].
   Vector3d ByPatch(const Vector3d& p_S, double then, bool goes_on = true) {
-    PatchNews news = keeper_.Get(At(site_.t));
+    PatchSnapshot news = keeper_.Get(At(site_.t));
     if (!goes_on) {  // told anew where it is, and no more
       news.law.offset += (SecondsBetween(news.law.sensed_at, At(site_.t))) * news.law.velocity;
       news.law.velocity.setZero();
@@ -137,7 +137,7 @@ class MovingObjectTest : public testing::Test {
       LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
   CarriedSite site_{scene_};
   CameraSense sense_{scene_, Pace{.is_live = true}, &site_};
-  PatchKeeper keeper_{PatchKeeper::Options{.period = 1 / kRate}};
+  PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
 };
 
 // Reference: the site, which knows of no picture. Taken for the camera's, the motion would leave
@@ -240,12 +240,12 @@ class MotionOwnerTest : public testing::Test {
       const auto noise = [this] { return Vector3d(spread_(random_), spread_(random_), 0); };
       const Vector3d seen = tip(t_) - camera(t_) + noise();
       const Vector3d moved = object(t_) - camera(t_) + noise();
-      owner.See(seen, seen - moved, {kScale * tip(t_ - 1 / kRate), 1.5}, kPixel);
+      owner.Update(seen, seen - moved, {kScale * tip(t_ - 1 / kRate), 1.5}, kPixel);
     }
   }
   static Vector3d Nothing(double /*t*/) { return Vector3d::Zero(); }
 
-  MotionOwner owner;
+  MotionDisambiguator owner;
 
  private:
   std::mt19937 random_{3};

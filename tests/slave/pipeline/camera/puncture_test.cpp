@@ -71,7 +71,7 @@ class Bench {
       p_S_ += velocity / (rate_ * kSubsteps);
       site_.MoveTool(p_S_);
     }
-    return estimator_->Feel(Take());
+    return estimator_->Estimate(Take());
   }
   [[nodiscard]] Truth truth() const { return site_.truth(); }
   [[nodiscard]] const Eigen::Vector3d& tip() const { return p_S_; }
@@ -286,7 +286,7 @@ TEST(PunctureTest, PressesWithoutPunctureTellNone) {
 class CueTest : public testing::Test {
  protected:
   CueTest() { cue_.Adopt(50e-6); }
-  bool Look(double depth_um, double seen_part, bool known = true) {
+  bool Broke(double depth_um, double seen_part, bool known = true) {
     const double expected = depth_um / 3;
     return cue_.Broke({.depth = depth_um * 1e-6,
                        .expected_px = expected,
@@ -298,35 +298,35 @@ class CueTest : public testing::Test {
 };
 
 TEST_F(CueTest, ADentThatIsGoneWhileTheToolIsDrivenInIsAPuncture) {
-  EXPECT_FALSE(Look(80, 1));
-  EXPECT_TRUE(Look(90, 0.05));
+  EXPECT_FALSE(Broke(80, 1));
+  EXPECT_TRUE(Broke(90, 0.05));
 }
 
 TEST_F(CueTest, AboveTheDepthWhereMembranesBreakItIsNone) {
-  EXPECT_FALSE(Look(40, 1));
-  EXPECT_FALSE(Look(45, 0.05));
+  EXPECT_FALSE(Broke(40, 1));
+  EXPECT_FALSE(Broke(45, 0.05));
 }
 
 TEST_F(CueTest, ARetreatIsNone) {
-  EXPECT_FALSE(Look(120, 1));
-  EXPECT_FALSE(Look(95, 0.05));
+  EXPECT_FALSE(Broke(120, 1));
+  EXPECT_FALSE(Broke(95, 0.05));
 }
 
 TEST_F(CueTest, ADentThatIsHiddenTellsNothing) {
-  EXPECT_FALSE(Look(120, 1));
-  EXPECT_FALSE(Look(125, 0, false));
-  EXPECT_TRUE(Look(130, 0.05)) << "seen again";
+  EXPECT_FALSE(Broke(120, 1));
+  EXPECT_FALSE(Broke(125, 0, false));
+  EXPECT_TRUE(Broke(130, 0.05)) << "seen again";
 }
 
 TEST_F(CueTest, WhereNoDentWasSeenBeforeTwoPicturesMustAgree) {
-  EXPECT_FALSE(Look(80, 0.05));
-  EXPECT_TRUE(Look(85, 0.05));
+  EXPECT_FALSE(Broke(80, 0.05));
+  EXPECT_TRUE(Broke(85, 0.05));
 }
 
 TEST_F(CueTest, NobodyLooksUnlessTheSceneSaysSo) {
   cue_.Adopt(0);
-  EXPECT_FALSE(Look(80, 1));
-  EXPECT_FALSE(Look(90, 0.05));
+  EXPECT_FALSE(Broke(80, 1));
+  EXPECT_FALSE(Broke(90, 0.05));
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   int compared = 0;
   const Lens lens = ReadRig(scene.sense.Find<Camera>()->lens).left;
   for (int i = 0; frame && i < 60; ++i, frame = camera.Next({})) {
-    const ContactEstimate& felt = estimator.Feel(*frame);
+    const ContactEstimate& felt = estimator.Estimate(*frame);
     ASSERT_TRUE(estimator.observation().tip.found) << i;
     worst = std::max(worst, (felt.p_S_tip - site.truth().p_S_tip).norm() / pixel);
     const Eigen::Vector2d seen = estimator.view().ToImage(site.truth().p_S_tip);
@@ -79,7 +79,7 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
   int valid = 0, pictures = 0;
   std::string checks;
   for (; frame; frame = camera.Next({})) {
-    const ContactEstimate& felt = estimator.Feel(*frame);
+    const ContactEstimate& felt = estimator.Estimate(*frame);
     const Eigen::Vector3d truth = site.truth().force;
     peak = std::max(peak, truth.norm());
     ++pictures;

@@ -61,8 +61,8 @@ class StreamedCameraTest : public testing::Test {
   }
 
   const Scene scene_ = LoadScene(Block(), {"model.elements=60"});
-  const std::unique_ptr<World> world_ = MakeWorld(scene_);
-  const std::unique_ptr<FrameSource> camera_ = world_->OpenCamera(scene_, {});
+  const std::unique_ptr<SimulatedEnvironment> environment_ = MakeSimulatedEnvironment(scene_);
+  const std::unique_ptr<FrameSource> camera_ = environment_->OpenCamera(scene_, {});
   const std::unique_ptr<Slave> slave_ = MakeLiveSlave(Streamed());
   std::uint64_t reports_ = 0;
 };
@@ -78,11 +78,11 @@ TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillD
   const cv::Mat first = camera_->Next({})->image;
   Feed(cv::Mat(first.size(), first.type(), cv::Scalar::all(128)));
   ASSERT_TRUE(Eventually([&] {
-    return slave_->Status().eyes->trouble.find("will not do: ") != std::string::npos;
-  })) << slave_->Status().eyes->trouble;
+    return slave_->Status().cameras->trouble.find("will not do: ") != std::string::npos;
+  })) << slave_->Status().cameras->trouble;
 
   Feed(first);
-  ASSERT_TRUE(Eventually([&] { return slave_->Status().eyes->trouble.empty(); }));
+  ASSERT_TRUE(Eventually([&] { return slave_->Status().cameras->trouble.empty(); }));
   ASSERT_TRUE(Eventually([&] { return slave_->Compose(Clock::now()).force.has_value(); }));
   EXPECT_GT(slave_->Describe().settings_revision, revision) << "the master reads the scene anew";
   EXPECT_EQ(slave_->Describe().sense.model.kind, "bem2d");

@@ -39,7 +39,7 @@ TEST(TactileEstimatorTest, ThePlaneIsKnownBeforeContactFromEveryDirection) {
 TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
   Touching t(CubeScene(kAbove));
   const ContactEstimate& felt =
-      t.Feel(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
+      t.Estimate(1, {0.035, 0, -0.0069});  // beside the top edge, at its height
   EXPECT_LT(felt.local_model.Penetration(felt.p_S_tip), -0.007);
 }
 
@@ -48,10 +48,10 @@ TEST(TactileEstimatorTest, BesideTheObjectThereIsNoPenetration) {
 TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
   const Vector3d way(0.035, 0, -0.0069);
   Touching t(CubeScene(kAbove)), there(CubeScene(kAbove));
-  t.Feel(1, {0.015, 0, 0.001});
+  t.Estimate(1, {0.015, 0, 0.001});
   const Vector3d beside = t.scene.manipulator.home + way;
   EXPECT_NEAR(t.estimator.felt().local_model.Penetration(beside), 0.0069, 1e-12);
-  const LocalModel& expected = there.Feel(1, way).local_model;
+  const LocalModel& expected = there.Estimate(1, way).local_model;
   const LocalModel local = t.estimator.LocalAt(beside);
   EXPECT_NEAR((local.normal - expected.normal).norm(), 0, 1e-12);
   EXPECT_NEAR((local.reference - expected.reference).norm(), 0, 1e-12);
@@ -62,11 +62,11 @@ TEST(TactileEstimatorTest, TheLocalModelFollowsTheHandBetweenSamples) {
 
 TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
   Touching t(CubeScene(kAbove));
-  t.Feel(1, {0, 0, 0.005});
+  t.Estimate(1, {0, 0, 0.005});
   const auto revision = t.estimator.felt().local_model.revision;
-  t.Feel(10, {0, 0, 0.005});
+  t.Estimate(10, {0, 0, 0.005});
   EXPECT_EQ(t.estimator.felt().local_model.revision, revision);
-  t.Feel(1, {0.001, 0, 0.005});
+  t.Estimate(1, {0.001, 0, 0.005});
   EXPECT_EQ(t.estimator.felt().local_model.revision, revision + 1);
 }
 
@@ -74,10 +74,10 @@ TEST(TactileEstimatorTest, TheRevisionRisesOnlyWithAChange) {
 TEST(TactileEstimatorTest, ABondedContactKeepsItsReferenceAFrictionlessFollows) {
   for (const char* law : {"bonded", "frictionless"}) {
     Touching t(CubeScene(kAbove, std::string("kind: fem-green, contact: ") + law));
-    t.Feel(1, {0, 0, 0.001});
-    t.Feel(1, {0, 0, -0.002});
+    t.Estimate(1, {0, 0, 0.001});
+    t.Estimate(1, {0, 0, -0.002});
     const Vector3d before = t.estimator.felt().local_model.reference;
-    t.Feel(1, {0.003, 0, -0.002});
+    t.Estimate(1, {0.003, 0, -0.002});
     const LocalModel& after = t.estimator.felt().local_model;
     const double moved = std::string(law) == "bonded" ? 0 : 0.003;
     EXPECT_NEAR((after.reference - before - Vector3d(moved, 0, 0)).norm(), 0, 1e-9) << law;

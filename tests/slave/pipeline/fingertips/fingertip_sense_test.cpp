@@ -36,17 +36,18 @@ struct Touching {
 // test that takes a second would be told.
 class FakeSource final : public TactileSource {
  public:
-  explicit FakeSource(std::shared_ptr<Touching> world) : world_(std::move(world)) {}
+  explicit FakeSource(std::shared_ptr<Touching> environment)
+      : environment_(std::move(environment)) {}
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {
     while (!stop.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
-      const std::lock_guard lock(world_->mutex);
-      if (world_->breaks) throw std::runtime_error("the cable is off");
-      if (world_->ended) return std::nullopt;
-      if (world_->silent) continue;
-      TactileFrame frame = world_->hand.Next();
+      const std::lock_guard lock(environment_->mutex);
+      if (environment_->breaks) throw std::runtime_error("the cable is off");
+      if (environment_->ended) return std::nullopt;
+      if (environment_->silent) continue;
+      TactileFrame frame = environment_->hand.Next();
       frame.sensed_at = Clock::now();
-      frame.fingers[0].X_SF = world_->X_SF;
+      frame.fingers[0].X_SF = environment_->X_SF;
       is_odd_ = !is_odd_;
       for (float& counts : frame.fingers[0].electrodes) counts += is_odd_ ? 1.0F : 0.0F;
       return frame;
@@ -56,7 +57,7 @@ class FakeSource final : public TactileSource {
   [[nodiscard]] std::string description() const override { return "a fake"; }
 
  private:
-  std::shared_ptr<Touching> world_;
+  std::shared_ptr<Touching> environment_;
   bool is_odd_ = false;
 };
 
@@ -64,17 +65,17 @@ class FingertipSenseTest : public ::testing::Test {
  protected:
   FingertipSenseTest()
       : slave_(CubeScene(kAbove), nullptr, MakeManipulator(CubeScene(kAbove), {}),
-               std::make_unique<FingertipSense>(CubeScene(kAbove),
-                                                std::make_unique<FakeSource>(world_), Fakes())) {}
+               std::make_unique<FingertipSense>(
+                   CubeScene(kAbove), std::make_unique<FakeSource>(environment_), Fakes())) {}
 
   void Touch(const Vector3d& force_F, bool active) {
-    const std::lock_guard lock(world_->mutex);
-    world_->hand.forces_F[0] = force_F;
-    world_->hand.active[0] = active;
+    const std::lock_guard lock(environment_->mutex);
+    environment_->hand.forces_F[0] = force_F;
+    environment_->hand.active[0] = active;
   }
   void Set(bool Touching::*what) {
-    const std::lock_guard lock(world_->mutex);
-    (*world_).*what = true;
+    const std::lock_guard lock(environment_->mutex);
+    (*environment_).*what = true;
   }
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
     const Time begin = Clock::now();
@@ -91,7 +92,7 @@ class FingertipSenseTest : public ::testing::Test {
   static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
   static bool Touches(const SlaveState& s) { return s.local_model.in_contact; }
 
-  std::shared_ptr<Touching> world_ = std::make_shared<Touching>();
+  std::shared_ptr<Touching> environment_ = std::make_shared<Touching>();
   LiveSlave slave_;
 };
 

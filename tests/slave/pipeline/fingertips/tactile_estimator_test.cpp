@@ -63,7 +63,7 @@ TEST(TactileEstimatorTest, TheObjectComesBackWhenNothingTouches) {
   EXPECT_GT(t.LargestMove(), 1e-3);
   t.hand.active[0] = false;
   t.hand.forces_F[0].setZero();
-  const ContactEstimate& felt = t.Feel(20);
+  const ContactEstimate& felt = t.Estimate(20);
   EXPECT_FALSE(felt.local_model.in_contact);
   EXPECT_LT(t.LargestMove(), 1e-12);
 }
@@ -125,7 +125,7 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
     t.hand.active[0] = active;
     t.hand.forces_F[0] = {0, 0, active ? -0.2 : 0.0};
     const ContactEstimate& felt =
-        t.Feel(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
+        t.Estimate(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
     EXPECT_EQ(felt.validity, Validity::kExtrapolated) << active;
     EXPECT_NE(t.estimator.finger(0).why.find("inside"), std::string_view::npos) << active;
     EXPECT_EQ(t.LargestMove(), 0) << active;
@@ -144,17 +144,17 @@ TEST(TactileEstimatorTest, APressDeeperThanAFingertipKeepsItsShape) {
   EXPECT_EQ(felt.check, FailedCheck::kPose);
   EXPECT_NEAR(t.LargestMove(), pressed, 1e-6);
   t.hand.active[0] = false;
-  t.Feel(kWindow, {0, 0, 0.02});
+  t.Estimate(kWindow, {0, 0, 0.02});
   EXPECT_LT(t.LargestMove(), 1e-12);
 }
 
 TEST(TactileEstimatorTest, RestValuesTakenInsideTheObjectAreDoubtedUntilTakenAnew) {
   Touching t(CubeScene("pose: {translation: [20 mm, 20 mm, 44 mm]}"));
   EXPECT_EQ(t.estimator.felt().check, FailedCheck::kRestDrift);
-  t.Feel(kWindow, {0, 0, 0.02});
+  t.Estimate(kWindow, {0, 0, 0.02});
   EXPECT_EQ(t.estimator.felt().check, FailedCheck::kRestDrift) << "lifted";
   t.estimator.Reset();
-  t.Feel(kRest + kWindow, {0, 0, 0.02});
+  t.Estimate(kRest + kWindow, {0, 0, 0.02});
   EXPECT_EQ(t.estimator.felt().validity, Validity::kValid);
 }
 
@@ -169,7 +169,7 @@ TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsDoubted) {
       TactileFrame frame = hand.Next();
       frame.fingers[0].X_SF = Isometry3d(scene.sense.Find<Tactile>()->fingers[0].X_SF);
       frame.fingers[0].X_SF->translation().z() += shown;
-      estimator.Feel(frame, scene.manipulator.home + Vector3d(0, 0, way), 0.45);
+      estimator.Estimate(frame, scene.manipulator.home + Vector3d(0, 0, way), 0.45);
     }
     EXPECT_EQ(estimator.felt().check, late > 0 ? FailedCheck::kArm : FailedCheck::kNone) << late;
   }
@@ -180,18 +180,18 @@ TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
   t.Press({0, 0, -0.2}, {0, 0, -0.002});
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
-    const ContactEstimate& felt = t.Feel(3, Vector3d(bad, 0, 0));
+    const ContactEstimate& felt = t.Estimate(3, Vector3d(bad, 0, 0));
     EXPECT_TRUE(felt.local_model.reference.allFinite()) << bad;
     EXPECT_TRUE(felt.p_S_tip.allFinite()) << bad;
     EXPECT_TRUE(std::isfinite(t.LargestMove())) << bad;
     TactileFrame frame = t.hand.Next();
     frame.fingers[0].X_SF = Isometry3d::Identity();
     frame.fingers[0].X_SF->translation().x() = bad;
-    t.estimator.Feel(frame, t.scene.manipulator.home);
+    t.estimator.Estimate(frame, t.scene.manipulator.home);
     EXPECT_TRUE(t.estimator.felt().local_model.reference.allFinite()) << bad;
     EXPECT_TRUE(std::isfinite(t.LargestMove())) << bad;
   }
-  const ContactEstimate& felt = t.Feel(20, {0, 0, -0.002});
+  const ContactEstimate& felt = t.Estimate(20, {0, 0, -0.002});
   EXPECT_EQ(felt.validity, Validity::kValid);
   EXPECT_GT(t.LargestMove(), 1e-3);
 }
@@ -256,7 +256,7 @@ TEST(TactileEstimatorTest, FiveFingertipsAddUp) {
     together.hand.forces_F[i] = forces[i];
     together.hand.active[i] = true;
   }
-  const ContactEstimate& felt = together.Feel(kWindow);
+  const ContactEstimate& felt = together.Estimate(kWindow);
   EXPECT_EQ(felt.finger_count, 5);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_TRUE(felt.fingers[i].in_contact) << i;
@@ -298,7 +298,7 @@ TEST(TactileEstimatorTest, HoldingTheContactCalmsTheOscillationOfIntermittentCon
     for (int i = 0; i < 400; ++i) {
       t.hand.active[0] = i % 20 >= 8;
       t.hand.forces_F[0] = t.hand.active[0] ? Vector3d(0, 0, -0.2) : Vector3d(0, 0, 0);
-      t.Feel(1, {0, 0, -0.004});
+      t.Estimate(1, {0, 0, -0.004});
       if (i < 100) continue;
       low = std::fmin(low, t.LargestMove());
       high = std::fmax(high, t.LargestMove());
@@ -320,7 +320,7 @@ TEST(TactileEstimatorTest, HeldFingertipsThatMeetTheSameNodesStillAct) {
     t.hand.forces_F[i] = {0, 0, -0.1};
     t.hand.active[i] = true;
   }
-  t.Feel(kWindow);
+  t.Estimate(kWindow);
   EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid);
   EXPECT_EQ(t.estimator.contacts().size(), 2U);
   EXPECT_GT(t.LargestMove(), 0.9e-3);
@@ -345,7 +345,7 @@ TEST(TactileEstimatorTest, SamplesThatAreLostNowAndThenLeaveTheForceKnown) {
     const TactileFrame frame = t.hand.Next();
     if (i % 20 == 7) continue;
     const ContactEstimate& felt =
-        t.estimator.Feel(frame, t.scene.manipulator.home - Vector3d(0, 0, 0.003));
+        t.estimator.Estimate(frame, t.scene.manipulator.home - Vector3d(0, 0, 0.003));
     ASSERT_TRUE(felt.force.has_value()) << i;
     EXPECT_NEAR(felt.force->z(), 0.2, 1e-6) << i;
     EXPECT_EQ(felt.validity, Validity::kValid) << i;
@@ -367,13 +367,13 @@ TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
   Scene softer = t.scene;
   softer.object.material.young_modulus /= 2;
   t.estimator.Adopt(TactileEstimator::Prepare(softer), softer);
-  t.Feel(2, {0, 0, -0.001});
+  t.Estimate(2, {0, 0, -0.001});
   EXPECT_GT(t.LargestMove(), 1.5 * before);
   for (const char* kind : {"fem-green", "bem3d", "fem-hyperelastic"}) {
     Scene other = t.scene;
     other.model.kind = kind;
     t.estimator.Adopt(TactileEstimator::Prepare(other), other);
-    t.Feel(2, {0, 0, -0.001});
+    t.Estimate(2, {0, 0, -0.001});
     EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid) << kind;
     // Whatever the method, a point force on 10 mm elements: within a factor of two.
     EXPECT_NEAR(std::log2(t.LargestMove() / before), 0, 1) << kind;
@@ -390,9 +390,9 @@ TEST(TactileEstimatorTest, FramesOfFiveFingertipsAllocateNothing) {
     const double angle = 2 * std::numbers::pi * i / 100;
     return Vector3d(0.004 * std::cos(angle), 0.004 * std::sin(angle), -0.001);
   };
-  for (int i = 0; i < 100; ++i) t.Feel(1, circle(i));
+  for (int i = 0; i < 100; ++i) t.Estimate(1, circle(i));
   const long before = AllocationCount();
-  for (int i = 0; i < 300; ++i) t.Feel(1, circle(i));
+  for (int i = 0; i < 300; ++i) t.Estimate(1, circle(i));
   EXPECT_EQ(AllocationCount() - before, 0);
 }
 

@@ -79,11 +79,11 @@ struct Touching {
       : scene(scene_in),
         estimator(scene, Fakes()),
         hand(scene.sense.Find<Tactile>()->fingers.size()) {
-    Feel(kRest + kWindow);
+    Estimate(kRest + kWindow);
   }
-  const ContactEstimate& Feel(int samples, const Eigen::Vector3d& way = {0, 0, 0}) {
+  const ContactEstimate& Estimate(int samples, const Eigen::Vector3d& way = {0, 0, 0}) {
     for (int i = 0; i < samples; ++i) {
-      estimator.Feel(hand.Next(), scene.manipulator.home + way);
+      estimator.Estimate(hand.Next(), scene.manipulator.home + way);
     }
     return estimator.felt();
   }
@@ -91,7 +91,7 @@ struct Touching {
                                std::size_t finger = 0, int samples = kWindow) {
     hand.forces_F[finger] = force_F;
     hand.active[finger] = true;
-    return Feel(samples, way);
+    return Estimate(samples, way);
   }
   std::vector<Eigen::Vector3d> Nodes() {
     std::vector<Eigen::Vector3d> p_S;

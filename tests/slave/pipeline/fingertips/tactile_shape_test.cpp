@@ -40,7 +40,7 @@ TEST(TactileEstimatorTest, BeyondTheModelTheLastKnownShapeIsTold) {
   EXPECT_NE(beyond.nodal_forces, known.nodal_forces);
   t.hand.active[0] = false;
   t.hand.forces_F[0].setZero();
-  t.Feel(20);
+  t.Estimate(20);
   const BoundaryShape after = t.estimator.Shape(false);
   EXPECT_NE(after.validity, Validity::kFailed);
   EXPECT_GT(after.sensed_at, beyond.sensed_at);
@@ -55,7 +55,7 @@ TEST(TactileEstimatorTest, NodalForcesSumToThoseOfTheFingertips) {
     t.hand.active[i] = true;
     total += t.scene.sense.Find<Tactile>()->fingers[i].X_SF.linear() * t.hand.forces_F[i];
   }
-  t.Feel(kWindow);
+  t.Estimate(kWindow);
   const BoundaryShape shape = t.estimator.Shape(true);
   EXPECT_EQ(shape.nodes_per_element, 3);
   EXPECT_EQ(shape.rest.size(), 3U * 98);  // nodes on the surface of 4 x 4 x 4 cells
@@ -140,7 +140,7 @@ TEST(TactileEstimatorTest, NoForcesAreStreamedWhileOneIsUnknown) {
   Hand hand(1);
   for (int i = 0; i < kRest + 2 * kWindow; ++i) {
     hand.active[0] = i > kRest;
-    estimator.Feel(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
+    estimator.Estimate(hand.Next(), scene.manipulator.home - Vector3d(0, 0, 0.004));
   }
   ASSERT_TRUE(estimator.finger(0).p_S_contact && !estimator.finger(0).force);
   const BoundaryShape shape = estimator.Shape(true);

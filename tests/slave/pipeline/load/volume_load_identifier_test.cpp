@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/points/surface_estimator.h"

@@ -9,7 +9,7 @@
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_patch.h"
+#include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 

@@ -11,8 +11,8 @@
 #include "shared/patch/patch_contact.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/pipeline/local_model/patch_keeper.h"
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/local_model/patch_publisher.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 
@@ -45,7 +45,7 @@ class OutlinePatchTest : public testing::Test {
     model_->Respond(std::span(&contact, 1), std::span(&response, 1));
     return response;
   }
-  bool Make(TouchPatch* patch) {
+  bool Make(SurfacePatch* patch) {
     const auto stiffness = [this](const Vector3d& p_O, int element, const Vector3d&) -> Matrix3d {
       return Respond(p_O, element, Vector3d::Zero()).stiffness_O;
     };
@@ -57,7 +57,7 @@ class OutlinePatchTest : public testing::Test {
   }
   // Size of the difference to the slave's own answer by that answer, for a tip that comes in
   // straight at `p` and goes on by `way`.
-  double ErrorAt(const TouchPatch& patch, const Vector3d& p, int element, const Vector3d& n,
+  double ErrorAt(const SurfacePatch& patch, const Vector3d& p, int element, const Vector3d& n,
                  const Vector3d& way) {
     PatchLaw law;
     law.epoch = law.revision = 1;
@@ -80,7 +80,7 @@ class OutlinePatchTest : public testing::Test {
 // precision and the skew part of K that collocation leaves and a spring must not have (0.3 %).
 TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
   ASSERT_GE(top_, 0);
-  TouchPatch patch;
+  SurfacePatch patch;
   ASSERT_TRUE(Make(&patch));
   EXPECT_EQ(patch.node_count, kPatchNodes);
   for (int i = -10, at = top_; i < 0; ++i, at = mesh_.Next(at)) {
@@ -95,7 +95,7 @@ TEST_F(OutlinePatchTest, AtItsNodesThePatchAnswersAsTheSlavesOwnSolver) {
 // Between nodes compliances are mixed, where the slave's contact goes from element to element. The
 // tool is three elements wide: how many it covers changes by one, a few per cent of the force.
 TEST_F(OutlinePatchTest, BetweenNodesThePatchIsWithinItsStatedError) {
-  TouchPatch patch;
+  SurfacePatch patch;
   ASSERT_TRUE(Make(&patch));
   const BoundaryElement& e = mesh_.elements[Index(top_)];
   const Vector3d n = Planar(e.normal());
@@ -106,13 +106,13 @@ TEST_F(OutlinePatchTest, BetweenNodesThePatchIsWithinItsStatedError) {
 }
 
 // A wall of which this sense knows the stiffness.
-class WallSense final : public Sense {
+class WallSense final : public SensingPipeline {
  public:
   double ratio = 1;  // that LearnLaw tells
   bool has_patch = true;
-  bool MakePatch(const Vector3d& p_S_tip, TouchPatch* patch) noexcept override {
+  bool MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     if (!has_patch) return false;
-    *patch = TouchPatch();
+    *patch = SurfacePatch();
     patch->vertex_count = 2;
     patch->cell_count = patch->node_count = 1;
     patch->vertices[0] = Vector3d(p_S_tip.x() + 0.01, 0, 0).cast<float>();
@@ -130,21 +130,23 @@ class WallSense final : public Sense {
   const ContactEstimate& Estimate(const Vector3d&) noexcept override { return felt_; }
   LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
   BoundaryShape Shape(bool) override { return {}; }
-  std::unique_ptr<Rebuilt> Prepare(const Scene&, Progress*) const override { return nullptr; }
-  void Adopt(std::unique_ptr<Rebuilt>, const Scene&) override {}
+  std::unique_ptr<PreparedModel> Prepare(const Scene&, Progress*) const override { return nullptr; }
+  void Adopt(std::unique_ptr<PreparedModel>, const Scene&) override {}
   void Reset() override {}
   SenseInfo info() const override { return {}; }
   std::vector<StageTimes> Stages() const override { return {}; }
-  std::unique_ptr<Account> OpenAccount(const World*) override { return nullptr; }
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const SimulatedEnvironment*) override {
+    return nullptr;
+  }
 
  private:
   ContactEstimate felt_;
 };
 
-class PatchKeeperTest : public testing::Test {
+class PatchPublisherTest : public testing::Test {
  protected:
   // A sample in which the tip is `depth` deep at `x` and feels `times` the wall's force.
-  void Feel(double x, double depth, double times, double sigma = 0) {
+  void Update(double x, double depth, double times, double sigma = 0) {
     now_ += Seconds(1.0 / 60);
     ContactEstimate felt;
     felt.sensed_at = now_;
@@ -154,80 +156,80 @@ class PatchKeeperTest : public testing::Test {
     felt.validity = Validity::kValid;
     keeper_.Update(felt, 1, &sense_, now_);
   }
-  PatchNews Get() { return keeper_.Get(now_); }
+  PatchSnapshot Get() { return keeper_.Get(now_); }
 
   WallSense sense_;
-  PatchKeeper keeper_{{.weber_fraction = 0.1, .depth = 0.005}};
+  PatchPublisher keeper_{{.weber_fraction = 0.1, .depth = 0.005}};
   Time now_{std::chrono::hours(1)};
 };
 
-TEST_F(PatchKeeperTest, NothingIsMadeThatNobodyAskedFor) {
-  Feel(0, 0, 1);
+TEST_F(PatchPublisherTest, NothingIsMadeThatNobodyAskedFor) {
+  Update(0, 0, 1);
   EXPECT_FALSE(Get().patch);
-  Feel(0, 0, 1);
+  Update(0, 0, 1);
   ASSERT_TRUE(Get().patch);
   EXPECT_EQ(Get().patch->epoch, 1U);
   EXPECT_EQ(Get().law.revision, 1U);
 }
 
 // Reference: the Weber fraction, 10 %.
-TEST_F(PatchKeeperTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
+TEST_F(PatchPublisherTest, TheLawIsToldAnewWhereAHandWouldFeelTheDifference) {
   Get();
-  Feel(0, -1e-3, 1);
+  Update(0, -1e-3, 1);
   sense_.ratio = 1.05;
-  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.05);
+  for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.05);
   EXPECT_EQ(Get().law.revision, 1U) << "too little to be felt";
   sense_.ratio = 1.3;
-  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.3);
+  for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.3);
   EXPECT_EQ(Get().law.revision, 2U) << "told once, it is right";
   EXPECT_NEAR(Get().law.ratios[0], 1.3, 1e-12);
 }
 
 // Each force alone is within two sigma of what is shown; many of them taught what it is.
-TEST_F(PatchKeeperTest, WhatManyUnsureForcesTaughtIsToldWithinThePress) {
+TEST_F(PatchPublisherTest, WhatManyUnsureForcesTaughtIsToldWithinThePress) {
   Get();
-  Feel(0, -1e-3, 1);
+  Update(0, -1e-3, 1);
   for (const auto& [ratio, revision] : {std::pair(1.05, 1U), {1.15, 2U}, {1.2, 2U}}) {
     sense_.ratio = ratio;
-    for (int i = 0; i < 30; ++i) Feel(0, 2e-3, ratio, 0.1);
+    for (int i = 0; i < 30; ++i) Update(0, 2e-3, ratio, 0.1);
     EXPECT_EQ(Get().law.revision, revision) << ratio;
   }
   EXPECT_NEAR(Get().law.ratios[0], 1.15, 1e-12);
 }
 
 // Nobody feels a law change that is told between two presses: the next one is right from its begin.
-TEST_F(PatchKeeperTest, WhatAPressTaughtIsToldWhenItEnds) {
+TEST_F(PatchPublisherTest, WhatAPressTaughtIsToldWhenItEnds) {
   Get();
-  Feel(0, -1e-3, 1);
+  Update(0, -1e-3, 1);
   sense_.ratio = 1.05;
-  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.05);
-  for (int i = 0; i < 30; ++i) Feel(0, -1e-3, 1);
+  for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.05);
+  for (int i = 0; i < 30; ++i) Update(0, -1e-3, 1);
   EXPECT_EQ(Get().law.revision, 2U);
   EXPECT_NEAR(Get().law.ratios[0], 1.05, 1e-12);
-  for (int i = 0; i < 30; ++i) Feel(0, 2e-3, 1.05);
-  for (int i = 0; i < 30; ++i) Feel(0, -1e-3, 1);
+  for (int i = 0; i < 30; ++i) Update(0, 2e-3, 1.05);
+  for (int i = 0; i < 30; ++i) Update(0, -1e-3, 1);
   EXPECT_EQ(Get().law.revision, 2U) << "nothing new was learnt";
 }
 
-TEST_F(PatchKeeperTest, AToolThatLeavesThePatchGetsAnother) {
+TEST_F(PatchPublisherTest, AToolThatLeavesThePatchGetsAnother) {
   Get();
-  Feel(0, -1e-3, 1);
-  Feel(3e-3, -1e-3, 1);
+  Update(0, -1e-3, 1);
+  Update(3e-3, -1e-3, 1);
   EXPECT_EQ(Get().patch->epoch, 1U);
-  Feel(8e-3, -1e-3, 1);
+  Update(8e-3, -1e-3, 1);
   EXPECT_EQ(Get().patch->epoch, 2U);
   EXPECT_NEAR(Get().patch->vertices[0].x(), 0.018, 1e-6);
 }
 
 // Reference: the wall, 500 N/m, which is learnt from what is felt alone.
-TEST_F(PatchKeeperTest, ASenseThatKnowsNoObjectSendsTheLawThatItFelt) {
+TEST_F(PatchPublisherTest, ASenseThatKnowsNoObjectSendsTheLawThatItFelt) {
   sense_.has_patch = false;
   Get();
   for (int round = 0; round < 20; ++round) {
-    for (int i = 0; i <= 20; ++i) Feel(0, 4e-3 * i / 20, 1);
+    for (int i = 0; i <= 20; ++i) Update(0, 4e-3 * i / 20, 1);
     Get();
   }
-  const PatchNews news = Get();
+  const PatchSnapshot news = Get();
   ASSERT_TRUE(news.patch);
   EXPECT_EQ(news.patch->vertices_per_cell, 1);
   PatchContact contact;

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "slave/pipeline/offline/account.h"
+#include "slave/pipeline/offline/offline_report.h"
 
 namespace palpate {
 namespace {

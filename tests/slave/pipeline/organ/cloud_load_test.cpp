@@ -98,7 +98,7 @@ double Sigma(const CloudForce& told) {
 }
 
 // Tolerance: two meshes of four nodes, 5 and 7 mm, differ by 2 to 6 % under such a disc.
-void ExpectTold(const CloudForce& told, const Vector3d& force) {
+void ExpectEstimate(const CloudForce& told, const Vector3d& force) {
   EXPECT_EQ(told.validity, Validity::kValid) << told.why;
   const double error = (told.force_O - force).norm();
   EXPECT_LT(error, 0.12 * force.norm()) << told.force_O.transpose();
@@ -109,7 +109,7 @@ void ExpectTold(const CloudForce& told, const Vector3d& force) {
 TEST(CloudLoadTest, ForceAndPlaceOfAPressThatNobodyPointedAt) {
   for (const Vector3d& force : {Vector3d(0, 0, -2), Vector3d(0.6, -0.4, -1.5)}) {
     const CloudForce told = Load().Fit(CloudUnder({{kTop, force}}));
-    ExpectTold(told, force);
+    ExpectEstimate(told, force);
     EXPECT_LT((told.patch.p_O - kTop).norm(), 0.003) << told.patch.p_O.transpose();
   }
 }
@@ -123,10 +123,10 @@ TEST(Long, OutliersCountForLittle) {
 TEST(Long, FollowsAForceThatGrowsAndWandersToAnotherPlace) {
   CloudLoad& load = Load();
   for (const double z : {-1.0, -1.2, -1.5, -2.0}) {
-    ExpectTold(load.Fit(CloudUnder({{kTop, {0, 0, z}}})), {0, 0, z});
+    ExpectEstimate(load.Fit(CloudUnder({{kTop, {0, 0, z}}})), {0, 0, z});
   }
   const Vector3d other(0.07, 0.03, 0.05);
-  ExpectTold(load.Fit(CloudUnder({{other, {0, 0, -2}}})), {0, 0, -2});
+  ExpectEstimate(load.Fit(CloudUnder({{other, {0, 0, -2}}})), {0, 0, -2});
 }
 
 // Reference: what the same patch under 0.1 N does to the cloud is as small as the noise.
@@ -140,7 +140,7 @@ TEST(CloudLoadTest, NothingPressesIsNoForce) {
 
 TEST(CloudLoadTest, AReleasedLoadIsGone) {
   CloudLoad& load = Load();
-  ExpectTold(load.Fit(CloudUnder({{kTop, {0, 0, -2}}})), {0, 0, -2});
+  ExpectEstimate(load.Fit(CloudUnder({{kTop, {0, 0, -2}}})), {0, 0, -2});
   for (int cloud = 0; cloud < 2; ++cloud) {
     const CloudForce told = load.Fit(CloudUnder({}));
     EXPECT_LE(told.force_O.norm(), 3 * Sigma(told)) << told.force_O.transpose();

@@ -28,15 +28,15 @@ CloudLoad MakeLoad(double modulus, double nu, double range) {
           {.young_modulus = modulus, .poisson_ratio = nu, .range = range, .seen = liver.seen}};
 }
 
-struct Told {
+struct FrameResult {
   CloudForce force;
   Vector3d truth;
   double cpu_us = 0;
 };
 
-std::vector<Told> FollowSequence(CloudLoad* load, const std::string& sequence,
-                                 std::size_t most = 100) {
-  std::vector<Told> told;
+std::vector<FrameResult> FollowSequence(CloudLoad* load, const std::string& sequence,
+                                        std::size_t most = 100) {
+  std::vector<FrameResult> told;
   load->Reset();
   for (const auto& frame : liver::ReadSequence(sequence)) {
     if (told.size() == most) break;
@@ -48,7 +48,7 @@ std::vector<Told> FollowSequence(CloudLoad* load, const std::string& sequence,
 }
 
 // That makes the first forces fit best.
-double ScaleOf(const std::vector<Told>& told) {
+double ScaleOf(const std::vector<FrameResult>& told) {
   double product = 0, square = 0;
   for (std::size_t i = 0; i < kScaleFrames; ++i) {
     product += told[i].force.force_O.dot(told[i].truth);
@@ -57,45 +57,45 @@ double ScaleOf(const std::vector<Told>& told) {
   return product / square;
 }
 
-struct Account {
+struct Score {
   double error = 0;                  // sum of relative errors
   int frames = 0, one = 0, two = 0;  // components within one and two sigma
   int valid = 0, wrong = 0;          // valid, of these beyond three sigma
   std::vector<double> cpu_us;        // but for the first frame
 };
 
-void Add(const std::vector<Told>& told, double scale, Account* account) {
-  for (const Told& frame : told) {
+void Add(const std::vector<FrameResult>& told, double scale, Score* score) {
+  for (const FrameResult& frame : told) {
     const Vector3d error = scale * frame.force.force_O - frame.truth;
     const Vector3d sigma = scale * frame.force.covariance_O.diagonal().cwiseSqrt();
-    account->error += error.norm() / frame.truth.norm();
-    ++account->frames;
-    account->one += static_cast<int>((error.array().abs() <= sigma.array()).count());
-    account->two += static_cast<int>((error.array().abs() <= 2 * sigma.array()).count());
-    if (&frame != told.data()) account->cpu_us.push_back(frame.cpu_us);
+    score->error += error.norm() / frame.truth.norm();
+    ++score->frames;
+    score->one += static_cast<int>((error.array().abs() <= sigma.array()).count());
+    score->two += static_cast<int>((error.array().abs() <= 2 * sigma.array()).count());
+    if (&frame != told.data()) score->cpu_us.push_back(frame.cpu_us);
     if (frame.force.validity != Validity::kValid) continue;
-    ++account->valid;
-    account->wrong += error.norm() > 3 * sigma.norm() ? 1 : 0;
+    ++score->valid;
+    score->wrong += error.norm() > 3 * sigma.norm() ? 1 : 0;
   }
 }
 
-void Print(const std::string& name, Account account) {
-  std::ranges::sort(account.cpu_us);
+void Print(const std::string& name, Score score) {
+  std::ranges::sort(score.cpu_us);
   std::printf(
       "%-14s mean error %5.1f %%, within 1 and 2 sigma %3.0f %3.0f %%, valid %2d of %2d, beyond "
       "three sigma of these %d; CPU a frame median %.0f us, worst %.0f us\n",
-      name.c_str(), 100 * account.error / account.frames, 100.0 * account.one / 3 / account.frames,
-      100.0 * account.two / 3 / account.frames, account.valid, account.frames, account.wrong,
-      account.cpu_us[account.cpu_us.size() / 2], account.cpu_us.back());
+      name.c_str(), 100 * score.error / score.frames, 100.0 * score.one / 3 / score.frames,
+      100.0 * score.two / 3 / score.frames, score.valid, score.frames, score.wrong,
+      score.cpu_us[score.cpu_us.size() / 2], score.cpu_us.back());
 }
 
-Account RunAll(CloudLoad* load, const std::string& law, bool is_scaled) {
-  Account all;
+Score RunAll(CloudLoad* load, const std::string& law, bool is_scaled) {
+  Score all;
   double scale = is_scaled ? 0 : 1;
   for (const std::string& name : liver::Sequences(law)) {
     const auto told = FollowSequence(load, name);
     if (scale == 0) scale = ScaleOf(told);
-    Account one;
+    Score one;
     Add(told, scale, &one);
     Print(name, one);
     Add(told, scale, &all);
@@ -108,7 +108,7 @@ Account RunAll(CloudLoad* load, const std::string& law, bool is_scaled) {
 TEST(LiverRegistrationTest, DirectionOfTheFirstForces) {
   if (!liver::IsThere()) GTEST_SKIP() << "needs ../shared/data/liver_registration";
   CloudLoad load = MakeLoad(kUnitModulus, kLinearNu, 1);
-  for (const Told& frame : FollowSequence(&load, "linear/s2", 3)) {
+  for (const FrameResult& frame : FollowSequence(&load, "linear/s2", 3)) {
     EXPECT_GT(frame.force.force_O.normalized().dot(frame.truth.normalized()),
               std::cos(2 * M_PI / 180));
     EXPECT_EQ(frame.force.validity, Validity::kValid) << frame.force.why;
@@ -119,7 +119,7 @@ TEST(LiverRegistrationTest, DirectionOfTheFirstForces) {
 TEST(Long, ForcesOnALinearLiver) {
   if (!liver::IsThere()) GTEST_SKIP() << "needs ../shared/data/liver_registration";
   CloudLoad load = MakeLoad(kUnitModulus, kLinearNu, 1);  // the truth is linear at any size
-  const Account all = RunAll(&load, "linear", true);
+  const Score all = RunAll(&load, "linear", true);
   EXPECT_LT(all.error / all.frames, 0.066);
   EXPECT_GE(all.two, 0.9 * 3 * all.frames);
   EXPECT_EQ(all.wrong, 0);

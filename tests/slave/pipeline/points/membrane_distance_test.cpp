@@ -34,9 +34,9 @@ class MembraneDistanceTest : public testing::Test {
     }
     return seen;
   }
-  [[nodiscard]] FailedCheck Judged(MembraneDistance* distance, double farther) const {
+  [[nodiscard]] FailedCheck Checked(MembraneDistance* distance, double farther) const {
     SurfaceObservation seen = Seen(farther);
-    distance->Judge(&seen);
+    distance->Check(&seen);
     EXPECT_NEAR(seen.scale_error, std::abs(farther), 1e-9);
     return seen.check;
   }
@@ -48,30 +48,30 @@ class MembraneDistanceTest : public testing::Test {
 TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreDoubted) {
   for (const double farther : {-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05}) {
     MembraneDistance distance(scene_, X_SE_);
-    EXPECT_EQ(Judged(&distance, farther), std::abs(farther) > MembraneDistance::kTrue
-                                              ? FailedCheck::kScale
-                                              : FailedCheck::kNone)
+    EXPECT_EQ(Checked(&distance, farther), std::abs(farther) > MembraneDistance::kTrue
+                                               ? FailedCheck::kScale
+                                               : FailedCheck::kNone)
         << farther;
   }
 }
 
 TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAnew) {
   MembraneDistance distance(scene_, X_SE_);
-  EXPECT_EQ(Judged(&distance, 0.05), FailedCheck::kScale);
+  EXPECT_EQ(Checked(&distance, 0.05), FailedCheck::kScale);
   SurfaceObservation nothing, seen = Seen(0);
-  distance.Judge(&nothing);
+  distance.Check(&nothing);
   EXPECT_EQ(nothing.check, FailedCheck::kNone);
-  distance.Judge(&seen);
+  distance.Check(&seen);
   EXPECT_EQ(seen.check, FailedCheck::kScale);
   distance.Reset();
-  EXPECT_EQ(Judged(&distance, 0), FailedCheck::kNone);
+  EXPECT_EQ(Checked(&distance, 0), FailedCheck::kNone);
 }
 
 TEST_F(MembraneDistanceTest, OtherObjectsAreNotJudged) {
   scene_.object.geometry = BoxGeometry{};
   MembraneDistance distance(scene_, X_SE_);
   SurfaceObservation seen = Seen(0.5);
-  distance.Judge(&seen);
+  distance.Check(&seen);
   EXPECT_EQ(seen.check, FailedCheck::kNone);
 }
 

@@ -42,7 +42,7 @@ Scene RubberMembrane(const std::string& kind, double p) {
   return scene;
 }
 
-StereoDots EyesOf(const Scene& scene, const StereoRig& rig) {
+StereoDots StereoDotsOf(const Scene& scene, const StereoRig& rig) {
   StereoDots::Params params;
   params.rig = rig;
   params.X_SL = scene.sense.Find<StereoCameras>()->X_SL;
@@ -56,18 +56,18 @@ StereoDots EyesOf(const Scene& scene, const StereoRig& rig) {
 class Membrane {
  public:
   explicit Membrane(const Scene& scene)
-      : scene_(scene), site_(scene), eyes_(EyesOf(scene, site_.rig())), estimator_(scene) {
+      : scene_(scene), site_(scene), eyes_(StereoDotsOf(scene, site_.rig())), estimator_(scene) {
     site_.MoveTool(scene.manipulator.home);
-    while (!eyes_.at_rest_known()) Look();
+    while (!eyes_.at_rest_known()) Process();
   }
   void PressTo(double p, double depth) {
     tip_ = scene_.object.X_SO * Vector3d(p * kRadius, 0, -depth);
     site_.MoveTool(tip_);
   }
-  const ContactEstimate& Look() {
+  const ContactEstimate& Process() {
     const StereoPictures pictures = site_.TakePictures();
     seen_ = &eyes_.Observe(pictures.left, pictures.right, Time{});
-    return estimator_.Feel(*seen_, tip_);
+    return estimator_.Estimate(*seen_, tip_);
   }
   [[nodiscard]] Vector3d TrueForce() const { return site_.truth().force; }
   // The largest error of a dot's displacement along the normal [m].
@@ -109,7 +109,7 @@ TEST(MembraneTest, DisplacementAndForceAreTrueAtEveryStepCentreAndEccentric) {
     for (double depth = 0; depth < kDeepest + kStep / 2; depth += kStep) {
       membrane.PressTo(p, depth);
       for (int i = 0; i < kPicturesPerStep; ++i) {
-        const ContactEstimate& felt = membrane.Look();
+        const ContactEstimate& felt = membrane.Process();
         const Vector3d truth = membrane.TrueForce();
         ASSERT_EQ(felt.validity, Validity::kValid)
             << depth << " " << membrane.estimator().load().why;
@@ -130,10 +130,10 @@ TEST(MembraneTest, DisplacementAndForceAreTrueAtEveryStepCentreAndEccentric) {
 TEST(MembraneTest, TheSmallDeflectionPlateIsFlaggedBeyondItsRange) {
   Membrane membrane(RubberMembrane("plate", 0));
   membrane.PressTo(0, 0.3e-3);
-  EXPECT_EQ(membrane.Look().validity, Validity::kValid);
+  EXPECT_EQ(membrane.Process().validity, Validity::kValid);
   for (const double depth : {0.7e-3, 1.5e-3, 3e-3, 5e-3}) {
     membrane.PressTo(0, depth);
-    EXPECT_EQ(membrane.Look().validity, Validity::kExtrapolated) << depth;
+    EXPECT_EQ(membrane.Process().validity, Validity::kExtrapolated) << depth;
   }
   // Paper C's plate at 5 mm on 1 mm of rubber: several times too low.
   EXPECT_LT(membrane.estimator().felt().force->norm(), 0.3 * membrane.TrueForce().norm());

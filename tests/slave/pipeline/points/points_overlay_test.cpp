@@ -30,7 +30,7 @@ class PointsOverlayTest : public ::testing::Test {
  protected:
   PointsOverlayTest()
       : scene_(MembraneScene()), eyes_(MakeSurfacePointTracker(scene_, RigOf(scene_))) {
-    while (!eyes_->at_rest_known()) eyes_->Look(pair_);
+    while (!eyes_->at_rest_known()) eyes_->Process(pair_);
   }
   Scene scene_;
   std::unique_ptr<SurfacePointTracker> eyes_;
@@ -38,7 +38,7 @@ class PointsOverlayTest : public ::testing::Test {
 };
 
 TEST_F(PointsOverlayTest, EveryDotIsMarkedWhereItIsSeen) {
-  const SurfaceObservation& seen = eyes_->Look(pair_);
+  const SurfaceObservation& seen = eyes_->Process(pair_);
   const PointsOverlay overlay = MakePointsOverlay(*eyes_, seen, ContactEstimate{});
   ASSERT_EQ(overlay.seen_I.size(), 31U);
   EXPECT_TRUE(overlay.lost_I.empty());
@@ -49,8 +49,8 @@ TEST_F(PointsOverlayTest, EveryDotIsMarkedWhereItIsSeen) {
 }
 
 TEST_F(PointsOverlayTest, WhatIsLostIsMarkedWhereItWas) {
-  eyes_->Look(pair_);
-  const SurfaceObservation& lost = eyes_->Look(DotPairs().Draw({0, {0, 0}, true}, 2));
+  eyes_->Process(pair_);
+  const SurfaceObservation& lost = eyes_->Process(DotPairs().Draw({0, {0, 0}, true}, 2));
   const PointsOverlay overlay = MakePointsOverlay(*eyes_, lost, ContactEstimate{});
   EXPECT_TRUE(overlay.seen_I.empty());
   EXPECT_EQ(overlay.lost_I.size(), 31U);
@@ -62,7 +62,7 @@ TEST_F(PointsOverlayTest, ALoadIsMarkedAtItsPlaceAndInNumbers) {
   felt.depth = 0.001;
   felt.force = Eigen::Vector3d(0, 0, 2);
   felt.validity = Validity::kValid;
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, eyes_->Look(pair_), felt);
+  const PointsOverlay overlay = MakePointsOverlay(*eyes_, eyes_->Process(pair_), felt);
   ASSERT_TRUE(overlay.place_I.has_value());
   EXPECT_LT((*overlay.place_I - *eyes_->Project(felt.p_S_contact)).norm(), 1e-9);
   const cv::Mat drawn = DrawPoints(pair_.left, overlay, 4);
@@ -74,7 +74,7 @@ TEST_F(PointsOverlayTest, ALoadIsMarkedAtItsPlaceAndInNumbers) {
   EXPECT_EQ(Coloured(DrawPoints(pair_.left, overlay, 0), on_ring, 2), 0) << "nobody says how much";
   // Across the line of sight it is not foreshortened.
   felt.force = Eigen::Vector3d(4, 0, 0);
-  const PointsOverlay aside = MakePointsOverlay(*eyes_, eyes_->Look(pair_), felt);
+  const PointsOverlay aside = MakePointsOverlay(*eyes_, eyes_->Process(pair_), felt);
   EXPECT_NEAR(aside.along_I.norm(), 1, 0.05);
 }
 
@@ -83,7 +83,7 @@ TEST_F(PointsOverlayTest, NumbersThatAreNoneAndPlacesFarOutDrawNothingAndBreakNo
   felt.depth = 0.001;
   felt.force = Eigen::Vector3d(0, 0, 1e300);
   felt.p_S_contact = {1e6, -1e6, 0.3};
-  const SurfaceObservation& seen = eyes_->Look(pair_);
+  const SurfaceObservation& seen = eyes_->Process(pair_);
   EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt), 0).rows, 480);
   EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt), 1).rows, 480);
   felt.p_S_contact.setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -17,26 +17,28 @@ namespace {
 using Eigen::Vector3d;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing_fakes::MembraneEnvironment;
 using testing_fakes::MembraneScene;
 using testing_fakes::MembraneSource;
-using testing_fakes::MembraneWorld;
 
 constexpr double kPatience = 60;  // before something that does not happen fails the test [s]
 
-std::unique_ptr<Slave> Watching(const Scene& scene, std::shared_ptr<MembraneWorld> world) {
+std::unique_ptr<Slave> Watching(const Scene& scene,
+                                std::shared_ptr<MembraneEnvironment> environment) {
   return std::make_unique<LiveSlave>(
       scene, nullptr, MakeManipulator(scene, {}),
-      std::make_unique<PointsSense>(scene, std::make_unique<MembraneSource>(std::move(world))));
+      std::make_unique<PointsSense>(scene,
+                                    std::make_unique<MembraneSource>(std::move(environment))));
 }
 
 // The slave over a fake source: what it feels is drawn by the test.
 class PointsSenseTest : public ::testing::Test {
  protected:
   PointsSenseTest() {
-    world_->Show({});
+    environment_->Show({});
     Scene scene = MembraneScene();
     scene.manipulator.blind_after = kPatience;  // the hand moves on while pictures fail
-    slave_ = Watching(scene, world_);
+    slave_ = Watching(scene, environment_);
   }
 
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
@@ -52,17 +54,17 @@ class PointsSenseTest : public ::testing::Test {
     }
   }
   // A force by the newest pictures: what was taken before `since` does not count.
-  SlaveState UntilFelt(double least) {
+  SlaveState UntilForce(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
   }
   // Nothing presses any more, and the eyes have seen it.
   void UntilLeft() {
-    world_->Show({});
+    environment_->Show({});
     Until([](const SlaveState& s) { return IsValid(s) && !(s.depth > 0); });
   }
   static bool IsValid(const SlaveState& s) { return s.validity == Validity::kValid; }
 
-  std::shared_ptr<MembraneWorld> world_ = std::make_shared<MembraneWorld>();
+  std::shared_ptr<MembraneEnvironment> environment_ = std::make_shared<MembraneEnvironment>();
   std::unique_ptr<Slave> slave_;
 };
 
@@ -72,8 +74,8 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   Until(IsValid);
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
-  world_->Show({kForce, {0.012, 0.004}, false});
-  const SlaveState state = UntilFelt(0.5 * kForce);
+  environment_->Show({kForce, {0.012, 0.004}, false});
+  const SlaveState state = UntilForce(0.5 * kForce);
   ASSERT_TRUE(state.force);
   EXPECT_EQ(state.validity, Validity::kValid) << ToString(state.check);
   EXPECT_NEAR(state.force->z(), kForce, 0.05 * kForce);  // the object pushes the tool out
@@ -145,7 +147,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   EXPECT_FALSE(home.local_model.in_contact);
   const Vector3d normal = home.local_model.normal;
   EXPECT_NEAR(normal.z(), 1, 1e-6);
-  world_->FallSilent();
+  environment_->FallSilent();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));  // what was under way arrives
   const Time last = slave_->Compose(Clock::now()).sensed_at;
   // Sideways by 10 mm and 0.3 mm deep, in hand's axes: x and z are those of S; in small steps.
@@ -164,12 +166,12 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
 TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
   Until(IsValid);
   slave_->TakeEvents();
-  world_->Show({0, {0, 0}, true});
+  environment_->Show({0, {0, 0}, true});
   const SlaveState lost =
       Until([](const SlaveState& s) { return s.validity == Validity::kTrackingLost; });
   EXPECT_FALSE(lost.force.has_value());
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingLost));
-  world_->Show({});
+  environment_->Show({});
   Until(IsValid);
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingRegained));
 }
@@ -177,27 +179,27 @@ TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
 // What presses would be taken for rest, and no longer be felt.
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   Until(IsValid);
-  world_->Show({4.0, {0, 0}, false});
-  UntilFelt(1.0);
+  environment_->Show({4.0, {0, 0}, false});
+  UntilForce(1.0);
   EXPECT_THROW(slave_->Reset(), std::logic_error);
   EXPECT_GT(Until(IsValid).force->norm(), 1.0);
   UntilLeft();
   slave_->Reset();
-  world_->Show({4.0, {0, 0}, false});
-  EXPECT_GT(UntilFelt(1.0).force->norm(), 1.0);
+  environment_->Show({4.0, {0, 0}, false});
+  EXPECT_GT(UntilForce(1.0).force->norm(), 1.0);
 }
 
 TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   Until(IsValid);
-  world_->Show({4.0, {0, 0}, false});
-  const double before = UntilFelt(1.0).force->norm();
+  environment_->Show({4.0, {0, 0}, false});
+  const double before = UntilForce(1.0).force->norm();
   ParameterChange softer;
   softer.young_modulus = 13.6e6;
   EXPECT_THROW(slave_->SetParameters(softer), std::logic_error) << "the object is pressed";
   UntilLeft();
   slave_->SetParameters(softer);
-  world_->Show({4.0, {0, 0}, false});
-  const SlaveState soft = UntilFelt(0.45 * before);
+  environment_->Show({4.0, {0, 0}, false});
+  const SlaveState soft = UntilForce(0.45 * before);
   EXPECT_NEAR(soft.force->norm() / before, 0.5, 0.03);
   EXPECT_THROW(slave_->SetModel({"plate-large", 0, "", ""}), std::logic_error);
   UntilLeft();
@@ -216,30 +218,30 @@ TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
 
 TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until(IsValid);
-  world_->FallSilent();
+  environment_->FallSilent();
   Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
   EXPECT_THAT(slave_->Status().alarms, ElementsAre(HasSubstr("the sensor has sent nothing")));
-  world_->End();
+  environment_->End();
   Until([&](const SlaveState&) { return slave_->Status().alarms.size() == 2; });
   EXPECT_THAT(slave_->Status().alarms.front(), HasSubstr("ended"));
 }
 
 TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
   Until(IsValid);
-  world_->Break();
+  environment_->Break();
   Until([&](const SlaveState&) { return !slave_->Status().alarms.empty(); });
   EXPECT_EQ(slave_->Status().alarms.front(), "the cable is off");
 }
 
 TEST(PointsSenseStartTest, PicturesThatAreNotTheRigsAreRefused) {
-  auto world = std::make_shared<MembraneWorld>();
-  world->Show({});
+  auto environment = std::make_shared<MembraneEnvironment>();
+  environment->Show({});
   Scene scene = MembraneScene();
   scene.sense.Find<StereoCameras>()->size = {320, 240};
   scene.sense.Find<StereoCameras>()->focal = 400;
-  EXPECT_THROW(Watching(scene, world), std::runtime_error);
-  world->End();
-  EXPECT_THROW(Watching(MembraneScene(), world), std::runtime_error);
+  EXPECT_THROW(Watching(scene, environment), std::runtime_error);
+  environment->End();
+  EXPECT_THROW(Watching(MembraneScene(), environment), std::runtime_error);
 }
 
 }  // namespace

@@ -27,12 +27,12 @@ const Vector3d kMean(0.015, 0.007, 0.2);  // of the four at rest
 
 TEST(TrackedPlaceTest, ABodyThatDoesNotTurnIsFollowedWhicheverPointsAreHidden) {
   RigidTranslation place;
-  EXPECT_TRUE(place.Feel(Seen({0, 0, 0})).p_S_contact.isApprox(kMean, 1e-12));
+  EXPECT_TRUE(place.Estimate(Seen({0, 0, 0})).p_S_contact.isApprox(kMean, 1e-12));
   const Vector3d way(0.004, -0.003, 0.01);
   for (unsigned hidden = 0; hidden < 15; ++hidden) {
     SurfaceObservation seen = Seen(way);
     for (std::size_t i = 0; i < 4; ++i) seen.points[i].seen = (hidden >> i & 1U) == 0;
-    const ContactEstimate& felt = place.Feel(seen);
+    const ContactEstimate& felt = place.Estimate(seen);
     EXPECT_TRUE(felt.p_S_contact.isApprox(kMean + way, 1e-12)) << hidden;
     EXPECT_TRUE(place.moved().isApprox(way, 1e-12));
     EXPECT_FALSE(felt.force.has_value());
@@ -45,45 +45,46 @@ TEST(TrackedPlaceTest, PointsThatCameLaterDoNotCount) {
   RigidTranslation place;
   SurfaceObservation first = Seen({0, 0, 0});
   first.points[3].seen = false;
-  const Vector3d start = place.Feel(first).p_S_contact;
+  const Vector3d start = place.Estimate(first).p_S_contact;
   SurfaceObservation seen = Seen({0.01, 0, 0});
   seen.points[3].p_S_rest = seen.points[3].p_S;
-  EXPECT_TRUE(place.Feel(seen).p_S_contact.isApprox(start + Vector3d(0.01, 0, 0), 1e-12));
+  EXPECT_TRUE(place.Estimate(seen).p_S_contact.isApprox(start + Vector3d(0.01, 0, 0), 1e-12));
 }
 
 TEST(TrackedPlaceTest, ALossIsToldAndSoIsItsEnd) {
   RigidTranslation place;
   EXPECT_EQ(place.felt().validity, Validity::kFailed);
-  const Vector3d start = place.Feel(Seen({0, 0, 0})).p_S_contact;
+  const Vector3d start = place.Estimate(Seen({0, 0, 0})).p_S_contact;
   SurfaceObservation nothing = Seen({0.01, 0, 0});
   nothing.found = false;
-  const ContactEstimate& lost = place.Feel(nothing);
+  const ContactEstimate& lost = place.Estimate(nothing);
   EXPECT_EQ(lost.validity, Validity::kTrackingLost);
   EXPECT_TRUE(lost.events.Has(Event::kTrackingLost));
   EXPECT_TRUE(lost.p_S_contact.isApprox(start));  // the last one known
-  EXPECT_FALSE(place.Feel(nothing).events.Has(Event::kTrackingLost));
-  const ContactEstimate& again = place.Feel(Seen({0.01, 0, 0}));
+  EXPECT_FALSE(place.Estimate(nothing).events.Has(Event::kTrackingLost));
+  const ContactEstimate& again = place.Estimate(Seen({0.01, 0, 0}));
   EXPECT_EQ(again.validity, Validity::kFailed);
   EXPECT_TRUE(again.events.Has(Event::kTrackingRegained));
   place.Reset();
-  EXPECT_TRUE(place.Feel(Seen({0.02, 0, 0})).p_S_contact.isApprox(kMean + Vector3d(0.02, 0, 0)));
+  EXPECT_TRUE(
+      place.Estimate(Seen({0.02, 0, 0})).p_S_contact.isApprox(kMean + Vector3d(0.02, 0, 0)));
 }
 
 TEST(TrackedPlaceTest, PlacesThatAreNoNumbersAreNotTold) {
   RigidTranslation place;
-  place.Feel(Seen({0, 0, 0}));
+  place.Estimate(Seen({0, 0, 0}));
   SurfaceObservation broken = Seen({0, 0, 0});
   for (SurfacePoint& point : broken.points) point.p_S.x() = std::nan("");
-  EXPECT_EQ(place.Feel(broken).validity, Validity::kTrackingLost);
+  EXPECT_EQ(place.Estimate(broken).validity, Validity::kTrackingLost);
   EXPECT_TRUE(place.felt().p_S_contact.allFinite());
 }
 
 TEST(TrackedPlaceTest, FeelingAllocatesNothingAfterTheFirstObservation) {
   RigidTranslation place;
   const SurfaceObservation seen = Seen({0.001, 0, 0});
-  place.Feel(seen);
+  place.Estimate(seen);
   const long before = AllocationCount();
-  for (int i = 0; i < 100; ++i) place.Feel(seen);
+  for (int i = 0; i < 100; ++i) place.Estimate(seen);
   EXPECT_EQ(AllocationCount(), before);
 }
 

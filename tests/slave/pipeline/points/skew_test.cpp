@@ -34,10 +34,10 @@ struct Skew {
 };
 
 // The shipped membrane pressed to kDepth and let go, to and fro.
-class SkewedEyes final : public StereoSource {
+class SkewedCameras final : public StereoSource {
  public:
   // `speed`: the tool's largest [m/s].
-  SkewedEyes(StereoSite* site, const Scene& scene, double speed, const Skew& skew)
+  SkewedCameras(StereoSite* site, const Scene& scene, double speed, const Skew& skew)
       : site_(site),
         home_(scene.manipulator.home),
         period_(1 / scene.sense.Find<StereoCameras>()->rate),
@@ -86,12 +86,12 @@ struct Row {
 };
 
 Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, const Skew& skew) {
-  auto eyes = std::make_unique<SkewedEyes>(site, scene, speed, skew);
-  const SkewedEyes& seen = *eyes;
+  auto eyes = std::make_unique<SkewedCameras>(site, scene, speed, skew);
+  const SkewedCameras& seen = *eyes;
   PointsSense sense(scene, std::move(eyes));
   Row row;
   for (int pair = 0; pair < kRest + kMoving && sense.Acquire({}); ++pair) {
-    sense.Look();
+    sense.Process();
     const ContactEstimate& felt = sense.Estimate(seen.truth().p_S_tip);
     if (pair < kRest) continue;
     if (felt.validity != Validity::kValid || !felt.force) {

@@ -92,14 +92,14 @@ Scene WatchedScene() {
 
 // The tip beside the membrane's centre at a depth, and a real membrane that is softer there than
 // the model has it.
-class FeltMembraneTest : public ::testing::Test {
+class RenderedMembraneTest : public ::testing::Test {
  protected:
   static constexpr double kSofter = 0.9;
   static SurfaceEstimator& estimator() {
     static SurfaceEstimator estimator(WatchedScene());
     return estimator;
   }
-  FeltMembraneTest() { estimator().Reset(); }
+  RenderedMembraneTest() { estimator().Reset(); }
   static Vector3d TipAt(double depth) { return {0.005, 0.002, -depth}; }
   static double Modelled(double depth) { return estimator().body().PressAt(TipAt(0), depth).force; }
   static double Rendered(double depth) {
@@ -111,14 +111,14 @@ class FeltMembraneTest : public ::testing::Test {
     return DotsUnder(FinerPlate(), TipAt(0).head<2>(), -share * Modelled(depth), sigma, &random_);
   }
   void Hold(double depth, double share, int pictures) {
-    for (int i = 0; i < pictures; ++i) estimator().Feel(Dots(depth, share), TipAt(depth));
+    for (int i = 0; i < pictures; ++i) estimator().Estimate(Dots(depth, share), TipAt(depth));
   }
   std::mt19937 random_{12};
 };
 
 // Reference: the mean force felt from the dots, itself within 1.5 % of the load by the order of
 // modes.
-TEST_F(FeltMembraneTest, TheRenderedForceBecomesTheOneFelt) {
+TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneFelt) {
   constexpr int kPictures = 60;
   double mean = 0;
   for (int i = 0; i < kPictures; ++i) {
@@ -134,8 +134,8 @@ TEST_F(FeltMembraneTest, TheRenderedForceBecomesTheOneFelt) {
 
 // Reference: each picture changes the ratio by no more than the learning rate of what is missing,
 // 1 - exp(-1 / 3) of a tenth: 2.8 % of the force; the fit's own error adds at most half a percent.
-TEST_F(FeltMembraneTest, TheRenderedForceNeverJumps) {
-  estimator().Feel(Dots(4e-3, kSofter), TipAt(4e-3));
+TEST_F(RenderedMembraneTest, TheRenderedForceNeverJumps) {
+  estimator().Estimate(Dots(4e-3, kSofter), TipAt(4e-3));
   double last = Rendered(4e-3);
   double largest = std::abs(last / Modelled(4e-3) - 1);
   for (int i = 0; i < 30; ++i) {
@@ -148,14 +148,14 @@ TEST_F(FeltMembraneTest, TheRenderedForceNeverJumps) {
   EXPECT_LT(largest, 0.035);
 }
 
-TEST_F(FeltMembraneTest, WhatWasFeltStaysForTheNextContact) {
+TEST_F(RenderedMembraneTest, WhatWasFeltStaysForTheNextContact) {
   Hold(4e-3, kSofter, 60);
   const double held = Rendered(4e-3);
   SurfaceObservation lost = Dots(4e-3, 1);
   lost.found = false;
   for (int i = 0; i < 20; ++i) {
-    estimator().Feel(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random_), kAway);
-    estimator().Feel(lost, kAway);
+    estimator().Estimate(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random_), kAway);
+    estimator().Estimate(lost, kAway);
   }
   EXPECT_EQ(Rendered(4e-3), held);
   estimator().Reset();
@@ -164,47 +164,47 @@ TEST_F(FeltMembraneTest, WhatWasFeltStaysForTheNextContact) {
 
 // A moved rim, another's press beside the tip, a tip above the membrane, one that only grazes it,
 // and points lost.
-TEST_F(FeltMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
+TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
   const double modelled = Rendered(4e-3);
   SurfaceObservation lost = Dots(4e-3, kSofter), raised = lost;
   lost.found = false;
   for (SurfacePoint& point : raised.points) point.p_S.z() -= 4e-4;
   for (int i = 0; i < 5; ++i) {
-    EXPECT_NE(estimator().Feel(raised, TipAt(4e-3)).validity, Validity::kValid);
+    EXPECT_NE(estimator().Estimate(raised, TipAt(4e-3)).validity, Validity::kValid);
   }
   EXPECT_EQ(Rendered(4e-3), modelled);
   for (const Vector3d& tip : {Vector3d(-0.02, 0, -4e-3), TipAt(-1e-3), TipAt(4e-4)}) {
     for (int i = 0; i < 5; ++i) {
-      ASSERT_EQ(estimator().Feel(Dots(4e-3, kSofter), tip).validity, Validity::kValid);
+      ASSERT_EQ(estimator().Estimate(Dots(4e-3, kSofter), tip).validity, Validity::kValid);
     }
     EXPECT_EQ(Rendered(4e-3), modelled) << tip.transpose();
   }
-  for (int i = 0; i < 5; ++i) estimator().Feel(lost, TipAt(4e-3));
+  for (int i = 0; i < 5; ++i) estimator().Estimate(lost, TipAt(4e-3));
   EXPECT_EQ(Rendered(4e-3), modelled);
 }
 
 // The picture is older than the tip: on the way in the force felt is that of less depth. At 20 mm/s
 // and a whole period, 0.67 mm, between them, the ratio would fall to 0.7 at once.
-TEST_F(FeltMembraneTest, ATipOnItsWayTeachesLittle) {
+TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
   constexpr double kStep = 0.02 / 30;
   for (int press = 0; press < 3; ++press) {
     for (double depth = kStep; depth < 4.5e-3; depth += kStep) {
       const double share = Modelled(depth - kStep) / Modelled(depth);
-      estimator().Feel(Dots(depth, share), TipAt(depth));
+      estimator().Estimate(Dots(depth, share), TipAt(depth));
     }
-    estimator().Feel(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random_), kAway);
+    estimator().Estimate(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random_), kAway);
   }
   EXPECT_NEAR(Rendered(4e-3) / Modelled(4e-3), 1, 0.05);
   Hold(4e-3, 1, 30);
   EXPECT_NEAR(Rendered(4e-3) / Modelled(4e-3), 1, 0.02);
 }
 
-TEST_F(FeltMembraneTest, NoiseOfTheDotsIsNotRendered) {
+TEST_F(RenderedMembraneTest, NoiseOfTheDotsIsNotRendered) {
   Hold(2e-3, 1, 60);
   const double still = Rendered(2e-3);
   double largest = 0;
   for (int i = 0; i < 60; ++i) {
-    estimator().Feel(Dots(2e-3, 1, 1e-4), TipAt(2e-3));
+    estimator().Estimate(Dots(2e-3, 1, 1e-4), TipAt(2e-3));
     largest = std::max(largest, std::abs(Rendered(2e-3) / still - 1));
   }
   EXPECT_LT(largest, 0.02);  // a picture's own sigma is 3 %

@@ -34,7 +34,7 @@ TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
   SurfaceEstimator& estimator = Large();
   for (const double force : {-1.0, 1.0}) {
     const ContactEstimate& felt =
-        estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr), kAway);
+        estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr), kAway);
     ASSERT_TRUE(felt.force.has_value());
     EXPECT_NEAR(felt.force->z(), -force, 0.02);
     EXPECT_EQ(felt.validity, force < 0 ? Validity::kValid : Validity::kExtrapolated);
@@ -55,10 +55,10 @@ TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
       without.points[dot].seen = false;
     }
     estimator.Reset();
-    const double reference = estimator.Feel(without, kAway).force->z();
+    const double reference = estimator.Estimate(without, kAway).force->z();
     EXPECT_NEAR(reference, 1, 0.03);
     estimator.Reset();
-    const ContactEstimate& felt = estimator.Feel(seen, kAway);
+    const ContactEstimate& felt = estimator.Estimate(seen, kAway);
     ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why << " " << wrong;
     EXPECT_NEAR(felt.force->z(), reference, 1e-4) << wrong;
   }
@@ -70,7 +70,7 @@ TEST(SurfaceDoubtsTest, ManyContradictingDotsAreFlagged) {
   std::uniform_real_distribution<double> astray(-3e-3, 3e-3);
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, &random);
   for (std::size_t i = 0; i < seen.points.size(); i += 2) seen.points[i].p_S.z() += astray(random);
-  EXPECT_GT(estimator.Feel(seen, kAway).validity, Validity::kValid);
+  EXPECT_GT(estimator.Estimate(seen, kAway).validity, Validity::kValid);
   EXPECT_FALSE(estimator.load().why.empty());
 }
 
@@ -82,7 +82,7 @@ TEST(SurfaceDoubtsTest, UnseenDotsAreLeftOut) {
     seen.points[i].seen = false;
     seen.points[i].p_S = seen.points[i].p_S_rest;
   }
-  const ContactEstimate& felt = estimator.Feel(seen, kAway);
+  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
   ASSERT_EQ(felt.validity, Validity::kValid);
   EXPECT_NEAR(felt.force->z(), 1, 0.015);
 }
@@ -91,10 +91,10 @@ TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
   SurfaceEstimator& estimator = Large();
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
   for (std::size_t i = 3; i < seen.points.size(); ++i) seen.points[i].seen = false;
-  EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kTrackingLost);
+  EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kTrackingLost);
   EXPECT_FALSE(estimator.felt().force.has_value());
   seen.found = false;
-  const ContactEstimate& felt = estimator.Feel(seen, kAway);
+  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
   EXPECT_EQ(felt.validity, Validity::kTrackingLost);
   EXPECT_FALSE(felt.force.has_value());
   EXPECT_TRUE(felt.events.Has(Event::kTrackingLost));
@@ -115,7 +115,7 @@ TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
       SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
       for (SurfacePoint& point : seen.points) point.p_S = moved * point.p_S;
       estimator.Reset();
-      const ContactEstimate& felt = estimator.Feel(seen, kAway);
+      const ContactEstimate& felt = estimator.Estimate(seen, kAway);
       EXPECT_EQ(felt.validity, Validity::kExtrapolated);
       EXPECT_THAT(std::string(estimator.load().why), HasSubstr("moved"));
       ASSERT_TRUE(felt.force.has_value());
@@ -133,7 +133,7 @@ TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
     SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
     for (SurfacePoint& point : seen.points) point.p_S = moved * point.p_S;
     estimator.Reset();
-    return estimator.Feel(seen, kAway);
+    return estimator.Estimate(seen, kAway);
   };
   const Eigen::Translation3d rig(0, 0, -0.25);
   for (const Vector3d& turn : {Vector3d(0.0125, 0, 0), Vector3d(-0.005, 0.01, 0.003)}) {
@@ -172,7 +172,7 @@ TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
       for (int i = 1; i <= 20; ++i) {
         const double force = -kPeak * std::min(1.0, i / 16.0);
         const ContactEstimate& felt =
-            estimator.Feel(DotsUnder(sheet, p, force, kSigma, &random), kAway);
+            estimator.Estimate(DotsUnder(sheet, p, force, kSigma, &random), kAway);
         ASSERT_TRUE(felt.force.has_value());
         const double error = std::abs(felt.force->z() + force);
         flagged += felt.validity == Validity::kValid ? 0 : 1;
@@ -198,7 +198,7 @@ TEST(SurfaceDoubtsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
       SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
       for (SurfacePoint& p : seen.points) p.p_S.head<2>() += growth * p.p_S_rest.head<2>();
       estimator.Reset();
-      const FailedCheck check = estimator.Feel(seen, kAway).check;
+      const FailedCheck check = estimator.Estimate(seen, kAway).check;
       const bool is_clear = std::abs(growth) > 0.01 || (growth != 0 && force > -1);
       if (growth == 0 || is_clear) {
         EXPECT_EQ(check, is_clear ? FailedCheck::kScale : FailedCheck::kNone)
@@ -215,11 +215,11 @@ TEST(SurfaceDoubtsTest, ADentOfAWiderMembraneIsFlaggedOnceTheRestIsKnown) {
   SurfaceEstimator estimator(scene);
   std::mt19937 random(14);
   for (int i = 0; i < 5; ++i) {
-    estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
+    estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
   }
   for (const double force : {-0.5, -1.0, -2.0}) {
     const SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, force, kSigma, &random);
-    EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kExtrapolated) << force;
+    EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kExtrapolated) << force;
   }
 }
 
@@ -229,9 +229,9 @@ TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
   std::mt19937 random(15);
   const SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -2, kSigma, &random);
   const Vector3d pressing(-0.005, 0, -0.003), away(-0.005, 0, 0.003);
-  EXPECT_EQ(estimator.Feel(seen, pressing, 0.0).check, FailedCheck::kArm);
-  EXPECT_EQ(estimator.Feel(seen, away, 0.0).check, FailedCheck::kNone);
-  EXPECT_EQ(estimator.Feel(seen, pressing).check, FailedCheck::kNone);
+  EXPECT_EQ(estimator.Estimate(seen, pressing, 0.0).check, FailedCheck::kArm);
+  EXPECT_EQ(estimator.Estimate(seen, away, 0.0).check, FailedCheck::kNone);
+  EXPECT_EQ(estimator.Estimate(seen, pressing).check, FailedCheck::kNone);
 }
 
 // Each of the points lies off by what noise makes of one.
@@ -251,28 +251,29 @@ TEST(SurfaceDoubtsTest, APatchThatLiesOffToOneSideIsFlagged) {
     point.covariance = 9e-8 * Eigen::Matrix3d::Identity();
     seen.points.push_back(point);
   }
-  EXPECT_EQ(estimator.Feel(seen, kAway).validity, Validity::kValid) << estimator.load().why;
+  EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kValid) << estimator.load().why;
   for (SurfacePoint& p : seen.points) {
     if ((p.p_S_rest - Vector3d(-0.013, 0.013, 0)).norm() < 0.01) p.p_S.z() -= 1e-3;
   }
-  EXPECT_EQ(estimator.Feel(seen, kAway).check, FailedCheck::kMisfit);
+  EXPECT_EQ(estimator.Estimate(seen, kAway).check, FailedCheck::kMisfit);
 }
 
 TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {
   SurfaceEstimator estimator(MembraneScene("plate"));
   PlateModel small({kRadius, kThickness, kModulus, kNu});
   std::mt19937 random(10);
-  EXPECT_EQ(estimator.Feel(DotsUnder(small, {0.01, 0}, -0.04, kSigma, &random), kAway).validity,
+  EXPECT_EQ(estimator.Estimate(DotsUnder(small, {0.01, 0}, -0.04, kSigma, &random), kAway).validity,
             Validity::kValid);
   EXPECT_LT(estimator.felt().depth, 5e-4);
   EXPECT_NEAR(estimator.felt().force->z(), 0.04, 4e-3);
-  EXPECT_EQ(estimator.Feel(DotsUnder(small, {0.01, 0}, -0.08, kSigma, &random), kAway).validity,
+  EXPECT_EQ(estimator.Estimate(DotsUnder(small, {0.01, 0}, -0.08, kSigma, &random), kAway).validity,
             Validity::kExtrapolated);
   EXPECT_GT(estimator.felt().depth, 5e-4);
   EXPECT_THAT(std::string(estimator.load().why), HasSubstr("range"));
   // A real press of 5 mm.
-  EXPECT_EQ(estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, -4.4, kSigma, &random), kAway).validity,
-            Validity::kExtrapolated);
+  EXPECT_EQ(
+      estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, -4.4, kSigma, &random), kAway).validity,
+      Validity::kExtrapolated);
 }
 
 TEST(SurfaceDoubtsTest, NonsenseIsNoForce) {
@@ -280,7 +281,7 @@ TEST(SurfaceDoubtsTest, NonsenseIsNoForce) {
   const double nan = std::nan("");
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
   const auto check = [&](const SurfaceObservation& bad) {
-    const ContactEstimate& felt = estimator.Feel(bad, {nan, nan, nan});
+    const ContactEstimate& felt = estimator.Estimate(bad, {nan, nan, nan});
     EXPECT_TRUE(!felt.force || felt.force->allFinite());
     EXPECT_TRUE(felt.p_S_tip.allFinite() && felt.p_S_contact.allFinite());
     EXPECT_TRUE(std::isfinite(felt.sigma) && std::isfinite(felt.depth));

@@ -41,8 +41,8 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
   std::mt19937 random(1);
   for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0117, 0), Vector2d(-0.008, 0.0178)}) {
     const ContactEstimate& felt =
-        estimator.Feel(DotsUnder(FinerPlate(), p, -2, kSigma, &random, scene.object.X_SO),
-                       scene.object.X_SO * kAway);
+        estimator.Estimate(DotsUnder(FinerPlate(), p, -2, kSigma, &random, scene.object.X_SO),
+                           scene.object.X_SO * kAway);
     ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
     ASSERT_TRUE(felt.force.has_value());
     // The tool presses along -z_O, the membrane pushes it back along z_O.
@@ -67,7 +67,7 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
   constexpr int kPictures = 150;
   for (int i = 0; i < kPictures; ++i) {
     const ContactEstimate& felt =
-        estimator.Feel(DotsUnder(same, {0.01, 0.005}, -0.5, 4e-5, &random), kAway);
+        estimator.Estimate(DotsUnder(same, {0.01, 0.005}, -0.5, 4e-5, &random), kAway);
     ASSERT_TRUE(felt.force.has_value());
     const double error = (felt.force->z() - 0.5) / felt.sigma;
     sum += error * error;
@@ -92,7 +92,7 @@ TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsToldWhereNothing
         point.covariance *= 25;
         point.errs_by_noise_alone = alone;
       }
-      return estimator.Feel(seen, kAway);
+      return estimator.Estimate(seen, kAway);
     };
     for (int i = 0; i < 20; ++i) feel(0);
     for (int i = 0; i < kPictures; ++i) {
@@ -118,7 +118,7 @@ TEST(SurfaceEstimatorTest, AMomentThatIsNotSureMakesAChangingForceLessSure) {
     for (const double force : {-1.0, -2.0, -2.0, -2.0}) {
       SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr);
       seen.moment_sigma = moment;
-      felt.push_back(estimator.Feel(seen, kAway).sigma);
+      felt.push_back(estimator.Estimate(seen, kAway).sigma);
     }
     return felt;
   };
@@ -147,7 +147,7 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
     point.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
     seen.points.push_back(point);
   }
-  const ContactEstimate& felt = estimator.Feel(seen, kAway);
+  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
   EXPECT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
   EXPECT_NEAR(felt.force->z(), 2, 0.02 * 2);
   RobustPlateFit fit(FinerPlate(), kToolWidth);
@@ -156,7 +156,7 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
   EXPECT_GE(used, 100);
   const long before = AllocationCount();
   seen.points[7].seen = seen.points[300].seen = false;
-  estimator.Feel(seen, kAway);
+  estimator.Estimate(seen, kAway);
   EXPECT_EQ(AllocationCount(), before);
 }
 
@@ -166,7 +166,7 @@ TEST(SurfaceEstimatorTest, NoiseAloneIsNoForce) {
   std::mt19937 random(6);
   for (int i = 0; i < 300; ++i) {
     const ContactEstimate& felt =
-        estimator.Feel(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
+        estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
     ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
     ASSERT_EQ(felt.force->norm(), 0);
     EXPECT_GT(felt.sigma, 0);
@@ -181,7 +181,7 @@ TEST(SurfaceEstimatorTest, AGrowingPressIsNeverUnknown) {
   for (int i = 0; i <= 200; ++i) {
     const double force = -0.05 * i / 200;
     const ContactEstimate& felt =
-        estimator.Feel(DotsUnder(FinerPlate(), {0.008, 0.002}, force, kSigma, &random), kAway);
+        estimator.Estimate(DotsUnder(FinerPlate(), {0.008, 0.002}, force, kSigma, &random), kAway);
     ASSERT_TRUE(felt.force.has_value()) << force << estimator.load().why;
     EXPECT_NEAR(felt.force->z(), -force, 4 * felt.sigma) << force;
     EXPECT_LT(felt.sigma, 1e-2) << force;
@@ -195,7 +195,7 @@ TEST(SurfaceEstimatorTest, OverstatedSigmasDoNotHideAPress) {
   std::mt19937 random(8);
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0.008, 0}, -0.03, kSigma, &random);
   for (SurfacePoint& point : seen.points) point.covariance *= 100;
-  const ContactEstimate& felt = estimator.Feel(seen, kAway);
+  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
   ASSERT_TRUE(felt.force.has_value());
   EXPECT_NEAR(felt.force->z(), 0.03, 6e-3);
 }
@@ -206,8 +206,8 @@ TEST(SurfaceEstimatorTest, NodalForcesAddUpToTheLoadAndTheShapeIsItsOwn) {
   SurfaceEstimator estimator(scene);
   const Vector2d p(0.0117, -0.003);
   const ContactEstimate& felt =
-      estimator.Feel(DotsUnder(FinerPlate(), p, -1, kSigma, nullptr, scene.object.X_SO),
-                     scene.object.X_SO * kAway);
+      estimator.Estimate(DotsUnder(FinerPlate(), p, -1, kSigma, nullptr, scene.object.X_SO),
+                         scene.object.X_SO * kAway);
   std::vector<Vector3d> f_S, p_S;
   estimator.NodalForces(&f_S);
   estimator.DeformedNodes(&p_S);
@@ -239,9 +239,9 @@ TEST(SurfaceEstimatorTest, FeelsWithoutAllocatingAfterTheFirstPictures) {
   }
   seen[7].found = false;
   const Vector3d pressed(0.003, 0.001, -1e-3);
-  for (const auto& picture : seen) estimator.Feel(picture, pressed);
+  for (const auto& picture : seen) estimator.Estimate(picture, pressed);
   const long before = AllocationCount();
-  for (const auto& picture : seen) estimator.Feel(picture, pressed);
+  for (const auto& picture : seen) estimator.Estimate(picture, pressed);
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(estimator.LocalAt({1e-4 * i, 0, -1e-5 * i}).known());
   }

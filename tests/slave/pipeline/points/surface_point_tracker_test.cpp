@@ -44,13 +44,13 @@ TEST(TipAndContourTrackerTest, DotsTellHowTheMembraneIsBent) {
     ASSERT_LT(sequence, static_cast<std::uint64_t>(eyes->rest_pictures()) + 1);
     StereoPair pair = DotPairs().Draw({}, ++sequence);
     pair.sequence = sequence;
-    EXPECT_FALSE(eyes->Look(pair).found);
+    EXPECT_FALSE(eyes->Process(pair).found);
   }
   EXPECT_EQ(sequence, static_cast<std::uint64_t>(eyes->rest_pictures()));
   const Press press{4.0, {0.008, -0.004}, false};
   StereoPair pair = DotPairs().Draw(press, 77);
   pair.sequence = 78;
-  const SurfaceObservation& seen = eyes->Look(pair);
+  const SurfaceObservation& seen = eyes->Process(pair);
   EXPECT_TRUE(seen.found);
   EXPECT_EQ(seen.sequence, 78U);
   const auto layout = DotPlaces(*scene.sense.Find<PointTracking>());
@@ -75,15 +75,15 @@ TEST(TipAndContourTrackerTest, CoveredEyesSeeNothingAndAResetTakesTheRestAnew) {
   const StereoPair rest = DotPairs().Draw({}, 1);
   const StereoPair covered = DotPairs().Draw({0, {0, 0}, true}, 2);
   const StereoPair pressed = DotPairs().Draw({4.0, {0, 0}, false}, 3);
-  while (!eyes->at_rest_known()) eyes->Look(rest);
-  EXPECT_TRUE(eyes->Look(rest).found);
-  EXPECT_FALSE(eyes->Look(covered).found);
-  EXPECT_FALSE(eyes->Look(StereoPair{}).found);
-  EXPECT_TRUE(eyes->Look(pressed).found);
+  while (!eyes->at_rest_known()) eyes->Process(rest);
+  EXPECT_TRUE(eyes->Process(rest).found);
+  EXPECT_FALSE(eyes->Process(covered).found);
+  EXPECT_FALSE(eyes->Process(StereoPair{}).found);
+  EXPECT_TRUE(eyes->Process(pressed).found);
   eyes->Reset();
   EXPECT_FALSE(eyes->at_rest_known());
-  for (int i = 0; i <= eyes->rest_pictures(); ++i) eyes->Look(pressed);
-  const SurfaceObservation& seen = eyes->Look(pressed);
+  for (int i = 0; i <= eyes->rest_pictures(); ++i) eyes->Process(pressed);
+  const SurfaceObservation& seen = eyes->Process(pressed);
   ASSERT_TRUE(seen.found);
   for (const SurfacePoint& point : seen.points) {
     EXPECT_LT((point.p_S - point.p_S_rest).norm(),
@@ -95,9 +95,9 @@ TEST(TipAndContourTrackerTest, LookingAllocatesNothingAfterTheFirstPictures) {
   const Scene scene = MembraneScene();
   const auto eyes = MakeSurfacePointTracker(scene, RigOf(scene));
   const StereoPair rest = DotPairs().Draw({}, 1), pressed = DotPairs().Draw({4.0, {0, 0}}, 2);
-  for (int i = 0; i < 20; ++i) eyes->Look(i % 2 == 0 ? rest : pressed);
+  for (int i = 0; i < 20; ++i) eyes->Process(i % 2 == 0 ? rest : pressed);
   const long before = AllocationCount();
-  for (int i = 0; i < 20; ++i) eyes->Look(i % 2 == 0 ? rest : pressed);
+  for (int i = 0; i < 20; ++i) eyes->Process(i % 2 == 0 ? rest : pressed);
   EXPECT_EQ(AllocationCount(), before);
 }
 
@@ -112,7 +112,7 @@ TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
   scene.sense.Find<PointTracking>()->count = 12;
   const auto eyes = MakeSurfacePointTracker(scene, pictures.rig);
   EXPECT_EQ(eyes->stage(), "texture");
-  EXPECT_FALSE(eyes->Look(StereoPair{}).found);
+  EXPECT_FALSE(eyes->Process(StereoPair{}).found);
   EXPECT_FALSE(eyes->at_rest_known());
   const auto look = [&](const Eigen::Vector3d& p_S, std::uint64_t sequence) {
     const auto taken = pictures.Take(p_S);
@@ -120,7 +120,7 @@ TEST(TipAndContourTrackerTest, TextureTellsWhereItsWindowsWent) {
     pair.left = taken.left;
     pair.right = taken.right;
     pair.sequence = sequence;
-    return eyes->Look(pair);
+    return eyes->Process(pair);
   };
   EXPECT_TRUE(look({0, 0, 0}, 1).found);
   EXPECT_TRUE(eyes->at_rest_known());
@@ -152,7 +152,7 @@ TEST(TipAndContourTrackerTest, DepthTellsWhereTheSurfaceWent) {
     StereoPair pair;
     pair.left = DepthPicture(
         *scene.sense.Find<DepthPictures>(), [z](double, double) { return z; }, {}, &random);
-    return eyes->Look(pair);
+    return eyes->Process(pair);
   };
   while (!eyes->at_rest_known()) look(0.1);
   const SurfaceObservation seen = look(0.098);

@@ -84,7 +84,7 @@ StereoPair DotPairs::Draw(const Press& press, std::uint64_t seed) const {
   return pair;
 }
 
-void MembraneWorld::Show(const Press& press) {
+void MembraneEnvironment::Show(const Press& press) {
   std::vector<StereoPair> pairs;
   for (int i = 0; i < kPairs; ++i) pairs.push_back(DotPairs().Draw(press, ++drawn_));
   const std::lock_guard lock(mutex_);
@@ -92,17 +92,17 @@ void MembraneWorld::Show(const Press& press) {
   silent_ = false;
 }
 
-void MembraneWorld::FallSilent() {
+void MembraneEnvironment::FallSilent() {
   const std::lock_guard lock(mutex_);
   silent_ = true;
 }
 
-void MembraneWorld::End() {
+void MembraneEnvironment::End() {
   const std::lock_guard lock(mutex_);
   ended_ = true;
 }
 
-void MembraneWorld::Break() {
+void MembraneEnvironment::Break() {
   const std::lock_guard lock(mutex_);
   broken_ = true;
 }
@@ -110,11 +110,11 @@ void MembraneWorld::Break() {
 std::optional<StereoPair> MembraneSource::Next(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     std::this_thread::sleep_for(kPeriod);
-    const std::lock_guard lock(world_->mutex_);
-    if (world_->broken_) throw std::runtime_error("the cable is off");
-    if (world_->ended_) break;
-    if (world_->silent_) continue;
-    StereoPair pair = world_->pairs_[sequence_ % world_->pairs_.size()];
+    const std::lock_guard lock(environment_->mutex_);
+    if (environment_->broken_) throw std::runtime_error("the cable is off");
+    if (environment_->ended_) break;
+    if (environment_->silent_) continue;
+    StereoPair pair = environment_->pairs_[sequence_ % environment_->pairs_.size()];
     pair.sequence = ++sequence_;
     // Nor does a camera show the same picture twice.
     cv::RNG noise(sequence_);

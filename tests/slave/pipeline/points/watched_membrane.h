@@ -34,7 +34,7 @@ class DotPairs {
 };
 
 // What a test's source shows, a pair every 5 ms.
-class MembraneWorld {
+class MembraneEnvironment {
  public:
   void Show(const Press& press);  // again, after FallSilent() too
   void FallSilent();              // silent
@@ -51,12 +51,13 @@ class MembraneWorld {
 
 class MembraneSource final : public StereoSource {
  public:
-  explicit MembraneSource(std::shared_ptr<MembraneWorld> world) : world_(std::move(world)) {}
+  explicit MembraneSource(std::shared_ptr<MembraneEnvironment> environment)
+      : environment_(std::move(environment)) {}
   std::optional<StereoPair> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override { return "a fake"; }
 
  private:
-  std::shared_ptr<MembraneWorld> world_;
+  std::shared_ptr<MembraneEnvironment> environment_;
   std::uint64_t sequence_ = 0;
 };
 

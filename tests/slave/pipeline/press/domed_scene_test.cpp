@@ -158,13 +158,13 @@ class DomedSceneTest : public ::testing::Test {
  protected:
   explicit DomedSceneTest(const Scene& scene = DomedScene())
       : sense_(scene, std::make_unique<Given>(pictures_)) {
-    for (int i = 0; i < 5; ++i) Feel({});
+    for (int i = 0; i < 5; ++i) Estimate({});
   }
-  const ContactEstimate& Feel(const std::vector<Pressure>& pressures) {
+  const ContactEstimate& Estimate(const std::vector<Pressure>& pressures) {
     truth_.Press(pressures);
     pictures_->push_back(truth_.Picture(&random_));
     EXPECT_TRUE(sense_.Acquire({}));
-    sense_.Look();
+    sense_.Process();
     return sense_.Estimate(p_S_O + Vector3d(0, 0, 2 * kInflation));
   }
 
@@ -180,7 +180,7 @@ TEST_F(DomedSceneTest, APressIsFeltAnywhere) {
   for (const Vector2d& at : {Vector2d(0, 0), Vector2d(-0.02, 0.01), Vector2d(0.025, -0.012)}) {
     const Vector3d p_O = truth_.Over(at.x(), at.y());
     for (const double force : {0.5, 2.0, 4.0}) {
-      const ContactEstimate& felt = Feel({{p_O, force}});
+      const ContactEstimate& felt = Estimate({{p_O, force}});
       ASSERT_TRUE(felt.force);
       EXPECT_EQ(felt.validity, Validity::kValid) << sense_.why();
       EXPECT_NEAR(felt.force->norm(), force, 0.03 * force + 3 * felt.sigma) << at.transpose();
@@ -192,7 +192,7 @@ TEST_F(DomedSceneTest, APressIsFeltAnywhere) {
 }
 
 TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
-  const ContactEstimate& felt = Feel({});
+  const ContactEstimate& felt = Estimate({});
   EXPECT_EQ(felt.validity, Validity::kValid) << sense_.why();
   EXPECT_EQ(felt.force->norm(), 0);
 }
@@ -202,21 +202,22 @@ TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
 TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
   for (const double force : {0.5, 1.5, 3.0}) {
     sense_.Reset();
-    for (int i = 0; i < 5; ++i) Feel({{truth_.Over(-0.02, 0.01), force}});
-    const ContactEstimate& felt = Feel({});
+    for (int i = 0; i < 5; ++i) Estimate({{truth_.Over(-0.02, 0.01), force}});
+    const ContactEstimate& felt = Estimate({});
     EXPECT_NE(felt.validity, Validity::kValid) << force;
     EXPECT_EQ(felt.check, FailedCheck::kRestShape) << force;
   }
 }
 
 TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
-  const ContactEstimate& felt = Feel({{truth_.Over(-0.025, 0), 3}, {truth_.Over(0.025, 0.005), 3}});
+  const ContactEstimate& felt =
+      Estimate({{truth_.Over(-0.025, 0), 3}, {truth_.Over(0.025, 0.005), 3}});
   EXPECT_NE(felt.validity, Validity::kValid);
   EXPECT_EQ(felt.check, FailedCheck::kMisfit);
 }
 
 TEST_F(DomedSceneTest, ADentDeeperThanHalfTheToolIsExtrapolated) {
-  EXPECT_EQ(Feel({{truth_.Over(0, 0), 12}}).check, FailedCheck::kModelRange) << sense_.why();
+  EXPECT_EQ(Estimate({{truth_.Over(0, 0), 12}}).check, FailedCheck::kModelRange) << sense_.why();
 }
 
 // Higher by a factor, and moved along x, along z [m].
@@ -236,7 +237,7 @@ class OtherDomeTest : public DomedSceneTest, public ::testing::WithParamInterfac
 
 // A fifth higher or lower, or moved by a seventh of its height.
 TEST_P(OtherDomeTest, IsNotTakenForTheScenes) {
-  const ContactEstimate& felt = Feel({{truth_.Over(0, 0), 3}});
+  const ContactEstimate& felt = Estimate({{truth_.Over(0, 0), 3}});
   EXPECT_NE(felt.validity, Validity::kValid);
   EXPECT_EQ(felt.check, FailedCheck::kRestShape);
 }
@@ -248,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, OtherDomeTest,
 class NearlyThatDomeTest : public OtherDomeTest {};
 TEST_P(NearlyThatDomeTest, IsNearlyRight) {
   for (const double force : {1.0, 4.0}) {
-    const ContactEstimate& felt = Feel({{truth_.Over(-0.01, 0.01), force}});
+    const ContactEstimate& felt = Estimate({{truth_.Over(-0.01, 0.01), force}});
     ASSERT_TRUE(felt.force);
     if (felt.validity != Validity::kValid) continue;
     EXPECT_NEAR(felt.force->norm(), force, 0.05 * 4 + 3 * felt.sigma);

@@ -32,7 +32,7 @@ constexpr double kPoisson = 0.5;  // rubber
 constexpr std::size_t kRestPictures = 5;
 constexpr double kWrench = 0.2;  // its noise [N]
 
-struct Judged {
+struct Evaluated {
   int frame = 0;
   MembranePress::Reading reading;
   double measured = 0;   // [N]
@@ -98,8 +98,8 @@ class RealPressTest : public ::testing::Test {
     }
     return samples;
   }
-  static std::vector<Judged> Judge(MembranePress* press, double offset) {
-    std::vector<Judged> judged;
+  static std::vector<Evaluated> Evaluate(MembranePress* press, double offset) {
+    std::vector<Evaluated> judged;
     for (const auto& frame : press_->frames) {
       const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
       const auto& reading = press->Fit(frame.points);
@@ -108,10 +108,10 @@ class RealPressTest : public ::testing::Test {
     }
     return judged;
   }
-  static double RmsLater(const std::vector<Judged>& judged) {
+  static double RmsLater(const std::vector<Evaluated>& judged) {
     double squares = 0;
     int count = 0;
-    for (const Judged& one : judged) {
+    for (const Evaluated& one : judged) {
       if (one.frame <= kLastTraining || one.frame > kLastLoading) continue;
       squares += (one.estimated - one.measured) * (one.estimated - one.measured);
       ++count;
@@ -129,16 +129,16 @@ MembraneShape* RealPressTest::shape_ = nullptr;
 Ellipsoid RealPressTest::ellipsoid_;
 
 void Draw(const RecordedPress& recorded, const MembranePress& press,
-          const std::vector<Judged>& judged, const std::string& remark) {
+          const std::vector<Evaluated>& judged, const std::string& remark) {
   PressFigure figure;
   figure.title = "Force on an air-filled membrane, from its deflection";
   figure.remark = remark;
   figure.last_training_frame = kLastTraining;
   for (const auto& row : recorded.rows) figure.wrench.push_back(row.force.norm());
-  for (const Judged& one : judged) {
+  for (const Evaluated& one : judged) {
     figure.forces.push_back({one.frame, one.measured, one.estimated, one.reading.sigma_own_force});
   }
-  const Judged& last = judged.back();
+  const Evaluated& last = judged.back();
   const auto camera = RecordedPressCamera().camera;
   const auto project = [&](const Eigen::Vector3d& p) {
     return Eigen::Vector2d(camera.fx * p.x() / p.z() + camera.cx,
@@ -168,7 +168,7 @@ void Draw(const RecordedPress& recorded, const MembranePress& press,
   std::ofstream(folder / "press.svg") << Drawn(figure);
   std::ofstream csv(folder / "press.csv");
   csv << "frame,measured_N,estimated_N,x,y,z,depth,residual\n";
-  for (const Judged& one : judged) {
+  for (const Evaluated& one : judged) {
     csv << fmt::format("{},{:.3f},{:.3f},{:.5f},{:.5f},{:.5f},{:.6f},{:.6f}\n", one.frame,
                        one.measured, one.estimated, one.reading.p_O.x(), one.reading.p_O.y(),
                        one.reading.p_O.z(), one.reading.depth, one.reading.residual);
@@ -204,7 +204,7 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   const MembranePress::Params params;
   const auto identified = IdentifyMembrane(*shape_, kPoisson, params, Training(), true);
   MembranePress press(InflatedMembrane(*shape_, identified.params), params);
-  const auto judged = Judge(&press, identified.fit.offset);
+  const auto judged = Evaluate(&press, identified.fit.offset);
   const double share = RmsLater(judged) / Peak();
   const std::string remark = fmt::format(
       "E h = {:.0f} +- {:.0f} N/m, T = {:.0f} N/m, p = {:.1f} kPa, offset {:+.2f} N, from {} "
@@ -213,7 +213,7 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
       press.membrane().pressure() / 1e3, identified.fit.offset, identified.in_contact, 100 * share,
       Peak());
   fmt::print("{}\n", remark);
-  for (const Judged& one : judged) {
+  for (const Evaluated& one : judged) {
     fmt::print(
         "  {:3d}: wrench {:5.2f} N, from the picture {:5.2f} N, at ({:5.1f}, {:4.1f}, {:4.1f}) "
         "mm, {:4.2f} mm deep, residual {:.3f} mm\n",
@@ -274,7 +274,7 @@ TEST_F(RealPressTest, ASceneOfItFeelsThePress) {
   double square = 0, peak = 0;
   int judged = 0, valid = 0, within = 0;
   for (std::size_t i = 0; sense.Acquire({}); ++i) {
-    sense.Look();
+    sense.Process();
     const ContactEstimate& felt = sense.Estimate({0, 0, 0.2});
     if (!felt.force) continue;  // the rest frame is taken
     const int number = press_->frames.at(i - kRestPictures).number;
@@ -329,7 +329,7 @@ TEST_F(RealPressTest, NoAssumptionAloneMakesTheResult) {
                        contact ? air * reading.air_area * sample.pressure_rise : 0, sample.force});
     }
     const auto fit = FitStiffness(known, variant.with_offset);
-    std::vector<Judged> judged;
+    std::vector<Evaluated> judged;
     for (const auto& frame : press_->frames) {
       const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
       const auto& reading = press.Fit(frame.points);

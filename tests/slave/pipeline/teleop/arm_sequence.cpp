@@ -28,9 +28,9 @@ struct Rules {
   double unknown_for = 0;   // the force [s]
 };
 
-class JudgedArm final : public Manipulator {
+class CheckedArm final : public Manipulator {
  public:
-  explicit JudgedArm(const Rules* rules) : rules_(rules) {}
+  explicit CheckedArm(const Rules* rules) : rules_(rules) {}
 
   bool Command(const Vector3d& p_S_target) noexcept override {
     told_ = p_S_target;
@@ -117,7 +117,7 @@ class Sequence {
         return;
       case 6:
       case 7:
-        return Feel();
+        return Estimate();
       case 8:
       case 9:
         return Watch(1 + choices_.Byte());
@@ -152,13 +152,13 @@ class Sequence {
     if (port_.view().phase != Phase::kFollowing) followed_.reset();
     port_.SetRegistration(1e-3 * choices_.Within(1));
   }
-  void Feel() {
-    feeling_ = {};
-    feeling_.outward = kOutward;
-    if (choices_.Byte() % 4 != 0) feeling_.force = choices_.Within(0, 4) * kOutward;
-    feeling_.depth = choices_.Within(0, 8e-3);
-    if (choices_.Coin()) feeling_.force_by_now = choices_.Within(0, 4);
-    if (choices_.Coin()) feeling_.depth_by_now = choices_.Within(0, 8e-3);
+  void Estimate() {
+    contact_ = {};
+    contact_.outward = kOutward;
+    if (choices_.Byte() % 4 != 0) contact_.force = choices_.Within(0, 4) * kOutward;
+    contact_.depth = choices_.Within(0, 8e-3);
+    if (choices_.Coin()) contact_.force_by_now = choices_.Within(0, 4);
+    if (choices_.Coin()) contact_.depth_by_now = choices_.Within(0, 8e-3);
     Watch(1);
   }
   void Watch(int steps) {
@@ -166,20 +166,20 @@ class Sequence {
       now_ += Seconds(kStep);
       arm_.Step();
       Know();
-      port_.Watch(now_, feeling_);
+      port_.Watch(now_, contact_);
     }
   }
   void Know() {
-    const double felt = feeling_.force ? feeling_.force->norm() : 0;
-    const double force = std::max(felt, feeling_.force_by_now);
-    const double depth = std::max(feeling_.depth, feeling_.depth_by_now);
+    const double felt = contact_.force ? contact_.force->norm() : 0;
+    const double force = std::max(felt, contact_.force_by_now);
+    const double depth = std::max(contact_.depth, contact_.depth_by_now);
     // Where it stands on, it is looked for at a twentieth less.
     if (force > kForceGuard || depth > kDepthGuard) {
       rules_.is_guarded = true;
-    } else if (feeling_.force && force <= 0.95 * kForceGuard && depth <= 0.95 * kDepthGuard) {
+    } else if (contact_.force && force <= 0.95 * kForceGuard && depth <= 0.95 * kDepthGuard) {
       rules_.is_guarded = false;
     }
-    rules_.unknown_for = feeling_.force ? 0 : rules_.unknown_for + kStep;
+    rules_.unknown_for = contact_.force ? 0 : rules_.unknown_for + kStep;
   }
   // As an honest hand moves on, for a while.
   void Lead() {
@@ -240,10 +240,10 @@ class Sequence {
 
   Choices choices_;
   Rules rules_;
-  JudgedArm arm_{&rules_};
+  CheckedArm arm_{&rules_};
   ManipulatorOptions limits_;
   OperatorPort port_{arm_, TeleopTransform{}, limits_, kDeadAfter};
-  Feeling feeling_{Vector3d::Zero(), 0, kOutward};
+  ContactState contact_{Vector3d::Zero(), 0, kOutward};
   Time now_ = Time{} + Seconds(100);
   Vector3d hand_{0, 0, 0};
   std::uint64_t sequence_ = 0;

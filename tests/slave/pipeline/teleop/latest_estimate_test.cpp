@@ -47,7 +47,7 @@ TEST(LatestEstimateTest, NoSamplesTraceIsToldTwiceOrLeftOutOfTheNewest) {
   ASSERT_EQ(since(298).size(), 2U);
   EXPECT_EQ(since(298).front().sample, 299U);
   EXPECT_EQ(since(298).back().sensed_at, begin + std::chrono::milliseconds(300));
-  EXPECT_GE(since(298).back().felt_at, begin);
+  EXPECT_GE(since(298).back().solved_at, begin);
   EXPECT_THAT(since(300), IsEmpty());
   EXPECT_LT(since(0).size(), 300U) << "nothing grows for ever";
   EXPECT_EQ(since(0).back().sample, 300U);

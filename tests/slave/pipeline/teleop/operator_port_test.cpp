@@ -62,9 +62,9 @@ class OperatorPortTest : public ::testing::Test {
     return command;
   }
   bool Send(const OperatorCommand& command) { return port_.Command(command, now_); }
-  void Wait(double seconds, const Feeling& feeling = {Vector3d::Zero()}) {
+  void Wait(double seconds, const ContactState& contact = {Vector3d::Zero()}) {
     now_ += Seconds(seconds);
-    port_.Watch(now_, feeling);
+    port_.Watch(now_, contact);
   }
 
   PerfectManipulator arm_;
@@ -316,12 +316,12 @@ class GuardedPortTest : public OperatorPortTest {
   }
   bool Send(const OperatorCommand& command) { return guarded_->Command(command, now_); }
   // At 2 mm/s down for `seconds`, as felt meanwhile.
-  void Press(double seconds, const Feeling& feeling) {
+  void Press(double seconds, const ContactState& contact) {
     for (double t = 0; t < seconds; t += 0.002) {
       now_ += Seconds(0.002);
       y_ -= 4e-6;
       Send(Next({0, y_, 0}, true, epoch_));
-      guarded_->Watch(now_, feeling);
+      guarded_->Watch(now_, contact);
     }
   }
   Phase phase() const { return guarded_->view().phase; }
@@ -403,7 +403,7 @@ TEST_F(GuardedPortTest, AGuardStandsWhileTheForceIsUnknown) {
 
 TEST_F(GuardedPortTest, AForceBeyondTheGuardHoldsUntilTheToolIsDrawnBack) {
   Use({.max_speed = 0.020, .force_guard = 2});
-  const Feeling light{Vector3d(0, 1.9, 0), 1e-3, {0, 1, 0}},
+  const ContactState light{Vector3d(0, 1.9, 0), 1e-3, {0, 1, 0}},
       heavy{Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}};
   Press(0.1, light);
   EXPECT_EQ(phase(), Phase::kFollowing);
@@ -444,15 +444,15 @@ class RetreatTest : public GuardedPortTest {
     Press(0.1, light_);
     deepest_ = arm_.Tip().y();
   }
-  void Watch(double seconds, const Feeling& feeling) {
-    for (double t = 0; t < seconds; t += 0.002) guarded_->Watch(now_ += Seconds(0.002), feeling);
+  void Watch(double seconds, const ContactState& contact) {
+    for (double t = 0; t < seconds; t += 0.002) guarded_->Watch(now_ += Seconds(0.002), contact);
   }
   // By how far the tool came out of where it was deepest [m].
   double Out() const { return arm_.Tip().y() - deepest_; }
   void LetGo() { Send(Next({0, y_, 0}, false, epoch_)); }
 
-  const Feeling light_{Vector3d(0, 1, 0), 1e-3, {0, 1, 0}};
-  const Feeling heavy_{Vector3d(0, 2.1, 0), 2e-3, {0, 1, 0}};
+  const ContactState light_{Vector3d(0, 1, 0), 1e-3, {0, 1, 0}};
+  const ContactState heavy_{Vector3d(0, 2.1, 0), 2e-3, {0, 1, 0}};
   double deepest_ = 0;
 };
 
@@ -544,7 +544,7 @@ TEST_F(RetreatTest, TheEmergencyStopEndsIt) {
 // A hand trembles: 0.3 mm between its ends are less than 20 mm/s bring in 20 ms.
 TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
   Use({.max_speed = 0.020, .force_guard = 2});
-  const Feeling heavy{Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}};
+  const ContactState heavy{Vector3d(0, 2.1, 0), 1e-3, {0, 1, 0}};
   Press(0.004, heavy);
   const double held = arm_.Tip().y();
   epoch_ = 2;
@@ -563,7 +563,7 @@ TEST_F(GuardedPortTest, ATremblingHandDrawsTheToolOutOfAGuard) {
 // Where the surface leans otherwise than it seems, a drag along it leads deeper.
 TEST_F(GuardedPortTest, AtAGuardTheToolGoesOutAndNowhereElse) {
   Use({.max_speed = 0.020, .force_guard = 2});
-  const Feeling leaning{Vector3d(0, 2.1, 0), 1e-3, Vector3d(0.3, 0.95, 0).normalized()};
+  const ContactState leaning{Vector3d(0, 2.1, 0), 1e-3, Vector3d(0.3, 0.95, 0).normalized()};
   Press(0.004, leaning);
   const Vector3d held = arm_.Tip();
   epoch_ = 2;
@@ -593,20 +593,20 @@ TEST_F(GuardedPortTest, AGuardFallsABitBelowWhereItIsReached) {
 // A sample is late, the arm's word is not.
 TEST_F(GuardedPortTest, WhatTheToolFeelsByNowCountsToo) {
   Use({.max_speed = 0.020, .force_guard = 2, .depth_guard = 2e-3});
-  Feeling feeling{Vector3d(0, 0.5, 0), 1e-3, {0, 1, 0}};
-  feeling.force_by_now = 1.9;
-  feeling.depth_by_now = 1.9e-3;
-  Press(0.01, feeling);
+  ContactState contact{Vector3d(0, 0.5, 0), 1e-3, {0, 1, 0}};
+  contact.force_by_now = 1.9;
+  contact.depth_by_now = 1.9e-3;
+  Press(0.01, contact);
   EXPECT_EQ(phase(), Phase::kFollowing);
-  feeling.force_by_now = 2.1;
-  Press(0.002, feeling);
+  contact.force_by_now = 2.1;
+  Press(0.002, contact);
   EXPECT_EQ(phase(), Phase::kHold);
   epoch_ = 2;
-  feeling.force_by_now = 0;
-  Press(0.01, feeling);
+  contact.force_by_now = 0;
+  Press(0.01, contact);
   EXPECT_EQ(phase(), Phase::kFollowing);
-  feeling.depth_by_now = 2.1e-3;
-  Press(0.002, feeling);
+  contact.depth_by_now = 2.1e-3;
+  Press(0.002, contact);
   EXPECT_EQ(phase(), Phase::kHold);
 }
 

@@ -38,7 +38,7 @@ Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
 // The rig of the stated scenes written down by hand, not by SimulatedRig().
 struct Eye {
   Isometry3d X_CO;
-  Vector2d See(const Vector3d& p_O) const {
+  Vector2d ImageOf(const Vector3d& p_O) const {
     const Vector3d p_C = X_CO * p_O;
     return {319.5 + 800 * p_C.x() / p_C.z(), 239.5 + 800 * p_C.y() / p_C.z()};
   }
@@ -91,7 +91,7 @@ SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_
                          .normalized();
   const Vector3d across = n.unitOrthogonal(), other = n.cross(across), middle = place(centre_O);
   const auto see = [&](double r, double angle) {
-    return eye.See(middle + r * (std::cos(angle) * across + std::sin(angle) * other));
+    return eye.ImageOf(middle + r * (std::cos(angle) * across + std::sin(angle) * other));
   };
   Vector2d moment(0, 0);
   double sum = 0;
@@ -137,7 +137,8 @@ TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
       const SeenDot dot = DotNear(picture, expected.centre);
       worst = std::max(worst, (dot.centre - expected.centre).norm());
       worst_area = std::max(worst_area, std::abs(dot.area / expected.area - 1));
-      moved = std::max(moved, (expected.centre - eyes[e].See({p_O.x(), p_O.y(), -0.001})).norm());
+      moved =
+          std::max(moved, (expected.centre - eyes[e].ImageOf({p_O.x(), p_O.y(), -0.001})).norm());
     }
   }
   EXPECT_LT(worst, 0.02);
@@ -511,7 +512,7 @@ TEST(StereoSite, TheMembranesTextureMovesWithIt) {
   };
   for (const Vector2d& p_O : {Vector2d(0.009, 0.004), Vector2d(-0.007, 0.01)}) {
     const Vector3d p(p_O.x(), p_O.y(), -0.001);
-    const Vector2d from = eye.See(p), to = eye.See(p + site.TrueDisplacement(p_O));
+    const Vector2d from = eye.ImageOf(p), to = eye.ImageOf(p + site.TrueDisplacement(p_O));
     const cv::Mat before = window(rest, from);
     const double there = cv::norm(before, window(pressed, to)) / 9;
     const double stayed = cv::norm(before, window(pressed, from)) / 9;

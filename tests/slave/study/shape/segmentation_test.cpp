@@ -68,8 +68,8 @@ class TableScene {
     SurfaceMesh all;
     for (const auto& [body, colour] : bodies_) Join(body, &all);
     std::vector<std::vector<Vector3d>> alone;
-    for (const auto& [body, colour] : bodies_) alone.push_back(SeeSurface(exact, body, {}, 1));
-    const auto seen = SeeSurface(exact, all, {}, 1);
+    for (const auto& [body, colour] : bodies_) alone.push_back(ScanSurface(exact, body, {}, 1));
+    const auto seen = ScanSurface(exact, all, {}, 1);
     std::vector<std::size_t> at(alone.size(), 0);
     for (const auto& p : seen) {
       for (std::size_t k = 0; k < alone.size(); ++k) {

@@ -71,13 +71,13 @@ TEST(ShapeScoreTest, ShapeThatIsRightScoresOneAndOneThatIsOffScoresNothing) {
   SurfaceMesh square{
       {{-0.1, -0.1, 0.805}, {0.1, -0.1, 0.805}, {0.1, 0.1, 0.805}, {-0.1, 0.1, 0.805}},
       {{0, 2, 1}, {0, 3, 2}}};
-  const auto measured = SeeSurface(camera, square, {}, 1);
-  const ShapeScore right = Score(measured, SeeSurface(camera, square, {}, 2), square, 0.01);
+  const auto measured = ScanSurface(camera, square, {}, 1);
+  const ShapeScore right = Score(measured, ScanSurface(camera, square, {}, 2), square, 0.01);
   EXPECT_EQ(right.octree, 1);
   EXPECT_NEAR(right.measured_to_surface.max, 0, 1e-12);
   EXPECT_NEAR(right.simulated_to_measured.max, 0, 1e-7);
   for (auto& p : square.nodes) p.z() -= 0.012;
-  const auto simulated = SeeSurface(camera, square, {}, 2);
+  const auto simulated = ScanSurface(camera, square, {}, 2);
   const ShapeScore wrong = Score(measured, simulated, square, 0.01);
   EXPECT_EQ(wrong.octree, 0);
   EXPECT_EQ(wrong.measured, measured.size());

@@ -53,7 +53,7 @@ double PixelError(const DepthCamera& camera, const Vector3d& p) {
 
 TEST(VirtualDepthCameraTest, PlaneIsHitOncePerPixelOnTheRayThroughItsCentre) {
   const DepthCamera camera = Camera();
-  const auto cloud = SeeSurface(camera, Square(10, 0.8), {}, 1);
+  const auto cloud = ScanSurface(camera, Square(10, 0.8), {}, 1);
   ASSERT_EQ(cloud.size(), 160U * 120U);  // every ray, also those along the shared edge
   for (const auto& p : cloud) {
     ASSERT_NEAR(p.z(), 0.8, 1e-12);  // a division and a product of numbers near one
@@ -64,12 +64,12 @@ TEST(VirtualDepthCameraTest, PlaneIsHitOncePerPixelOnTheRayThroughItsCentre) {
 TEST(VirtualDepthCameraTest, PosedCameraSeesTheSameInItsOwnFrame) {
   DepthCamera camera = Camera();
   const SurfaceMesh square = Square(0.1, 0.5);
-  const auto straight = SeeSurface(camera, square, {}, 1);
+  const auto straight = ScanSurface(camera, square, {}, 1);
   camera.X_SD =
       Eigen::Translation3d(1, -2, 3) * Eigen::AngleAxisd(2.1, Vector3d(1, 2, -1).normalized());
   SurfaceMesh moved = square;
   for (auto& p : moved.nodes) p = camera.X_SD * p;
-  const auto cloud = SeeSurface(camera, moved, {}, 1);
+  const auto cloud = ScanSurface(camera, moved, {}, 1);
   ASSERT_EQ(cloud.size(), straight.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     ASSERT_NEAR((cloud[i] - camera.X_SD * straight[i]).norm(), 0, 1e-12);
@@ -85,7 +85,7 @@ TEST(VirtualDepthCameraTest, BoxShowsTheThreeFacesThatFaceTheCamera) {
   const Vector3d right = look.cross(Vector3d::UnitZ()).normalized();
   camera.X_SD.linear() << right, look.cross(right), look;
   camera.X_SD.translation() = from;
-  const auto cloud = SeeSurface(camera, box, {}, 1);
+  const auto cloud = ScanSurface(camera, box, {}, 1);
   ASSERT_GT(cloud.size(), 1000U);
   std::array<int, 3> on_face{};
   for (const auto& p : cloud) {
@@ -102,7 +102,7 @@ TEST(VirtualDepthCameraTest, BoxShowsTheThreeFacesThatFaceTheCamera) {
 TEST(VirtualDepthCameraTest, SphereIsSeenWhereRaysMeetIt) {
   const Vector3d centre(0.02, -0.01, 0.6);
   const double radius = 0.08;
-  const auto cloud = SeeSurface(Camera(), Sphere(centre, radius, 6), {}, 1);
+  const auto cloud = ScanSurface(Camera(), Sphere(centre, radius, 6), {}, 1);
   // Edges of the mesh span 2^-6 of a right angle; a chord sinks by r (1 - cos(angle / 2)).
   const double edge = 0.5 * std::numbers::pi / 64;
   const double sagitta = radius * (1 - std::cos(edge));
@@ -126,9 +126,9 @@ TEST(VirtualDepthCameraTest, NearSurfaceHidesTheFarOneInAnyOrder) {
   const SurfaceMesh near = Square(0.05, 0.4);
   for (const auto& [a, b, c] : near.triangles) both.triangles.push_back({a + 4, b + 4, c + 4});
   both.nodes.insert(both.nodes.end(), near.nodes.begin(), near.nodes.end());
-  const auto cloud = SeeSurface(Camera(), both, {}, 1);
+  const auto cloud = ScanSurface(Camera(), both, {}, 1);
   std::ranges::reverse(both.triangles);
-  EXPECT_EQ(cloud, SeeSurface(Camera(), both, {}, 1));
+  EXPECT_EQ(cloud, ScanSurface(Camera(), both, {}, 1));
   // The square of 0.1 m at 0.4 m is 32.5 pixels wide, which are 32 centres.
   const auto hits = std::ranges::count_if(cloud, [](const auto& p) { return p.z() < 0.5; });
   EXPECT_EQ(hits, 32 * 32);
@@ -137,8 +137,8 @@ TEST(VirtualDepthCameraTest, NearSurfaceHidesTheFarOneInAnyOrder) {
 TEST(VirtualDepthCameraTest, CapsuleHidesTheConeBehindItAndIsNotSeenItself) {
   const SurfaceMesh plane = Square(10, 0.8);
   const Occluder finger{{-0.03, 0, 0.4}, {0.05, 0.02, 0.45}, 0.01};
-  const auto open = SeeSurface(Camera(), plane, {}, 1);
-  const auto cloud = SeeSurface(Camera(), plane, {&finger, 1}, 1);
+  const auto open = ScanSurface(Camera(), plane, {}, 1);
+  const auto cloud = ScanSurface(Camera(), plane, {&finger, 1}, 1);
   // Reference: the distance between a ray and the axis as two segments, by fine sampling.
   const auto hidden = [&](const Vector3d& p) {
     double nearest = 1;
@@ -161,16 +161,16 @@ TEST(VirtualDepthCameraTest, CapsuleBehindTheSurfaceOrTheCameraHidesNothing) {
   const std::array<Occluder, 3> away{{{{0, 0, 0.9}, {0.1, 0, 0.9}, 0.05},
                                       {{0, 0, -0.4}, {0.1, 0, -0.4}, 0.05},
                                       {{0, 0, 0.9}, {0, 0, 0.9}, 0.05}}};
-  EXPECT_EQ(SeeSurface(Camera(), plane, away, 1).size(), 160U * 120U);
+  EXPECT_EQ(ScanSurface(Camera(), plane, away, 1).size(), 160U * 120U);
 }
 
 TEST(VirtualDepthCameraTest, NoiseIsGaussianAlongTheRayAndDependsOnTheSeedAlone) {
   const double sigma = 0.003;
-  const auto exact = SeeSurface(Camera(), Square(10, 0.8), {}, 1);
-  const auto noisy = SeeSurface(Camera(sigma), Square(10, 0.8), {}, 7);
+  const auto exact = ScanSurface(Camera(), Square(10, 0.8), {}, 1);
+  const auto noisy = ScanSurface(Camera(sigma), Square(10, 0.8), {}, 7);
   ASSERT_EQ(exact.size(), noisy.size());
-  EXPECT_EQ(noisy, SeeSurface(Camera(sigma), Square(10, 0.8), {}, 7));
-  EXPECT_NE(noisy, SeeSurface(Camera(sigma), Square(10, 0.8), {}, 8));
+  EXPECT_EQ(noisy, ScanSurface(Camera(sigma), Square(10, 0.8), {}, 7));
+  EXPECT_NE(noisy, ScanSurface(Camera(sigma), Square(10, 0.8), {}, 8));
   double sum = 0, squares = 0, within = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) {
     const Vector3d off = noisy[i] - exact[i];
@@ -188,8 +188,8 @@ TEST(VirtualDepthCameraTest, NoiseIsGaussianAlongTheRayAndDependsOnTheSeedAlone)
 
 TEST(VirtualDepthCameraTest, OccluderChangesNoOtherPixelsNoise) {
   const Occluder finger{{0, 0, 0.4}, {0.05, 0, 0.4}, 0.01};
-  const auto open = SeeSurface(Camera(0.002), Square(10, 0.8), {}, 3);
-  const auto cloud = SeeSurface(Camera(0.002), Square(10, 0.8), {&finger, 1}, 3);
+  const auto open = ScanSurface(Camera(0.002), Square(10, 0.8), {}, 3);
+  const auto cloud = ScanSurface(Camera(0.002), Square(10, 0.8), {&finger, 1}, 3);
   std::size_t at = 0;
   for (const auto& p : cloud) {
     while (at < open.size() && open[at] != p) ++at;
@@ -200,7 +200,7 @@ TEST(VirtualDepthCameraTest, OccluderChangesNoOtherPixelsNoise) {
 TEST(VirtualDepthCameraTest, TriangleThatReachesBehindTheCameraIsCutNotMirrored) {
   // A floor 0.2 m below the camera (y is down) from 1 m behind it to 3 m before it.
   const SurfaceMesh floor{{{-50, 0.2, -1}, {50, 0.2, -1}, {0, 0.2, 3}}, {{0, 1, 2}}};
-  const auto cloud = SeeSurface(Camera(), floor, {}, 1);
+  const auto cloud = ScanSurface(Camera(), floor, {}, 1);
   ASSERT_GT(cloud.size(), 1000U);
   for (const auto& p : cloud) {
     EXPECT_NEAR(p.y(), 0.2, 1e-12);
@@ -210,15 +210,15 @@ TEST(VirtualDepthCameraTest, TriangleThatReachesBehindTheCameraIsCutNotMirrored)
 
 TEST(VirtualDepthCameraTest, WhatCannotBeSeenGivesNoPoints) {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(SeeSurface(Camera(), {}, {}, 1).empty());
-  EXPECT_TRUE(SeeSurface(Camera(), Square(1, -0.5), {}, 1).empty());  // behind
-  EXPECT_TRUE(SeeSurface(Camera(), Square(1, 0), {}, 1).empty());     // through the pupil
-  EXPECT_TRUE(SeeSurface(Camera(), Square(0, 0.5), {}, 1).empty());   // no area
+  EXPECT_TRUE(ScanSurface(Camera(), {}, {}, 1).empty());
+  EXPECT_TRUE(ScanSurface(Camera(), Square(1, -0.5), {}, 1).empty());  // behind
+  EXPECT_TRUE(ScanSurface(Camera(), Square(1, 0), {}, 1).empty());     // through the pupil
+  EXPECT_TRUE(ScanSurface(Camera(), Square(0, 0.5), {}, 1).empty());   // no area
   SurfaceMesh broken = Square(1, 0.5);
   broken.nodes[0].x() = kUnknown;
-  EXPECT_TRUE(SeeSurface(Camera(), broken, {}, 1).empty());
+  EXPECT_TRUE(ScanSurface(Camera(), broken, {}, 1).empty());
   broken.nodes[0].x() = 1e300;
-  for (const auto& p : SeeSurface(Camera(), broken, {}, 1)) EXPECT_TRUE(p.allFinite());
+  for (const auto& p : ScanSurface(Camera(), broken, {}, 1)) EXPECT_TRUE(p.allFinite());
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/vision/calibration/calibration_verdict.h"
 #include "slave/vision/calibration/pair_calibration.h"
-#include "slave/vision/calibration/trust.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
 namespace palpate {
@@ -21,7 +21,8 @@ Board TestBoard() {
   return {Board::Pattern::kChessboard, 9, 6, 0.008};
 }
 
-Corners See(const Lens& lens, const Eigen::Isometry3d& X_CB, double sigma, std::mt19937* random) {
+Corners ProjectCorners(const Lens& lens, const Eigen::Isometry3d& X_CB, double sigma,
+                       std::mt19937* random) {
   std::normal_distribution<double> noise(0, 1);
   Corners corners;
   for (const cv::Point3f& p : BoardPoints(TestBoard())) {
@@ -51,12 +52,12 @@ std::vector<Eigen::Isometry3d> Poses(int count, double tilt, std::mt19937* rando
   return poses;
 }
 
-std::vector<PairView> SeePairs(const StereoRig& rig, int count, double tilt, double sigma) {
+std::vector<PairView> ProjectPairs(const StereoRig& rig, int count, double tilt, double sigma) {
   std::mt19937 random(11);
   std::vector<PairView> pairs;
   for (const Eigen::Isometry3d& X_LB : Poses(count, tilt, &random)) {
-    Corners left = See(rig.left, X_LB, sigma, &random);
-    pairs.push_back({std::move(left), See(rig.right, rig.X_RL * X_LB, sigma, &random)});
+    Corners left = ProjectCorners(rig.left, X_LB, sigma, &random);
+    pairs.push_back({std::move(left), ProjectCorners(rig.right, rig.X_RL * X_LB, sigma, &random)});
   }
   return pairs;
 }
@@ -64,7 +65,7 @@ std::vector<PairView> SeePairs(const StereoRig& rig, int count, double tilt, dou
 // Corners are floats: 640 px are rounded by 3e-5 px, which twelve boards average to 1e-6 of f.
 TEST(PairCalibrationTest, FindsTheRigThatSawTheBoards) {
   const StereoRig rig = VergedTestRig({-0.2, 0.05, 0.001, -0.001, 0});
-  const auto found = CalibratePair(TestBoard(), SeePairs(rig, 12, 0.5, 0), kSizes);
+  const auto found = CalibratePair(TestBoard(), ProjectPairs(rig, 12, 0.5, 0), kSizes);
   EXPECT_LT(found.fit.rig.rms_px, 1e-3);
   EXPECT_NEAR(found.fit.rig.left.fx, 800, 0.1);
   EXPECT_NEAR(found.fit.rig.right.cy, 240, 0.1);
@@ -85,10 +86,10 @@ std::vector<std::size_t> DroppedOf(const PairCalibration& found) {
 // board's picture contradicts that, by 3 px of 200.
 TEST(PairCalibrationTest, LeavesOutPairsWhoseBoardMovedBetweenTheShots) {
   const StereoRig rig = VergedTestRig();
-  auto pairs = SeePairs(rig, 12, 0.5, 0.1);
+  auto pairs = ProjectPairs(rig, 12, 0.5, 0.1);
   std::mt19937 random(12);
   const auto poses = Poses(2, 0.5, &random);
-  pairs[4].right = See(rig.right, rig.X_RL * poses[0], 0.1, &random);
+  pairs[4].right = ProjectCorners(rig.right, rig.X_RL * poses[0], 0.1, &random);
   for (cv::Point2f& p : pairs[7].right) p.y += 3;
   for (cv::Point2f& p : pairs[9].right) p.x += 3;
   const auto found = CalibratePair(TestBoard(), pairs, kSizes);
@@ -103,7 +104,7 @@ class HonestPairsTest : public testing::TestWithParam<double> {};
 
 TEST_P(HonestPairsTest, StayIn) {
   const auto found =
-      CalibratePair(TestBoard(), SeePairs(VergedTestRig(), 12, 0.5, GetParam()), kSizes);
+      CalibratePair(TestBoard(), ProjectPairs(VergedTestRig(), 12, 0.5, GetParam()), kSizes);
   EXPECT_TRUE(found.dropped.empty());
 }
 
@@ -113,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(, HonestPairsTest, testing::Values(0.1, 0.02, 0.3));
 // camera that is mounted upside down makes it do so in all of them.
 TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
   const StereoRig rig = VergedTestRig();
-  const auto pairs = SeePairs(rig, 8, 0.5, 0.1);
+  const auto pairs = ProjectPairs(rig, 8, 0.5, 0.1);
   const StereoRig expected = CalibratePair(TestBoard(), pairs, kSizes).fit.rig;
   for (const std::size_t every : {1U, 3U}) {
     auto turned = pairs;
@@ -128,7 +129,7 @@ TEST(PairCalibrationTest, WhicheverCornerComesFirstTheRigIsTheSame) {
 
 // Every right picture is of the next pose: fitted together they would be off by tens of pixels.
 TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
-  auto pairs = SeePairs(VergedTestRig(), 6, 0.5, 0.1);
+  auto pairs = ProjectPairs(VergedTestRig(), 6, 0.5, 0.1);
   std::vector<Corners> rights;
   for (const PairView& pair : pairs) rights.push_back(pair.right);
   for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].right = rights[(i + 1) % pairs.size()];
@@ -142,14 +143,14 @@ TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
 }
 
 TEST(PairCalibrationTest, OneCameraTwiceIsNoPair) {
-  auto pairs = SeePairs(VergedTestRig(), 6, 0.5, 0.1);
+  auto pairs = ProjectPairs(VergedTestRig(), 6, 0.5, 0.1);
   for (PairView& pair : pairs) pair.right = pair.left;
   EXPECT_THROW(CalibratePair(TestBoard(), pairs, kSizes), std::runtime_error);
 }
 
 // The answer is as large as the square is said to be, and no less exact.
 TEST(PairCalibrationTest, TheRigScalesWithTheSquare) {
-  const auto pairs = SeePairs(VergedTestRig(), 8, 0.5, 0.1);
+  const auto pairs = ProjectPairs(VergedTestRig(), 8, 0.5, 0.1);
   const double baseline = CalibratePair(TestBoard(), pairs, kSizes).fit.rig.baseline();
   for (const double factor : {1e-3, 1e3}) {
     Board board = TestBoard();
@@ -161,7 +162,8 @@ TEST(PairCalibrationTest, TheRigScalesWithTheSquare) {
 
 TEST(LensCalibrationTest, AViewOfAnotherBoardIsLeftOut) {
   std::vector<Corners> views;
-  for (const PairView& pair : SeePairs(VergedTestRig(), 8, 0.5, 0.1)) views.push_back(pair.left);
+  for (const PairView& pair : ProjectPairs(VergedTestRig(), 8, 0.5, 0.1))
+    views.push_back(pair.left);
   EXPECT_TRUE(CalibrateCamera(TestBoard(), views, kSizes.left).dropped.empty());
   for (std::size_t i = 0; i < views[3].size(); i += 2) views[3][i].x += 4;  // a bent board
   const auto found = CalibrateCamera(TestBoard(), views, kSizes.left);
@@ -175,14 +177,15 @@ TEST(LensCalibrationTest, AViewOfAnotherBoardIsLeftOut) {
 TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
   const auto judge = [](double tilt) {
     std::vector<Corners> views;
-    for (const PairView& pair : SeePairs(VergedTestRig(), 8, tilt, 0.2)) views.push_back(pair.left);
+    for (const PairView& pair : ProjectPairs(VergedTestRig(), 8, tilt, 0.2))
+      views.push_back(pair.left);
     const LensCalibration found = CalibrateLens(TestBoard(), views, kSizes.left);
-    TrustQuestion question;
+    CalibrationEvidence question;
     question.quantity = "focal length";
     question.used = question.given = views.size();
     question.rms_px = found.rms_px;
     question.halves = CheckHalves(TestBoard(), views, kSizes.left, found.lens.fx);
-    return Judge(question).reasons;
+    return EvaluateCalibration(question).reasons;
   };
   EXPECT_TRUE(judge(0.6).empty());
   EXPECT_THAT(judge(0.02), testing::Contains(HasSubstr("halves")));
@@ -191,16 +194,17 @@ TEST(TrustTest, BoardsWithoutTiltAreRefusedByTheirHalves) {
 // One picture given again and again agrees with itself; so do pictures of a board that hardly
 // moved.
 TEST(TrustTest, PicturesOfOnePoseAreOneOpinion) {
-  const auto pairs = SeePairs(VergedTestRig(), 8, 0.5, 0.1);
+  const auto pairs = ProjectPairs(VergedTestRig(), 8, 0.5, 0.1);
   std::vector<Corners> views;
   for (int i = 0; i < 12; ++i) {
     views.push_back(pairs[static_cast<std::size_t>(i % 3)].left);
     for (cv::Point2f& p : views.back()) p.x += 0.3F * static_cast<float>(i);
   }
-  TrustQuestion question;
+  CalibrationEvidence question;
   question.halves = CheckHalves(TestBoard(), views, kSizes.left, 800);
   EXPECT_EQ(question.halves.distinct, 3U);
-  EXPECT_THAT(Judge(question).reasons, testing::Contains(HasSubstr("3 different pairs")));
+  EXPECT_THAT(EvaluateCalibration(question).reasons,
+              testing::Contains(HasSubstr("3 different pairs")));
   views.clear();
   for (const PairView& pair : pairs) views.push_back(pair.left);
   const HalvesCheck once = CheckHalves(TestBoard(), views, kSizes.left, 800);

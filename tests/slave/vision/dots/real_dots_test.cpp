@@ -66,7 +66,7 @@ TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
     ASSERT_TRUE(finder.Find(image, &dots));
     EXPECT_EQ(dots.size(), 36u) << file;
     DotTracker tracker(SixBySix(), DotTracker::Params{});
-    ASSERT_TRUE(tracker.Look(image)) << file;
+    ASSERT_TRUE(tracker.Process(image)) << file;
     EXPECT_EQ(tracker.seen(), 36) << file;
     const double residual = HomographyResidual(tracker.dots());
     RecordProperty(file.stem().string() + "_homography_rms_px", std::to_string(residual));
@@ -109,7 +109,7 @@ TEST(RealDots, FiveDotsKeepTheirIdentitiesThroughTheSequence) {
   for (const auto search : {DotTracker::Search::kWhole, DotTracker::Search::kNear}) {
     DotTracker tracker(kFive, OfFive(search));
     for (const auto& file : files) {
-      ASSERT_TRUE(tracker.Look(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
+      ASSERT_TRUE(tracker.Process(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
       ExpectNamed(tracker, file.string());
     }
   }
@@ -127,7 +127,7 @@ TEST(RealDots, FiveDotsAreNamedAlikeFromAnyPictureBothWays) {
       DotTracker tracker(kFive, OfFive(DotTracker::Search::kNear));
       for (int i = start; i >= 0 && i < count; i += way) {
         const std::string where = std::to_string(i) + " from " + std::to_string(start);
-        ASSERT_TRUE(tracker.Look(images[static_cast<std::size_t>(i)])) << where;
+        ASSERT_TRUE(tracker.Process(images[static_cast<std::size_t>(i)])) << where;
         ExpectNamed(tracker, where);
         if (testing::Test::HasFatalFailure()) return;
       }

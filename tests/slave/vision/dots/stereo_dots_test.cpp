@@ -19,7 +19,7 @@ constexpr double kRadius = 0.002;  // of a dot [m]
 
 // The membrane as a bump of `depth` [m] under `centre`, towards the cameras; what is drawn and what
 // is asked for come from the same function, the pictures from perspective alone.
-struct World {
+struct Bump {
   Eigen::Vector2d centre{0, 0};
   double depth = 0;
   Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();
@@ -47,16 +47,16 @@ struct Pair {
   cv::Mat left, right;
 };
 
-Pair Pictures(const World& world, std::uint64_t seed, double noise = 2, double fall = 0.15,
+Pair Pictures(const Bump& bump, std::uint64_t seed, double noise = 2, double fall = 0.15,
               double blur = 0.7) {
   std::vector<Eigen::Vector3d> places, normals;
   for (std::size_t k = 0; k < Layout().size(); ++k) {
-    if (std::find(world.hidden.begin(), world.hidden.end(), static_cast<int>(k)) !=
-        world.hidden.end()) {
+    if (std::find(bump.hidden.begin(), bump.hidden.end(), static_cast<int>(k)) !=
+        bump.hidden.end()) {
       continue;
     }
-    places.push_back(world.Place(Layout()[k]));
-    normals.push_back(world.Normal(Layout()[k]));
+    places.push_back(bump.Place(Layout()[k]));
+    normals.push_back(bump.Normal(Layout()[k]));
   }
   Pair pair;
   for (const int eye : {0, 1}) {
@@ -83,21 +83,21 @@ StereoDots::Params Params(DotTracker::Search search = DotTracker::Search::kNear)
   return params;
 }
 
-void Rest(StereoDots* eyes, const World& world = {}) {
+void Rest(StereoDots* eyes, const Bump& bump = {}) {
   for (std::uint64_t k = 0; k < 3; ++k) {
-    const Pair pair = Pictures(world, 100 + k);
+    const Pair pair = Pictures(bump, 100 + k);
     eyes->Observe(pair.left, pair.right, Time{});
   }
   ASSERT_TRUE(eyes->at_rest_known());
 }
 
 // Largest error of the seen dots' displacements [m].
-double Worst(const SurfaceObservation& seen, const World& world) {
-  const World rest;
+double Worst(const SurfaceObservation& seen, const Bump& bump) {
+  const Bump rest;
   double worst = 0;
   for (std::size_t k = 0; k < Layout().size(); ++k) {
     if (!seen.points[k].seen) continue;
-    const Eigen::Vector3d moved = world.Place(Layout()[k]) - rest.Place(Layout()[k]);
+    const Eigen::Vector3d moved = bump.Place(Layout()[k]) - rest.Place(Layout()[k]);
     worst = std::max(worst, (seen.points[k].p_S - seen.points[k].p_S_rest - moved).norm());
   }
   return worst;
@@ -118,14 +118,14 @@ TEST_P(StereoDotsTest, SeesEveryDotMoveByWhatItMoved) {
   Rest(&eyes);
   double worst = 0;
   for (int step = 0; step <= 10; ++step) {
-    World world;
-    world.depth = 0.0005 * step;
-    world.centre = {0.006, -0.004};
-    const Pair pair = Pictures(world, static_cast<std::uint64_t>(step));
+    Bump bump;
+    bump.depth = 0.0005 * step;
+    bump.centre = {0.006, -0.004};
+    const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
     const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(Seen(seen), 31) << step;
-    worst = std::max(worst, Worst(seen, world));
+    worst = std::max(worst, Worst(seen, bump));
   }
   RecordProperty("worst_displacement_error_um", std::to_string(worst * 1e6));
   EXPECT_LT(worst, 0.09e-3);
@@ -136,26 +136,26 @@ TEST_P(StereoDotsTest, SeesEveryDotMoveByWhatItMoved) {
 TEST_P(StereoDotsTest, BlurAfterASharpRestIsNoDisplacement) {
   StereoDots eyes(Params(GetParam()));
   Rest(&eyes);
-  World world;
-  world.depth = 0.002;
+  Bump bump;
+  bump.depth = 0.002;
   for (const double blur : {1.5, 3.0}) {
-    const Pair pair = Pictures(world, 7, 2, 0.15, blur);
+    const Pair pair = Pictures(bump, 7, 2, 0.15, blur);
     const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(Seen(seen), 31) << blur;
-    EXPECT_LT(Worst(seen, world), 0.05e-3 * (1 + blur)) << blur;
+    EXPECT_LT(Worst(seen, bump), 0.05e-3 * (1 + blur)) << blur;
   }
 }
 
 // Reference: the places drawn. Without the tilt's bias the places in depth would be off by up to
 // what the two eyes' biases differ; dots of 4 mm radius on a surface tilted by 40 degrees show it.
 TEST_P(StereoDotsTest, TiltOfTheDotsDoesNotPullThem) {
-  World world;
-  world.X_SO.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  Bump bump;
+  bump.X_SO.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
   StereoDots::Params params = Params(GetParam());
   params.rest_pictures = 1;
-  params.X_SO = world.X_SO;
-  const Pair pair = Pictures(world, 1, 0, 0);
+  params.X_SO = bump.X_SO;
+  const Pair pair = Pictures(bump, 1, 0, 0);
   const auto depth_error = [&](double radius) {
     params.dot_radius = radius;
     StereoDots eyes(params);
@@ -163,7 +163,7 @@ TEST_P(StereoDotsTest, TiltOfTheDotsDoesNotPullThem) {
     EXPECT_EQ(Seen(seen), 31);
     double sum = 0;
     for (std::size_t k = 0; k < Layout().size(); ++k) {
-      sum += (seen.points[k].p_S - world.Place(Layout()[k])).norm() / 31;
+      sum += (seen.points[k].p_S - bump.Place(Layout()[k])).norm() / 31;
     }
     return sum;
   };
@@ -178,14 +178,14 @@ TEST_P(StereoDotsTest, ErrorsAreAsLargeAsTheCovariancesSay) {
   params.sigma_px = 0;
   params.rest_pictures = 1;
   StereoDots eyes(params);
-  const World world;
+  const Bump bump;
   double mahalanobis = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const Pair pair = Pictures(world, seed, 2, 0);
+    const Pair pair = Pictures(bump, seed, 2, 0);
     const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
     for (std::size_t k = 0; k < Layout().size(); ++k) {
-      const Eigen::Vector3d error = seen.points[k].p_S - world.Place(Layout()[k]);
+      const Eigen::Vector3d error = seen.points[k].p_S - bump.Place(Layout()[k]);
       mahalanobis += error.dot(seen.points[k].covariance.inverse() * error) / 3;
       ++count;
     }
@@ -198,16 +198,16 @@ TEST_P(StereoDotsTest, DotsThatLeaveComeBackAsThemselves) {
   StereoDots eyes(Params(GetParam()));
   Rest(&eyes);
   for (int step = 0; step < 40; ++step) {
-    World world;
-    world.depth = 0.004 * std::sin(0.2 * step) * std::sin(0.2 * step);
-    world.X_SO.translation() << 0.0005 * step, 0.0003 * step, 0.0002 * step;
-    if (step >= 10 && step < 30) world.hidden = {0, 7, 8, 13, 30};
-    const Pair pair = Pictures(world, static_cast<std::uint64_t>(step));
+    Bump bump;
+    bump.depth = 0.004 * std::sin(0.2 * step) * std::sin(0.2 * step);
+    bump.X_SO.translation() << 0.0005 * step, 0.0003 * step, 0.0002 * step;
+    if (step >= 10 && step < 30) bump.hidden = {0, 7, 8, 13, 30};
+    const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
     const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
     ASSERT_TRUE(seen.found) << step;
-    EXPECT_EQ(Seen(seen), 31 - static_cast<int>(world.hidden.size())) << step;
-    for (const int k : world.hidden) EXPECT_FALSE(seen.points[static_cast<std::size_t>(k)].seen);
-    EXPECT_LT(Worst(seen, world), 0.12e-3) << step;
+    EXPECT_EQ(Seen(seen), 31 - static_cast<int>(bump.hidden.size())) << step;
+    for (const int k : bump.hidden) EXPECT_FALSE(seen.points[static_cast<std::size_t>(k)].seen);
+    EXPECT_LT(Worst(seen, bump), 0.12e-3) << step;
   }
 }
 
@@ -215,13 +215,13 @@ TEST_P(StereoDotsTest, DotsThatLeaveComeBackAsThemselves) {
 TEST_P(StereoDotsTest, JumpOfOneColumnIsNotTakenForStandingStill) {
   StereoDots eyes(Params(GetParam()));
   Rest(&eyes);
-  World world;
-  world.X_SO.translation() << 0.015, 0, 0;
-  const Pair pair = Pictures(world, 3);
+  Bump bump;
+  bump.X_SO.translation() << 0.015, 0, 0;
+  const Pair pair = Pictures(bump, 3);
   const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
   ASSERT_TRUE(seen.found);
   EXPECT_EQ(Seen(seen), 31);
-  EXPECT_LT(Worst(seen, world), 0.1e-3);
+  EXPECT_LT(Worst(seen, bump), 0.1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Searches, StereoDotsTest,
@@ -229,19 +229,19 @@ INSTANTIATE_TEST_SUITE_P(Searches, StereoDotsTest,
 
 // The whole array shifted, turned and tilted against where it was said to be.
 TEST(StereoDots, FindsTheArrayWhereNobodySaidItWas) {
-  World world;
-  world.X_SO.linear() = (Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ()) *
-                         Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()))
-                            .toRotationMatrix();
-  world.X_SO.translation() << 0.006, -0.004, 0.01;
+  Bump bump;
+  bump.X_SO.linear() = (Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ()) *
+                        Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()))
+                           .toRotationMatrix();
+  bump.X_SO.translation() << 0.006, -0.004, 0.01;
   StereoDots::Params params = Params();
   params.rest_pictures = 1;
   StereoDots eyes(params);
-  const Pair pair = Pictures(world, 1);
+  const Pair pair = Pictures(bump, 1);
   const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
   EXPECT_EQ(Seen(seen), 31);
   for (std::size_t k = 0; k < Layout().size(); ++k) {
-    EXPECT_LT((seen.points[k].p_S - world.Place(Layout()[k])).norm(), 0.1e-3);
+    EXPECT_LT((seen.points[k].p_S - bump.Place(Layout()[k])).norm(), 0.1e-3);
   }
 }
 
@@ -265,10 +265,10 @@ TEST(StereoDots, AllocatesNothingAfterTheFirstPictures) {
   for (const auto search : {DotTracker::Search::kNear, DotTracker::Search::kWhole}) {
     StereoDots eyes(Params(search));
     Rest(&eyes);
-    World hidden;
+    Bump hidden;
     hidden.hidden = {3, 4};
     std::vector<Pair> pairs;
-    for (std::uint64_t k = 0; k < 4; ++k) pairs.push_back(Pictures(k < 2 ? World{} : hidden, k));
+    for (std::uint64_t k = 0; k < 4; ++k) pairs.push_back(Pictures(k < 2 ? Bump{} : hidden, k));
     for (const Pair& pair : pairs) eyes.Observe(pair.left, pair.right, Time{});
     const long before = AllocationCount();
     for (int k = 0; k < 20; ++k) {

@@ -51,10 +51,10 @@ class Watched {
   }
   // Looks at a still membrane till the rest is known, and once more.
   void Rest() {
-    for (int i = 0; i <= kRest; ++i) Look(0, 0);
+    for (int i = 0; i <= kRest; ++i) Process(0, 0);
   }
-  FailedCheck Look(double left_depth, double right_depth) {
-    check_.See(&Show(left_depth, right_depth));
+  FailedCheck Process(double left_depth, double right_depth) {
+    check_.Process(&Show(left_depth, right_depth));
     return seen_.check;
   }
   // The first doubt of a press to 5 mm in 20 pictures, held for as many; the right picture is
@@ -62,7 +62,7 @@ class Watched {
   FailedCheck Press(int late) {
     const auto depth = [](int picture) { return 2.5e-4 * std::clamp(picture, 0, 20); };
     for (int i = 0; i < 40; ++i) {
-      const FailedCheck check = Look(depth(i), depth(i - late));
+      const FailedCheck check = Process(depth(i), depth(i - late));
       if (check != FailedCheck::kNone) return check;
     }
     return FailedCheck::kNone;
@@ -73,7 +73,7 @@ class Watched {
       return 2.5e-3 * (1 - std::cos(std::numbers::pi / 6 * picture));
     };
     for (int i = 1; i < 40; ++i) {
-      const FailedCheck check = Look(depth(i), depth(i - late));
+      const FailedCheck check = Process(depth(i), depth(i - late));
       if (check != FailedCheck::kNone) return check;
     }
     return FailedCheck::kNone;
@@ -151,7 +151,7 @@ TEST(EpipolarCheckTest, StampsThatAreFarFromWhatMovesAreDoubted) {
 TEST(EpipolarCheckTest, LatePicturesOfAStillMembraneAreAsGood) {
   Watched watched;
   watched.Rest();
-  for (int i = 0; i < 50; ++i) ASSERT_EQ(watched.Look(2e-3, 2e-3), FailedCheck::kNone) << i;
+  for (int i = 0; i < 50; ++i) ASSERT_EQ(watched.Process(2e-3, 2e-3), FailedCheck::kNone) << i;
 }
 
 TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsDoubted) {
@@ -161,8 +161,8 @@ TEST(EpipolarCheckTest, ACameraThatIsBumpedAcrossIsDoubted) {
     watched.spoil = [turns](const Vector2d& p) {
       return turns ? Vector2d(p.x(), p.y() + 0.01 * (p.x() - 320)) : Vector2d(p.x(), p.y() + 1);
     };
-    EXPECT_EQ(watched.Look(0, 0), FailedCheck::kEpipolar);
-    EXPECT_EQ(watched.Look(3e-3, 3e-3), FailedCheck::kEpipolar);
+    EXPECT_EQ(watched.Process(0, 0), FailedCheck::kEpipolar);
+    EXPECT_EQ(watched.Process(3e-3, 3e-3), FailedCheck::kEpipolar);
     EXPECT_GT(watched.check().offset_px(), 0.5);
   }
 }
@@ -171,7 +171,7 @@ TEST(EpipolarCheckTest, ARigThatIsNotTheirsIsDoubtedFromTheStart) {
   Watched watched;
   watched.spoil = [](const Vector2d& p) { return Vector2d(p.x(), p.y() - 1.5); };
   watched.Rest();
-  EXPECT_EQ(watched.Look(0, 0), FailedCheck::kEpipolar);
+  EXPECT_EQ(watched.Process(0, 0), FailedCheck::kEpipolar);
 }
 
 // Reference: the noise drawn, three and ten times the stated one.
@@ -182,7 +182,7 @@ TEST(EpipolarCheckTest, NoiseThatPicturesDoNotTellWidensTheCovariances) {
     watched.noise = more;
     SurfaceObservation& seen = watched.Show(1e-3, 1e-3);
     const double said = seen.points[7].covariance(2, 2);
-    watched.check().See(&seen);
+    watched.check().Process(&seen);
     const double wider = std::sqrt(seen.points[7].covariance(2, 2) / said);
     EXPECT_NEAR(wider, std::max(1.0, more * kNoise / Watched::kStated), 0.4 * wider) << more;
     EXPECT_EQ(seen.check, FailedCheck::kNone) << more;
@@ -195,7 +195,7 @@ TEST(EpipolarCheckTest, PointsErrByNoiseAloneIfTheyScatterByItAtRest) {
   for (const double more : {0.1, 0.4, 1.0, 1.5}) {
     Watched watched;
     watched.noise = more;
-    watched.Look(0, 0);
+    watched.Process(0, 0);
     EXPECT_FALSE(watched.err_by_noise_alone()) << "of one pair nobody can tell";
     watched.Rest();
     EXPECT_EQ(watched.err_by_noise_alone(), 0.2 < more && more <= 1) << more;
@@ -208,7 +208,7 @@ TEST(EpipolarCheckTest, WhatMovedTellsOfTheMomentAfterItStandsStill) {
   watched.Rest();
   watched.Swing(0);
   const double sure = watched.moment_sigma();
-  for (int i = 0; i < 60; ++i) watched.Look(0, 0);
+  for (int i = 0; i < 60; ++i) watched.Process(0, 0);
   EXPECT_LT(watched.moment_sigma(), 1.1 * sure);
 }
 
@@ -220,7 +220,7 @@ TEST(EpipolarCheckTest, AStrayPointIsNoMotion) {
     SurfaceObservation& seen = watched.Show(2e-4 * i, 2e-4 * i);
     seen.points[17].miss_px += 2;
     for (const std::size_t hidden : {1U, 9U, 30U}) seen.points[hidden].seen = false;
-    watched.check().See(&seen);
+    watched.check().Process(&seen);
     ASSERT_EQ(seen.check, FailedCheck::kNone) << i;
   }
 }
@@ -228,10 +228,10 @@ TEST(EpipolarCheckTest, AStrayPointIsNoMotion) {
 TEST(EpipolarCheckTest, PointsWithoutASigmaOrPlaceAreNoPointsOfTwoEyes) {
   Watched watched;
   SurfaceObservation seen;
-  for (int i = 0; i < 20; ++i) watched.check().See(&seen);
+  for (int i = 0; i < 20; ++i) watched.check().Process(&seen);
   seen.points.resize(12);
   for (SurfacePoint& point : seen.points) point.seen = true;
-  for (int i = 0; i < 20; ++i) watched.check().See(&seen);
+  for (int i = 0; i < 20; ++i) watched.check().Process(&seen);
   EXPECT_EQ(seen.check, FailedCheck::kNone);
   EXPECT_EQ(watched.check().noise_px(), 0);
 }
@@ -241,7 +241,7 @@ TEST(EpipolarCheckTest, APairAllocatesNothing) {
   watched.Rest();
   SurfaceObservation& seen = watched.Show(1e-3, 1e-3);
   const long before = AllocationCount();
-  watched.check().See(&seen);
+  watched.check().Process(&seen);
   EXPECT_EQ(AllocationCount(), before);
 }
 

@@ -31,7 +31,8 @@ TEST(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
   for (int k = 0; k <= 10; ++k) {
     const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
     const auto pair = pictures.Take(p_S);
-    const auto& seen = texture.Look(pair.left, pair.right, static_cast<std::uint64_t>(k), Time{});
+    const auto& seen =
+        texture.Process(pair.left, pair.right, static_cast<std::uint64_t>(k), Time{});
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(seen.sequence, static_cast<std::uint64_t>(k));
     for (std::size_t i = 0; i < 3; ++i) {
@@ -54,7 +55,7 @@ TEST(StereoTextureTest, ATurningBodyIsFollowed) {
   for (int k = 0; k <= 20; ++k) {
     const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
     const auto pair = pictures.Take(kRest, turn);
-    const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+    const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
     // It turns about the ellipsoid's centre, semi-axis z behind S's origin.
     const Eigen::Vector3d centre(0, 0, site::TexturedTarget::Shape{}.semi_axes.z());
     const Eigen::Matrix3d R =
@@ -76,7 +77,7 @@ TEST(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
   StereoTexture texture(pictures.rig, pictures.X_SL, options);
   for (const int step : {0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0}) {
     const auto pair = pictures.Take({0.0015 * step, 0, 0.0005 * step});
-    for (const SurfacePoint& point : texture.Look(pair.left, pair.right, 0, Time{}).points) {
+    for (const SurfacePoint& point : texture.Process(pair.left, pair.right, 0, Time{}).points) {
       EXPECT_TRUE(point.seen) << "step " << step << ", window " << point.id;
     }
   }
@@ -88,7 +89,7 @@ TEST(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
   options.count = 12;
   StereoTexture texture(pictures.rig, pictures.X_SL, options);
   const auto pair = pictures.Take(kRest);
-  const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+  const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
   ASSERT_TRUE(seen.found);
   ASSERT_EQ(seen.points.size(), 12U);
   int count = 0;
@@ -108,14 +109,14 @@ TEST(StereoTextureTest, HowLargeTheWorldIsDoesNotMatter) {
   options.count = 12;
   const auto pair = pictures.Take(kRest);
   StereoTexture stated(pictures.rig, pictures.X_SL, options);
-  const SurfaceObservation reference = stated.Look(pair.left, pair.right, 0, Time{});
+  const SurfaceObservation reference = stated.Process(pair.left, pair.right, 0, Time{});
   for (const double scale : {0.01, 0.1, 20.0, 1000.0}) {  // 2.5 mm to 250 m away
     StereoRig rig = pictures.rig;
     rig.X_RL.translation() *= scale;
     Eigen::Isometry3d X_SL = pictures.X_SL;
     X_SL.translation() *= scale;
     StereoTexture texture(rig, X_SL, options);
-    const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+    const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
     ASSERT_EQ(seen.points.size(), reference.points.size()) << scale;
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
       EXPECT_EQ(seen.points[i].seen, reference.points[i].seen) << scale;
@@ -133,7 +134,7 @@ TEST(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
     auto pair = pictures.Take(p_S);
     const bool covered = k >= 4 && k < 8;
     if (covered) pair.right.colRange(0, 640).setTo(60);
-    const auto& seen = texture.Look(pair.left, pair.right, 0, Time{});
+    const auto& seen = texture.Process(pair.left, pair.right, 0, Time{});
     EXPECT_EQ(seen.found, !covered) << k;
     for (std::size_t i = 0; i < 3; ++i) {
       ASSERT_EQ(seen.points[i].seen, !covered) << k;
@@ -148,20 +149,20 @@ TEST(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto pair = pictures.Take(kRest);
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(80));
-  EXPECT_FALSE(texture.Look(cv::Mat(), pair.right, 0, Time{}).found);
-  EXPECT_FALSE(texture.Look(flat, flat, 0, Time{}).found);
-  EXPECT_FALSE(texture.Look(pair.left, flat, 0, Time{}).found);
+  EXPECT_FALSE(texture.Process(cv::Mat(), pair.right, 0, Time{}).found);
+  EXPECT_FALSE(texture.Process(flat, flat, 0, Time{}).found);
+  EXPECT_FALSE(texture.Process(pair.left, flat, 0, Time{}).found);
   EXPECT_FALSE(texture.started());
-  EXPECT_TRUE(texture.Look(pair.left, pair.right, 1, Time{}).found);
+  EXPECT_TRUE(texture.Process(pair.left, pair.right, 1, Time{}).found);
   cv::Mat deep;
   pair.left.convertTo(deep, CV_16U, 256);
   for (const cv::Mat& bad : {deep, cv::Mat(pair.left, cv::Rect(0, 0, 320, 240)), cv::Mat()}) {
-    const auto& seen = texture.Look(bad, pair.right, 2, Time{});
+    const auto& seen = texture.Process(bad, pair.right, 2, Time{});
     EXPECT_FALSE(seen.found);
     EXPECT_FALSE(seen.points.front().seen);
     EXPECT_TRUE(seen.points.front().p_S.allFinite());
   }
-  EXPECT_TRUE(texture.Look(pair.left, pair.right, 3, Time{}).found);
+  EXPECT_TRUE(texture.Process(pair.left, pair.right, 3, Time{}).found);
 }
 
 TEST(StereoTextureTest, AStartThatThrowsHasNotStarted) {
@@ -172,7 +173,7 @@ TEST(StereoTextureTest, AStartThatThrowsHasNotStarted) {
   const auto pair = pictures.Take(kRest);
   const cv::Mat small(pair.right, cv::Rect(300, 200, 64, 64));
   for (int k = 0; k < 2; ++k) {
-    EXPECT_THROW(texture.Look(pair.left, small, 0, Time{}), std::invalid_argument);
+    EXPECT_THROW(texture.Process(pair.left, small, 0, Time{}), std::invalid_argument);
     EXPECT_FALSE(texture.started());
     EXPECT_TRUE(texture.right_windows().empty());
   }
@@ -182,7 +183,7 @@ TEST(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
   TargetPictures pictures;
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto pair = pictures.Take(kRest);
-  for (const SurfacePoint& point : texture.Look(pair.right, pair.left, 0, Time{}).points) {
+  for (const SurfacePoint& point : texture.Process(pair.right, pair.left, 0, Time{}).points) {
     if (point.seen) {
       EXPECT_GT((pictures.X_SL.inverse() * point.p_S).z(), 0);
     }
@@ -206,9 +207,9 @@ TEST(StereoTextureTest, NothingIsAllocatedPerPair) {
   TargetPictures pictures;
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto rest = pictures.Take(kRest), moved = pictures.Take({0.001, 0, 0.001});
-  ASSERT_TRUE(texture.Look(rest.left, rest.right, 0, Time{}).found);
+  ASSERT_TRUE(texture.Process(rest.left, rest.right, 0, Time{}).found);
   const long before = AllocationCount();
-  const bool found = texture.Look(moved.left, moved.right, 1, Time{}).found;
+  const bool found = texture.Process(moved.left, moved.right, 1, Time{}).found;
   EXPECT_EQ(AllocationCount(), before);
   EXPECT_TRUE(found);
 }

@@ -41,8 +41,8 @@ struct Picture {
 };
 
 // What a load does to the dots, with noise.
-Picture Look(PlateSurface& plate, const Vector2d& p, double force, double width, double sigma,
-             std::mt19937* random) {
+Picture MakePicture(PlateSurface& plate, const Vector2d& p, double force, double width,
+                    double sigma, std::mt19937* random) {
   Contact contact{Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, force}};
   ContactResponse response;
   plate.Respond(std::span(&contact, 1), std::span(&response, 1));
@@ -72,7 +72,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
       for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0123, -0.004), Vector2d(-0.019, 0.008),
                                 Vector2d(0.001, 0.020), Vector2d(0, 1e-5)}) {
         for (const double force : {-1e-2, -0.05, -1.0, 0.3}) {
-          const Picture picture = Look(*plate, p, force, width, 1e-6, nullptr);
+          const Picture picture = MakePicture(*plate, p, force, width, 1e-6, nullptr);
           fitter.Reset();
           const LoadFit fit = FitTo(fitter, picture);
           ASSERT_NE(fit.validity, Validity::kFailed)
@@ -91,7 +91,7 @@ TEST(LoadFit, FindsEccentricLoadsThatTheLargestDotMisses) {
 TEST(LoadFit, PressesNoMoreThanItIsAllowed) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, 0.004);
-  const Picture clear = Look(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
+  const Picture clear = MakePicture(plate, {0.0123, -0.004}, -1, 0.004, 1e-6, nullptr);
   Picture mirrored = clear;
   for (std::size_t i = 0; i < clear.points.size(); ++i) {
     if (clear.points[i].x() > 0) mirrored.displacement[i] *= -1;
@@ -124,7 +124,7 @@ TEST(LoadFit, ErrorsAgreeWithTheStatedCovariance) {
     double chi_square = 0, residual = 0;
     constexpr int kPictures = 200;
     for (int i = 0; i < kPictures; ++i) {
-      const Picture picture = Look(*plate, p, force, 0.004, 2e-5, &random);
+      const Picture picture = MakePicture(*plate, p, force, 0.004, 2e-5, &random);
       const LoadFit fit = FitTo(fitter, picture);
       ASSERT_NE(fit.validity, Validity::kFailed) << fit.reason;
       const Eigen::Vector3d error(fit.p_O.x() - p.x(), fit.p_O.y() - p.y(), fit.force - force);
@@ -144,7 +144,7 @@ TEST(LoadFit, FollowsALoadThatJumps) {
   std::uniform_real_distribution<double> unit(-0.02, 0.02);
   for (int i = 0; i < 100; ++i) {
     const Vector2d p(unit(random), unit(random));
-    const LoadFit fit = FitTo(fitter, Look(plate, p, -0.02, 0, 1e-6, &random));
+    const LoadFit fit = FitTo(fitter, MakePicture(plate, p, -0.02, 0, 1e-6, &random));
     ASSERT_EQ(fit.validity, Validity::kValid) << fit.reason << p.transpose();
     EXPECT_LT((fit.p_O - p).norm(), 6 * std::sqrt(fit.covariance.topLeftCorner<2, 2>().trace()));
   }
@@ -156,12 +156,12 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
   std::mt19937 random(11);
   int invented = 0;
   for (int i = 0; i < 100; ++i) {
-    const LoadFit fit = FitTo(fitter, Look(plate, {0.01, 0}, -1e-9, 0, 2e-5, &random));
+    const LoadFit fit = FitTo(fitter, MakePicture(plate, {0.01, 0}, -1e-9, 0, 2e-5, &random));
     if (fit.validity != Validity::kFailed) ++invented;
   }
   EXPECT_EQ(invented, 0);
 
-  Picture picture = Look(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
+  Picture picture = MakePicture(plate, {0.01, 0}, -0.1, 0, 1e-6, nullptr);
   const auto reason = [&](const Picture& seen) {
     const LoadFit fit = FitTo(fitter, seen);
     EXPECT_EQ(fit.validity, Validity::kFailed);
@@ -188,7 +188,7 @@ TEST(LoadFit, SaysWhenTheLoadIsNotIdentified) {
   std::ranges::fill(flat.displacement, 0.0);
   EXPECT_THAT(reason(flat), HasSubstr("no load"));
   // The dots on one side alone tell a weak distant load from a strong near one only with luck.
-  Picture blurred = Look(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
+  Picture blurred = MakePicture(plate, {-0.03, 0}, -0.3, 0, 1e-4, &random);
   std::ranges::fill(blurred.sigma, 1e-4);
   blurred.points = {{0.02, 0}, {0.021, 0}, {0.02, 0.001}, {0.021, 0.001}, {0.0205, 0}};
   blurred.displacement.assign(5, -7e-4);
@@ -200,8 +200,8 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
   PlateLargeModel plate({kRadius, kThickness, kModulus, kNu});
   LoadFitter fitter(plate, 0.004);
   std::mt19937 random(13);
-  const Picture first = Look(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
-  const Picture second = Look(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
+  const Picture first = MakePicture(plate, {0.01, 0.003}, -0.5, 0.004, 1e-5, &random);
+  const Picture second = MakePicture(plate, {-0.012, 0.001}, -0.2, 0.004, 1e-5, &random);
   EXPECT_NE(FitTo(fitter, first).validity, Validity::kFailed);
   const long before = AllocationCount();
   for (int i = 0; i < 20; ++i) {
@@ -242,7 +242,7 @@ TEST(LoadFit, WhatTheFinerPlateFailedToFindIsJudgedByTheCoarseOne) {
   UnreliablePlate finer;
   LoadFitter fitter(plate, 0.004, &finer);
   std::mt19937 random(17);
-  const Picture picture = Look(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
+  const Picture picture = MakePicture(plate, {0.02, 0.003}, -30, 0.004, 2e-5, &random);
   const LoadFit coarse =
       fitter.FitCoarsely(picture.points, picture.displacement, picture.sigma, Rim::kStays);
   fitter.Reset();

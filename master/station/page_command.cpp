@@ -1,0 +1,120 @@
+#include "master/station/page_command.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <nlohmann/json.hpp>
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kFarthestAim = 10;  // [m]
+constexpr std::size_t kLongestKind = 40;
+
+[[noreturn]] void RefuseCommand(const std::string& what) {
+  throw std::invalid_argument("not understood: " + what);
+}
+
+double Number(const Json& command, const char* key) {
+  const auto found = command.find(key);
+  if (found != command.end() && found->is_number()) {
+    const double value = found->get<double>();
+    if (std::isfinite(value)) return value;
+  }
+  RefuseCommand(std::string(key) + ": accepted is a finite number");
+}
+
+std::optional<double> Positive(const Json& command, const char* key) {
+  if (!command.contains(key)) return std::nullopt;
+  const double value = Number(command, key);
+  if (!(value > 0)) RefuseCommand(std::string(key) + ": accepted is a number above 0");
+  return value;
+}
+
+PointerCommand ReadPointer(const Json& command) {
+  PointerCommand pointer{Number(command, "at"), {0, 0, 0}, command.value("engaged", false)};
+  const auto place = command.find("p_M");
+  if (place == command.end() || !place->is_array() || place->size() != 3) {
+    RefuseCommand("p_M: accepted are three numbers");
+  }
+  for (int i = 0; i < 3; ++i) {
+    const Json& number = (*place)[static_cast<std::size_t>(i)];
+    const double value = number.is_number() ? number.get<double>() : NAN;
+    if (!(std::abs(value) <= kFarthestAim)) RefuseCommand("p_M: accepted are numbers within 10 m");
+    pointer.p_M[i] = value;
+  }
+  return pointer;
+}
+
+bool Flag(const Json& command, const char* key) {
+  const auto found = command.find(key);
+  if (found != command.end() && found->is_boolean()) return found->get<bool>();
+  RefuseCommand(std::string(key) + ": accepted is true or false");
+}
+
+RenderCommand ReadRender(const Json& command) {
+  if (const auto mode = ParseRenderMode(command.value("mode", ""))) return {*mode};
+  RefuseCommand("mode: accepted are local, interpolate, hold");
+}
+
+ReplayCommand ReadReplay(const Json& command) {
+  ReplayCommand replay;
+  if (command.contains("playing")) replay.playing = Flag(command, "playing");
+  replay.speed = Positive(command, "speed");
+  if (command.contains("to")) replay.to = Number(command, "to");
+  return replay;
+}
+
+ModelCommand ReadModel(const Json& command) {
+  ModelCommand model{command.value("kind", "")};
+  const bool is_name = std::all_of(model.kind.begin(), model.kind.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
+  });
+  if (model.kind.empty() || model.kind.size() > kLongestKind || !is_name) {
+    RefuseCommand("kind: accepted is a model's name");
+  }
+  return model;
+}
+
+PageCommand ReadObject(const Json& command) {
+  const std::string what = command.value("do", "");
+  if (what == "stop") return StopCommand{};
+  if (what == "reset") return ResetCommand{};
+  if (what == "ping") return PingCommand{Number(command, "at")};
+  if (what == "past") return PastCommand{};
+  if (what == "pointer") return ReadPointer(command);
+  if (what == "model") return ReadModel(command);
+  if (what == "set") {
+    return MappingCommand{Positive(command, "position_scale"), Positive(command, "force_scale"),
+                          Positive(command, "force_limit")};
+  }
+  if (what == "mark") return MarkCommand{};
+  if (what == "tare") return TareCommand{};
+  if (what == "find") return ReinitializeTrackingCommand{};
+  if (what == "examine") return ExamineCommand{};
+  if (what == "clutch") return ClutchCommand{Flag(command, "on")};
+  if (what == "record") return RecordCommand{Flag(command, "on")};
+  if (what == "render") return ReadRender(command);
+  if (what == "replay") return ReadReplay(command);
+  RefuseCommand(
+      "do: accepted are stop, reset, ping, past, pointer, set, model, mark, tare, find, "
+      "examine, clutch, record, render, replay");
+}
+
+}  // namespace
+
+PageCommand ReadPageCommand(std::string_view message) {
+  if (message.size() > kLongestCommand) RefuseCommand("accepted are at most 1024 bytes");
+  const Json command = Json::parse(message, nullptr, false);
+  if (!command.is_object()) RefuseCommand("accepted is a JSON object");
+  try {
+    return ReadObject(command);
+  } catch (const Json::exception&) {  // a value of another type
+    RefuseCommand("a value is of another type than accepted");
+  }
+}
+
+}  // namespace palpate

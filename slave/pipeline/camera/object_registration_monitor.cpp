@@ -1,0 +1,301 @@
+#include "slave/pipeline/camera/object_registration_monitor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace palpate {
+namespace {
+
+constexpr double kOffOutline = 2;      // farther from the mesh than this, a point is not on it [px]
+constexpr double kEdgeSigma = 0.1;     // of one place's offset in a good picture [px]
+constexpr double kModelSigma = 0.06;   // of a displacement that the model tells, relative [-]
+constexpr double kBesidePatch = 0.25;  // besides right at the contact; it fades over an element
+constexpr int kReach = 5;              // around where an edge is expected [px]
+constexpr double kDentReach = 0.6;     // and this part of the dent there
+constexpr double kBesideTool = 4;      // the tool's own edge is this near to its side [px]
+constexpr double kBeforeTip = 6;       // and reaches this far beyond its end [px]
+constexpr double kBorder = 12;         // of the picture: no room there to look for an edge [px]
+constexpr double kTukey = 4.685;       // 95 % efficient for normal errors
+constexpr int kRounds = 12;
+constexpr double kAgrees = 4;         // sigmas
+constexpr double kApart = 0.8;        // of a piece of the edge: less a lens does, or a shutter [px]
+constexpr double kMostDisturbed = 4;  // of the sigmas, by whatever disturbs the picture
+constexpr double kLeastAgreeing = 0.5;  // part of the places in view
+constexpr int kFewest = 12;             // places
+constexpr double kKnown = 0.4;          // sigma above which the motion is not known [px]
+constexpr double kDentKnown = 1.0;      // the same of the dent [px]
+constexpr double kStill = 0.2;          // motion that is none [px]
+constexpr double kLookAgain = 1.5;      // after such a correction [px]
+// What is held true before the picture says anything, sigma [px]: a bump may be anything; the
+// object turns and grows little, a disc tells nothing about the one, half an outline little about
+// the other.
+constexpr double kAnyShift = 100, kTurn = 0.15, kGrowth = 0.7, kAnyDent = 6;
+
+// With a tool that points nobody knows where, what is near its tip.
+bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d from_tip = p - tool.p_I_tip;
+  if (tool.d_I.isZero(0)) return from_tip.norm() < tool.width + kBesideTool;
+  const double aside = std::abs(from_tip.x() * tool.d_I.y() - from_tip.y() * tool.d_I.x());
+  return aside < 0.5 * tool.width + kBesideTool && from_tip.dot(tool.d_I) < kBeforeTip;
+}
+
+// What a motion that was measured as `moved`, of covariance C, is squared without what noise adds.
+Eigen::Matrix2d StandingOut(const Eigen::Vector2d& moved, const Eigen::Matrix2d& C) {
+  const double square = moved.dot(C.inverse() * moved);
+  const double share = square > 2 ? 1 - 2 / square : 0;
+  return share * moved * moved.transpose();
+}
+
+}  // namespace
+
+ObjectRegistrationMonitor::ObjectRegistrationMonitor(const cv::Mat& first, CurveView rest_I,
+                                                     const CameraView& view,
+                                                     const Eigen::Isometry3d& X_SO,
+                                                     const BoundaryMesh& mesh)
+    : view_(view), X_SO_(X_SO), edge_(first, GreyFormat(first), rest_I) {
+  const auto& places = edge_.places();
+  for (const RestEdge::Place& place : places) {
+    centre_ += place.p_I / static_cast<double>(places.size());
+  }
+  for (const RestEdge::Place& place : places) {
+    size_ = std::max(size_, (place.p_I - centre_).norm());
+  }
+  const Eigen::Vector3d origin = X_SO.translation();
+  const double unit = view.pixel();
+  for (int axis : {0, 1}) {
+    to_image_.col(axis) =
+        view.ToImage(origin + unit * X_SO.linear().col(axis)) - view.ToImage(origin);
+  }
+  anchors_.resize(places.size());
+  looks_.reserve(places.size());
+  sorted_.reserve(places.size());
+  Adopt(mesh);
+  Reset();
+}
+
+void ObjectRegistrationMonitor::Reset() noexcept {
+  last_.setZero();
+  sighting_ = {};
+  sighting_.motion = MotionOf(last_);
+}
+
+void ObjectRegistrationMonitor::Adopt(const BoundaryMesh& mesh) {
+  has_dent_ = false;
+  const Eigen::Isometry3d X_OS = X_SO_.inverse();
+  for (std::size_t k = 0; k < anchors_.size(); ++k) {
+    const Eigen::Vector2d p = (X_OS * view_.ToSlave(edge_.places()[k].p_I)).head<2>();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < mesh.elements.size(); ++i) {
+      const Eigen::Vector2d side = mesh.elements[i].b - mesh.elements[i].a;
+      const double s =
+          std::clamp((p - mesh.elements[i].a).dot(side) / side.squaredNorm(), 0.0, 1.0);
+      const double away = (p - mesh.elements[i].a - s * side).norm();
+      if (away < nearest) nearest = away, anchors_[k].from = i, anchors_[k].s = s;
+    }
+    anchors_[k].to = static_cast<std::size_t>(mesh.Next(static_cast<int>(anchors_[k].from)));
+    anchors_[k].on_outline = nearest <= kOffOutline * view_.pixel();
+  }
+}
+
+void ObjectRegistrationMonitor::SetDent(const std::vector<Eigen::Vector3d>& along_x,
+                                        const std::vector<Eigen::Vector3d>& along_y,
+                                        const Patch& patch) noexcept {
+  has_dent_ = true;
+  for (std::size_t k = 0; k < anchors_.size(); ++k) {
+    Anchor& anchor = anchors_[k];
+    const double beside = (edge_.places()[k].p_I - patch.p_I).norm() - 0.5 * patch.width;
+    anchor.dent_sigma =
+        kModelSigma + kBesidePatch * std::exp(-std::max(beside, 0.0) / patch.element);
+    const auto at = [&](const std::vector<Eigen::Vector3d>& u) -> Eigen::Vector2d {
+      return ((1 - anchor.s) * u[anchor.from] + anchor.s * u[anchor.to]).head<2>();
+    };
+    Eigen::Matrix2d u_O;
+    u_O << at(along_x), at(along_y);
+    anchor.dent_I = to_image_ * u_O;
+  }
+}
+
+PictureMotion ObjectRegistrationMonitor::MotionOf(const Vector& x) const noexcept {
+  return {centre_, x.head<2>(), x(2) / size_, x(3) / size_};
+}
+
+// Looks at every place where `x` says that it is now.
+void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
+                                       const Vector& x) noexcept {
+  const PictureMotion motion = MotionOf(x);
+  const Eigen::Matrix2d linear = motion.linear();
+  looks_.clear();
+  in_view_ = 0;
+  for (std::size_t k = 0; k < anchors_.size(); ++k) {
+    if (!anchors_[k].on_outline) continue;
+    const RestEdge::Place& place = edge_.places()[k];
+    const Eigen::Vector2d arm = linear * (place.p_I - centre_);
+    const Eigen::Vector2d dent = anchors_[k].dent_I * x.tail<2>();
+    const Eigen::Vector2d p = centre_ + motion.shift + arm + linear * dent;
+    const bool in_picture = p.minCoeff() > kBorder && p.x() < image.cols - 1 - kBorder &&
+                            p.y() < image.rows - 1 - kBorder;
+    if (!in_picture || Hides(tool, p)) continue;
+    ++in_view_;
+    const Eigen::Vector2d n = (linear * place.n_I).normalized();
+    const int reach = std::min(RestEdge::kMostReach,
+                               kReach + static_cast<int>(kDentReach * std::abs(n.dot(dent))));
+    const auto offset = edge_.Locate(image, place, p, n, reach);
+    if (!offset) continue;
+    Sight look{k,
+               *offset,
+               std::abs(n.x()) > std::abs(n.y()),
+               edge_.sharpness(),
+               edge_.exposure(),
+               std::hypot(kEdgeSigma, anchors_[k].dent_sigma * dent.norm()),
+               Vector::Zero()};
+    look.J.head<2>() = n;
+    look.J(2) = (arm.x() * n.y() - arm.y() * n.x()) / size_;
+    look.J(3) = arm.dot(n) / size_;
+    if (has_dent_) look.J.tail<2>() = (linear * anchors_[k].dent_I).transpose() * n;
+    looks_.push_back(look);
+  }
+}
+
+// Iteratively reweighted squares of the offsets gathered at `x`, which gets the correction. False:
+// too few places agree.
+bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
+  if (static_cast<int>(looks_.size()) < kFewest) return false;
+  Vector hold;  // 1 / sigma^2
+  hold << 1 / (kAnyShift * kAnyShift), 1 / (kAnyShift * kAnyShift), 1 / (kTurn * kTurn),
+      1 / (kGrowth * kGrowth), 1 / (kAnyDent * kAnyDent), 1 / (kAnyDent * kAnyDent);
+  Vector move = Vector::Zero();
+  double scale = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kRounds; ++round) {
+    sorted_.clear();
+    for (const Sight& look : looks_) {
+      sorted_.push_back(std::abs(look.offset - look.J.dot(move)) / look.sigma);
+    }
+    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+    std::nth_element(sorted_.begin(), middle, sorted_.end());
+    scale = std::max(1.4826 * *middle, 1.0);
+    Matrix A = hold.asDiagonal();
+    Vector b = hold.cwiseProduct(prior_ - x);
+    for (const Sight& look : looks_) {
+      const double u = (look.offset - look.J.dot(move)) / (kTukey * scale * look.sigma);
+      if (std::abs(u) >= 1) continue;
+      const double weight = (1 - u * u) * (1 - u * u) / (scale * scale * look.sigma * look.sigma);
+      A += weight * look.J * look.J.transpose();
+      b += weight * look.offset * look.J;
+    }
+    const Eigen::LLT<Matrix> solver(A);
+    const Vector next = solver.solve(b);
+    const double change = (next - move).cwiseAbs().maxCoeff();
+    move = next;
+    if (change < 1e-3 || round + 1 == kRounds) {
+      covariance_ = solver.solve(Matrix::Identity());
+      break;
+    }
+  }
+  Compare(move, scale);
+  x += move;
+  return x.allFinite() && agreeing_ >= std::max<double>(kFewest, kLeastAgreeing * in_view_);
+}
+
+// Which places agree with the fit, and how long a piece of the edge lies off to one side.
+void ObjectRegistrationMonitor::Compare(const Vector& move, double scale) noexcept {
+  agreeing_ = 0;
+  sighting_.apart = 0;
+  double square = 0, side = 0;
+  int row = 0;
+  std::size_t last = 0;
+  for (const Sight& look : looks_) {
+    const double error = look.offset - look.J.dot(move);
+    const bool agrees = std::abs(error) <= kAgrees * std::min(scale, kMostDisturbed) * look.sigma;
+    if (agrees) ++agreeing_, square += error * error;
+    const bool is_apart = !agrees && std::abs(error) > kApart;
+    const bool goes_on = is_apart && row > 0 && look.place == last + 1 && error * side > 0;
+    row = !is_apart ? 0 : goes_on ? row + 1 : 1;
+    sighting_.apart = std::max(sighting_.apart, row);
+    last = look.place, side = error;
+  }
+  sighting_.residual_px = agreeing_ > 0 ? std::sqrt(square / agreeing_) : 0;
+}
+
+double ObjectRegistrationMonitor::SharpnessAlong(bool along_x) noexcept {
+  sorted_.clear();
+  for (const Sight& look : looks_) {
+    if (look.along_x == along_x) sorted_.push_back(look.sharpness);
+  }
+  if (sorted_.size() < kFewest) return 1;
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  return *middle;
+}
+
+double ObjectRegistrationMonitor::Exposure() noexcept {
+  sorted_.clear();
+  for (const Sight& look : looks_) sorted_.push_back(look.exposure);
+  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
+  std::nth_element(sorted_.begin(), middle, sorted_.end());
+  return *middle;
+}
+
+bool ObjectRegistrationMonitor::FitFrom(const cv::Mat& image, const Bar& tool, Vector& x) noexcept {
+  const Vector before = x;
+  Gather(image, tool, x);
+  if (!Fit(x)) return false;
+  if ((x - before).cwiseAbs().maxCoeff() < kLookAgain) return true;
+  Gather(image, tool, x);
+  return Fit(x);
+}
+
+const ObjectSighting& ObjectRegistrationMonitor::Process(
+    const cv::Mat& image, const Bar& tool, const Eigen::Vector2d& expected_O) noexcept {
+  sighting_.known = sighting_.dent_known = false;
+  if (!edge_.Fits(image)) return sighting_;
+  Vector start = last_;
+  start.tail<2>() = has_dent_ ? expected_O : Eigen::Vector2d(0, 0);
+  prior_.setZero();
+  prior_.tail<2>() = start.tail<2>();
+  Vector x = start;
+  bool known = FitFrom(image, tool, x);
+  if (!known) {
+    x = start;
+    x.head<2>() += edge_.FindShift(image, MotionOf(start));
+    known = FitFrom(image, tool, x);
+  }
+  sighting_.places = in_view_;
+  sighting_.agreeing = agreeing_;
+  if (known) SetSighting(x, tool);
+  return sighting_;
+}
+
+void ObjectRegistrationMonitor::SetSighting(const Vector& x, const Bar& tool) noexcept {
+  // How the picture's motion moves the place of the tip.
+  const Eigen::Vector2d arm = (tool.p_I_tip - centre_ - x.head<2>()) / size_;
+  Eigen::Matrix<double, 2, 4> J;
+  J << 1, 0, -arm.y(), arm.x(), 0, 1, arm.x(), arm.y();
+  const Eigen::Matrix2d C = J * covariance_.topLeftCorner<4, 4>() * J.transpose();
+  const double sigma = std::sqrt(C.trace());
+  if (!(sigma < kKnown)) return;
+  sighting_.known = true;
+  sighting_.sigma_px = sigma;
+  // What is no more than its own error would only shake the tip.
+  const bool still = x.head<4>().cwiseAbs().maxCoeff() < kStill;
+  sighting_.motion = MotionOf(still ? Vector(Vector::Zero()) : x);
+  sighting_.motion_covariance = still ? StandingOut(J * x.head<4>(), C) : C;
+  last_ = x;
+  const double sharpness = std::min(SharpnessAlong(true), SharpnessAlong(false));
+  if (sharpness_at_rest_ == 0) sharpness_at_rest_ = sharpness;
+  sighting_.sharpness_at_rest = sharpness_at_rest_;
+  sighting_.sharpness = sharpness / sharpness_at_rest_;
+  sighting_.exposure = Exposure();
+  sighting_.dent_O = x.tail<2>();
+  sighting_.dent_covariance = covariance_.bottomRightCorner<2, 2>();
+  // One direction is enough: without friction nothing tells of the other.
+  const Eigen::Matrix2d& C_dent = sighting_.dent_covariance;
+  const double mean = 0.5 * C_dent.trace();
+  const double better = mean - std::sqrt(std::max(0.0, mean * mean - C_dent.determinant()));
+  sighting_.dent_known = has_dent_ && better < kDentKnown * kDentKnown;
+}
+
+}  // namespace palpate

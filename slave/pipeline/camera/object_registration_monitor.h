@@ -1,0 +1,120 @@
+// Is the object where its rest surface says, and is it dented as the model says? Told by its edge,
+// seen anew in every picture.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include "shared/mesh/outline.h"
+#include "slave/vision/observation.h"
+#include "slave/vision/rest_edge.h"
+
+namespace palpate {
+
+// What one picture shows of the object.
+struct ObjectSighting {
+  bool known = false;      // enough of the edge, in every direction
+  PictureMotion motion;    // of the first picture into this one; the last one where not known
+  double sigma_px = 0;     // of the motion, where the tip is, both directions together
+  double residual_px = 0;  // of the places that agree, rms
+  int places = 0, agreeing = 0;
+  int apart = 0;  // places in a row whose edge lies off to one side: something is there
+  // Of the edges along x or along y, the worse: 1: as in the first picture; and there 1: sharp.
+  double sharpness = 1, sharpness_at_rest = 1;
+  double exposure = 0;  // RestEdge::exposure, the median
+  // Of the contact's patch, as the edge beside it shows it: displacement in O [px], with its
+  // covariance [px^2]. Not where it is hidden, nor with the tool far from the surface.
+  bool dent_known = false;
+  Eigen::Vector2d dent_O{0, 0};
+  Eigen::Matrix2d dent_covariance = Eigen::Matrix2d::Zero();
+  // Of the place of the tip: of the motion where that is put right, else by what it may be [px^2].
+  Eigen::Matrix2d motion_covariance = Eigen::Matrix2d::Zero();
+};
+
+// One thread.
+class ObjectRegistrationMonitor {
+ public:
+  // What hides the edge: a bar of `width` [px] that ends at `p_I_tip` and points along the unit
+  // vector `d_I`.
+  struct Bar {
+    Eigen::Vector2d p_I_tip{0, 0}, d_I{0, 1};
+    double width = 0;
+  };
+
+  // `rest_I`: the refined outline in `first`; X_SO: the object's registered pose. Points off the
+  // outline of `mesh` are not the object's and are left out.
+  ObjectRegistrationMonitor(const cv::Mat& first, CurveView rest_I, const CameraView& view,
+                            const Eigen::Isometry3d& X_SO, const BoundaryMesh& mesh);
+
+  // The mesh's vertices lie elsewhere from now on; the basis is gone.
+  void Adopt(const BoundaryMesh& mesh);
+  // Where a contact's patch is at rest, its width and the length of the elements there [px].
+  struct Patch {
+    Eigen::Vector2d p_I{0, 0};
+    double width = 0, element = 1;
+  };
+  // How the vertices move with the patch, per unit along x and y of O [-].
+  void SetDent(const std::vector<Eigen::Vector3d>& along_x,
+               const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
+  void ForgetDent() noexcept { has_dent_ = false; }
+
+  // `expected_O`: displacement of the patch that is to be expected [px], O. Real-time safe.
+  const ObjectSighting& Process(const cv::Mat& image, const Bar& tool,
+                                const Eigen::Vector2d& expected_O) noexcept;
+  [[nodiscard]] const ObjectSighting& sighting() const { return sighting_; }
+  void Reset() noexcept;
+
+ private:
+  static constexpr int kUnknowns = 6;  // shift x, y, turn, growth, dent x, y [px]
+  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+
+  struct Anchor {                  // of a place on the mesh
+    std::size_t from = 0, to = 0;  // vertices
+    double s = 0;                  // of the way between them [0, 1]
+    bool on_outline = true;
+    double dent_sigma = 0;  // of its motion as the model tells it, relative [-]
+    Eigen::Matrix2d dent_I = Eigen::Matrix2d::Zero();  // place's motion in I per dent [-]
+  };
+  struct Sight {  // of a place in this picture
+    std::size_t place = 0;
+    double offset = 0;     // of the edge from the prediction, along the normal [px]
+    bool along_x = false;  // its normal
+    double sharpness = 1, exposure = 0;
+    double sigma = 0;
+    Vector J;  // d(offset) / d(unknowns)
+  };
+
+  void Gather(const cv::Mat& image, const Bar& tool, const Vector& x) noexcept;
+  [[nodiscard]] PictureMotion MotionOf(const Vector& x) const noexcept;
+  bool Fit(Vector& x) noexcept;
+  bool FitFrom(const cv::Mat& image, const Bar& tool, Vector& x) noexcept;
+  void Compare(const Vector& move, double scale) noexcept;
+  [[nodiscard]] double SharpnessAlong(bool along_x) noexcept;
+  [[nodiscard]] double Exposure() noexcept;
+  void SetSighting(const Vector& x, const Bar& tool) noexcept;
+
+  CameraView view_;
+  Eigen::Isometry3d X_SO_;
+  RestEdge edge_;
+  Eigen::Vector2d centre_{0, 0};  // of the places [px]
+  double size_ = 1;               // from there to the farthest [px]
+  Eigen::Matrix2d to_image_;      // direction in O -> direction in I, same length
+  std::vector<Anchor> anchors_;   // per place
+  bool has_dent_ = false;
+  double sharpness_at_rest_ = 0;  // 0: not known yet
+
+  Vector prior_, last_;
+  std::vector<Sight> looks_;
+  std::vector<double> sorted_;
+  int in_view_ = 0;  // places that should have been seen
+  int agreeing_ = 0;
+  Matrix covariance_;
+  ObjectSighting sighting_;
+};
+
+}  // namespace palpate

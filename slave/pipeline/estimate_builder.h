@@ -1,0 +1,89 @@
+// What holds for every contact estimate, however it was sensed: events are told once, a tool that
+// broke through feels nothing, what E is uncertain by goes into the force's sigma.
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "shared/state/slave_state.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// `next` as the successor of `last`: a revision of its own if something changed.
+inline LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
+  const bool same = next.reference == last.reference && next.normal == last.normal &&
+                    next.stiffness == last.stiffness;
+  next.revision = same && last.known() ? last.revision : last.revision + 1;
+  return next;
+}
+
+// Of one pipeline. For each estimate: Track, then Touch and SetForce, or LoseForce.
+class EstimateBuilder {
+ public:
+  // Takes puncture depth and tolerance of E from the scene.
+  void Adopt(const Scene& scene) noexcept {
+    puncture_depth_ = scene.model.puncture_depth;
+    modulus_tolerance_ = scene.object.material.young_modulus_tolerance;
+  }
+  void Reset() noexcept { in_contact_ = punctured_ = is_broken_ = false; }
+
+  // Whether what is watched was found.
+  void Track(bool found, ContactEstimate* estimate) noexcept {
+    if (found == tracking_) return;
+    estimate->events.Add(found ? Event::kTrackingRegained : Event::kTrackingLost);
+    tracking_ = found;
+  }
+
+  // Whether the tool touches.
+  void Touch(bool touches, ContactEstimate* estimate) noexcept {
+    if (touches != in_contact_) estimate->events.Add(touches ? Event::kContact : Event::kRelease);
+    in_contact_ = touches;
+    if (!touches) punctured_ = is_broken_ = false;
+  }
+  [[nodiscard]] bool in_contact() const { return in_contact_; }
+  // The membrane is seen to be broken: until the tool has left, nothing pushes it.
+  void Break() noexcept { is_broken_ = true; }
+  [[nodiscard]] bool broken() const { return is_broken_; }
+
+  // The force that a model of modulus E tells, frame S [N], and what is known of its size without
+  // the model [N]; `estimate` has its depth.
+  void SetForce(const Eigen::Vector3d& force, double sigma, Validity validity,
+                ContactEstimate* estimate) noexcept {
+    estimate->force = force;
+    estimate->validity = validity;
+    estimate->check =
+        validity == Validity::kExtrapolated ? FailedCheck::kModelRange : FailedCheck::kNone;
+    const bool overshot = puncture_depth_ > 0 && estimate->depth > puncture_depth_;
+    const bool through = in_contact_ && (overshot || is_broken_);
+    if (through && !punctured_) estimate->events.Add(Event::kPuncture);
+    punctured_ |= through;
+    if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
+      estimate->force = Eigen::Vector3d::Zero();
+      estimate->validity = Validity::kPunctured;
+      estimate->check = FailedCheck::kNone;
+    }
+    estimate->sigma = std::hypot(sigma, modulus_tolerance_ * estimate->force->norm());
+  }
+
+  // After SetForce: what `check` says may not be believed; numbers stay. The first doubt is told.
+  static void Flag(FailedCheck check, ContactEstimate* estimate) noexcept {
+    if (estimate->validity == Validity::kValid) estimate->check = check;
+    estimate->validity = Worse(estimate->validity, Validity::kExtrapolated);
+  }
+
+  static void LoseForce(Validity validity, FailedCheck check, ContactEstimate* estimate) noexcept {
+    estimate->force.reset();
+    estimate->moment.reset();
+    estimate->sigma = 0;
+    estimate->validity = validity;
+    estimate->check = check;
+  }
+
+ private:
+  double puncture_depth_ = 0;     // [m]; 0: never
+  double modulus_tolerance_ = 0;  // one sigma of E, relative [-]
+  bool tracking_ = true, in_contact_ = false, punctured_ = false, is_broken_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,119 @@
+#include "slave/pipeline/offline/offline_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+namespace palpate {
+namespace {
+
+constexpr double kContactShare = 0.01;  // of the true peak
+
+// Root mean square of what was added.
+class Rms {
+ public:
+  void Add(double x) {
+    sum_ += x * x;
+    ++count_;
+  }
+  [[nodiscard]] double value() const {
+    return count_ > 0 ? std::sqrt(sum_ / static_cast<double>(count_)) : 0;
+  }
+
+ private:
+  double sum_ = 0;
+  std::uint64_t count_ = 0;
+};
+
+std::string Number(double x) {
+  return std::isfinite(x) ? fmt::format("{:.9g}", x) : "";
+}
+
+// With a comma before each.
+std::string Numbers(const Eigen::Vector3d& v) {
+  return fmt::format(",{},{},{}", Number(v.x()), Number(v.y()), Number(v.z()));
+}
+
+}  // namespace
+
+ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared) {
+  ErrorBudget budget;
+  for (const ComparedForces& c : compared) {
+    budget.peak_force = std::fmax(budget.peak_force, c.truth.norm());
+  }
+  Rms total, model, tracking;
+  for (const ComparedForces& c : compared) {
+    const double estimated = c.estimated.norm(), truth = c.truth.norm();
+    const bool touches = std::fmax(estimated, truth) > kContactShare * budget.peak_force;
+    if (!touches || !std::isfinite(estimated)) continue;
+    const double error = (c.estimated - c.truth).norm();
+    ++budget.count;
+    total.Add(error);
+    budget.peak_error = std::fmax(budget.peak_error, error);
+    if (!std::isfinite(c.model_at_truth)) continue;
+    model.Add(c.model_at_truth - truth);
+    tracking.Add(estimated - c.model_at_truth);
+  }
+  budget.rms = total.value();
+  budget.model_rms = model.value();
+  budget.tracking_rms = tracking.value();
+  return budget;
+}
+
+nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples) {
+  if (budget.count == 0) return nullptr;
+  return {{"rms_N", budget.rms},
+          {"peak_N", budget.peak_error},
+          {"contact_" + samples, budget.count},
+          {"true_peak_N", budget.peak_force},
+          {"model_rms_N", budget.model_rms},
+          {"tracking_rms_N", budget.tracking_rms}};
+}
+
+StateRow RowOf(const ContactEstimate& felt, Time start,
+               const std::optional<Eigen::Vector3d>& true_force) {
+  return {SecondsBetween(start, felt.sensed_at),
+          felt.sample,
+          "",
+          felt.p_S_tip,
+          felt.p_S_contact,
+          felt.force,
+          felt.sigma,
+          felt.validity,
+          felt.check,
+          true_force,
+          felt.details};
+}
+
+StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
+    : file_(folder / "states.csv"), has_truth_(has_truth) {
+  std::filesystem::create_directories(folder);
+  std::filesystem::remove(folder / "summary.json");  // of an earlier run
+  stream_.open(file_);
+  stream_ << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
+          << (has_truth ? "validity,true_fx,true_fy,true_fz,check" : "validity,check");
+  for (const std::string_view column : kCheckColumns) stream_ << ',' << column;
+  stream_ << '\n' << std::flush;
+  RequireWritten(stream_.good(), file_);
+}
+
+void StatesFile::Write(const StateRow& row) {
+  stream_ << fmt::format("{:.6f},{},{}", row.t, row.sequence, row.finger) << Numbers(row.p_S_tip)
+          << Numbers(row.p_S_contact) << Numbers(row.force.value_or(kUnknownVector)) << ','
+          << (row.force ? Number(row.sigma) : "") << ',' << ToString(row.validity);
+  if (has_truth_) stream_ << Numbers(row.true_force.value_or(kUnknownVector));
+  stream_ << ',' << ToString(row.check);
+  for (const auto& value : ValuesOf(row.details)) stream_ << ',' << (value ? Number(*value) : "");
+  stream_ << '\n' << std::flush;
+  RequireWritten(stream_.good(), file_);
+}
+
+void RequireWritten(bool written, const std::filesystem::path& file) {
+  if (!written) throw std::runtime_error(file.string() + ": cannot be written");
+}
+
+}  // namespace palpate

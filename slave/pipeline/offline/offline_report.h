@@ -1,0 +1,141 @@
+// What a run without an operator keeps of one sense: the rows of states.csv, its own keys of
+// summary.json, and how far it was from the truth where the site knows it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+
+#include "shared/state/slave_state.h"
+#include "shared/state/validity.h"
+#include "shared/telemetry/latency_histogram.h"
+#include "slave/pipeline/sensing_pipeline.h"
+
+namespace palpate {
+
+// Where the force error comes from, at a site that knows the truth: what the model would say of the
+// true indentation is the model's error, the rest is that of sensing.
+// The forces on one tool or fingertip in one sample, any one frame [N].
+struct ComparedForces {
+  Eigen::Vector3d estimated{0, 0, 0};  // not finite: unknown
+  Eigen::Vector3d truth{0, 0, 0};
+  // Size of what the model has at the true indentation; NaN: it tells none.
+  double model_at_truth = std::numeric_limits<double>::quiet_NaN();
+};
+
+inline const Eigen::Vector3d kUnknownVector =
+    Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+// Size of the force that the master renders of `local` at this depth [m] below its plane [N].
+inline double ForceAt(const LocalModel& local, double depth) {
+  return (local.force + local.stiffness * local.normal * depth).norm();
+}
+
+// Over samples in contact.
+struct ErrorBudget {
+  std::uint64_t count = 0;
+  double rms = 0;           // of the force's vector, estimated minus true [N]
+  double peak_error = 0;    // of the same, the largest [N]
+  double peak_force = 0;    // the largest true one [N]
+  double model_rms = 0;     // of sizes: of the model at the true indentation, minus true [N]
+  double tracking_rms = 0;  // of sizes: estimated, minus of the model at the true indentation [N]
+};
+
+// Samples in contact are those in which truth or estimate exceed 1 % of the true peak. Unknown
+// forces cannot be compared.
+ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
+// As summary.json has it; null where nothing in contact was compared. `samples`: the name of the
+// key that counts them, contact_`samples`.
+nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples);
+
+// What runs without an operator write row by row: states.csv.
+// Frame S. What is not finite or not there is an empty field.
+struct StateRow {
+  double t = 0;  // [s]
+  std::uint64_t sequence = 0;
+  std::string finger;                    // empty: a camera's tool
+  Eigen::Vector3d p_S_tip, p_S_contact;  // [m]
+  std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]
+  double sigma = 0;                      // [N]; empty where the force is
+  Validity validity = Validity::kFailed;
+  FailedCheck check = FailedCheck::kNone;
+  std::optional<Eigen::Vector3d> true_force;  // [N]; only where the file has its columns
+  CheckDetails details;
+};
+
+// What a camera's tool felt; `start`: of the run.
+StateRow RowOf(const ContactEstimate& felt, Time start,
+               const std::optional<Eigen::Vector3d>& true_force);
+
+// Rows are flushed one by one, so that the file stays readable whatever happens.
+class StatesFile {
+ public:
+  // Makes `folder` if missing and FOLDER/states.csv in it, removes an older summary.json. Throws
+  // std::runtime_error: not writable.
+  StatesFile(const std::filesystem::path& folder, bool has_truth);
+  void Write(const StateRow& row);
+
+ private:
+  std::filesystem::path file_;
+  bool has_truth_;
+  std::ofstream stream_;
+};
+
+// Throws std::runtime_error naming the file.
+void RequireWritten(bool written, const std::filesystem::path& file);
+
+struct OfflineSummary {
+  std::uint64_t frames = 0;                       // samples
+  double seconds = 0;                             // wall clock, without precompute [s]
+  std::uint64_t tracking_lost = 0;                // rows of states.csv
+  std::map<std::string, std::uint64_t> validity;  // rows per validity
+  std::map<std::string, std::uint64_t> checks;    // rows per failed check
+  LatencyHistogram capture;
+  std::vector<StageTimes> stages;  // those after `capture`
+  bool has_truth = false;
+  SenseInfo sense;
+  ErrorBudget budget;              // of the force, where the truth is known
+  nlohmann::ordered_json own;      // keys of this sense only
+  std::vector<std::string> lines;  // what is to be said besides, for people
+
+  [[nodiscard]] double rate() const;  // [1/s]
+};
+
+class OfflineReport {
+ public:
+  virtual ~OfflineReport() = default;
+  OfflineReport() = default;
+  OfflineReport(const OfflineReport&) = delete;
+  OfflineReport& operator=(const OfflineReport&) = delete;
+
+  // The rows of the estimate just made; `start`: of the run. `truth`: null where nobody knows it.
+  virtual std::vector<StateRow> Add(Time start, const Truth* truth) = 0;
+  // Makes room in `folder` for samples as they came; Write adds the newest one. Throw
+  // std::runtime_error: not writable; std::invalid_argument: other samples are there.
+  virtual void OpenFrames(const std::filesystem::path& /*folder*/) {}
+  virtual void WriteFrame(const std::filesystem::path& /*folder*/) const {}
+  // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
+  // std::invalid_argument: this sense follows none.
+  virtual void OpenPoints(const std::filesystem::path& /*file*/) {
+    throw std::invalid_argument("--points: accepted for two cameras and depth pictures");
+  }
+  // Throws std::runtime_error where `samples`, all there were, are too few to say anything.
+  virtual void RequireComplete(std::uint64_t /*samples*/) const {}
+  virtual void Finish(OfflineSummary* summary) const = 0;
+  // The forces added so far, where the truth is known.
+  [[nodiscard]] const std::vector<ComparedForces>& compared() const { return compared_; }
+
+ protected:
+  std::vector<ComparedForces> compared_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,234 @@
+// What a run over points comes to: where their places and their forces were off.
+#include <cmath>
+#include <limits>
+#include <map>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/capture/picture_files.h"
+#include "slave/pipeline/offline/offline_report.h"
+#include "slave/pipeline/points/points_scores.h"
+#include "slave/pipeline/points/points_sense.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+nlohmann::ordered_json ErrorJson(const ErrorOfPoints& error) {
+  if (error.count() == 0) return nullptr;
+  return {{"rms_m", error.rms()}, {"peak_m", error.peak()}, {"count", error.count()}};
+}
+
+void AddLine(const ErrorOfPoints& error, const char* what, std::vector<std::string>* lines) {
+  if (error.count() == 0) return;
+  lines->push_back(fmt::format("{}: rms {:.3f} mm, largest {:.3f} mm, over {} places", what,
+                               1e3 * error.rms(), 1e3 * error.peak(), error.count()));
+}
+
+// What the steps of paper C's figures 5 and 6 came to.
+void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lines) {
+  if (steps.empty()) return;
+  lines->push_back(fmt::format("  {:>10} {:>12} {:>13} {:>12} {:>7} {:>21}", "depth [mm]",
+                               "true [N]", "estimated [N]", "worst [N]", "[%]",
+                               "worst point [mm]"));
+  for (const PressStep& step : steps) {
+    const double share = step.true_force > 0 ? 100 * step.force_error / step.true_force : 0;
+    lines->push_back(fmt::format("  {:>10.2f} {:>12.4f} {:>13.4f} {:>12.4f} {:>7.1f} {:>21.3f}",
+                                 1e3 * step.depth, step.true_force, step.force, step.force_error,
+                                 share, 1e3 * step.displacement.peak()));
+  }
+}
+
+// What the site knows of each pair, beside what was told.
+class Comparison {
+ public:
+  Comparison(const SimulatedEnvironment& environment, const Isometry3d& X_SO)
+      : environment_(environment), X_SO_(X_SO) {}
+
+  void Add(PointsSense* sense, const Truth& truth, std::vector<ComparedForces>* compared) {
+    const SurfaceObservation& seen = sense->observation();
+    if (sense->estimator() == nullptr) return AddTarget(seen);
+    if (!truth.solved) return;
+    if (seen.found) AddDisplacements(seen);
+    const std::optional<Vector3d>& force = sense->felt().force;
+    steps_.Add(truth.depth, truth.force.norm(),
+               force ? std::optional(force->norm()) : std::nullopt);
+    LoadIdentifier& body = sense->estimator()->body();
+    Vector3d p_O, n_O;
+    body.Nearest(X_SO_.inverse() * truth.p_S_tip, &p_O, &n_O);
+    compared->push_back(
+        {force.value_or(kUnknownVector), truth.force, body.PressAt(p_O, truth.depth).force});
+  }
+  void WriteErrors(nlohmann::ordered_json* json) const {
+    (*json)["displacement_error"] = ErrorJson(displacement_);
+    (*json)["place_error"] = ErrorJson(place_);
+    (*json)["steps"] = ToJson(steps_.steps());
+  }
+  void AppendLines(std::vector<std::string>* lines) const {
+    AddLine(displacement_, "error of the points' displacements", lines);
+    AddLine(place_, "error of the points' places since the first pair", lines);
+    AddLines(steps_.steps(), lines);
+  }
+
+ private:
+  void AddDisplacements(const SurfaceObservation& seen) {
+    for (const SurfacePoint& point : seen.points) {
+      if (!point.seen) continue;
+      const Vector3d p_O = X_SO_.inverse() * point.p_S_rest;
+      const Vector3d error = point.p_S - point.p_S_rest -
+                             X_SO_.linear() * environment_.TrueDisplacement(p_O.head<2>());
+      displacement_.Add(error);
+      steps_.Add(error);
+    }
+  }
+  // Each point belongs to the target's place when it was first seen.
+  void AddTarget(const SurfaceObservation& seen) {
+    const Isometry3d X_SB = environment_.target()->X_SB;
+    X_SB_first_.resize(seen.points.size());
+    for (std::size_t i = 0; i < seen.points.size(); ++i) {
+      const SurfacePoint& point = seen.points[i];
+      if (!seen.found || !point.seen) continue;
+      if (!X_SB_first_[i]) X_SB_first_[i] = X_SB;
+      place_.Add(point.p_S - X_SB * (X_SB_first_[i]->inverse() * point.p_S_rest));
+    }
+  }
+
+  const SimulatedEnvironment& environment_;
+  Isometry3d X_SO_;
+  std::vector<std::optional<Isometry3d>> X_SB_first_;
+  PressSteps steps_;
+  ErrorOfPoints displacement_, place_;
+};
+
+// What is followed, a row per point that is seen.
+class PointsFile {
+ public:
+  explicit PointsFile(const std::filesystem::path& file) : file_(file), stream_(file) {
+    stream_ << "t,sequence,point,x,y,z,sigma_x,sigma_y,sigma_z,rest_x,rest_y,rest_z,left_u,left_v,"
+               "disparity_px,sigma_px,miss_px\n"
+            << std::flush;
+    RequireWritten(stream_.good(), file_);
+  }
+  void Write(double t, const SurfaceObservation& seen) {
+    for (const SurfacePoint& point : seen.points) {
+      if (!point.seen) continue;
+      const Vector3d sigma = point.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+      stream_ << fmt::format("{:.6f},{},{}", t, seen.sequence, point.id);
+      for (const Vector3d* v : {&point.p_S, &sigma, &point.p_S_rest}) {
+        stream_ << fmt::format(",{:.9g},{:.9g},{:.9g}", v->x(), v->y(), v->z());
+      }
+      stream_ << (point.sigma_px > 0
+                      ? fmt::format(",{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n", point.left_I.x(),
+                                    point.left_I.y(), point.left_I.x() - point.right_I.x(),
+                                    point.sigma_px, point.miss_px)
+                      : ",,,,,\n");
+    }
+    stream_ << std::flush;
+    RequireWritten(stream_.good(), file_);
+  }
+
+ private:
+  std::filesystem::path file_;
+  std::ofstream stream_;
+};
+
+// One row per pair. The tool's place is empty where no manipulator moves it.
+class PointsOfflineReport final : public OfflineReport {
+ public:
+  PointsOfflineReport(PointsSense* sense, const SimulatedEnvironment* environment)
+      : sense_(*sense) {
+    if (environment != nullptr) comparison_.emplace(*environment, sense->scene().object.X_SO);
+  }
+
+  std::vector<StateRow> Add(Time start, const Truth* truth) override {
+    const SurfaceObservation& seen = sense_.observation();
+    const ContactEstimate& felt = sense_.felt();
+    const bool tells_force = sense_.estimator() != nullptr;
+    if (truth != nullptr) comparison_->Add(&sense_, *truth, &compared_);
+    if (!sense_.why().empty()) ++reasons_[std::string(sense_.why())];
+    tally_.Add(seen.points, !sense_.takes_rest());
+    if (points_) points_->Write(SecondsBetween(start, felt.sensed_at), seen);
+    const bool knows_force = truth != nullptr && tells_force && truth->solved;
+    StateRow row = RowOf(felt, start, knows_force ? std::optional(truth->force) : std::nullopt);
+    if (truth == nullptr && tells_force) row.p_S_tip = kUnknownVector;
+    was_placed_ |= tells_force ? felt.force.has_value() : seen.found;
+    if (!was_placed_) row.p_S_contact = kUnknownVector;
+    return {row};
+  }
+
+  // Left, right and the rig: a recording to process again.
+  void OpenFrames(const std::filesystem::path& folder) override {
+    std::filesystem::create_directories(folder / "left");
+    if (!std::filesystem::is_empty(folder / "left")) {
+      throw std::invalid_argument(fmt::format(
+          "--frames: {} holds pictures of another run, which would mix with these: accepted is "
+          "another --out, or that folder emptied",
+          (folder / "left").string()));
+    }
+    if (!sense_.scene().sense.Find<StereoCameras>()) return;
+    std::filesystem::create_directories(folder / "right");
+    WriteRig(folder / "rig.yaml", sense_.rig());
+  }
+  void WriteFrame(const std::filesystem::path& folder) const override {
+    const StereoPair& pair = sense_.pair();
+    const auto write = [&](const char* side, const cv::Mat& picture) {
+      if (picture.empty()) return;
+      const auto file = folder / side / fmt::format("{:06}.png", pair.sequence);
+      RequireWritten(WritePng(picture, file), file);
+    };
+    write("left", pair.left);
+    write("right", pair.right);
+  }
+
+  void OpenPoints(const std::filesystem::path& file) override { points_.emplace(file); }
+
+  void RequireComplete(std::uint64_t samples) const override {
+    const SurfacePointTracker& eyes = sense_.eyes();
+    if (eyes.at_rest_known()) return;
+    const std::string source = sense_.info().source;
+    throw std::runtime_error(
+        samples < static_cast<std::uint64_t>(eyes.rest_pictures())
+            ? fmt::format("{}: {} are fewer than the {} of the rest frame: nothing can be said",
+                          source, samples, eyes.rest_pictures())
+            : fmt::format("{}: {}, and was never complete in these {}: {}", source,
+                          RestInWords(eyes), samples, WhyNotFound(sense_.scene())));
+  }
+
+  void Finish(OfflineSummary* summary) const override {
+    const std::size_t points = tally_.points(), followed = tally_.followed();
+    nlohmann::ordered_json& own = summary->own;
+    own["reasons"] = reasons_;
+    own["points"] = {{"count", points}, {"followed", followed}, {"unseen", tally_.missed()}};
+    own["displacement_error"] = nullptr;
+    own["place_error"] = nullptr;
+    own["steps"] = nlohmann::ordered_json::array();
+    if (comparison_) comparison_->WriteErrors(&own);
+    for (const auto& [why, count] : reasons_) {
+      summary->lines.push_back(fmt::format("  {} times: {}", count, why));
+    }
+    summary->lines.push_back(fmt::format(
+        "{} of {} points followed, {} never seen; {} times one of those followed was not", followed,
+        points, points - followed, tally_.missed()));
+    if (comparison_) comparison_->AppendLines(&summary->lines);
+  }
+
+ private:
+  PointsSense& sense_;
+  std::optional<Comparison> comparison_;          // where the site knows the truth
+  std::optional<PointsFile> points_;              // where it was asked for
+  std::map<std::string, std::uint64_t> reasons_;  // why pairs are not `valid`
+  TrackingCounts tally_;
+  bool was_placed_ = false;  // the contact, once
+};
+
+}  // namespace
+
+std::unique_ptr<OfflineReport> PointsSense::OpenOfflineReport(
+    const SimulatedEnvironment* environment) {
+  return std::make_unique<PointsOfflineReport>(this, environment);
+}
+
+}  // namespace palpate

@@ -1,0 +1,162 @@
+// A simulated site as everybody else sees it: a tool moves in it, sources show it, and reports may
+// ask it for the truth, which estimators never do.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/state/slave_state.h"
+#include "slave/capture/frame_source.h"
+#include "slave/capture/sample_tap.h"
+#include "slave/capture/tactile_frame.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+class PictureInbox;
+
+// What really happens at one fingertip. Frame S.
+struct FingerTruth {
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  bool in_contact = false;
+  Eigen::Vector3d p_S_contact{0, 0, 0};  // on the deformed object [m]
+  Eigen::Vector3d force{0, 0, 0};        // of the object on the fingertip [N]
+  double depth = 0;                      // how far it presses in [m]
+};
+
+// What really happens at the site at this moment. Frame S.
+struct Truth {
+  Eigen::Vector3d p_S_tip{0, 0, 0};  // of the tool [m]
+  bool in_contact = false;
+  Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
+  double depth = 0;                // of the surface under the tool, along its normal [m]
+  // False: the force is a guess, since the press is not solved (yet), see StereoSite.
+  bool solved = true;
+  // Of scenes with fingertips, the first of which is the tool.
+  std::array<FingerTruth, kMaxFingers> fingers{};
+  bool punctured = false;  // the tool is through the membrane, which pushes no more
+};
+
+// Of a target that moves as a whole, a rigid body. Frame B as TexturedTarget has it.
+struct TargetTruth {
+  double seconds = 0;  // on its path, since the first pictures
+  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first pictures
+  Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
+  // Where the body's point is in the last pictures that was at `p_S_first` [m] in the first ones.
+  [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
+    return X_SB * (X_SB_first.inverse() * p_S_first);
+  }
+};
+
+// Whether a tool waits until the press it makes is solved, or must not be held up.
+enum class Patience : std::uint8_t { kWaits, kNone };
+
+// How samples come: in real time, while somebody else moves the tool; or as fast as they are made,
+// on a clock of their own, while a script of the site moves it.
+struct Pace {
+  bool is_live = true;
+  double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
+  PictureInbox* pictures = nullptr;  // where those of a stream come, which must outlive the source
+  SampleTap* tap = nullptr;          // who is shown each sample, and outlives the source
+  SamplePlayer* player = nullptr;    // who gives samples of another time, and outlives the source
+  // Where the tool of a simulated site is as the sense begins, S [m]; nullopt: as the site says.
+  std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
+};
+
+// What shows a site in real time: a sample every 1 / rate seconds; late ones are skipped, not
+// caught up with.
+template <typename Source, typename Sample>
+class LiveSource final : public Source {
+ public:
+  // `take` makes the sample of this moment. Samples keep their raster as long as less than `slack`
+  // periods were lost.
+  LiveSource(double rate, double slack, std::string description, std::function<Sample(Time)> take)
+      : period_(Seconds(1 / rate)),
+        slack_(Seconds(slack / rate)),
+        description_(std::move(description)),
+        take_(std::move(take)) {}
+
+  // Sleeps in short stretches: a slow source must not delay the end.
+  std::optional<Sample> Next(const std::stop_token& stop) override {
+    const Time now = Clock::now();
+    due_ = due_ + period_ + slack_ > now ? due_ + period_ : now;
+    while (!stop.stop_requested() && Clock::now() < due_) {
+      const Time wake = std::min(due_, Clock::now() + std::chrono::milliseconds(50));
+      std::this_thread::sleep_until(Clock::ToSteady(wake));
+    }
+    if (stop.stop_requested()) return std::nullopt;
+    return take_(Clock::now());
+  }
+  [[nodiscard]] std::string description() const override { return description_; }
+
+ private:
+  Clock::duration period_, slack_;
+  std::string description_;
+  std::function<Sample(Time)> take_;
+  Time due_{};
+};
+
+// Where the object of a scene really is, X_SO: its misplacement included.
+inline Eigen::Isometry3d TruePose(const Scene& scene) {
+  Eigen::Isometry3d X_SO = scene.object.X_SO;
+  X_SO.translation().head<2>() += scene.site.misplacement;
+  return X_SO;
+}
+
+class SimulatedEnvironment {
+ public:
+  virtual ~SimulatedEnvironment() = default;
+  SimulatedEnvironment() = default;
+  SimulatedEnvironment(const SimulatedEnvironment&) = delete;
+  SimulatedEnvironment& operator=(const SimulatedEnvironment&) = delete;
+
+  // The tool's tip is carried here, S [m]. Thread-safe. Places that are not finite are ignored. A
+  // site is moved with one patience, not with both in turn.
+  virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
+  // Solves, before somebody operates, the press that the scene tells; the tool is home afterwards.
+  // Seconds.
+  virtual void SolveAhead() {}
+  // Thread-safe, short.
+  [[nodiscard]] virtual Truth truth() const = 0;
+  // nullopt: nothing moves as a whole. Thread-safe.
+  [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
+  // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
+  [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const { return std::nullopt; }
+  // Of the surface's point that rests at p_O [m], frame O; zero where only forces are known.
+  // Thread-safe.
+  [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
+    return Eigen::Vector3d::Zero();
+  }
+
+  // What shows this world, which must outlive it; one source at a time, null: it is not shown so.
+  // `scene`: the one that the world was made of. Throw std::invalid_argument naming the key: there
+  // is no script for it.
+  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) {
+    return nullptr;
+  }
+  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) {
+    return nullptr;
+  }
+  virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
+                                                        const Pace& /*pace*/) {
+    return nullptr;
+  }
+};
+
+// The site that the scene simulates; null: it is a real one. Throws std::invalid_argument naming
+// the key where the scene cannot be simulated.
+std::unique_ptr<SimulatedEnvironment> MakeSimulatedEnvironment(const Scene& scene);
+
+}  // namespace palpate

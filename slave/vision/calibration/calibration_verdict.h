@@ -1,0 +1,68 @@
+// Whether a calibration may be trusted: a small residual says that the numbers fit these pictures,
+// not that other pictures would have given the same ones.
+#pragma once
+
+#include <array>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "slave/vision/calibration/pair_calibration.h"
+
+namespace palpate {
+
+// A quantity estimated from each half of the pictures alone: first the odd against the even ones,
+// then halves drawn at random (fixed seed). Pictures in which the board stands nearly where it
+// stood in an earlier one are of one opinion: they count as one and go to the same half.
+struct HalvesCheck {
+  double odd_even = 0;         // |a - b|, relative to the estimate from all
+  std::vector<double> random;  // the same for 20 random halves, sorted
+  int failed = 0;              // halves that give no estimate at all
+  std::size_t distinct = 0;    // pictures, or pairs, that differ
+  // One standard deviation of the estimate from all: a half has twice its variance, the difference
+  // of two halves four times.
+  [[nodiscard]] double sigma() const;
+  [[nodiscard]] double worst() const;
+};
+constexpr int kRandomHalves = 20;
+constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs, that differ
+
+// Of the baseline. Pairs as used for `rig`, from which the halves are refined.
+HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
+                        const StereoRig& rig);
+// Of the focal length.
+HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
+                        const std::array<int, 2>& size, double focal);
+
+// Column and row of a cell of the picture.
+constexpr int kCoverageColumns = 8, kCoverageRows = 6;
+using CoverageCell = std::pair<int, int>;
+// Adds the cells in which `corners` lie.
+void CoverCells(const Corners& corners, const std::array<int, 2>& size,
+                std::set<CoverageCell>* cells);
+// Part of the picture's cells in which a corner was ever seen.
+double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size);
+
+struct CalibrationVerdict {
+  std::vector<std::string> reasons;   // why not; empty: it may be trusted
+  std::vector<std::string> warnings;  // what is weak and does not forbid it
+};
+
+struct CalibrationEvidence {
+  const char* quantity = "baseline";  // what the halves estimate
+  const char* things = "pairs";       // of what
+  std::size_t used = 0, given = 0;    // of them, with a board
+  double rms_px = 0;
+  double sigma_focal = 0;  // relative
+  HalvesCheck halves;
+  std::vector<double> coverage;  // of each camera
+};
+CalibrationVerdict EvaluateCalibration(const CalibrationEvidence& question);
+
+// The camera given as the right one stands left of the other.
+bool AreSidesExchanged(const StereoRig& rig);
+// The same pair with left and right exchanged.
+StereoRig Exchanged(const StereoRig& rig);
+
+}  // namespace palpate

@@ -1,0 +1,113 @@
+"""A slave that is attacked while somebody operates it: it lives, stays small, hears the stop, and lets others in at once after.
+
+  test_untrusted_clients.py [--seconds 2] [--only REGEX]    prints a table; --seconds 30 for the figures of SECURITY.md
+"""
+import argparse
+import csv
+import fcntl
+import json
+import multiprocessing
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+from programs import BARE, MASTER, PATIENCE, Slave, wait_until
+from untrusted_clients import ATTACKS, Stopper, answers
+
+MOST_MEMORY = 300       # [MB]
+ATTACKERS = 2           # processes
+
+
+def memory(pid):
+    """Largest resident size so far [MB]."""
+    lines = pathlib.Path(f"/proc/{pid}/status").read_text().splitlines()
+    return int(next(line for line in lines if line.startswith("VmHWM")).split()[1]) / 1024
+
+
+def stolen():
+    """What the host gave to others, and all, of the machine's time so far."""
+    times = [int(word) for word in pathlib.Path("/proc/stat").read_text().splitlines()[0].split()[1:9]]
+    return times[7], sum(times)
+
+
+def rows(log):
+    text = log.read_text() if log.exists() else ""
+    return list(csv.DictReader(text[:text.rfind("\n") + 1].splitlines()))
+
+
+def held(log):
+    """How often the operator was held or thrown out between the first following and the emergency stop, and the oldest
+    state of that time [s]: who is held goes on by the next engagement, seconds later."""
+    ticks = rows(log)
+    states = [row["state"] for row in ticks]
+    first = states.index("FOLLOWING")
+    last = states.index("ESTOP") if "ESTOP" in states else len(states)
+    out = [state in ("HOLD", "DISCONNECTED") for state in states[first:last]]
+    return sum(b > a for a, b in zip(out, out[1:])), max(float(row["age_s"]) for row in ticks[first:last])
+
+
+def attack(name, seconds, out):
+    with Slave() as slave:
+        host, port = slave.address.split(":")
+        address = (host, int(port))
+        fcntl.fcntl(slave.process.stderr, fcntl.F_SETPIPE_SZ, 4096)  # nobody reads its log, which is full at once
+        log, report = out / "log.csv", out / "report.json"
+        log.unlink(missing_ok=True)
+        master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "600", "--log", log,
+                                   "--report", report], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL, env=BARE)
+        if not wait_until(lambda: any(row["state"] == "FOLLOWING" for row in rows(log)[-50:])):
+            raise AssertionError("nobody follows")
+        stopper, stolen_before = Stopper(address), stolen()
+        end = time.monotonic() + seconds
+        attackers = [multiprocessing.Process(target=ATTACKS[name], args=(address, end + 60))
+                     for _ in range(ATTACKERS if name in ATTACKS else 0)]
+        for one in attackers:
+            one.start()
+        stopper.wait(end)
+        stops = []
+        for _ in range(20):
+            stops.append(stopper.stop())
+            time.sleep(0.02)
+        for one in attackers:
+            one.kill()
+            one.join()
+        answered = answers(address, PATIENCE)
+        master.send_signal(signal.SIGINT)
+        master.wait(timeout=PATIENCE)
+        said = json.loads(report.read_text())
+        kept, passed = (b - a for a, b in zip(stolen_before, stolen()))
+        return {"alive": slave.process.poll() is None, "memory": memory(slave.process.pid), "answered": answered,
+                "stop": sorted(stops)[len(stops) // 2], "stop_max": max(stops), "held": held(log),
+                "reconnects": said["reconnects"], "trouble": said["trouble"],
+                "stolen": kept / passed}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=float, default=2)
+    parser.add_argument("--only", default="")
+    a = parser.parse_args()
+    wrong = []
+    print(f"{'':34}  alive  MB max  answers s  stop ms, max   held, oldest ms  reconnects  time the host took")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ["nobody", *ATTACKS]:
+            if not re.search(a.only, name):
+                continue
+            saw = attack(name, a.seconds, pathlib.Path(folder))
+            print(f"{name:34}  {saw['alive']!s:5}  {saw['memory']:6.0f}  {saw['answered'] or -1:9.3f}"
+                  f"  {1e3 * saw['stop']:7.1f} {1e3 * saw['stop_max']:6.1f}  {saw['held'][0]:5d}  {1e3 * saw['held'][1]:9.0f}  {saw['reconnects']:10d}"
+                  f"  {100 * saw['stolen']:.1f} % {saw['trouble']}", flush=True)
+            wrong += [f"{name}: {words}" for words, is_so in [
+                ("the slave died", not saw["alive"]), ("nobody answers", saw["answered"] is None),
+                (f"{saw['memory']:.0f} MB", saw["memory"] > MOST_MEMORY)] if is_so]
+    print("\n".join(wrong), file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+#include "master/station/pointer_control_lock.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr std::uint64_t kFirst = 1, kSecond = 2;
+
+Time At(int ms) {
+  return Time{std::chrono::hours(1)} + std::chrono::milliseconds(ms);
+}
+
+TEST(PointerControlLockTest, TheFirstThatHoldsLeadsUntilItLetsGo) {
+  PointerControlLock lead;
+  EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
+  EXPECT_FALSE(lead.Hears(kSecond, false, At(15))) << "what another page lets go is not the hand";
+  EXPECT_TRUE(lead.Hears(kFirst, true, At(20)));
+  EXPECT_TRUE(lead.Hears(kFirst, false, At(30)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, At(40)));
+}
+
+TEST(PointerControlLockTest, WhoHoldsSinceAnotherLedLetsGoFirst) {
+  PointerControlLock lead;
+  EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, At(10)));
+  EXPECT_TRUE(lead.Hears(kFirst, false, At(20)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, At(30)));
+  EXPECT_FALSE(lead.Hears(kSecond, true, At(1000)));
+  EXPECT_TRUE(lead.Hears(kSecond, false, At(1010)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, At(1020)));
+}
+
+// A laptop that fell asleep keeps its connection.
+TEST(PointerControlLockTest, ASilentPageGivesWayAndDoesNotTakeItBack) {
+  PointerControlLock lead;
+  EXPECT_TRUE(lead.Hears(kFirst, true, At(0)));
+  EXPECT_FALSE(lead.Hears(kSecond, false, At(300))) << "nobody took it over";
+  EXPECT_TRUE(lead.Hears(kSecond, true, At(310)));
+  EXPECT_FALSE(lead.Hears(kFirst, true, At(320)));
+  EXPECT_TRUE(lead.Hears(kSecond, true, At(330)));
+  EXPECT_FALSE(lead.Leaves(kFirst));
+  EXPECT_TRUE(lead.Leaves(kSecond));
+  EXPECT_TRUE(lead.Hears(kFirst, true, At(340)));
+}
+
+}  // namespace
+}  // namespace palpate

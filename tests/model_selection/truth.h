@@ -1,0 +1,22 @@
+// What presses of a scene's object truly take, by a formulation that the judged models do not share
+// or on a mesh much finer than theirs.
+#pragma once
+
+#include <vector>
+
+#include "slave/scene/scene.h"
+#include "slave/study/press_spec.h"
+
+namespace palpate::model_selection {
+
+// Force along the tool's way at the question's depth, of each press by a rigid tool [N]; NaN: not
+// found.
+//
+// planar: quadratic finite elements graded towards the tool's ends (PlanarStiffness);
+// membrane: a neo-Hookean solid of cubic hexahedra (PressedMembrane);
+// volume: quadratic tetrahedra, w / 5 and shorter under the tool of width w, times how much
+// stiffer neo-Hookean ones of w / 2 are at the depth than at a small one;
+// shell: its meridian in 640 and 320 pieces, of which the error is of order 1.
+std::vector<double> TrueForces(const Scene& scene, const study::PressSpec& question);
+
+}  // namespace palpate::model_selection

@@ -1,0 +1,54 @@
+// Where in a run a sample stands, and what of the true world its picture shows: what alterations
+// go by.
+#pragma once
+
+#include <cstddef>
+
+#include <Eigen/Core>
+
+namespace palpate::robustness {
+
+// A press as numbers of samples: rest, way in, hold, way back, rest.
+struct Script {
+  std::size_t way = 0;    // the first on which the tool is under way; before it the rest is taken
+  std::size_t touch = 0;  // the first in contact
+  std::size_t hold = 0;   // the first at the full depth
+  std::size_t back = 0;   // the first on the way back
+  std::size_t count = 0;
+};
+
+struct Moment {
+  Script script;
+  std::size_t index = 0;  // of the sample in the run, from 0
+  int side = 0;           // of a pair: 0 left, 1 right
+
+  // Of the run that is over, 0 to 1.
+  [[nodiscard]] double share() const {
+    return script.count > 1 ? static_cast<double>(index) / static_cast<double>(script.count - 1)
+                            : 0;
+  }
+};
+
+// A moment and what is where in its picture [px].
+struct View : Moment {
+  Eigen::Vector2d tip_I{0, 0};      // the tool's tip; of pairs: the place that is pressed
+  Eigen::Vector2d pressed_I{0, 0};  // where the tip is at full depth
+  Eigen::Vector2d shaft_I{0, -1};   // unit, from the tip along the tool's shaft
+  double width = 0;                 // of the tool [px]
+};
+
+// From when on something is so.
+enum class When { kAlways, kAtRest, kPressed };
+inline bool IsSo(When when, const Moment& moment) {
+  switch (when) {
+    case When::kAlways:
+      return true;
+    case When::kAtRest:
+      return moment.index >= moment.script.way;
+    case When::kPressed:
+      break;
+  }
+  return moment.index >= (moment.script.hold + moment.script.back) / 2;
+}
+
+}  // namespace palpate::robustness

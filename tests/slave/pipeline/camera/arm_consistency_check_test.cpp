@@ -1,0 +1,52 @@
+#include "slave/pipeline/arm_consistency_check.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kStep = 1e-4, kNoise = 1e-5, kTolerance = 5e-4;  // [m]
+
+Vector3d TipAt(int picture) {
+  return {0, -kStep * picture, 0};
+}
+
+// Eyes that look from elsewhere, `late` pictures late.
+Vector3d SeenAt(int picture, int late) {
+  return Vector3d(2e-3, 1e-3, 0) + TipAt(picture - late);
+}
+
+TEST(ArmConsistencyCheckTest, EyesAndArmThatGoTogetherDoNotPartWhereverTheyLookFrom) {
+  ArmConsistencyCheck watch;
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_TRUE(watch.Agree(SeenAt(i, 0), {TipAt(i), 0.45, true}, kTolerance));
+    EXPECT_EQ(watch.PartingBeyond(kNoise), Vector3d(0, 0, 0));
+  }
+}
+
+// What is excused by its size parts all the same: by a step, as long as the tip goes on.
+TEST(ArmConsistencyCheckTest, PicturesThatAreOneLatePartByAStepThoughBothAgree) {
+  ArmConsistencyCheck watch;
+  EXPECT_TRUE(watch.Agree(SeenAt(0, 0), {TipAt(0), 0.45, true}, kTolerance));
+  for (int i = 1; i < 20; ++i) {
+    EXPECT_TRUE(watch.Agree(SeenAt(i, 1), {TipAt(i), 0.45, true}, kTolerance));
+    const Vector3d parting = watch.PartingBeyond(kNoise);
+    EXPECT_GT(parting.y(), 0.75 * kStep) << i;
+    EXPECT_LT(parting.y(), kStep) << i;
+    EXPECT_NEAR(parting.x(), 0, 1e-12);
+  }
+}
+
+TEST(ArmConsistencyCheckTest, WhatNoiseExplainsIsNoParting) {
+  ArmConsistencyCheck watch;
+  for (int i = 0; i < 40; ++i) {
+    const Vector3d noise(0, i % 2 == 0 ? 0.4 * kNoise : -0.4 * kNoise, 0);
+    EXPECT_TRUE(watch.Agree(SeenAt(i, 0) + noise, {TipAt(i), 0.45, true}, kTolerance));
+    EXPECT_EQ(watch.PartingBeyond(kNoise), Vector3d(0, 0, 0));
+  }
+}
+
+}  // namespace
+}  // namespace palpate
