@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
-SCRATCH = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build")) / "commands"
+OUTPUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build"))
 PATIENCE, SLOW_PATIENCE = 60, 900  # [s] after which a block counts as hung
 STOP_PATIENCE = 3  # [s]
 MARK_AS_SLOW = 8  # [s]
@@ -98,7 +98,6 @@ class Scratch:
 
     def __init__(self, root, folder, programs):
         self.folder, self.programs = folder, programs
-        shutil.rmtree(folder, ignore_errors=True)
         listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root,
                                 capture_output=True, text=True, check=False)
         names = listed.stdout.split("\0")[:-1] if listed.returncode == 0 else [
@@ -321,10 +320,12 @@ def main():
     if not (BIN / "palpate-slave").exists():
         print(f"skipped: there is no {BIN}/palpate-slave (./deploy/demo.sh builds it, or set PALPATE_BIN)")
         return 77
-    runner = Runner(Scratch(ROOT, SCRATCH, BIN), options.full, options.budget)
-    for path in options.files or default_files():
-        runner.run_file(name_of(path), path.read_text(encoding="utf-8"))
-    return runner.summary()
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="commands-", dir=OUTPUT, ignore_cleanup_errors=True) as folder:
+        runner = Runner(Scratch(ROOT, pathlib.Path(folder) / "palpate", BIN), options.full, options.budget)
+        for path in options.files or default_files():
+            runner.run_file(name_of(path), path.read_text(encoding="utf-8"))
+        return runner.summary()
 
 
 if __name__ == "__main__":

@@ -246,16 +246,20 @@ def row_of(path, records, meaning):
 NOT_KEYS = {"bottom", "top", "rim", "none", "paper", "appsink", "d", "xy", "xyz", "image_width", "image_height"}
 
 
-def words_in_readers():
-    """{word: file:line} of every literal in slave/scene that could be a key."""
+def readers():
+    """{file name: text} of the sources that read a Section."""
+    texts = {file.name: file.read_text() for file in sorted((ROOT / "slave/scene").glob("*.cpp")) if file.name != "section.cpp"}
+    return {name: text for name, text in texts.items() if re.search(r"\bSection\b", text)}
+
+
+def words_in(texts):
+    """{word: file:line} of every literal that could be a key."""
     words = {}
-    for file in sorted((ROOT / "slave/scene").glob("*.cpp")):
-        if file.name in ("decided_model.cpp", "units.cpp", "document.cpp", "contour_file.cpp", "membrane_limits.cpp"):
-            continue
-        for number, line in enumerate(file.read_text().splitlines(), 1):
+    for name, text in texts.items():
+        for number, line in enumerate(text.splitlines(), 1):
             code = re.sub(r"\s//.*", "", line)
             for word in re.findall(r'(?<![\w"])"([a-z]\w*)"', code):
-                words.setdefault(word, f"slave/scene/{file.name}:{number}")
+                words.setdefault(word, f"slave/scene/{name}:{number}")
     return words
 
 
@@ -271,6 +275,30 @@ def check_words(words, records, meanings):
         last = path.rsplit(".", 1)[-1]
         if last not in words and last != "NAME":
             raise OutOfDate(f"scene_keys.txt:{meanings.of[path].line}: {path}: no reader has this word")
+
+
+QUESTION = re.compile(r"\.(?:Open|OpenList|Number|Integer|Text|Numbers|Vector[23]|Points|OneOf|OneOfTable)(?=[<(])")
+
+
+def questions_in(text):
+    """(first line, last line) of every call in a reader's text that asks for a value."""
+    for found in QUESTION.finditer(text):
+        depth, end = 0, text.index("(", found.start())
+        while True:
+            depth += {"(": 1, ")": -1}.get(text[end], 0)
+            if depth == 0:
+                break
+            end += 1
+        yield text.count("\n", 0, found.start()) + 1, text.count("\n", 0, end) + 1
+
+
+def check_questions(readers, records):
+    """The scenes make the readers ask everything that they can ask; `readers` are {file name: text}."""
+    asked = {record["place"].rpartition("/")[2] for group in records.values() for record in group}
+    for name, text in readers.items():
+        for first, last in questions_in(text):
+            if not any(f"{name}:{line}" in asked for line in range(first, last + 1)):
+                raise OutOfDate(f"slave/scene/{name}:{first}: no scene of tests/references/scenes.txt makes a reader ask this")
 
 
 def check_paths(records, meanings):
@@ -329,7 +357,8 @@ def keys_text():
     meanings = read_meanings((PARTS / "scene_keys.txt").read_text())
     records = ask_readers()
     check_paths(records, meanings)
-    check_words(words_in_readers(), records, meanings)
+    check_words(words_in(readers()), records, meanings)
+    check_questions(readers(), records)
     text = MARK + KEYS_INTRO + contents(["Shipped scenes", "Units", *(title for title, _, _ in meanings.sections)])
     text += "\n## Shipped scenes\n\n" + shipped_scenes()
     text += "\n## Units\n\n" + units_table(records)
@@ -498,6 +527,12 @@ def self_test():
     check_words({"a": "f:1", "b": "f:2"}, records, meanings)
     fails(lambda: check_words({"a": "f:1", "b": "f:2", "new_key": "f:3"}, records, meanings), 'f:3: "new_key"')
     fails(lambda: check_words({"a": "f:1"}, records, meanings), "no reader has this word")
+    text = 'Read(Section& s) {\n  a = s.Number("a", Any(\n      kB));\n  s.Refuse("x");\n  s.OneOf<int>("b", {});\n}\n'
+    expect(list(questions_in(text)), [(2, 3), (5, 5)], "questions")
+    expect(words_in({"r.cpp": text}), {"a": "slave/scene/r.cpp:2", "x": "slave/scene/r.cpp:4", "b": "slave/scene/r.cpp:5"}, "words")
+    places = {"a": [record | {"place": "/x/r.cpp:3"}], "b": [record | {"place": "/x/r.cpp:5"}]}
+    check_questions({"r.cpp": text}, places)
+    fails(lambda: check_questions({"r.cpp": text}, {"a": places["a"]}), "slave/scene/r.cpp:5: no scene")
     expect(row_of("a", [record], meanings.of["a"]), ["`a`", "length [m]", "30 mm", "> 0", "The map."], "a row")
     fails(lambda: row_of("a", [record, record | {"defaults": [1]}], meanings.of["a"]), "more than one default")
     fails(lambda: row_of("a.b", [record], meanings.of["a.b"]), "the readers have the default 30 mm")

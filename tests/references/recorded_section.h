@@ -22,8 +22,18 @@
 
 namespace palpate {
 
+// Where a reader asks. As the last parameter of a function it is where that is called.
+struct Place {
+  const char* file;
+  int line;
+  static constexpr Place Here(const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+    return {file, line};
+  }
+};
+
 // One question of a reader.
 struct KeyRecord {
+  Place place;
   std::string path;                // dotted; items of lists by their index
   std::string kind;                // number, integer, text, choice, numbers, points, map, list, has
   std::string accepted;            // range or words
@@ -40,29 +50,35 @@ class Section : public PlainSection {
   using PlainSection::PlainSection;
 
   bool Has(std::string_view key);
-  Section Open(std::string_view key, std::string_view required = {});
-  Section OpenList(std::string_view key, std::string_view required = {});
-  double Number(std::string_view key, const Rule& rule, std::optional<double> fallback = {});
+  Section Open(std::string_view key, std::string_view required = {}, Place place = Place::Here());
+  Section OpenList(std::string_view key, std::string_view required = {},
+                   Place place = Place::Here());
+  double Number(std::string_view key, const Rule& rule, std::optional<double> fallback = {},
+                Place place = Place::Here());
   int Integer(std::string_view key, int least, int most, std::optional<int> fallback = {},
-              Dimension dimension = Dimension::kNumber);
+              Dimension dimension = Dimension::kNumber, Place place = Place::Here());
   std::string Text(std::string_view key, std::string_view accepted,
-                   const std::optional<std::string>& fallback = {});
+                   const std::optional<std::string>& fallback = {}, Place place = Place::Here());
   std::vector<double> Numbers(std::string_view key, std::span<const Rule> rules,
-                              const std::optional<std::vector<double>>& fallback = {});
-  Eigen::Vector3d Vector3(std::string_view key, const Rule& rule, const Eigen::Vector3d& fallback);
+                              const std::optional<std::vector<double>>& fallback = {},
+                              Place place = Place::Here());
+  Eigen::Vector3d Vector3(std::string_view key, const Rule& rule, const Eigen::Vector3d& fallback,
+                          Place place = Place::Here());
   Eigen::Vector2d Vector2(std::string_view key, const Rule& rule,
-                          std::optional<Eigen::Vector2d> fallback = {});
-  std::vector<Eigen::Vector2d> Points(std::string_view key, const Rule& rule);
+                          std::optional<Eigen::Vector2d> fallback = {},
+                          Place place = Place::Here());
+  std::vector<Eigen::Vector2d> Points(std::string_view key, const Rule& rule,
+                                      Place place = Place::Here());
 
   template <typename Value>
   Value OneOf(std::string_view key, std::initializer_list<Choice<Value>> choices,
-              std::string_view note = {}) {
-    return OneOfTable<Value>(key, {choices.begin(), choices.size()}, note);
+              std::string_view note = {}, Place place = Place::Here()) {
+    return OneOfTable<Value>(key, {choices.begin(), choices.size()}, note, place);
   }
   template <typename Value>
   Value OneOfTable(std::string_view key, std::span<const Choice<Value>> choices,
-                   std::string_view note = {}) {
-    KeyRecord record = RecordOf(key, "choice", note);
+                   std::string_view note = {}, Place place = Place::Here()) {
+    KeyRecord record = RecordOf(key, "choice", note, place);
     for (const auto& choice : choices) record.words.emplace_back(choice.word);
     KeyRecords().push_back(record);
     return PlainSection::OneOfTable<Value>(key, choices, note);
@@ -70,10 +86,11 @@ class Section : public PlainSection {
 
  private:
   [[nodiscard]] KeyRecord RecordOf(std::string_view key, std::string_view kind,
-                                   std::string_view accepted) const;
+                                   std::string_view accepted, Place place) const;
   void RecordNumbers(std::string_view key, std::string_view kind, std::span<const Rule> rules,
-                     const std::optional<std::vector<double>>& fallback);
-  Section OpenKind(std::string_view key, std::string_view required, DocumentNode::Kind kind);
+                     const std::optional<std::vector<double>>& fallback, Place place);
+  Section OpenKind(std::string_view key, std::string_view required, DocumentNode::Kind kind,
+                   Place place);
 
   std::set<std::string, std::less<>> looked_for_;
 };

@@ -15,6 +15,7 @@ Json ToJson(const KeyRecord& record) {
   Json json{{"path", record.path},           {"kind", record.kind},   {"accepted", record.accepted},
             {"units", record.units},         {"words", record.words}, {"defaults", record.defaults},
             {"required", record.is_required}};
+  json["place"] = record.place.file + (":" + std::to_string(record.place.line));
   json["text"] = record.text ? Json(*record.text) : Json();
   return json;
 }
