@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+"""Runs the ```sh and ```bash blocks of the README files and guides, as a reader would type them.
+
+commands.py [FILE...]   every block that is not slow; without FILE: README.md, deploy/guides/*.md, README.md of the folders
+  --full                slow blocks, too
+  --budget SECONDS      blocks that would start later than that are skipped
+  --self-test           checks this script
+
+The blocks of one file run in order, each in a bash of its own with `set -euo pipefail`, in a scratch copy of the
+repository. Variables and the working directory carry over to the next block. build/release/bin is PALPATE_BIN
+(default: build/release/bin of the repository). What a block leaves running is killed with its process group.
+
+A comment on the line before a fence excludes its block: <!-- not run: REASON --> always, <!-- slow --> without --full.
+Blocks that call deploy/demo.sh or tests/run.sh are excluded, because both run by themselves.
+Prints a line per block and `N passed, N failed, N skipped`. Exit 1 if a block failed.
+"""
+import argparse
+import contextlib
+import io
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from typing import NamedTuple
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin")).resolve()
+OUTPUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build"))
+PATIENCE, SLOW_PATIENCE = 60, 900  # [s] after which a block counts as hung
+STOP_PATIENCE = 3  # [s]
+MARK_AS_SLOW = 8  # [s]
+OUTPUT_LINES = 40  # of a failing block
+
+FENCE = re.compile(r"^(\s*)(`{3,}|~{3,})\s*([\w-]*)")
+COMMENT = re.compile(r"^\s*<!--\s*(.*?)\s*-->\s*$")
+OWN_COMMANDS = re.compile(r"(?:^|[\s;&|(])(?:\./)?(deploy/demo\.sh|tests/run\.sh)(?=$|[\s;&|)])", re.MULTILINE)
+
+
+class CommandBlock(NamedTuple):
+    line: int  # of its first command
+    text: str
+    notes: tuple  # comments before it
+
+
+def blocks_of(text):
+    """The command blocks of a Markdown text."""
+    lines = text.splitlines()
+    blocks, number = [], 0
+    while number < len(lines):
+        fence = FENCE.match(lines[number])
+        if not fence:
+            number += 1
+            continue
+        indent, mark, language = fence.groups()
+        first = number + 1
+        end = first
+        while end < len(lines) and not re.match(rf"^\s*{re.escape(mark)}{mark[0]}*\s*$", lines[end]):
+            end += 1
+        if language in ("sh", "bash"):
+            body = [line[len(indent):] if line.startswith(indent) else line.lstrip() for line in lines[first:end]]
+            blocks.append(CommandBlock(first + 1, "\n".join(body) + "\n", notes_before(lines, number)))
+        number = end + 1
+    return blocks
+
+
+def notes_before(lines, number):
+    notes = []
+    while number > 0 and (comment := COMMENT.match(lines[number - 1])):
+        notes.append(comment.group(1))
+        number -= 1
+    return tuple(reversed(notes))
+
+
+def reason_to_skip(block, full):
+    """Why a block is not run, or None. Raises ValueError for a mark that has no reason."""
+    for note in block.notes:
+        if note.startswith("not run"):
+            reason = note.removeprefix("not run").lstrip(":").strip()
+            if not reason:
+                raise ValueError("<!-- not run: REASON --> has no reason")
+            return reason
+    if OWN_COMMANDS.search(block.text):
+        return "calls the README's commands"
+    if "slow" in block.notes and not full:
+        return "slow: run with --full"
+    return None
+
+
+# ---- running
+
+class Scratch:
+    """A copy of the repository whose build/ holds the programs and nothing else."""
+
+    def __init__(self, root, folder, programs):
+        self.folder, self.programs = folder, programs
+        listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=root,
+                                capture_output=True, text=True, check=False)
+        names = listed.stdout.split("\0")[:-1] if listed.returncode == 0 else [
+            str(file.relative_to(root)) for file in root.rglob("*")
+            if file.is_file() and file.relative_to(root).parts[0] not in ("build", ".git")]
+        for name in names:
+            if (root / name).is_file():
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(root / name, folder / name)
+        folder.mkdir(parents=True, exist_ok=True)
+        self.state = folder.with_name(folder.name + ".state")
+
+    def renew(self):
+        """What a file's blocks wrote is not there for those of the next file."""
+        shutil.rmtree(self.folder / "build", ignore_errors=True)
+        (self.folder / "build/release").mkdir(parents=True)
+        (self.folder / "build/release/bin").symlink_to(self.programs)
+        self.state.write_text(f"cd {self.folder}\n")
+
+
+# Every variable is exported, so that the next block's bash has it.
+WRAPPED = """source '{state}'
+set -aeuo pipefail
+trap '{{ export -p; echo "cd \\"$PWD\\""; }} >"{state}"' EXIT
+{text}"""
+
+
+def is_running(group):
+    """Whether a process group has a process that is no zombie."""
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
+            if int(its_group) == group and state != "Z":
+                return True
+    return False
+
+
+def end_group(group):
+    """Stops what is left of a process group: SIGTERM, then SIGKILL."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, signal.SIGTERM)
+        end = time.monotonic() + STOP_PATIENCE
+        while is_running(group) and time.monotonic() < end:
+            time.sleep(0.05)
+        os.killpg(group, signal.SIGKILL)
+
+
+def run_block(text, scratch, patience):
+    """(exit code or None if it hung, output, seconds)"""
+    environment = os.environ | {"PATH": "/usr/bin:/bin:" + os.environ.get("PATH", ""), "PALPATE_BIN": str(scratch.programs)}
+    begun = time.monotonic()
+    with tempfile.TemporaryFile() as output:
+        process = subprocess.Popen(["bash", "-c", WRAPPED.format(state=scratch.state, text=text)], cwd=scratch.folder,
+                                   stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, env=environment,
+                                   start_new_session=True)
+        try:
+            code = process.wait(patience)
+        except subprocess.TimeoutExpired:
+            code = None
+        seconds = time.monotonic() - begun
+        end_group(process.pid)
+        process.wait()
+        output.seek(0)
+        return code, output.read().decode(errors="replace"), seconds
+
+
+def indented(text):
+    return "".join(f"    {line}\n" for line in text.splitlines())
+
+
+class Runner:
+    def __init__(self, scratch, full, budget):
+        self.scratch, self.full, self.budget = scratch, full, budget
+        self.begun = time.monotonic()
+        self.counts = {"passed": 0, "failed": 0, "skipped": 0}
+
+    def tell(self, place, outcome, text):
+        self.counts[outcome] += 1
+        print(f"{place}: {outcome}{text}", flush=True)
+
+    def run_file(self, name, text):
+        self.scratch.renew()
+        for block in blocks_of(text):
+            self.run(f"{name}:{block.line}", block)
+
+    def run(self, place, block):
+        try:
+            reason = reason_to_skip(block, self.full)
+        except ValueError as error:
+            self.tell(place, "failed", f": {error}")
+            return
+        if reason is None and self.budget is not None and time.monotonic() - self.begun > self.budget:
+            reason = f"the budget of {self.budget:g} s is used up"
+        if reason is not None:
+            self.tell(place, "skipped", f": {reason}")
+            return
+        is_slow = "slow" in block.notes
+        code, output, seconds = run_block(block.text, self.scratch, SLOW_PATIENCE if is_slow else PATIENCE)
+        if code == 0:
+            note = "; mark it <!-- slow -->" if seconds > MARK_AS_SLOW and not is_slow else ""
+            self.tell(place, "passed", f" in {seconds:.1f} s{note}")
+            return
+        why = f"no end after {seconds:.0f} s" if code is None else f"exit code {code}"
+        last = "\n".join(output.splitlines()[-OUTPUT_LINES:])
+        self.tell(place, "failed", f": {why}\n  block:\n{indented(block.text)}  output:\n{indented(last)}".rstrip())
+
+    def summary(self):
+        print(", ".join(f"{count} {outcome}" for outcome, count in self.counts.items()))
+        return 1 if self.counts["failed"] else 0
+
+
+def default_files():
+    guides = sorted((ROOT / "deploy/guides").glob("*.md"))
+    folders = [path for top in ("deploy", "proto", "slave", "master", "shared", "tests")
+               for path in sorted((ROOT / top).rglob("README.md")) if "node_modules" not in path.parts]
+    return list(dict.fromkeys([ROOT / "README.md", *guides, *folders]))
+
+
+def name_of(path):
+    path = path.resolve()
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
+
+
+# ---- self-test
+
+PAGE = """# Page
+```sh
+echo one; value=7
+sleep 300 & sleep 300 &
+```
+- Item:
+  ```bash
+  test "$value" = 7
+  mkdir -p build && echo kept >build/file; test -e build/release/bin/tool
+  cd build
+  ```
+<!-- not run: needs a camera -->
+```sh
+exit 9
+```
+<!-- slow -->
+```sh
+test -e file
+```
+```python
+raise SystemExit(1)
+```
+```sh
+./deploy/demo.sh --view   # again
+```
+<!-- not run: -->
+```sh
+true
+```
+~~~sh
+false | true
+echo not reached
+~~~
+```sh
+exit 3
+```
+"""
+
+
+def expect(actual, expected, what):
+    if actual != expected:
+        raise SystemExit(f"commands.py --self-test: {what}: {actual!r} instead of {expected!r}")
+
+
+def run_page(folder, full, budget=None, page=PAGE):
+    (folder / "root/bin").mkdir(parents=True, exist_ok=True)
+    (folder / "root/bin/tool").touch()
+    scratch = Scratch(folder / "root", folder / "scratch", folder / "root/bin")
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        runner = Runner(scratch, full, budget)
+        runner.run_file("page.md", page)
+        code = runner.summary()
+    return code, printed.getvalue()
+
+
+def self_test():
+    blocks = blocks_of(PAGE)
+    expect([block.line for block in blocks], [3, 8, 14, 18, 24, 28, 31, 35], "lines of blocks")
+    expect(blocks[1].text.splitlines()[0], 'test "$value" = 7', "an indented block")
+    expect(blocks[2].notes, ("not run: needs a camera",), "notes")
+    for text, expected in {"./deploy/demo.sh --view": True, "cd x; ./tests/run.sh": True, "cat deploy/demo.sh.txt": False,
+                           "./deploy/demo.shx": False}.items():
+        expect(bool(OWN_COMMANDS.search(text)), expected, text)
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        begun = time.monotonic()
+        code, printed = run_page(folder, full=False)
+        expect(code, 1, "a failing block makes it fail")
+        outcomes = re.findall(r"^page.md:(\d+): (\w+)", printed, re.MULTILINE)
+        expect(outcomes, [("3", "passed"), ("8", "passed"), ("14", "skipped"), ("18", "skipped"), ("24", "skipped"),
+                          ("28", "failed"), ("31", "failed"), ("35", "failed")], "outcomes")
+        for part in ("needs a camera", "slow: run with --full", "calls the README's commands", "has no reason",
+                     "exit code 3\n  block:\n    exit 3\n", "2 passed, 3 failed, 3 skipped\n"):
+            expect(part in printed, True, f"{part!r} is printed")
+        expect("not reached\n  output" in printed and "\n    not reached\n" not in printed.split("output:")[1], True, "pipefail")
+        expect(time.monotonic() - begun < 20, True, "processes that are left are killed")
+        code, printed = run_page(folder, full=True, page=PAGE.split("<!-- not run: -->")[0])
+        expect((code, printed.splitlines()[-1]), (0, "3 passed, 0 failed, 2 skipped"), "with --full")
+        code, printed = run_page(folder, full=True, budget=-1, page=PAGE)
+        expect("page.md:3: skipped: the budget of -1 s is used up" in printed, True, "the budget")
+    print("commands.py --self-test: passed")
+    return 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", type=pathlib.Path, metavar="FILE")
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--budget", type=float, metavar="SECONDS")
+    parser.add_argument("--self-test", action="store_true")
+    options = parser.parse_args()
+    if options.self_test:
+        return self_test()
+    if not (BIN / "palpate-slave").exists():
+        print(f"skipped: there is no {BIN}/palpate-slave (./deploy/demo.sh builds it, or set PALPATE_BIN)")
+        return 77
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="commands-", dir=OUTPUT, ignore_cleanup_errors=True) as folder:
+        runner = Runner(Scratch(ROOT, pathlib.Path(folder) / "palpate", BIN), options.full, options.budget)
+        for path in options.files or default_files():
+            runner.run_file(name_of(path), path.read_text(encoding="utf-8"))
+        return runner.summary()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

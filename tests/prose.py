@@ -1,0 +1,386 @@
+#!/usr/bin/env python3
+"""Measures the prose of Markdown files and checks it against limits.
+
+prose.py              checks every tracked *.md file of the repository
+prose.py FILE...      checks these files
+prose.py --self-test  checks this script
+
+Prose is paragraphs and list items. Code blocks, headings, tables, pictures and comments are not counted.
+Prints one line per file, then FILE:LINE: MESSAGE for each violation. Exit 1 if there is any.
+"""
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+from typing import NamedTuple
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT_MARK = "CMakePresets.json"  # beside the README that has its own limits
+HOME_MADE = ("told", "anew", "two eyes", "put right", "silently wrong", "let go")
+
+
+class Limits(NamedTuple):
+    words: tuple  # least and most words of prose
+    average: float  # words per sentence
+    longest: int  # words of a sentence
+    cell: int = 25  # words of a table cell
+
+
+README_LIMITS = Limits(words=(700, 900), average=16, longest=35)
+LIMITS = Limits(words=(0, 2500), average=18, longest=40)
+GENERATED_LIMITS = LIMITS._replace(words=(0, sys.maxsize))
+
+
+class Block(NamedTuple):
+    line: int
+    text: str
+
+
+class Sentence(NamedTuple):
+    line: int
+    words: int
+    text: str
+
+
+class Parts(NamedTuple):
+    prose: list  # paragraphs and list items
+    rows: list  # of tables
+    titles: list
+
+
+# ---- lines to blocks
+
+FENCE = re.compile(r"^\s*(?:>\s*)*(?:(?:[-*+]|\d+[.)])\s+)?(`{3,}|~{3,})")
+ITEM = re.compile(r"^\s*(?:[-*+]|\d+[.)])\s+")
+HEADING = re.compile(r"^ {0,3}#{1,6}(\s|$)")
+UNDERLINE = re.compile(r"^ {0,3}(=+|-{2,})\s*$")
+RULE = re.compile(r"^ {0,3}([-*_])(\s*\1){2,}\s*$")
+REFERENCE = re.compile(r"^ {0,3}\[[^\]]+\]:\s*\S+")
+
+
+def without_fences(lines):
+    """The lines outside code fences, as (number, text); a fence leaves an empty line."""
+    close = None
+    for number, line in enumerate(lines, 1):
+        fence = FENCE.match(line)
+        if close:
+            if fence and line.strip(" \t>").startswith(close) and not line.strip(" \t>" + close[0]):
+                close = None
+        elif fence:
+            close = fence.group(1)
+        else:
+            yield number, line
+            continue
+        yield number, ""
+
+
+def without_comments(text):
+    return re.sub(r"<!--.*?-->", lambda found: "\n" * found.group().count("\n"), text, flags=re.DOTALL)
+
+
+class _Splitter:
+    """Collects lines into blocks."""
+
+    def __init__(self):
+        self.parts = Parts([], [], [])
+        self._lines = []
+        self._start = 0
+        self._in_list = False
+
+    def end(self):
+        if self._lines:
+            self.parts.prose.append(Block(self._start, "\n".join(self._lines)))
+        self._lines = []
+
+    def take(self, number, line):
+        line = re.sub(r"^( {0,3}>\s?)+", "", line)
+        bare = line.strip()
+        if not bare:
+            self.end()
+        elif HEADING.match(line):
+            self.end()
+            self._in_list = False
+            self.parts.titles.append(Block(number, bare.strip("#").strip()))
+        elif UNDERLINE.match(line) and self._lines and not self._in_list:
+            self.parts.titles.append(Block(self._start, " ".join(self._lines)))
+            self._lines = []
+        elif RULE.match(line) or REFERENCE.match(line):
+            self.end()
+        elif bare.startswith("|"):
+            self.end()
+            self.parts.rows.append(Block(number, bare))
+        else:
+            self._take_prose(number, line, bare)
+
+    def _take_prose(self, number, line, bare):
+        item = ITEM.match(line)
+        if item:
+            self.end()
+            self._in_list = True
+            bare = line[item.end():].strip()
+        elif not self._lines:
+            if not line.startswith((" ", "\t")):
+                self._in_list = False
+            elif not self._in_list and line.startswith(("    ", "\t")):
+                return  # an indented code block
+        if not self._lines:
+            self._start = number
+        self._lines.append(bare)
+
+
+def parts_of(text):
+    splitter = _Splitter()
+    outside = "\n".join(line for _, line in without_fences(text.splitlines()))
+    for number, line in enumerate(without_comments(outside).splitlines(), 1):
+        splitter.take(number, line)
+    splitter.end()
+    return splitter.parts
+
+
+# ---- blocks to sentences
+
+CODE = re.compile(r"(?<!`)(`+)(?!`)(.+?)(?<!`)\1(?!`)", re.DOTALL)
+HIDDEN = str.maketrans(".!?[]()<>*|", "".join(chr(0xE000 + index) for index in range(11)))
+SHOWN = {hidden: letter for letter, hidden in HIDDEN.items()}
+NEVER_AN_END = {"e.g.", "i.e.", "cf.", "vs.", "fig.", "figs.", "eq.", "eqs.", "sec.", "ref.", "approx.", "ca.", "resp.", "dr.", "prof."}
+END_BEFORE_CAPITAL = {"etc.", "al.", "no.", "vol.", "pp.", "p.", "min.", "max."}
+INITIALS = re.compile(r"([A-Z]\.-?)+")
+END = re.compile(r"[.!?][\"'”’)\]*_]*\s+")
+
+
+def hide_code(text):
+    """Code spans without their backticks; what marks sentences or links in them is hidden."""
+    return CODE.sub(lambda found: found.group(2).strip().translate(HIDDEN), text)
+
+
+def without_links(text):
+    """Pictures go, links become their text, tags go."""
+    text = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text)
+    text = re.sub(r"\[([^\]]*)\](\([^)]*\)|\[[^\]]*\])", r"\1", text)
+    return re.sub(r"</?[a-zA-Z][^<>:]*>", "", text)
+
+
+def plain(text):
+    return without_links(hide_code(text))
+
+
+def is_word(token):
+    return any(letter.isalnum() or "\ue000" <= letter <= "\uf8ff" for letter in token)
+
+
+def count_words(text):
+    return sum(is_word(token) for token in text.split())
+
+
+def ends_here(before, after):
+    """Whether the full stop that ends `before` ends a sentence."""
+    tokens = before.split()
+    last = tokens[-1].lstrip("(\"'*_[“")
+    if last.lower() in NEVER_AN_END:
+        return False
+    if last.lower() in END_BEFORE_CAPITAL:
+        return after[:1].isupper()
+    if INITIALS.fullmatch(last):  # of a name, but not as in "papers A and B."
+        previous = tokens[-2] if len(tokens) > 1 else ","
+        listed = previous == "and" and len(tokens) > 2 and len(tokens[-3].strip(",")) == 1
+        return listed or not (previous.endswith(",") or previous.lower() in ("and", "&", "by") or INITIALS.fullmatch(previous))
+    return True
+
+
+def sentences_of(block):
+    text = plain(block.text)
+    start = 0
+    for found in list(END.finditer(text)) + [None]:
+        end = found.end() if found else len(text)
+        if found and not ends_here(text[start:end], text[end:]):
+            continue
+        sentence = text[start:end]
+        if count_words(sentence):
+            leading = len(sentence) - len(sentence.lstrip())
+            yield Sentence(block.line + text.count("\n", 0, start + leading), count_words(sentence), sentence.strip())
+        start = end
+
+
+def simple_sentences(text):
+    """The sentences by a simpler rule that others use, so that both agree on the longest: any full stop before
+    white space ends one, as do empty lines and list items; lines that start with | # - ` or ! are left out."""
+    kept = []
+    for number, line in without_fences(text.splitlines()):
+        if line.startswith(("|", "#", "-", "`", "!")):
+            continue
+        if kept and (not line.strip() or ITEM.match(line)):
+            yield simple_sentence(kept)
+            kept = []
+        for piece in re.split(r"(?<=[.!?])\s+", line.strip()):
+            if piece:
+                kept.append((number, piece))
+            if piece.endswith((".", "!", "?")):
+                yield simple_sentence(kept)
+                kept = []
+    if kept:
+        yield simple_sentence(kept)
+
+
+def simple_sentence(pieces):
+    text = " ".join(piece for _, piece in pieces)
+    return Sentence(pieces[0][0], len(text.split()), text)
+
+
+def cells_of(row):
+    """The cells of a table row as text; none of the row under the head."""
+    text = plain(row.text).replace("\\|", "/").strip("|")
+    cells = [cell.strip() for cell in text.split("|")]
+    return [] if all(re.fullmatch(r":?-+:?", cell) for cell in cells) else cells
+
+
+# ---- the measure of a text
+
+class Measure(NamedTuple):
+    words: int
+    sentences: int
+    longest: Sentence
+    cell: Block
+    home_made: list  # blocks: line and phrase
+
+    @property
+    def average(self):
+        return self.words / self.sentences if self.sentences else 0
+
+
+def home_made_of(parts):
+    pattern = re.compile(r"\b(" + "|".join(phrase.replace(" ", r"\s+") for phrase in HOME_MADE) + r")\b", re.IGNORECASE)
+    found = []
+    for block in sorted(parts.prose + parts.rows + parts.titles):
+        text = CODE.sub(lambda code: re.sub(r"\S", "~", code.group()), block.text)
+        text = re.sub(r"\]\([^)]*\)", "]", text)
+        found += [Block(block.line + text.count("\n", 0, hit.start()), " ".join(hit.group().split())) for hit in pattern.finditer(text)]
+    return found
+
+
+def sentences_in(parts):
+    return [sentence for block in parts.prose for sentence in sentences_of(block)]
+
+
+def measure(text):
+    parts = parts_of(text)
+    sentences = sentences_in(parts)
+    cells = [Block(row.line, cell) for row in parts.rows for cell in cells_of(row)]
+    return Measure(
+        words=sum(sentence.words for sentence in sentences),
+        sentences=len(sentences),
+        longest=max([*sentences, *simple_sentences(text)], key=lambda sentence: sentence.words, default=Sentence(1, 0, "")),
+        cell=max(cells, key=lambda block: count_words(block.text), default=Block(1, "")),
+        home_made=home_made_of(parts))
+
+
+def beginning(block, words=8):
+    text = block.text.translate(SHOWN).split()
+    return " ".join(text[:words]) + (" ..." if len(text) > words else "")
+
+
+def limits_for(path, text):
+    if path.name == "README.md" and (path.parent / ROOT_MARK).exists():
+        return README_LIMITS
+    return GENERATED_LIMITS if "generated by" in text.split("\n", 1)[0] else LIMITS
+
+
+def violations(text, limits):
+    """Each as (line, message)."""
+    found = measure(text)
+    bad = []
+    least, most = limits.words
+    if not least <= found.words <= most:
+        bad.append((1, f"{found.words} words of prose: accepted is {f'{least} to {most}' if least else f'at most {most}'}"))
+    if found.average > limits.average:
+        bad.append((1, f"{found.average:.1f} words per sentence: accepted is at most {limits.average}"))
+    parts = parts_of(text)
+    long = {sentence.line: sentence for sentence in sorted([*simple_sentences(text), *sentences_in(parts)], key=lambda one: one.words)
+            if sentence.words > limits.longest}
+    bad += [(line, f'a sentence of {sentence.words} words: accepted is at most {limits.longest}: "{beginning(sentence)}"')
+            for line, sentence in long.items()]
+    bad += [(row.line, f'a table cell of {count_words(cell)} words: accepted is at most {limits.cell}: "{beginning(Block(row.line, cell))}"')
+            for row in parts.rows for cell in cells_of(row) if count_words(cell) > limits.cell]
+    bad += [(block.line, f'"{block.text}" is home-made: use the standard term') for block in found.home_made]
+    return sorted(bad)
+
+
+def report(name, found):
+    return (f'{name}: {found.words} words, {found.average:.1f} per sentence, longest {found.longest.words} '
+            f'(line {found.longest.line}: "{beginning(found.longest)}"), table cell {count_words(found.cell.text)}'
+            + (f" (line {found.cell.line})" if found.cell.text else "")
+            + (f", home-made {len(found.home_made)}" if found.home_made else ""))
+
+
+def check(paths):
+    bad = []
+    for path in paths:
+        text = path.read_text(encoding="utf-8")
+        name = path.resolve()
+        name = name.relative_to(ROOT) if name.is_relative_to(ROOT) else path
+        print(report(name, measure(text)))
+        bad += [f"{name}:{line}: {message}" for line, message in violations(text, limits_for(path.resolve(), text))]
+    for message in bad:
+        print(message)
+    print(f"{len(paths)} files, {len(bad)} violations")
+    return 1 if bad else 0
+
+
+def tracked():
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode == 0 and listed.stdout:
+        return [ROOT / line for line in listed.stdout.splitlines() if (ROOT / line).exists()]
+    return sorted(path for path in ROOT.rglob("*.md") if not {"build", "node_modules"} & set(path.relative_to(ROOT).parts))
+
+
+# ---- self-test
+
+def expect(actual, expected, what):
+    if actual != expected:
+        raise SystemExit(f"prose.py --self-test: {what}: {actual!r} instead of {expected!r}")
+
+
+def self_test():
+    def split(text):
+        return [sentence.text.translate(SHOWN) for block in parts_of(text).prose for sentence in sentences_of(block)]
+
+    expect(split("One two. Three four! Five?\nSix"), ["One two.", "Three four!", "Five?", "Six"], "full stops end sentences")
+    expect(split("Use a key, e.g. the space bar, i.e. stop. Then 3.5 N in scene.yaml stay."),
+           ["Use a key, e.g. the space bar, i.e. stop.", "Then 3.5 N in scene.yaml stay."], "abbreviations, decimals, file names")
+    expect(split("As in paper A. Papers A and B. By J. Kim, F. Sharifi et al. and others. Next."),
+           ["As in paper A.", "Papers A and B.", "By J. Kim, F. Sharifi et al. and others.", "Next."], "initials")
+    expect(split("It is so. (See there.) And **bold.** End"), ["It is so.", "(See there.)", "And **bold.**", "End"], "closing marks")
+    expect(split("Intro:\n- one\n  goes on\n- two\n\n1. three"), ["Intro:", "one\n  goes on".replace("\n  ", "\n"), "two", "three"], "list items")
+    expect(split("Run `a. b c` and\n[the guide](x.md).\n\n```sh\nnot. this\n```\nAfter.\n"),
+           ["Run a. b c and\nthe guide.", "After."], "code spans, links and fences")
+    expect(split("# Title. More\n\n| a | b |\n|---|---|\n| c. d | e |\n![pic](x.png)\n<!-- no\nno -->\nText."), ["Text."], "what is no prose")
+    expect(split("Para.\n\n    indented code. here\n\n- item\n\n      still item"), ["Para.", "item", "still item"], "indented code")
+    expect(count_words(plain("`a b` [c d](e f) - ![g](h) 3.5 N <br> <https://i.j>")), 7, "words")
+    expect(measure("| a | b |\n|---|---|\n| one `x|y` two | three |\n").cell.text.count(" "), 2, "a bar in a code span ends no cell")
+
+    long = "word " * 41 + "end."
+    lines = [(line, message.split(":")[0]) for line, message in violations("Short.\n\n" * 20 + "It is. " + long, LIMITS)]
+    expect(lines, [(41, "a sentence of 42 words")], "a sentence that is too long is reported with its line")
+    expect([line for line, _ in violations("a. " * 30 + "b " * 20 + ".) " + "c " * 30 + ".", LIMITS)], [1], "the simpler rule counts, too")
+    text = "He let\ngo. `told` [x](told.md) Untold, retold.\n\n```\nanew\n```\n| Two  eyes | Anew |\n# Put right\n"
+    expect([(block.line, block.text.lower()) for block in measure(text).home_made],
+           [(1, "let go"), (7, "two eyes"), (7, "anew"), (8, "put right")], "home-made phrases")
+    cell = "w " * 26
+    expect([line for line, _ in violations(f"a\n\n|b|\n|---|\n|{cell}|", LIMITS)], [5], "a wide table cell")
+    expect([message for _, message in violations("One two three. " * 100, README_LIMITS)],
+           ["300 words of prose: accepted is 700 to 900"], "too few words")
+    expect([line for line, _ in violations(("w " * 19 + ". ") * 3, LIMITS)], [1], "a high average")
+    print("prose.py --self-test: passed")
+    return 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="*", type=pathlib.Path, metavar="FILE")
+    parser.add_argument("--self-test", action="store_true", help="check this script")
+    options = parser.parse_args()
+    return self_test() if options.self_test else check(options.files or tracked())
+
+
+if __name__ == "__main__":
+    sys.exit(main())
