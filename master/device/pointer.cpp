@@ -57,8 +57,9 @@ void Pointer::MoveIntent(double dt) noexcept {
 
 std::string Pointer::description() const {
   const Arm& arm = hand_.arm();
-  return Formatted("pointer: on the page, at up to %g mm/s; %g kg, %g N/m, %g N s/m", 1e3 * speed_,
-                   arm.mass, arm.stiffness, arm.damping);
+  return Formatted(
+      "pointer: mouse, keys or gamepad on the page, up to %g mm/s; %g kg, %g N/m, %g N s/m",
+      1e3 * speed_, arm.mass, arm.stiffness, arm.damping);
 }
 
 }  // namespace palpate

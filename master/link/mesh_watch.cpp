@@ -93,7 +93,7 @@ void MeshWatch::Parts::Take(v1::MeshState* message, MeshReader* reader) {
   const std::scoped_lock lock(mutex);
   if (!mesh) {
     ++stats.refused;
-    stats.trouble = "a mesh was refused: " + reason;
+    stats.trouble = "a mesh was rejected: " + reason;
     return;
   }
   ++stats.meshes;

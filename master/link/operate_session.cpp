@@ -101,9 +101,10 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   sender.join();
   line_.reset();
   grpc::Status status = stream->Finish();
-  if (expired_) return {grpc::StatusCode::UNAVAILABLE, "the slave's certificate holds no more"};
+  if (expired_)
+    return {grpc::StatusCode::UNAVAILABLE, "the slave's certificate is no longer valid"};
   if (!silent_) return status;
-  return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the line is dead",
+  return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the link has timed out",
                                                    kMilli * static_cast<double>(silence_.count()))};
 }
 

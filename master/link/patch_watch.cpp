@@ -88,7 +88,7 @@ void PatchWatch::Parts::Take(const v1::PatchUpdate& message) {
   stats.bytes += message.ByteSizeLong();
   if (!is_good) {
     ++stats.refused;
-    stats.trouble = "a patch was refused: " + reason;
+    stats.trouble = "a patch was rejected: " + reason;
     return;
   }
   ++(message.has_patch() ? stats.patches : stats.laws);

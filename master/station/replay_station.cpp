@@ -161,7 +161,7 @@ std::string ReplayStation::Parts::Hear(std::string_view message) {
     return PastJson(ticks.Past(), told);
   }
   const auto* wanted = std::get_if<ReplayCommand>(&command);
-  if (wanted == nullptr) return RefusedJson("this is a replay: nothing here moves a hand");
+  if (wanted == nullptr) return RefusedJson("this is a replay: nothing moves or stops a tool");
   const std::scoped_lock lock(mutex);
   if (wanted->playing) course.playing = *wanted->playing;
   if (wanted->speed) course.speed = std::clamp(*wanted->speed, Replay::kSlowest, Replay::kFastest);

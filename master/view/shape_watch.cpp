@@ -99,8 +99,7 @@ std::string ShapeFile::Finish() {
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
   if (failed_) return file_.string() + ": cannot be written";
-  if (!deepest_.mesh)
-    return file_.string() + ": not written, the slave never told the object's shape";
+  if (!deepest_.mesh) return file_.string() + ": not written: the slave sent no shape";
   return {};
 }
 

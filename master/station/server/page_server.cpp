@@ -184,7 +184,7 @@ void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
   const auto [status, refused] = Refusal(request);
   if (!refused.empty()) return caller->Answer(Refuse(status, refused));
   if (page_count >= kMostPages) {
-    return caller->Answer(Refuse(http::status::service_unavailable, "8 pages look already"));
+    return caller->Answer(Refuse(http::status::service_unavailable, "8 pages are already open"));
   }
   Open(caller.get(), request);
 }
@@ -199,7 +199,7 @@ std::pair<http::status, std::string> PageServer::Parts::Refusal(const PageReques
     return {http::status::not_found, "no such stream"};
   if (access.tls && !CarriesToken(target, access.token)) {
     return {http::status::forbidden,
-            "the token: accepted is the one in the address that palpate-master printed"};
+            "token: accepted is the one in the address that palpate-master printed"};
   }
   return {};
 }

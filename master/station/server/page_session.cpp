@@ -84,7 +84,7 @@ void PageSession::Take(std::string_view count) {
   std::uint32_t taken = 0;
   if (count.size() == sizeof taken) std::memcpy(&taken, count.data(), sizeof taken);
   if (count.size() != sizeof taken || taken > sent_) {
-    throw std::invalid_argument("not understood: accepted is how many messages were taken");
+    throw std::invalid_argument("not understood: accepted is the number of messages received");
   }
   taken_ = taken;
 }
