@@ -56,7 +56,7 @@ def total(path):
         if line.startswith("skip: "):
             print("skipped " + line[6:].rstrip())
         elif line.startswith("again: "):
-            print("unsteady: " + line[7:].rstrip() + " was red at first and passed by itself: its reason is above")
+            print("unsteady: " + line[7:].rstrip() + " failed first and passed when repeated alone: the reason is above")
         else:
             sums = [a + int(b) for a, b in zip(sums, line.split())]
     print(f"{sums[0]} passed, {sums[1]} failed, {sums[2]} skipped")
