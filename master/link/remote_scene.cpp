@@ -62,7 +62,7 @@ RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
   fingertip.p_S_home = {p.x(), p.y(), p.z()};
   const double far = fingertip.p_S_home.norm();
   if (!(far <= kMaxLength)) {
-    Refuse("fingertips.p_S_finger of " + told.name(), far, "a place at most 1e6 m away");
+    Refuse("fingertips.p_S_finger of " + told.name(), far, "a position at most 1e6 m away");
   }
   return fingertip;
 }

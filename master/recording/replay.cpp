@@ -116,7 +116,7 @@ Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
   span_.damage = reader.damage();
   if (span_.ticks == 0) {
     throw InputError(file_.string() +
-                     ": holds no tick: accepted is a master's recording (connect --record)");
+                     ": contains no tick: accepted is a master's recording (connect --record)");
   }
   const auto session = reader.mcap().notes().find(kSessionNote);
   if (session != reader.mcap().notes().end()) span_.session = session->second;

@@ -50,7 +50,7 @@ VtuGrid GridOf(const ShapeMoment& moment) {
 void CheckShapeFile(const std::filesystem::path& file) {
   if (file.extension() == kPicture || file.extension() == kMesh) return;
   throw std::invalid_argument("--shape = " + file.string() +
-                              ": accepted is a name that ends in .svg (a picture) or .vtu (a mesh "
+                              ": accepted is a name that ends in .svg (an image) or .vtu (a mesh "
                               "for ParaView)");
 }
 
