@@ -21,8 +21,7 @@ class Playback final : public Device {
   // Interpolates linearly between rows. The recording starts at the first call, which returns a
   // disengaged reading, so that the next one engages. The reading after the last row is disengaged.
   DeviceReading Read(Time now) noexcept override;
-  void WriteForce(const Eigen::Vector3d&) noexcept override {
-  }  // a recording does not react to the force
+  void WriteForce(const Eigen::Vector3d&) noexcept override {}  // has no effect
   void Guide(const DeviceGuide&) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return finished_; }
   [[nodiscard]] std::string description() const override;

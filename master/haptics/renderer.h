@@ -167,9 +167,8 @@ class Renderer {
   double ahead_ = 0;                      // [s]
   double on_patch_ = 0, held_share_ = 0;  // 0: the other level; 1: this level
   RenderFallbackSelector selector_;
-  Eigen::Vector3d missing_{
-      0, 0, 0};  // estimate minus model of the newest sample [N], commanded at `missed_at_` [s]
-  double missed_at_ = 0;
+  Eigen::Vector3d missing_{0, 0, 0};  // estimate minus model [N] of `missed_at_`
+  double missed_at_ = 0;              // command time of the newest sample [s]
   DelayedLinear samples_;
   bool punctured_ = false;
   double presence_ = 1;  // 0: punctured, 1: intact
