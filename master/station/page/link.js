@@ -25,7 +25,7 @@ export class Link {
       if (taken % TOLD_EVERY === 0 && target.readyState === WebSocket.OPEN) target.send(new Uint32Array([taken]));
     };
     this.socket.onclose = (event) => {
-      this.tellLost(event.reason || (location.protocol === 'https:' ? 'no connection to palpate-master, or a wrong token: open the address that it printed' : 'no connection to palpate-master'));
+      this.tellLost(event.reason || (location.protocol === 'https:' ? 'palpate-master does not answer, or the token is wrong: open the address that it printed' : 'palpate-master does not answer'));
       setTimeout(() => this.open(), RETRY_MS);
     };
   }
