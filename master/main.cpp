@@ -120,19 +120,23 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
           ""};  // The help shows the type name alone.
 }
 
+// Adds an option whose help shows `type`, such as FILE or HOST:PORT.
+template <class T>
+CLI::Option* Add(CLI::App* command, const char* name, T* value, const char* type,
+                 const char* text) {
+  return command->add_option(name, *value, text)->type_name(type);
+}
+
 void AddTls(CLI::App* command, SlaveLink::Options* link) {
-  command
-      ->add_option("--tls", link->tls,
-                   "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder "
-                   "(deploy/certs), also for --view")
-      ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
-      ->type_name("DIR");
+  Add(command, "--tls", &link->tls, "DIR",
+      "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder "
+      "(deploy/certs), also for --view")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
 }
 
 void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
-  command->add_option("--wait", link->wait, "Time limit for connecting, in seconds")
+  Add(command, "--wait", &link->wait, "S", "Time limit for connecting, in seconds")
       ->check(Between(0, 1e6))
-      ->type_name("S")
       ->capture_default_str();
   AddTls(command, link);
   command->add_flag("--insecure", link->insecure,
@@ -142,17 +146,12 @@ void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
 void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
   CLI::App* doctor = app->add_subcommand(
       "doctor", "Measure link, clock, priorities and device, and advise what to change");
-  doctor
-      ->add_option(
-          "target", a->link.target,
-          "Slave to examine without operating it; without it only this machine is examined")
-      ->type_name("HOST:PORT");
-  doctor->add_option("--device", a->options.device, "Haptic device, as for connect")
-      ->type_name("DEVICE")
+  Add(doctor, "target", &a->link.target, "HOST:PORT",
+      "Slave to examine without operating it; without it only this machine is examined");
+  Add(doctor, "--device", &a->options.device, "DEVICE", "Haptic device, as for connect")
       ->capture_default_str();
-  doctor->add_option("--seconds", a->options.seconds, "Duration of each measurement, in seconds")
+  Add(doctor, "--seconds", &a->options.seconds, "S", "Duration of each measurement, in seconds")
       ->check(Between(0.1, 3600))
-      ->type_name("S")
       ->capture_default_str();
   doctor->add_flag("--datagrams", a->link.datagrams,
                    "Test UDP too: takes the lease for a moment without engaging");
@@ -165,33 +164,24 @@ void DeclareRecordings(CLI::App* app, Arguments* a) {
       "Examples:\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
       "  palpate-master replay session.mcap --view");
-  replay->add_option("file", a->replay.file, "Recording of connect --record")
-      ->type_name("FILE.mcap")
-      ->required();
-  replay->add_option("--speed", a->replay.speed, "Playback speed relative to real time")
+  Add(replay, "file", &a->replay.file, "FILE.mcap", "Recording of connect --record")->required();
+  Add(replay, "--speed", &a->replay.speed, "FACTOR", "Playback speed relative to real time")
       ->check(Between(Replay::kSlowest, Replay::kFastest, "times"))
-      ->type_name("FACTOR")
       ->capture_default_str();
-  replay->add_option("--from", a->replay.from, "Start time within the recording, in seconds")
+  Add(replay, "--from", &a->replay.from, "S", "Start time within the recording, in seconds")
       ->check(Between(0, 1e8))
-      ->type_name("S")
       ->capture_default_str();
-  CLI::Option* view =
-      replay
-          ->add_option("--view", a->view,
-                       "Show it on the operator's page, by default at 127.0.0.1 on a free port")
-          ->expected(0, 1)
-          ->type_name("[HOST:PORT]");
+  CLI::Option* view = Add(replay, "--view", &a->view, "[HOST:PORT]",
+                          "Show it on the operator's page, by default at 127.0.0.1 on a free port")
+                          ->expected(0, 1);
   AddTls(replay, &a->link);
   replay->callback([a, view] { a->replay_views = view->count() > 0; });
   CLI::App* exported = app->add_subcommand(
       "export", "Write a recording as CSV tables, NumPy arrays, images and VTU meshes");
   exported->footer("Example:\n  palpate-master export session.mcap --out session");
-  exported->add_option("file", a->exported.file, "Recording of connect --record")
-      ->type_name("FILE.mcap")
+  Add(exported, "file", &a->exported.file, "FILE.mcap", "Recording of connect --record")
       ->required();
-  exported->add_option("--out", a->exported.out, "Output folder; it is created if missing")
-      ->type_name("DIR")
+  Add(exported, "--out", &a->exported.out, "DIR", "Output folder; it is created if missing")
       ->required();
 }
 
@@ -216,88 +206,61 @@ void Declare(CLI::App* app, Arguments* a) {
       "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
   CLI::App* connect =
       app->add_subcommand("connect", "Operate a slave and render its contact force");
-  connect->add_option("target", a->link.target, "Address of the slave")
-      ->type_name("HOST:PORT")
-      ->required();
-  connect
-      ->add_option("--device", a->device,
-                   "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer (mouse, keys or gamepad "
-                   "on the page of --view)")
-      ->type_name("DEVICE")
+  Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
+  Add(connect, "--device", &a->device, "DEVICE",
+      "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer (mouse, keys or gamepad "
+      "on the page of --view)")
       ->capture_default_str();
   connect
       ->add_option("--render", a->render,
                    "Force between two states: local model, interpolation, or newest force")
       ->check(CLI::IsMember({"local", "interpolate", "hold"}))
       ->capture_default_str();
-  connect
-      ->add_option("--duration", a->duration,
-                   "Length of the run in seconds; default: until interrupted or the playback ends")
-      ->check(Between(1e-3, 1e8))
-      ->type_name("S");
-  connect
-      ->add_option("--force-limit", a->force_limit,
-                   "Largest force on the device, in newtons; limits of scene and device also apply")
+  Add(connect, "--duration", &a->duration, "S",
+      "Length of the run in seconds; default: until interrupted or the playback ends")
+      ->check(Between(1e-3, 1e8));
+  Add(connect, "--force-limit", &a->force_limit, "N",
+      "Largest force on the device, in newtons; limits of scene and device also apply")
       ->check(Between(1e-3, 100, "N"))
-      ->type_name("N")
       ->capture_default_str();
-  connect
-      ->add_option("--slew-limit", a->slew_limit,
-                   "Largest rate of change of the force on the device, in N/ms")
+  Add(connect, "--slew-limit", &a->slew_limit, "N/ms",
+      "Largest rate of change of the force on the device, in N/ms")
       ->check(Between(1e-6, 100, "N/ms"))
-      ->type_name("N/ms")
       ->capture_default_str();
-  connect->add_option("--report", a->report, "Write a summary of the run as JSON")
-      ->type_name("FILE");
-  connect->add_option("--log", a->log, "Write every tick as CSV")->type_name("FILE");
-  connect
-      ->add_option("--record", a->record,
-                   "Record ticks, states and commands, and images and shapes twice a second, for "
-                   "replay and export")
-      ->type_name("FILE.mcap");
-  connect
-      ->add_option("--record-limit", a->record_limit,
-                   "Total size at which the recording ends; one hour takes 0.6 GB or more")
-      ->type_name("SIZE")
+  Add(connect, "--report", &a->report, "FILE", "Write a summary of the run as JSON");
+  Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
+  Add(connect, "--record", &a->record, "FILE.mcap",
+      "Record ticks, states and commands, and images and shapes twice a second, for "
+      "replay and export");
+  Add(connect, "--record-limit", &a->record_limit, "SIZE",
+      "Total size at which the recording ends; one hour takes 0.6 GB or more")
       ->capture_default_str();
-  connect
-      ->add_option(
-          "--record-part", a->record_part,
-          "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "
-          "and export of FILE.mcap read all of them")
-      ->check(Between(1, 1e6))
-      ->type_name("S");
-  connect
-      ->add_option(
-          "--shape", a->shapes,
-          "Write the deformed object and the fingertip forces once a second, and FILE-deepest "
-          "(largest deflection) at the end; repeatable")
-      ->allow_extra_args(false)
-      ->type_name("FILE.svg|FILE.vtu");
+  Add(connect, "--record-part", &a->record_part, "S",
+      "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "
+      "and export of FILE.mcap read all of them")
+      ->check(Between(1, 1e6));
+  Add(connect, "--shape", &a->shapes, "FILE.svg|FILE.vtu",
+      "Write the deformed object and the fingertip forces once a second, and FILE-deepest "
+      "(largest deflection) at the end; repeatable")
+      ->allow_extra_args(false);
   AddLineOptions(connect, &a->link);
   // A function, because CLI11 would write `false` into an optional that nobody set.
   connect->add_flag_function(
       "--datagrams,!--no-datagrams", [a](std::int64_t count) { a->link.datagrams = count > 0; },
       "Send states and commands also by UDP, encrypted with keys from the stream; default: on to "
       "other machines");
-  connect
-      ->add_option("--metrics", a->metrics,
-                   "Serve health metrics for Prometheus at http://HOST:PORT/metrics")
-      ->type_name("HOST:PORT");
+  Add(connect, "--metrics", &a->metrics, "HOST:PORT",
+      "Serve health metrics for Prometheus at http://HOST:PORT/metrics");
   CLI::Option* view =
-      connect
-          ->add_option("--view", a->view,
-                       "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
-                       "this machine it requires --tls and prints a token")
-          ->expected(0, 1)
-          ->type_name("[HOST:PORT]");
+      Add(connect, "--view", &a->view, "[HOST:PORT]",
+          "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
+          "this machine it requires --tls and prints a token")
+          ->expected(0, 1);
   connect->add_flag("--tui", a->terminal,
                     "Show state, force, link, alarms and keys in the terminal instead of one line");
   connect->callback([a, view] { a->views = view->count() > 0; });
-  connect
-      ->add_option("--name", a->link.operator_name,
-                   "Name of the operator, which the slave shows to other clients")
-      ->type_name("NAME");
+  Add(connect, "--name", &a->link.operator_name, "NAME",
+      "Name of the operator, which the slave shows to other clients");
   DeclareRecordings(app, a);
 }
 
@@ -354,7 +317,7 @@ bool IsMadeForScene(const Arguments& a) {
   return a.device == "sim-hand" || IsPointer(a);
 }
 
-// A slave with a slow sensor may render older samples, up to a limit of the master. [s]
+// Largest age of a rendered sample [s]: larger for a slow sensor, up to a limit.
 double OldestShown(double sensor_rate) {
   constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
   return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
