@@ -35,7 +35,7 @@ void Require(const grpc::Status& status) {
   if (!status.ok()) throw std::runtime_error(Presentable(status.error_message(), 300));
 }
 
-// Cancels a call where `stop` is asked for.
+// Cancels a call when `stop` is requested.
 auto Until(const std::stop_token& stop, grpc::ClientContext* context) {
   return std::stop_callback(stop, [context] { context->TryCancel(); });
 }
@@ -210,7 +210,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   const Time begin = Clock::now();
   LinkStats stats;
   while (stats.states_by_datagram == 0 && SecondsBetween(begin, Clock::now()) < patience) {
-    commands.Put({});  // of nobody who is engaged
+    commands.Put({});  // a disengaged command
     std::this_thread::sleep_for(kLook);
     stats = link.stats();
   }

@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 // A force this late is felt as roughness; a delay of a tenth of a period is not.
-constexpr double kNoticedUs = 100, kFeltUs = 500;  // of 99 in 100 wake-ups [us]
+constexpr double kNoticedUs = 100, kFeltUs = 500;  // 99th percentile of wake-up delays [us]
 constexpr double kMissedShare = 1e-3;              // of all periods
 
 constexpr const char* kLimits =
@@ -89,7 +89,7 @@ Finding CheckTimer(const PeriodicStats& bare) {
 Findings ExamineTimer(double seconds, const std::stop_token& stop) {
   std::string priority;
   PeriodicStats bare;
-  // A thread of its own: the caller stays as it is.
+  // A separate thread, so that the caller keeps its priority.
   std::jthread([&] {
     priority = MakeThreadRealtime(kHapticPriority);
     RunPeriodically(Seconds(seconds), stop, &bare, [] { return true; });

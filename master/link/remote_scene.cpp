@@ -44,7 +44,7 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
   return R;
 }
 
-// The hand's force outlives the link by this: the slave's word counts within bounds only.
+// The force continues for this time after a lost link, so the slave's value is bounded.
 double DeadAfter(double told) {
   if (told == 0) return kUsualDeadAfter;
   if (!(told >= kLeastDeadAfter && told <= kMostDeadAfter)) {

@@ -26,7 +26,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kGlance{5};  // whether a stop is told yet
+constexpr milliseconds kGlance{5};  // poll period of a pending stop
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kShortestDeadline(1000);  // of a call
@@ -54,7 +54,7 @@ LinkStats::Times TimesOf(const LatencyHistogram& times) {
   return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }
 
-// Somebody is there who refused.
+// A slave answered and rejected the call.
 bool IsAnswer(const grpc::Status& status) {
   const auto code = status.error_code();
   return !status.ok() && code != grpc::StatusCode::UNAVAILABLE &&
@@ -80,7 +80,7 @@ struct SlaveLink::Parts {
     Open(std::max(options.longest_round_trip, kFirstReckoned));
   }
 
-  // The channel, anew. While no call is under way.
+  // Reopens the channel, while no call is pending.
   void Open(milliseconds reckoned) {
     longest_round_trip = reckoned;
     stub = v1::Teleoperation::NewStub(

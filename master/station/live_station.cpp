@@ -24,15 +24,15 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kFrame(33);
-constexpr std::chrono::seconds kLookAway(2);  // nobody looks for so long: nothing is watched
+constexpr std::chrono::seconds kLookAway(2);  // time without a page before streams end
 constexpr double kMeshRate = 15;              // [Hz]
 constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pixel of a page
-constexpr double kFrozen = 1;                 // a picture that is older stands still [s]
-constexpr double kFrozenPeriods = 3;          // or, where the sensor is slow, of it [-]
+constexpr double kFrozen = 1;                 // an older image is frozen [s]
+constexpr double kFrozenPeriods = 3;          // the same in sensor periods, for slow sensors [-]
 constexpr double kTraceShown = 1;             // of a tick a while ago [s]
 constexpr std::uint64_t kTerminal = 0;        // a command that no page sent
 
-// What the slave makes only while somebody looks.
+// Streams that the slave sends only while a page is open.
 struct Views {
   explicit Views(const SlaveLink::Options& line)
       : video(line, {}),
@@ -46,7 +46,7 @@ struct Views {
   MeshWatch meshes;
 };
 
-// Nobody feels a change of scales: the hand is let go, the tool touches nothing.
+// Whether scales may change: the operator is disengaged and nothing is touched.
 bool IsFree(const StationMoment& moment) {
   const OperatorState state = moment.ticks.newest.state;
   const bool is_let_go = state == OperatorState::kReady || state == OperatorState::kClutched ||
@@ -80,14 +80,14 @@ struct LiveStation::Parts {
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   void PutTerminal(const StationMoment& moment);
-  // How long it has stood still [s]; 0: it goes on, or none came.
+  // Time since the image is frozen [s]; 0: not frozen, or no image.
   double PutPicture(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
   void PutHealth();
   // When the slave sensed, on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
-  // What a page or, kTerminal, a key asks for; the answer.
+  // Executes a command of a page, or of a key (kTerminal). Returns the answer.
   std::string Do(std::uint64_t page, const PageCommand& asked);
   void Strike(char key);
   void OnPageLeft(std::uint64_t page);
@@ -96,7 +96,7 @@ struct LiveStation::Parts {
   std::string Record(const RecordCommand& command);
   void Reset();
   void ReinitializeTracking();
-  // A lower limit counts at once. What changes force or place waits until nobody feels it.
+  // A lower limit acts at once. Scales wait until IsFree.
   void Set(const MappingCommand& command);
   void SetWhenFree(const StationMoment& moment);
   void Replace(const ModelCommand& command);

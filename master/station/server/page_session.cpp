@@ -13,7 +13,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
 constexpr std::chrono::seconds kHandshakeWithin(5), kSilentPageAfter(10);
-constexpr std::size_t kLongestReason = 120;  // a close frame holds 123 bytes
+constexpr std::size_t kLongestReason = 120;  // a close frame has at most 123 bytes
 constexpr int kSendBuffer = 1 << 17;         // [bytes]; what waits there is old when it arrives
 
 websocket::stream_base::timeout Patience() {
