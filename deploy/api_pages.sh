@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes pages of all public declarations from the headers (Debian: doxygen) in build/api.
+# Writes reference pages of all public declarations to build/api (Debian package: doxygen).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v doxygen >/dev/null || { echo "api_pages.sh: doxygen is missing: apt-get install doxygen" >&2; exit 1; }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Configures a preset and builds targets: deploy/build.sh PRESET [CMAKE -D OPTIONS ...] [-- TARGETS ...]. One line tells
-# how far it is; what the compilers said is in build/PRESET.log, and is printed if they failed.
+# Configures a preset and builds targets: deploy/build.sh PRESET [CMAKE -D OPTIONS ...] [-- TARGETS ...]. One line shows
+# the progress. The output of the compilers is in build/PRESET.log, and is printed if they fail.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 # shellcheck source=progress.sh
@@ -19,8 +19,8 @@ mkdir -p build
 progress "build $preset: configuring"
 cmake --preset "$preset" "${options[@]}" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
 
-said="build $preset: looking for what changed"
-follow() {  # follow LINE: the compilers' output is kept, their count is shown
+said="build $preset: looking for changes"
+follow() {  # follow LINE: keeps the compilers' output, shows their count
   [ -z "$1" ] || echo "$1" >>"$log"
   [[ $1 =~ ^\[([0-9]+)/([0-9]+)\] ]] &&
     said="build $preset: [${BASH_REMATCH[1]}/${BASH_REMATCH[2]}] $((100 * BASH_REMATCH[1] / BASH_REMATCH[2])) %"

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# The main job in one command: installs what is missing, builds, lets a scripted hand feel a soft object across the
-# network, and says what was felt.
+# Runs the whole system with one command: installs missing packages, builds, lets a simulated operator press a soft object
+# through slave and master, and prints the forces.
 set -euo pipefail
 
 usage() {
   cat <<'TEXT'
 usage: deploy/demo.sh [--duration S] [--scene NAME] [--out DIR] [--view]
-  --duration S   how long the hand presses and retreats [s], default 20; with --view: until Ctrl+C
+  --duration S   length of the run [s], default 20; with --view: until Ctrl+C
   --scene NAME   a scene of deploy/scenes without .yaml, default silicone-block
-  --view         feel it with the mouse: serves the operator's page and prints its address
-  --out DIR      gets report.json, log.csv, shape.svg, slave.log and the offline runs, default build/demo
+  --view         operate with the mouse: serves the operator's page and prints its address
+  --out DIR      folder for report.json, log.csv, shape.svg, slave.log and the offline runs, default build/demo
 TEXT
 }
 
@@ -39,10 +39,10 @@ file=deploy/scenes/$scene.yaml
 parts=() hand=(--device sim-hand) insertion=
 if [ -z "$view" ] && grep -q '^  embryo:' "$file"; then insertion=yes parts=(insertion); fi
 
-echo "== install and build: some minutes the first time"
+echo "== install and build (several minutes the first time)"
 [ -z "$view" ] || parts+=(view)
 deploy/install.sh "${parts[@]}"
-[ -z "$view" ] || deploy/page.sh || echo "the page will lack its 3D view and charts"
+[ -z "$view" ] || deploy/page.sh || echo "the page will have no 3D view and no charts"
 deploy/build.sh release -DPALPATE_TESTS=OFF -- palpate-slave palpate-master
 slave=build/release/bin/palpate-slave master=build/release/bin/palpate-master
 
@@ -53,7 +53,7 @@ echo "$plan"
 
 if [ -n "$insertion" ]; then
   echo
-  echo "== the insertion offline, which tells the hand where the target is"
+  echo "== offline run of the insertion, which locates the target for the playback"
   $slave process "$file" --pictures --out "$out/offline" | grep -v '^written'
   deploy/insertion.py hand "$out/offline" "$duration" "$out/hand.csv"
   hand=(--device "playback:$out/hand.csv")
@@ -61,10 +61,10 @@ fi
 
 echo
 if [ -n "$view" ]; then
-  echo "== open the address of the view in a browser and drag the object; ${duration:+$duration s, or }Ctrl+C ends it"
+  echo "== open the address of the page in a browser and drag the tool; ${duration:+$duration s, or }Ctrl+C ends it"
   hand=(--device pointer --view)
 else
-  echo "== a hand presses for $duration s"
+  echo "== the simulated operator presses for $duration s"
 fi
 [ -z "$duration" ] || hand+=(--duration "$duration")
 $slave serve "$file" --listen 127.0.0.1:0 >"$out/slave.out" 2>"$out/slave.log" &
@@ -73,13 +73,13 @@ trap 'kill $pid 2>/dev/null || true' EXIT
 for tenth in $(seq 900); do
   grep -q '^listening on ' "$out/slave.out" && break
   kill -0 $pid 2>/dev/null || { echo "the slave did not start:" >&2; cat "$out/slave.log" >&2; exit 1; }
-  [ $((tenth % 10)) -ne 0 ] || progress "the slave starts: $((tenth / 10)) s"
+  [ $((tenth % 10)) -ne 0 ] || progress "starting the slave: $((tenth / 10)) s"
   sleep 0.1
 done
 address=$(sed -n 's/^listening on //p' "$out/slave.out")
 [ -n "$address" ] || { echo "the slave did not answer within 90 s: see $out/slave.log" >&2; exit 1; }
 progress_end "the slave is ready"
-trap : INT  # the master ends on Ctrl+C, and what follows is told
+trap : INT  # the master ends on Ctrl+C, and this script continues
 $master connect "$address" "${hand[@]}" --render local \
   --report "$out/report.json" --log "$out/log.csv" --shape "$out/shape.svg"
 trap - INT
@@ -90,17 +90,17 @@ trap - EXIT
 
 if [ -n "$insertion" ]; then
   echo
-  echo "== what the insertion came to"
+  echo "== results of the insertion"
   deploy/insertion.py figures "$out/offline" "$out/log.csv" "$out"
   deploy/insertion.py models "$slave" "$file" "$out"
   echo
   echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"
-  echo "pictures: $out/insertion.svg   force: $out/force-deformation.svg $out/force-time.svg $out/force-models.svg"
+  echo "images: $out/insertion.svg   force: $out/force-deformation.svg $out/force-time.svg $out/force-models.svg"
   exit 0
 fi
 
 echo
-echo "== where the estimate's error comes from: the scene's own press offline, against the simulated site's truth"
+echo "== error of the estimate: the scene's own contacts offline, against the true force of the simulator"
 if grep -q '^  *\(tactile\|points\):' "$file"; then
   $slave process "$file" --out "$out/offline" | grep -v '^written'
 else
@@ -112,4 +112,4 @@ else
 fi
 echo
 echo "report: $out/report.json   every tick: $out/log.csv   slave's log: $out/slave.log"
-echo "the object when it was pressed most: $out/shape-deepest.svg   at the end: $out/shape.svg"
+echo "the object at its largest deflection: $out/shape-deepest.svg   at the end: $out/shape.svg"

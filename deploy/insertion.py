@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""What an insertion into a simulated embryo takes besides slave and master: a hand that knows the target, and figures.
+"""Motion and figures of an insertion into a simulated embryo.
 
-insertion.py hand OFFLINE DURATION FILE.csv   writes a playback: home, straight to the target, a stay, and back, as often
-                                              as DURATION [s] has room for. OFFLINE: the folder of a `process` run
-insertion.py figures OFFLINE LOG.csv OUT      draws OUT/insertion.svg (the pictures before the puncture, after it and at
-                                              the target, as the slave saw them), OUT/force-deformation.svg (paper A,
-                                              figure 10) and OUT/force-time.svg (figure 11, from the master's LOG.csv),
-                                              and says what happened. Exit 1 where it is not what should have happened
+insertion.py hand OFFLINE DURATION FILE.csv   writes a playback: home, straight to the target, a pause, and back,
+                                              repeated within DURATION [s]. OFFLINE: the folder of a `process` run
+insertion.py figures OFFLINE LOG.csv OUT      draws OUT/insertion.svg (images of the slave before the puncture, after it
+                                              and at the target), OUT/force-deformation.svg (paper A, figure 10) and
+                                              OUT/force-time.svg (figure 11, from the master's LOG.csv), and prints the
+                                              results. Exit 1: the puncture or the target was missed
 insertion.py models SLAVE SCENE OUT           draws OUT/force-models.svg: force over indentation of the solid disc and of
                                               the fluid-filled shell of the same modulus
 """
@@ -107,7 +107,7 @@ class Plot:
 
 
 def depths(states):
-    """How far the pipette is beyond its first touch, along its way [m]; 0 before."""
+    """Depth of the pipette beyond the first contact, along its path [m]; 0 before."""
     first = next(row for row in states if size(row, "f"))
     start = [float(first[f"contact_{axis}"]) for axis in "xyz"]
     home = [float(states[0][f"tip_{axis}"]) for axis in "xyz"]
@@ -128,21 +128,21 @@ def draw_deformation(states, plan, file):
     true = [(d, 1e3 * size(row, "true_f")) for d, row in rows if size(row, "true_f") is not None]
     plot = Plot("Force and deformation of the embryo", "deformation [um]", "force of the embryo on the pipette [mN]",
                 1.02 * max(d for d, _ in true), 1.15 * max(f for _, f in felt + true))
-    plot.curve(true, "#bbb", "true force at the simulated site")
-    plot.curve(felt, "#c33", "felt by the eyes")
-    plot.mark(1e6 * told, "puncture told")
+    plot.curve(true, "#bbb", "true force of the simulator")
+    plot.curve(felt, "#c33", "estimated from images")
+    plot.mark(1e6 * told, "puncture reported")
     plot.write(file)
 
 
 def draw_time(log, file):
-    """The magnified force at the hand over time: paper A, figure 11."""
+    """The scaled force on the device over time: paper A, figure 11."""
     rows = log[::max(1, len(log) // 3000)]
     scaled = [(float(row["t"]), size(row, "scaled_")) for row in rows]
     sent = [(float(row["t"]), size(row, "sent_")) for row in rows]
-    plot = Plot("Magnified force at the hand", "time [s]", "force at the hand [N]", max(t for t, _ in sent),
+    plot = Plot("Scaled force on the device", "time [s]", "force on the device [N]", max(t for t, _ in sent),
                 1.15 * max(f for _, f in scaled + sent))
-    plot.curve(scaled, "#bbb", "magnified")
-    plot.curve(sent, "#36c", "sent to the hand, at most its limit")
+    plot.curve(scaled, "#bbb", "scaled")
+    plot.curve(sent, "#36c", "sent to the device (limited)")
     plot.write(file)
 
 
@@ -161,7 +161,7 @@ def draw_pictures(offline, shown, file):
 
 
 def drop_at_the_hand(log):
-    """The largest force sent, and the largest in the second after it was seen to break; None: it never broke."""
+    """The largest force sent, and the largest in the half second after the puncture; None: no puncture."""
     broken = next((i for i, row in enumerate(log) if "punctured" in row["reason"]), None)
     if broken is None:
         return None
@@ -174,21 +174,21 @@ def figures(offline, log_file, out):
     plan = json.loads((offline / "summary.json").read_text())["insertion"]
     states, log = read(offline / "states.csv"), read(log_file)
     if not plan["told_sample"]:
-        sys.exit("insertion.py: no puncture was told")
+        sys.exit("insertion.py: the slave reported no puncture")
     deep = depths(states)
     nearest = min(range(len(states)), key=lambda i: math.dist(
         [number(states[i][f"tip_{axis}"]) or 0 for axis in "xyz"], plan["target"]))
-    draw_pictures(offline, [(plan["told_sample"] - 1, "before the puncture"), (plan["told_sample"], "the puncture is told"),
+    draw_pictures(offline, [(plan["told_sample"] - 1, "before the puncture"), (plan["told_sample"], "the puncture is reported"),
                             (nearest + 1, "at the target")], out / "insertion.svg")
     draw_deformation(states, plan, out / "force-deformation.svg")
     draw_time(log, out / "force-time.svg")
     told = plan["told_sample"] - 1
     force = 1e3 * size(states[told - 1], "f")
-    print(f"force rises to {force:.1f} mN at {1e6 * deep[told - 1]:.0f} um, the puncture is told in picture "
-          f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[told], 'f'):g} mN from there, "
+    print(f"force rises to {force:.1f} mN at {1e6 * deep[told - 1]:.0f} um, the puncture is reported in image "
+          f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[told], 'f'):g} mN after it, "
           f"target reached to {1e6 * plan['closest_m']:.1f} um")
     drop = drop_at_the_hand(log)
-    print("at the hand: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))
+    print("on the device: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))
     good = size(states[told], "f") == 0 and plan["closest_m"] < NEAR and drop is not None and drop[1] < 0.05 * drop[0]
     return 0 if good else 1
 

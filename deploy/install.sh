@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Installs what is missing on Debian 12: what palpate-slave and palpate-master need, and of these parts what is named.
+# Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
 # usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [view] [page] [tests] [fuzz] [gcc]
-#   view: npm, which brings what the station's page is drawn with   page: that, and the browser that tests it
-#   tests: all parts, and what their tests need   fuzz: what fuzzing takes   gcc: the compiler that tests try as well
+#   view: npm, which installs three.js and uPlot of the operator's page   page: view, and the browser of its tests
+#   tests: all parts and the packages of their tests   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
 set -euo pipefail
 # shellcheck source=progress.sh
 source "$(dirname "$0")/progress.sh"
@@ -15,7 +15,7 @@ packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc li
 films=(libopencv-videoio-dev gstreamer1.0-plugins-base)
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
 calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
-insertion=(python3)                   # the hand and the figures of an embryo's demo
+insertion=(python3)                   # motion and figures of the embryo demo
 clouds=(libpcl-dev)                   # palpate-slave evaluate
 # A newer node from elsewhere conflicts with Debian's: installed only where there is none.
 want_npm() {
@@ -54,8 +54,8 @@ if [ "$(id -u)" -ne 0 ]; then
 fi
 export DEBIAN_FRONTEND=noninteractive
 log=$(mktemp)
-said="install: asking for ${missing[*]}"
-follow() {  # follow LINE: what apt says of its state is shown, the rest is kept
+said="install: requesting ${missing[*]}"
+follow() {  # follow LINE: shows the status of apt, keeps the rest
   case $1 in
     dlstatus:*) said="install: ${1##*:}" ;;
     pmstatus:*) IFS=: read -r _ name percent _ <<<"$1"; said="install: unpacking and setting up, ${percent%.*} % ($name)" ;;
@@ -71,4 +71,4 @@ apt() {
 apt update
 apt install -y --no-install-recommends "${missing[@]}"
 rm -f "$log"
-progress_end "install: ${#missing[@]} packages and what they need, in $SECONDS s"
+progress_end "install: ${#missing[@]} packages and their dependencies, in $SECONDS s"

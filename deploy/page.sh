@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Brings what the station's page is drawn with, three.js and uPlot, pinned, from npm into build/page, where the next build
-# takes it into palpate-master. Without npm: exit 77, and the page says what it lacks.
+# Installs three.js and uPlot of the operator's page, in fixed versions, from npm into build/page. The next build includes
+# them in palpate-master. Without npm: exit 77, and the page is built without them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

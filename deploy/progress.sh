@@ -1,6 +1,5 @@
 # shellcheck shell=bash
-# Sourced: one line that says what is happening and how far it is; on a terminal it is written over, elsewhere it comes
-# every ten seconds.
+# Functions for a progress line. On a terminal it is overwritten, elsewhere it is printed every ten seconds.
 
 progress_last=-10
 
@@ -14,14 +13,14 @@ progress() {
   fi
 }
 
-# progress_end TEXT: the line that stays.
+# progress_end TEXT: prints the final line.
 progress_end() {
   [ ! -t 1 ] || printf '\r\033[K'
   echo "$1"
   progress_last=-10
 }
 
-# each_line FUNCTION: calls FUNCTION with every line of the input, and once a second with nothing while none comes.
+# each_line FUNCTION: calls FUNCTION with every line of the input, and with an empty string after each second without one.
 each_line() {
   local part='' line status
   while true; do

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Debian packages that hold what the programs and modules below a folder load: deploy/runtime_packages.sh FOLDER
+# Prints the Debian packages of the libraries that programs and modules below a folder load: deploy/runtime_packages.sh FOLDER
 set -euo pipefail
 
 [ $# -eq 1 ] || { echo "usage: deploy/runtime_packages.sh FOLDER" >&2; exit 2; }
@@ -8,6 +8,6 @@ loaded=$(find "$1" -type f \( -path '*/bin/*' -o -path '*/lib/palpate/*' \) -pri
 # Packages from before /lib became /usr/lib know their files by the older name.
 owned=$(sed 'p; s#^/usr##' <<<"$loaded" | xargs dpkg -S 2>/dev/null || true)
 while read -r library; do
-  grep -q "/${library##*/}\$" <<<"$owned" || { echo "$library: of no package" >&2; exit 1; }
+  grep -q "/${library##*/}\$" <<<"$owned" || { echo "$library: belongs to no package" >&2; exit 1; }
 done <<<"$loaded"
 sed 's/:.*//' <<<"$owned" | sort -u

@@ -1,4 +1,4 @@
-// `connect --record`: the session's recording, from the link's first state to its last words.
+// `connect --record`: records a session from the first state to the last command.
 #pragma once
 
 #include <filesystem>
@@ -15,23 +15,23 @@
 
 namespace palpate {
 
-// Outlives the link.
+// Must outlive the link.
 class ConnectRecorder {
  public:
-  // Looks on at what the link takes and sends from now on: before one is made of `link`. `part`
-  // [s]: a new file after so long; 0: one file. Throws std::invalid_argument: not a limit;
-  // std::runtime_error: the file cannot be written.
+  // Adds its callbacks to `link`, so it must be made before the link. `part` [s]: length of a file;
+  // 0: one file. Throws std::invalid_argument for an invalid limit, and std::runtime_error if the
+  // file cannot be written.
   ConnectRecorder(const std::filesystem::path& file, const std::string& limit, double part,
                   SlaveLink::Options* link);
 
-  // The slave was reached: what the session goes by, and pictures, shape and health from now on.
+  // Starts after the connection: writes the session's settings, then images, shapes and status.
   void Begin(const SlaveLink::Options& link, McapMap session);
-  // Sees each tick, beside whoever does already.
+  // Adds itself to the callback of ticks.
   void AddOnlooker(Recorder::Onlooker* onlooker);
-  // Goes on, or keeps nothing for a while. Thread-safe, as is what follows.
+  // Switches the recording on or off. Thread-safe, like the functions below.
   void Switch(bool on) { recording_.Switch(on); }
-  [[nodiscard]] RecordingMoment moment() const;  // asks the disk for its room
-  // Closes the file, says how large it is, tells the report what is missing. False: it could not be
+  [[nodiscard]] RecordingMoment moment() const;  // reads the free disk space
+  // Closes the file, prints its size and adds missing data to the report. False: it could not be
   // written.
   bool Finish(Console* console, Report* report);
 

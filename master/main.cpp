@@ -38,8 +38,8 @@ namespace palpate {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
-constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the link to say "stand"
-constexpr double kExamined = 1;                             // each measurement beside a session [s]
+constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the last command to leave
+constexpr double kExamined = 1;  // duration of each measurement during a session [s]
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);
 
 struct Arguments {
@@ -51,16 +51,16 @@ struct Arguments {
   std::filesystem::path report, log, record;
   std::string record_limit = "8 GB";
   double record_part = 0;  // [s]; 0: one file
-  std::string metrics;     // HOST:PORT that tells health in numbers; empty: none does
+  std::string metrics;     // HOST:PORT of the metrics page; empty: none
   std::vector<std::filesystem::path> shapes;
   bool views = false, replay_views = false, terminal = false;
-  std::string view;  // HOST:PORT; empty: a free port of this machine
+  std::string view;  // HOST:PORT; empty: a free loopback port
   ReplayOptions replay;
   SessionExportOptions exported;
 };
 
 struct DoctorArguments {
-  SlaveLink::Options link;  // its target empty: none
+  SlaveLink::Options link;  // an empty target: this machine alone
   DoctorOptions options;
 };
 
@@ -74,7 +74,7 @@ struct Line {
   SlaveLink link;
 };
 
-// What `--metrics` tells, and its page, from before there is a session.
+// The values of `--metrics` and their page, which exists before the session.
 struct Health {
   SessionMetrics seen;
   std::optional<MetricsPage> page;
@@ -87,9 +87,9 @@ void OnSignal(int) {
   g_stop = true;
 }
 
-// A full stop with the force at zero on SIGINT and SIGTERM, and on SIGHUP, the terminal having
-// gone, unless whoever started us wants that to be nothing (nohup); the slave's emergency stop on
-// SIGUSR1, its end on SIGUSR2; a closed pipe must not kill the hand.
+// SIGINT, SIGTERM and SIGHUP end the session with the force at zero. SIGHUP stays ignored if the
+// parent ignores it (nohup). SIGUSR1 requests the emergency stop, SIGUSR2 its reset. SIGPIPE is
+// ignored: a closed pipe must not end the session.
 void CatchSignals() {
   std::signal(SIGUSR1, [](int) { g_emergency = true; });
   std::signal(SIGUSR2, [](int) { g_reset = true; });
@@ -99,7 +99,7 @@ void CatchSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-// Gives up when a signal comes.
+// Gives up at a signal.
 RemoteScene Connect(SlaveLink* link) {
   const std::jthread watch([link](const std::stop_token& done) {
     while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
@@ -108,7 +108,7 @@ RemoteScene Connect(SlaveLink* link) {
   return link->Connect();
 }
 
-// Written so that NaN is refused too.
+// Written so that NaN is rejected too.
 CLI::Validator Between(double low, double high, const std::string& unit = "s") {
   return {[low, high, unit](const std::string& text) -> std::string {
             double value = 0;
@@ -117,67 +117,72 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
             return text + ": accepted is " + CLI::detail::to_string(low) + " to " +
                    CLI::detail::to_string(high) + " " + unit;
           },
-          unit};
+          ""};  // The help shows the type name alone.
+}
+
+// Adds an option whose help shows `type`, such as FILE or HOST:PORT.
+template <class T>
+CLI::Option* Add(CLI::App* command, const char* name, T* value, const char* type,
+                 const char* text) {
+  return command->add_option(name, *value, text)->type_name(type);
 }
 
 void AddTls(CLI::App* command, SlaveLink::Options* link) {
-  command
-      ->add_option("--tls", link->tls,
-                   "Mutual TLS 1.3: folder with ca.pem, cert.pem, key.pem (deploy/certs); its "
-                   "certificate also serves --view beyond this machine")
-      ->check(CLI::ExistingDirectory);
+  Add(command, "--tls", &link->tls, "DIR",
+      "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder "
+      "(deploy/certs), also for --view")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
 }
 
 void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
-  command->add_option("--wait", link->wait, "How long to try to connect [s]")
+  Add(command, "--wait", &link->wait, "S", "Time limit for connecting, in seconds")
       ->check(Between(0, 1e6))
       ->capture_default_str();
   AddTls(command, link);
   command->add_flag("--insecure", link->insecure,
-                    "Connect to other machines in plain text (without it only to this one)");
+                    "Allow plain text to other machines; without it only loopback is accepted");
 }
 
 void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
   CLI::App* doctor = app->add_subcommand(
-      "doctor", "What link, clock, priorities and device allow, and what to change");
-  doctor->add_option("target", a->link.target,
-                     "A slave, HOST:PORT, only watched; without one: this machine");
-  doctor->add_option("--device", a->options.device, "As for connect")->capture_default_str();
-  doctor->add_option("--seconds", a->options.seconds, "How long each measurement takes [s]")
+      "doctor", "Measure link, clock, priorities and device, and advise what to change");
+  Add(doctor, "target", &a->link.target, "HOST:PORT",
+      "Slave to examine without operating it; without it only this machine is examined");
+  Add(doctor, "--device", &a->options.device, "DEVICE", "Haptic device, as for connect")
+      ->capture_default_str();
+  Add(doctor, "--seconds", &a->options.seconds, "S", "Duration of each measurement, in seconds")
       ->check(Between(0.1, 3600))
       ->capture_default_str();
   doctor->add_flag("--datagrams", a->link.datagrams,
-                   "Try them, too: operates for a moment, engages nobody");
+                   "Test UDP too: takes the lease for a moment without engaging");
   AddLineOptions(doctor, &a->link);
 }
 
 void DeclareRecordings(CLI::App* app, Arguments* a) {
-  CLI::App* replay = app->add_subcommand("replay", "Show a recording as it was");
+  CLI::App* replay = app->add_subcommand("replay", "Show a recorded session");
   replay->footer(
       "Examples:\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
       "  palpate-master replay session.mcap --view");
-  replay->add_option("file", a->replay.file, "FILE.mcap, as connect --record wrote it")->required();
-  replay->add_option("--speed", a->replay.speed, "Times as fast as it was")
+  Add(replay, "file", &a->replay.file, "FILE.mcap", "Recording of connect --record")->required();
+  Add(replay, "--speed", &a->replay.speed, "FACTOR", "Playback speed relative to real time")
       ->check(Between(Replay::kSlowest, Replay::kFastest, "times"))
       ->capture_default_str();
-  replay->add_option("--from", a->replay.from, "Seconds after its beginning")
+  Add(replay, "--from", &a->replay.from, "S", "Start time within the recording, in seconds")
       ->check(Between(0, 1e8))
       ->capture_default_str();
-  CLI::Option* view =
-      replay
-          ->add_option("--view", a->view,
-                       "On the operator's page, at 127.0.0.1 and a free port, or at HOST:PORT")
-          ->expected(0, 1)
-          ->type_name("[HOST:PORT]");
+  CLI::Option* view = Add(replay, "--view", &a->view, "[HOST:PORT]",
+                          "Show it on the operator's page, by default at 127.0.0.1 on a free port")
+                          ->expected(0, 1);
   AddTls(replay, &a->link);
   replay->callback([a, view] { a->replay_views = view->count() > 0; });
   CLI::App* exported = app->add_subcommand(
-      "export", "Write a recording as tables (CSV), NumPy arrays, pictures and meshes (VTU)");
+      "export", "Write a recording as CSV tables, NumPy arrays, images and VTU meshes");
   exported->footer("Example:\n  palpate-master export session.mcap --out session");
-  exported->add_option("file", a->exported.file, "FILE.mcap, as connect --record wrote it")
+  Add(exported, "file", &a->exported.file, "FILE.mcap", "Recording of connect --record")
       ->required();
-  exported->add_option("--out", a->exported.out, "Folder, made if missing")->required();
+  Add(exported, "--out", &a->exported.out, "DIR", "Output folder; it is created if missing")
+      ->required();
 }
 
 void Declare(CLI::App* app, Arguments* a) {
@@ -197,74 +202,65 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master export session.mcap --out session\n"
       "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
       "interpolate\n\n"
-      "Emergency stop: Enter, or SIGUSR1; its end: r and Enter, or SIGUSR2.\n"
+      "Emergency stop: Enter, or SIGUSR1. Reset: r and Enter, or SIGUSR2.\n"
       "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
-  CLI::App* connect = app->add_subcommand("connect", "Operate a slave and feel what it feels");
-  connect->add_option("target", a->link.target, "Where the slave listens, HOST:PORT")->required();
-  connect
-      ->add_option(
-          "--device", a->device,
-          "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer: a mouse on the page of --view")
+  CLI::App* connect =
+      app->add_subcommand("connect", "Operate a slave and render its contact force");
+  Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
+  Add(connect, "--device", &a->device, "DEVICE",
+      "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer (mouse, keys or gamepad "
+      "on the page of --view)")
       ->capture_default_str();
-  connect->add_option("--render", a->render, "How forces are made between two states")
+  connect
+      ->add_option("--render", a->render,
+                   "Force between two states: local model, interpolation, or newest force")
       ->check(CLI::IsMember({"local", "interpolate", "hold"}))
       ->capture_default_str();
-  connect
-      ->add_option("--duration", a->duration,
-                   "How long to run [s]; without it until interrupted, or the recording's end")
+  Add(connect, "--duration", &a->duration, "S",
+      "Length of the run in seconds; default: until interrupted or the playback ends")
       ->check(Between(1e-3, 1e8));
-  connect
-      ->add_option("--force-limit", a->force_limit,
-                   "Largest force on the hand [N]; the scene's and the device's also hold")
+  Add(connect, "--force-limit", &a->force_limit, "N",
+      "Largest force on the device, in newtons; limits of scene and device also apply")
       ->check(Between(1e-3, 100, "N"))
       ->capture_default_str();
-  connect
-      ->add_option("--slew-limit", a->slew_limit, "Fastest change of the force on the hand [N/ms]")
+  Add(connect, "--slew-limit", &a->slew_limit, "N/ms",
+      "Largest rate of change of the force on the device, in N/ms")
       ->check(Between(1e-6, 100, "N/ms"))
       ->capture_default_str();
-  connect->add_option("--report", a->report, "Write a summary of the run as JSON");
-  connect->add_option("--log", a->log, "Write every tick as CSV");
-  connect->add_option("--record", a->record,
-                      "FILE.mcap: every tick's force chain, states, commands, pictures and shape "
-                      "twice a second; `replay` and `export` read it");
-  connect
-      ->add_option("--record-limit", a->record_limit,
-                   "Size of all its files at which recording ends; an hour is 0.6 GB and more")
+  Add(connect, "--report", &a->report, "FILE", "Write a summary of the run as JSON");
+  Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
+  Add(connect, "--record", &a->record, "FILE.mcap",
+      "Record ticks, states and commands, and images and shapes twice a second, for "
+      "replay and export");
+  Add(connect, "--record-limit", &a->record_limit, "SIZE",
+      "Total size at which the recording ends; one hour takes 0.6 GB or more")
       ->capture_default_str();
-  connect
-      ->add_option("--record-part", a->record_part,
-                   "A new file after so many seconds: FILE-0001.mcap, FILE-0002.mcap, each a "
-                   "recording; by the name FILE.mcap they are played and exported as one")
+  Add(connect, "--record-part", &a->record_part, "S",
+      "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "
+      "and export of FILE.mcap read all of them")
       ->check(Between(1, 1e6));
-  connect
-      ->add_option(
-          "--shape", a->shapes,
-          "Keep a file of the deformed object and the fingers' forces up to date, at most "
-          "once a second: FILE.svg (a picture) or FILE.vtu (a mesh for ParaView); may be "
-          "given more than once. FILE-deepest is written at the end: the largest deflection seen")
-      ->allow_extra_args(false)
-      ->type_name("FILE.svg|FILE.vtu");
+  Add(connect, "--shape", &a->shapes, "FILE.svg|FILE.vtu",
+      "Write the deformed object and the fingertip forces once a second, and FILE-deepest "
+      "(largest deflection) at the end; repeatable")
+      ->allow_extra_args(false);
   AddLineOptions(connect, &a->link);
-  // By a function: into an optional it would write `false` where nobody said anything.
+  // A function, because CLI11 would write `false` into an optional that nobody set.
   connect->add_flag_function(
-      "--datagrams,!--no-datagrams", [a](std::int64_t said) { a->link.datagrams = said > 0; },
-      "Let states and commands travel by UDP, too, sealed by keys from the stream: "
-      "what the network loses is not waited for; where none come through, the stream "
-      "goes on alone. By itself: to other machines");
-  connect->add_option("--metrics", a->metrics,
-                      "HOST:PORT: health in numbers for Prometheus, at /metrics");
+      "--datagrams,!--no-datagrams", [a](std::int64_t count) { a->link.datagrams = count > 0; },
+      "Send states and commands also by UDP, encrypted with keys from the stream; default: on to "
+      "other machines");
+  Add(connect, "--metrics", &a->metrics, "HOST:PORT",
+      "Serve health metrics for Prometheus at http://HOST:PORT/metrics");
   CLI::Option* view =
-      connect
-          ->add_option("--view", a->view,
-                       "Serve the operator's page, at 127.0.0.1 and a free port, which is printed, "
-                       "or at HOST:PORT; beyond this machine with --tls alone, and a token "
-                       "that is printed")
-          ->expected(0, 1)
-          ->type_name("[HOST:PORT]");
+      Add(connect, "--view", &a->view, "[HOST:PORT]",
+          "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
+          "this machine it requires --tls and prints a token")
+          ->expected(0, 1);
   connect->add_flag("--tui", a->terminal,
-                    "Show state, force, line, alarms and keys on the terminal instead of one line");
+                    "Show state, force, link, alarms and keys in the terminal instead of one line");
   connect->callback([a, view] { a->views = view->count() > 0; });
-  connect->add_option("--name", a->link.operator_name, "Who operates, told to others who ask");
+  Add(connect, "--name", &a->link.operator_name, "NAME",
+      "Name of the operator, which the slave shows to other clients");
   DeclareRecordings(app, a);
 }
 
@@ -272,11 +268,11 @@ bool IsPointer(const Arguments& a) {
   return a.device == "pointer";
 }
 
-// The later of two outputs would end the earlier; a device takes what comes.
+// Two outputs must not share a regular file. A character device or pipe accepts both.
 void RequireDistinct(std::string_view option, const std::filesystem::path& out,
                      std::string_view other_option, const std::filesystem::path& other) {
   if (out.empty() || other.empty()) return;
-  std::error_code error;  // what is not there yet has a place, too
+  std::error_code error;  // a file that does not exist yet has a path, too
   const auto status = std::filesystem::status(out, error);
   const bool is_file = !std::filesystem::exists(status) || is_regular_file(status);
   const auto place = std::filesystem::weakly_canonical(out, error);
@@ -293,7 +289,7 @@ void RequireTimely(const std::filesystem::path& certificates) {
   if (!untimely.empty()) throw std::invalid_argument(untimely);
 }
 
-// Fails here what can fail before anything moves.
+// Checks everything that can fail before anything moves.
 void CheckBeforehand(const Arguments& a) {
   RequireTimely(a.link.tls);
   const std::array inputs{PlaybackFile(a.device)};
@@ -306,7 +302,7 @@ void CheckBeforehand(const Arguments& a) {
   RequireDistinct("--record", a.record, "--log", a.log);
   if (a.views) ViewPlace(a.view, a.link.tls);
   if (IsPointer(a) && !a.views) {
-    throw std::invalid_argument("--device pointer: accepted is with --view, whose page it is on");
+    throw std::invalid_argument("--device pointer: accepted is with --view, which serves its page");
   }
   RequireWritable(a.report);
   RequireWritable(a.log);
@@ -316,12 +312,12 @@ void CheckBeforehand(const Arguments& a) {
   }
 }
 
-// Made only when the scene is known.
+// Whether the device can be made only when the scene is known.
 bool IsMadeForScene(const Arguments& a) {
   return a.device == "sim-hand" || IsPointer(a);
 }
 
-// A slave that senses rarely may show what is older, up to a limit of ours.
+// Largest age of a rendered sample [s]: larger for a slow sensor, up to a limit.
 double OldestShown(double sensor_rate) {
   constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
   return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
@@ -339,7 +335,7 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
   return options;
 }
 
-// A pointer's hand is twice as fast as a scripted one, so that a drag is followed.
+// The pointer is twice as fast as the simulated operator, so that it follows a drag.
 std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments& a) {
   constexpr double kFaster = 2, kUsual = 0.02;  // [-], [m/s]
   const double scale = scene.transform.position_scale;
@@ -348,7 +344,7 @@ std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments&
   return OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
 }
 
-// Of the certificate in `folder`, since 1970 [s]; nullopt: there is none.
+// Expiry of the certificate in `folder` since 1970 [s]; nullopt: there is none.
 std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
   std::ifstream file(folder / "cert.pem");
   const std::string pem{std::istreambuf_iterator<char>(file), {}};
@@ -357,7 +353,7 @@ std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
   return std::chrono::duration<double>(facts->until.time_since_epoch()).count();
 }
 
-// Beside the one that operates: only watched, and not waited for.
+// A second link beside the operating one: it only observes, and does not wait.
 SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
   SlaveLink::Options watched;
   watched.target = line.target;
@@ -367,7 +363,7 @@ SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
   return watched;
 }
 
-// Null: nobody asked for it.
+// Null: neither --view nor --tui.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device,
                                          OperatorRequests* requests, ConnectRecorder* recorder) {
@@ -401,7 +397,7 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
   return std::make_unique<LiveStation>(std::move(options), std::move(controls));
 }
 
-// What the session goes by, for its recording.
+// Settings of the session, for its recording.
 McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& device) {
   return {{"scene", scene.name},
           {"model", scene.model},
@@ -426,7 +422,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (!scene.fingertips.empty()) console.Print(FingertipsInWords(scene.fingertips));
   if (a.link.tls.empty() && !IsLoopback(ParseEndpoint(a.link.target).host)) {
     console.Print(
-        "--insecure: plain text, and nobody knows who answers: it may push the hand up to " +
+        "--insecure: plain text without authentication: an unknown slave may render up to " +
         Formatted("%g N", a.force_limit));
   }
   console.Print("device " + device->description() + "; rendering " + a.render);
@@ -453,7 +449,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.log = a.log;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
   if (health->page) {
-    console.Print("health at http://" + ToString(health->page->endpoint()) + "/metrics");
+    console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
   }
   auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
   if (station) {
@@ -472,7 +468,9 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
           const bool done = line->link.Reset();
-          if (!a.terminal) console.Print(done ? "the emergency stop was reset" : "not reset");
+          if (!a.terminal)
+            console.Print(done ? "the emergency stop was reset"
+                               : "the slave did not reset the stop: try again");
         }
         if (!a.terminal) console.Show(status, shape.newest().get());
         if (station) station->Update(status);
@@ -498,7 +496,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   return report.log_failed || never_served || !shapes_written || !recorded ? kFailed : kDone;
 }
 
-// `replay`, `export`: until they are done, or a signal comes.
+// Runs `replay` or `export` until it is done, or a signal comes.
 int ReadRecording(const CLI::App& app, const Arguments& a) {
   CatchSignals();
   std::stop_source source;
@@ -516,7 +514,7 @@ int ReadRecording(const CLI::App& app, const Arguments& a) {
 int Main(int argc, char** argv) {
   Arguments a;
   DoctorArguments doctor;
-  CLI::App app("palpate-master: feel a soft object at a distance");
+  CLI::App app("palpate-master: operates a slave and renders its contact force");
   Declare(&app, &a);
   DeclareDoctor(&app, &doctor);
   std::unique_ptr<ConnectRecorder> recorder;  // outlives the link

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kShowEvery = 0.1;  // of the player's time [s]
 
-// What the recording says of itself, a line each.
+// The recording's description, one line each.
 std::vector<std::string> Introduction(const ReplaySpan& span, const std::string& file) {
   std::vector<std::string> lines{Formatted("%s: %.1f s, %llu ticks", file.c_str(), span.seconds(),
                                            static_cast<unsigned long long>(span.ticks))};
   for (const auto& [key, value] : span.session) {
     lines.push_back("  " + Presentable(key, 40) + ": " + Presentable(value, 100));
   }
-  if (!span.damage.empty()) lines.push_back("not whole: " + span.damage);
+  if (!span.damage.empty()) lines.push_back("incomplete: " + span.damage);
   return lines;
 }
 
@@ -71,7 +71,7 @@ int RunReplay(const ReplayOptions& options, const std::stop_token& stop) {
     return true;
   };
   replay.Play(options.from, options.speed, feed, stop);
-  console.Print("the recording ends");
+  console.Print("end of the recording");
   return 0;
 }
 
@@ -92,12 +92,12 @@ int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::sto
 int RunExport(const SessionExportOptions& options, const std::stop_token& stop) {
   const ExportCounts counts = ExportSession(options.file, options.out, stop);
   Console console = Console::Standard();
-  console.Print(Formatted("%llu ticks, %llu states, %llu pictures, %llu meshes",
+  console.Print(Formatted("%llu ticks, %llu states, %llu images, %llu meshes",
                           static_cast<unsigned long long>(counts.ticks),
                           static_cast<unsigned long long>(counts.states),
                           static_cast<unsigned long long>(counts.pictures),
                           static_cast<unsigned long long>(counts.meshes)));
-  if (!counts.damage.empty()) console.Print("not whole: " + counts.damage);
+  if (!counts.damage.empty()) console.Print("incomplete: " + counts.damage);
   console.Print("written: " + options.out.string());
   return 0;
 }

@@ -1,4 +1,4 @@
-// palpate-master's commands on recordings.
+// Commands of palpate-master for recordings.
 #pragma once
 
 #include <filesystem>
@@ -11,23 +11,24 @@ namespace palpate {
 struct ReplayOptions {
   std::filesystem::path file;
   double speed = 1;  // Replay::kSlowest to kFastest
-  double from = 0;   // [s] after its beginning
+  double from = 0;   // [s] after its start
 };
 
-// Shows the recording in the terminal as `connect` shows a session, with a badge. 0: done. Throws
-// InputError: not a master's recording, damaged; std::invalid_argument: `from` is after its end.
+// Shows the recording in the terminal, with the badge REPLAY. Returns 0. Throws InputError for a
+// file that is damaged or no master's recording, and std::invalid_argument if `from` is after its
+// end.
 int RunReplay(const ReplayOptions& options, const std::stop_token& stop);
 
-// Shows it on the operator's page `at` there, until `stop`. 0: done. Throws as RunReplay, and
-// std::runtime_error: it cannot be listened there.
+// Shows the recording on the operator's page at `at`, until `stop`. Returns 0. Throws like
+// RunReplay, and std::runtime_error if the address cannot be used.
 int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::stop_token& stop);
 
 struct SessionExportOptions {
   std::filesystem::path file, out;
 };
 
-// Writes the recording for other tools into the folder `out`, see ExportSession. 0: done. Throws as
-// RunReplay, and std::runtime_error: not writable.
+// Exports the recording into the folder `out`, see ExportSession. Returns 0. Throws like RunReplay,
+// and std::runtime_error if it cannot write.
 int RunExport(const SessionExportOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

@@ -9,7 +9,7 @@ set -euo pipefail
 [ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
 project=$(cd "$(dirname "$0")/.." && pwd)
 root=$1; shift
-[ ! -e "$root" ] || { echo "bare_root.sh: $root is there already" >&2; exit 2; }
+[ ! -e "$root" ] || { echo "bare_root.sh: $root exists already" >&2; exit 2; }
 mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' | head -n 1)}
 
 mkdir -p "$root" ${CACHE:+"$CACHE"}

@@ -37,7 +37,7 @@ def print_compiled(since):
             continue
         rest = sum(compiled(log, since).values()) - sum(units.values())
         print(f"{log.parent.name}: {len(units)} units compiled in {sum(units.values()):.0f} s of work, "
-              f"linked and generated in {rest:.0f} s; the dearest:")
+              f"linked and generated in {rest:.0f} s; the slowest:")
         for output, seconds in sorted(units.items(), key=lambda item: -item[1])[:SHOWN]:
             print(f"  {seconds:6.1f} s  {unit_name(output)}")
 
@@ -73,12 +73,12 @@ def judge(walls, limit):
     for _, seconds, name in steps:
         print(f"  {seconds:6} s  {name}")
     total = sum(seconds for _, seconds, _ in steps)
-    print(f"  {total:6} s  together" + (f", accepted are {limit}" if limit else ""))
+    print(f"  {total:6} s  total" + (f", accepted are {limit}" if limit else ""))
     if not limit or total <= limit:
         return True
     share, seconds, name = max(steps, key=lambda step: step[1] - step[0])
     print(f"FAILED: {total} s are more than the accepted {limit} s. The step '{name}' grew most: {seconds} s, its share is "
-          f"{share} s. See above what is dearest in it.", file=sys.stderr)
+          f"{share} s. The list above shows its slowest parts.", file=sys.stderr)
     return False
 
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and tests, cheapest first. The first red prints the command to repeat.
+# Installs missing packages, builds and tests, cheapest first. The first failure prints the command to repeat it.
 # usage: tests/run.sh [--fast | --full]
-#   (nothing)  what every change must pass: what sessions run on, and all of the rooms that were changed, each test once: what
-#              parses or speaks, and a run of each sense, under address and undefined-behaviour sanitizers, the rest as it
-#              is released; link and haptic loop under the thread sanitizer too
+#   (nothing)  what every change must pass: the core tests and all tests of changed modules. Parsers, network code and one run
+#              of each sensor type run under the address and undefined-behaviour sanitizers, the rest in the release build.
+#              Link and haptic loop also run under the thread sanitizer
 #   --fast     without sanitizers and without clang-tidy
-#   --full     everything: slow tests, simulated worlds, training, identification and studies in depth, every check of the
-#              sanitizers on everything that is not slow, threads everywhere
-# PALPATE_CI_LIMIT=SECONDS: taking longer is a failure that names the step which grew.
+#   --full     everything: slow tests, simulated environments, training, identification and studies in depth, all checks of
+#              the sanitizers on everything that is not slow, thread sanitizer on all threaded code
+# PALPATE_CI_LIMIT=SECONDS: a longer run fails and names the step that grew most.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -36,7 +36,7 @@ mkdir -p build
 
 step=
 end_step() { [ -z "$step" ] || echo "$share $((SECONDS - step_started)) $step" >>"$walls"; }
-# step NAME SHARE: what follows is NAME, which on two quiet cores takes no more than SHARE seconds.
+# step NAME SHARE: begins the step NAME, which takes at most SHARE seconds on two idle cores.
 step() {
   end_step
   step=$1 share=$2 step_started=$SECONDS
@@ -67,9 +67,9 @@ export OPENBLAS_NUM_THREADS=1
 # Under sanitizers programs are slower; what is known of the libraries below is not ours to mend.
 sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
 
-step "install what is missing" 120
+step "install missing packages" 120
 deploy/install.sh tests
-deploy/page.sh || echo "note: without three.js and uPlot the tests of the page are skipped"
+deploy/page.sh || echo "note: without three.js and uPlot the page tests are skipped"
 
 step "format" 10
 formatted=$(git ls-files '*.h' '*.cpp' 2>/dev/null || true)
@@ -78,9 +78,9 @@ if [ -n "$formatted" ]; then
   clang-format --dry-run -Werror $formatted || repeat "clang-format -i \$(git ls-files '*.h' '*.cpp')"
 fi
 
-[ -z "$changed" ] || echo "changed, and tested in full: ${changed//;/, }"
-[ "$(rooms | wc -l)" -le $few ] || echo "note: more than $few rooms were changed since ${base:0:8}: run tests/run.sh --full, too"
-[ -d ../shared ] || echo "note: ../shared is absent: tests that need its recordings and reference values are skipped"
+[ -z "$changed" ] || echo "changed modules, tested in full: ${changed//;/, }"
+[ "$(rooms | wc -l)" -le $few ] || echo "note: more than $few modules changed since ${base:0:8}: run tests/run.sh --full as well"
+[ -d ../shared ] || echo "note: ../shared is missing: tests that need its recordings and reference values are skipped"
 
 step "build" 480
 build release all
@@ -90,37 +90,37 @@ if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j
 
 case $tier in
   push)
-    step "clang-tidy on what changed" 60
+    step "clang-tidy on changed sources" 60
     # Told, not yet demanded: sources changed before this was checked still have findings.
-    tests/tidy.sh || echo "clang-tidy has something to say. To repeat: tests/tidy.sh"
+    tests/tidy.sh || echo "clang-tidy has findings. To repeat: tests/tidy.sh"
 
     # After the tests in real time, not beside them.
     step "build with sanitizers" 240
     build asan sanitized_tests
     build tsan raced_tests
-    step "what parses or speaks, and each sense, under them" 60
+    step "parsers, network code and sensors under address and undefined-behaviour sanitizers" 60
     sanitized asan -j"$jobs" -L sanitize
 
     step "link and haptic loop under the thread sanitizer" 30
     sanitized tsan -j"$jobs" -L races
     ;;
   full)
-    step "clang-tidy on what changed" 0
+    step "clang-tidy on changed sources" 0
     PALPATE_TIDY_SECONDS=100000 tests/tidy.sh || repeat "tests/tidy.sh"
 
-    step "g++, each source by itself, nothing precompiled" 0
+    step "g++, each source alone, without precompiled headers" 0
     deploy/install.sh gcc
     build gcc all
 
-    step "fuzzers of every reader, each for a while" 0
+    step "fuzzers of all readers" 0
     deploy/install.sh fuzz
     tests/fuzz/run.sh --seconds 20 || repeat "tests/fuzz/run.sh --seconds 20"
 
-    step "everything under address and undefined-behaviour sanitizers, with every check" 0
+    step "everything under address and undefined-behaviour sanitizers, all checks" 0
     build asan-full all
     sanitized asan-full -j"$jobs" -LE 'slow|clients'
 
-    step "everything that runs threads under the thread sanitizer" 0
+    step "threaded code under the thread sanitizer" 0
     build tsan threaded_tests
     sanitized tsan -j"$jobs" -L threads
     ;;
@@ -128,7 +128,7 @@ esac
 
 end_step
 echo
-echo "== what it cost"
+echo "== time per step"
 python3 tests/costs.py --since "$started" --walls "$walls" || slow=yes
 echo
 echo "== summary"

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# clang-tidy over the sources that were changed, for at most PALPATE_TIDY_SECONDS (45); what it did not come to is said.
+# clang-tidy on changed sources, for at most PALPATE_TIDY_SECONDS (45). Sources that were not reached are listed.
 # usage: tests/tidy.sh [BASE]     BASE: where this branch left main, or on main itself the commit before
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v clang-tidy >/dev/null || { echo "tidy.sh: clang-tidy is missing: apt-get install clang-tidy" >&2; exit 1; }
 
 base=${1:-$(tests/since.sh)}
-[ -n "$base" ] || { echo "nothing is known of before: no source was checked"; exit 0; }
+[ -n "$base" ] || { echo "there is no earlier commit: no source was checked"; exit 0; }
 mapfile -t files < <(git diff --numstat --no-renames --diff-filter=d "$base" -- 'shared/*.cpp' 'slave/*.cpp' 'master/*.cpp' |
   sort -rn | cut -f 3)  # what was changed most comes first
-[ ${#files[@]} -gt 0 ] || { echo "no source was changed since $(git rev-parse --short "$base")"; exit 0; }
+[ ${#files[@]} -gt 0 ] || { echo "no source has changed since $(git rev-parse --short "$base")"; exit 0; }
 
 # Each source by itself, as unity builds do not know it; the wire's messages as the release build generated them.
 messages=$PWD/build/release/proto
@@ -34,7 +34,7 @@ printf '%s\0' "${files[@]}" | xargs -0 -P "$(nproc)" -I {} bash -c 'check "$1"' 
 done=$(wc -l <"$checked")
 echo "checked: $done of ${#files[@]} changed sources"
 if [ $result -eq 0 ] && [ "$done" -lt ${#files[@]} ]; then
-  echo "not checked, the time was over (PALPATE_TIDY_SECONDS=3600 tests/tidy.sh ${1:-} takes it):"
+  echo "not checked within the time limit (for all of them: PALPATE_TIDY_SECONDS=3600 tests/tidy.sh ${1:-}):"
   printf '%s\n' "${files[@]}" | grep -vxFf "$checked" | sed 's/^/  /' | head -n 20
   [ $((${#files[@]} - done)) -le 20 ] || echo "  and $((${#files[@]} - done - 20)) more"
 fi

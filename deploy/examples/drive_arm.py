@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""Drives a slave's arm from the .proto alone: a fake arm of six axes, which a real one's driver replaces.
+"""Drives a slave's manipulator with only the .proto files: a simulated arm of six axes as a template of a driver.
 
 usage: drive_arm.py HOST:PORT [--home X,Y,Z] [--rate HZ] [--duration S] [--site HOST:PORT]
 
-The scene says `manipulator: {source: stream}`. Three axes carry the wrist, three keep the tool's rotation as
-it was. `Arm.measure` and `Arm.go` are all that a real arm's driver must write anew.
---home: where the tool's tip is at the start, frame S [m]; by default the middle of the workspace.
---site: tells a site the tip by UDP, `x y z` in metres, which answers with the force on the tool, `fx fy fz` in
-newtons: what a force sensor at the tool would measure.
+The scene needs `manipulator: {source: stream}`. Three axes carry the wrist, three keep the rotation of the
+tool. A driver of a real arm replaces only `Arm.measure` and `Arm.go`.
+--home: position of the tool's tip at the start, frame S [m]; default: the middle of the workspace.
+--site: sends the tip by UDP to a simulator, `x y z` in metres, which answers with the force on the tool,
+`fx fy fz` in newtons, like a force sensor at the tool.
 
-Prints how many reports and targets went to and fro. Exit code 0: some of both; 1: refused; 2: unusable arguments.
+Prints the numbers of reports and targets. Exit code 0: both above zero; 1: rejected; 2: unusable arguments.
 """
 import argparse
 import math
@@ -78,7 +78,7 @@ class Arm:
 
 
 class Site:
-    """Whatever the tool touches, where a force sensor would be."""
+    """Stands in for a force sensor at the tool."""
 
     def __init__(self, address):
         self.socket = None

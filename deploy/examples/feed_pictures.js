@@ -1,5 +1,5 @@
-// Feeds a slave from the .proto alone with thirty grey pictures of 64 x 48 px, as they are. Prints how many were taken; the
-// exit code tells whether all were, and whether half a picture is refused with a sentence.
+// Feeds a slave with thirty raw grey images of 64 x 48 px, with only the .proto files. Prints the number of accepted images.
+// Exit code 0: all images were accepted, and an incomplete one was rejected with a reason.
 'use strict';
 
 const {grpc, now, run} = require('./palpate_client');
@@ -37,7 +37,7 @@ async function main(client) {
   if (error) {
     wrong.push(error.message);
   } else {
-    console.log(`${reply.samples} pictures taken`);
+    console.log(`${reply.samples} images accepted`);
     if (reply.samples !== PICTURES) wrong.push('not all of them');
   }
   const half = await feed(client, (stream) => stream.end(sample(1, WIDTH * HEIGHT / 2)));

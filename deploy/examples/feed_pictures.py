@@ -1,14 +1,14 @@
 #!/usr/bin/python3
-"""Feeds a slave with pictures from the .proto alone, in the pace of a camera: the driver of any make.
+"""Feeds a slave with images at the rate of a camera, with only the .proto files: a template of a driver.
 
 usage: feed_pictures.py HOST:PORT [LEFT ...] [--right RIGHT ...] [--rate HZ] [--loop] [--check]
 
-LEFT, RIGHT: PNG or JPEG files, the left and right ones of pairs; depth is a PNG of 16 bit. Without files thirty
-grey pictures of 64 x 48 px are sent as they are. The scene says `source: stream` where its pictures come from.
---loop: again and again. --check: a picture cut in half is sent too, on a stream of its own, and must be refused
-with a sentence.
+LEFT, RIGHT: PNG or JPEG files, the left and right images of pairs; depth is a PNG of 16 bit. Without files it
+sends thirty raw grey images of 64 x 48 px. The camera of the scene needs `source: stream`.
+--loop: repeats the files. --check: also sends an incomplete image on a separate stream, which must be rejected
+with a reason.
 
-Prints how many pictures were taken. Exit code 0: all of them; 1: not all; 2: unusable arguments.
+Prints the number of accepted images. Exit code 0: all; 1: not all; 2: unusable arguments.
 """
 import argparse
 import itertools
@@ -52,7 +52,7 @@ def pictures(arguments):
         return [(grey(level), None) for level in range(30)]
     rights = arguments.right or [None] * len(arguments.left)
     if len(rights) != len(arguments.left):
-        sys.exit(f"{len(arguments.left)} left and {len(rights)} right pictures: accepted is as many of each")
+        sys.exit(f"{len(arguments.left)} left and {len(rights)} right images: accepted is as many of each")
     return ((picture(a), picture(b) if b else None) for a, b in zip(arguments.left, rights))
 
 
@@ -70,7 +70,7 @@ def is_refused_in_words(stub):
     try:
         stub.FeedPictures(iter([sample(1, half)]), timeout=10)
     except grpc.RpcError as error:
-        print(f"half a picture: {error.details()}")
+        print(f"incomplete image: {error.details()}")
         return error.code() == grpc.StatusCode.INVALID_ARGUMENT and "accepted is" in error.details()
     return False
 
@@ -100,7 +100,7 @@ def main():
     except grpc.RpcError as error:
         print(f"wrong: {error.code().name}: {error.details()}")
         return 1
-    print(f"{reply.samples} of {sent} pictures taken, {reply.dropped} pairs dropped")
+    print(f"{reply.samples} of {sent} images accepted, {reply.dropped} pairs dropped")
     refused = not arguments.check or is_refused_in_words(stub)
     return 0 if refused and sent > 0 and reply.samples == sent else 1
 

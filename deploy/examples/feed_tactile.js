@@ -1,6 +1,6 @@
-// Feeds a slave from the .proto alone: every fingertip of the scene rests for half a second. Prints
-// how many samples were taken; the exit code tells whether all were, and whether a sample with 18
-// electrodes is refused with a sentence.
+// Feeds a slave with only the .proto files: each fingertip of the scene rests for half a second. Prints
+// the number of accepted samples. Exit code 0: all samples were accepted, and one with 18 electrodes was
+// rejected with a reason.
 'use strict';
 
 const {grpc, call, now, run} = require('./palpate_client');
@@ -40,7 +40,7 @@ async function main(client) {
   if (error) {
     wrong.push(error.message);
   } else {
-    console.log(`${scene.name}: ${reply.samples} samples of ${fingers.join(', ')} taken`);
+    console.log(`${scene.name}: ${reply.samples} samples of ${fingers.join(', ')} accepted`);
     if (reply.samples !== SAMPLES * fingers.length) wrong.push('not all of them');
   }
   const refused = await feed(client, (stream) => stream.end(sample(1, fingers[0], ELECTRODES - 1)));

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""Feeds a slave with tactile samples from the .proto alone: a recording, in the pace it was taken.
+"""Feeds a slave with tactile samples of a recording in real time, with only the .proto files.
 
 usage: feed_tactile.py HOST:PORT [RECORDING.csv] [--finger NAME ...] [--hurry] [--check]
 
 The recording has a header with a time in seconds (rel_time_s, time_s, t or timestamp) and NAME_E1 to
 NAME_E19, NAME_pdc, NAME_pac0 for each finger (without NAME_ where there is one finger); without a
-recording every finger rests for half a second. Fingers: by default all that the scene tells.
---hurry: as fast as it goes. --check: a sample with 18 electrodes is sent too, on a stream of its
-own, and must be refused with a sentence.
+recording each finger rests for half a second. Default fingers: all of the scene.
+--hurry: as fast as possible. --check: also sends a sample with 18 electrodes on a separate stream,
+which must be rejected with a reason.
 
-Prints how many samples were taken. Exit code 0: all of them; 1: not all; 2: unusable arguments.
+Prints the number of accepted samples. Exit code 0: all; 1: not all; 2: unusable arguments.
 """
 import argparse
 import csv
@@ -120,7 +120,7 @@ def main():
     except grpc.RpcError as error:
         print(f"wrong: {error.code().name}: {error.details()}")
         return 1
-    print(f"{scene.name}: {reply.samples} of {sent} samples of {', '.join(fingers)} taken")
+    print(f"{scene.name}: {reply.samples} of {sent} samples of {', '.join(fingers)} accepted")
     refused = not arguments.check or is_refused_in_words(stub, fingers[0])
     return 0 if refused and sent > 0 and reply.samples == sent else 1
 

@@ -1,5 +1,5 @@
-// Operates a slave from the .proto alone: engages, goes 6 mm + 3 mm down in 1.5 s, holds, retreats.
-// Prints the peak force; the exit code tells whether it pushed against the motion.
+// Operates a slave with only the .proto files: engages, moves 6 mm + 3 mm down in 1.5 s, holds, retreats.
+// Prints the peak force. Exit code 0: the force opposed the motion.
 'use strict';
 
 const {grpc, call, now, run} = require('./palpate_client');
@@ -8,7 +8,7 @@ const PERIOD = 4;                    // [ms] between commands
 const APPROACH = 1500, HOLD = 500;   // [ms]
 const DEPTH = 9e-3;                  // at the tool [m]
 
-// The hand's height [m] at `t` [ms].
+// Device height [m] at `t` [ms].
 function height(t, depth) {
   const total = 2 * APPROACH + HOLD;
   return -depth * Math.min(1, t / APPROACH, Math.max(0, (total - t) / APPROACH));

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Operates a slave from the .proto alone: presses, feels, leaves.
+"""Operates a slave with only the .proto files: presses, reads the force, leaves.
 
 usage: operate.py HOST:PORT [--down MM ...]
 
 Engages, approaches by the first --down (6 mm), presses by the second (3 mm) within 1.5 s, holds,
-retreats. Prints the peak force. Exit code 0: a force was felt that pushes against the motion, the
-sequence rose throughout, and the stream ended cleanly; 1: it did not; 2: unusable arguments.
+retreats. Prints the peak force. Exit code 0: the force opposed the motion, the sequence always rose,
+and the stream ended cleanly; 1: otherwise; 2: unusable arguments.
 """
 import argparse
 import queue

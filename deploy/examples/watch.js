@@ -1,5 +1,5 @@
-// Watches a slave from the .proto alone: 100 states and a first mesh. Prints how many states were
-// skipped, and what the fingertips felt last, if there are several; the exit code tells whether the sequence rose throughout.
+// Watches a slave with only the .proto files: 100 states and one mesh. Prints the number of skipped states, and the last forces
+// of several fingertips. Exit code 0: the sequence always rose.
 'use strict';
 
 const {call, run} = require('./palpate_client');
@@ -7,7 +7,7 @@ const {call, run} = require('./palpate_client');
 const STATES = 100;
 
 function words(finger) {
-  const touch = finger.in_contact ? 'touches' : 'free';
+  const touch = finger.in_contact ? 'contact' : 'free';
   const {x, y, z} = finger.force || {};
   const force = finger.force ? `${Math.hypot(x, y, z).toFixed(4)} N` : 'force unknown';
   return `${touch}, ${force}, ${finger.validity}`;

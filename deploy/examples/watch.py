@@ -1,11 +1,10 @@
 #!/usr/bin/python3
-"""Watches a slave from the .proto alone: states, and the deformed boundary if there is one.
+"""Watches a slave with only the .proto files: states and the deformed boundary.
 
 usage: watch.py HOST:PORT [--states N]
 
-Prints how many states came and how many were skipped, and what the fingertips felt last, if there
-are several. Exit code 0: the sequence rose throughout and a state that was sensed came; 1: it did
-not.
+Prints the numbers of received and skipped states, and the last forces of several fingertips. Exit
+code 0: the sequence always rose and a sensed state was received; 1: otherwise.
 """
 import argparse
 import math
@@ -22,8 +21,8 @@ def numbers(vector):
 
 
 def words(finger):
-    """What a fingertip feels, for people."""
-    touch = "touches" if finger.in_contact else "free"
+    """State of a fingertip as text."""
+    touch = "contact" if finger.in_contact else "free"
     force = f"{math.hypot(*numbers(finger.force)):.4f} N" if finger.HasField("force") else "force unknown"
     return f"{touch}, {force}, {states.Validity.Name(finger.validity)}"
 

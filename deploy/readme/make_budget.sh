@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes budget-block.svg, budget-membrane.svg and budget-fingertips.svg: where the felt force's error comes from.
+# Makes budget-block.svg, budget-membrane.svg and budget-fingertips.svg: the contributions to the error of the estimated force.
 #
 # usage: deploy/readme/make_budget.sh [palpate-slave]   (default build/release/bin/palpate-slave)
 set -eu

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes README's picture of the operator's page: the real page in Chromium while a scripted hand presses the block.
+# Makes README's picture of the operator's page: the real page in Chromium while the simulated operator presses the block.
 # usage: deploy/readme/make_page_picture.sh [SCENE]      needs deploy/install.sh page, deploy/page.sh and a build
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes stability.svg: where a hand stays calm, by stiffness, delay, rate, scale and device, beside theory.
+# Makes stability.svg: stability by stiffness, delay, rate, scale and device, with the theoretical bounds.
 #
 # usage: deploy/readme/make_stability.sh [stability_map]   (default build/release/bin/stability_map)
 set -eu

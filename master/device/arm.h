@@ -1,17 +1,17 @@
-// A person's arm between what it means and where the hand is: a scripted hand and a pointer on a
-// page both give way through it to the force they feel.
+// Model of the operator's arm: a mass on a spring and a damper between the intended and the actual
+// device position. The simulated operator and the pointer yield to the force through it.
 //
 //   m a = k (x_intent - x) + b (v_intent - v) + f
 //
-// Mass, stiffness and damping ratio are our choice, of the size published for a hand that holds a
-// stylus or knob firmly (0.1-1 kg, 200-1000 N/m, ratio 0.4-0.9); no single source is followed.
+// The values are chosen within the ranges published for a firm grip of a stylus or knob (0.1-1 kg,
+// 200-1000 N/m, damping ratio 0.4-0.9). They come from no single source.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace palpate {
 
-// Where the hand means to be. Frame M.
+// Intended motion of the device. Frame M.
 struct HandIntent {
   Eigen::Vector3d p_M{0, 0, 0};  // [m]
   Eigen::Vector3d v_M{0, 0, 0};  // [m/s]
@@ -24,15 +24,15 @@ struct Arm {
   double damping = 21.7;   // b [N s/m]: 2 * 0.7 * sqrt(k m)
 };
 
-// Begins at rest at the origin of M. One thread.
+// Starts at rest at the origin of M. Not thread-safe.
 class MovingArm {
  public:
   explicit MovingArm(const Arm& arm) : arm_(arm) {}
 
-  // Goes on by `dt` [s] >= 0, in steps short enough to be stable. Real-time safe.
+  // Advances by `dt` [s] >= 0, in steps short enough to be stable. Real-time safe.
   void Step(double dt, const HandIntent& intent) noexcept;
-  // The force on the hand [N], shown for Device::kLetGoAfter at most. Not finite: felt as zero.
-  // Real-time safe.
+  // Sets the force on the device [N]. It acts for at most Device::kLetGoAfter. A force that is not
+  // finite counts as zero. Real-time safe.
   void ApplyForce(const Eigen::Vector3d& force_M) noexcept;
   [[nodiscard]] const Eigen::Vector3d& p_M() const noexcept { return p_; }  // [m]
   [[nodiscard]] const Eigen::Vector3d& v_M() const noexcept { return v_; }  // [m/s]
@@ -41,7 +41,7 @@ class MovingArm {
  private:
   Arm arm_;
   Eigen::Vector3d p_{0, 0, 0}, v_{0, 0, 0}, force_{0, 0, 0};
-  double held_ = 0;  // how long the force has been shown [s]
+  double held_ = 0;  // time since the force was set [s]
 };
 
 }  // namespace palpate

@@ -75,7 +75,7 @@ DeviceReading Playback::Read(Time now) noexcept {
 }
 
 std::string Playback::description() const {
-  const std::string gap = Formatted("; a gap of %g s is crossed in a straight line", longest_gap_);
+  const std::string gap = Formatted("; gaps up to %g s are interpolated linearly", longest_gap_);
   return "playback of " + file_.filename().string() + ": " + std::to_string(rows_.size()) +
          Formatted(" rows, %g s", rows_.back().t - rows_.front().t) +
          (longest_gap_ > kRemarkedGap ? gap : "");

@@ -1,4 +1,4 @@
-// A recorded hand: positions from a CSV file, played at true time.
+// Recorded motion: positions from a CSV file, played in real time.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,15 @@ namespace palpate {
 
 class Playback final : public Device {
  public:
-  // A CSV file with the columns `time_s` [s], `x`, `y`, `z` [m, frame M] named in its first row, in
-  // any order; others are ignored. At least two rows, time strictly rising, all finite, positions
-  // within 100 m. Throws std::runtime_error with file:line and what is accepted.
+  // Reads a CSV file with a header row and the columns `time_s` [s], `x`, `y`, `z` [m, frame M], in
+  // any order; other columns are ignored. Accepted are two or more rows of finite numbers, strictly
+  // rising times and positions within 100 m. Throws std::runtime_error with file:line otherwise.
   explicit Playback(const std::filesystem::path& file);
 
-  // Linear between rows, the recording beginning with the first call, which still is disengaged:
-  // closing the clutch is an act. Velocity is that of the piece. Disengaged after the last row.
+  // Interpolates linearly between rows. The recording starts at the first call, which returns a
+  // disengaged reading, so that the next one engages. The reading after the last row is disengaged.
   DeviceReading Read(Time now) noexcept override;
-  void WriteForce(const Eigen::Vector3d&) noexcept override {}  // a recording feels nothing
+  void WriteForce(const Eigen::Vector3d&) noexcept override {}  // has no effect
   void Guide(const DeviceGuide&) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return finished_; }
   [[nodiscard]] std::string description() const override;

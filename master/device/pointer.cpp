@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kLongestLeap = 0.1;  // of time without a reading that the hand makes up for [s]
+constexpr double kLongestLeap = 0.1;  // longest gap between readings that is made up for [s]
 
 }  // namespace
 
@@ -41,7 +41,7 @@ void Pointer::Take(Time now) noexcept {
   holds_ = intent_.engaged = engaged;
 }
 
-// The hand that is let go stays where it is.
+// A disengaged device stays at its position.
 void Pointer::MoveIntent(double dt) noexcept {
   intent_.v_M.setZero();
   if (!intent_.engaged || dt == 0) {
@@ -57,8 +57,9 @@ void Pointer::MoveIntent(double dt) noexcept {
 
 std::string Pointer::description() const {
   const Arm& arm = hand_.arm();
-  return Formatted("pointer: on the page, at up to %g mm/s; %g kg, %g N/m, %g N s/m", 1e3 * speed_,
-                   arm.mass, arm.stiffness, arm.damping);
+  return Formatted(
+      "pointer: mouse, keys or gamepad on the page, up to %g mm/s; %g kg, %g N/m, %g N s/m",
+      1e3 * speed_, arm.mass, arm.stiffness, arm.damping);
 }
 
 }  // namespace palpate

@@ -1,6 +1,5 @@
-// A hand that somebody leads with a mouse, a pen or keys on the station's page: what the page aims
-// at, at a bounded speed, through an arm that gives way to the force. Whoever has no haptic device
-// sees how far the hand stays behind the cursor.
+// The pointer device: mouse, pen, keys or gamepad on the operator's page set a target. The device
+// follows it at a bounded speed through the arm model, so that it lags behind under force.
 #pragma once
 
 #include <atomic>
@@ -13,36 +12,35 @@
 
 namespace palpate {
 
-// What the page says of its pointer.
+// Target that a page sends.
 struct PointerAim {
-  Eigen::Vector3d p_M{0, 0, 0};  // from where the engagement began, frame M [m]
-  std::uint64_t page = 0;        // that says so
-  bool engaged = false;          // the button is held: the hand follows
+  Eigen::Vector3d p_M{0, 0, 0};  // relative to the start of the engagement, frame M [m]
+  std::uint64_t page = 0;        // the sender
+  bool engaged = false;          // the button is pressed: the device follows
   Time heard_at{};               // master's clock
-  double stamp = 0;              // the page's own, given back by `used` once it moved the hand
+  double stamp = 0;              // of the page, returned by `used` once it is applied
 };
 
 class Pointer final : public Device {
  public:
-  // A page that says nothing for so long holds nothing any more [s]: browsers on busy machines are
-  // silent for 0.1 s and more again and again. Meanwhile the tool stands where it was aimed last,
-  // as it does when it is let go.
+  // Timeout of a page [s]: after this silence the operator is disengaged. Browsers on busy machines
+  // are often silent for 0.1 s or more. Meanwhile the last target stays.
   static constexpr double kSilence = 0.250;
 
-  // `speed`: of the intent at most [m/s], > 0, which the arm overshoots by a fifth; else throws
-  // std::invalid_argument.
+  // `speed` > 0: largest speed of the intent [m/s]; the arm overshoots it by a fifth. Throws
+  // std::invalid_argument otherwise.
   explicit Pointer(double speed, const Arm& arm = {});
 
-  // What the page says now. One thread; finite numbers.
+  // Sets the newest target, with finite numbers. Called by one thread.
   void Aim(const PointerAim& aim) noexcept { aims_.Put(aim); }
-  // The stamp of the newest aim that a reading has used; any thread.
+  // The stamp of the newest target that a reading has used. Thread-safe.
   [[nodiscard]] double used() const noexcept { return used_; }
 
-  // It holds the hand; any thread.
+  // Whether the device is engaged. Thread-safe.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
-  // Engaging never moves the hand. Silence lets go, until the page has let go too and holds anew,
-  // or another page holds: a page that comes back to life does not take the hand by itself.
+  // Engaging never moves the device. After a timeout the device stays disengaged until the page has
+  // disengaged and engages again, or another page engages.
   DeviceReading Read(Time now) noexcept override;
   void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.ApplyForce(force_M); }
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}
@@ -58,11 +56,11 @@ class Pointer final : public Device {
   LatestValue<PointerAim> aims_;
   std::atomic<double> used_{0};
   std::atomic<bool> holds_{false};
-  bool let_go_ = true;  // the page has, since silence did
+  bool let_go_ = true;  // the page has disengaged since the last timeout
   static_assert(std::atomic<double>::is_always_lock_free);
   PointerAim aim_;                      // the newest
-  Eigen::Vector3d begin_{0, 0, 0};      // where the hand was when the engagement began [m]
-  Eigen::Vector3d begin_aim_{0, 0, 0};  // and what was aimed at then [m]
+  Eigen::Vector3d begin_{0, 0, 0};      // device position at the start of the engagement [m]
+  Eigen::Vector3d begin_aim_{0, 0, 0};  // target at the start of the engagement [m]
   HandIntent intent_;
   MovingArm hand_;
   std::optional<Time> last_;

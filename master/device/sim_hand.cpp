@@ -13,14 +13,14 @@ namespace {
 constexpr double kRest = 0.2;        // at rest before engaging [s]
 constexpr double kSettle = 0.1;      // engaged before moving [s]
 constexpr double kPatience = 1.0;    // engaged without a guide before giving up [s], and
-constexpr double kTrips = 3;         // so many round trips on top
-constexpr double kHold = 1.0;        // at the peak, where the cycle leaves room [s]
+constexpr double kTrips = 3;         // additional round trips
+constexpr double kHold = 1.0;        // at the peak, if the cycle has room [s]
 constexpr double kHoldShare = 1.3;   // of half the rest of the contact: a third of all, with margin
-constexpr double kBlind = 0.25;      // the hand stops and waits before it retreats [s]
-constexpr double kLongest = 20;      // a way that takes longer is not gone [s]
+constexpr double kBlind = 0.25;      // without a guide: wait before the retreat [s]
+constexpr double kLongest = 20;      // a longer ramp is not started [s]
 constexpr double kShortest = 0.1;    // retreat [s]
-constexpr double kMargin = 0.05;     // left over at the end of a cycle [s]
-constexpr double kCorrection = 8.0;  // the person closes what the eye sees missing so fast [1/s]
+constexpr double kMargin = 0.05;     // reserve at the end of a cycle [s]
+constexpr double kCorrection = 8.0;  // gain of the visual correction [1/s]
 constexpr double kPeakRate = 15.0 / 8;
 
 double Ease(double tau) {
@@ -30,7 +30,7 @@ double EaseRate(double tau) {
   return 30 * tau * tau * (1 - tau) * (1 - tau);
 }
 
-// tau at which the ramp has gone the fraction `s` in [0, 1] of its way.
+// tau at which the ramp has covered the fraction `s` in [0, 1].
 double InverseEase(double s) {
   double low = 0, high = 1;
   for (int i = 0; i < 40; ++i) {
@@ -46,7 +46,7 @@ bool IsUsable(const DeviceGuide& guide) {
 }
 
 constexpr double kAbsence = 1;    // [s]
-constexpr double kStrength = 15;  // a person does not push harder than this [N]
+constexpr double kStrength = 15;  // largest force of the operator [N]
 
 }  // namespace
 
@@ -106,8 +106,8 @@ void PressScript::Go(Phase phase, double t) noexcept {
   since_ = t;
 }
 
-// The way to the surface and `depth_` beyond in one ramp; the hold takes what the cycle leaves, but
-// never less than a third of the contact.
+// Plans one ramp to `depth_` below the surface. The hold uses the rest of the cycle, but at least a
+// third of the contact.
 bool PressScript::PlanPress(double t, const DeviceGuide& guide) noexcept {
   const double length = guide.gap_M + depth_;
   const double ramp = kPeakRate * length / speed_;
@@ -124,15 +124,15 @@ bool PressScript::PlanPress(double t, const DeviceGuide& guide) noexcept {
   return true;
 }
 
-// The person watches the tip and aims deeper until it is where it should be. The aim never winds up
-// beyond what the arm can reach.
+// Visual correction: the intent goes deeper until the tip is at its target. It never exceeds the
+// reach of the arm.
 void PressScript::Correct(double dt, const DeviceGuide& guide) noexcept {
   const double missing = depth_ + guide.gap_M;
   correction_ = std::clamp(correction_ + kCorrection * missing * dt, 0.0, reach_);
   advance_ = length_ + correction_;
 }
 
-// The correction is let go with the force that it overcame, so the tip keeps to the speed.
+// The correction fades with the force that it overcame, so that the tip keeps its speed.
 void PressScript::Retreat(double t) noexcept {
   length_ = advance_;
   ramp_ = std::max(kPeakRate * (advance_ - correction_ - back_) / speed_, kShortest);

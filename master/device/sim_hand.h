@@ -1,4 +1,4 @@
-// A simulated hand: an arm that follows a scripted intent and gives way to the force it feels.
+// The simulated operator: the arm model follows a scripted intent and yields to the force.
 #pragma once
 
 #include <cstdint>
@@ -11,25 +11,24 @@
 
 namespace palpate {
 
-// What a person at the master means to do: press, hold, let go, again and again. Every 4 s: rest,
-// engage, approach, press `depth` beyond the surface, hold, retreat, disengage.
+// The scripted intent, repeated every 4 s: rest, engage, approach, press to `depth` below the
+// surface, hold, retreat, disengage.
 //
 //   s(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5,   peak of ds/dtau = 15/8 at tau = 1/2
 //
-// Source: minimum-jerk reaching (Flash & Hogan 1985, rest to rest). Frame M, straight along the
-// guided direction through the origin, where the hand rests. A tool that is inside already when the
-// hand engages is drawn out to `depth` before the surface, so that the next press begins there.
+// Source: minimum-jerk reaching (Flash & Hogan 1985, rest to rest). The motion is straight along
+// the guided direction through the origin of M, where the device rests. A tool that is inside the
+// object at the engagement is first retracted to `depth` above the surface.
 class PressScript {
  public:
-  static constexpr double kPeriod = 4;  // presses begin at multiples of it [s]
+  static constexpr double kPeriod = 4;  // cycles begin at multiples of it [s]
 
-  // `depth` [m] >= 0 beyond the surface, `speed` [m/s] > 0 is the peak on the way in and out,
-  // `reach` [m] > 0 how far beyond the plan the hand may aim to overcome the force. Throws
-  // std::invalid_argument otherwise.
+  // `depth` [m] >= 0 is below the surface. `speed` [m/s] > 0 is the peak speed. `reach` [m] > 0 is
+  // the largest extra intent that overcomes the force. Throws std::invalid_argument otherwise.
   PressScript(double depth, double speed, double reach);
 
   // The intent at `t` [s] since the start, `dt` [s] after the last call. While `guide` is unknown
-  // the hand goes no deeper; after a quarter of a second of it, back. Real-time safe.
+  // it goes no deeper, and after a quarter of a second it retreats. Real-time safe.
   HandIntent Step(double t, double dt, const DeviceGuide& guide) noexcept;
 
  private:
@@ -46,24 +45,23 @@ class PressScript {
   double since_ = 0;       // when the phase began [s]
   double next_press_ = 0;  // when the next cycle begins [s]
   Eigen::Vector3d inward_{0, -1, 0};
-  double length_ = 0;      // of the ramp in, or where the ramp out begins [m]
-  double back_ = 0;        // where the ramp out ends [m]; negative: farther out than it began
-  double ramp_ = 0;        // how long it takes [s]
-  double hold_ = 0;        // how long the hand stays [s]
-  double advance_ = 0;     // how far in the hand aims now [m]
-  double blind_ = 0;       // how long the guide has been unknown [s]
-  double correction_ = 0;  // of that, added to overcome the force [m]
+  double length_ = 0;      // of the ramp in, or start of the ramp out [m]
+  double back_ = 0;        // end of the ramp out [m]; negative: farther out than the start
+  double ramp_ = 0;        // duration of the ramp [s]
+  double hold_ = 0;        // duration of the hold [s]
+  double advance_ = 0;     // present intent along `inward_` [m]
+  double blind_ = 0;       // time since the guide became unknown [s]
+  double correction_ = 0;  // part of `advance_` that overcomes the force [m]
 };
 
 class SimHand final : public Device {
  public:
-  // See PressScript for what is accepted.
+  // Accepts the same values as PressScript.
   SimHand(double press_depth, double press_speed, const Arm& arm = {});
 
-  // Moves the arm to `now`, in steps short enough to be stable whatever the delay; more than one
-  // second of absence is skipped.
+  // Advances the arm to `now` in stable steps. A gap of more than one second is skipped.
   DeviceReading Read(Time now) noexcept override;
-  // Not finite: felt as zero.
+  // A force that is not finite counts as zero.
   void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.ApplyForce(force_M); }
   void Guide(const DeviceGuide& guide) noexcept override { guide_ = guide; }
   [[nodiscard]] bool finished() const noexcept override { return false; }

@@ -19,7 +19,7 @@ Finding ExamineDevice(const std::string& spec) {
   try {
     return FoundOf(*OpenDevice(spec, 0.005, 0.02));
   } catch (const std::exception& error) {
-    return {Verdict::kBad, "device", error.what(), "name one of those with --device"};
+    return {Verdict::kBad, "device", error.what(), "choose one of these with --device"};
   }
 }
 
@@ -38,7 +38,7 @@ void Print(const Finding& finding) {
 
 Finding FoundOf(const Device& device) {
   return {Verdict::kGood, "device",
-          device.description() + Formatted(", at most %g N", device.force_limit()), ""};
+          device.description() + Formatted(", force up to %g N", device.force_limit()), ""};
 }
 
 Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds,
@@ -55,7 +55,7 @@ int RunDoctor(const DoctorOptions& options) {
   const Findings findings = Examine(ExamineDevice(options.device), options.line, options.seconds);
   std::ranges::for_each(findings, Print);
   const bool is_bad = !findings.empty() && findings.back().verdict == Verdict::kBad;
-  std::puts(is_bad ? "something will be felt, or keeps it from working: see BAD" : "fit to feel");
+  std::puts(is_bad ? "not ready: correct what is marked BAD" : "ready to operate");
   return is_bad ? kFailed : kDone;
 }
 

@@ -1,4 +1,4 @@
-// `palpate-master doctor`: what link, clock, priorities and device allow, and what to change.
+// `palpate-master doctor`: examines link, clock, priorities and device, and advises changes.
 #pragma once
 
 #include <optional>
@@ -12,21 +12,21 @@ namespace palpate {
 
 class Device;
 
-// Of the device that is in use.
+// Finding about an open device.
 Finding FoundOf(const Device& device);
-// What is known of the device, of this machine and, if there is one, of the line, as an observer of
-// the slave; the bad last. Takes two measurements of `seconds`, or ends where `stop` is asked for:
-// what was found means nothing then.
+// Findings about the device, this machine and, if `line` is set, the link, as an observer of the
+// slave. Bad findings come last. Measures twice for `seconds`. A requested `stop` ends it early,
+// and the findings are then invalid.
 Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds,
                  const std::stop_token& stop = {});
 
 struct DoctorOptions {
-  std::optional<SlaveLink::Options> line;  // nullopt: this machine alone
+  std::optional<SlaveLink::Options> line;  // nullopt: examine this machine only
   std::string device = "sim-hand";
-  double seconds = 2;  // of each measurement [s], > 0
+  double seconds = 2;  // duration of each measurement [s], > 0
 };
 
-// Prints what was found, the bad last. 0: nothing is bad; 1: something is.
+// Prints the findings, bad ones last. Returns 0 without a bad finding, else 1.
 int RunDoctor(const DoctorOptions& options);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What the doctor found: how it is, what was measured, what to change.
+// A finding of the doctor: verdict, measured value and advice.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@ namespace palpate {
 
 enum class Verdict : std::uint8_t {
   kGood,
-  kNote,  // works, and could be better
-  kBad,   // will be felt, or keeps it from working
+  kNote,  // works, but could be better
+  kBad,   // degrades the force or prevents operation
 };
 
 struct Finding {
   Verdict verdict = Verdict::kGood;
   std::string what;      // "timer"
-  std::string measured;  // in words, with numbers and units
-  std::string advice;    // what to change; empty: nothing
+  std::string measured;  // text with numbers and units
+  std::string advice;    // change to make; empty: none
 };
 using Findings = std::vector<Finding>;
 

@@ -35,7 +35,7 @@ void Require(const grpc::Status& status) {
   if (!status.ok()) throw std::runtime_error(Presentable(status.error_message(), 300));
 }
 
-// Cancels a call where `stop` is asked for.
+// Cancels a call when `stop` is requested.
 auto Until(const std::stop_token& stop, grpc::ClientContext* context) {
   return std::stop_callback(stop, [context] { context->TryCancel(); });
 }
@@ -43,17 +43,17 @@ auto Until(const std::stop_token& stop, grpc::ClientContext* context) {
 const char* InWords(v1::Phase phase) {
   switch (phase) {
     case v1::PHASE_READY:
-      return "nobody moves the tool";
+      return "ready: no operator is engaged";
     case v1::PHASE_FOLLOWING:
-      return "the tool follows its operator";
+      return "the tool follows the operator";
     case v1::PHASE_CLUTCHED:
-      return "its operator has let go: the tool stands";
+      return "the operator is disengaged: the tool is stopped";
     case v1::PHASE_HOLD:
-      return "commands have stopped: the tool holds";
+      return "commands have stopped: the tool holds its position";
     case v1::PHASE_ESTOP:
       return "emergency stop";
     default:
-      return "its state is not told";
+      return "unknown state";
   }
 }
 
@@ -97,7 +97,7 @@ void Watch(Stub& stub, double dead_after, double seconds, const std::stop_token&
   while (SecondsBetween(begin, Clock::now()) < seconds && stream->Read(&message)) {
     const Time now = Clock::now();
     const auto state = FromProto(message, &reason);
-    if (!state) throw std::runtime_error("a state that cannot be read: " + reason);
+    if (!state) throw std::runtime_error("a received state is invalid: " + reason);
     if (line->states++ > 0) {
       const double gap = SecondsBetween(last, now);
       line->gap_us.Add(kMicro * gap);
@@ -116,30 +116,31 @@ Finding RoundTrip(const LineSample& line) {
   const double p50 = line.round_trip_us.Quantile(0.5) / kMilli;
   Finding finding{
       Verdict::kGood, "round trip",
-      Formatted("%.2f ms at the median, %.2f ms at 99 %%, %.2f ms at worst", p50,
+      Formatted("median %.2f ms, 99 %% below %.2f ms, maximum %.2f ms", p50,
                 line.round_trip_us.Quantile(0.99) / kMilli, line.round_trip_us.max() / kMilli),
       ""};
   constexpr double kFelt = 20, kSlow = 200;  // [ms]
   if (p50 <= kFelt) return finding;
   finding.verdict = Verdict::kNote;
   finding.advice =
-      "render `local` (the default): the contact's model travels, and a delay of seconds "
-      "is not felt on what stands still";
-  if (p50 > kSlow) finding.advice += "; what moves is felt this much later";
+      "use --render local (the default): it evaluates the contact model on this side, so that "
+      "the delay does not affect stationary objects";
+  if (p50 > kSlow) finding.advice += "; motion of the object is rendered this much later";
   return finding;
 }
 
 Finding Gaps(const LineSample& line, double dead_after) {
   const double rate = line.seconds > 0 ? static_cast<double>(line.states - 1) / line.seconds : 0;
-  Finding finding{Verdict::kGood, "states",
-                  Formatted("%.0f a second, at most %.1f ms apart; the link is dead after %.0f ms",
-                            rate, line.gap_us.max() / kMilli, kMilli * dead_after),
-                  ""};
+  Finding finding{
+      Verdict::kGood, "states",
+      Formatted("%.0f per second, largest gap %.1f ms; the link times out after %.0f ms", rate,
+                line.gap_us.max() / kMilli, kMilli * dead_after),
+      ""};
   if (line.gaps_beyond > 0) {
     finding.verdict = Verdict::kBad;
     finding.advice = Formatted(
-        "%llu gaps would have let the hand go: a quieter line, or `link: {dead_after: %.0f ms}` in "
-        "the slave's scene (at most 500 ms)",
+        "%llu gaps would have ended the engagement: use a better link, or set "
+        "`link: {dead_after: %.0f ms}` in the slave's scene (at most 500 ms)",
         static_cast<unsigned long long>(line.gaps_beyond),
         std::min(kMilli * kMostDeadAfter, 1.5 * line.gap_us.max() / kMilli));
   }
@@ -150,13 +151,12 @@ Finding Clocks(const LineSample& line) {
   constexpr double kApart = 60;  // [s]
   Finding finding{
       Verdict::kGood, "clocks",
-      Formatted("the slave's is %+.3f s from ours; a sample is %.1f ms old when it comes",
+      Formatted("the slave's clock differs by %+.3f s; a sample is %.1f ms old when it arrives",
                 line.clock_offset, kMilli * line.age),
       ""};
   if (std::abs(line.clock_offset) > kApart) {
     finding.verdict = Verdict::kNote;
-    finding.advice =
-        "nothing depends on it but times in logs and certificates: run NTP at both ends";
+    finding.advice = "this affects only times in logs and certificates: run NTP at both ends";
   }
   return finding;
 }
@@ -164,7 +164,7 @@ Finding Clocks(const LineSample& line) {
 Finding Versions(const LineSample& line) {
   if (line.version == Version()) return {Verdict::kGood, "version", line.version, ""};
   return {Verdict::kNote, "version", "the slave is " + line.version + ", this master " + Version(),
-          "v1 of the wire holds across versions; what one of them lacks is not there"};
+          "they work together, but features that only one of them has are off"};
 }
 
 Finding Health(const LineSample& line) {
@@ -210,7 +210,7 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   const Time begin = Clock::now();
   LinkStats stats;
   while (stats.states_by_datagram == 0 && SecondsBetween(begin, Clock::now()) < patience) {
-    commands.Put({});  // of nobody who is engaged
+    commands.Put({});  // a disengaged command
     std::this_thread::sleep_for(kLook);
     stats = link.stats();
   }
@@ -220,15 +220,15 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
 
 Finding CheckDatagrams(const LinkStats& tried) {
   if (tried.states_by_datagram > 0) {
-    return {Verdict::kGood, "datagrams", "come through", ""};
+    return {Verdict::kGood, "datagrams", "received", ""};
   }
   if (!tried.connected) {
     return {Verdict::kNote, "datagrams", "not tried: " + tried.trouble,
-            "they are an operator's: ask again while nobody operates, as who may"};
+            "this test needs the lease and the role operator: repeat it while nobody operates"};
   }
-  return {Verdict::kNote, "datagrams", "none come through",
-          "let UDP pass to the slave's port number; without it states and commands go by the "
-          "stream alone, which waits for what the network loses"};
+  return {Verdict::kNote, "datagrams", "none received",
+          "open UDP to the slave's port; without it states and commands use TCP alone, where a "
+          "lost packet delays the next ones"};
 }
 
 Findings ExamineLine(const SlaveLink::Options& options, double seconds,
@@ -246,9 +246,9 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
       findings.push_back(CheckDatagrams(TryDatagrams(told, seconds)));
     return findings;
   } catch (const std::exception& error) {
-    return {{Verdict::kBad, "line", error.what(),
-             "is `palpate-slave serve` running there, and does it listen on that address? Between "
-             "machines: --tls DIR at both ends, or --insecure"}};
+    return {{Verdict::kBad, "link", error.what(),
+             "check that `palpate-slave serve` runs and listens on that address; between machines "
+             "both ends need --tls DIR or --insecure"}};
   }
 }
 

@@ -1,4 +1,5 @@
-// What the line to a slave allows: nothing moves. Seen as an observer, unless datagrams are tried.
+// Examines the link to a slave as an observer. Nothing moves. Only the datagram test takes the
+// lease.
 #pragma once
 
 #include <optional>
@@ -13,31 +14,31 @@
 namespace palpate {
 
 struct LineSample {
-  LatencyHistogram round_trip_us;             // of small calls, one after the other
-  double clock_offset = 0;                    // the slave's clock minus ours [s]
-  LatencyHistogram gap_us;                    // between two states as they came
-  std::uint64_t states = 0, gaps_beyond = 0;  // that came; gaps longer than `dead_after`
-  double seconds = 0;                         // of watching [s]
-  double age = 0;  // of the newest state's sample when it came, by the slave's clock and ours [s]
+  LatencyHistogram round_trip_us;             // of consecutive small calls
+  double clock_offset = 0;                    // slave's clock minus master's clock [s]
+  LatencyHistogram gap_us;                    // between consecutive arrivals of states
+  std::uint64_t states = 0, gaps_beyond = 0;  // received; gaps longer than `dead_after`
+  double seconds = 0;                         // duration of the measurement [s]
+  double age = 0;              // of the newest state's sample on arrival, by both clocks [s]
   std::string version, phase;  // the phase in words
   std::vector<std::string> alarms;
 };
 
-// Calls GetStatus often, then watches states for `seconds`, each until `stop` is asked for. Throws
-// std::runtime_error: in words what the slave refused, or that the line broke.
+// Calls GetStatus repeatedly, then watches states for `seconds`. A requested `stop` ends both.
+// Throws std::runtime_error with the reason if the slave rejects a call or the link fails.
 LineSample MeasureLine(const SlaveLink::Options& options, const RemoteScene& scene, double seconds,
                        const std::stop_token& stop = {});
 
-// What the numbers mean for a hand.
+// Findings from the measured numbers.
 Findings CheckLine(const LineSample& line, const RemoteScene& scene);
 
-// Holds the lease for as long as it takes, at most `seconds` and what the line needs, engages
-// nobody, and tells whether datagrams came.
+// Takes the lease without engaging, for at most `seconds` plus the round trips to begin. The result
+// shows whether datagrams were received.
 LinkStats TryDatagrams(SlaveLink::Options options, double seconds);
 Finding CheckDatagrams(const LinkStats& tried);
 
-// Connects, measures, judges; tries datagrams if `options` ask for them. What fails is a finding.
-// Ends early where `stop` is asked for, and what it found is nothing then.
+// Connects, measures and evaluates the link. Tests datagrams if `options` request them. A failure
+// is a finding. A requested `stop` ends it early, and the findings are then invalid.
 Findings ExamineLine(const SlaveLink::Options& options, double seconds,
                      const std::stop_token& stop = {});
 

@@ -12,12 +12,12 @@
 namespace palpate {
 namespace {
 
-// A force that comes so late after its tick is felt as roughness; a tenth of a period is not.
-constexpr double kNoticedUs = 100, kFeltUs = 500;  // of 99 in 100 wake-ups [us]
+// A force this late is felt as roughness; a delay of a tenth of a period is not.
+constexpr double kNoticedUs = 100, kFeltUs = 500;  // 99th percentile of wake-up delays [us]
 constexpr double kMissedShare = 1e-3;              // of all periods
 
 constexpr const char* kLimits =
-    "let this user have it: in /etc/security/limits.d/palpate.conf `USER - rtprio 90` and "
+    "allow it to this user: in /etc/security/limits.d/palpate.conf `USER - rtprio 90` and "
     "`USER - memlock unlimited`, then log in again";
 
 std::string FirstWord(const std::filesystem::path& file) {
@@ -39,13 +39,14 @@ std::set<std::string> Governors(const std::filesystem::path& cpus) {
 Finding Pace(const std::filesystem::path& sys) {
   const auto governors = Governors(sys / "devices/system/cpu");
   if (governors.empty()) {
-    return {Verdict::kNote, "pace", "the system does not tell how its processors are governed", ""};
+    return {Verdict::kNote, "governor", "the frequency governor of the processors is unknown", ""};
   }
   std::string names;
   for (const std::string& name : governors) names += (names.empty() ? "" : ", ") + name;
-  if (governors == std::set<std::string>{"performance"}) return {Verdict::kGood, "pace", names, ""};
-  return {Verdict::kNote, "pace", "processors are governed by " + names,
-          "as root: cpupower frequency-set -g performance, for wake-ups that are not late"};
+  if (governors == std::set<std::string>{"performance"})
+    return {Verdict::kGood, "governor", names, ""};
+  return {Verdict::kNote, "governor", "processors are governed by " + names,
+          "as root: cpupower frequency-set -g performance, for punctual wake-ups"};
 }
 
 Finding ClockOf(const std::filesystem::path& sys) {
@@ -54,7 +55,7 @@ Finding ClockOf(const std::filesystem::path& sys) {
   const bool is_quick =
       clock.empty() || clock == "tsc" || clock == "kvm-clock" || clock == "arch_sys_counter";
   return {is_quick ? Verdict::kGood : Verdict::kNote, "clock",
-          clock.empty() ? "the system does not tell its clock" : clock,
+          clock.empty() ? "the clock source is unknown" : clock,
           is_quick ? "" : "this clock is slow to read: boot with clocksource=tsc if it is stable"};
 }
 
@@ -71,18 +72,16 @@ Finding CheckTimer(const PeriodicStats& bare) {
   const bool misses = static_cast<double>(bare.missed) > kMissedShare * periods;
   Finding finding{Verdict::kGood, "timer", "", ""};
   finding.measured = Formatted(
-      "1 kHz for %.1f s: woken %.0f us late at the median, %.0f us at 99 %%, %.0f us at worst; "
-      "%llu "
-      "periods missed",
+      "1 kHz for %.1f s: wake-up delay median %.0f us, 99 %% below %.0f us, maximum %.0f us; "
+      "%llu periods missed",
       bare.duration, bare.wake_us.Quantile(0.5), p99, bare.wake_us.max(),
       static_cast<unsigned long long>(bare.missed));
   if (p99 > kNoticedUs || bare.missed > 0) finding.verdict = Verdict::kNote;
   if (p99 > kFeltUs || misses) finding.verdict = Verdict::kBad;
   if (finding.verdict != Verdict::kGood) {
     finding.advice =
-        "stop what else runs here, allow real-time priority, and see `pace`: the hand "
-        "feels "
-        "late ticks as roughness";
+        "stop other programs, allow real-time priority, and see `governor`: late ticks make the "
+        "force rough";
   }
   return finding;
 }
@@ -90,7 +89,7 @@ Finding CheckTimer(const PeriodicStats& bare) {
 Findings ExamineTimer(double seconds, const std::stop_token& stop) {
   std::string priority;
   PeriodicStats bare;
-  // A thread of its own: the caller stays as it is.
+  // A separate thread, so that the caller keeps its priority.
   std::jthread([&] {
     priority = MakeThreadRealtime(kHapticPriority);
     RunPeriodically(Seconds(seconds), stop, &bare, [] { return true; });
@@ -104,7 +103,7 @@ Findings ExamineProcessors(const std::filesystem::path& sys) {
   Finding count{Verdict::kGood, "processors", Formatted("%u", cores), ""};
   if (cores < 2) {
     count.verdict = Verdict::kBad;
-    count.advice = "the loop and the link want one each: at least 2";
+    count.advice = "at least 2 are needed: one for the haptic loop, one for the link";
   }
   return {count, Pace(sys), ClockOf(sys)};
 }

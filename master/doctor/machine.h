@@ -9,13 +9,13 @@
 
 namespace palpate {
 
-// A bare loop at 1 kHz under the haptic loop's priority, for `seconds`, and what it may lock and
-// claim. Takes that long, or until `stop` is asked for.
+// Runs an empty loop at 1 kHz with the priority of the haptic loop for `seconds`, and checks the
+// permission for priority and locked memory. A requested `stop` ends it early.
 Findings ExamineTimer(double seconds, const std::stop_token& stop = {});
-// Processors: how many, at which pace, by which clock. `sys`: where the system tells of itself.
+// Number of processors, frequency governor and clock source, read below `sys`.
 Findings ExamineProcessors(const std::filesystem::path& sys = "/sys");
 
-// What a bare loop's numbers mean for a hand: periods missed and late wake-ups.
+// Finding about missed periods and late wake-ups of an empty loop.
 Finding CheckTimer(const PeriodicStats& bare);
 
 }  // namespace palpate

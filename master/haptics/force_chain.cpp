@@ -86,7 +86,7 @@ void PassivityControl::Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d
 Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen::Vector3d& v_M,
                                         double dt) const noexcept {
   const double speed = v_M.norm(), missing = -(balance_ + Leak(f_M));
-  // A hand that presses in pays what is missing by itself.
+  // Motion into the object adds the missing energy by itself.
   if (missing <= kUndamped || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
   const double alpha = std::min(missing / (dt * speed * speed), kMaxDamping);
   const double size = std::min(alpha * speed, f_M.norm());
@@ -101,7 +101,7 @@ Eigen::Vector3d PassivityControl::PaidFor(const Eigen::Vector3d& f_M, const Eige
   const double faster = std::max(f_M.dot(acceleration_) / size, 0.0);
   const double falls = giving_way / slew + faster * size / (3 * slew * slew);
   const double stiffness = 1 / std::max(1 / kMaxStiffness, falls);
-  // What is weakened leaks less, too.
+  // A weaker force also leaks less.
   Eigen::Vector3d paid = f_M;
   for (int i = 0; i < 2; ++i) {
     const double energy = balance_ + Leak(paid) + kLent;

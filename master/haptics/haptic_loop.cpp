@@ -10,18 +10,19 @@ namespace palpate {
 namespace {
 
 constexpr double kFadeIn = 0.050;  // [s]
-// From the last state to no force: `dead_after` until it is missed, then these two: 80 ms in all
-// where the scene says nothing.
-constexpr double kHoldForce = 0.010;      // of HOLD before the fade [s]
-constexpr double kFadeOut = 0.040;        // [s]
-constexpr double kFadeOfSilence = 0.030;  // of a sensor or an arm, which the slave has awaited [s]
-constexpr double kStopHeard = 0.100;      // beside the round trip, which is of the best lately [s]
-constexpr double kFuture = 0.050;         // a stamp so far ahead is none [s]
+// From the last state to zero force: `dead_after` until the timeout, then these two; 80 ms in total
+// by default.
+constexpr double kHoldForce = 0.010;  // of HOLD before the fade [s]
+constexpr double kFadeOut = 0.040;    // [s]
+constexpr double kFadeOfSilence =
+    0.030;  // after a fault of sensor or manipulator that the slave has waited for [s]
+constexpr double kStopHeard = 0.100;      // in addition to the round trip [s]
+constexpr double kFuture = 0.050;         // accepted lead of a timestamp [s]
 constexpr double kOffsetRounding = 1e-6;  // [m]
 constexpr double kTicksPerSecond = 1000;
-constexpr double kFarthest = 1e4;      // a device or tool beyond is nonsense [m]
-constexpr double kLargestForce = 1e9;  // as is a force [N]
-constexpr double kShortestTick = 1e-6, kLongestTick = 0.1;  // as taken for dt [s]
+constexpr double kFarthest = 1e4;                           // larger positions are invalid [m]
+constexpr double kLargestForce = 1e9;                       // larger forces are invalid [N]
+constexpr double kShortestTick = 1e-6, kLongestTick = 0.1;  // bounds of dt [s]
 
 bool IsWithin(const Eigen::Vector3d& v, double limit) {
   return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
@@ -42,12 +43,12 @@ bool IsSane(const SlaveState& state) {
          (!state.local_model.known() || IsSane(state.local_model));
 }
 
-// By the master's clock.
+// Sample time on the master's clock.
 Time SensedAt(const ReceivedState& received) {
   return received.state.sensed_at - Seconds(received.clock_offset);
 }
 
-// That the hand can be shown stably, as it is at the tool [N/m].
+// Largest stable stiffness, converted to the tool [N/m].
 double Stiffest(const TeleopTransform& transform) {
   return PassivityControl::kMaxStiffness / (transform.position_scale * transform.force_scale);
 }
@@ -86,7 +87,7 @@ void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_tok
     stats_.compute_us.Add(SecondsBetween(now, Clock::now()) * 1e6);
     return !device.finished();
   });
-  PeriodicStats fade;  // is none of the run's
+  PeriodicStats fade;  // not part of the run
   RunPeriodically(Seconds(2 * kFadeOut), {}, &fade, [&] {
     const Time now = Clock::now();
     DeviceReading letting_go = device.Read(now);
@@ -128,7 +129,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   return sent_;
 }
 
-// What is rendered changes only while nobody feels it.
+// The rendering mode changes only while no force is rendered.
 void HapticLoop::TakeRequests() noexcept {
   if (slots_.requests == nullptr) return;
   const OperatorRequests& requests = *slots_.requests;
@@ -164,7 +165,7 @@ void HapticLoop::TakeState(Time now) noexcept {
   }
 }
 
-// A patch of other settings than those that are in force waits, or has had its time.
+// A patch of other settings waits, or is outdated.
 void HapticLoop::TakePatch(double now) noexcept {
   const ReceivedPatch* received = slots_.patches == nullptr ? nullptr : slots_.patches->Take();
   if (received != nullptr) patch_ = received;
@@ -176,7 +177,7 @@ void HapticLoop::TakePatch(double now) noexcept {
   patch_ = nullptr;
 }
 
-// What was felt when the slave did what was commanded, which then is a round trip ago.
+// Compares the model with the estimate for a command of one round trip ago.
 void HapticLoop::CompareWithSlave(const SlaveState& state) noexcept {
   const bool follows = machine_.state() == OperatorState::kFollowing && state.echo &&
                        state.epoch == machine_.epoch() && state.phase == Phase::kFollowing;
@@ -186,7 +187,7 @@ void HapticLoop::CompareWithSlave(const SlaveState& state) noexcept {
   renderer_.CompareWithSlave(ToSeconds(*state.echo) + state.echo_delay - since_sensed, state);
 }
 
-// A limit counts at once and only downwards; scales would move the tool under the hand.
+// A lower limit acts at once. Scales wait, because they would move the tool.
 void HapticLoop::TakeSettings() noexcept {
   const RemoteSettings* read = slots_.settings == nullptr ? nullptr : slots_.settings->Take();
   if (read != nullptr) {
@@ -198,7 +199,7 @@ void HapticLoop::TakeSettings() noexcept {
   if (!settings_wait_ || machine_.commands_engaged()) return;
   settings_wait_ = false;
   transform_ = settings_.transform;
-  offset_epoch_ = 0;  // the slave may have gone on in our epoch, whose offset it tells
+  offset_epoch_ = 0;  // the slave may have continued this epoch with its own offset
   renderer_.set_stiffest(Stiffest(transform_));
   renderer_.ForgetPatch();
   tare_.Forget();
@@ -218,8 +219,8 @@ bool HapticLoop::Trusts(Time now) noexcept {
   return doubts.empty();
 }
 
-// The first offset of an epoch is the epoch's, as long as the hand is held in it: a slave that was
-// started anew under an emergency stop has another one for an epoch that is over.
+// The first offset of an epoch is valid for the epoch while the operator is engaged. A slave that
+// was restarted under an emergency stop has another offset for an epoch that has ended.
 bool HapticLoop::KeepsOffset() noexcept {
   const SlaveState& state = newest_->state;
   if (state.epoch != machine_.epoch()) return true;
@@ -271,8 +272,8 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   }
 }
 
-// What it said before it heard of this stop may be of another one, which was reset meanwhile. A
-// slave that does not count the commands which stop it has heard of this one after a round trip.
+// An earlier state may refer to a previous stop that was reset. A slave that does not count stop
+// commands knows of this one after a round trip.
 bool HapticLoop::KnowsStop() const noexcept {
   if (!newest_ || newest_->state.phase != Phase::kEstop || stops_put_ == stops_acted_) return false;
   const SlaveState& state = newest_->state;
@@ -300,8 +301,8 @@ void HapticLoop::OnStateChange(OperatorState to) noexcept {
   if (to == OperatorState::kAligning) renderer_.ForgetForces();
 }
 
-// A gap of the line may be over at once. A sensor that the slave calls stale has been silent for 60
-// ms or more, a faulty arm for 40 ms: with what the line takes no force is left 100 ms after.
+// A gap of the link may end at once. A stale sensor has been silent for 60 ms or more, and a faulty
+// manipulator for 40 ms. Including the network delay the force is zero within 100 ms.
 void HapticLoop::FadeOutOfHold(double now) noexcept {
   const SlaveState& told = newest_->state;
   const bool is_silent = told.validity == Validity::kStale || told.check == FailedCheck::kArmFault;
@@ -337,7 +338,7 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   chain.passive = passivity_.Afford(chain.passive, reading.v_M, slew);
   if (chain.passive != chain.scaled) chain.reasons.Add(Reason::kPassivity);
   chain.limited = LimitForce(chain.passive, options_.force_limit, &chain.reasons);
-  // What is held or fades is paid for, too: a hand that draws back under it would be driven.
+  // A held or fading force also needs energy: it would drive a device that draws back.
   const Eigen::Vector3d wanted = output_.Wanted(chain.limited, dt);
   const Eigen::Vector3d afforded = passivity_.Afford(wanted, reading.v_M, slew);
   if (afforded != wanted) chain.reasons.Add(Reason::kPassivity);
@@ -360,8 +361,8 @@ OperatorCommand HapticLoop::NextCommand(Time now) noexcept {
   return command;
 }
 
-// Absolute in the epoch. While the force is unknown the tool is told to stand where it was last
-// sent with feeling.
+// Positions are absolute in the epoch. While the force is unknown, the command keeps the last
+// position with a known force.
 void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
   const bool holding = machine_.state() == OperatorState::kHold;
   if (!holding) commanded_p_M_ = reading.p_M;

@@ -1,5 +1,5 @@
-// The loop that holds a hand: each millisecond a force, whatever slave and link do, and zero at the
-// end. Talks to the rest of the program through latest-value slots and a ring, all wait-free.
+// The haptic loop: one force per millisecond, whatever slave and link do, and zero at the end. It
+// exchanges data with other threads through wait-free latest-value slots and a ring.
 #pragma once
 
 #include <atomic>
@@ -25,50 +25,50 @@ class HapticLoop {
   struct Options {
     RenderMode render = RenderMode::kLocal;
     TeleopTransform transform;  // scales and rotation; the offset comes with the states
-    // The master's own, which nobody else can raise.
-    double force_limit = 3.3;  // at the hand [N], > 0; the scene's and the device's also hold
-    double slew_limit = 0.2;   // of the force, both ways [N/ms], > 0
-    double max_age = 0.2;      // of what is rendered, beside its way through the network [s]
-    double dead_after = kUsualDeadAfter;  // without a state the link is dead [s], within bounds
-    std::uint32_t settings_revision = 0;  // of what `transform` was read from
+    // Bounds of the master, which no other program can raise.
+    double force_limit = 3.3;  // on the device [N], > 0; limits of scene and device also apply
+    double slew_limit = 0.2;   // of the force, in both directions [N/ms], > 0
+    double max_age = 0.2;      // of a rendered sample, without its network delay [s]
+    double dead_after = kUsualDeadAfter;  // link timeout without a state [s]
+    std::uint32_t settings_revision = 0;  // of the settings that `transform` is from
   };
   struct Slots {
     LatestValue<ReceivedState>* states = nullptr;      // read here
     LatestValue<OperatorCommand>* commands = nullptr;  // written here
     SpscRing<TickRecord>* records = nullptr;           // written here
-    LatestValue<RemoteSettings>* settings = nullptr;   // read here; null: they never change
-    LatestValue<ReceivedPatch>* patches = nullptr;     // read here; null: none comes
-    const OperatorRequests* requests = nullptr;        // read here; null: nobody asks
+    LatestValue<RemoteSettings>* settings = nullptr;   // read here; null: fixed settings
+    LatestValue<ReceivedPatch>* patches = nullptr;     // read here; null: no patches
+    const OperatorRequests* requests = nullptr;        // read here; null: no requests
   };
   struct Stats {
     PeriodicStats periodic;
     LatencyHistogram compute_us;  // of Read, Tick, WriteForce and Guide together [us]
   };
 
-  // All of `slots` outlive the loop. Throws std::invalid_argument: force limit or scales not > 0.
+  // All `slots` must outlive the loop. Throws std::invalid_argument if a limit or scale is not > 0.
   HapticLoop(const Options& options, const Slots& slots);
 
-  // Runs for `length`, until `stop` or until the device's motion is over. The force then fades, the
-  // last one is zero.
+  // Runs for `length`, until `stop`, or until the device's motion ends. The force then fades, and
+  // the last force is zero.
   void Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept;
 
-  // One tick: the force for the hand [N] when the device says `reading` at `now`. Allocates
-  // nothing, locks nothing, always finite and within the limit.
+  // One tick: returns the force on the device [N] for its `reading` at `now`. The force is finite
+  // and within the limit. Does not allocate, lock or wait.
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
-  // Where the surface is, as of the last tick; unknown unless following.
+  // Position of the surface at the last tick; unknown unless following.
   [[nodiscard]] DeviceGuide guide() const noexcept;
-  // The operator's emergency stop: told with each command until the slave says that it stands and
-  // has heard of this one; the hand is let go. Any thread, also a signal handler's.
+  // Requests the emergency stop and disengages. Each command carries the request until the slave
+  // confirms it. Thread-safe and safe in signal handlers.
   void EmergencyStop() noexcept { ++stops_asked_; }
-  // So many there were, and of so many nobody has said yet that they acted. Any thread.
+  // Number of requested stops, and whether one is not confirmed yet. Thread-safe.
   [[nodiscard]] std::uint32_t stops_asked() const noexcept { return stops_asked_; }
   [[nodiscard]] bool stop_is_wanted() const noexcept { return stops_asked_ != stops_acted_; }
-  // The slave stood, by another way, after the first `stops` were asked for. Any thread.
+  // Confirms the first `stops` requests, after the slave has stopped by another call. Thread-safe.
   void StopActed(std::uint32_t stops) noexcept;
-  // Lets go: the command that leaves the tool standing. After the last tick.
+  // Sends the command that disengages and leaves the tool in place. Call it after the last tick.
   void Release(Time now) noexcept;
 
-  // Of the last tick; after Run from any thread.
+  // Values of the last tick. Thread-safe after Run.
   [[nodiscard]] const TickRecord& record() const noexcept { return record_; }
   [[nodiscard]] const PassivityControl& passivity() const noexcept { return passivity_; }
   [[nodiscard]] const Stats& stats() const noexcept { return stats_; }
@@ -81,7 +81,7 @@ class HapticLoop {
   void TakeSettings() noexcept;
   void TakePatch(double now) noexcept;
   void CompareWithSlave(const SlaveState& state) noexcept;
-  // Whether what the slave says may be rendered; why not is in the reasons.
+  // Whether the newest state may be rendered. Adds the reason if not.
   [[nodiscard]] bool Trusts(Time now) noexcept;
   [[nodiscard]] bool KeepsOffset() noexcept;
   [[nodiscard]] DeviceReading Checked(const DeviceReading& reading) noexcept;
@@ -89,9 +89,9 @@ class HapticLoop {
   void OnStateChange(OperatorState to) noexcept;
   void FadeOutOfHold(double now) noexcept;
   void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
-  // Whether the newest state is of a slave that stands and knows the last stop asked for.
+  // Whether the newest state confirms the last requested stop.
   [[nodiscard]] bool KnowsStop() const noexcept;
-  // That leaves the tool standing where it was last sent.
+  // A command that leaves the tool at its last commanded position.
   [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
   void PutCommand(const DeviceReading& reading, Time now) noexcept;
 
@@ -105,17 +105,17 @@ class HapticLoop {
   std::uint32_t tares_asked_ = 0;
   TeleopTransform transform_;  // with the offset of the current epoch
   std::optional<ReceivedState> newest_;
-  const ReceivedPatch* patch_ = nullptr;  // that came last, in its slot; null: it was taken over
-  Time judged_at_{};                      // sensed then, slave's clock
-  RemoteSettings settings_;               // as read last
-  bool settings_wait_ = false;            // until nobody follows, to come in force
-  std::uint32_t offset_epoch_ = 0;        // that the transform's offset belongs to
+  const ReceivedPatch* patch_ = nullptr;  // the newest, in its slot; null: already used
+  Time judged_at_{};                      // sample time of the last comparison, slave's clock
+  RemoteSettings settings_;               // read last
+  bool settings_wait_ = false;            // wait until the operator is disengaged
+  std::uint32_t offset_epoch_ = 0;        // epoch of the transform's offset
   DeviceReading last_reading_;            // the last good one
   Eigen::Vector3d commanded_p_M_{0, 0, 0};
   Eigen::Vector3d sent_{0, 0, 0};
   std::uint64_t command_sequence_ = 0;
   std::atomic<std::uint32_t> stops_asked_{0}, stops_acted_{0};
-  // Stops put into commands, and when the last of them was first.
+  // Number of stops put into commands, and the first command of the last one.
   std::uint32_t stops_put_ = 0;
   std::uint64_t stop_sequence_ = 0;
   Time stop_put_at_{};

@@ -1,13 +1,13 @@
-// Who may move the tool, and when the hand may feel it.
+// The operator states: when the tool may follow, and when a force may be rendered.
 //
 //   DISCONNECTED <-> READY -> ALIGNING -> FOLLOWING <-> CLUTCHED
 //                      ^                   |   ^
 //                      +----- HOLD <-------+   | back within 250 ms
 //                              +---------------+
-//   ESTOP from anywhere, until the slave was reset.
+//   ESTOP from any state, until the slave is reset.
 //
-// Following always begins with an act: the dead-man's switch seen open, then closed. Each closing
-// is a new epoch, in which the slave zeroes the offset so that nothing moves.
+// Following requires a deliberate act: the dead-man's switch must be open, and then closed. Each
+// closing begins a new epoch, in which the slave sets the offset so that nothing moves.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,11 @@ namespace palpate {
 enum class OperatorState : std::uint8_t {
   kDisconnected,  // no states from the slave
   kReady,         // the operator may engage
-  kAligning,      // engaged, waiting for the slave to take up this epoch
-  kFollowing,     // the tool follows, the force is felt
-  kClutched,      // the operator let go after following
-  kHold,   // state late or not trusted, force unknown or the tool not following: the force is held,
-           // then fades
+  kAligning,      // engaged, waiting for the slave to accept the epoch
+  kFollowing,     // the tool follows, the force is rendered
+  kClutched,      // the operator disengaged after following
+  kHold,   // states late or not trusted, force unknown, or the tool not following: the force is
+           // held, then fades
   kEstop,  // the slave's emergency stop
 };
 inline constexpr std::size_t kOperatorStateCount = 7;
@@ -33,9 +33,11 @@ std::string_view ToString(OperatorState state);  // `FOLLOWING`, ...
 
 class OperatorMachine {
  public:
-  static constexpr double kLongestHold = 0.250;    // of HOLD, else engage anew [s]
-  static constexpr double kAlignWithin = 1.0;      // and a round trip, else engage anew [s]
-  static constexpr double kDisconnectAfter = 1.0;  // without a state [s]
+  static constexpr double kLongestHold =
+      0.250;  // HOLD ends by itself within this time; later a new engagement is needed [s]
+  static constexpr double kAlignWithin =
+      1.0;  // plus a round trip, for the slave to accept an epoch [s]
+  static constexpr double kDisconnectAfter = 1.0;  // time without a state [s]
 
   struct Input {
     double now = 0;            // [s]
@@ -43,12 +45,12 @@ class OperatorMachine {
     double state_age = 1e9;    // since a state was received [s]
     double round_trip = 0;     // [s]
     bool force_known = false;  // in the newest state
-    bool stop = false;    // the operator's emergency stop, of which the slave does not know yet
-    bool trusted = true;  // nothing about it keeps it from being rendered
+    bool stop = false;         // the operator's emergency stop is not confirmed by the slave yet
+    bool trusted = true;       // the newest state may be rendered
     std::uint32_t slave_epoch = 0;
     Phase slave_phase = Phase::kReady;
   };
-  // `seconds`: without a state the link is dead. Between two ticks.
+  // Sets the link timeout without a state [s]. Call it between two ticks.
   void set_dead_after(double seconds) noexcept { dead_after_ = seconds; }
   [[nodiscard]] double dead_after() const noexcept { return dead_after_; }
   // One tick. Real-time safe.
@@ -57,7 +59,7 @@ class OperatorMachine {
   [[nodiscard]] OperatorState state() const noexcept { return state_; }
   [[nodiscard]] double since() const noexcept { return since_; }         // when `state` began [s]
   [[nodiscard]] std::uint32_t epoch() const noexcept { return epoch_; }  // 0: none yet
-  // What the commands say: the tool shall follow.
+  // Whether commands request the tool to follow.
   [[nodiscard]] bool commands_engaged() const noexcept;
 
  private:
@@ -69,7 +71,7 @@ class OperatorMachine {
   double dead_after_ = kUsualDeadAfter;
   double since_ = 0;
   std::uint32_t epoch_ = 0;
-  bool armed_ = false;  // the switch was seen open since the last engagement
+  bool armed_ = false;  // the switch has been open since the last engagement
 };
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// What the operator asks of the hand while it runs, beside the device's own switch. Any thread
-// asks, the haptic loop looks at each tick; wait-free.
+// Requests of the operator during a session, besides the device's switch. Any thread may write
+// them. The haptic loop reads them at each tick, wait-free.
 #pragma once
 
 #include <atomic>
@@ -14,12 +14,12 @@ struct OperatorRequests {
   explicit OperatorRequests(RenderMode mode) : render(mode) {}
 
   std::atomic<std::uint32_t> marks{0};  // events marked so far
-  std::atomic<std::uint32_t> tares{0};  // asked for so far
-  // The hand is let go, whatever the device's switch says. Its end is an act: a closed switch
-  // engages anew.
+  std::atomic<std::uint32_t> tares{0};  // requested so far
+  // Disengages regardless of the device's switch. When it ends, a closed switch begins a new
+  // engagement.
   std::atomic<bool> clutched{false};
-  std::atomic<RenderMode> render;  // comes in force while nobody follows
-  // Counts at once, and only where it is less than what counts already [N], > 0.
+  std::atomic<RenderMode> render;  // becomes active while disengaged
+  // Acts at once, and only if it is below the present limit [N], > 0.
   std::atomic<double> force_limit{std::numeric_limits<double>::infinity()};
   static_assert(std::atomic<double>::is_always_lock_free);
   static_assert(std::atomic<RenderMode>::is_always_lock_free);

@@ -1,4 +1,4 @@
-// Loops on absolute deadlines, and what the operating system can do for it.
+// Loops with absolute deadlines, and real-time settings of the operating system.
 #pragma once
 
 #include <array>
@@ -24,9 +24,9 @@ struct PeriodicStats {
 // Waits for `deadline` on the monotonic clock. Real-time safe.
 void WaitUntil(Time deadline) noexcept;
 
-// Calls `tick()` each millisecond for `length`, until `stop` is asked for or `tick` returns false.
-// Late: once, with what time it is, and what was missed is skipped and counted. `tick` must not
-// throw.
+// Calls `tick()` each millisecond for `length`, until `stop` is requested or `tick` returns false.
+// After a late wake-up it calls `tick` once, and skips and counts the missed periods. `tick` must
+// not throw.
 template <class Tick>
 void RunPeriodically(Clock::duration length, const std::stop_token& stop, PeriodicStats* stats,
                      Tick&& tick) noexcept {
@@ -45,19 +45,19 @@ void RunPeriodically(Clock::duration length, const std::stop_token& stop, Period
   stats->duration = SecondsBetween(begin, wake);
 }
 
-// For the process: what memory it touches stays. In words why not; empty: done.
+// Locks the memory of the process. Returns the reason if that fails, else an empty string.
 std::string LockMemory();
 
-// Three timer loops that do nothing, run beside the haptic loop under the same settings: what this
-// machine would miss anyway. The haptic loop is judged against their median.
+// Three empty timer loops with the settings of the haptic loop. They measure what this machine
+// misses without any work. The haptic loop is compared with their median.
 class BareLoops {
  public:
   static constexpr std::size_t kCount = 3;
-  // Starts them; they end after `length` or with Stop.
+  // Starts the loops. They end after `length` or with Stop.
   BareLoops(Clock::duration length, int priority);
-  // Ends and joins them. Idempotent.
+  // Ends and joins the loops. Idempotent.
   void Stop();
-  // Missed periods of each, sorted. After Stop.
+  // Missed periods of each loop, sorted. Call it after Stop.
   [[nodiscard]] std::array<std::uint64_t, kCount> missed() const;
 
  private:

@@ -6,9 +6,9 @@
 namespace palpate {
 namespace {
 
-constexpr double kTick = 0.002;  // what was shown longer ago than that is not the same tick [s]
-constexpr double kNoise = 2;     // sigmas that mean nothing
-constexpr double kBetter = 1;    // mean square over hold's, below which the model is back
+constexpr double kTick = 0.002;  // largest distance from a stored tick [s]
+constexpr double kNoise = 2;     // sigmas within noise
+constexpr double kBetter = 1;  // ratio of mean squares (model / hold) that selects the model again
 
 }  // namespace
 
@@ -54,7 +54,7 @@ Eigen::Vector3d RenderFallbackSelector::Compare(double commanded, const Eigen::V
 }
 
 void RenderFallbackSelector::Count(const Sample& sample) noexcept {
-  if (sample.of_model == 0 && sample.of_hold == 0) return;  // nothing touches, or both are right
+  if (sample.of_model == 0 && sample.of_hold == 0) return;  // no contact, or no error
   const double keep = std::exp(-std::clamp(sample.at - last_, 0.0, kMemory) / kMemory);
   last_ = sample.at;
   of_model_ = keep * of_model_ + sample.of_model * sample.of_model;

@@ -1,4 +1,4 @@
-// How forces are made between two states.
+// How the force between two states is computed.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 namespace palpate {
 
 enum class RenderMode : std::uint8_t {
-  kLocal,        // the local model at the newest hand position: the best of its steps
-  kInterpolate,  // the last forces, a period late (DelayedLinear)
-  kHold,         // the newest force until the next
+  kLocal,        // the local model at the present device position, in its best level
+  kInterpolate,  // received forces, interpolated with a delay (DelayedLinear)
+  kHold,         // the newest received force
 };
 inline constexpr int kRenderModes = 3;
 std::string_view ToString(RenderMode mode);  // `local`, `interpolate`, `hold`

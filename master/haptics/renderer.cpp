@@ -38,7 +38,8 @@ void LocalContact::Take(const LocalModel& model, double now) noexcept {
     from_.force.setZero();
     from_.stiffness.setZero();
   }
-  // The slave lets go, maybe late: the contact stays where it is felt until the tip has come out.
+  // The slave reports the end of contact, possibly late: the contact stays until the tip is
+  // outside.
   if (entry_ && to_.in_contact && !model.in_contact) entry_ = from_.reference;
   to_ = model;
   since_ = now;
@@ -53,7 +54,8 @@ Eigen::Vector3d LocalContact::ForceAt(const Eigen::Vector3d& p_S, double now) no
   if (!entry_) entry_ = p_S;
   const LocalModel model = At(now);
   const Eigen::Vector3d force = model.force + model.stiffness * (model.reference - p_S);
-  // The tangent to a law that stiffens lies below zero near the surface, where it does not pull.
+  // The tangent of a stiffening curve is negative near the surface, where the contact does not
+  // pull.
   const bool pulls = model.force.dot(model.normal) < 0 && force.dot(model.normal) < 0;
   return pulls ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : force;
 }
@@ -169,7 +171,7 @@ Eigen::Vector3d Renderer::RenderLocal(const Eigen::Vector3d& p_S, double now, do
 }
 
 Eigen::Vector3d Renderer::Corrected(const Eigen::Vector3d& model, double now) const noexcept {
-  if (model.isZero(0)) return model;  // in the air nothing is missing
+  if (model.isZero(0)) return model;  // no correction without contact
   const double news = std::exp(-std::max(0.0, now - missed_at_) / kNews);
   const Eigen::Vector3d corrected = model + on_patch_ * news * missing_;
   const Eigen::Vector3d out = model.normalized();

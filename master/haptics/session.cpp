@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Six digits: more would be noise.
+// Rounds to six digits.
 double Tidy(double value) {
   if (!std::isfinite(value)) return 0;
   if (value == 0) return 0;
@@ -85,7 +85,7 @@ std::string Join(const std::string& a, const std::string& b) {
   return a.empty() || b.empty() ? a + b : a + "; " + b;
 }
 
-// The rate over the last second or so, from how many records went by.
+// Rate over about the last second, from the number of records.
 class RateMeter {
  public:
   double Update(double t, std::uint64_t ticks) {
@@ -102,7 +102,7 @@ class RateMeter {
   std::uint64_t ticks_ = 0;
 };
 
-// The run's end lets go of the hand: whoever could go on may engage again.
+// The end of a run disengages. A state that could continue becomes READY.
 OperatorState AfterLettingGo(OperatorState state) {
   const bool could_go_on = state == OperatorState::kAligning ||
                            state == OperatorState::kFollowing || state == OperatorState::kClutched;

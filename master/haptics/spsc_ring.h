@@ -1,5 +1,5 @@
-// A bounded queue from one thread to another, wait-free on both sides: how every tick's record
-// leaves the haptic loop. Full: the new value is dropped and counted, the writer never waits.
+// A bounded queue between two threads, wait-free on both sides. The haptic loop writes its records
+// into one. If the queue is full, the new value is dropped and counted.
 #pragma once
 
 #include <atomic>

@@ -1,6 +1,5 @@
-// The emergency stop's own way from who asks for it to the slave, on threads of its own: with each
-// command, as the haptic loop does by itself, and by a call, which a station that does not operate
-// has, too.
+// Sends the emergency stop to the slave on separate threads: in every command of the haptic loop,
+// and by a call of Stop, which also works without operating.
 #pragma once
 
 #include <atomic>
@@ -14,13 +13,14 @@ namespace palpate {
 class StopPath {
  public:
   struct Ways {
-    std::function<bool()> asked;  // asked every few milliseconds; empty: never
-    std::function<bool()> call;  // of the slave's Stop; true: it stands. May take long; empty: none
-    std::function<void()> give_up = {};  // ends the call that is under way; with `call`
+    std::function<bool()> asked;  // polled every few milliseconds; may be empty
+    std::function<bool()>
+        call;  // calls the slave's Stop; true: it stopped. May block; may be empty
+    std::function<void()> give_up = {};  // cancels a running `call`
   };
-  // `loop` outlives it.
+  // `loop` must outlive this object.
   StopPath(HapticLoop& loop, Ways ways);
-  // A stop that was asked for has a second left to act.
+  // Gives a requested stop up to one second to complete.
   ~StopPath();
   StopPath(const StopPath&) = delete;
   StopPath& operator=(const StopPath&) = delete;
@@ -28,7 +28,7 @@ class StopPath {
  private:
   HapticLoop& loop_;
   std::function<void()> give_up_;
-  std::atomic<bool> calls_{false};  // the thread is there
+  std::atomic<bool> calls_{false};  // the calling thread runs
   std::jthread watching_, calling_;
 };
 

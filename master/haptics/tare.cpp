@@ -19,11 +19,11 @@ std::string_view InWords(TareState state) {
   constexpr std::array<std::string_view, 7> kWords{
       "",
       "",
-      "tared: what is felt now counts as zero",
-      "not tared: let go first (clutch)",
-      "not tared: the slave feels a contact: lift the tool clear",
+      "tared: the present force counts as zero",
+      "not tared: disengage first (clutch)",
+      "not tared: the tool is in contact: retract it",
       "not tared: the force is not valid",
-      "not tared: more than a tenth of the force limit is felt without contact: look at the sense"};
+      "not tared: the force without contact exceeds a tenth of the force limit: check the sensor"};
   return kWords[static_cast<std::size_t>(state)];
 }
 

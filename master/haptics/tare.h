@@ -1,11 +1,10 @@
-// What is felt without contact, taken for zero: a fingertip's drift, for one, need not stay in the
-// hand.
+// Tare: takes the force without contact as zero, for example the drift of a fingertip.
 //
 //   f' = f - b,   b: mean of f over kMeasure
 //
-// A tare must not hide a contact: it is measured only while nobody follows, nothing is touched and
-// the force is valid, and refused where it is more than a tenth of the limit. Other settings end
-// it.
+// A tare must not hide a contact. It is measured only while the operator is disengaged, nothing is
+// touched and the force is valid. It is rejected above a tenth of the force limit. A change of
+// settings removes it.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +17,19 @@
 namespace palpate {
 
 enum class TareState : std::uint8_t {
-  kNone,       // nobody asked, or other settings ended it
-  kMeasuring,  // asked for
+  kNone,       // not requested, or removed by a change of settings
+  kMeasuring,  // requested
   kDone,
-  // Refused, the one before stays:
-  kFollowing,  // somebody follows
-  kTouching,   // the slave feels a contact
+  // Rejected; the previous tare stays:
+  kFollowing,  // the operator is engaged
+  kTouching,   // the tool is in contact
   kNotValid,   // the force is not valid
   kTooLarge,   // more than kLargestShare
 };
-// For the operator: `tared: ...`, `not tared: ...` with what to do; empty: nothing to say.
+// Text for the operator: `tared: ...`, or `not tared: ...` with the next step; may be empty.
 std::string_view InWords(TareState state);
 
-// Belongs to the haptic loop; real-time safe.
+// Used by the haptic loop. Real-time safe.
 class Tare {
  public:
   static constexpr double kMeasure = 0.2;       // [s]
@@ -38,8 +37,8 @@ class Tare {
   static constexpr int kFewest = 3;             // samples
 
   void Request() noexcept;
-  // Takes the state's forces for as much less; looks at it, while asked, before. `follows`:
-  // somebody does; `largest`: the force limit at the tool [N]; `now` [s].
+  // Measures, if requested, and then subtracts the tare from the forces of `state`. `follows`: the
+  // operator is engaged; `largest`: force limit at the tool [N]; `now` [s].
   void Take(SlaveState* state, bool follows, double largest, double now) noexcept;
   void Forget() noexcept { *this = Tare(); }
 
@@ -53,8 +52,8 @@ class Tare {
   Eigen::Vector3d bias_{0, 0, 0};
   Eigen::Vector3d sum_{0, 0, 0};
   int count_ = 0;
-  double since_ = 0;  // of the first sample [s]
-  Time sensed_at_{};  // of the newest
+  double since_ = 0;  // time of the first sample [s]
+  Time sensed_at_{};  // of the newest sample
 };
 
 }  // namespace palpate

@@ -41,7 +41,7 @@ std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic tr
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, trip_ms);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy between hand and tool only delays
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // a proxy would only add delay
   if (bulk) arguments.SetMaxReceiveMessageSize(kLargestMesh);
   const auto credentials = tls.empty() ? grpc::InsecureChannelCredentials() : ChannelTls(tls);
   return grpc::CreateCustomChannel(target, credentials, arguments);

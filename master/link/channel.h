@@ -1,4 +1,4 @@
-// Channels to the slave. What the hand waits for and what may wait never share a connection.
+// Channels to the slave. Haptic traffic and bulk traffic never share a connection.
 #pragma once
 
 #include <algorithm>
@@ -13,24 +13,24 @@
 namespace palpate {
 
 enum class Traffic : std::uint8_t {
-  kTicks,  // small states and commands: a stalled reader shall not find seconds of old states
-  kBulk,   // meshes: large messages, a bounded window
+  kTicks,  // small states and commands, with small buffers, so that old states do not accumulate
+  kBulk,   // large messages, such as meshes, with a bounded window
 };
 
-// The longest round trip that a line is reckoned to have: what answers later is dead.
+// Default of the longest accepted round trip: a later answer counts as a dead link.
 inline constexpr std::chrono::milliseconds kUsualRoundTrip{1000};
 
-// A connection of its own, reconnecting by itself, never through a proxy. Does not wait. `tls`: the
-// folder of who we are and whom to believe; empty: plain text. Throws as ChannelTls does.
+// Opens a separate connection that reconnects by itself and never uses a proxy. Does not wait.
+// `tls`: folder with the certificates; empty: plain text. Throws like ChannelTls.
 std::shared_ptr<grpc::Channel> OpenChannel(
     const std::string& target, Traffic traffic, const std::filesystem::path& tls = {},
     std::chrono::milliseconds longest_round_trip = kUsualRoundTrip);
 
-// `target` as HOST:PORT. Throws std::invalid_argument: not understood, or not loopback without
-// leave to go `beyond`.
+// Returns `target` as HOST:PORT. Throws std::invalid_argument if it is invalid, or beyond loopback
+// without `beyond`.
 std::string PermittedTarget(const std::string& target, bool beyond);
 
-// How long to wait before the next attempt: twice as long each time, up to a limit.
+// Wait before the next attempt: doubles each time, up to a limit.
 class Backoff {
  public:
   // 0 < first <= longest.
@@ -43,7 +43,7 @@ class Backoff {
     next_ = std::min(2 * next_, longest_);
     return wait;
   }
-  // An attempt succeeded: start anew.
+  // An attempt succeeded: start again with `first`.
   void Reset() { next_ = first_; }
 
  private:

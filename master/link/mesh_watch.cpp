@@ -40,7 +40,7 @@ struct MeshWatch::Parts {
                         Traffic::kBulk, options.tls, options.longest_round_trip))) {}
 
   void Run();
-  // One stream from its opening to its end. True: a mesh came.
+  // Reads one stream until its end. True: a mesh was received.
   bool Watch();
   void Take(v1::MeshState* message, MeshReader* reader);
 
@@ -50,7 +50,7 @@ struct MeshWatch::Parts {
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable stopped;
   bool stopping = false;
-  grpc::ClientContext* context = nullptr;  // of the stream that is open
+  grpc::ClientContext* context = nullptr;  // of the open stream
   std::shared_ptr<const RemoteMesh> newest;
   Stats stats;
 
@@ -93,7 +93,7 @@ void MeshWatch::Parts::Take(v1::MeshState* message, MeshReader* reader) {
   const std::scoped_lock lock(mutex);
   if (!mesh) {
     ++stats.refused;
-    stats.trouble = "a mesh was refused: " + reason;
+    stats.trouble = "a mesh was rejected: " + reason;
     return;
   }
   ++stats.meshes;

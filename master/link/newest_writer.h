@@ -1,4 +1,4 @@
-// Writes to a stream in a thread of its own, so that a stream that stalls stalls nobody else.
+// Writes to a stream on a separate thread, so that a stalled stream blocks no other thread.
 #pragma once
 
 #include <condition_variable>
@@ -13,17 +13,17 @@
 
 namespace palpate {
 
-// `Stream` has Write(Message), which may wait, and which nobody else calls meanwhile.
+// `Stream` has Write(Message), which may block and which no other thread calls.
 template <class Message, class Stream>
 class NewestWriter {
  public:
-  // `on_written`: called after each one, by the writer's thread.
+  // `on_written`: called after each message on the writer's thread.
   NewestWriter(Stream* stream, std::function<void()> on_written)
       : stream_(stream),
         on_written_(std::move(on_written)),
         thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // Replaces what waits.
+  // Replaces a message that is not written yet.
   void Put(const Message& message) {
     {
       const std::scoped_lock lock(mutex_);

@@ -72,7 +72,7 @@ double RoundTrips::clock_offset() const {
 }
 
 grpc::Status OperateSession::Run(const std::stop_token& stop) {
-  with_.commands.Take();  // what was meant for the stream before
+  with_.commands.Take();  // discards a command of the previous stream
   with_.trips.Restart();
   heard_at_ = Clock::now() + first_within_;
   const auto stream = with_.stub.Operate(&context_);
@@ -91,7 +91,7 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
     ReceiveFromStream(message);
   }
   {
-    // The loop shall not wait until it misses the next state, nor take one that is on its way.
+    // The haptic loop learns of the end at once, and no later state is accepted.
     const std::scoped_lock lock(mutex_);
     is_over_ = true;
     last_.ended = true;
@@ -101,9 +101,10 @@ grpc::Status OperateSession::Run(const std::stop_token& stop) {
   sender.join();
   line_.reset();
   grpc::Status status = stream->Finish();
-  if (expired_) return {grpc::StatusCode::UNAVAILABLE, "the slave's certificate holds no more"};
+  if (expired_)
+    return {grpc::StatusCode::UNAVAILABLE, "the slave's certificate is no longer valid"};
   if (!silent_) return status;
-  return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the line is dead",
+  return {grpc::StatusCode::UNAVAILABLE, Formatted("no state for %.3g s: the link has timed out",
                                                    kMilli * static_cast<double>(silence_.count()))};
 }
 
@@ -112,7 +113,7 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
   for (auto wake = Clock::now(); !stop.stop_requested(); wake += kCommandPeriod) {
     std::this_thread::sleep_until(Clock::ToSteady(wake));
     const Time now = Clock::now();
-    if (now - wake > kCommandPeriod) wake = now;  // skip what was missed
+    if (now - wake > kCommandPeriod) wake = now;  // skip missed periods
     if (!MayGoOn(now)) return;
     SendNewest(stream);
   }
@@ -129,7 +130,7 @@ bool OperateSession::MayGoOn(Time now) {
 }
 
 void OperateSession::SendNewest(Stream* stream) {
-  // A command that the loop did not renew is not repeated: the slave has to notice its silence.
+  // A command is not repeated, so that the slave notices a stopped haptic loop.
   const OperatorCommand* newest = with_.commands.Take();
   if (newest == nullptr) return;
   OperatorCommand command = *newest;
@@ -188,8 +189,8 @@ DatagramLine::LinkFeedback OperateSession::ReceiveDatagram(std::string_view plai
   return {FromProto(datagram_.datagrams_seen()), with_.trips.newest()};
 }
 
-// To the address that answers us already and no other, so that no slave has us flood somebody else.
-// Where it does not come about, the stream goes on alone.
+// Uses only the address of the stream, so that a slave cannot make the master flood another
+// machine. If this fails, the stream continues alone.
 void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
   const auto to_send = DatagramKeyFrom(offer.command_key());
   const auto to_receive = DatagramKeyFrom(offer.state_key());
@@ -197,7 +198,7 @@ void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
   const bool is_port = offer.port() >= 1 && offer.port() <= std::numeric_limits<in_port_t>::max();
   if (!datagrams_requested_ || line_ || !to_send || !to_receive || !ends || !is_port) return;
   sockaddr_storage far = ends->far;
-  reinterpret_cast<sockaddr_in6&>(far).sin6_port =  // at the same place as in sockaddr_in
+  reinterpret_cast<sockaddr_in6&>(far).sin6_port =  // same offset as in sockaddr_in
       htons(static_cast<in_port_t>(offer.port()));
   try {
     auto line = std::make_unique<DatagramLine>(
@@ -205,7 +206,7 @@ void OperateSession::OpenDatagrams(const v1::DatagramOffer& offer) {
         [this](std::string_view plain) { return ReceiveDatagram(plain); });
     const std::scoped_lock lock(mutex_);
     line_ = std::move(line);
-  } catch (const std::exception&) {  // no socket, no cipher: SlaveLink tells that none come
+  } catch (const std::exception&) {  // no socket or cipher: SlaveLink reports missing datagrams
     return;
   }
 }
@@ -225,7 +226,7 @@ bool OperateSession::TakeIfNewer(const SlaveState& state, Time now) {
 }
 
 void OperateSession::Put(ReceivedState received) {
-  // An event of a state that the loop never took comes with the next one, at worst twice.
+  // Events of a skipped state are added to the next one, at worst twice.
   if (with_.states.untaken()) received.state.events.Add(untaken_);
   untaken_ = received.state.events;
   with_.states.Put(received);

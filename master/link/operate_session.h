@@ -1,6 +1,6 @@
-// One Operate stream from its opening to its end, commands up at 500 Hz, states down as they come,
-// and what its echoes tell. Where it is wished and offered, the same also by datagram: the stream
-// opens and ends that way, and what is newer counts, whichever way it came.
+// One Operate stream from its opening to its end: sends commands at 500 Hz, receives states and
+// evaluates their echoes. If both ends allow it, the same messages also travel as datagrams. The
+// stream begins and ends the datagrams, and the newer message counts.
 #pragma once
 
 #include <algorithm>
@@ -31,25 +31,26 @@
 
 namespace palpate {
 
-// What the states' echoes tell about the line: round trips, the other clock, and what the next
-// command has to echo. Thread-safe; not for the haptic loop.
+// Round trips and clock offset from the echoes in states, and the echo of the next command.
+// Thread-safe, but not for the haptic loop.
 class RoundTrips {
  public:
-  // A new stream: the slave's clock may be another one.
+  // Resets for a new stream, whose slave may have another clock.
   void Restart();
-  // A state came at `received_at`, master's clock. Returns the slave's clock minus ours [s].
+  // Adds a state received at `received_at`, master's clock. Returns slave's minus master's clock
+  // [s].
   double Arrived(const SlaveState& state, Time received_at);
-  // Fills `state_sequence` and `echo` of a command that is about to leave.
+  // Fills `state_sequence` and `echo` of a command before it is sent.
   void FillEcho(OperatorCommand* command) const;
 
-  // Of all streams [us]; what two clocks are needed for by the offset known then.
+  // Times of all streams [us]. Those across both clocks use the offset known at that moment.
   struct Times {
     LatencyHistogram rtt;
-    LatencyHistogram delay, age;   // of states, when they came, since they left and were sensed
-    LatencyHistogram command_age;  // of the newest command taken, when a state left
+    LatencyHistogram delay, age;   // of states at arrival, since sending and since sensing
+    LatencyHistogram command_age;  // of the newest command when a state was sent
   };
 
-  [[nodiscard]] double newest() const;  // [s]; 0: none came back yet
+  [[nodiscard]] double newest() const;  // [s]; 0: none yet
   [[nodiscard]] Times times() const;
   [[nodiscard]] double clock_offset() const;  // [s]
 
@@ -65,11 +66,11 @@ class RoundTrips {
 class OperateSession {
  public:
   static constexpr std::chrono::microseconds kCommandPeriod{2000};
-  // A stream without any state for so long, or for the longest round trip reckoned with, is given
-  // up: its line was cut without a word. The first one may take longer by `first_within`.
+  // A stream without a state for this time, or for the longest round trip, is closed, because its
+  // link may be cut. The first state may take longer by `first_within`.
   static constexpr std::chrono::seconds kSilence{2};
 
-  // What outlives the session.
+  // Objects that must outlive the session.
   struct Surroundings {
     v1::Teleoperation::Stub& stub;
     LatestValue<ReceivedState>& states;
@@ -80,13 +81,13 @@ class OperateSession {
     std::function<void()> on_first_state;
     std::function<void(std::uint32_t settings_revision)> on_state;
     std::function<void(const std::string& reason)> on_refused_state;
-    std::function<void(const ReceivedState&)> on_received;  // may be empty, as the next one
+    std::function<void(const ReceivedState&)> on_received;  // may be empty, like the next one
     std::function<void(const OperatorCommand&)> on_sent;
-    std::atomic<std::uint64_t>& states_by_datagram;  // that came so before they came by the stream
-    std::atomic<Time>& datagram_at;                  // when the last came
+    std::atomic<std::uint64_t>& states_by_datagram;  // states received first by datagram
+    std::atomic<Time>& datagram_at;                  // arrival of the last datagram
   };
 
-  // `datagrams`: the slave is asked for them.
+  // `datagrams`: request them from the slave.
   OperateSession(Surroundings surroundings, std::string operator_name,
                  std::chrono::milliseconds first_within,
                  std::chrono::milliseconds longest_round_trip, bool datagrams)
@@ -96,25 +97,25 @@ class OperateSession {
         silence_(std::max<std::chrono::milliseconds>(kSilence, longest_round_trip)),
         datagrams_requested_(datagrams) {}
 
-  // Blocks until the stream ends: by the slave, by silence, as its certificate holds no longer, by
-  // `stop` (then the slave is told and ends it) or by Cancel. How it ended.
+  // Blocks until the stream ends and returns its status. It ends by the slave, by silence, by an
+  // invalid certificate, by `stop` (the slave is informed and ends it) or by Cancel.
   grpc::Status Run(const std::stop_token& stop);
-  // Cuts the stream without waiting for the slave. Any thread.
+  // Cancels the stream without waiting for the slave. Thread-safe.
   void Cancel() { context_.TryCancel(); }
-  // The slave answered at least once.
+  // Whether the slave answered at least once.
   [[nodiscard]] bool was_served() const { return last_sequence_ != 0; }
 
  private:
   using Stream = grpc::ClientReaderWriter<v1::OperatorCommand, v1::SlaveState>;
 
   void SendCommands(Stream* stream, const std::stop_token& stop);
-  // Cuts the stream where it is to go on no longer; false: it is cut.
+  // Cancels the stream if it must not continue; false: cancelled.
   bool MayGoOn(Time now);
   void SendNewest(Stream* stream);
   void ReceiveFromStream(const v1::SlaveState& message);
   DatagramLine::LinkFeedback ReceiveDatagram(std::string_view plain);
   void OpenDatagrams(const v1::DatagramOffer& offer);
-  // Whichever way it came; false: it is not. With mutex_ held, as the next one.
+  // Accepts a state of stream or datagram; false: it is older. Requires mutex_, like the next one.
   bool TakeIfNewer(const SlaveState& state, Time now);
   void Put(ReceivedState received);
 
@@ -123,20 +124,20 @@ class OperateSession {
   const std::chrono::milliseconds first_within_, silence_;
   const bool datagrams_requested_;
   grpc::ClientContext context_;
-  std::atomic<Time> heard_at_{Clock::now()};  // a state that could be used
+  std::atomic<Time> heard_at_{Clock::now()};  // arrival of the last valid state
   std::atomic<bool> silent_{false}, expired_{false};
-  std::atomic<WallTime> trusted_until_{WallTime::max()};  // by the slave's certificate
-  std::uint64_t commands_ = 0;                            // the sender's own, as are the next two
+  std::atomic<WallTime> trusted_until_{WallTime::max()};  // expiry of the slave's certificate
+  std::uint64_t commands_ = 0;  // used by the sender only, like the next two
   v1::OperatorCommand message_;
-  std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // once there are datagrams
-  std::uint64_t stream_sequence_ = 0;                                // the reader's own
-  v1::SlaveState datagram_;                // the datagram line's thread's own
-  PriorityInheritanceMutex mutex_;         // guards what follows, while there are several threads
+  std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // set while datagrams are used
+  std::uint64_t stream_sequence_ = 0;                                // used by the reader only
+  v1::SlaveState datagram_;                // used by the datagram thread only
+  PriorityInheritanceMutex mutex_;         // guards what follows
   std::unique_ptr<DatagramLine> line_;     // outlives the sender; null: none
-  bool served_ = false, is_over_ = false;  // the latter: nothing is taken any more
+  bool served_ = false, is_over_ = false;  // is_over_: no state is accepted any more
   std::uint64_t last_sequence_ = 0;
   ReceivedState last_;
-  // Of states that the loop never took; of those that datagrams overtook, for the next one.
+  // Events of states that the haptic loop skipped, and of states that datagrams overtook.
   Events untaken_, overtaken_;
 };
 

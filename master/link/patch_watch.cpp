@@ -31,7 +31,7 @@ struct PatchWatch::Parts {
                         Traffic::kBulk, options.tls, options.longest_round_trip))) {}
 
   void Run();
-  // One stream from its opening to its end. False: the slave is too old for it.
+  // Reads one stream until its end. False: the slave does not support it.
   bool Watch();
   void Take(const v1::PatchUpdate& message);
   // Whether `message` was understood; `*reason` why not.
@@ -39,13 +39,13 @@ struct PatchWatch::Parts {
 
   LatestValue<ReceivedPatch>* const patches;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
-  ReceivedPatch newest;              // the thread's own
-  std::uint32_t epoch_of_slave = 0;  // likewise; 0: no patch of this stream yet
+  ReceivedPatch newest;              // used by the thread only
+  std::uint32_t epoch_of_slave = 0;  // used by the thread only; 0: no patch of this stream yet
 
   mutable std::mutex mutex;  // guards what follows
   std::condition_variable stopped;
   bool stopping = false;
-  grpc::ClientContext* context = nullptr;  // of the stream that is open
+  grpc::ClientContext* context = nullptr;  // of the open stream
   Stats stats;
 
   std::jthread thread;  // last: it uses all of the above
@@ -88,7 +88,7 @@ void PatchWatch::Parts::Take(const v1::PatchUpdate& message) {
   stats.bytes += message.ByteSizeLong();
   if (!is_good) {
     ++stats.refused;
-    stats.trouble = "a patch was refused: " + reason;
+    stats.trouble = "a patch was rejected: " + reason;
     return;
   }
   ++(message.has_patch() ? stats.patches : stats.laws);

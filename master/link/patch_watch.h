@@ -1,5 +1,5 @@
-// Watches the contact's model beside the states: a stream and a thread of its own. A slave that
-// makes none, or is too old to, leaves the plane of the states.
+// Receives the local contact model on a separate stream and thread. Without it the master uses the
+// plane of the states.
 #pragma once
 
 #include <chrono>
@@ -13,10 +13,10 @@
 
 namespace palpate {
 
-// A patch as it was received, whole.
+// A complete received patch.
 struct ReceivedPatch {
-  SurfacePatch patch;  // its epoch rises from stream to stream, too
-  PatchLaw law;        // the newest of it
+  SurfacePatch patch;  // its epoch rises also from stream to stream
+  PatchLaw law;        // its newest force-depth curve
 };
 
 class PatchWatch {
@@ -24,17 +24,18 @@ class PatchWatch {
   struct Options {
     std::string target;         // HOST:PORT
     bool insecure = false;      // allow targets that are not loopback, in plain text
-    std::filesystem::path tls;  // the folder of our certificate; empty: plain text
-    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the line is dead
+    std::filesystem::path tls;  // folder with the certificates; empty: plain text
+    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the link is dead
   };
   struct Stats {
-    std::uint64_t patches = 0, laws = 0, refused = 0;  // refused: with impossible numbers
-    std::uint64_t bytes = 0;                           // of all that came
-    std::string trouble;  // why none comes at the moment, or why the last was refused
+    std::uint64_t patches = 0, laws = 0, refused = 0;  // refused: rejected as invalid
+    std::uint64_t bytes = 0;                           // of all received messages
+    std::string trouble;  // why none arrives, or why the last was rejected
   };
 
-  // Opens the stream and keeps it open, reconnecting with back-off; `patches` outlives the watch.
-  // Throws std::invalid_argument: target not understood, or not loopback without `insecure`.
+  // Opens the stream and keeps it open, reconnecting with back-off. `patches` must outlive this
+  // object. Throws std::invalid_argument for an invalid target, or one beyond loopback without
+  // `insecure`.
   PatchWatch(const Options& options, LatestValue<ReceivedPatch>* patches);
   ~PatchWatch();
   [[nodiscard]] Stats stats() const;  // thread-safe

@@ -125,7 +125,8 @@ std::optional<RemoteMesh> MeshReader::Read(v1::MeshState* message, std::string* 
   }
   if (message->has_moves() && !Expand(message)) {
     is_lost_ = true;
-    *reason = "moves: accepted are those of each node since the message before, in one unit";
+    *reason =
+        "moves: accepted are displacements of all nodes since the message before, in one unit";
     return std::nullopt;
   }
   auto mesh = FromProto(*message, topology_, reason);

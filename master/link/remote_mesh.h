@@ -1,4 +1,4 @@
-// The object's surface as the slave sees it: what a MeshState says, checked. Frame S [m].
+// The object's surface as computed by the slave: a checked MeshState. Frame S [m].
 #pragma once
 
 #include <array>
@@ -22,11 +22,11 @@ namespace v1 {
 class MeshState;
 }
 
-// What stays while the object deforms. Of triangles and lines one is empty.
+// Constant part of the mesh. Either the triangles or the lines are empty.
 struct MeshTopology {
   SurfaceMesh surface;                     // nodes at rest, and the triangles of a volume's surface
   std::vector<std::array<int, 2>> lines;   // the outline of a planar object
-  std::vector<std::uint32_t> fixed_nodes;  // nodes that the scene holds
+  std::vector<std::uint32_t> fixed_nodes;  // fixed nodes of the scene
 };
 
 struct RemoteMesh {
@@ -35,38 +35,38 @@ struct RemoteMesh {
   Validity validity = Validity::kFailed;
   std::shared_ptr<const MeshTopology> topology;  // never null
   std::vector<Eigen::Vector3d> positions;        // deformed, one per node
-  std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: not told
-  NodeTraction traction;                         // of the tool; without steps: not told
+  std::vector<Eigen::Vector3d> nodal_forces;     // tool on node [N]; empty: unknown
+  NodeTraction traction;                         // of the tool; without steps: unknown
 
-  // How far the node that moved most is from its place at rest [m]; none if less than single
-  // precision tells of an object of this size.
+  // Largest distance of a node from its rest position [m]; 0 if it is below single precision for an
+  // object of this size.
   [[nodiscard]] double LargestDeflection() const;
 };
 
-// `known`: the topology that came before, null: none; it stays unless the message brings another.
-// nullopt: a number is not finite or absurd, an index points nowhere, sizes do not fit; `reason`
-// then says which.
+// Converts a message. `known`: the previous topology, or null; it is used unless the message
+// contains one. nullopt: a number is not finite or absurd, an index is invalid, or sizes do not
+// match; `reason` then states which.
 std::optional<RemoteMesh> FromProto(const v1::MeshState& message,
                                     const std::shared_ptr<const MeshTopology>& known,
                                     std::string* reason);
 
-// The meshes of one stream, in their order: places that are told as moves add up.
+// Reads the meshes of one stream in order, and adds up displacements between messages.
 class MeshReader {
  public:
-  // As FromProto says, or: moves that are none, or that follow on such. Takes `message` apart.
+  // Like FromProto. Also rejects invalid displacements and all that follow. Modifies `message`.
   std::optional<RemoteMesh> Read(v1::MeshState* message, std::string* reason);
-  // Moves were refused: until another topology comes nobody knows where anything is.
+  // Displacements were rejected: positions are unknown until the next topology.
   [[nodiscard]] bool is_lost() const { return is_lost_; }
   [[nodiscard]] bool has_topology() const { return topology_ != nullptr; }
 
  private:
-  // Puts `positions` in place of `moves`; false: they do not fit.
+  // Replaces `moves` by `positions`; false: invalid.
   bool Expand(v1::MeshState* message);
 
   std::shared_ptr<const MeshTopology> topology_;
   std::vector<float> rest_;  // x, y, z per node, S [m]
   ShapeUnits moved_;
-  double unit_ = 0;  // 0: not told yet [m]
+  double unit_ = 0;  // 0: unknown yet [m]
   bool is_lost_ = false;
 };
 

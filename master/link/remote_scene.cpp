@@ -44,7 +44,7 @@ Eigen::Matrix3d Rotation(const v1::SceneDescription::Operator& mapping) {
   return R;
 }
 
-// The hand's force outlives the link by this: the slave's word counts within bounds only.
+// The force continues for this time after a lost link, so the slave's value is bounded.
 double DeadAfter(double told) {
   if (told == 0) return kUsualDeadAfter;
   if (!(told >= kLeastDeadAfter && told <= kMostDeadAfter)) {
@@ -62,7 +62,7 @@ RemoteFingertip Fingertip(const v1::SceneDescription::Fingertip& told) {
   fingertip.p_S_home = {p.x(), p.y(), p.z()};
   const double far = fingertip.p_S_home.norm();
   if (!(far <= kMaxLength)) {
-    Refuse("fingertips.p_S_finger of " + told.name(), far, "a place at most 1e6 m away");
+    Refuse("fingertips.p_S_finger of " + told.name(), far, "a position at most 1e6 m away");
   }
   return fingertip;
 }

@@ -26,7 +26,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kGlance{5};  // whether a stop is told yet
+constexpr milliseconds kGlance{5};  // poll period of a pending stop
 constexpr milliseconds kFirstRetry(50), kLongestRetry(500);
 constexpr milliseconds kLeaseRetry(1000);
 constexpr milliseconds kShortestDeadline(1000);  // of a call
@@ -40,8 +40,7 @@ constexpr milliseconds kModelDeadline(15000);
 constexpr milliseconds kToldAfterwards(3000);  // that a state was refused, while others are not
 constexpr milliseconds kGrace(300);            // for the slave to end the stream after our goodbye
 
-constexpr const char* kNoDatagrams =
-    "no datagrams come through, states and commands go by the stream alone";
+constexpr const char* kNoDatagrams = "no datagrams come through: states and commands use TCP alone";
 
 void SetDeadline(grpc::ClientContext* context, milliseconds from_now) {
   context->set_deadline(std::chrono::system_clock::now() + from_now);
@@ -55,7 +54,7 @@ LinkStats::Times TimesOf(const LatencyHistogram& times) {
   return {times.Quantile(0.5), times.Quantile(0.99), times.max()};
 }
 
-// Somebody is there who refused.
+// A slave answered and rejected the call.
 bool IsAnswer(const grpc::Status& status) {
   const auto code = status.error_code();
   return !status.ok() && code != grpc::StatusCode::UNAVAILABLE &&
@@ -66,10 +65,10 @@ bool IsAnswer(const grpc::Status& status) {
 std::string Refusal(const grpc::Status& status) {
   if (status.ok()) return {};
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return "the slave's release does not know this: install the same release at both ends";
+    return "the slave's release does not support this: install the same release at both ends";
   }
   const std::string words = WordsOf(status);
-  return words.empty() ? "refused without a reason" : words;
+  return words.empty() ? "rejected without a reason" : words;
 }
 
 }  // namespace
@@ -81,7 +80,7 @@ struct SlaveLink::Parts {
     Open(std::max(options.longest_round_trip, kFirstReckoned));
   }
 
-  // The channel, anew. While no call is under way.
+  // Reopens the channel, while no call is pending.
   void Open(milliseconds reckoned) {
     longest_round_trip = reckoned;
     channel = OpenChannel(target, Traffic::kTicks, options.tls, longest_round_trip);
@@ -169,7 +168,7 @@ grpc::Status SlaveLink::Parts::ReadSettings() {
     if (first && (scene.name != first->name || scene.geometry != first->geometry)) {
       return {grpc::StatusCode::ABORTED, "another scene is served there now, " + scene.name +
                                              " instead of " + first->name +
-                                             ": stop palpate-master and start it anew"};
+                                             ": restart palpate-master"};
     }
     settings->Put({scene.settings_revision, scene.transform, scene.force_limit, scene.dead_after});
     read_revision = scene.settings_revision;
@@ -260,7 +259,7 @@ bool SlaveLink::Parts::LacksDatagrams() const {
 void SlaveLink::Parts::Refused(const std::string& reason) {
   const std::scoped_lock lock(mutex);
   ++told.refused;
-  refusal = "a state was refused: " + reason;
+  refusal = "a state was rejected: " + reason;
   refused_at = Clock::now();
 }
 
@@ -306,18 +305,18 @@ RemoteScene SlaveLink::Connect() {
     if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
       throw std::runtime_error(
           parts_->target +
-          " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
-          "release like this one?");
+          " answers, but does not speak palpate.v1: is it a palpate-slave of a "
+          "compatible release?");
     }
     if (status.error_code() == grpc::StatusCode::PERMISSION_DENIED) {
-      throw std::runtime_error(parts_->target + " refuses: " + WordsOf(status));
+      throw std::runtime_error(parts_->target + " rejects this: " + WordsOf(status));
     }
     const double passed = SecondsBetween(start, Clock::now());
     const bool more = passed < parts_->options.wait;
     if (more && parts_->WaitForConnection(backoff.Next())) continue;
     throw std::runtime_error(
         Formatted("no slave at %s: %d attempts in %g s, the last: %s; is palpate-slave serving "
-                  "there, with --tls or without as here?",
+                  "there, and do both ends use --tls, or neither?",
                   parts_->target.c_str(), attempts, passed, WordsOf(status).c_str()));
   }
 }

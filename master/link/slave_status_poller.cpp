@@ -56,7 +56,7 @@ struct SlaveStatusPoller::Parts {
   void Take(const v1::SlaveState& message);
   void Take(const v1::TraceUpdate& message);
   void Run(const std::stop_token& stop);
-  // The slave's words, or why they are not told.
+  // Messages of the slave, or why there are none.
   Words Poll();
   // Adds the answer of one call to `json` unless one before failed.
   template <class Request, class Reply, class Call>
@@ -81,7 +81,7 @@ struct SlaveStatusPoller::Parts {
 void SlaveStatusPoller::Parts::Take(const v1::SlaveState& message) {
   std::string reason;
   const auto state = FromProto(message, &reason);
-  if (!state) return;  // the operator's own stream says so
+  if (!state) return;  // already known from the Operate stream
   std::string details = JsonOf(message.details());
   const std::scoped_lock lock(mutex);
   felt = {*state, std::move(details), Clock::now()};

@@ -11,26 +11,26 @@ namespace {
 
 constexpr std::size_t kLongest = 300;  // [characters]
 
-// What gRPC's own words hold, the first that is found; what is the case.
+// A part of a gRPC message, and the words shown for it. The first match counts.
 struct Row {
   std::string_view part, words;
 };
 constexpr std::array<Row, 12> kRows{{
     {"Deadline Exceeded", "no answer in time"},
-    {"Connection refused", "nobody listens there"},
-    {"DNS resolution failed", "no machine is known by that name"},
-    {"Network is unreachable", "the network has no way to that machine"},
-    {"No route to host", "the network has no way to that machine"},
+    {"Connection refused", "no program listens there"},
+    {"DNS resolution failed", "unknown host name"},
+    {"Network is unreachable", "no route to that machine"},
+    {"No route to host", "no route to that machine"},
     {"timed out", "that machine does not answer"},
     {"Timeout occurred", "that machine does not answer"},
-    {"eepalive", "the slave does not answer any more"},
-    {"Socket closed", "the connection broke"},
-    {"Connection reset", "the connection broke"},
-    {"Broken pipe", "the connection broke"},
-    {"Endpoint read failed", "the connection broke"},
+    {"eepalive", "the slave no longer answers"},
+    {"Socket closed", "the connection was closed"},
+    {"Connection reset", "the connection was closed"},
+    {"Broken pipe", "the connection was closed"},
+    {"Endpoint read failed", "the connection was closed"},
 }};
 
-// No service of ours answers with these but for `UNAVAILABLE`, when it stops.
+// Codes of the transport. The slave itself returns UNAVAILABLE only when it stops.
 bool IsOfTheLine(grpc::StatusCode code) {
   return code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::DEADLINE_EXCEEDED;
 }

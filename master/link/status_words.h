@@ -1,5 +1,4 @@
-// Why a call failed, for people: what gRPC itself says of lines in words that tell what is the
-// case.
+// Texts for failed calls. Messages of gRPC about the connection are replaced by clear ones.
 #pragma once
 
 #include <string>
@@ -8,8 +7,8 @@
 
 namespace palpate {
 
-// Of a peer that may mean harm, fit for a terminal: at most 300 characters. What the slave says
-// itself stays as it said it; empty: it said nothing.
+// The reason of `status`: at most 300 printable characters, because the peer may be malicious. A
+// message of the slave itself is kept; empty without one.
 std::string WordsOf(const grpc::Status& status);
 
 }  // namespace palpate

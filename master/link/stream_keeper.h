@@ -1,5 +1,5 @@
-// Keeps one of the slave's streams open for an observer: a thread of its own reads what comes, and
-// opens the stream again, with back-off, when it ends.
+// Keeps a stream of the slave open for an observer: a separate thread reads messages, and reopens
+// the stream with back-off when it ends.
 #pragma once
 
 #include <chrono>
@@ -25,19 +25,19 @@ class StreamKeeper {
   using Open = std::function<std::unique_ptr<grpc::ClientReader<Message>>(grpc::ClientContext*)>;
   using Take = std::function<void(const Message&)>;
 
-  // Both are called by the keeper's thread and outlive it.
+  // Both are called on this object's thread and must outlive it.
   StreamKeeper(Open open, Take take)
       : open_(std::move(open)), take_(std::move(take)), thread_([this] { Run(); }) {}
   ~StreamKeeper() { Stop(); }
   StreamKeeper(const StreamKeeper&) = delete;
   StreamKeeper& operator=(const StreamKeeper&) = delete;
 
-  // Why nothing comes at the moment; empty: it does. Thread-safe.
+  // Why nothing is received; empty: no problem. Thread-safe.
   [[nodiscard]] std::string trouble() const {
     const std::scoped_lock lock(mutex_);
     return trouble_;
   }
-  // No more messages.
+  // Ends the stream.
   void Stop() {
     {
       const std::scoped_lock lock(mutex_);
@@ -59,7 +59,7 @@ class StreamKeeper {
       if (stopped_.wait_for(lock, backoff.Next(), [this] { return stopping_; })) return;
     }
   }
-  // One stream from its opening to its end. True: something came.
+  // Reads one stream until its end. True: a message was received.
   bool Watch() {
     grpc::ClientContext own;
     {

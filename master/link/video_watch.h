@@ -1,6 +1,5 @@
-// Watches the slave's pictures beside the force: a channel and a thread of its own, the newest
-// picture only. While it lives the slave encodes pictures for it: make one only where somebody
-// looks.
+// Receives the newest image of the slave, on a separate channel and thread. While it exists, the
+// slave encodes images for it, so make one only if they are shown.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +10,9 @@
 
 namespace palpate {
 
-// A picture as it came.
+// A received image.
 struct RemotePicture {
-  std::uint64_t number = 0;   // rises by one with each that came
+  std::uint64_t number = 0;   // rises by one per image
   Time sensed_at{};           // slave's clock
   int width = 0, height = 0;  // [px]
   std::string jpeg;
@@ -22,18 +21,18 @@ struct RemotePicture {
 class VideoWatch {
  public:
   struct Options {
-    double rate = 15;  // at most so many a second [Hz], 1 to 120
+    double rate = 15;  // largest rate [Hz], 1 to 120
     int quality = 75;  // of the JPEG, 10 to 100
   };
-  // Pictures with the slave's overlays. Opens the stream and keeps it open, reconnecting with
-  // back-off. Throws std::invalid_argument: target not understood, or not loopback without
-  // `insecure`.
+  // Requests images with the slave's overlays. Opens the stream and keeps it open, reconnecting
+  // with back-off. Throws std::invalid_argument for an invalid target, or one beyond loopback
+  // without `insecure`.
   VideoWatch(const SlaveLink::Options& link, const Options& options);
   ~VideoWatch();
 
-  // Null: none came yet. Thread-safe.
+  // Null: none received yet. Thread-safe.
   [[nodiscard]] std::shared_ptr<const RemotePicture> newest() const;
-  // Why none comes at the moment; empty: they do. Thread-safe.
+  // Why none is received; empty: no problem. Thread-safe.
   [[nodiscard]] std::string trouble() const;
 
  private:

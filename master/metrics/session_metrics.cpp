@@ -8,7 +8,7 @@ namespace {
 constexpr double kMicro = 1e-6;
 
 Metric StateOf(const Status& status) {
-  Metric metric{"palpate_master_state", "Who may move the tool.", Metric::Type::kGauge, {}};
+  Metric metric{"palpate_master_state", "State of the operator.", Metric::Type::kGauge, {}};
   for (std::size_t i = 0; i < kOperatorStateCount; ++i) {
     const auto state = static_cast<OperatorState>(i);
     metric.samples.push_back(
@@ -19,7 +19,7 @@ Metric StateOf(const Status& status) {
 
 Metric RoundTripOf(const LinkStats& link) {
   return {"palpate_master_round_trip_seconds",
-          "Of commands that came back, since the start.",
+          "Round-trip time of commands since the start.",
           Metric::Type::kGauge,
           {{Label("quantile", "0.5"), kMicro * link.rtt_p50_us},
            {Label("quantile", "0.99"), kMicro * link.rtt_p99_us}}};
@@ -32,22 +32,20 @@ Metrics MetricsOf(const Status& status) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
   return {
       StateOf(status),
-      Gauge("palpate_master_tick_rate_hertz", "Of the haptic loop, over the last while.",
-            status.rate),
-      Gauge("palpate_master_force_newtons", "On the hand now.", status.tick.chain.sent.norm()),
-      Gauge("palpate_master_force_limit_newtons", "Largest force on the hand.", status.force_limit),
-      Gauge("palpate_master_state_age_seconds", "Since a state was received.",
-            status.tick.state_age),
-      Gauge("palpate_master_connected", "1: states come.", link.connected ? 1 : 0),
+      Gauge("palpate_master_tick_rate_hertz", "Recent rate of the haptic loop.", status.rate),
+      Gauge("palpate_master_force_newtons", "Force on the device.", status.tick.chain.sent.norm()),
+      Gauge("palpate_master_force_limit_newtons", "Force limit on the device.", status.force_limit),
+      Gauge("palpate_master_state_age_seconds", "Age of the newest state.", status.tick.state_age),
+      Gauge("palpate_master_connected", "1 while states are received.", link.connected ? 1 : 0),
       RoundTripOf(link),
-      Gauge("palpate_master_clock_offset_seconds", "The slave's clock minus this one.",
+      Gauge("palpate_master_clock_offset_seconds", "Clock of the slave minus clock of the master.",
             link.clock_offset),
-      Counter("palpate_master_states_total", "Received.", number(link.states)),
-      Counter("palpate_master_states_by_datagram_total",
-              "Received so before they came by the stream.", number(link.states_by_datagram)),
-      Counter("palpate_master_states_refused_total", "That could not be read.",
+      Counter("palpate_master_states_total", "States received.", number(link.states)),
+      Counter("palpate_master_states_by_datagram_total", "States received first by datagram.",
+              number(link.states_by_datagram)),
+      Counter("palpate_master_states_refused_total", "States rejected as invalid.",
               number(link.refused)),
-      Counter("palpate_master_commands_total", "Sent.", number(link.commands)),
+      Counter("palpate_master_commands_total", "Commands sent.", number(link.commands)),
       Counter("palpate_master_reconnects_total", "Streams opened after the first.",
               number(link.reconnects)),
   };

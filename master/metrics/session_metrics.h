@@ -1,4 +1,4 @@
-// A session's health in numbers, for whoever watches the station over weeks.
+// Metrics of a session for Prometheus.
 #pragma once
 
 #include <mutex>
@@ -10,7 +10,7 @@ namespace palpate {
 
 Metrics MetricsOf(const Status& status);
 
-// Between the session's slow thread, which shows, and whoever asks.
+// Passes the status from the session's slow thread to the metrics page.
 class SessionMetrics {
  public:
   void Update(const Status& status) {

@@ -58,14 +58,14 @@ struct BulkWatch::Parts {
   // Streams of `Message`, one after the other. Ends where the slave has none of them.
   template <class Message, class Open>
   void Watch(const Open& open);
-  // What the slave says of itself: its scene once for each of its revisions, its health.
+  // Queries the scene once per revision, and the status.
   void PollEverySecond();
   void RequestScene();
 
   const OnMessage on_message;
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
-  std::uint32_t revision = 0;  // of the scene that was told; the asking thread's own
-  bool is_told = false;        // likewise
+  std::uint32_t revision = 0;  // of the last scene; used by the query thread only
+  bool is_told = false;        // used by the query thread only
 
   std::mutex mutex;  // guards what follows
   std::condition_variable changed;

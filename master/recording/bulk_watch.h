@@ -1,6 +1,5 @@
-// What a recording keeps of the slave beside its states: what it says of itself, each sample's
-// way through it, pictures and the object's shape twice a second, its health once a second. On a
-// connection of its own.
+// Receives what a recording keeps besides states: scene, capabilities, traces, images and shapes
+// twice a second, and the status once a second. Uses a separate connection.
 #pragma once
 
 #include <filesystem>
@@ -17,17 +16,17 @@ class BulkWatch {
   struct Options {
     std::string target;         // HOST:PORT
     bool insecure = false;      // allow targets that are not loopback, in plain text
-    std::filesystem::path tls;  // the folder of our certificate; empty: plain text
+    std::filesystem::path tls;  // folder with the certificates; empty: plain text
   };
   static constexpr double kPictureRate = 2, kMeshRate = 2;  // [Hz]
-  static constexpr int kQuality = 75;                       // of the pictures, JPEG
+  static constexpr int kQuality = 75;                       // JPEG quality of images
 
-  // A SceneDescription, Capabilities, Status, VideoFrame, MeshState or TraceUpdate. By several
-  // threads.
+  // Receives a SceneDescription, Capabilities, Status, VideoFrame, MeshState or TraceUpdate. Called
+  // by several threads.
   using OnMessage = std::function<void(const google::protobuf::Message&)>;
 
-  // Keeps asking, reconnecting with back-off, until it ends. Throws std::invalid_argument: target
-  // not understood, or not loopback without `insecure`.
+  // Receives until destruction, reconnecting with back-off. Throws std::invalid_argument for an
+  // invalid target, or one beyond loopback without `insecure`.
   BulkWatch(const Options& options, OnMessage on_message);
   ~BulkWatch();
 

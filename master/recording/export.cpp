@@ -42,7 +42,7 @@ std::uint64_t BitsOf(const Reasons& reasons) {
   return bits;
 }
 
-// A row per tick: what the hand did and felt, and how far that may be trusted.
+// Writes one row per tick: motion, forces and their validity.
 class TickArrays {
  public:
   explicit TickArrays(const std::filesystem::path& folder)
@@ -147,7 +147,7 @@ VtuGrid GridOf(const RemoteMesh& mesh) {
   return grid;
 }
 
-// Meshes as they come, and the collection that tells ParaView when each was so.
+// Writes meshes and the collection with their times for ParaView.
 class MeshFiles {
  public:
   explicit MeshFiles(std::filesystem::path out) : out_(std::move(out)) {}
@@ -227,7 +227,7 @@ class SessionExport {
     clock_offset_ = SecondsBetween(at, state.sent_at);
     states_.Add(SecondsBetween(begin_, at), state);
   }
-  // Stamped by the slave's clock, which the states tell of to within their way here.
+  // Timestamps are of the slave's clock, whose offset is known within the network delay.
   void Add(const std::string& jpeg, Time taken) {
     if (counts_.pictures == 0) Made(out_ / "pictures");
     WriteWholeFile(out_ / "pictures" / Numbered(counts_.pictures++, ".jpg"), jpeg);

@@ -1,4 +1,4 @@
-// A master's recording for other tools: tables, NumPy arrays, pictures and meshes.
+// Exports a master's recording as tables, NumPy arrays, images and meshes.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,25 @@ namespace palpate {
 
 struct ExportCounts {
   std::uint64_t ticks = 0, states = 0, pictures = 0, meshes = 0;
-  std::string damage;  // what of the recording cannot be read, in words; empty: nothing
+  std::string damage;  // unreadable parts of the recording, as text; empty: none
 };
 
-// Writes into `out`, made if missing; t [s] is since the first tick, SI throughout:
+// Writes into `out`, which is created if missing. t [s] starts at the first tick; all values are
+// SI:
 //
 //   log.csv            the ticks, with the columns of `connect --log`
-//   states.csv         the slave's states as they came
-//   numpy/*.npy        a row per tick, to learn from: t, p_M (3), p_S (3), force (3, what the
-//   device
-//                      got, M), estimated (3, NaN: unknown), sigma (NaN), validity, check and phase
-//                      (their numbers in palpate.v1), reasons (bits, the lowest is FORCE_REASON 1),
-//                      state_sequence, age and sensed_age (NaN), picture (index of the newest
-//                      picture shown then, -1: none)
-//   numpy/picture_t.npy, pictures/NNNNNN.jpg   when each was taken, and it
-//   meshes/NNNNNN.vtu, meshes.pvd              the object's shape for ParaView: displacement [m]
-//                                              and, where it is told, traction [Pa]
+//   states.csv         the received states of the slave
+//   numpy/*.npy        one row per tick: t, p_M (3), p_S (3), force (3, on the device, M),
+//   estimated
+//                      (3, NaN: unknown), sigma (NaN), validity, check and phase (numbers of
+//                      palpate.v1), reasons (bits, the lowest is FORCE_REASON 1), state_sequence,
+//                      age and sensed_age (NaN), picture (index of the newest image, -1: none)
+//   numpy/picture_t.npy, pictures/NNNNNN.jpg   time of each image, and the images
+//   meshes/NNNNNN.vtu, meshes.pvd              shapes for ParaView: displacement [m] and, if known,
+//                                              traction [Pa]
 //
-// Throws InputError: no master's recording, damaged; std::runtime_error: not writable.
+// Throws InputError for a file that is damaged or no master's recording, and std::runtime_error if
+// it cannot write.
 ExportCounts ExportSession(const std::filesystem::path& file, const std::filesystem::path& out,
                            const std::stop_token& stop);
 

@@ -29,7 +29,7 @@ Message Parsed(const RecordingReader& reader) {
   return message;
 }
 
-// Tells one message after the other to whom it concerns.
+// Passes each message to its callback.
 class MessageDispatcher {
  public:
   MessageDispatcher(const RecordingReader& reader, const ReplayFeed& feed,
@@ -100,7 +100,7 @@ class MessageDispatcher {
 
 }  // namespace
 
-// The object's topology is told once, perhaps long before what is to be played.
+// The topology is recorded once, possibly long before the start of the replay.
 Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
   RecordingReader reader(file_);
   while (reader.Next()) {
@@ -116,7 +116,7 @@ Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
   span_.damage = reader.damage();
   if (span_.ticks == 0) {
     throw InputError(file_.string() +
-                     ": holds no tick: accepted is a master's recording (connect --record)");
+                     ": contains no tick: accepted is a master's recording (connect --record)");
   }
   const auto session = reader.mcap().notes().find(kSessionNote);
   if (session != reader.mcap().notes().end()) span_.session = session->second;
@@ -131,7 +131,7 @@ void Replay::Play(double from, double speed, const ReplayFeed& feed,
   Time started = Clock::now();
   double asked = -kStep;
   while (!stop.stop_requested() && reader.Next()) {
-    // The ticks alone tell the time: nobody waits for a message with a stamp of another clock.
+    // Only ticks define the time, because other messages have timestamps of another clock.
     const double played = SecondsBetween(begin, std::min(reader.at(), span_.last));
     if (reader.topic() == kTickTopic && played - asked >= kStep * (speed > 0 ? speed : 1)) {
       // While nothing was recorded nothing is to be seen.

@@ -1,5 +1,4 @@
-// A master's recording played as a session: whoever shows a live one is told the same, at the pace
-// that is asked for.
+// Plays a master's recording like a live session, at the requested speed.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +23,7 @@ class SceneDescription;
 class Status;
 }  // namespace v1
 
-// Who is told; what nobody wants may be empty. All by the thread that plays.
+// Callbacks of a replay. Each may be empty. All are called on the playing thread.
 struct ReplayFeed {
   std::function<void(const TickRecord&)> on_tick;
   std::function<void(const SlaveState&, Time received_at)> on_state;
@@ -32,20 +31,20 @@ struct ReplayFeed {
   std::function<void(const std::shared_ptr<const RemoteMesh>&)> on_mesh;
   std::function<void(const SampleTrace&)> on_trace;
   std::function<void(const std::string& line, Time at, bool is_alarm)> on_log;
-  // What the slave said of itself.
+  // Messages of the slave about scene, capabilities and status.
   std::function<void(const v1::SceneDescription&, Time at)> on_scene;
   std::function<void(const v1::Capabilities&, Time at)> on_capabilities;
   std::function<void(const v1::Status&, Time at)> on_health;
-  // The recording's time so far and whether somebody wants it to go on; empty: it does. Asked
-  // every 10 ms of the player's time.
+  // Called every 10 ms of real time with the time in the recording; returns whether to continue.
+  // May be empty.
   std::function<bool(double t)> goes_on;
 };
 
 struct ReplaySpan {
-  Time first{}, last{};     // of what is recorded, recorder's clock
+  Time first{}, last{};     // of the recorded data, recorder's clock
   std::uint64_t ticks = 0;  // of the haptic loop
-  McapMap session;          // what it went by: version, target, device, ...
-  std::string damage;       // what cannot be read, in words; empty: nothing
+  McapMap session;          // its settings: version, target, device, ...
+  std::string damage;       // unreadable parts, as text; empty: none
   [[nodiscard]] double seconds() const { return SecondsBetween(first, last); }
 };
 
@@ -53,18 +52,18 @@ class Replay {
  public:
   static constexpr double kSlowest = 0.1, kFastest = 4;
 
-  // Reads it through once. Throws InputError: not a recording, or none of a master's.
+  // Reads the whole file once. Throws InputError if it is no recording of a master.
   explicit Replay(std::filesystem::path file);
 
   [[nodiscard]] const ReplaySpan& span() const { return span_; }
-  // From `from` seconds after its beginning to its end, `speed` times as fast as it was; 0: as fast
-  // as it goes. Throws InputError: a message is damaged.
+  // Plays from `from` [s] after the start to the end, at `speed` times real time; 0: without
+  // waiting. Throws InputError if a message is damaged.
   void Play(double from, double speed, const ReplayFeed& feed, const std::stop_token& stop) const;
 
  private:
   std::filesystem::path file_;
   ReplaySpan span_;
-  std::shared_ptr<const MeshTopology> topology_;  // the first; null: no mesh was recorded
+  std::shared_ptr<const MeshTopology> topology_;  // the first; null: no recorded mesh
 };
 
 }  // namespace palpate

@@ -72,7 +72,7 @@ void SessionRecording::LogChanges(const TickRecord& record) {
 }
 
 void SessionRecording::Switch(bool on) {
-  if (is_on_.exchange(on) != on) Log(on ? "recording goes on" : "recording is off from here");
+  if (is_on_.exchange(on) != on) Log(on ? "recording is on" : "recording is off from here");
 }
 
 void SessionRecording::OnState(const ReceivedState& received) {

@@ -1,14 +1,15 @@
 // The master's recording of a session.
 //
 //   /master/tick           palpate.v1.ForceTick, 1000 a second: the force chain
-//   /master/command        palpate.v1.OperatorCommand, as they left
-//   /slave/state           palpate.v1.SlaveState, as they came: time of arrival, master's clock
+//   /master/command        palpate.v1.OperatorCommand, as sent
+//   /slave/state           palpate.v1.SlaveState, as received: time of arrival, master's clock
 //   /slave/picture         foxglove.CompressedImage, JPEG, at most two a second
 //   /slave/mesh            palpate.v1.MeshState, at most two a second
-//   /slave/trace           palpate.v1.TraceUpdate: when each sample came through the slave's stages
-//   /slave/scene, /capabilities, /health   what the slave says of itself, at each change, each
-//   second /master/tip            foxglove.PoseInFrame: the hand, a hundred a second /log
-//   foxglove.Log: states of the operator, events and alarms, in words
+//   /slave/trace           palpate.v1.TraceUpdate: times of each sample in the stages of the slave
+//   /slave/scene, /capabilities   at each change
+//   /slave/health          palpate.v1.Status, one a second
+//   /master/tip            foxglove.PoseInFrame: the device, a hundred a second
+//   /log                   foxglove.Log: operator states, events and alarms, as text
 #pragma once
 
 #include <atomic>
@@ -37,28 +38,27 @@ inline constexpr std::string_view kTickTopic = "/master/tick", kCommandTopic = "
                                   kCapabilitiesTopic = "/slave/capabilities",
                                   kHealthTopic = "/slave/health", kHandTopic = "/master/tip",
                                   kMasterLogTopic = "/log";
-// Of the note that says what the session went by.
+// Name of the metadata with the settings of the session.
 inline constexpr const char* kSessionNote = "palpate.session";
 
-// Thread-safe. Nothing here is for the haptic thread: its ticks come by the ring.
+// Thread-safe, but not for the haptic thread: its ticks arrive through the ring.
 class SessionRecording {
  public:
-  // Throws std::runtime_error: it cannot be written.
+  // Throws std::runtime_error if the file cannot be written.
   explicit SessionRecording(Recording::Options options);
   ~SessionRecording();
 
-  // Before anything else: what the session goes by.
+  // Writes the settings of the session. Call it first.
   void Begin(const McapMap& session) { recording_.Note(kSessionNote, session); }
   void OnTick(const TickRecord& record);
   void OnState(const ReceivedState& received);
   void OnCommand(const OperatorCommand& command);
-  // Of a BulkWatch.
+  // Takes a message of a BulkWatch.
   void OnBulk(const google::protobuf::Message& message);
-  // A line of the log; `is_alarm`: something is not as it should be.
+  // Writes a line of the log. `is_alarm`: it is a warning.
   void Log(const std::string& line, bool is_alarm = false, Time at = Clock::now());
 
-  // Off: nothing is kept but what the slave says of its scene, and the log, which says so.
-  // Thread-safe.
+  // Switches the recording on or off. While off, it keeps only scene and log. Thread-safe.
   void Switch(bool on);
   [[nodiscard]] bool is_on() const { return is_on_; }
 
@@ -74,14 +74,13 @@ class SessionRecording {
   std::uint16_t tick_, command_, state_, picture_, mesh_, trace_, scene_, capabilities_, health_,
       hand_, log_;
   std::atomic<bool> is_on_{true};
-  // Of the thread that brings ticks.
+  // Used by the thread of the ticks.
   TickRecord last_;
   Time hand_told_{};
-  std::set<std::string>
-      alarms_;  // of the last status; of the thread that asks for the slave's health
-  // Of the thread that watches the mesh.
-  std::unique_ptr<v1::MeshState> topology_;  // the last mesh that had one
-  int topology_part_ = 1;                    // that tells it
+  std::set<std::string> alarms_;  // of the last status; used by the status thread
+  // Used by the mesh thread.
+  std::unique_ptr<v1::MeshState> topology_;  // the last mesh with a topology
+  int topology_part_ = 1;                    // part of the recording that contains it
 };
 
 }  // namespace palpate

@@ -9,8 +9,8 @@ namespace palpate {
 
 // Overwrites `message`. Numbers keep seven digits.
 void ToProto(const TickRecord& record, v1::ForceTick* message);
-// As it was recorded `at`. What a newer program may have added is left out; numbers that are not
-// finite are zero.
+// Converts a message recorded `at`. Unknown additions of newer programs are ignored. Numbers that
+// are not finite become zero.
 TickRecord FromProto(const v1::ForceTick& message, Time at);
 
 }  // namespace palpate

@@ -15,11 +15,11 @@ constexpr double kLate = 0.030;      // [s]
 constexpr double kLateShare = 0.01;  // [-]
 constexpr double kSlowLoop = 900;    // [Hz]
 constexpr double kNearLimit = 0.8;   // [-]
-constexpr double kLittleRoom = 200;  // ten minutes of a session [MB]
+constexpr double kLittleRoom = 200;  // about ten minutes of a recording [MB]
 constexpr double kClocksApart = 60;  // [s]
 constexpr const char* kSameRelease =
-    "What only one of them knows is left out. Install the same release at both ends.";
-constexpr const char* kOtherBuild = "What only that one knew is left out.";
+    "Features that only one of them has are off. Install the same release at both ends.";
+constexpr const char* kOtherBuild = "Data that only the other release has are not shown.";
 
 std::string Spaced(std::string_view code) {
   std::string words(code);
@@ -34,7 +34,7 @@ class Alarms {
   std::vector<Alarm> List() {
     AddStop();
     AddLine();
-    if (moment_.status.link.connected) {  // else the rest of what comes from there only follows
+    if (moment_.status.link.connected) {  // without a link these only repeat the cause
       AddValidity();
       AddReasons();
       AddLimit();
@@ -54,23 +54,24 @@ class Alarms {
 
   void AddStop() {
     if (tick_.state != OperatorState::kEstop) return;
-    Stop("Emergency stop: the tool stands, the hand is let go.",
-         "When it is safe: R, or the button beside STOP, then engage again.");
+    Stop("Emergency stop: the tool is stopped, the operator is disengaged.",
+         "When it is safe, press R or the button beside STOP, then engage again.");
   }
   void AddLine() {
     const LinkStats& link = moment_.status.link;
     const std::string why = link.trouble.empty() ? "" : ": " + link.trouble;
     if (!link.connected) {
-      Stop("No line to the slave" + why + ".",
-           link.answers ? "The slave is there and says what is wrong: mend that. The master tries "
-                          "again by itself; then engage again."
-                        : "Is palpate-slave running? The master tries again by itself; engage "
-                          "again when it is back.");
+      Stop("No link to the slave" + why + ".",
+           link.answers
+               ? "The slave answers and states the reason: correct it. The master retries by "
+                 "itself; then engage again."
+               : "Is palpate-slave running? The master retries by itself; engage again "
+                 "when the slave is back.");
     } else if (!why.empty()) {
-      Note("The line to the slave" + why + ".", "If it stays, stop and start palpate-master.");
+      Note("The link to the slave" + why + ".", "If this persists, restart palpate-master.");
     } else if (tick_.state_age > kLate) {
       Stop("No state from the slave for more than 30 ms.",
-           "The tool stands. Wait, or look at the network.");
+           "The tool is stopped. Wait, or check the network.");
     }
   }
   void AddValidity();
@@ -79,23 +80,23 @@ class Alarms {
     const double limit = moment_.status.force_limit;
     if (tick_.chain.reasons.Has(Reason::kClamped)) return;
     if (limit > 0 && tick_.chain.sent.norm() > kNearLimit * limit) {
-      Note("More than four fifths of the force limit.", "Press no deeper.");
+      Note("The force exceeds 80 % of the force limit.", "Do not press deeper.");
     }
   }
   void AddNews() {
     if (moment_.ticks.late_share > kLateShare) {
       Note(Formatted("States came late in %.0f %% of the last 10 s.",
                      100 * moment_.ticks.late_share),
-           "A slower line or a busy machine: see the charts.");
+           "The link is slow or the machine is busy: see the charts.");
     }
     if (moment_.picture_stands > 0 && moment_.felt.state.validity != Validity::kStale) {
-      Note(Formatted("The picture has stood still for %.0f s.", moment_.picture_stands),
-           "The force goes on beside it: its own age tells. If it stays, load the page again.");
+      Note(Formatted("The image has been frozen for %.0f s.", moment_.picture_stands),
+           "The force is independent of it: check its age. If this persists, reload the page.");
     }
-    for (const std::string& text : moment_.slave_alarms) Note("The slave says: " + text + ".");
+    for (const std::string& text : moment_.slave_alarms) Note("The slave reports: " + text + ".");
     if (!moment_.health_trouble.empty()) {
-      Note("The slave's health is not told: " + moment_.health_trouble + ".",
-           "A slow line or a busy slave: the force goes on beside it.");
+      Note("The slave does not report its status: " + moment_.health_trouble + ".",
+           "The link is slow or the slave is busy. The force is independent of it.");
     }
   }
   void AddRest() {
@@ -104,17 +105,17 @@ class Alarms {
     }
     if (moment_.recording) AddRecording(*moment_.recording);
     if (const double apart = moment_.status.link.clock_offset; std::abs(apart) > kClocksApart) {
-      Note(Formatted("The slave's clock is %+.0f s from ours.", apart),
-           "Times in logs and certificates go by it, no force does: run NTP at both ends.");
+      Note(Formatted("The slave's clock differs by %+.0f s.", apart),
+           "This affects times in logs and certificates, not the force. Run NTP at both ends.");
     }
   }
   void AddRecording(const RecordingMoment& recording) {
     if (!recording.trouble.empty()) {
       Note("The recording: " + recording.trouble + ".",
-           "Make room, or give a larger --record-limit, at the next start.");
+           "Free disk space, or raise --record-limit at the next start.");
     } else if (recording.on && recording.room && *recording.room < kLittleRoom) {
-      Note(Formatted("The recording: its disk has %.0f MB left.", *recording.room),
-           "Make room now: a full disk ends the recording, not the hand.");
+      Note(Formatted("The recording: %.0f MB are left on its disk.", *recording.room),
+           "Free disk space now. A full disk ends the recording, not the session.");
     }
   }
 
@@ -126,16 +127,15 @@ class Alarms {
 std::string NextFor(Validity validity) {
   switch (validity) {
     case Validity::kTrackingLost:
-      return "Look at the picture: is the tool in it, is it covered? Lift it clear, then engage "
-             "again.";
+      return "Check the image: the tool must be visible. Move it into view, then engage again.";
     case Validity::kExtrapolated:
-      return "Press less deep, or read CHECKS for the check that is named.";
+      return "Press less deeply, or look up the check in slave/CHECKS.md.";
     case Validity::kStale:
-      return "See whether the camera or the fingertips still send: Setup names what they wait for.";
+      return "Check that camera or fingertips still send data: Setup shows what is missing.";
     case Validity::kPunctured:
-      return "Draw the tool back.";
+      return "Retract the tool.";
     default:
-      return "See the slave's log: it says why the model has no answer.";
+      return "See the slave's log: it states why the model has no solution.";
   }
 }
 
@@ -158,17 +158,16 @@ void Alarms::AddReasons() {
     const char *words, *next;
   };
   constexpr std::array<Change, 7> kChanges{{
-      {Reason::kClamped, "the force limit", "Press less: more cannot be felt."},
-      {Reason::kPassivity, "damped: no energy from nowhere",
-       "It ends by itself; slower motion and a shorter line need less of it."},
-      {Reason::kOffsetJump, "the slave moved the offset", "Let go, then engage again."},
-      {Reason::kSettings, "settings are being read", "It ends when they are read."},
-      {Reason::kBadState, "a state with impossible numbers",
-       "See the slave's log, and its release."},
+      {Reason::kClamped, "the force limit", "Press less: a larger force cannot be rendered."},
+      {Reason::kPassivity, "damped by passivity control",
+       "It ends by itself. Slower motion and a faster link need less damping."},
+      {Reason::kOffsetJump, "the slave moved the position offset", "Disengage, then engage again."},
+      {Reason::kSettings, "the settings are being read", "It ends when they are read."},
+      {Reason::kBadState, "a state with impossible numbers", "Check the slave's log and release."},
       {Reason::kBadDevice, "a device reading with impossible numbers",
-       "Let go, see the device's cable, then engage again."},
-      {Reason::kAged, "sensed too long ago",
-       "See whether the camera or the fingertips still send: Setup names what they wait for."},
+       "Disengage, check the cable of the device, then engage again."},
+      {Reason::kAged, "the sample is too old",
+       "Check that camera or fingertips still send data: Setup shows what is missing."},
   }};
   for (const auto& [reason, words, next] : kChanges) {
     if (!tick_.chain.reasons.Has(reason)) continue;
@@ -190,7 +189,7 @@ LineState LineOf(const StationMoment& moment) {
     add(Formatted("%.0f %% of the states late", 100 * moment.ticks.late_share));
   }
   if (moment.ticks.rate > 0 && moment.ticks.rate < kSlowLoop) {
-    add(Formatted("the loop at %.0f Hz", moment.ticks.rate));
+    add(Formatted("haptic loop at %.0f Hz", moment.ticks.rate));
   }
   if (!link.trouble.empty()) add(link.trouble);
   return {why.empty() ? "good" : "degraded", why, "operator"};

@@ -1,4 +1,4 @@
-// What is wrong at a moment, in words, each with the next step: for page and terminal alike.
+// Alarms with the next step, for page and terminal.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,20 @@ struct StationMoment;
 struct Alarm {
   enum class Level : std::uint8_t { kNote, kStop };
   Level level = Level::kNote;
-  std::string text, next;  // what is wrong; what to do about it, may be empty
+  std::string text, next;  // the problem; what to do, may be empty
 };
 std::string_view ToString(Alarm::Level level);  // `warn`, `bad`
 
-// How the line to the slave is, and whom the slave takes this station for.
+// State of the link, and the role of this station.
 struct LineState {
-  std::string_view word;  // `lost`; `connected`: the slave answers, no states; `degraded`; `good`
-  std::string why;        // it is degraded
-  std::string_view role;  // `operator`; `observer`: the slave does not serve it; empty: not known
+  std::string_view
+      word;         // `lost`, `connected` (the slave answers without states), `degraded` or `good`
+  std::string why;  // why it is degraded
+  std::string_view role;  // `operator`; `observer` without the lease; empty: unknown
 };
 LineState LineOf(const StationMoment& moment);
 
-// The worst need not come first: in the order of a force's way. Empty: nothing is wrong.
+// Present alarms in the order of the processing of a force, not of severity.
 std::vector<Alarm> AlarmsOf(const StationMoment& moment);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Pictures and shapes on their way to the board.
+// Puts images and shapes on the notice board.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace palpate {
 
-// One thread.
+// Not thread-safe.
 class Display {
  public:
-  // `board` outlives it.
+  // `board` must outlive this object.
   explicit Display(NoticeBoard* board) : board_(board) {}
 
-  // `t`: when it was sensed [s] since the run began.
+  // `t`: sample time since the start of the run [s].
   void PutPicture(const std::string& jpeg, double t);
-  // What it is the shape of goes before it, when that is another one.
+  // Puts a shape. A changed topology is put before it.
   void PutShape(const RemoteMesh& mesh, double t);
 
  private:

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kRepeat = 0.5;  // what is said again so soon is not news [s]
+constexpr double kRepeat = 0.5;  // a repetition within this time is not logged [s]
 
 bool IsTrouble(OperatorState state) {
   return state == OperatorState::kEstop || state == OperatorState::kHold ||
@@ -20,9 +20,8 @@ bool IsTrouble(OperatorState state) {
 
 void EventLog::Append(double t, bool is_trouble, std::string text) {
   const std::scoped_lock lock(mutex_);
-  const bool is_known = std::ranges::any_of(entries_, [&](const LogEntry& saying) {
-    return saying.text == text && t - saying.t < kRepeat;
-  });
+  const bool is_known = std::ranges::any_of(
+      entries_, [&](const LogEntry& entry) { return entry.text == text && t - entry.t < kRepeat; });
   if (is_known) return;
   entries_.push_back({++number_, t, is_trouble, std::move(text)});
   if (entries_.size() > kKept) entries_.pop_front();

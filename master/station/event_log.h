@@ -1,4 +1,4 @@
-// What happened, in words, the newest fifty: for the page's list.
+// The newest fifty events as text, for the page's list.
 #pragma once
 
 #include <deque>
@@ -15,14 +15,14 @@ namespace palpate {
 
 class EventLog {
  public:
-  // `t` [s] since the run began. The same words again within half a second are no news.
-  // Thread-safe, as is all that follows.
+  // Adds an event at `t` [s] since the start of the run. A repetition within half a second is
+  // ignored. Thread-safe, unless stated otherwise like the functions below.
   void Append(double t, bool is_trouble, std::string text);
-  // What the operator's state became, and what the operator did. One thread.
+  // Adds changes of the operator state and actions of the operator. Called by one thread.
   void AppendChanges(double t, const TickRecord& tick);
-  // What the slave told, but for contacts, which come and go all the time.
+  // Adds events of the slave, except contacts, which are too frequent.
   void AppendEvents(double t, Events events);
-  // The newest last; nothing: none came since the last call.
+  // The list, newest last; empty without a new event since the last call.
   std::optional<std::vector<LogEntry>> TakeNew();
 
  private:
@@ -32,7 +32,7 @@ class EventLog {
   std::deque<LogEntry> entries_;
   std::uint64_t number_ = 0;
   bool is_news_ = false;
-  std::optional<TickRecord> last_;  // of the thread that brings ticks
+  std::optional<TickRecord> last_;  // used by the thread of the ticks
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// From the photon to the hand: the stages that made the force of one tick.
+// End-to-end latency: the stages from the sample to the force of one tick.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,20 @@
 
 namespace palpate {
 
-// Each stage from the end of the one before it [s]; together they are `total`.
+// Duration of each stage [s]. Their sum is `total`.
 struct HandTrace {
-  std::uint64_t sample = 0, state = 0;  // numbers of the picture or sample, and of the state
+  std::uint64_t sample = 0, state = 0;  // numbers of the sample and of the state
   double t = 0;                         // of the tick, as in the log [s]
-  double capture = 0;                   // from light or touch until the slave had it
-  double eyes = 0;                      // or fingertips
+  double capture = 0;                   // from exposure or touch until the slave has the sample
+  double eyes = 0;                      // vision or tactile processing
   double model = 0;
-  double wait = 0;  // until the state left that the tick went by
-  double wire = 0;  // by the clocks' offset, which half a round trip may be wrong
-  double tick = 0;  // since that state came
+  double wait = 0;  // until the state is sent
+  double wire = 0;  // by the clock offset, which may be wrong by half a round trip
+  double tick = 0;  // from arrival of the state to the tick
   double total = 0;
 };
 
-// nullopt: the tick went by no state, or by one of another sample than `sample`.
+// nullopt: the tick used no state, or a state of another sample.
 std::optional<HandTrace> TraceOf(const TickRecord& tick, double t, const SampleTrace& sample);
 
 }  // namespace palpate

@@ -24,15 +24,15 @@ namespace palpate {
 namespace {
 
 constexpr std::chrono::milliseconds kFrame(33);
-constexpr std::chrono::seconds kLookAway(2);  // nobody looks for so long: nothing is watched
+constexpr std::chrono::seconds kLookAway(2);  // time without a page before streams end
 constexpr double kMeshRate = 15;              // [Hz]
 constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pixel of a page
-constexpr double kFrozen = 1;                 // a picture that is older stands still [s]
-constexpr double kFrozenPeriods = 3;          // or, where the sensor is slow, of it [-]
+constexpr double kFrozen = 1;                 // an older image is frozen [s]
+constexpr double kFrozenPeriods = 3;          // the same in sensor periods, for slow sensors [-]
 constexpr double kTraceShown = 1;             // of a tick a while ago [s]
 constexpr std::uint64_t kTerminal = 0;        // a command that no page sent
 
-// What the slave makes only while somebody looks.
+// Streams that the slave sends only while a page is open.
 struct Views {
   explicit Views(const SlaveLink::Options& line)
       : video(line, {}),
@@ -46,7 +46,7 @@ struct Views {
   MeshWatch meshes;
 };
 
-// Nobody feels a change of scales: the hand is let go, the tool touches nothing.
+// Whether scales may change: the operator is disengaged and nothing is touched.
 bool IsFree(const StationMoment& moment) {
   const OperatorState state = moment.ticks.newest.state;
   const bool is_let_go = state == OperatorState::kReady || state == OperatorState::kClutched ||
@@ -80,14 +80,14 @@ struct LiveStation::Parts {
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
   void PutTerminal(const StationMoment& moment);
-  // How long it has stood still [s]; 0: it goes on, or none came.
+  // Time since the image is frozen [s]; 0: not frozen, or no image.
   double PutPicture(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
   void PutHealth();
   // When the slave sensed, on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
-  // What a page or, kTerminal, a key asks for; the answer.
+  // Executes a command of a page, or of a key (kTerminal). Returns the answer.
   std::string Do(std::uint64_t page, const PageCommand& asked);
   void Strike(char key);
   void OnPageLeft(std::uint64_t page);
@@ -96,7 +96,7 @@ struct LiveStation::Parts {
   std::string Record(const RecordCommand& command);
   void Reset();
   void ReinitializeTracking();
-  // A lower limit counts at once. What changes force or place waits until nobody feels it.
+  // A lower limit acts at once. Scales wait until IsFree.
   void Set(const MappingCommand& command);
   void SetWhenFree(const StationMoment& moment);
   void Replace(const ModelCommand& command);
@@ -218,7 +218,7 @@ void LiveStation::Parts::Strike(char key) {
   }
   if (!command) return controls.quit();
   const std::string refused = Do(kTerminal, *command);
-  if (!refused.empty()) Log(true, "not done: connect --record FILE.mcap");
+  if (!refused.empty()) Log(true, "nothing is recorded: connect --record FILE.mcap");
 }
 
 double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sensed_at) const {
@@ -256,8 +256,8 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked)
   std::string answer;
   std::visit(Match{[&](const StopCommand&) {
                      controls.stop();
-                     Log(true, page == kTerminal ? "emergency stop by the terminal"
-                                                 : "emergency stop by the page");
+                     Log(true, page == kTerminal ? "emergency stop from the terminal"
+                                                 : "emergency stop from the page");
                    },
                    [&](const ResetCommand&) { Reset(); },
                    [&](const PingCommand& command) { answer = PongJson(command.at); },
@@ -272,13 +272,14 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked)
                    [&](const ClutchCommand& command) { options.requests->clutched = command.on; },
                    [&](const RenderCommand& command) { options.requests->render = command.mode; },
                    [&](const RecordCommand& command) { answer = Record(command); },
-                   [&](const ReplayCommand&) { answer = RefusedJson("this is no replay"); }},
+                   [&](const ReplayCommand&) { answer = RefusedJson("this is not a replay"); }},
              asked);
   return answer;
 }
 
 std::string LiveStation::Parts::Point(std::uint64_t page, const PointerCommand& command) {
-  if (options.pointer == nullptr) return RefusedJson("the device is no pointer: --device pointer");
+  if (options.pointer == nullptr)
+    return RefusedJson("the device is not a pointer: connect --device pointer");
   const Time now = Clock::now();
   if (lead.Hears(page, command.engaged, now)) {
     options.pointer->Aim({command.p_M, page, command.engaged, now, command.at});
@@ -295,7 +296,7 @@ void LiveStation::Parts::OnPageLeft(std::uint64_t page) {
 std::string LiveStation::Parts::Record(const RecordCommand& command) {
   if (!controls.record) return RefusedJson("nothing is recorded: connect --record FILE.mcap");
   controls.record(command.on);
-  Log(false, command.on ? "recording goes on" : "recording is off");
+  Log(false, command.on ? "recording is on" : "recording is off");
   return {};
 }
 
@@ -310,7 +311,7 @@ void LiveStation::Parts::ReinitializeTracking() {
   SubmitTask([this] {
     const std::string why = controls.reinitialize_tracking();
     Log(!why.empty(),
-        why.empty() ? "tip, template and rest are found anew" : "not found anew: " + why);
+        why.empty() ? "tracking is reinitialized" : "tracking is not reinitialized: " + why);
   });
 }
 
@@ -320,9 +321,10 @@ void LiveStation::Parts::Set(const MappingCommand& command) {
   if (command.force_scale) waiting.force_scale = command.force_scale;
   if (!command.force_limit) return;
   if (*command.force_limit > status.force_limit) {
-    return Log(true, Formatted("the limit stays at %g N: it is only lowered while a session runs; "
-                               "a higher one is --force-limit at the next start",
-                               status.force_limit));
+    return Log(true,
+               Formatted("the limit stays at %g N: a session can only lower it; for a higher limit "
+                         "restart with --force-limit",
+                         status.force_limit));
   }
   options.requests->force_limit = *command.force_limit;
   waiting.force_limit = command.force_limit;
@@ -333,7 +335,7 @@ void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
   const bool waits = seen.position_scale || seen.force_scale || seen.force_limit;
   const bool was_told = std::exchange(told_to_wait, waits && !IsFree(moment));
   if (told_to_wait && !was_told) {
-    Log(false, "scales and limit wait until the hand is let go and nothing is touched");
+    Log(false, "scales and limit wait until the operator is disengaged and nothing is touched");
   }
   if (!waits || told_to_wait) return;
   SlaveLink::Mapping asked;
@@ -343,12 +345,14 @@ void LiveStation::Parts::SetWhenFree(const StationMoment& moment) {
   }
   SubmitTask([this, asked] {
     const std::string why = controls.set_mapping(asked);
-    Log(!why.empty(), why.empty() ? "scales and limit were set" : "not set: " + why);
+    Log(!why.empty(),
+        why.empty() ? "scales and limit are set" : "scales and limit are not set: " + why);
   });
 }
 
 std::string LiveStation::Parts::Examine() {
-  if (examines.exchange(true)) return RefusedJson("the doctor examines already: wait for it");
+  if (examines.exchange(true))
+    return RefusedJson("the doctor is already running: wait for its result");
   board.Put(Topic::kFindings, FindingsJson({}, false));
   doctor.Submit([this](const std::stop_token& stop) {
     board.Put(Topic::kFindings, FindingsJson(controls.examine(stop), true));
@@ -358,16 +362,16 @@ std::string LiveStation::Parts::Examine() {
 }
 
 void LiveStation::Parts::Replace(const ModelCommand& command) {
-  Log(false, "the slave makes the model " + command.kind);
+  Log(false, "the slave builds the model " + command.kind);
   SubmitTask([this, kind = command.kind] {
     const std::string why = controls.set_model(kind);
-    Log(!why.empty(), why.empty() ? "the model is " + kind : "the model stays: " + why);
+    Log(!why.empty(), why.empty() ? "the model is " + kind : "the model is unchanged: " + why);
   });
 }
 
 void LiveStation::Parts::SubmitTask(std::function<void()> task) {
   const auto asked = [task = std::move(task)](const std::stop_token&) { task(); };
-  if (!tasks.Submit(asked)) Log(true, "too much at once: wait until it is done");
+  if (!tasks.Submit(asked)) Log(true, "too many requests: wait until they are done");
 }
 
 void LiveStation::Parts::Log(bool is_trouble, std::string text) {

@@ -1,6 +1,6 @@
-// The page of a session that runs, and its terminal: gathers what haptic loop and slave tell, shows
-// it 30 times a second, and carries out what pages and keys ask for. Reads the haptic loop's ticks
-// behind its ring, on the session's slow thread.
+// Page and terminal view of a running session: collects data of haptic loop and slave, shows them
+// 30 times a second, and executes commands of pages and keys. It receives ticks on the session's
+// slow thread.
 #pragma once
 
 #include <functional>
@@ -19,34 +19,35 @@ namespace palpate {
 class LiveStation {
  public:
   struct Options {
-    std::optional<PagePlace> at;  // where a page is served; nothing: none is
+    std::optional<PagePlace> at;  // address of the page; empty: no page
     SlaveLink::Options line;      // to the slave
     StationHello hello;
-    Pointer* pointer = nullptr;            // outlives the station; null: the page moves no hand
-    OperatorRequests* requests = nullptr;  // outlives the station
-    bool terminal = false;                 // shows it on the standard output, too
+    Pointer* pointer = nullptr;  // must outlive this object; null: the page cannot move the tool
+    OperatorRequests* requests = nullptr;  // must outlive this object
+    bool terminal = false;                 // show the terminal view on the standard output
   };
-  // What pages may do to the session; called by threads of the station's.
+  // Actions that pages and keys may trigger. Called on threads of the station.
   struct Controls {
-    std::function<void()> stop;   // the emergency stop; returns at once
-    std::function<bool()> reset;  // true: it was done
-    std::function<std::string(const SlaveLink::Mapping&)> set_mapping;  // empty: it was done
-    std::function<std::string(const std::string& kind)> set_model;      // likewise
-    std::function<std::string()> reinitialize_tracking;                 // likewise
-    // The doctor's; takes seconds, or until it is stopped.
+    std::function<void()> stop;   // emergency stop; returns at once
+    std::function<bool()> reset;  // true: done
+    std::function<std::string(const SlaveLink::Mapping&)>
+        set_mapping;                                                // empty: done, else the reason
+    std::function<std::string(const std::string& kind)> set_model;  // empty: done
+    std::function<std::string()> reinitialize_tracking;             // empty: done
+    // Runs the doctor; takes seconds, or until it is stopped.
     std::function<Findings(const std::stop_token&)> examine;
-    std::function<void(bool on)> record = {};         // empty: nothing can be recorded
-    std::function<void()> quit = {};                  // by the terminal's key
-    std::function<RecordingMoment()> recording = {};  // likewise
+    std::function<void(bool on)> record = {};         // empty: no recording
+    std::function<void()> quit = {};                  // key of the terminal
+    std::function<RecordingMoment()> recording = {};  // empty: no recording
   };
 
-  // Throws std::runtime_error: it cannot be listened at `at`.
+  // Throws std::runtime_error if the address cannot be used.
   LiveStation(Options options, Controls controls);
   ~LiveStation();
 
-  // As PageServer::address; empty: no page is served.
+  // Address of the page, see PageServer::address; empty: no page.
   [[nodiscard]] std::string address() const;
-  // From the session's slow thread.
+  // Called on the session's slow thread.
   void OnTick(const TickRecord& tick);
   void Update(const Status& status);
 

@@ -144,7 +144,7 @@ Json WaitingOf(const SlaveLink::Mapping& waiting) {
           {"force_limit", OrNull(waiting.force_limit)}};
 }
 
-// To ten nanometres: charts tell no more, and are told so in half the characters.
+// Rounded to ten nanometres, which halves the text and suffices for charts.
 Json Place(double metres) {
   return Number(std::round(1e8 * metres) / 1e8);
 }

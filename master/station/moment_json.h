@@ -1,5 +1,4 @@
-// The station's text messages, as the page reads them (page/link.js). SI; what is not known is
-// null.
+// JSON messages for the page (page/link.js), in SI units. Unknown values are null.
 #pragma once
 
 #include <optional>
@@ -16,64 +15,65 @@
 
 namespace palpate {
 
-// What does not change while the session lasts.
+// Constants of a session.
 struct StationHello {
   RemoteScene scene;
   std::string target, device, render, version;
-  bool encrypted = false;  // the line to the slave
-  bool pointer = false;    // the page's own pointer moves the hand
-  bool libraries = false;  // what draws 3D and charts was built in
+  bool encrypted = false;  // the link to the slave
+  bool pointer = false;    // the page's pointer is the device
+  bool libraries = false;  // three.js and uPlot are built in
   std::string badge = "LIVE";
-  std::optional<double> certificate_until;  // ours holds so long, since 1970 [s]; nothing: no TLS
+  std::optional<double>
+      certificate_until;  // expiry of the master's certificate since 1970 [s]; empty: no TLS
 };
 std::string HelloJson(const StationHello& hello);
 
-// Of a recording that is played.
+// State of a replay.
 struct ReplayMoment {
   bool playing = true;
-  double speed = 1;       // times as fast as it was
+  double speed = 1;       // relative to real time
   double seconds = 0;     // its length [s]
-  std::uint64_t run = 0;  // rises where it goes on elsewhere
+  std::uint64_t run = 0;  // rises at each jump
 };
 
-// Of the recording that a session makes.
+// State of the recording of a session.
 struct RecordingMoment {
   bool on = false;
   double megabytes = 0;
-  std::string trouble;              // why it ended, or what is missing
-  std::optional<double> room = {};  // what its disk has left [MB]; nothing: not known
+  std::string trouble;              // why it ended, or which data are missing
+  std::optional<double> room = {};  // free disk space [MB]; empty: unknown
 };
 
-// Everything that moves, at one moment.
+// Data of one status message.
 struct StationMoment {
   TickDigest::Moment ticks;
-  Status status;                          // of the session's slow thread
-  SlaveStatusPoller::ObservedState felt;  // as an observer sees it
+  Status status;                          // from the session's slow thread
+  SlaveStatusPoller::ObservedState felt;  // newest observed state
   bool pointer_holds = false;
-  double pointer_used = 0;    // stamp of the page's aim that moved the hand last; 0: none
-  double picture_stands = 0;  // so long the picture has stood still [s]; 0: it goes on, or none is
+  double pointer_used = 0;    // stamp of the last applied target of the page; 0: none
+  double picture_stands = 0;  // time since the image is frozen [s]; 0: not frozen, or no image
   std::string video_trouble, mesh_trouble;
-  std::vector<std::string> slave_alarms;     // as the slave's health tells them
-  std::string health_trouble;                // why it is not told
-  std::optional<RecordingMoment> recording;  // nothing: none can be made
-  std::optional<ReplayMoment> replay;        // nothing: this is live
+  std::vector<std::string> slave_alarms;     // of the slave's status
+  std::string health_trouble;                // why no status is received
+  std::optional<RecordingMoment> recording;  // empty: no recording
+  std::optional<ReplayMoment> replay;        // empty: live
   std::string other_release;                 // see OtherRelease
-  std::optional<HandTrace> trace;            // of a recent tick; nothing: it is not told
-  SlaveLink::Mapping waiting;                // asked for, until nobody feels the change
-  double felt_age = 0;                       // since `felt` came [s]
+  std::optional<HandTrace> trace;            // of a recent tick; empty: unknown
+  SlaveLink::Mapping waiting;  // requested values that wait until disengaged and without contact
+  double felt_age = 0;         // time since `felt` was received [s]
 };
-// What the slave told a quarter second ago and more is no longer so: the force is unknown, stale.
+// Marks the force as unknown and stale if `felt` is older than a quarter of a second.
 void LeaveOutOld(StationMoment* moment);
 std::string StatusJson(const StationMoment& moment);
 
-// Of an examination, the bad first; one that goes on has found nothing yet.
+// Findings of the doctor, bad ones first; empty while it runs.
 std::string FindingsJson(const Findings& findings, bool is_done);
 
-// The slave's own words; of its health what is wrong.
+// Messages of the slave as JSON; and the alarms in its status.
 std::string HealthJson(const SlaveStatusPoller::Words& words);
 std::vector<std::string> AlarmsIn(const SlaveStatusPoller::Words& words);
 
-// What happened, the newest last.
+// An event. Lists have the newest last.
 struct LogEntry {
   std::uint64_t number = 0;  // rises by one
   double t = 0;              // [s] since the run began
@@ -82,19 +82,19 @@ struct LogEntry {
 };
 std::string SaidJson(const std::vector<LogEntry>& entries);
 
-// The answers to a page: that it was heard, at the page's own `at`; why something is not done.
+// Answers to a page: to a ping with its `at`, past samples, and the reason of a rejection.
 std::string PongJson(double at);
-// `run`: of a replay, as its moment tells it.
+// `run`: see ReplayMoment.
 std::string PastJson(const std::vector<TickSample>& samples, std::optional<std::uint64_t> run = {});
 std::string RefusedJson(const std::string& why);
-// It held the hand, which another page leads, or led then: it has to let go.
+// Another page controls the pointer, so this page must disengage.
 std::string LedElsewhereJson();
 
-// Node and element counts, places at rest, elements, nodes that are held: what Topology messages
-// hold after the header.
+// Content of Topology messages after the header: node and element counts, rest positions, elements,
+// fixed nodes.
 std::string TopologyBytes(const MeshTopology& topology);
-// Validity as a number (0: valid), then the places; where the traction is told its unit [Pa] and a
-// byte of steps per node.
+// Content of Shape messages after the header: validity as a number (0: valid), positions, and if
+// known the unit of traction [Pa] with a byte of steps per node.
 std::string ShapeBytes(const RemoteMesh& mesh);
 
 }  // namespace palpate

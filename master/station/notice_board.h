@@ -1,6 +1,6 @@
-// What the station's pages show, as messages ready to be sent: of each topic the newest only. A
-// live session writes here, a replay may; the server reads for each page at that page's pace.
-// Nothing waits in a queue, so a slow page loses old values, delays nobody and grows no memory.
+// The newest message of each topic, ready to be sent. A session or replay writes messages, and the
+// server reads them for each page at its pace. There is no queue: a slow page loses old values,
+// delays nobody and uses no additional memory.
 #pragma once
 
 #include <array>
@@ -12,17 +12,17 @@
 
 namespace palpate {
 
-// In the order in which a new page is told. Text topics are JSON objects with `kind`, binary ones
-// begin with BinaryHeader.
+// Topics in the order in which a new page receives them. Text topics are JSON objects with `kind`.
+// Binary topics begin with BinaryHeader.
 enum class Topic : std::uint8_t {
-  kHello,     // text: what does not change: scene, device, limits
+  kHello,     // text: constants: scene, device, limits
   kTopology,  // binary: the object at rest
   kHealth,    // text: the slave's scene, capabilities and status, once a second
-  kSaid,      // text: what happened, in words
-  kStatus,    // text: the moment, 30 times a second
+  kSaid,      // text: events
+  kStatus,    // text: status, 30 times a second
   kPicture,   // binary: a JPEG
   kShape,     // binary: the deformed object
-  kFindings,  // text: what the doctor found when somebody asked
+  kFindings,  // text: findings of the doctor, on request
 };
 inline constexpr std::size_t kTopicCount = 8;
 constexpr bool IsBinary(Topic topic) {
@@ -33,7 +33,7 @@ constexpr bool IsBinary(Topic topic) {
 struct BinaryHeader {
   std::uint32_t topic = 0;   // as Topic
   std::uint32_t number = 0;  // topology: its number, from 1; shape: the topology's; picture: 0
-  double t = 0;              // when it was sensed [s] since the run began
+  double t = 0;              // sample time since the start of the run [s]
 };
 static_assert(sizeof(BinaryHeader) == 16);
 // Header and bytes together.
@@ -42,7 +42,7 @@ std::string Framed(const BinaryHeader& header, std::string_view bytes);
 class NoticeBoard {
  public:
   using Bytes = std::shared_ptr<const std::string>;
-  // What a page has seen of each topic.
+  // Version of each topic that a page has received.
   using Seen = std::array<std::uint64_t, kTopicCount>;
   struct News {
     Topic topic = Topic::kHello;
@@ -50,8 +50,8 @@ class NoticeBoard {
   };
 
   void Put(Topic topic, std::string message);  // thread-safe
-  // The next topic after `last`, in rising order and round again, that is newer than `seen`, which
-  // is brought up to date. Thread-safe.
+  // Returns the next topic after `last`, in cyclic order, that is newer than in `seen`, and updates
+  // `seen`. Thread-safe.
   News Next(Topic last, Seen* seen) const;
 
  private:

@@ -1,5 +1,4 @@
-// What a page asks for: small JSON objects, read with care, since whoever reaches the port may send
-// anything.
+// Commands of a page: small JSON objects. They are checked, because any program may send them.
 #pragma once
 
 #include <cstddef>
@@ -18,16 +17,16 @@ namespace palpate {
 inline constexpr std::size_t kLongestCommand = 1024;
 
 struct StopCommand {};   // {"do": "stop"}: the emergency stop
-struct ResetCommand {};  // {"do": "reset"}: its end
+struct ResetCommand {};  // {"do": "reset"}: resets it
 // {"do": "ping", "at": 12.5}: answered with {"kind": "pong", "at": 12.5}.
 struct PingCommand {
-  double at = 0;  // the page's own clock
+  double at = 0;  // clock of the page
 };
 // {"do": "past"}: answered with {"kind": "past", "samples": [...]}, those of the last 10 s.
 struct PastCommand {};
 // {"do": "pointer", "at": 12.5, "p_M": [x, y, z], "engaged": true}
 struct PointerCommand {
-  double at = 0;                 // the page's own clock
+  double at = 0;                 // clock of the page
   Eigen::Vector3d p_M{0, 0, 0};  // [m], within 10 m
   bool engaged = false;
 };
@@ -39,15 +38,15 @@ struct MappingCommand {
 struct ModelCommand {
   std::string kind;  // 1 to 40 characters of a-z, 0-9, -
 };
-// {"do": "mark"}: an event worth finding again.
+// {"do": "mark"}: marks an event.
 struct MarkCommand {};
-// {"do": "tare"}: what is felt now, without contact, is zero.
+// {"do": "tare"}: takes the present force without contact as zero.
 struct TareCommand {};
-// {"do": "find"}: the eyes or fingertips start anew; a stop stays.
+// {"do": "find"}: reinitializes tracking; an emergency stop stays active.
 struct ReinitializeTrackingCommand {};
-// {"do": "examine"}: what the doctor finds, shown to all pages.
+// {"do": "examine"}: runs the doctor; all pages receive its findings.
 struct ExamineCommand {};
-// {"do": "clutch", "on": true}: the hand is let go, whatever its device says.
+// {"do": "clutch", "on": true}: opens the clutch, regardless of the device.
 struct ClutchCommand {
   bool on = true;
 };
@@ -62,15 +61,15 @@ struct RecordCommand {
 // {"do": "replay", "playing": true, "speed": 0.5, "to": 12.5}, each may be absent
 struct ReplayCommand {
   std::optional<bool> playing;
-  std::optional<double> speed;  // times as fast as it was; finite, > 0
-  std::optional<double> to;     // [s] since the recording began; finite
+  std::optional<double> speed;  // relative to real time; finite, > 0
+  std::optional<double> to;     // time in the recording [s]; finite
 };
 using PageCommand = std::variant<StopCommand, ResetCommand, PingCommand, PointerCommand,
                                  MappingCommand, ModelCommand, MarkCommand, TareCommand,
                                  ClutchCommand, RenderCommand, RecordCommand, ReplayCommand,
                                  PastCommand, ReinitializeTrackingCommand, ExamineCommand>;
 
-// Throws std::invalid_argument: what is wrong and what is accepted.
+// Throws std::invalid_argument with the problem and what is accepted.
 PageCommand ReadPageCommand(std::string_view message);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Which of the station's pages leads the hand: one at a time, each by an engagement of its own.
+// Lets one page at a time control the pointer. Each change of page needs a new engagement.
 #pragma once
 
 #include <cstdint>
@@ -8,21 +8,21 @@
 
 namespace palpate {
 
-// Not thread-safe: the server's thread.
+// Not thread-safe: used by the server's thread.
 class PointerControlLock {
  public:
-  // What page `page` says at `now`: that it holds the hand, or not. True: it is the one to be
-  // followed. False: another page leads, or led when this one took hold, which has to let go first.
-  // A page leads until it lets go, leaves, or another takes hold when this one was silent for
-  // Pointer::kSilence: the pointer has let go by itself then.
+  // Processes a message of `page` at `now`. Returns whether the page has control. False: another
+  // page has control, or had it when this page engaged; this page must then disengage first.
+  // Control ends when the page disengages, leaves, or is silent for Pointer::kSilence and another
+  // page engages.
   bool Hears(std::uint64_t page, bool engaged, Time now);
-  // `page` is gone. True: it led.
+  // Removes `page`. True: it had control.
   bool Leaves(std::uint64_t page);
 
  private:
   std::uint64_t leader_ = 0;           // 0: none
-  Time heard_at_{};                    // the leader
-  std::set<std::uint64_t> too_early_;  // pages that hold since another one led
+  Time heard_at_{};                    // last message of the leader
+  std::set<std::uint64_t> too_early_;  // pages that engaged while another had control
 };
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// What stays as it is over a recording, or changes rarely, and hence is read before it is played:
-// what the slave said of itself, and the log.
+// Rarely changing data of a recording, read before the replay: scene, capabilities and status of
+// the slave, and the log.
 #pragma once
 
 #include <map>
@@ -15,19 +15,19 @@ namespace palpate {
 
 class ReplayScene {
  public:
-  // Reads the recording through. Throws InputError: a message is damaged.
+  // Reads the whole recording. Throws InputError if a message is damaged.
   ReplayScene(const Replay& replay, const std::string& file);
 
   [[nodiscard]] const StationHello& hello() const { return hello_; }
-  // That another build than `own` recorded it, in words; empty: it did not, or is not told.
+  // A text if another build than `own` recorded it; empty if it is the same or unknown.
   [[nodiscard]] std::string OtherBuild(const std::string& own) const;
-  // What the slave had said of itself by `t` [s].
+  // Messages of the slave up to `t` [s].
   [[nodiscard]] SlaveStatusPoller::Words WordsAt(double t) const;
-  // The newest of the log by `t` [s], the newest last.
+  // The newest log entries up to `t` [s], newest last.
   [[nodiscard]] std::vector<LogEntry> SaidBy(double t) const;
 
  private:
-  using StatesByTime = std::map<double, std::string>;  // JSON, by its time [s]
+  using StatesByTime = std::map<double, std::string>;  // JSON by time [s]
 
   void TakeNote(const McapMap& session);
 

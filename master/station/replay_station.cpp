@@ -21,12 +21,13 @@ namespace palpate {
 namespace {
 
 constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::milliseconds(100);
-constexpr double kBefore = 10;      // of a place that was sought: picture, shape, charts [s]
-constexpr double kLeast = 0.02;     // is played of it even while it stands [s]
+constexpr double kBefore =
+    10;  // time before a jump target that is read for image, shape and charts [s]
+constexpr double kLeast = 0.02;     // played at a jump even while paused [s]
 constexpr double kHealthEvery = 1;  // [s]
 constexpr std::size_t kUntraced = 256;
 
-// Where somebody wants to be, and how fast to go on.
+// Requested position and speed.
 struct Course {
   bool playing = true;
   double speed = 1;
@@ -60,9 +61,9 @@ struct ReplayStation::Parts {
   // What a page wants; the answer.
   std::string Hear(std::string_view message);
 
-  // Goes to `t`: what is shown there is shown, and what was before forgotten.
+  // Jumps to `t`, shows the data there and forgets earlier data.
   void Cut(double t);
-  // From where it stands until the page wants something else, or the end.
+  // Plays from the current position until the page requests a change, or to the end.
   void Play(double speed, const std::stop_token& stop);
   bool GoesOn(double t);
   void Put();
@@ -83,7 +84,7 @@ struct ReplayStation::Parts {
     Eigen::Vector3d p_S_tip;
   };
   std::map<std::uint64_t, StateStamp> told_of;
-  // The first tick that went by each sample, until the sample's trace comes.
+  // First tick of each sample, until its trace arrives.
   std::map<Time, std::pair<TickRecord, double>> untraced;
   double health_told = -1;            // [s]
   double at = 0;                      // [s]
@@ -156,12 +157,12 @@ std::string ReplayStation::Parts::Hear(std::string_view message) {
   const PageCommand command = ReadPageCommand(message);
   if (const auto* ping = std::get_if<PingCommand>(&command)) return PongJson(ping->at);
   if (std::holds_alternative<PastCommand>(command)) {
-    // Before the samples: those of a later run are never told as of this one.
+    // Read before the samples, so that samples of a later run are never sent as this one.
     const std::uint64_t told = run;
     return PastJson(ticks.Past(), told);
   }
   const auto* wanted = std::get_if<ReplayCommand>(&command);
-  if (wanted == nullptr) return RefusedJson("this is a replay: nothing here moves a hand");
+  if (wanted == nullptr) return RefusedJson("this is a replay: nothing moves or stops a tool");
   const std::scoped_lock lock(mutex);
   if (wanted->playing) course.playing = *wanted->playing;
   if (wanted->speed) course.speed = std::clamp(*wanted->speed, Replay::kSlowest, Replay::kFastest);

@@ -1,5 +1,5 @@
-// The page of a recording: told what a live session's page is told, at the pace that the page asks
-// for, with the badge REPLAY. Nothing there moves a hand: what would is refused.
+// The page of a recording. It shows the same data as a live session, at the speed chosen on the
+// page, with the badge REPLAY. Commands that would move or stop a tool are rejected.
 #pragma once
 
 #include <memory>
@@ -14,21 +14,21 @@ namespace palpate {
 class ReplayStation {
  public:
   struct Options {
-    PagePlace at;              // where it is served
-    double from = 0;           // [s] after the recording's beginning
+    PagePlace at;              // address of the page
+    double from = 0;           // start time in the recording [s]
     double speed = 1;          // Replay::kSlowest to kFastest
-    std::string file;          // its name, for people
-    std::string version = {};  // of this program; empty: not told
+    std::string file;          // name of the recording
+    std::string version = {};  // of this program; empty: unknown
   };
-  // `replay` outlives it. Reads through what the slave said of itself. Throws InputError: a message
-  // is damaged; std::runtime_error: it cannot be listened at `at`.
+  // `replay` must outlive this object. Reads the whole recording. Throws InputError if a message is
+  // damaged, and std::runtime_error if the address cannot be used.
   ReplayStation(const Replay* replay, const Options& options);
   ~ReplayStation();
 
-  // As PageServer::address.
+  // See PageServer::address.
   [[nodiscard]] std::string address() const;
-  // Plays until `stop`; at the recording's end it stands there, and goes on from where the page
-  // wants it. Throws InputError: a message is damaged.
+  // Plays until `stop`. At the end of the recording it waits for a jump by the page. Throws
+  // InputError if a message is damaged.
   void Run(const std::stop_token& stop);
 
  private:

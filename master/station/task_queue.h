@@ -1,5 +1,5 @@
-// Does what takes a while, calls to the slave, one after the other on a thread of its own, so that
-// neither page nor haptic loop waits for it.
+// Runs slow tasks, such as calls to the slave, one after another on a separate thread, so that
+// neither page nor haptic loop waits.
 #pragma once
 
 #include <condition_variable>
@@ -17,8 +17,8 @@ class TaskQueue {
 
   TaskQueue() : thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
-  // The stop token of the task is signalled when the queue ends, which waits for it. False: too
-  // many wait already. Thread-safe; returns at once.
+  // Queues a task and returns at once. False: too many tasks wait. The destructor signals the stop
+  // token of the running task and waits for it. Thread-safe.
   bool Submit(std::function<void(const std::stop_token&)> task) {
     const std::scoped_lock lock(mutex_);
     if (tasks_.size() >= kMostTasks) return false;

@@ -18,9 +18,9 @@
 namespace palpate {
 namespace {
 
-constexpr int kPatience = 100;                         // between looks whether to end [ms]
+constexpr int kPatience = 100;                         // period of the check whether to end [ms]
 constexpr std::chrono::seconds kEvery(1);              // in a pipe
-constexpr const char* kOpen = "\x1b[?1049h\x1b[?25l";  // a screen of its own, no cursor
+constexpr const char* kOpen = "\x1b[?1049h\x1b[?25l";  // alternate screen, no cursor
 constexpr const char* kClose = "\x1b[?25h\x1b[?1049l";
 constexpr const char* kHome = "\x1b[H";
 constexpr const char* kRestOfLine = "\x1b[K";
@@ -31,7 +31,7 @@ bool IsLive() {
   return isatty(STDOUT_FILENO) == 1 && term != nullptr && std::string_view(term) != "dumb";
 }
 
-// Keys come as they are struck, and are not shown.
+// Reads keys without line buffering and echo.
 std::optional<termios> TakeKeys() {
   termios before{};
   if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &before) != 0) return std::nullopt;
@@ -58,7 +58,8 @@ Terminal::Terminal(std::function<void(char)> on_key) : parts_(std::make_unique<P
     while (!stop.stop_requested()) {
       pollfd input{STDIN_FILENO, POLLIN, 0};
       if (poll(&input, 1, kPatience) <= 0) continue;
-      // Of what came together, an arrow's sequence say, the first counts. Nothing: it is gone.
+      // Of a sequence, such as an arrow key, only the first byte counts. No data: the input is
+      // closed.
       if (read(STDIN_FILENO, struck.data(), struck.size()) <= 0) return;
       on_key(struck[0]);
     }

@@ -1,6 +1,5 @@
-// A terminal that shows the station and listens to keys. Plain ANSI: a screen that is written over
-// needs three sequences, its text is a function that tests call, and ncurses would want signals and
-// the terminal's whole state for itself.
+// A terminal that shows the session and reads keys. It uses plain ANSI sequences: three are enough
+// to overwrite the screen, and ncurses would take over signals and the state of the terminal.
 #pragma once
 
 #include <functional>
@@ -10,20 +9,20 @@
 
 namespace palpate {
 
-// Of the standard input and output. Where the output is no terminal, or TERM is `dumb`, the text is
-// written once a second, one below the other; where the input is none, there are no keys.
+// Uses the standard input and output. If the output is no terminal, or TERM is `dumb`, it prints
+// the text once a second. If the input is no terminal, there are no keys.
 class Terminal {
  public:
-  // `on_key` is called from a thread of its own.
+  // `on_key` is called on a separate thread.
   explicit Terminal(std::function<void(char)> on_key);
-  // As the terminal was before.
+  // Restores the terminal.
   ~Terminal();
 
   struct Size {
     int columns = 80, rows = 40;
   };
   [[nodiscard]] Size size() const;
-  // It takes colours, and nobody set NO_COLOR.
+  // Whether colours are supported and NO_COLOR is not set.
   [[nodiscard]] bool has_colour() const;
   void Show(const std::vector<std::string>& lines);
 

@@ -14,7 +14,7 @@ constexpr double kMilli = 1e3;
 constexpr int kBar = 30;  // characters
 constexpr std::size_t kSayingsShown = 6;
 constexpr const char* kKeys =
-    "Space STOP  r reset  c clutch  m mark  n zero  v rendering  b record  q quit";
+    "Space STOP  r reset  c clutch  m mark  n tare  v rendering  b record  q quit";
 
 enum class Tone { kPlain, kGood, kNote, kBad };
 
@@ -48,7 +48,7 @@ class Sheet {
     if (is_coloured) cut = kColours[static_cast<int>(tone)] + cut + "\x1b[0m";
     lines_.push_back(std::move(cut));
   }
-  // The last line is the keys', whatever there is no room for.
+  // Adds the line of keys as the last one; other lines are cut if there is no room.
   std::vector<std::string> Finish() {
     const auto rows = static_cast<std::size_t>(std::max(2, look_.rows));
     if (lines_.size() >= rows) lines_.resize(rows - 1);
@@ -75,7 +75,7 @@ void AddHead(const StationHello& hello, const StationMoment& moment, Sheet* shee
                        moment.ticks.t, tick.epoch, tick.clutched ? "  CLUTCH OPEN (c)" : ""),
              ToneOf(tick.state));
   const LineState line = LineOf(moment);
-  std::string words = "line   " + std::string(line.word);
+  std::string words = "link   " + std::string(line.word);
   if (!line.why.empty()) words += ": " + line.why;
   if (!line.role.empty() && !moment.replay) words += "  as " + std::string(line.role);
   sheet->Add(words, line.word == "good" ? Tone::kPlain : Tone::kNote);
@@ -91,22 +91,22 @@ void AddForce(const StationMoment& moment, Sheet* sheet) {
              Formatted("  peak %.2f N", peak));
   const bool known = felt.sequence > 0;
   const std::string check(known ? ToString(felt.check) : "");
-  sheet->Add("felt   " + Or(chain.force_known, "%.3f N", chain.estimated.norm()) + "  sigma " +
+  sheet->Add("slave  " + Or(chain.force_known, "%.3f N", chain.estimated.norm()) + "  sigma " +
                  Or(known && chain.force_known, "%.3f N", felt.sigma) + "  " +
-                 std::string(known ? ToString(felt.validity) : "not told yet") +
+                 std::string(known ? ToString(felt.validity) : "not received yet") +
                  (check.empty() ? "" : " (" + check + ")"),
              known && felt.validity != Validity::kValid ? Tone::kNote : Tone::kPlain);
   sheet->Add(Formatted("chain  local %.3f  scaled %.3f  passive %.3f  limited %.3f  sent %.3f N",
                        chain.local.norm(), chain.scaled.norm(), chain.passive.norm(),
                        chain.limited.norm(), sent));
   const std::string reasons = InWords(chain.reasons);
-  sheet->Add("       " + (reasons.empty() ? "as the slave felt it" : "changed by " + reasons));
+  sheet->Add("       " + (reasons.empty() ? "as estimated by the slave" : "changed by " + reasons));
 }
 
 void AddLine(const StationMoment& moment, Sheet* sheet) {
   const TickRecord& tick = moment.ticks.newest;
   const LinkStats& link = moment.status.link;
-  sheet->Add("link   round trip " +
+  sheet->Add("timing round trip " +
              Or(moment.ticks.round_trip > 0, "%.2f ms", kMilli * moment.ticks.round_trip) +
              "  99 % " + Or(link.rtt_p99_us > 0, "%.2f ms", link.rtt_p99_us / kMilli) + "  age " +
              Or(tick.state_age >= 0, "%.0f ms", kMilli * std::clamp(tick.state_age, 0.0, 99.0)) +
@@ -125,7 +125,7 @@ void AddLine(const StationMoment& moment, Sheet* sheet) {
 
 void AddAlarms(const StationMoment& moment, Sheet* sheet) {
   const std::vector<Alarm> alarms = AlarmsOf(moment);
-  if (alarms.empty()) sheet->Add("good:  nothing is wrong", Tone::kGood);
+  if (alarms.empty()) sheet->Add("good:  no alarm", Tone::kGood);
   for (const Alarm& alarm : alarms) {
     const bool is_bad = alarm.level == Alarm::Level::kStop;
     sheet->Add((is_bad ? "STOP:  " : "note:  ") + alarm.text, is_bad ? Tone::kBad : Tone::kNote);

@@ -1,5 +1,4 @@
-// The station in a terminal, as text: what a person over ssh needs at a glance. Every mark is a
-// word as well, so that colour may be left out.
+// The terminal view as text, for use over ssh. Colours only repeat the words.
 #pragma once
 
 #include <optional>
@@ -12,16 +11,15 @@
 namespace palpate {
 
 struct TerminalLook {
-  int columns = 80, rows = 40;  // lines are cut to the one, their number to the other
+  int columns = 80, rows = 40;  // lines are cut to `columns`, their number to `rows`
   bool colour = false;          // ANSI colours
 };
 
-// Its lines, from state and force down to the keys; a pure function. What is not known is `-`.
+// The lines of the view, from state and force down to the keys. Unknown values are `-`.
 std::vector<std::string> TerminalText(const StationHello& hello, const StationMoment& moment,
                                       const std::vector<LogEntry>& said, const TerminalLook& look);
 
-// What a key asks for; nothing: it is none of a terminal's own. As in a plain session, a hand that
-// strikes the keyboard means to stop: whatever key is not known does.
+// The command of a key; empty: quit. Any unknown key is the emergency stop, as without --tui.
 std::optional<PageCommand> CommandOfKey(char key, const StationMoment& moment);
 inline constexpr char kQuitKey = 'q';
 

@@ -43,7 +43,7 @@ std::vector<TickSample> TickDigest::Past() const {
   return {samples_.begin(), samples_.end()};
 }
 
-// A deadline is missed where the next tick came more than half a period too late.
+// A deadline is missed if the next tick is more than half a period late.
 void TickDigest::Count(const TickRecord& tick, double since_last) {
   moment_.missed += static_cast<std::uint64_t>(std::max(0.0, std::round(since_last / kPeriod) - 1));
   ++second_.ticks;

@@ -1,5 +1,5 @@
-// A thousand ticks a second, as a page can use them: the newest whole, a hundred samples a second
-// for the charts, and what is counted and held of all of them.
+// Reduces 1000 ticks a second for a page: the newest tick, a hundred samples a second for the
+// charts, and counters.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Ten milliseconds. Forces as magnitudes [N].
+// A sample of ten milliseconds. Forces are magnitudes [N].
 struct TickSample {
   std::uint64_t number = 0;      // rises by one per sample
   double t = 0;                  // of its last tick [s]
@@ -23,29 +23,29 @@ struct TickSample {
   double round_trip = 0;         // the newest [s]; 0: none yet
   double longest_tick = 0;       // between two ticks [s]
   double energy = 0;             // of the last tick [J]; NaN: unknown
-  // Of the last tick [m]: where the tool is to be, and where it was seen last; NaN: not known.
+  // Commanded and last measured tool position of the last tick [m]; NaN: unknown.
   Eigen::Vector3d p_S{0, 0, 0}, p_S_tip{0, 0, 0};
 };
 
 class TickDigest {
  public:
   struct Moment {
-    bool any = false;  // a tick came
+    bool any = false;  // there is a tick
     double t = 0;      // of the newest tick, as in the log [s]
     Time begin{};      // when t is 0, master's clock
     TickRecord newest;
-    double rate = 0;                  // over the last second [Hz]; 0: not known yet
-    std::uint64_t missed = 0;         // deadlines, since the begin
-    double late_share = 0;            // of the last 10 s that the newest state was late [-]
+    double rate = 0;                  // over the last second [Hz]; 0: unknown yet
+    std::uint64_t missed = 0;         // missed deadlines since the start
+    double late_share = 0;            // share of the last 10 s with a late state [-]
     double round_trip = 0;            // the newest [s]; 0: none yet
     std::vector<TickSample> samples;  // the newest quarter of a second
   };
 
-  // In the order of time; returns when, as in the log [s]. One thread.
+  // Adds a tick, in order. Returns its time, as in the log [s]. Called by one thread.
   double Add(const TickRecord& tick);
   [[nodiscard]] Moment Newest() const;                 // thread-safe
   [[nodiscard]] std::vector<TickSample> Past() const;  // of the last 10 s; thread-safe
-  // Nothing came yet; t counts from `begin`, not from the next tick. Thread-safe.
+  // Forgets all ticks; t then starts at `begin`. Thread-safe.
   void Restart(Time begin);
 
  private:
@@ -61,12 +61,12 @@ class TickDigest {
   void Sample(const TickRecord& tick, double since_last);
 
   mutable std::mutex mutex_;  // guards what follows
-  Moment moment_;             // but for the samples
-  TickSample open_;           // that is being gathered
+  Moment moment_;             // without the samples
+  TickSample open_;           // unfinished sample
   std::deque<TickSample> samples_;
-  std::deque<Second> seconds_;                  // whole ones
-  Second second_;                               // that is being counted
-  double second_since_ = 0, sample_since_ = 0;  // when they began [s]
+  std::deque<Second> seconds_;                  // complete seconds
+  Second second_;                               // unfinished second
+  double second_since_ = 0, sample_since_ = 0;  // their start times [s]
 };
 
 }  // namespace palpate

@@ -55,7 +55,7 @@ std::string Line(const NamedFinger& finger) {
   if (!IsForceKnown(felt)) return Name(finger.name) + InWords(felt);
   const Eigen::Vector3d f = felt.force->cast<double>();
   std::string line = Name(finger.name) + Formatted("%-8s %8.3g N  (%+.3g %+.3g %+.3g) N",
-                                                   felt.in_contact ? "touches" : "free", f.norm(),
+                                                   felt.in_contact ? "contact" : "free", f.norm(),
                                                    f.x(), f.y(), f.z());
   if (felt.validity != Validity::kValid) line += "  " + std::string(ToString(felt.validity));
   return line;
@@ -79,59 +79,58 @@ class Table {
 void AddTiming(const Report& r, Table* table) {
   table->Row("duration", Formatted("%.1f s", r.duration));
   table->Row("haptic loop",
-             Formatted("%.1f Hz, missed %llu of %llu; an empty loop beside it missed %llu",
-                       r.rate(), static_cast<unsigned long long>(r.missed),
+             Formatted("%.1f Hz, %llu of %llu periods missed; bare loop: %llu missed", r.rate(),
+                       static_cast<unsigned long long>(r.missed),
                        static_cast<unsigned long long>(r.ticks + r.missed),
                        static_cast<unsigned long long>(r.bare_median())));
-  table->Row("woken late by",
-             Formatted("%.0f us half the time, 99 %% under %.0f us, worst %.0f us",
+  table->Row("wake-up delay",
+             Formatted("median %.0f us, 99 %% below %.0f us, maximum %.0f us",
                        r.wake_us.Quantile(0.5), r.wake_us.Quantile(0.99), r.wake_us.max()));
-  table->Row("computing a tick",
-             Formatted("%.1f us half the time, 99 %% under %.1f us", r.compute_us.Quantile(0.5),
+  table->Row("tick computation",
+             Formatted("median %.1f us, 99 %% below %.1f us", r.compute_us.Quantile(0.5),
                        r.compute_us.Quantile(0.99)));
-  table->Row("round trip", Formatted("%.2f ms half the time, 99 %% under %.2f ms",
-                                     r.link.rtt_p50_us / 1e3, r.link.rtt_p99_us / 1e3));
+  table->Row("round trip", Formatted("median %.2f ms, 99 %% below %.2f ms", r.link.rtt_p50_us / 1e3,
+                                     r.link.rtt_p99_us / 1e3));
 }
 
 void AddForces(const Report& r, Table* table) {
   table->Row(r.truth_known ? "peak true force" : "peak estimated force",
              Formatted("%.3f N at the tool", r.force_peak));
-  table->Row("peak force sent", Formatted("%.3f N at the hand", r.force_sent_peak));
+  table->Row("peak force sent", Formatted("%.3f N at the device", r.force_sent_peak));
   if (r.force_error) {
     const double share = r.force_peak > 0 ? 100 / r.force_peak : 0;
     table->Row("force error",
-               Formatted("rms %.4f N = %.2f %% of the peak, worst %.4f N, %llu ticks",
+               Formatted("rms %.4f N = %.2f %% of the peak, maximum %.4f N, %llu ticks",
                          r.force_error->rms, r.force_error->rms * share, r.force_error->peak,
                          static_cast<unsigned long long>(r.force_error->ticks)));
     if (r.let_go_ticks > 0) {
-      table->Row("  of it, let go",
-                 Formatted("%llu ticks in which the tool still pressed and the hand, let go, was "
-                           "shown nothing; at the place: without them",
+      table->Row("  while disengaged",
+                 Formatted("%llu ticks in which the tool was in contact and no force was rendered; "
+                           "the delay-compensated error excludes them",
                            static_cast<unsigned long long>(r.let_go_ticks)));
     }
   } else {
-    table->Row("force error", "not known: the slave's site tells no true force");
+    table->Row("force error", "unknown: the slave reports no true force");
   }
   if (r.force_error_delay_compensated && r.force_peak > 0) {
     const auto& [later, first] = *r.force_error_delay_compensated;
     const double share = 100 / r.force_peak;
-    table->Row("at the place",
+    table->Row("delay-compensated",
                (later.ticks > 0 ? Formatted("rms %.2f %% of the peak, ", share * later.rms) : "") +
-                   Formatted("%.2f %% in the first contact, against the truth where the hand had "
-                             "the tool",
+                   Formatted("%.2f %% in the first contact, at the same commanded position",
                              share * first.rms));
   }
   if (r.breaking && r.force_peak > 0) {
     table->Row(
-        "at punctures",
-        Formatted("%llu broke: rms %.1f %% of the peak from the break until it was seen, told "
-                  "and faded, %llu ticks at most",
+        "punctures",
+        Formatted("%llu: rms %.1f %% of the peak from the puncture until the force is faded out, "
+                  "%llu ticks at most",
                   static_cast<unsigned long long>(r.breaking->punctures),
                   100 / r.force_peak * r.breaking->error.rms,
                   static_cast<unsigned long long>(r.breaking->longest)));
   }
   for (const FingerReport& finger : r.fingers) {
-    table->Row("finger " + finger.name, Formatted("touched %.0f %% of the time, at most %.3f N",
+    table->Row("finger " + finger.name, Formatted("in contact %.0f %% of the time, at most %.3f N",
                                                   100 * finger.contact_share, finger.force_peak));
   }
   if (r.shape) {
@@ -139,7 +138,7 @@ void AddForces(const Report& r, Table* table) {
                Formatted("%.2f mm in %llu meshes", 1e3 * r.shape->deflection_peak,
                          static_cast<unsigned long long>(r.shape->meshes)));
   }
-  table->Row("least energy at port", Formatted("%.2e J", r.energy_min));
+  table->Row("minimum port energy", Formatted("%.2e J", r.energy_min));
 }
 
 }  // namespace
@@ -167,7 +166,7 @@ void Console::Show(const Status& status, const RemoteMesh* mesh) {
   Print(FormatStatus(status) + FingerBrief(status.fingers, mesh));
 }
 
-// Back to the first of the lines that stand there, over them, and away with what is left below.
+// Moves to the first of the shown lines, overwrites them and clears those that are left below.
 void Console::ShowLive(const std::vector<std::string>& lines) {
   if (open_ > 1) std::fprintf(out_, "\x1b[%zuA", open_ - 1);
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -229,7 +228,7 @@ std::string FingertipsInWords(const std::vector<RemoteFingertip>& fingertips) {
   std::string words;
   for (const RemoteFingertip& tip : fingertips) {
     const std::string network =
-        tip.network.empty() ? "no network: its force stays unknown" : tip.network;
+        tip.network.empty() ? "no neural network: its force is unknown" : tip.network;
     const std::string localiser = tip.localiser.empty() ? "" : "; " + tip.localiser;
     words += (words.empty() ? "fingertips " : ", ") + tip.name + " (" + network + localiser + ")";
   }

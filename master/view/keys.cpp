@@ -26,7 +26,7 @@ std::optional<std::string_view> Line(std::array<char, 256>* buffer) {
 
 }  // namespace
 
-// Whatever is no wish to reset stops: a hand that strikes the keyboard means it.
+// Any other input is the emergency stop.
 Keys::Keys(std::function<void()> stop, std::function<void()> reset) {
   if (isatty(STDIN_FILENO) == 0) return;
   thread_ = std::jthread(

@@ -1,5 +1,5 @@
-// The keys of the operator's terminal: Enter is the emergency stop, `r` and Enter resets it. Where
-// there is no terminal, there are none.
+// Keys of the terminal: Enter is the emergency stop, `r` and Enter resets it. Without a terminal
+// there are no keys.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@ namespace palpate {
 
 class Keys {
  public:
-  // Both are called from a thread of its own.
+  // Both are called on a separate thread.
   Keys(std::function<void()> stop, std::function<void()> reset);
 
  private:

@@ -137,7 +137,7 @@ void PaintOutline(const RemoteMesh& mesh, const Viewpoint& view, const std::vect
 constexpr double kHead = 18, kHalfHead = 8;  // of an arrow [px]
 constexpr double kShortest = 2;              // what is shorter points nowhere [px]
 constexpr double kRing = 7;                  // radius of a free finger [px]
-constexpr double kGap = 10;                  // between an arrow and its words [px]
+constexpr double kGap = 10;                  // between an arrow and its label [px]
 
 // Head, then shaft, of an arrow; the head shrinks with short ones.
 struct Arrow {

@@ -1,5 +1,5 @@
-// What a picture of the shape is made of: the deformed surface as coloured faces, and what the
-// fingertips do to it as arrows.
+// Layers of a drawing of the shape: the deformed surface as coloured faces, and the forces of the
+// fingertips as arrows.
 #pragma once
 
 #include <array>
@@ -14,22 +14,22 @@
 
 namespace palpate {
 
-// The edges by which a person recognises a shape: those of `surface` that the viewer would see of
-// it: open ones, those between a triangle that faces the viewer and one that does not, and sharp
-// ones (more than 30 degrees) that face the viewer. Node pairs, the smaller first, in rising order.
+// Visible outline edges of `surface`: open edges, edges between a triangle that faces the viewer
+// and one that does not, and sharp edges (more than 30 degrees) that face the viewer. Returns node
+// pairs, the smaller node first, in rising order.
 std::vector<std::array<int, 2>> VisibleOutline(const SurfaceMesh& surface, const Viewpoint& view);
 
-// Far faces first. Coloured by displacement, `full` [m] > 0 being the darkest, and lit from the
-// upper left; coarse meshes are painted in parts of a triangle, so that colours run smoothly.
-// What faces the viewer shines through a little: a dent on the far side is seen. Planar objects as
-// a coloured outline.
+// Paints the surface, far faces first. Faces are coloured by displacement, darkest at `full` [m] >
+// 0, and lit from the upper left. Triangles of coarse meshes are subdivided for smooth colours.
+// Faces toward the viewer are slightly transparent, so that an indentation on the far side is
+// visible. Planar objects become a coloured outline.
 void PaintSurface(const RemoteMesh& mesh, const Viewpoint& view, double full, Svg* drawing);
 
-// The outline at rest in dashes.
+// Paints the outline at rest, dashed.
 void PaintRest(const MeshTopology& topology, const Viewpoint& view, Svg* drawing);
 
-// A finger at its place in the picture. Its arrow is the force of the finger on the object and ends
-// at the place, so that it stands outside and presses in.
+// A finger in the drawing. Its arrow is the force of the finger on the object, and its head is at
+// the contact point.
 struct FingerMark {
   NamedFinger finger;
   Eigen::Vector3d place{0, 0, 0};  // S [m]
@@ -37,17 +37,17 @@ struct FingerMark {
 
 // The known force of the finger on the object, S [N]; zero: unknown.
 Eigen::Vector3d PressOf(const FingerState& finger);
-// In words: `0.41 N`, `free`, `force unknown (tracking lost)`.
+// As text: `0.41 N`, `free`, `force unknown (tracking lost)`.
 std::string InWords(const FingerState& finger);
 
-enum class Layer { kBehind, kBefore };  // the object
+enum class Layer { kBehind, kBefore };  // behind or before the object
 
-// Arrows `length` pixels long per newton with their labels, rings for free fingers. Those that come
-// from behind the object are painted before it (kBehind), and shine through it (kBefore).
+// Paints arrows of `length` pixels per newton with labels, and rings for free fingers. Arrows
+// behind the object are painted first (kBehind), and transparently after it (kBefore).
 void PaintFingers(const std::vector<FingerMark>& marks, const Viewpoint& view, double length,
                   Layer layer, Svg* drawing);
 
-// An arrow from `tail` to `head`.
+// Paints an arrow from `tail` to `head`.
 void PaintArrow(const Eigen::Vector2d& tail, const Eigen::Vector2d& head, Svg* drawing);
 
 }  // namespace palpate

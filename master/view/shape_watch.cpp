@@ -50,7 +50,7 @@ VtuGrid GridOf(const ShapeMoment& moment) {
 void CheckShapeFile(const std::filesystem::path& file) {
   if (file.extension() == kPicture || file.extension() == kMesh) return;
   throw std::invalid_argument("--shape = " + file.string() +
-                              ": accepted is a name that ends in .svg (a picture) or .vtu (a mesh "
+                              ": accepted is a name that ends in .svg (an image) or .vtu (a mesh "
                               "for ParaView)");
 }
 
@@ -99,8 +99,7 @@ std::string ShapeFile::Finish() {
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
   if (failed_) return file_.string() + ": cannot be written";
-  if (!deepest_.mesh)
-    return file_.string() + ": not written, the slave never told the object's shape";
+  if (!deepest_.mesh) return file_.string() + ": not written: the slave sent no shape";
   return {};
 }
 

@@ -1,4 +1,4 @@
-// What is watched of the object's shape while the hand works: nothing, unless somebody looks.
+// Receives the object's shape during a session, if it is shown or written to files.
 #pragma once
 
 #include <condition_variable>
@@ -16,36 +16,35 @@
 
 namespace palpate {
 
-// The newest deformed surface in a file that others look at while it is rewritten: a picture, or a
-// mesh for ParaView. Never in the path of the force. Throws std::invalid_argument unless the name
-// ends in .svg or .vtu.
+// Checks the name of a shape file. Throws std::invalid_argument unless it ends in .svg (a drawing)
+// or .vtu (a mesh for ParaView).
 void CheckShapeFile(const std::filesystem::path& file);
 
-// The file has room for the forces at the nodes.
+// Whether the format contains nodal forces.
 bool NeedsNodalForces(const std::filesystem::path& file);
 
-// Writes `moment` whole or not at all: as DrawShape's picture (.svg), or as an unstructured grid
-// (.vtu): the deformed surface with `displacement` and, where told, `nodal_force`, each finger a
-// vertex with its `finger_force` on the object. False: it cannot be written.
+// Writes the whole file or nothing: the drawing of DrawShape (.svg), or an unstructured grid
+// (.vtu). The grid contains the deformed surface with `displacement` and, if known, `nodal_force`.
+// Each finger is a vertex with `finger_force`. False: it cannot be written.
 bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file);
 
-// Where the moment of the largest deflection goes: `pinch.svg` -> `pinch-deepest.svg`.
+// File of the largest deflection: `pinch.svg` -> `pinch-deepest.svg`.
 std::filesystem::path DeepestFile(const std::filesystem::path& file);
 
 class ShapeFile {
  public:
-  static constexpr std::chrono::milliseconds kPeriod{1000};  // not more often than this
+  static constexpr std::chrono::milliseconds kPeriod{1000};  // shortest period between two writes
 
-  // `newest` gives the newest mesh, null: none yet; it is asked by the writer's thread and outlives
-  // this. `scene` and `homes` as in ShapeMoment. Throws std::invalid_argument: see CheckShapeFile.
+  // `newest` returns the newest mesh, or null. It is called on the writer's thread and must outlive
+  // this object. `scene` and `homes` are those of ShapeMoment. Throws like CheckShapeFile.
   ShapeFile(std::filesystem::path file, std::string scene, std::vector<Eigen::Vector3d> homes,
             std::function<std::shared_ptr<const RemoteMesh>()> newest);
   ~ShapeFile();
 
-  // What the fingers feel at this moment. Returns at once.
+  // Sets the present forces of the fingers. Returns at once.
   void Update(double t, std::vector<NamedFinger> fingers);
-  // Writes once more, and besides the deepest of the moments written so far, and ends. Empty, or
-  // why the files are not there.
+  // Writes the last moment and the one of the largest deflection, and ends. Returns the reason if a
+  // file is missing, else an empty string.
   std::string Finish();
 
  private:
@@ -54,8 +53,8 @@ class ShapeFile {
 
   const std::filesystem::path file_;
   const std::function<std::shared_ptr<const RemoteMesh>()> newest_;
-  bool failed_ = false;  // the writer's own until it has ended, as is what follows
-  ShapeMoment deepest_;  // without a mesh: nothing was written yet
+  bool failed_ = false;  // used by the writer's thread until it ends, like the next one
+  ShapeMoment deepest_;  // without a mesh: nothing written yet
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
@@ -67,21 +66,21 @@ class ShapeFile {
 
 class ShapeWatch {
  public:
-  // Meshes come if there are `files` to keep, or if the scene has fingertips and the `table` of
-  // them is seen. Throws std::invalid_argument: see MeshWatch and CheckShapeFile.
+  // Requests meshes if there are `files`, or if the scene has fingertips and their `table` is
+  // shown. Throws like MeshWatch and CheckShapeFile.
   ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
              const std::vector<std::filesystem::path>& files, bool table);
 
-  // Null: none came, or nobody looks.
+  // Null: none received, or not requested.
   [[nodiscard]] std::shared_ptr<const RemoteMesh> newest() const;
   void Update(const Status& status);
-  // Ends the watch, writes the files a last time and tells the report. False: a file that was asked
-  // for is not there.
+  // Ends the stream, writes the files a last time and completes the report. False: a file is
+  // missing.
   bool Finish(Report* report);
 
  private:
-  std::unique_ptr<MeshWatch> meshes_;              // null: nobody looks
-  std::vector<std::unique_ptr<ShapeFile>> files_;  // after what they ask
+  std::unique_ptr<MeshWatch> meshes_;              // null: not requested
+  std::vector<std::unique_ptr<ShapeFile>> files_;  // after `meshes_`, which they use
 };
 
 }  // namespace palpate

@@ -17,7 +17,7 @@ constexpr double kUpright = 0.05;                           // horizontal share 
 
 using Colour = std::array<double, 3>;
 
-// Pale grey over orange to dark purple: darker is more, for everybody's eyes.
+// Pale grey over orange to dark purple: darker is larger, also for colour-blind viewers.
 constexpr std::array<Colour, 5> kStops{{
     {236, 239, 243},
     {250, 214, 145},

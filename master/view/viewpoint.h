@@ -1,4 +1,4 @@
-// Where a picture is seen from, and its scales.
+// Viewpoint and scales of a drawing.
 #pragma once
 
 #include <span>
@@ -11,10 +11,10 @@ namespace palpate {
 // A parallel projection of frame S [m] into pixels, y down.
 class Viewpoint {
  public:
-  // From above and a little aside, z up, turned so that what happens along `along` is seen from the
-  // side. Nearly upright, zero or not finite: as if along x.
+  // From above and slightly from the side, z up, with `along` across the view. A vector that is
+  // nearly vertical, zero or not finite counts as x.
   static Viewpoint Across(const Eigen::Vector3d& along);
-  // x to the right, y up: planar scenes.
+  // x to the right, y up, for planar scenes.
   static Viewpoint Front();
 
   // Scales and shifts so that `points` fill the rectangle [px] and are centred in it.
@@ -24,11 +24,11 @@ class Viewpoint {
   [[nodiscard]] Eigen::Vector2d ToPicture(const Eigen::Vector3d& p_S) const {
     return origin_ + scale_ * Across2d(p_S);
   }
-  // A direction: without the origin, at `length` pixels per unit.
+  // A direction without the origin, `length` pixels per unit.
   [[nodiscard]] Eigen::Vector2d Direction(const Eigen::Vector3d& v_S, double length) const {
     return length * Across2d(v_S);
   }
-  // Larger is nearer to the viewer.
+  // Larger values are nearer to the viewer.
   [[nodiscard]] double Nearness(const Eigen::Vector3d& v_S) const { return toward_.dot(v_S); }
   [[nodiscard]] double scale() const { return scale_; }  // [px/m]
 
@@ -44,14 +44,14 @@ class Viewpoint {
   double scale_ = 1;                     // [px/m]
 };
 
-// A scale's round end, which does not flicker: the least 1, 2, 4, 6 or 8 times a power of ten that
-// is not below `value` > 0; `floor` > 0 for less.
+// Round end of a scale: the least 1, 2, 4, 6 or 8 times a power of ten that is at least `value` > 0
+// and at least `floor` > 0.
 double RoundedUp(double value, double floor);
 
 // Colour of `share` of a scale, 0 (pale) to 1 (dark), under `light`, 0 (dark) to 1, as `#rrggbb`.
 std::string ColourOf(double share, double light = 1);
 
-// `value` with so many significant digits as a person reads: 0.412, 12.5, 1e+06.
+// `value` with three significant digits: 0.412, 12.5, 1e+06.
 std::string Readable(double value);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// Meshes, elements and unknowns are counted with int, which may be subtracted; containers are asked
-// with std::size_t.
+// Converts int to std::size_t. Counts of nodes, elements and unknowns are int, so that differences
+// are safe. Containers use std::size_t.
 #pragma once
 
 #include <cstddef>

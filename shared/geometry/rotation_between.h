@@ -4,8 +4,8 @@
 
 namespace palpate {
 
-// The rotation by the least angle that takes the direction of `a` to that of `b`, both other than
-// zero. Of opposite ones: by half a turn about one of the axes across.
+// The rotation by the smallest angle from the direction of `a` to that of `b`; neither may be zero.
+// Opposite directions give a half turn about a perpendicular axis.
 Eigen::Matrix3d RotationBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 
 }  // namespace palpate

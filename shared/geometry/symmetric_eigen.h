@@ -1,5 +1,6 @@
-// Eigenvalues and eigenvectors of symmetric matrices of any size, compiled once: a unit that has
-// Eigen's solver for itself takes four seconds longer. It allocates: live loops take Eigen's own.
+// Eigenvalues and eigenvectors of symmetric matrices of any size. Eigen's solver is compiled only
+// here, because it takes four seconds. This function allocates, so real-time code uses Eigen
+// directly.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +13,7 @@ struct SymmetricEigen {
   Eigen::MatrixXd vectors;  // V, n x n, orthonormal columns
 };
 
-// `A`: n x n, whose lower triangle is read.
+// `A`: n x n; only the lower triangle is read.
 SymmetricEigen EigenOf(const Eigen::MatrixXd& A);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// T^p and T^F: how the hand's space M maps to the tool's space S and how forces come back (paper
-// A, 3.1).
+// T^p and T^F: the mapping of positions from master frame M to slave frame S, and of forces back
+// (paper A, 3.1).
 //
 //   p_S = s_p R_SM p_M + offset      F_M = s_F R_SM^T F_S      K_M = s_p s_F R_SM^T K_S R_SM
 //
@@ -21,7 +21,7 @@ struct TeleopTransform {
   [[nodiscard]] Eigen::Vector3d ToMaster(const Eigen::Vector3d& p_S) const;
   [[nodiscard]] Eigen::Vector3d VelocityToSlave(const Eigen::Vector3d& v_M) const;
   [[nodiscard]] Eigen::Vector3d ForceToMaster(const Eigen::Vector3d& f_S) const;
-  // The clutch closes: the offset with which `p_M` maps to `p_S`, so that engaging moves nothing.
+  // Sets the offset that maps `p_M` to `p_S`, so that engaging moves nothing.
   void ZeroOffset(const Eigen::Vector3d& p_M, const Eigen::Vector3d& p_S);
 };
 

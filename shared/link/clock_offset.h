@@ -1,10 +1,11 @@
-// How far another machine's clock is from ours, from round trips.
+// Offset of another machine's clock, from round trips.
 //
 //   theta = ((t2 - t1) + (t3 - t4)) / 2     delta = (t4 - t1) - (t3 - t2)     |error| <= delta / 2
 //
-// t1 our clock when the request left, t2 theirs when it came, t3 theirs when the answer left, t4
-// ours when it came. Source: NTP, RFC 5905, section 8. The sample with the smallest delta of the
-// last 32 is believed, each aged by what two clocks may drift apart.
+// t1: own clock when the request was sent; t2: peer's clock when it arrived; t3: peer's clock when
+// the answer was sent; t4: own clock when it arrived. Source: NTP, RFC 5905, section 8. The
+// estimate uses the smallest delta of the last 32 samples, each enlarged by the possible drift
+// since then.
 #pragma once
 
 #include <array>
@@ -14,20 +15,19 @@
 
 namespace palpate {
 
-// One thread. Allocation-free.
+// Not thread-safe. Does not allocate.
 class ClockOffset {
  public:
   static constexpr std::size_t kWindow = 32;
-  static constexpr double kDrift = 50e-6;  // of one clock against the other [s/s]
-  static constexpr double kSlew = 5e-3;    // how fast the offset may change [s/s]
+  static constexpr double kDrift = 50e-6;  // largest relative drift of two clocks [s/s]
+  static constexpr double kSlew = 5e-3;    // largest rate of change of the offset [s/s]
 
-  // Adds a round trip. One whose delta is negative is no round trip of these clocks and is left
-  // out.
+  // Adds a round trip. A negative delta is impossible, so such a sample is ignored.
   void Add(Time t1, Time t2, Time t3, Time t4) noexcept;
-  // Their clock minus ours [s]. Jumps while the window first fills; slews from then on. 0 before
-  // the first sample.
+  // Peer's clock minus own clock [s]. Changes freely until the window is full, then at most by
+  // kSlew. 0 before the first sample.
   [[nodiscard]] double seconds() const noexcept { return offset_; }
-  // How far `seconds` may be from the truth at the last sample [s], by the sample believed.
+  // Largest error of `seconds` at the last sample [s].
   [[nodiscard]] double error() const noexcept { return error_; }
   [[nodiscard]] bool known() const noexcept { return count_ > 0; }
 

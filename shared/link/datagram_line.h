@@ -1,6 +1,6 @@
-// Datagrams beside a stream, for what is worth nothing once something newer is there: states and
-// commands. The stream stays who decides; whoever has not the keys that it handed over is not
-// heard, and never answered.
+// Datagrams beside a stream, for states and commands, of which only the newest counts. The stream
+// hands over the keys and stays in control. Datagrams without these keys are ignored and never
+// answered.
 #pragma once
 
 #include <atomic>
@@ -24,43 +24,43 @@ class DatagramLine {
   struct Keys {
     DatagramKey send, receive;
   };
-  // What one told of the line: of ours, and how long the way there and back took [s].
+  // Feedback of the peer: count of received datagrams, and the round trip [s].
   struct LinkFeedback {
     DatagramCount seen = {};
     double round_trip = 0;
   };
-  // Called by the line's thread with what was opened, which stands until it returns.
+  // Called on this object's thread with a decrypted message, valid until it returns.
   using Take = std::function<LinkFeedback(std::string_view plain)>;
   enum class Role : std::uint8_t {
-    kCalls,    // to an address that is known
-    kAnswers,  // to wherever the newest authentic datagram came from, while they come
+    kCalls,    // sends to a known address
+    kAnswers,  // answers the source of the newest authentic datagram
   };
 
-  // A path on which nothing came for so long is taken for dead.
+  // A path without datagrams for this time counts as dead.
   static constexpr std::chrono::seconds kSilence{1};
 
-  // Who calls gives the peer's address, who answers its own; where that port is taken, another one
-  // serves. Throws std::system_error: no socket, no such address.
+  // `at`: the peer's address for kCalls, the own address for kAnswers. If that port is in use,
+  // another one is taken. Throws std::system_error without a socket or with an invalid address.
   DatagramLine(Role role, const sockaddr_storage& at, const Keys& keys, Take take);
-  // Nothing is taken afterwards.
+  // No callback is called afterwards.
   ~DatagramLine();
   DatagramLine(const DatagramLine&) = delete;
   DatagramLine& operator=(const DatagramLine&) = delete;
 
-  // Never waits, and promises nothing. Too large, nobody there to be answered, or the line too thin
-  // for all (see DatagramPace): not sent. One thread at a time.
+  // Sends without waiting or guarantee. Messages that are too large, have no known peer, or exceed
+  // the pace (see DatagramPace) are dropped. Call it from one thread at a time.
   void Send(std::string_view plain) noexcept;
-  // The stream beside took one more. Thread-safe.
+  // The stream has written one more message. Thread-safe.
   void StreamMoves() noexcept;
-  // Of the peer's, to be told. Thread-safe.
+  // Count of received datagrams, for the peer. Thread-safe.
   [[nodiscard]] DatagramCount seen() const { return {newest_, received_}; }
-  // Of this end.
+  // Port of this end.
   [[nodiscard]] std::uint16_t port() const;
 
  private:
-  // Open until it goes.
+  // A file descriptor, closed by the destructor.
   struct Descriptor {
-    explicit Descriptor(int opened);  // throws std::system_error: it is none
+    explicit Descriptor(int opened);  // throws std::system_error if invalid
     ~Descriptor();
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
@@ -69,19 +69,19 @@ class DatagramLine {
 
   void Run(const std::stop_token& stop);
   void TakeNext();
-  // Strangers may send as fast as they like: no more is looked at than so much in a while.
+  // Limits the number of processed datagrams per time, against floods.
   void Pace();
 
   const Role role_;
   const Descriptor socket_, wake_;
   const Take take_;
   DatagramSealer sealer_;
-  DatagramOpener opener_;  // the thread's own, as are the next two
+  DatagramOpener opener_;  // used by the thread only, like the next two
   Time window_{};
   int looked_at_ = 0;
   std::atomic<std::uint64_t> newest_{0}, received_{0};
   PriorityInheritanceMutex mutex_;        // guards the next three
-  std::optional<sockaddr_storage> peer_;  // nullopt: nobody yet; of who calls always
+  std::optional<sockaddr_storage> peer_;  // nullopt: unknown yet; always set for kCalls
   Time heard_at_{};
   DatagramPace pace_;
   std::jthread thread_;  // last: it uses all of the above

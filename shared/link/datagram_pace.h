@@ -1,4 +1,4 @@
-// How many of the datagrams that could go do go: all, until they crowd out the stream beside them.
+// Share of datagrams that are sent: all, unless they compete with the stream.
 #pragma once
 
 #include <algorithm>
@@ -9,23 +9,22 @@
 
 namespace palpate {
 
-// A line that loses packets at random is what datagrams are for; one that is too thin for them and
-// the stream loses them too, but first makes them wait, and the stream more than them, which backs
-// off from both. So the share that goes is halved while round trips wait, the stream stands, or
-// more is lost than chance would, and rises evenly otherwise. What goes at least shows whether it
-// may.
+// Datagrams help on links with random loss. A link with too little bandwidth first queues packets
+// and then drops them, and the stream slows down more than the datagrams. Therefore the share is
+// halved while round trips show queueing, the stream is stalled, or the loss is above random loss.
+// Otherwise it rises linearly. The least share keeps measuring the link.
 class DatagramPace {
  public:
-  static constexpr double kFirst = 0.25;      // share, doubled until they crowd [-]
+  static constexpr double kFirst = 0.25;      // initial share, doubled until the first halving [-]
   static constexpr double kLeast = 0.05;      // share [-]
-  static constexpr double kPeriod = 1;        // of a decision, or a round trip [s]
+  static constexpr double kPeriod = 1;        // between decisions, at least a round trip [s]
   static constexpr double kLost = 0.12;       // share [-]
-  static constexpr double kStanding = 20e-3;  // that the shortest trip of a period waited [s]
-  static constexpr double kShaken = 0.5;      // of a line's own round trip, by itself
-  static constexpr double kStreamStands = 1;  // and three round trips [s]
-  static constexpr double kUnheard = 2;       // and a round trip: nobody is there [s]
+  static constexpr double kStanding = 20e-3;  // queueing delay of the shortest round trip [s]
+  static constexpr double kShaken = 0.5;      // accepted variation, relative to the base round trip
+  static constexpr double kStreamStands = 1;  // plus three round trips: the stream is stalled [s]
+  static constexpr double kUnheard = 2;       // plus a round trip: the peer is absent [s]
 
-  // Whether one more may go.
+  // Whether one more datagram may be sent.
   bool Allows(Time now) noexcept {
     const bool is_heard = SecondsBetween(heard_at_, now) < kUnheard + own_.OrZero();
     credit_ = std::min(1.0, credit_ + (is_heard ? share_ : kLeast));
@@ -33,7 +32,7 @@ class DatagramPace {
     credit_ -= 1;
     return true;
   }
-  // What the peer tells of ours; a message and its answer took so long [s].
+  // Adds feedback of the peer: count of received datagrams, and a round trip [s].
   void Hear(const DatagramCount& seen, double round_trip, Time now) noexcept {
     heard_at_ = now;
     if (round_trip > 0) shortest_ = std::min(shortest_, round_trip);  // nor NaN
@@ -41,7 +40,7 @@ class DatagramPace {
     const double period = SecondsBetween(begun_at_, now);
     if (period < std::max(kPeriod, own_.OrZero())) return;
     own_.Learn(shortest_, period);
-    // Who does not count tells nothing of what is lost.
+    // A peer that does not count gives no information about loss.
     const double went = static_cast<double>(seen.newest) - static_cast<double>(before_.newest);
     const double arrived =
         static_cast<double>(seen.received) - static_cast<double>(before_.received);
@@ -54,13 +53,13 @@ class DatagramPace {
     share_ = crowds ? std::max(kLeast, share_ / 2) : std::min(1.0, more);
     Begin(seen, now);
   }
-  // The stream took one more.
+  // The stream has written one more message.
   void StreamMoves(Time now) noexcept { stream_moved_at_ = now; }
   [[nodiscard]] double share() const noexcept { return share_; }
 
  private:
   static constexpr double kMore = 0.1;  // share of a period
-  static constexpr double kFew = 3;     // lost by chance, where few went
+  static constexpr double kFew = 3;     // accepted loss of single datagrams
 
   void Begin(const DatagramCount& seen, Time now) noexcept {
     begun_at_ = now;

@@ -1,9 +1,9 @@
-// Datagrams that nobody reads or makes but the two ends of a stream, which handed over the keys.
+// Authenticated encryption of datagrams. The two ends exchange the keys over the stream.
 //
 //   counter (8 bytes, big endian) | ciphertext | tag (16 bytes)
 //
-// ChaCha20-Poly1305 (RFC 8439), by OpenSSL. The counter is the nonce: it rises with each datagram,
-// and each stream has a key of its own for each way, so that none is used twice.
+// ChaCha20-Poly1305 (RFC 8439), by OpenSSL. The counter is the nonce. It rises with each datagram,
+// and each stream has a separate key per direction, so that no nonce is used twice.
 #pragma once
 
 #include <array>
@@ -18,42 +18,42 @@ using EVP_CIPHER_CTX = struct evp_cipher_ctx_st;
 
 namespace palpate {
 
-// With its seal [bytes]: passes whole wherever IPv6 does (RFC 8200, section 5: 1280 with headers).
+// Including the seal [bytes]. Fits the minimum IPv6 MTU (RFC 8200, section 5: 1280 with headers).
 inline constexpr std::size_t kLargestDatagram = 1200;
 inline constexpr std::size_t kSealSize = 24;
 
 using DatagramKey = std::array<std::uint8_t, 32>;
-// Throws std::runtime_error: the system has no random numbers.
+// Throws std::runtime_error without random numbers of the system.
 DatagramKey NewDatagramKey();
-// nullopt: not as many bytes as a key has.
+// nullopt: wrong length.
 std::optional<DatagramKey> DatagramKeyFrom(std::string_view bytes);
 
 using CipherContext = std::unique_ptr<EVP_CIPHER_CTX, void (*)(EVP_CIPHER_CTX*)>;
 
-// One thread at a time. Allocation-free once made, as is the other end.
+// Not thread-safe. Does not allocate after construction, like DatagramOpener.
 class DatagramSealer {
  public:
-  // Throws std::runtime_error: OpenSSL lacks the cipher.
+  // Throws std::runtime_error if OpenSSL lacks the cipher.
   explicit DatagramSealer(const DatagramKey& key);
-  // Stands until the next one. Empty: `plain` is, or does not fit.
+  // The sealed datagram, valid until the next call. Empty if `plain` is empty or too large.
   std::span<const std::uint8_t> Seal(std::span<const std::uint8_t> plain) noexcept;
 
  private:
   CipherContext cipher_;
-  std::uint64_t counter_ = 0;  // of the last one
+  std::uint64_t counter_ = 0;  // counter of the last datagram
   std::array<std::uint8_t, kLargestDatagram> sealed_{};
 };
 
-// One thread at a time.
+// Not thread-safe.
 class DatagramOpener {
  public:
   explicit DatagramOpener(const DatagramKey& key);
-  // What was sealed under this key later than everything opened before: the newest wins, so that
-  // what comes again, or was overtaken, is nothing. Stands until the next one. Empty: it is not.
+  // Decrypts a datagram that is authentic and newer than all before. Returns an empty span for
+  // others, such as repetitions. The result is valid until the next call.
   std::span<const std::uint8_t> Open(std::span<const std::uint8_t> sealed) noexcept;
   [[nodiscard]] std::uint64_t newest() const noexcept {
     return newest_;
-  }  // counter opened; 0: none
+  }  // newest counter; 0: none
 
  private:
   CipherContext cipher_;

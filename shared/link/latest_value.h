@@ -1,5 +1,5 @@
-// Newest value from one thread to another, wait-free on both sides: a triple buffer. The haptic
-// loop reads and writes through these and nothing else.
+// Passes the newest value between two threads, wait-free on both sides: a triple buffer. The haptic
+// loop exchanges data through these.
 #pragma once
 
 #include <array>
@@ -18,12 +18,11 @@ class LatestValue {
     slots_[write_] = value;
     write_ = middle_.exchange(write_ | kFresh, std::memory_order_acq_rel) & kIndex;
   }
-  // Writer: the last value put has not been taken yet. It may be taken the moment after.
+  // Writer: whether the last value has not been taken yet.
   [[nodiscard]] bool untaken() const noexcept {
     return (middle_.load(std::memory_order_relaxed) & kFresh) != 0;
   }
-  // Reader: the newest value not yet taken, or nullptr where nothing is new. Stays valid until the
-  // next Take.
+  // Reader: the newest value not yet taken, or nullptr. Valid until the next Take.
   const T* Take() noexcept {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return nullptr;
     read_ = middle_.exchange(read_, std::memory_order_acq_rel) & kIndex;
@@ -34,8 +33,8 @@ class LatestValue {
   static constexpr std::uint8_t kFresh = 4, kIndex = 3;
   std::array<T, 3> slots_{};
   std::atomic<std::uint8_t> middle_{1};
-  std::uint8_t write_ = 0;  // the writer's own slot
-  std::uint8_t read_ = 2;   // the reader's own slot
+  std::uint8_t write_ = 0;  // slot of the writer
+  std::uint8_t read_ = 2;   // slot of the reader
 };
 
 }  // namespace palpate

@@ -67,7 +67,7 @@ void RequireLoopbackUnless(bool insecure, const Endpoint& endpoint) {
   throw std::invalid_argument(
       ToString(endpoint) +
       ": accepted without --insecure is a loopback address (127.0.0.1, "
-      "[::1] or localhost): what travels is plain text; --tls DIR encrypts it");
+      "[::1] or localhost), because plain text is sent; --tls DIR encrypts it");
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// A mutex for threads of different urgency.
+// A mutex for threads of different priority.
 #pragma once
 
 #include <system_error>
@@ -7,12 +7,11 @@
 
 namespace palpate {
 
-// Whoever holds it runs at the priority of the most urgent that waits for it, so that a thread of
-// the real-time classes never waits behind what has nothing to do with either. For
-// std::scoped_lock.
+// The owner runs at the highest priority of the waiting threads, so that a real-time thread never
+// waits for unrelated work. For use with std::scoped_lock.
 class PriorityInheritanceMutex {
  public:
-  // Throws std::system_error: the system has no such mutexes.
+  // Throws std::system_error if the system does not support this.
   PriorityInheritanceMutex() {
     pthread_mutexattr_t inherits;
     pthread_mutexattr_init(&inherits);

@@ -1,4 +1,4 @@
-// One reader's states: a single slot in which the newest wins and no event is lost.
+// Mailbox of one reader: a single slot with the newest state. No event is lost.
 #pragma once
 
 #include <chrono>
@@ -11,10 +11,10 @@
 
 namespace palpate {
 
-// Any threads. Never grows. Not for real-time sides, which have LatestValue.
+// Thread-safe, with fixed memory. Real-time threads use LatestValue instead.
 class StateMailbox {
  public:
-  // Replaces what waits; the events of a state that is thereby skipped move into this one.
+  // Replaces the waiting state and adds its events to the new one.
   void Put(const SlaveState& state) {
     {
       const std::scoped_lock lock(mutex_);
@@ -29,18 +29,18 @@ class StateMailbox {
     const std::scoped_lock lock(mutex_);
     return std::exchange(slot_, std::nullopt);
   }
-  // The same, waiting for one; nullopt: none within `patience`, or closed.
+  // Like TakeNewest, but waits. nullopt: none within `patience`, or closed.
   std::optional<SlaveState> WaitNewest(std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, patience, [this] { return slot_ || closed_; });
     return closed_ ? std::nullopt : std::exchange(slot_, std::nullopt);
   }
-  // Sleeps until `due` or until closed, whatever comes in meanwhile.
+  // Sleeps until `due` or until closed, even if states arrive.
   void PauseUntil(Time due) {
     std::unique_lock lock(mutex_);
     changed_.wait_until(lock, Clock::ToSteady(due), [this] { return closed_; });
   }
-  // No more states: whoever waits returns now.
+  // Closes the mailbox and wakes waiting threads.
   void Close() {
     {
       const std::scoped_lock lock(mutex_);

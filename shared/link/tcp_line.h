@@ -1,4 +1,4 @@
-// What the system does with a TCP connection between hand and tool. gRPC does not say.
+// Settings of TCP connections between master and slave, which gRPC does not offer.
 #pragma once
 
 #include <cstdint>
@@ -10,27 +10,26 @@
 
 namespace palpate {
 
-// So much of what was written may wait for the line [bytes], some 40 states: the next state is
-// written when there is room for it, and is the newest one then.
+// Largest amount of unsent data [bytes], about 40 states. The next state is written when there is
+// room, and is then the newest one.
 inline constexpr int kMostUnsent = 8 * 1024;
 
-// Bounds what waits unsent, and leaves BBR, if that is the system's choice: once in ten seconds it
-// sends four packets in a round trip to measure the line, which is a silence of seconds on a long
-// one. What the system refuses stays as it is.
+// Bounds the unsent data. Also replaces the congestion control BBR, which sends only four packets
+// in a round trip every ten seconds, a gap of seconds on a slow link. Settings that the system
+// rejects stay unchanged.
 void PrepareLine(int fd) noexcept;
-// This process's connections to a peer's `port`, since gRPC hands out none.
+// Connections of this process to the peer's `port`, because gRPC does not provide them.
 std::vector<int> LinesTo(std::uint16_t port);
 
-// A peer of a connection over IP as gRPC names it, an address of one link with the link's number
-// (fe80::1%2), but without the brackets of IPv6 and the escapes, which it does not always write
-// alike.
+// The name of a peer as in gRPC, without IPv6 brackets and escapes, which gRPC writes
+// inconsistently. A link-local address has the number of its link (fe80::1%2).
 std::string NameOf(const sockaddr_storage& peer);
 std::string WithoutBrackets(std::string peer);
 
 struct LineEnds {
   sockaddr_storage own, far;
 };
-// Of this process's connection with `peer`, as gRPC names it; nullopt: none is open.
+// Ends of this process's connection with the gRPC peer `peer`; nullopt: none is open.
 std::optional<LineEnds> EndsOf(const std::string& peer);
 
 }  // namespace palpate

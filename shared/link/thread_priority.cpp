@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-// In words what was refused.
+// Text for what was refused.
 std::string Become(int policy, int priority) {
   std::string refused;
   if (prctl(PR_SET_TIMERSLACK, 1UL) != 0) {

@@ -1,5 +1,5 @@
-// Places on a triangulated surface and the nodes or triangles of a contact patch there (contracts,
-// `solve`: the rules for places and `width` in 3D). Frame O [m].
+// Finds points of a triangulated surface, and nodes or triangles of a contact patch (contracts,
+// `solve`: rules for positions and `width` in 3D). Frame O [m].
 #pragma once
 
 #include <optional>
@@ -11,16 +11,16 @@
 
 namespace palpate {
 
-// Where something touches.
+// A point on or near the surface.
 struct SurfacePlace {
-  int node = -1;      // the node there, inner ones too; -1: none
-  int triangle = -1;  // the nearest triangle; of equally near ones that with the largest index
+  int node = -1;      // a node at the point, also an inner one; -1: none
+  int triangle = -1;  // the nearest triangle; among equally near ones the largest index
   // Barycentric, of the nearest point of that triangle, each >= 0.
   Eigen::Vector3d weights{0, 0, 0};
-  double distance = 0;  // to that point or, with a node, to the node [m]
+  double distance = 0;  // to that point, or to the node if there is one [m]
 };
 
-// Nodes within 1e-6 of the bounding box's diagonal count as met. nullopt: `p_O` not finite or
+// A node within 1e-6 of the bounding box's diagonal matches. nullopt: `p_O` is not finite, or
 // farther from the surface than half the longest edge of the nearest triangle (and no node there).
 // O(N).
 std::optional<SurfacePlace> FindPlace(const SurfaceMesh& surface, const Eigen::Vector3d& p_O);
@@ -30,27 +30,27 @@ Eigen::Vector3d Normal(const SurfaceMesh& surface, int triangle);
 double Area(const SurfaceMesh& surface, int triangle);
 Eigen::Vector3d Centroid(const SurfaceMesh& surface, int triangle);
 
-// What of a disc lies on a surface: the rest reaches over its edges.
+// The part of a disc on a surface, without the part beyond its edges.
 struct DiscShare {
   double area = 0;  // [m^2]
   double rim = 0;   // angle of the circle's arcs [rad], 2 pi: all of it
 };
-// On one triangle, of the sphere of `radius` [m] around p: a circle in the triangle's plane.
+// Part of the sphere of `radius` [m] around p_O on one triangle: a circle in its plane.
 DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Eigen::Vector3d& p_O,
                          double radius);
 
 // The patch of a disc of diameter `width` > 0 around `place` at `p_O`: triangles whose centroid,
 // nodes that lie within width / 2 of it (1e-9 relative slack) on triangles that face the same way
 // (within 60 degrees of the mean normal at the place), so that a thin object is touched on one side
-// only. None that near: `triangles` is the one at the place, `nodes` is empty and the place's
-// weights count. In rising order.
+// only. If nothing is that near, `triangles` has the triangle at the point, `nodes` is empty and
+// the weights of the point apply. Indices are in rising order.
 struct DiscPatch {
-  std::vector<int> triangles;  // take a uniform load, a third of each one's share per node
-  std::vector<int> nodes;      // are moved alike
+  std::vector<int> triangles;  // carry a uniform load, a third of each per node
+  std::vector<int> nodes;      // have the same displacement
   // On all triangles that face the same way [m^2].
   DiscShare disc;
   double node_area = 0;      // a third of each triangle per node of the patch
-  double triangle_area = 0;  // of those of the patch
+  double triangle_area = 0;  // area of the triangles of the patch
 };
 DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const Eigen::Vector3d& p_O,
                   double width);

@@ -60,16 +60,16 @@ void FindDuplicates(const std::vector<Vector3d>& nodes, const MeshNumbers& numbe
   }
   if (report->duplicate_nodes.empty()) return;
   report->warnings.push_back(std::to_string(report->duplicate_nodes.size()) + " duplicate nodes (" +
-                             example + "): what uses the one and the other is not joined");
+                             example + "): elements that use different ones are not connected");
 }
 
 void CheckSize(double diagonal, MeshReport* report) {
   if (diagonal > kLargestUsual) {
     report->warnings.push_back("diagonal of " + Length(diagonal) +
-                               ": looks like millimetres; if so, say unit: mm");
+                               ": probably millimetres; if so, set unit: mm");
   } else if (diagonal < kSmallestUsual) {
     report->warnings.push_back("diagonal of " + Length(diagonal) +
-                               ": smaller than a cell; is the file in metres? If not, say unit");
+                               ": smaller than a cell; is the file in metres? If not, set unit");
   }
 }
 

@@ -1,4 +1,4 @@
-// Counts that meshes of tetrahedra and of triangles have in common; CheckMesh puts them together.
+// Checks common to meshes of tetrahedra and of triangles, used by CheckMesh.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ namespace palpate {
 std::string ListElements(const MeshNumbers& numbers, const std::vector<int>& elements);
 std::string ListNodes(const MeshNumbers& numbers, const std::vector<int>& nodes);
 
-// Bounding box of the used nodes, dangling and duplicate nodes, size: into the report, with
+// Adds bounding box of used nodes, dangling and duplicate nodes and size to the report, with
 // warnings. `used`: per node.
 void CountNodes(const std::vector<Eigen::Vector3d>& nodes, const std::vector<bool>& used,
                 const MeshNumbers& numbers, bool unit_given, MeshReport* report);
 
-// Qualities' minimum, median and slivers.
+// Adds minimum and median quality and slivers.
 void CountQuality(std::vector<double> quality, const MeshNumbers& numbers, MeshReport* report);
 
 // The part of each node, numbered from 0 in the order of the first element; -1: used by none.
@@ -29,18 +29,19 @@ template <std::size_t N>
 std::vector<int> PartsOf(const std::vector<std::array<int, N>>& elements, std::size_t nodes,
                          int* parts);
 
-// Finite nodes, node numbers in range, at least one element; otherwise refusals.
+// Whether nodes are finite, node numbers in range, and there is an element; otherwise adds
+// refusals.
 template <std::size_t N>
 bool IsReadable(const std::vector<Eigen::Vector3d>& nodes,
                 const std::vector<std::array<int, N>>& elements, const MeshNumbers& numbers,
                 MeshReport* report);
 
-// Elements that have the same nodes as an earlier one: refusals.
+// Adds refusals for elements with the same nodes as an earlier one.
 template <std::size_t N>
 void RefuseDuplicates(const std::vector<std::array<int, N>>& elements, const MeshNumbers& numbers,
                       MeshReport* report);
 
-// Per node: used by an element.
+// Whether each node is used by an element.
 template <std::size_t N>
 std::vector<bool> UsedNodes(const std::vector<std::array<int, N>>& elements, std::size_t nodes);
 

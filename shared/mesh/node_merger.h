@@ -1,4 +1,4 @@
-// Finds points that are the same up to a tolerance.
+// Finds points that coincide within a tolerance.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,9 @@ namespace palpate {
 
 class NodeMerger {
  public:
-  // Points, of finite coordinates, within `tolerance` >= 0 of each other are one.
+  // Finite points within `tolerance` >= 0 of each other count as one.
   explicit NodeMerger(double tolerance);
-  // The number of the first point like `p`, which is added under the next number if there is none.
-  // O(1) on average.
+  // Number of the first point that coincides with `p`; adds `p` if there is none. O(1) on average.
   int FindOrAdd(const Eigen::Vector3d& p);
 
  private:
@@ -33,14 +32,13 @@ class NodeMerger {
   std::unordered_map<Cell, std::vector<int>, Hash> cells_;
 };
 
-// Middles of edges as new nodes, each once: what refinement and ten-node elements share.
+// Midpoints of edges as new nodes, each once, for refinement and ten-node elements.
 class EdgeMiddles {
  public:
   // New nodes are appended to `nodes`, which must outlive this.
   explicit EdgeMiddles(std::vector<Eigen::Vector3d>* nodes) : nodes_(*nodes) {}
 
-  // Number of the node half way between nodes `a` and `b`, in either order; made where there is
-  // none yet.
+  // Number of the midpoint node of `a` and `b`, in either order; it is created if needed.
   int operator()(int a, int b) {
     const auto low = static_cast<std::uint64_t>(std::min(a, b));
     const auto high = static_cast<std::uint64_t>(std::max(a, b));

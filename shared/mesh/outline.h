@@ -1,4 +1,4 @@
-// A planar body's boundary as polygons, and its division into straight boundary elements.
+// The boundary of a planar body as polygons, and its straight boundary elements.
 // Frame O [m]. The outer loop runs counter-clockwise, holes clockwise, so that the body lies to the
 // left of every element and the outward normal is the tangent turned by -90 degrees.
 #pragma once
@@ -45,9 +45,9 @@ BoundaryMesh MeshRectangle(double width, double height, int count);
 // Inscribed regular polygon, first vertex at -pi / count, element 0 centred at angle 0. Throws:
 // count < 3.
 BoundaryMesh MeshDisc(double radius, int count);
-// Every edge gets at least one element, the rest goes by length, `count` in all (more if there are
-// more edges). Throws std::invalid_argument: fewer than three points, repeated points, no area,
-// crossing edges, hole outside.
+// Each edge gets at least one element, the others in proportion to length, `count` in total (more
+// if there are more edges). Throws std::invalid_argument: fewer than three points, repeated points,
+// no area, crossing edges, hole outside.
 BoundaryMesh MeshPolygon(const Outline& outline, int count);
 
 // Signed area [m^2], positive counter-clockwise.
@@ -57,9 +57,9 @@ Eigen::Vector2d Centroid(const std::vector<Eigen::Vector2d>& loop);
 // `p` lies inside the outer loop and outside the holes.
 bool Contains(const Outline& outline, const Eigen::Vector2d& p);
 
-// Whether an outline bounds a body at all.
+// Validation of outlines.
 
-// Throws std::invalid_argument saying what is wrong where: a loop of fewer than three points, a
+// Throws std::invalid_argument with the position of the error: a loop of fewer than three points, a
 // coordinate that is not finite, repeated points, no area (below 1e-12 of the bounding square),
 // edges that cross, touch or fold back, a hole outside the outer loop or inside another hole. The
 // loops may run either way. O(points^2).

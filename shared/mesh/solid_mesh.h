@@ -23,9 +23,9 @@ struct SurfaceMesh {
   std::vector<std::array<int, 3>> triangles;
 };
 
-// Which components x, y, z of every node, or of every triangle, are held at zero.
+// Which components x, y, z of each node or triangle are fixed at zero.
 using HeldNodes = std::vector<std::array<bool, 3>>;
-// Which are held in any component.
+// Which are fixed in any component.
 std::vector<char> AnyHeld(const HeldNodes& held);
 
 // The faces that belong to one tetrahedron only, in the order of the tetrahedra, outward. Node
@@ -49,7 +49,7 @@ double SignedVolume(const SolidMesh& mesh, int tet);
 double Diagonal(const std::vector<Eigen::Vector3d>& nodes);
 double LargerSide(const std::vector<Eigen::Vector3d>& nodes);
 
-// How a file numbers a mesh's nodes and elements, so that messages name them as the file does.
+// Numbers of nodes and elements in the file, for messages.
 
 // The file's number of node or element i; empty: the file counts from 0, or there is no file.
 struct MeshNumbers {

@@ -10,19 +10,18 @@
 
 namespace palpate {
 
-// Triangles that hang together by edges: parts that meet in a node only are two.
+// Triangles connected by edges. Parts that share only a node are separate.
 struct SurfacePart {
   std::vector<int> triangles;
-  int depth = 0;  // in how many other parts it lies; odd: it bounds a cavity
+  int depth = 0;  // number of other parts around it; odd: it bounds a cavity
 };
-// Of a surface without open edges. Empty: more than kMostParts, each of which is held against every
-// triangle. O(parts x triangles).
+// Parts of a surface without open edges. Empty: more than kMostParts. O(parts x triangles).
 constexpr std::size_t kMostParts = 1000;
 std::vector<SurfacePart> ClosedParts(const SurfaceMesh& surface);
 
-// How often the triangles wind round `p` (unsigned; sum of their solid angles over 4 pi): 1 inside
-// a simple closed part, 0 outside. Source: van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30
-// (1983) 125-126, eq. 8.
+// Winding number of the triangles around `p` (unsigned; sum of their solid angles over 4 pi): 1
+// inside a simple closed part, 0 outside. Source: van Oosterom and Strackee, IEEE Trans. Biomed.
+// Eng. 30 (1983) 125-126, eq. 8.
 double WindingNumber(const SurfaceMesh& surface, const std::vector<int>& triangles,
                      const Eigen::Vector3d& p);
 

@@ -1,4 +1,4 @@
-// Numbers that a program tells of itself, in the text that Prometheus and its kin read.
+// Metrics of a program in the text format of Prometheus.
 // Source: Prometheus text-based exposition format 0.0.4.
 #pragma once
 
@@ -16,14 +16,14 @@ struct Metric {
     double value = 0;
   };
 
-  std::string name;  // `palpate_ticks_total`: of a counter with `_total`, else with its SI unit
-  std::string help;  // one line
+  std::string name;  // `palpate_ticks_total`; counters end in `_total`, others in their SI unit
+  std::string help;  // one line of text
   Type type = Type::kGauge;
   std::vector<Sample> samples;
 };
 using Metrics = std::vector<Metric>;
 
-// `name="value"`, whatever is in the value.
+// `name="value"`, with escapes.
 std::string Label(std::string_view name, std::string_view value);
 // One number without a label.
 Metric Gauge(std::string name, std::string help, double value);
@@ -31,8 +31,8 @@ Metric Counter(std::string name, std::string help, double value);
 
 std::string ToText(const Metrics& metrics);
 
-// Memory, processor time, descriptors and threads of this process, under the names that are usual
-// for them. What the system does not tell is left out.
+// Memory, processor time, descriptors and threads of this process, with their usual names. Values
+// that the system does not provide are omitted.
 Metrics MetricsOfThisProcess();
 
 }  // namespace palpate

@@ -61,7 +61,7 @@ Endpoint MetricsEndpoint(const std::string& address, bool insecure) {
   throw std::invalid_argument(
       "--metrics: " + address +
       ": accepted without --insecure is a loopback address (127.0.0.1, [::1] or localhost): the "
-      "numbers go in plain text to whoever asks");
+      "numbers are sent in plain text to anyone");
 }
 
 struct MetricsPage::Parts {

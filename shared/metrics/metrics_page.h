@@ -1,4 +1,4 @@
-// http://HOST:PORT/metrics for Prometheus and its kin.
+// Serves http://HOST:PORT/metrics for Prometheus.
 #pragma once
 
 #include <functional>
@@ -10,21 +10,20 @@
 
 namespace palpate {
 
-// Where to answer, of `--metrics HOST:PORT`. Throws std::invalid_argument: not understood, or
-// beyond loopback without `insecure`.
+// The endpoint of `--metrics HOST:PORT`. Throws std::invalid_argument if it is invalid, or beyond
+// loopback without `insecure`.
 Endpoint MetricsEndpoint(const std::string& address, bool insecure);
 
 class MetricsPage {
  public:
-  // Answers on `address` (HOST:PORT; port 0: any free one) until it is destroyed, in a thread of
-  // its own where `collect` is called: 16 who ask at once, each for a second, the eldest gives way,
-  // so that nobody makes it grow or keeps others from it. In plain text and for whoever asks:
-  // beyond loopback only if `insecure`. Boost.Beast, as for the station's page. Throws
-  // std::runtime_error: not understood, not permitted, cannot be listened on.
+  // Answers on `address` (HOST:PORT; port 0: a free one) until destruction, on a separate thread
+  // that calls `collect`. Up to 16 connections of one second each are open, and a new one replaces
+  // the oldest. Answers are plain text for anyone, beyond loopback only if `insecure`. Throws
+  // std::runtime_error if the address is invalid, not permitted or in use.
   MetricsPage(const std::string& address, bool insecure, std::function<Metrics()> collect);
   ~MetricsPage();
 
-  // That is really listened on.
+  // The actual endpoint.
   [[nodiscard]] const Endpoint& endpoint() const;
 
  private:

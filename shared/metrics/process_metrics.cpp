@@ -42,8 +42,8 @@ Metrics MetricsOfThisProcess() {
     metrics.push_back(Counter("process_cpu_seconds_total", "Processor time used.",
                               Seconds(used.ru_utime) + Seconds(used.ru_stime)));
   }
-  AddCount("/proc/self/fd", "process_open_fds", "Open descriptors.", &metrics);
-  AddCount("/proc/self/task", "process_threads", "Threads.", &metrics);
+  AddCount("/proc/self/fd", "process_open_fds", "Open file descriptors.", &metrics);
+  AddCount("/proc/self/task", "process_threads", "Number of threads.", &metrics);
   return metrics;
 }
 

@@ -13,7 +13,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Nothing is stiffer than its inverse, whatever the slave says [m/N].
+// Least accepted compliance [m/N].
 constexpr double kLeastCompliance = 1e-9;
 // A motion is carried on until its error is this part of the full depth.
 constexpr double kTrustedMotion = 0.25;
@@ -38,7 +38,7 @@ void PatchContact::Take(const SurfacePatch& patch, const PatchLaw& law, double a
 
 void PatchContact::TakeLaw(const PatchLaw& law, double at, double now) noexcept {
   if (law.epoch != patch_.epoch || law.revision <= to_.law.revision) return;
-  // A third law while two are blended begins where they are.
+  // A third curve during a blend starts from the blended ratios.
   const double share = ShareOfNew(now);
   const Vector3d shift = ShiftAt(now, now);
   for (std::size_t i = 0; i < kLawPoints; ++i) {
@@ -162,7 +162,7 @@ void PatchContact::Move(int tool, const Vector3d& centre) noexcept {
   touch.touching = depth > 0;
 }
 
-// Where its way crossed the surface.
+// Point where the path crossed the surface.
 void PatchContact::Enter(int tool, const Vector3d& centre, const PatchPlace& nearest) noexcept {
   Touch& touch = touches_[At(tool)];
   const double radius = patch_.tools[At(tool)].radius, gap = nearest.height - radius;

@@ -1,5 +1,5 @@
-// The contact with one patch, solved anew at each place of the tool: what the master shows between
-// two words of the slave, and what the slave compares with what it feels.
+// Contact with one surface patch, solved for each tool position. The master renders it between two
+// states. The slave compares it with its estimate.
 #pragma once
 
 #include <array>
@@ -12,52 +12,52 @@
 
 namespace palpate {
 
-// Each tool is a sphere whose centre moves with the tip. Where it came through the surface at rest
-// it sticks (its anchor); with friction mu the anchor is dragged along by what exceeds mu f_n,
-// without friction it stays below the tool. There
+// Each tool is a sphere that moves with the tip. It sticks at its anchor, where it passed the
+// surface at rest. With friction mu, tangential force above mu f_n drags the anchor along. Without
+// friction the anchor stays below the tool. There
 //
 //   sum_b C_ab f_b = d_a,   n_a . f_a >= 0,   f = r(depth) f_linear
 //
-// d: displacement of the surface below each tool, C: compliance of the nodes there, a place's own
-// block a mean of its vertices' by their weights, r: the law's ratio. Solved by kSweeps of block
-// Gauss-Seidel that begin with the last tick's forces and never pull; of one tool it is exact.
-// Nothing is solved where the patch ends. Frame S. Real-time safe; one thread.
+// d: displacement of the surface below each tool; C: compliance of the nodes, weighted by vertices
+// within a block; r: ratio of the force-depth curve. Solved by kSweeps of block Gauss-Seidel,
+// starting with the last forces, which never pull. It is exact for one tool. Nothing is solved
+// outside of the patch. Frame S. Real-time safe. Not thread-safe.
 class PatchContact {
  public:
-  static constexpr double kBlendTime = 0.030;  // from one law to the next [s]
+  static constexpr double kBlendTime = 0.030;  // transition between two force-depth curves [s]
   static constexpr int kSweeps = 12;
 
-  // `at`: when the law was sensed, like `now` on the caller's clock [s]. Of the same epoch as
-  // before the law is blended in; of another one all begins anew.
+  // Sets patch and force-depth curve. `at`: its sample time; `now`: both on the caller's clock [s].
+  // With the same epoch the curve is blended in. Another epoch starts from the beginning.
   void Take(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept;
   void TakeLaw(const PatchLaw& law, double at, double now) noexcept;
-  // Goes on sticking where `before` does.
+  // Takes over the anchors of `before`.
   void Resume(const PatchContact& before) noexcept;
-  // Forgets the contact: the tool is taken elsewhere.
+  // Forgets the contact.
   void LetGo() noexcept;
-  // Knows no patch any more.
+  // Forgets the patch.
   void Forget() noexcept {
     LetGo();
     patch_.epoch = 0;
   }
-  // Moves the tip to `p_S`: force of the object on the first tool there [N]. `then`: the instant,
-  // maybe ahead, for which a surface that moves is predicted [s].
+  // Moves the tip to `p_S` and returns the force of the object on the first tool [N]. `then`: the
+  // time, possibly later, for which a moving surface is predicted [s].
   Eigen::Vector3d ForceAt(const Eigen::Vector3d& p_S, double now, double then) noexcept;
 
-  // That is shown [N/m]; what is stiffer is made as stiff.
+  // Sets the largest rendered stiffness [N/m].
   void set_stiffest(double stiffest) noexcept { stiffest_ = stiffest; }
   [[nodiscard]] const SurfacePatch& patch() const noexcept { return patch_; }
   [[nodiscard]] const PatchLaw& law() const noexcept { return to_.law; }
-  // How far the surface has moved, as of `now`, at the instant `then` [m].
+  // Predicted displacement of the moving surface at `then`, as known at `now` [m].
   [[nodiscard]] Eigen::Vector3d ShiftAt(double now, double then) const noexcept;
-  // Of the last ForceAt, of the first tool: it touches, and how deep; the patch knows the place.
+  // Result of the last ForceAt for the first tool: contact, depth, and whether it is on the patch.
   [[nodiscard]] bool touches() const noexcept { return touches_[0].touching; }
   [[nodiscard]] double depth() const noexcept { return depth_; }  // [m]; negative outside
   [[nodiscard]] const Eigen::Vector3d& normal() const noexcept { return touches_[0].place.normal; }
   [[nodiscard]] bool serves() const noexcept { return serves_; }
-  // Deeper than the model vouches for.
+  // Whether the depth exceeds the valid depth of the model.
   [[nodiscard]] bool is_beyond() const noexcept { return depth_ > patch_.valid_depth; }
-  // The stiffness of the last ForceAt was more than can be shown.
+  // Whether the last ForceAt limited the stiffness.
   [[nodiscard]] bool is_capped() const noexcept { return capped_; }
 
  private:
@@ -71,8 +71,8 @@ class PatchContact {
     double last_gap = 0;
     PatchPlace place;  // the anchor and its normal
     Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d d{0, 0, 0};       // of the surface [m], from the tool outwards
-    Eigen::Vector3d linear{0, 0, 0};  // force before the law [N]
+    Eigen::Vector3d d{0, 0, 0};       // displacement of the surface [m]
+    Eigen::Vector3d linear{0, 0, 0};  // linear force [N]
     Eigen::Vector3d force{0, 0, 0};
   };
   [[nodiscard]] double ShareOfNew(double now) const noexcept;
@@ -91,7 +91,7 @@ class PatchContact {
 
   SurfacePatch patch_;
   TimedLaw from_, to_;
-  double since_ = 0;  // when the newer law came [s]
+  double since_ = 0;  // arrival of the newer curve [s]
   double stiffest_ = std::numeric_limits<double>::infinity();
   double steepest_ratio_ = 1;
   std::array<Touch, kPatchTools> touches_;

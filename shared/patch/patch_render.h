@@ -1,4 +1,4 @@
-// From one patch to the next without a step.
+// Blends between consecutive patches.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,15 +7,14 @@
 
 namespace palpate {
 
-// Holds the newest patch and, for 30 ms, the one before: the force goes over from what that shows
-// to what this shows, whatever the hand does meanwhile, and the contact sticks where it stuck.
-// Either is a spring at any time; what the change itself would give out, the control of passivity
-// after this does not let through. Real-time safe; one thread.
+// Keeps the newest patch and, for 30 ms, the previous one. The force changes gradually between
+// them, and the contact keeps its anchors. Each patch alone is passive, and the passivity control
+// removes energy of the change. Real-time safe. Not thread-safe.
 class PatchRender {
  public:
   static constexpr double kBlendTime = PatchContact::kBlendTime;  // [s]
 
-  // See PatchContact::Take.
+  // These functions are those of PatchContact.
   void Take(const SurfacePatch& patch, const PatchLaw& law, double at, double now) noexcept;
   void LetGo() noexcept;
   void Forget() noexcept;
@@ -27,7 +26,7 @@ class PatchRender {
 
  private:
   PatchContact newest_, before_;
-  double since_ = -1e9;  // when the newest patch came [s]
+  double since_ = -1e9;  // arrival of the newest patch [s]
 };
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// CLI11, unoptimised: its headers are most of what a program's main file costs to compile, and
-// nobody waits for what it does.
+// Includes CLI11 without optimisation, because its headers dominate the compile time and its speed
+// does not matter.
 #pragma once
 
 #ifdef __clang__

@@ -1,4 +1,4 @@
-// What a running program knows of itself: its version, and where its parts are.
+// Version of the running program, and location of its parts.
 #pragma once
 
 #include <filesystem>
@@ -6,12 +6,12 @@
 
 namespace palpate {
 
-// 0.1.0+1a2b3c4d: the release and, where the sources were under git, their commit; `.changed` after
-// it: with changes of their own.
+// The version, such as 0.1.0+1a2b3c4d: release and git commit, if known. `.changed` follows if the
+// sources had local changes.
 const char* Version();
 
-// Programs and modules that work needs but starting does not stand beside the program that runs, or
-// in ../lib/palpate. Empty: `name` is in neither.
+// Finds an optional program or module beside the running program or in ../lib/palpate. Empty: not
+// found.
 std::filesystem::path FindPart(std::string_view name);
 
 }  // namespace palpate

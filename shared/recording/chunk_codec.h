@@ -1,4 +1,4 @@
-// What a chunk of an MCAP file is packed with: zstd (libzstd), and CRC-32 (zlib).
+// Compression (zstd) and checksum (CRC-32 of zlib) of MCAP chunks.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ inline constexpr std::string_view kZstd = "zstd";
 
 std::uint32_t Crc32(std::string_view bytes);
 
-// Packs one chunk after the other, with what it needs kept in between.
+// Compresses chunks one after another, and reuses its buffers.
 class ChunkPacker {
  public:
   ChunkPacker();
@@ -21,15 +21,15 @@ class ChunkPacker {
   ChunkPacker(const ChunkPacker&) = delete;
   ChunkPacker& operator=(const ChunkPacker&) = delete;
 
-  // Into `packed`, overwritten. False: no memory.
+  // Overwrites `packed`. False: out of memory.
   [[nodiscard]] bool Pack(std::string_view bytes, std::string* packed);
 
  private:
   void* context_;
 };
 
-// `bytes` of a chunk that says it is packed with `how` ("" or "zstd") and unpacks to `size` bytes.
-// nullopt: another packing, damaged, another size. Never takes more memory than `size`.
+// Decompresses a chunk of compression `how` ("" or "zstd") and uncompressed `size` [bytes].
+// nullopt: unknown compression, damaged, or another size. Never uses more memory than `size`.
 std::optional<std::string> Unpack(std::string_view bytes, std::string_view how, std::size_t size);
 
 }  // namespace palpate

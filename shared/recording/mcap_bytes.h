@@ -1,5 +1,5 @@
-// Numbers and strings as MCAP files have them: little-endian, strings with their length before them
-// (mcap.dev/spec, Serialization). And the kinds of records.
+// Numbers, strings and record types of MCAP files: little-endian, strings with a length prefix
+// (mcap.dev/spec, Serialization).
 #pragma once
 
 #include <bit>
@@ -37,7 +37,7 @@ enum class McapRecord : std::uint8_t {
 
 using McapMap = std::map<std::string, std::string>;
 
-// Appends to a string.
+// Serializes values into a string.
 class McapPacker {
  public:
   explicit McapPacker(std::string* out) : out_(out) {}
@@ -52,7 +52,7 @@ class McapPacker {
     out_->append(text);
     return *this;
   }
-  // With a length of eight bytes before them.
+  // Adds bytes with a length prefix of eight bytes.
   McapPacker& AddBytes(std::string_view bytes) {
     Add(static_cast<std::uint64_t>(bytes.size()));
     out_->append(bytes);
@@ -72,8 +72,8 @@ class McapPacker {
   std::string* out_;
 };
 
-// Takes them off again. Reads nothing beyond the end: what is missing is zero or empty, and ok() is
-// false from then on.
+// Reads serialized values. Never reads beyond the end: missing values are zero or empty, and ok()
+// is then false.
 class McapUnpacker {
  public:
   explicit McapUnpacker(std::string_view bytes) : rest_(bytes) {}

@@ -60,8 +60,8 @@ std::optional<McapReader::Head> McapReader::ReadHead() {
   }
   is_over_ = true;
   const std::uint64_t left = size_ - record_at_;
-  Damage(left > 0 ? "it is cut: the last " + std::to_string(left) + " bytes are not whole"
-                  : "it was never closed: what came last may be missing");
+  Damage(left > 0 ? "it is truncated: the last " + std::to_string(left) + " bytes are incomplete"
+                  : "it was never closed: the last messages may be missing");
   return std::nullopt;
 }
 
@@ -84,7 +84,7 @@ bool McapReader::ReadRecord() {
       }
     }
     if (left > kLargestChunk) {
-      Damage("a record of " + std::to_string(left) + " bytes is passed over");
+      Damage("a record of " + std::to_string(left) + " bytes is skipped");
       Skip(left);
       continue;
     }
@@ -174,7 +174,7 @@ void McapReader::TakeChunk(std::string_view content) {
   const auto size = fields.Number<std::uint64_t>();
   const auto crc = fields.Number<std::uint32_t>();
   const std::string_view how = fields.Text(), packed = fields.LongBytes();
-  if (!fields.ok() || size > kLargestChunk) return Damage("a chunk's head is not whole");
+  if (!fields.ok() || size > kLargestChunk) return Damage("a chunk's header is incomplete");
   auto unpacked = Unpack(packed, how, size);
   if (!unpacked) return Damage("a chunk cannot be unpacked (" + Shown(how) + ")");
   if (crc != 0 && Crc32(*unpacked) != crc) return Damage("a chunk's checksum is wrong");

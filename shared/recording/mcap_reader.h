@@ -1,6 +1,6 @@
-// Reads an MCAP file from its beginning, as far as it goes: the summary is not asked, so that a
-// file whose writer was killed reads like any other. Whatever the file says, it takes no more
-// memory than the file has bytes and one chunk unpacks to.
+// Reads an MCAP file from its beginning as far as possible. It does not use the summary, so that a
+// file of a killed writer is readable. Its memory is bounded by the file size and one uncompressed
+// chunk.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +25,8 @@ struct McapChannel {
 struct McapMessage {
   std::uint16_t channel = 0;
   std::uint32_t sequence = 0;
-  std::uint64_t time = 0;  // [ns] since 1970, when it was recorded
-  std::string_view data;   // until the next one is read
+  std::uint64_t time = 0;  // time of recording since 1970 [ns]
+  std::string_view data;   // valid until the next read
 };
 
 struct McapAttachment {
@@ -35,28 +35,27 @@ struct McapAttachment {
 
 class McapReader {
  public:
-  static constexpr std::uint64_t kLargestChunk = 256 << 20;  // unpacked, as of an attachment
+  static constexpr std::uint64_t kLargestChunk = 256 << 20;  // uncompressed; also for attachments
 
-  // Throws InputError: unreadable, not an MCAP file.
+  // Throws InputError if the file is unreadable or no MCAP file.
   explicit McapReader(const std::filesystem::path& file);
 
-  // The next message, in the file's order. False: there is no more. Messages of channels that the
-  // file does not tell of are passed over.
+  // Reads the next message, in the order of the file. False: there is none. Messages of unknown
+  // channels are skipped.
   bool Next(McapMessage* message);
-  // Chunks that end before `time` are passed over unread from here on, but for the channels and
-  // schemas of those already read.
+  // Skips chunks that end before `time`, from now on.
   void SkipBefore(std::uint64_t time) { skip_before_ = time; }
 
-  // As told so far. Null: the file tells of none.
+  // Channels and schemas read so far. Null: unknown.
   [[nodiscard]] const McapChannel* channel(std::uint16_t id) const;
   [[nodiscard]] const McapSchema* schema(std::uint16_t id) const;
   [[nodiscard]] const std::vector<McapAttachment>& attachments() const { return attachments_; }
   [[nodiscard]] const std::map<std::string, McapMap>& notes() const { return notes_; }
   [[nodiscard]] const std::string& library() const { return library_; }
 
-  // The end of the data was reached; false: the file is cut.
+  // Whether the end of the data was reached; false: the file is truncated.
   [[nodiscard]] bool is_whole() const { return is_whole_; }
-  // What could not be read, in words, once it was reached; empty: nothing.
+  // Unreadable parts so far, as text; empty: none.
   [[nodiscard]] const std::string& damage() const { return damage_; }
 
  private:
@@ -64,12 +63,12 @@ class McapReader {
     McapRecord kind;
     std::uint64_t size;
   };
-  // Of the next record in the file. nullopt: the file ends, or is cut.
+  // Reads the head of the next record. nullopt: end of the file, or truncated.
   std::optional<Head> ReadHead();
   bool ReadRecord();
   bool ReadBytes(std::uint64_t count, std::string* bytes);
   void Skip(std::uint64_t count);
-  // True: a message, which is in `message`.
+  // Processes a record. True: it is a message, stored in `message`.
   bool Take(McapRecord kind, std::string_view content, McapMessage* message);
   void TakeSchema(std::string_view content);
   void TakeChannel(std::string_view content);
@@ -79,8 +78,8 @@ class McapReader {
 
   const std::filesystem::path file_;
   std::ifstream stream_;
-  std::uint64_t size_ = 0, at_ = 0;  // of the file; what was read of it [bytes]
-  std::uint64_t record_at_ = 0;      // where the last record begins
+  std::uint64_t size_ = 0, at_ = 0;  // file size and read position [bytes]
+  std::uint64_t record_at_ = 0;      // start of the last record
   std::uint64_t skip_before_ = 0;
   bool is_over_ = false, is_whole_ = false;
   std::string library_, damage_;

@@ -1,6 +1,6 @@
-// Writes an MCAP file (mcap.dev/spec) that can be read up to its last flush whatever happens to the
-// process: chunks with CRC and message indexes, and, once it is closed, summary, statistics and
-// footer. Ours, because Debian packages no MCAP library for C++.
+// Writes an MCAP file (mcap.dev/spec) that is readable up to its last flush even after a crash. It
+// has chunks with CRC and message indexes; closing adds summary, statistics and footer. Debian has
+// no MCAP library for C++.
 #pragma once
 
 #include <array>
@@ -22,42 +22,42 @@ struct McapSchema {
   std::string data;      // a FileDescriptorSet
 };
 
-// One thread at a time. Times are nanoseconds since 1970.
+// Not thread-safe. Times are nanoseconds since 1970.
 class McapWriter {
  public:
   struct Options {
-    std::string library;                // who wrote it
+    std::string library;                // name of the writing program
     std::uint64_t limit = 0;            // of the file [bytes]; 0: none
-    std::size_t chunk_bytes = 1 << 20;  // unpacked, after which a chunk is written
-    std::uint64_t before = 0;           // of files before this one, within the limit too [bytes]
+    std::size_t chunk_bytes = 1 << 20;  // uncompressed size of a chunk
+    std::uint64_t before = 0;  // size of earlier files, which count toward the limit [bytes]
   };
 
-  // Begins the file anew. Throws std::runtime_error: it cannot be written.
+  // Overwrites the file. Throws std::runtime_error if it cannot write.
   McapWriter(std::filesystem::path file, const Options& options);
   ~McapWriter() { Close(); }
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  // A topic of messages in `message_encoding`. Equal schemas are written once.
+  // Adds a topic. Equal schemas are written once.
   std::uint16_t AddChannel(std::string_view topic, const McapSchema& schema,
                            std::string_view message_encoding = "protobuf");
   void Write(std::uint16_t channel, std::uint64_t time, std::string_view data);
-  // A file that belongs to the recording.
+  // Attaches a file.
   void Attach(std::string_view name, std::string_view media_type, std::string_view data,
               std::uint64_t time);
   void Note(std::string_view name, const McapMap& values);
-  // Everything so far reaches the file.
+  // Writes all data to the file.
   void Flush();
-  // Flushes. Whether another file after this one could begin within the limit.
+  // Flushes, and returns whether another file fits within the limit.
   [[nodiscard]] bool LeavesRoom();
-  // Flushes, writes the summary. Nothing is written afterwards.
+  // Flushes, writes the summary and closes the file.
   void Close();
 
-  // Nothing more is written: closed, the file's limit, or what kept it from being written.
+  // Whether writing has ended: closed, at the limit, or failed.
   [[nodiscard]] bool ended() const { return file_descriptor_ < 0; }
-  // Why it ended before it was closed, in words; empty: it did not.
+  // Why it ended early, as text; empty: it did not.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
-  [[nodiscard]] bool failed() const { return failed_; }         // it could not be written
+  [[nodiscard]] bool failed() const { return failed_; }         // a write failed
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }  // of the file
   [[nodiscard]] std::uint64_t messages() const { return messages_; }
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
@@ -74,9 +74,9 @@ class McapWriter {
 
   void AddToChunk(McapRecord kind, std::string_view content);
   [[nodiscard]] bool IsWithinLimit(std::uint64_t more) const;
-  // Whether `bytes` more, and the summary then, are within the limit; else says so and closes.
+  // Whether `bytes` and the summary fit within the limit; otherwise reports it and closes.
   [[nodiscard]] bool MakeRoom(std::uint64_t bytes);
-  // What `part` says goes to the file whole or not at all.
+  // Writes all of `part` or nothing.
   bool Put(std::string_view part);
   void WriteChunk();
   [[nodiscard]] std::string MessageIndexes(std::map<std::uint16_t, std::uint64_t>* offsets) const;
@@ -96,7 +96,7 @@ class McapWriter {
   std::map<std::uint16_t, std::vector<Indexed>> chunk_index_;
   ChunkPacker packer_;
 
-  // What the summary repeats, as records.
+  // Records for the summary.
   std::string schemas_, channels_, chunk_indexes_, attachment_indexes_, metadata_indexes_;
   std::map<std::string, std::uint16_t> schema_ids_;   // by name
   std::map<std::uint16_t, std::uint64_t> counts_;     // messages per channel, in the file

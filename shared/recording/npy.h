@@ -1,4 +1,4 @@
-// Arrays as NumPy reads them: numpy.load("force.npy") (format 1.0: numpy.org/doc/stable/reference/
+// Writes NumPy arrays: numpy.load("force.npy") (format 1.0: numpy.org/doc/stable/reference/
 // generated/numpy.lib.format.html).
 #pragma once
 
@@ -16,10 +16,10 @@ template <typename T>
 concept NpyNumber = std::same_as<T, double> || std::same_as<T, std::int64_t> ||
     std::same_as<T, std::uint64_t> || std::same_as<T, std::uint8_t>;
 
-// Rows of `columns` numbers, written as they come; how many stands in the file at the end.
+// Rows of `columns` numbers. The row count is written at the end.
 class NpyFile {
  public:
-  // `columns` 1: a vector. Throws std::runtime_error: not writable.
+  // `columns` 1: a vector. Throws std::runtime_error if it cannot write.
   template <NpyNumber T>
   static NpyFile Of(const std::filesystem::path& file, int columns) {
     return {file, TypeOf<T>(), columns};
@@ -27,7 +27,7 @@ class NpyFile {
   NpyFile(NpyFile&&) = default;
   NpyFile& operator=(NpyFile&&) = delete;
 
-  // One row: as many numbers, of the type, as the file has.
+  // Adds one row of `columns` numbers of the type of the file.
   template <NpyNumber T>
   void Add(std::span<const T> row) {
     stream_.write(reinterpret_cast<const char*>(row.data()),
@@ -38,7 +38,7 @@ class NpyFile {
   void Add(T value) {
     Add(std::span<const T>(&value, 1));
   }
-  // Throws std::runtime_error: it could not be written.
+  // Throws std::runtime_error if a write failed.
   void Finish();
 
  private:

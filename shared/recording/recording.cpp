@@ -39,9 +39,10 @@ Recording::Recording(Options options)
 std::unique_ptr<McapWriter> Recording::BeginPart(int number) const {
   const bool is_whole = options_.part <= 0;
   if (!is_whole && number == 1 && std::filesystem::exists(options_.file)) {
-    throw std::runtime_error(options_.file.string() +
-                             ": is there already and would be taken for what its parts hold: move "
-                             "it, or record to another name");
+    throw std::runtime_error(
+        options_.file.string() +
+        ": exists already and would be mistaken for the parts of the recording: move "
+        "it, or record to another name");
   }
   auto writer = std::make_unique<McapWriter>(
       is_whole ? options_.file : PartFile(options_.file, number),
@@ -171,7 +172,7 @@ void Recording::CheckLoss() {
   }
   if (!options_.tell) return;
   options_.tell(options_.file.string() +
-                ": more comes than can be written: from now on some is missing in the recording");
+                ": the disk is too slow: messages are missing in the recording from now on");
 }
 
 void Recording::CheckEnd() {
@@ -214,7 +215,7 @@ Recording::Stats Recording::stats() const {
   Stats stats = stats_;
   if (stats.trouble.empty() && stats.dropped > 0) {
     stats.trouble = options_.file.string() + ": " + std::to_string(stats.dropped) +
-                    " messages are missing: more came than could be written";
+                    " messages are missing: the disk was too slow";
   }
   return stats;
 }

@@ -1,6 +1,6 @@
-// A recording as programs make it: messages go into a queue, and a thread of normal priority packs
-// and writes them. Whoever records never waits for a disk. One file, or parts by time, each of
-// which begins with all that the messages in it need to be read.
+// Writes a recording: messages enter a queue, and a thread of normal priority compresses and writes
+// them, so that callers never wait for the disk. It makes one file, or parts by time, each of which
+// is readable alone.
 #pragma once
 
 #include <atomic>
@@ -31,10 +31,10 @@ inline Time FromNanoseconds(std::uint64_t ns) {
   return Time(Clock::duration(static_cast<Clock::rep>(ns)));
 }
 
-// What a protobuf message is, with all that it refers to.
+// Schema of a protobuf message with all its dependencies.
 McapSchema SchemaOf(const google::protobuf::Descriptor& message);
 
-// Thread-safe; what was put in first is written first.
+// Thread-safe. Messages are written in order.
 class Recording {
  public:
   static constexpr std::uint64_t kDefaultLimit = 8'000'000'000;  // [bytes]
@@ -43,38 +43,39 @@ class Recording {
   struct Options {
     std::filesystem::path file;
     std::uint64_t limit = kDefaultLimit;   // of all parts
-    std::string library;                   // who records: program and version
+    std::string library;                   // recording program and version
     std::size_t most_waiting = 256 << 20;  // [bytes]
-    // That it ended, or loses what comes: once each, in words, by the writing thread.
+    // Called on the writing thread, once each, with the reason that it ended or loses messages.
     std::function<void(const std::string&)> tell = nullptr;
     double part = 0;  // [s] after which a file ends and the next begins (PartFile); 0: one file
   };
   struct Stats {
     std::uint64_t bytes = 0, messages = 0;  // in all parts
-    std::uint64_t dropped = 0;              // because the disk was slower than what came
-    std::string trouble;                    // why it ended or is not whole; empty: neither
-    bool failed = false;                    // it could not be written
-    int parts = 1;                          // begun
+    std::uint64_t dropped = 0;              // messages lost because the disk was too slow
+    std::string trouble;                    // why it ended or is incomplete; empty: no problem
+    bool failed = false;                    // a write failed
+    int parts = 1;                          // parts so far
   };
 
-  // Throws std::runtime_error: it cannot be written, or would be hidden by a file of its name.
+  // Throws std::runtime_error if it cannot write, or a file of its name would hide the parts.
   explicit Recording(Options options);
   ~Recording() { Finish(); }
 
-  // Before anything is put in. `example`: of what comes there.
+  // Adds a channel before the first message. `example`: a message of its type.
   std::uint16_t Open(std::string_view topic, const google::protobuf::Message& example);
-  // Before anything is put in: a file that belongs to it; what is to be known of it. In each part.
+  // Add a file or metadata to each part, before the first message.
   void Attach(std::string_view name, std::string_view data);
   void Note(std::string_view name, const McapMap& values);
 
   void Put(std::uint16_t channel, Time at, const google::protobuf::Message& message);
-  // `make` is asked for the message's bytes by the writing thread; `size`: about as many.
+  // `make` returns the bytes of the message and is called on the writing thread. `size`: their
+  // estimate.
   void Put(std::uint16_t channel, Time at, std::size_t size, std::function<std::string()> make);
-  // Of a channel whose newest message holds until the next one: each part begins with it.
+  // Puts a message that stays valid until the next one of the channel. Each part begins with it.
   void PutStanding(std::uint16_t channel, Time at, const google::protobuf::Message& message);
-  // Of what is put in next: from 1, rising.
+  // Number of the part of the next message, from 1.
   [[nodiscard]] int part() const;
-  // Everything put in is written, the file closed.
+  // Writes all messages and closes the file.
   void Finish();
   [[nodiscard]] Stats stats() const;
 
@@ -91,7 +92,7 @@ class Recording {
   using Beginning = std::function<void(McapWriter*)>;
   void Begin(Beginning step);
   void Put(Waiting waiting);
-  // Of this number, with what each part begins with.
+  // Opens part `number` with the common beginning.
   [[nodiscard]] std::unique_ptr<McapWriter> BeginPart(int number) const;
   void GoOnIn(int part, Time at);
   void Run(const std::stop_token& stop);
@@ -100,12 +101,12 @@ class Recording {
   void CheckEnd();
 
   const Options options_;
-  const std::string identity_;  // which all parts have in common
-  // The thread's own once it runs.
-  std::vector<Beginning> beginning_;               // of each part
-  std::map<std::uint16_t, std::string> standing_;  // by channel, likewise
+  const std::string identity_;  // common to all parts
+  // Used by the thread only, once it runs.
+  std::vector<Beginning> beginning_;               // beginning of each part
+  std::map<std::uint16_t, std::string> standing_;  // by channel, in each part
   int written_part_ = 1;
-  std::uint64_t bytes_before_ = 0, messages_before_ = 0;  // in parts before it
+  std::uint64_t bytes_before_ = 0, messages_before_ = 0;  // in earlier parts
   std::string broken_;                                    // why the next part could not begin
   std::unique_ptr<McapWriter> writer_;
 
@@ -115,14 +116,14 @@ class Recording {
   std::size_t waiting_ = 0;  // [bytes]
   Stats stats_;
   Time part_began_ = Clock::now();
-  bool is_closed_ = false, is_told_ = false;  // nothing more is taken; why was told
+  bool is_closed_ = false, is_told_ = false;  // closed; the reason was reported
   bool is_loss_told_ = false;
 
   std::jthread thread_;  // last: it uses all of the above
 };
 
-// A number of bytes as people write it: `500 MB`, `2GB`, `1e9`. Throws std::invalid_argument:
-// `--record-limit = x: accepted is ...`.
+// Parses a size: `500 MB`, `2GB`, `1e9` [bytes]. Throws std::invalid_argument: `--record-limit = x:
+// accepted is ...`.
 std::uint64_t ParseRecordLimit(std::string_view text);
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// A recording in parts: `session-0001.mcap`, `session-0002.mcap`, ..., by the name `session.mcap`.
-// Each is a recording by itself; together they are one.
+// Parts of a recording: `session-0001.mcap`, `session-0002.mcap`, ... of `session.mcap`. Each is a
+// recording by itself, and together they are one.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +10,16 @@
 
 namespace palpate {
 
-// Of the note that says which recording a part is of.
+// Name of the metadata that identifies the recording of a part.
 inline constexpr const char* kPartNote = "palpate.part";
 
-// Where part `number` (from 1) of the recording `file` is. They sort by name up to the 9999th.
+// The file of part `number` (from 1) of the recording `file`. Names sort correctly up to 9999.
 std::filesystem::path PartFile(const std::filesystem::path& file, int number);
 
-// `identity`: the same in all parts of a recording, in no other.
+// `identity`: common to all parts of a recording, and unique.
 McapMap PartNote(const std::string& identity, int number);
 
-// The files that hold the recording `file`, in order: itself, where there is such a file or no part
-// of it.
+// The files of the recording `file`, in order. Returns `file` itself if it exists or has no parts.
 std::vector<std::filesystem::path> PartsOf(const std::filesystem::path& file);
 
 }  // namespace palpate

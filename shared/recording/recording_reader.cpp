@@ -52,11 +52,11 @@ bool RecordingReader::Belongs() {
   if (identity_.empty()) identity_ = identity;
   if (identity.empty() || identity != identity_) {
     Damage(parts_[part_].string() +
-           ": is no part of this recording: it is left out, and what follows");
+           ": is not a part of this recording: it and the following parts are ignored");
     return false;
   }
   if (number != number_ + 1) {
-    Damage(parts_[part_].string() + ": what came before is missing: there is no part " +
+    Damage(parts_[part_].string() + ": earlier messages are missing: there is no part " +
            std::to_string(number_ + 1));
   }
   number_ = number;

@@ -1,5 +1,4 @@
-// A recording as programs read it: one message after the other, each by its topic. One in parts is
-// read as one.
+// Reads a recording message by message. Parts are read as one recording.
 #pragma once
 
 #include <filesystem>
@@ -17,39 +16,39 @@ namespace palpate {
 
 class RecordingReader {
  public:
-  // A file, or the name whose parts there are. Throws InputError: unreadable, not an MCAP file.
+  // `file`: a file, or the common name of parts. Throws InputError if unreadable or no MCAP file.
   explicit RecordingReader(const std::filesystem::path& file);
 
   // Goes to the next message; false: there is no more.
   bool Next();
   [[nodiscard]] std::string_view topic() const { return channel_->topic; }
   [[nodiscard]] Time at() const;
-  // Until the next one.
+  // Valid until the next message.
   [[nodiscard]] std::string_view bytes() const { return message_.data; }
-  // Throws InputError: it is of another type, or damaged.
+  // Throws InputError if it is of another type, or damaged.
   void Read(google::protobuf::Message* message) const;
 
-  // Messages before `at` are passed over from here on.
+  // Skips messages before `at`, from now on.
   void SkipBefore(Time at);
-  // Of the part that is read: what was read of it tells of files and notes.
+  // Reader of the current part, with its attachments and metadata so far.
   [[nodiscard]] const McapReader& mcap() const { return *reader_; }
-  // What could not be read so far, in words; empty: nothing.
+  // Unreadable parts so far, as text; empty: none.
   [[nodiscard]] const std::string& damage() const;
 
  private:
-  // The next part; false: there is none that belongs to it.
+  // Opens the next part; false: there is none.
   bool OpenNext();
-  // Whether the part, of which a message was read, belongs to those before it; else says so.
+  // Whether the current part belongs to the earlier ones; otherwise reports it.
   bool Belongs();
   void Damage(const std::string& what);
 
   const std::vector<std::filesystem::path> parts_;
-  const bool is_one_file_;  // that was named itself
-  std::size_t part_ = 0;    // which of them is read
+  const bool is_one_file_;  // `file` exists itself
+  std::size_t part_ = 0;    // index of the current part
   std::unique_ptr<McapReader> reader_;
-  bool is_new_ = true;  // nothing was read of it
+  bool is_new_ = true;  // no message of it was read yet
   std::string identity_, damage_;
-  int number_ = 0;  // of the part
+  int number_ = 0;  // number of the part
   McapMessage message_;
   const McapChannel* channel_ = nullptr;
   Time skip_before_{};

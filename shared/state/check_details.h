@@ -1,5 +1,5 @@
-// What a sense's own checks measured in the last sample, beside the one code that says which of
-// them failed. Absent: this sense has no such check, or it could not be made in this sample.
+// Values of the checks in the last sample, besides the code of a failed check. Absent: the sensor
+// has no such check, or it was not possible in this sample.
 #pragma once
 
 #include <array>
@@ -10,13 +10,15 @@
 namespace palpate {
 
 struct CheckDetails {
-  std::optional<double> score;          // how much the tip looks as it did: correlation, -1 to 1
-  std::optional<double> registration;   // rest surface seen at first against the scene's, rms [px]
-  std::optional<double> contour;        // edge seen against outline and dent computed, rms [px]
-  std::optional<double> epipolar;       // points of two eyes off their epipolar lines, rms [px]
-  std::optional<double> camera_motion;  // of camera or rig since the start [px]
-  std::optional<double> misfit;         // surface seen against the one computed, rms in sigmas [-]
-  std::optional<double> rest_drift;     // of all electrodes together since the rest values [counts]
+  std::optional<double> score;  // similarity of the tip to its template: correlation, -1 to 1
+  std::optional<double>
+      registration;  // measured rest surface at the start against the scene's, rms [px]
+  std::optional<double>
+      contour;  // measured edge against computed outline and indentation, rms [px]
+  std::optional<double> epipolar;  // distance of stereo points from their epipolar lines, rms [px]
+  std::optional<double> camera_motion;  // motion of camera or rig since the start [px]
+  std::optional<double> misfit;      // measured surface against the computed one, rms in sigmas [-]
+  std::optional<double> rest_drift;  // drift common to all electrodes since the baseline [counts]
 };
 
 // Their names as columns of states.csv, in order, and their values.

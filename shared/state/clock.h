@@ -1,5 +1,5 @@
-// One clock per process: monotonic, and anchored to the wall clock once at start so that its stamps
-// read as dates. It never steps. Two processes' clocks differ; shared/link estimates by how much.
+// The clock of a process: monotonic, and aligned with the wall clock once at the start, so that its
+// timestamps are dates. It never steps. shared/link estimates the offset between two processes.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ struct Clock {
 
   // Now. Real-time safe.
   static time_point now() noexcept;
-  // The same instant for waiting with `sleep_until` on the steady clock.
+  // The same time on the steady clock, for `sleep_until`.
   static std::chrono::steady_clock::time_point ToSteady(time_point t) noexcept;
 };
 

@@ -1,13 +1,13 @@
-// What came of the other end's datagrams.
+// Count of received datagrams of the peer.
 #pragma once
 
 #include <cstdint>
 
 namespace palpate {
 
-// Of those that were authentic, and newer than all before.
+// Counts authentic datagrams that are newer than all before.
 struct DatagramCount {
-  std::uint64_t newest = 0;  // its counter: so many were sent up to there
+  std::uint64_t newest = 0;  // counter of the newest: the number sent up to it
   std::uint64_t received = 0;
 };
 

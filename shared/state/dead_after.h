@@ -1,6 +1,6 @@
-// How long a link may be silent before both ends take it for dead (contracts, wire). A scene may
-// say more where the network jitters, within bounds that neither end lets the other exceed: the
-// hand's force outlives the line by this.
+// Link timeout: both ends regard a silent link as dead after this time (contracts, wire). A scene
+// may set a longer one for networks with jitter, within bounds that each end enforces, because the
+// force on the device continues for this time.
 #pragma once
 
 namespace palpate {

@@ -1,5 +1,5 @@
-// Which of its own checks a state fell short of: one code, the worst, beside its validity. The
-// sense compares what it sees with what it knows otherwise; what disagrees is named here.
+// The failed check of a state: one code, the most serious, besides its validity. Each check
+// compares a measurement with independent knowledge. slave/CHECKS.md describes the codes.
 #pragma once
 
 #include <array>
@@ -10,31 +10,31 @@
 namespace palpate {
 
 enum class FailedCheck : std::uint8_t {
-  kNone,           // none failed
-  kModelRange,     // strain, deflection or force beyond what the model or network is made for
-  kTip,            // the tip does not look as it did, or its place is not unique
-  kTipCovered,     // a part of the tip is hidden or overlaid
-  kArm,            // the tip is not where the manipulator says
-  kPicture,        // blur, noise or light are not as at the start
-  kRegistration,   // the object is not where its rest surface says
-  kCameraMotion,   // a camera or its rig has moved farther than can be put right
-  kScale,          // the object's size in the picture is not the scene's
-  kDent,           // the dent seen is not the dent computed
-  kEpipolar,       // two eyes do not see the same points on their epipolar lines
-  kInstants,       // two eyes, or arm and eye, tell of different instants
-  kFrozen,         // the same picture or sample comes again
-  kMisfit,         // no load on this model gives the surface seen
-  kRestShape,      // the surface at rest is not the scene's
+  kNone,           // no check failed
+  kModelRange,     // strain, deflection or force outside the range of model or neural network
+  kTip,            // the tip does not match its template, or the match is ambiguous
+  kTipCovered,     // a part of the tip is covered
+  kArm,            // the measured tip disagrees with the manipulator pose
+  kPicture,        // blur, noise or brightness differ from the start
+  kRegistration,   // the object differs from its rest surface
+  kCameraMotion,   // camera or rig moved too far to be compensated
+  kScale,          // the object's size in the image differs from the scene's
+  kDent,           // measured and computed indentation differ
+  kEpipolar,       // stereo points are off their epipolar lines
+  kInstants,       // cameras, or camera and manipulator, report different times
+  kFrozen,         // the same image or sample repeats
+  kMisfit,         // no load on this model explains the measured surface
+  kRestShape,      // the measured rest surface differs from the scene's
   kElectrode,      // an electrode disagrees with the others
-  kRestDrift,      // the rest values have drifted
-  kFingerMissing,  // a fingertip sends nothing
-  kPose,           // a fingertip touches where the object is not, or the reverse
-  kTransfer,       // the fingertip does not answer as those its network learnt from
-  kArmFault,       // the arm does not move the tool: its driver is silent or tells of a fault
+  kRestDrift,      // the baseline has drifted
+  kFingerMissing,  // a fingertip sends no data
+  kPose,           // contact of a fingertip contradicts its position
+  kTransfer,       // the fingertip differs from the training data of its network
+  kArmFault,       // the manipulator's driver is silent or reports a fault
 };
 inline constexpr int kFailedChecks = 21;
 
-// As written in CSV files; empty: none.
+// Name in CSV files; empty: none.
 constexpr std::string_view ToString(FailedCheck check) {
   constexpr std::array<std::string_view, kFailedChecks> kWritten{
       "",           "model_range",    "tip",          "tip_covered",

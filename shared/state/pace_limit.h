@@ -1,4 +1,4 @@
-// How much a peer may send: so many things within a second, and what is more is refused.
+// Limits the number of messages per second of a peer.
 #pragma once
 
 #include "shared/state/clock.h"
@@ -8,10 +8,10 @@ namespace palpate {
 // Not thread-safe.
 class PaceLimit {
  public:
-  // `most`: within a second.
+  // `most`: largest number per second.
   explicit PaceLimit(double most) : most_(most) {}
 
-  // Counts one more that came at `now`; false: one too many.
+  // Counts a message at `now`; false: above the limit.
   bool Allows(Time now) noexcept {
     if (SecondsBetween(began_, now) > 1) {
       began_ = now;
@@ -23,7 +23,7 @@ class PaceLimit {
 
  private:
   double most_, count_ = 0;
-  Time began_{};  // the second that counts
+  Time began_{};  // start of the current second
 };
 
 }  // namespace palpate

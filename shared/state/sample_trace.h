@@ -1,4 +1,4 @@
-// When a sample came through the slave, stage by stage. Slave's clock.
+// Times of a sample in the stages of the slave, slave's clock.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@ namespace palpate {
 
 struct SampleTrace {
   std::uint64_t sample = 0;  // its number at the source
-  Time sensed_at{};          // as states tell it: what finds their trace
-  Time acquired_at{};        // the slave had it
-  Time processed_at{};       // cameras or fingertips had processed it
-  Time solved_at{};          // the model was solved, states report it
+  Time sensed_at{};          // as in the states of this sample
+  Time acquired_at{};        // the slave has the sample
+  Time processed_at{};       // vision or tactile processing is done
+  Time solved_at{};          // the model is solved
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// The clock of whoever pushes samples, on ours.
+// Maps timestamps of a sender of samples to the own clock.
 #pragma once
 
 #include <algorithm>
@@ -9,13 +9,12 @@
 
 namespace palpate {
 
-// A sender's clock on ours, from one-way delays alone. A sample cannot arrive before it was taken,
-// so the smallest difference of the two clocks lies closest to their offset. It is forgotten after
-// ten to twenty seconds, so that clocks may drift.
+// Estimates the clock offset from one-way delays. A sample cannot arrive before it is taken, so the
+// smallest difference of the two clocks is closest to their offset. It expires after ten to twenty
+// seconds, because clocks drift.
 class SenderClock {
  public:
-  // A stamp `sent` of the sender's clock arrived `at` ours; the stamp on our clock, `at` or
-  // earlier.
+  // Maps the timestamp `sent` of a sample that arrived at `at`. The result is `at` or earlier.
   Time Map(Time sent, Time at) noexcept {
     const Clock::duration offset = at - sent;
     if (!since_ || at - *since_ > kBucket) {

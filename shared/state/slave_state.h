@@ -1,5 +1,5 @@
-// What the slave tells and what the operator's side tells, as plain values. `shared/wire` turns
-// them into messages and back; the field comments of proto/palpate/v1/state.proto hold here too.
+// States and commands as plain values. `shared/wire` converts them to and from messages. The field
+// comments of proto/palpate/v1/state.proto apply here too.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace palpate {
 
-// The contact that the master renders by itself between two states (Adachi et al. 1995):
-// one-sided, linear, f = force + stiffness (reference - p) while p lies beyond the plane,
+// The local contact that the master renders between two states (Adachi et al. 1995): one-sided,
+// linear, f = force + stiffness (reference - p) while p lies beyond the plane,
 // else 0. Frame S throughout. `force` is that of the object on the tool.
 struct LocalModel {
   Eigen::Vector3d reference = Eigen::Vector3d::Zero();  // surface point at rest [m]
@@ -25,10 +25,10 @@ struct LocalModel {
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();  // K [N/m]
   double valid_radius = 0;                              // range of |p - reference| [m]
   std::uint32_t revision = 0;  // rises when the master should blend; 0: no model
-  bool in_contact = false;     // as the slave sees it; the master decides for itself
+  bool in_contact = false;     // for the slave; the master decides by itself
 
   [[nodiscard]] bool known() const { return revision != 0; }
-  // How deep `p_S` lies below the plane [m]; negative outside.
+  // Depth of `p_S` below the plane [m]; negative outside.
   [[nodiscard]] double Penetration(const Eigen::Vector3d& p_S) const {
     return normal.dot(reference - p_S);
   }
@@ -73,48 +73,48 @@ struct FingerState {
   Validity validity = Validity::kFailed;
 };
 
-// It is there, and a number.
+// Whether a force is present and valid as a number.
 template <class Felt>
 bool IsForceKnown(const Felt& felt) {
   return felt.force.has_value() && IsForceKnown(felt.validity);
 }
 
-// What one picture or tactile sample told. Frame S.
+// The estimate of one image or tactile sample. Frame S.
 struct ContactEstimate {
   std::uint64_t sample = 0;                           // its number at the source
   Time sensed_at{};                                   // slave's clock
   Eigen::Vector3d p_S_tip = Eigen::Vector3d::Zero();  // [m]; the last one while tracking is lost
   Eigen::Vector3d p_S_contact =
-      Eigen::Vector3d::Zero();           // place touched, or the nearest, at rest [m]
+      Eigen::Vector3d::Zero();           // contact point, or the nearest point, at rest [m]
   double depth = 0;                      // indentation along the normal [m]; 0: no contact
   std::optional<Eigen::Vector3d> force;  // object on tool [N]; nullopt: unknown
-  // Of the force's magnitude; with fingertips of its vector, whose direction they tell too [N].
+  // Standard deviation of the force's magnitude, or with fingertips of its vector [N].
   double sigma = 0;
   Validity validity = Validity::kFailed;
-  FailedCheck check = FailedCheck::kNone;  // why it is not valid, where a check says so
+  FailedCheck check = FailedCheck::kNone;  // the failed check, if any
   LocalModel local_model;                  // revision 0: none
   Events events;
-  // Of scenes with more than one fingertip, in the scene's order; the first is the tool.
+  // Fingertips of scenes with more than one, in the scene's order; the first is the tool.
   std::array<FingerState, kMaxFingers> fingers;
   int finger_count = 0;
-  CheckDetails details;  // of the tool, what the checks of its sense measured
-  Time processed_at{};   // eyes or fingertips had done with the sample; never travels with a state
+  CheckDetails details;  // values of the checks of the tool's sensor
+  Time processed_at{};   // end of vision or tactile processing; not sent with a state
   std::optional<Eigen::Vector3d> moment;  // of `force` about the tip, S [N m]; for observers
 };
 
-// What the operator's side adds.
+// Part of a state that concerns the operator.
 struct OperatorView {
   Phase phase = Phase::kReady;
   std::uint32_t epoch = 0;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // of T^p, S [m]
   std::uint64_t command_sequence = 0;
   std::optional<Time> echo;              // master's clock
-  Time taken_at{};                       // slave's clock, when that command was taken
+  Time taken_at{};                       // arrival of that command, slave's clock
   double energy_in = 0, energy_out = 0;  // [J]
-  std::uint32_t settings_revision = 0;   // of the scene and parameters in force; 0: not told
+  std::uint32_t settings_revision = 0;   // of the active scene and parameters; 0: unknown
 };
 
-// `events`: of all samples and commands since the state before.
+// `events`: of all samples and commands since the previous state.
 struct SlaveState : ContactEstimate, OperatorView {
   std::uint64_t sequence = 0;
   Time sent_at{};                             // slave's clock
@@ -132,7 +132,7 @@ struct OperatorCommand {
   double energy_in = 0, energy_out = 0;  // [J]
   std::uint64_t state_sequence = 0;
   std::optional<Time> echo;             // slave's clock
-  std::uint32_t settings_revision = 0;  // that the master goes by; 0: not told
+  std::uint32_t settings_revision = 0;  // used by the master; 0: unknown
   bool stop = false;                    // the operator's emergency stop
 };
 

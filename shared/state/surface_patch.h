@@ -1,6 +1,6 @@
-// The contact's model as it travels: the surface at rest around the tool, how it gives way, and the
-// law of force over depth. Of fixed size, so that the haptic loop takes it without allocating; the
-// field comments of proto/palpate/v1/patch.proto hold here too. Frame S.
+// The local contact model as it is sent: the surface at rest around the tool, its compliance and
+// its force-depth curve. The size is fixed, so that the haptic loop copies it without allocation.
+// The field comments of proto/palpate/v1/patch.proto apply here too. Frame S.
 #pragma once
 
 #include <array>
@@ -24,32 +24,32 @@ struct PatchTool {
 };
 
 struct SurfacePatch {
-  // Unknowns by unknowns, at most 96 of each; symmetric.
+  // Square matrix of at most 96 unknowns; symmetric.
   using Compliance =
       Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, 0, 3 * kPatchNodes, 3 * kPatchNodes>;
 
   std::uint32_t epoch = 0;  // 0: no patch
   std::uint32_t settings_revision = 0;
   int vertex_count = 0, cell_count = 0, node_count = 0, tool_count = 1;
-  int vertices_per_cell = 2;  // 1: the plane through vertex 0
-  int directions = 3;         // 1: along the normal only
-  bool coupled = false;       // the blocks beside the diagonal are known
+  int vertices_per_cell = 2;                                     // 1: the plane through vertex 0
+  int directions = 3;                                            // 1: along the normal only
+  bool coupled = false;                                          // off-diagonal blocks are known
   std::array<Eigen::Vector3f, kPatchVertices> vertices{};        // at rest [m]
-  std::array<std::array<std::uint8_t, 3>, kPatchCells> cells{};  // numbers of vertices
-  // Where the surface ends, a bit per corner (MarkRim).
+  std::array<std::array<std::uint8_t, 3>, kPatchCells> cells{};  // vertex indices
+  // Edges of the surface, a bit per corner (MarkRim).
   std::array<std::uint8_t, kPatchCells> rim{};
-  std::array<std::uint8_t, kPatchVertices> node_of{};  // of each vertex
+  std::array<std::uint8_t, kPatchVertices> node_of{};  // node of each vertex
   Compliance compliance;                               // [m/N]
   std::array<PatchTool, kPatchTools> tools{};
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  // of the plane
   double full_depth = 0, valid_depth = 0;             // [m], > 0
 
   [[nodiscard]] bool known() const { return epoch != 0; }
-  // Of an object that nobody knows: a law along the plane, learnt from felt forces.
+  // Whether it is of an unknown object: a curve along the plane, identified from estimated forces.
   [[nodiscard]] bool is_learnt() const { return vertices_per_cell == 1; }
 };
 
-// Of a surface whose force is that of its compliance at every depth.
+// Ratios of a linear surface.
 inline constexpr std::array<double, kLawPoints> kLinearRatios = [] {
   std::array<double, kLawPoints> ones{};
   ones.fill(1);

@@ -1,5 +1,4 @@
-// How far a state may be trusted. Ordered from best to worst, so that the worse of two is the
-// larger.
+// Validity of a state, ordered from best to worst, so that the worse of two is the larger.
 #pragma once
 
 #include <algorithm>
@@ -11,15 +10,15 @@
 namespace palpate {
 
 enum class Validity : std::uint8_t {
-  kValid,         // inside the model's range
-  kExtrapolated,  // numbers are given, but strain or deflection lie beyond the model's range
-  kPunctured,     // the tool broke through: zero by the puncture cue (paper A, 4.2)
-  kStale,         // nothing sensed for too long: the last numbers
-  kTrackingLost,  // the eyes lost the tool or the object: the force is unknown
-  kFailed,        // no answer: the force is unknown
+  kValid,         // no check failed
+  kExtrapolated,  // a number is given, but outside of the model's range or a check failed
+  kPunctured,     // the tool broke through: the force is zero (paper A, 4.2)
+  kStale,         // no sample for too long: the last numbers
+  kTrackingLost,  // tool or object cannot be tracked: the force is unknown
+  kFailed,        // no solution: the force is unknown
 };
 
-// The force behind this validity is a number, not a question mark.
+// Whether the force is known with this validity.
 constexpr bool IsForceKnown(Validity v) {
   return v < Validity::kStale;
 }
@@ -28,7 +27,7 @@ constexpr Validity Worse(Validity a, Validity b) {
   return std::max(a, b);
 }
 
-// As written in CSV files: `valid`, `extrapolated`, `punctured`, `stale`, `tracking_lost`,
+// Name in CSV files: `valid`, `extrapolated`, `punctured`, `stale`, `tracking_lost`,
 // `failed`.
 constexpr std::string_view ToString(Validity v) {
   constexpr std::array<std::string_view, 6> kWritten{"valid", "extrapolated",  "punctured",

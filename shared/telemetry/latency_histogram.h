@@ -1,4 +1,4 @@
-// Times in logarithmic bins: fixed memory, real-time safe to add to, quantiles to within 2 %.
+// Histogram of times in logarithmic bins: fixed memory, real-time safe, quantiles within 2 %.
 #pragma once
 
 #include <array>
@@ -6,13 +6,12 @@
 
 namespace palpate {
 
-// One thread at a time; merge copies for reports.
+// Not thread-safe.
 class LatencyHistogram {
  public:
   // `us` [us]; negative and not finite count as 0. Real-time safe.
   void Add(double us) noexcept;
-  // Smallest bin edge that at least the fraction `q` in [0, 1] of all times lie under [us]; 0 if
-  // empty.
+  // The smallest bin edge above at least the fraction `q` in [0, 1] of all times [us]; 0 if empty.
   [[nodiscard]] double Quantile(double q) const noexcept;
   [[nodiscard]] double max() const noexcept { return max_; }  // exact [us]
   [[nodiscard]] std::uint64_t count() const noexcept { return count_; }

@@ -1,4 +1,4 @@
-// How long the stages of a pipeline take.
+// Measures the stages of a pipeline.
 #pragma once
 
 #include <chrono>

@@ -96,7 +96,7 @@ CsvRows::CsvRows(const std::filesystem::path& file) : CsvBelowHeader(file) {
   if (!CsvLines::Next()) Fail("empty: accepted is a CSV file with a header row");
   if (cells().size() > 1 && cells().back().empty()) DropLastCell();
   for (const std::string_view name : cells()) {
-    if (Find(name)) Fail("column " + Shown(name) + " stands twice: accepted is once");
+    if (Find(name)) Fail("column " + Shown(name) + " appears twice: accepted is once");
     header_.emplace_back(name);
   }
 }

@@ -1,4 +1,4 @@
-// CSV files, one row after the other, every complaint with its file and line.
+// Reads CSV files row by row. Errors have file and line.
 #pragma once
 
 #include <cstddef>
@@ -13,24 +13,24 @@
 
 namespace palpate {
 
-// Appends `value` with `digits` significant ones (1 to 17; 17 round-trips), the same in every
-// locale; nothing if it is not finite: an empty cell is a number that is not known.
+// Appends `value` with `digits` significant digits (1 to 17; 17 round-trips) in any locale. Appends
+// nothing if it is not finite, because an empty cell is an unknown number.
 void AppendNumber(std::string* text, double value, int digits);
 
-// The cells of each line, however many. Blank lines and lines that begin with `comment` are passed
-// over (0: none are comments), as is a byte order mark.
+// Reads the cells of each line. Skips blank lines, lines that begin with `comment` (0: no comments)
+// and a byte order mark.
 class CsvLines {
  public:
-  // Throws InputError `file: ...`: it cannot be read.
+  // Throws InputError `file: ...` if it cannot be read.
   explicit CsvLines(const std::filesystem::path& file, char comment = '#');
 
-  // Goes to the next line; false: there is none. Throws InputError: a line of 64 KiB or more, more
-  // than ten million lines, unreadable.
+  // Reads the next line; false: there is none. Throws InputError for a line of 64 KiB or more, more
+  // than ten million lines, or an unreadable file.
   bool Next();
   [[nodiscard]] const std::vector<std::string_view>& cells() const { return cells_; }
-  [[nodiscard]] std::string_view text() const { return text_; }  // of the line, without blanks
-  [[nodiscard]] int number() const { return number_; }  // of the line, from 1; 0: before it
-  // Throws InputError `file:line: what`, of the line last read, or of another.
+  [[nodiscard]] std::string_view text() const { return text_; }  // the line, trimmed
+  [[nodiscard]] int number() const { return number_; }  // line number from 1; 0: before the first
+  // Throws InputError `file:line: what` for the last line or for `line`.
   [[noreturn]] void Fail(const std::string& what, int line = 0) const;
 
  protected:
@@ -47,7 +47,7 @@ class CsvLines {
   std::vector<std::string_view> cells_;
 };
 
-// Lines below one that names their columns.
+// Lines below a header.
 class CsvBelowHeader : public CsvLines {
  public:
   using CsvLines::CsvLines;
@@ -55,47 +55,47 @@ class CsvBelowHeader : public CsvLines {
   [[nodiscard]] std::optional<std::size_t> Find(std::string_view column) const;
 
  protected:
-  // Throws InputError: more or fewer cells than the header has.
+  // Throws InputError if the number of cells differs from the header.
   void RequireAllCells() const;
   std::vector<std::string> header_;
 };
 
-// Rows of columns to choose from. A comma at the end of a row, as some recorders write it, is none
-// too many.
+// Rows with arbitrary columns. A comma at the end of a row is accepted.
 class CsvRows : public CsvBelowHeader {
  public:
-  // Reads the header. Throws InputError: unreadable, empty, a column twice.
+  // Reads the header. Throws InputError if unreadable, empty, or with a repeated column.
   explicit CsvRows(const std::filesystem::path& file);
 
-  // Goes to the next row; false: there is none. Throws InputError, also for more or fewer cells
-  // than the header has.
+  // Reads the next row; false: there is none. Throws InputError, also if the number of cells
+  // differs from the header.
   bool Next();
   // Cells of this row, by column.
   [[nodiscard]] std::string_view Text(std::size_t column) const { return cells()[column]; }
-  // Throws: not a finite number of at most `limit` in size.
+  // Throws unless the cell is a finite number of magnitude `limit` or less.
   [[nodiscard]] double Number(std::size_t column, double limit) const;
   // `file:line: column = cell: accepted is ...`; Refuse throws it.
   [[nodiscard]] std::string Complaint(std::size_t column, const std::string& accepted) const;
   [[noreturn]] void Refuse(std::size_t column, const std::string& accepted) const;
 };
 
-// Rows of columns that are known beforehand, in any order.
+// Rows with known columns, in any order.
 class CsvTable : public CsvBelowHeader {
  public:
   struct Column {
     std::string_view name;
     bool required = true;
   };
-  // Reads the header. Throws InputError: unreadable, empty, a column unknown, twice or missing.
+  // Reads the header. Throws InputError if unreadable, empty, or with an unknown, repeated or
+  // missing column.
   CsvTable(const std::filesystem::path& file, std::vector<Column> columns);
 
-  // Goes to the next row; false: there is none. Throws InputError: no row at all, more or fewer
-  // cells than the header.
+  // Reads the next row; false: there is none. Throws InputError if there is no row at all, or the
+  // number of cells differs from the header.
   bool Next();
   [[nodiscard]] bool Has(std::string_view column) const { return Find(column).has_value(); }
   // Throws InputError for an empty cell.
   [[nodiscard]] std::string Text(std::string_view column) const;
-  // A finite number; 0 where an optional column or its cell is absent. Throws InputError.
+  // A finite number; 0 if an optional column or its cell is absent. Throws InputError.
   [[nodiscard]] double Number(std::string_view column) const;
   [[noreturn]] void Refuse(std::string_view column, std::string_view accepted) const;
 

@@ -1,21 +1,21 @@
-// What is made may go on asking the progress it was made with, whose listener is gone by then.
+// A progress that remains valid after its listener is gone, for objects that keep it.
 #pragma once
 
 #include "shared/text/progress.h"
 
 namespace palpate {
 
-// Stands between a precompute and its `listener` (null: none), and is owned by what is made.
+// Forwards progress of a precompute to a listener (or null). Owned by the precomputed object.
 class PrecomputeProgress final : public Progress {
  public:
-  // `afterwards`: what Report answers once it is made; false: searches end when they first ask.
+  // `afterwards`: result of Report after Finish; false ends later searches at their first call.
   explicit PrecomputeProgress(bool afterwards) : afterwards_(afterwards) {}
-  // For the precompute.
+  // Sets the listener and returns the progress for the precompute.
   Progress* Listen(Progress* listener) {
     listener_ = listener;
     return this;
   }
-  // It is made: nobody listens any more.
+  // Ends the precompute and forgets the listener.
   void Finish() { listener_ = nullptr, is_made_ = true; }
 
   void Expect(const PrecomputeCost& cost) override {

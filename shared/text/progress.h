@@ -1,4 +1,4 @@
-// What long precomputes say of themselves, and how they are told to stop.
+// Progress and interruption of long precomputes.
 #pragma once
 
 #include <cstddef>
@@ -7,14 +7,13 @@
 
 namespace palpate {
 
-// Expected before the work starts; rough is good enough, a factor of two is not noticed.
+// Expected cost, within a factor of two, before the work starts.
 struct PrecomputeCost {
   double seconds = 0;
-  std::size_t memory_bytes = 0;  // at its peak
+  std::size_t memory_bytes = 0;  // peak
 };
 
-// Thrown by a precompute that was asked to stop. What it had finished is on disk if the model says
-// so.
+// Thrown by an interrupted precompute. Finished parts are on disk if the model supports it.
 class Interrupted : public std::runtime_error {
  public:
   Interrupted() : std::runtime_error("interrupted") {}
@@ -29,12 +28,12 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   virtual void Expect(const PrecomputeCost& /*cost*/) {}
-  // `stage`: what is being done, two or three words; `done`: share of it, 0 to 1. Cheap; call it
-  // ten times a second or so. False: stop, by throwing Interrupted.
+  // `stage`: two or three words; `done`: completed share, 0 to 1. Call it about ten times a second.
+  // False: stop by throwing Interrupted.
   virtual bool Report(std::string_view /*stage*/, double /*done*/) { return true; }
 };
 
-// Reports where there is somebody to listen. Throws Interrupted.
+// Reports to `progress`, unless it is null. Throws Interrupted.
 inline void ReportProgress(Progress* progress, std::string_view stage, double done) {
   if (progress != nullptr && !progress->Report(stage, done)) throw Interrupted();
 }

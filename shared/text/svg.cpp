@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// A tenth of a pixel is finer than an eye; beyond 1e5 pixels nothing is seen.
+// Rounds to a tenth of a pixel, within 1e5 pixels.
 std::string Pixels(double value) {
   constexpr double kFarthest = 1e5;
   const double shown =

@@ -1,5 +1,5 @@
-// Just enough SVG for a figure: shapes and words with classes that a style sheet colours.
-// Coordinates in pixels, y down.
+// Writes simple SVG figures: shapes and texts with classes for a style sheet. Coordinates in
+// pixels, y down.
 #pragma once
 
 #include <initializer_list>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// `<`, `&`, quotes and control characters made harmless in element content and attributes.
+// Escapes `<`, `&`, quotes and control characters for content and attributes.
 std::string XmlEscaped(std::string_view text);
 
 class Svg {
@@ -27,7 +27,7 @@ class Svg {
   void Polyline(std::span<const Eigen::Vector2d> points, std::string_view style_class);
   void Polygon(std::span<const Eigen::Vector2d> corners, std::string_view style_class,
                std::string_view tooltip = {});
-  // Of class `face`; `colour` as CSS has it, edged in the same colour: neighbours leave no gap.
+  // A polygon of class `face` in a CSS colour, with an edge of the same colour to avoid gaps.
   void Face(std::span<const Eigen::Vector2d> corners, std::string_view colour);
   void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                  std::string_view style_class);
@@ -35,11 +35,11 @@ class Svg {
               std::string_view tooltip = {});
   void Text(const Eigen::Vector2d& at, std::string_view words, std::string_view style_class,
             Anchor anchor = Anchor::kStart, double degrees = 0);
-  // What is drawn until EndGroup takes the class as a whole: one opacity for all of it.
+  // Begins a group with a class, for example with a common opacity.
   void BeginGroup(std::string_view style_class);
   void EndGroup() { body_ += "</g>\n"; }
 
-  // The whole document; more may be drawn after it.
+  // The complete document. More may be drawn afterwards.
   [[nodiscard]] std::string Document() const { return body_ + "</svg>\n"; }
 
  private:

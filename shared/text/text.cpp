@@ -190,7 +190,7 @@ void RequireWritable(const std::filesystem::path& file) {
   // Stays open until the program ends: its reader would take a first end for the last.
   if (IsPipe(file) && OpenRead(file) < 0) {
     throw std::invalid_argument(file.string() +
-                                ": cannot be written: accepted is a pipe that is read already");
+                                ": cannot be written: accepted is a pipe with a reader");
   }
   if (IsPipe(file)) return;
   const bool existed = std::filesystem::exists(file, error);

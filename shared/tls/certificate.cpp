@@ -87,12 +87,12 @@ std::string WhyUntimely(const fs::path& folder, WallTime now) {
     const auto since = TimeIn(X509_get0_notBefore(certificate.get()));
     const auto until = TimeIn(X509_get0_notAfter(certificate.get()));
     if (until && now >= *until) {
-      return file.string() + " holds no more, since " + InWords(*until) +
-             ": deploy/certs issues another";
+      return file.string() + " expired on " + InWords(*until) +
+             ": issue a new one with deploy/certs";
     }
     if (since && now < *since) {
-      return file.string() + " holds from " + InWords(*since) +
-             " on, which is to come by this machine's clock: set the clock";
+      return file.string() + " is valid only from " + InWords(*since) +
+             ", later than this machine's clock: set the clock";
     }
   }
   return {};
@@ -100,14 +100,15 @@ std::string WhyUntimely(const fs::path& folder, WallTime now) {
 
 void RequireUsable(const fs::path& folder) {
   const fs::path ca = folder / "ca.pem", cert = folder / "cert.pem", key = folder / "key.pem";
-  if (!Read(Contents(ca))) throw std::invalid_argument(ca.string() + " holds no certificate");
+  if (!Read(Contents(ca))) throw std::invalid_argument(ca.string() + " contains no certificate");
   const Certificate ours = Read(Contents(cert));
-  if (!ours) throw std::invalid_argument(cert.string() + " holds no certificate");
+  if (!ours) throw std::invalid_argument(cert.string() + " contains no certificate");
   const auto no_password = [](char*, int, int, void*) { return 0; };
   const std::string text = Contents(key);
   const Key secret(PEM_read_bio_PrivateKey(Reading(text).get(), nullptr, no_password, nullptr));
   if (!secret) {
-    throw std::invalid_argument(key.string() + " holds no key: accepted is one without a password");
+    throw std::invalid_argument(key.string() +
+                                " contains no key: accepted is one without a password");
   }
   if (X509_check_private_key(ours.get(), secret.get()) == 1) return;
   throw std::invalid_argument(key.string() + " is not the key of " + cert.string());
@@ -157,7 +158,7 @@ void RevocationList::Refresh() {
     written_at_ = written_at;
     list_ = std::make_unique<List>(file_, ca_);
   } catch (const std::exception& error) {
-    spdlog::error("audit: the list of revoked certificates stays as it was: {}", error.what());
+    spdlog::error("audit: the list of revoked certificates is unchanged: {}", error.what());
   }
 }
 

@@ -1,4 +1,4 @@
-// What a certificate says beside whom it names: how long it holds, and whether its CA took it back.
+// Validity period and revocation of certificates.
 #pragma once
 
 #include <chrono>
@@ -13,29 +13,29 @@ namespace palpate {
 
 using WallTime = std::chrono::system_clock::time_point;
 
-// `serial` as the CA counts, in hexadecimal digits.
+// `serial`: serial number in hexadecimal digits.
 struct CertificateFacts {
   std::string serial;
-  WallTime until{};  // it holds no longer
+  WallTime until{};  // expiry
 };
-// Of the first certificate in `pem`; nullopt: none that can be read.
+// Facts of the first certificate in `pem`; nullopt: none.
 std::optional<CertificateFacts> FactsOf(std::string_view pem);
 
-// Throws std::invalid_argument naming the file of `folder` that cannot be used: `ca.pem` and
-// `cert.pem` without a certificate, a `key.pem` that is no key or that of another certificate.
+// Throws std::invalid_argument with the unusable file of `folder`: `ca.pem` or `cert.pem` without a
+// certificate, or a `key.pem` that is no key or does not match.
 void RequireUsable(const std::filesystem::path& folder);
 
-// What of `ca.pem` and `cert.pem` in `folder`, which can be used, does not hold at `now`, and the
-// way out, in words; empty: both hold.
+// Text if `ca.pem` or `cert.pem` in `folder` has expired or is not valid yet at `now`, with the
+// next step; empty: both are valid.
 std::string WhyUntimely(const std::filesystem::path& folder,
                         WallTime now = std::chrono::system_clock::now());
 
-// `crl.pem` of a folder of certificates, signed by the `ca.pem` beside it. Without it nothing is
-// revoked. Looked at anew at most once a second: what is replaced by something that cannot be used
-// leaves the list as it was, with a line in the log. Thread-safe.
+// The revocation list `crl.pem` of a folder, signed by its `ca.pem`. Without it nothing is revoked.
+// It is read again at most once a second. An unusable new file leaves the list unchanged and is
+// logged. Thread-safe.
 class RevocationList {
  public:
-  // Throws std::invalid_argument: there is a file that is no such list.
+  // Throws std::invalid_argument if the file is no such list.
   explicit RevocationList(std::filesystem::path folder);
   ~RevocationList();
   [[nodiscard]] bool Names(const std::string& serial);
@@ -49,10 +49,10 @@ class RevocationList {
   std::mutex mutex_;  // guards what follows
   std::chrono::steady_clock::time_point looked_at_{};
   std::filesystem::file_time_type written_at_{};
-  std::unique_ptr<List> list_;  // null: nothing is revoked
+  std::unique_ptr<List> list_;  // null: no list
 };
 
-// Whether it may be believed at `now`.
+// Whether `certificate` is valid and not revoked at `now`.
 bool Holds(const CertificateFacts& certificate, RevocationList& revoked,
            WallTime now = std::chrono::system_clock::now());
 

@@ -19,13 +19,13 @@ constexpr unsigned kRefresh = 1;  // [s]
 
 void RequireFile(const fs::path& file) {
   if (fs::is_regular_file(file)) return;
-  throw std::invalid_argument(file.string() + " is missing: deploy/certs makes it");
+  throw std::invalid_argument(file.string() + " is missing: create it with deploy/certs");
 }
 
 void RequirePrivate(const fs::path& key) {
   const auto others = fs::perms::group_all | fs::perms::others_all;
   if ((fs::status(key).permissions() & others) == fs::perms::none) return;
-  throw std::invalid_argument(key.string() + " may be read by others: accepted is mode 0600");
+  throw std::invalid_argument(key.string() + " is readable by other users: accepted is mode 0600");
 }
 
 // This gRPC has no setting for it: of the suites before 1.3 only one is left that needs a secret
@@ -52,8 +52,8 @@ class NotRevoked final : public grpc::experimental::ExternalCertificateVerifier 
     const auto peer = request->peer_cert();
     const auto facts = FactsOf(std::string_view(peer.data(), peer.size()));
     if (facts && Holds(*facts, *revoked_)) return true;
-    spdlog::warn("audit: a certificate was refused, serial {}", facts ? facts->serial : "unread");
-    *status = {grpc::StatusCode::UNAUTHENTICATED, "the certificate does not hold any more"};
+    spdlog::warn("audit: a certificate was rejected, serial {}", facts ? facts->serial : "unread");
+    *status = {grpc::StatusCode::UNAUTHENTICATED, "the certificate is no longer valid"};
     return true;
   }
   void Cancel(grpc::experimental::TlsCustomVerificationCheckRequest* /*request*/) override {}

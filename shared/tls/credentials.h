@@ -1,5 +1,5 @@
-// Mutual TLS 1.3 from a folder, as deploy/certs makes it: `ca.pem`, whom to believe; `cert.pem` and
-// `key.pem`, who we are. Files that are replaced count for the next connections, without a restart.
+// Mutual TLS 1.3 from a folder of deploy/certs: `ca.pem` is the trusted CA, `cert.pem` and
+// `key.pem` the own identity. Replaced files apply to new connections without a restart.
 #pragma once
 
 #include <filesystem>
@@ -14,19 +14,19 @@
 
 namespace palpate {
 
-// Throws std::invalid_argument: one of the three is missing, or the key may be read by others.
+// Throws std::invalid_argument if a file is missing, or others can read the key.
 void RequireCertificates(const std::filesystem::path& folder);
 
-// Both throw std::invalid_argument: a file is missing, or the key may be read by others. Before
-// anything else of gRPC is used.
+// Both functions throw std::invalid_argument if a file is missing, or others can read the key. Call
+// them before other functions of gRPC.
 //
-// Whoever connects must show a certificate of the same CA that is not in `revoked`.
+// Clients need a certificate of the same CA that is not in `revoked`.
 std::shared_ptr<grpc::ServerCredentials> ServerTls(const std::filesystem::path& folder,
                                                    std::shared_ptr<RevocationList> revoked);
-// The slave must show one, too, for the host that was asked for.
+// The slave needs a certificate of the same CA for the requested host.
 std::shared_ptr<grpc::ChannelCredentials> ChannelTls(const std::filesystem::path& folder);
 
-// Of the peer of a call; nullopt: plain text.
+// Certificate of the peer of a call; nullopt: plain text.
 std::optional<CertificateFacts> FactsOf(const grpc::AuthContext& context);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// The pieces of which messages consist: numbers, vectors, stamps. Reading checks every one of them.
+// Conversion of numbers, vectors and timestamps in messages. Reading checks each of them.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-// What lies beyond is no scene of ours (1 nm to 1 km, 1 Pa to 1 TPa) but a mistake.
+// Largest accepted values, far above any scene (1 nm to 1 km, 1 Pa to 1 TPa).
 inline constexpr double kMaxLength = 1e6;      // [m]
 inline constexpr double kMaxSpeed = 1e6;       // [m/s]
 inline constexpr double kMaxForce = 1e18;      // [N]
@@ -26,7 +26,7 @@ inline constexpr double kMaxStiffness = 1e21;  // [N/m]
 inline constexpr double kMaxEnergy = 1e24;     // [J]
 inline constexpr double kMaxDelay = 1e6;       // [s]
 
-// Nearest single precision number; what is too large becomes the largest. NaN stays.
+// Nearest single-precision number, limited to the largest finite one. NaN stays.
 inline float Narrow(double value) {
   constexpr double kLargest = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(value, -kLargest, kLargest));
@@ -38,12 +38,12 @@ void ToProto(Time time, google::protobuf::Timestamp* message);
 void ToProto(const DatagramCount& count, v1::DatagramCount* message);
 DatagramCount FromProto(const v1::DatagramCount& count);
 
-// Reads fields one after the other and remembers the first that cannot be accepted, in words:
-// `p_M.x = nan: accepted is a finite number, at most 1e+06 in size`. What it returns is finite and
-// in range, zero where the field was refused.
+// Reads fields and stores the reason of the first rejection:
+// `p_M.x = nan: accepted is a finite number, at most 1e+06 in size`. Results are finite and in
+// range; rejected fields become zero.
 class FieldReader {
  public:
-  // `reason` outlives the reader; it is written only when something is refused.
+  // `reason` must outlive the reader. It is written only at a rejection.
   explicit FieldReader(std::string* reason) : reason_(reason) {}
   [[nodiscard]] bool ok() const { return ok_; }
 
@@ -55,7 +55,7 @@ class FieldReader {
   Eigen::Vector3d Vector(std::string_view name, const v1::Vec3f& value, double limit);
   // 1970 to 2242, 0 <= nanos < 1e9.
   Time Stamp(std::string_view name, const google::protobuf::Timestamp& value);
-  // Refuses unless `condition`: `name`: accepted is `accepted`.
+  // Rejects unless `condition`: `name`: accepted is `accepted`.
   void Require(bool condition, std::string_view name, std::string_view accepted);
 
  private:
@@ -65,23 +65,23 @@ class FieldReader {
   bool ok_ = true;
 };
 
-// Domain enumerations <-> those of palpate/v1/state.proto. What a newer peer may have added is read
-// as the most careful known value.
+// Enumerations <-> those of palpate/v1/state.proto. Unknown values of newer peers become the safest
+// known value.
 v1::Validity ToProto(Validity validity);
 // Unknown and unspecified: kFailed.
 Validity FromProto(v1::Validity validity);
 v1::FailedCheck ToProto(FailedCheck check);
-// One not known here is told as none: `validity` says enough.
+// Unknown values become kNone; the validity still counts.
 FailedCheck FromProto(v1::FailedCheck check);
 
 v1::Phase ToProto(Phase phase);
-// Unknown and unspecified: kHold, the tool stands.
+// Unknown and unspecified: kHold.
 Phase FromProto(v1::Phase phase);
 
 v1::Event ToProto(Event event);
 // Every known event of `events`, each once, in the order of the enumeration.
 void ToProto(const Events& events, google::protobuf::RepeatedField<int>* message);
-// Unknown and unspecified ones are left out.
+// Unknown and unspecified events are ignored.
 Events FromProto(const google::protobuf::RepeatedField<int>& message);
 
 }  // namespace palpate

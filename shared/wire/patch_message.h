@@ -1,4 +1,4 @@
-// The travelling model of the contact <-> PatchUpdate of palpate.v1.
+// Local contact model <-> PatchUpdate of palpate.v1.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,16 @@
 
 namespace palpate {
 
-// The longest that a patch with its law, and a law alone, may be on the wire [bytes].
+// Largest message of a patch with its force-depth curve, and of a curve alone [bytes].
 inline constexpr std::size_t kMaxPatchBytes = 64 * 1024, kMaxLawBytes = 256;
 
-// Overwrites `message`; everything is finite.
+// Overwrite `message` with finite numbers.
 void ToProto(const SurfacePatch& patch, v1::SurfacePatch* message);
 void ToProto(const PatchLaw& law, v1::PatchLaw* message);
 
-// nullopt where something is missing, not finite, absurd, more than there may be or beside the
-// surface; `reason` then says what and what is accepted. A compliance that is not positive
-// semidefinite is made so: nothing else is a spring.
+// Return nullopt if a field is missing, not finite, out of range, too many, or an invalid index;
+// `reason` then states the field and what is accepted. A compliance is made positive semidefinite,
+// because only that is passive.
 std::optional<SurfacePatch> FromProto(const v1::SurfacePatch& message, std::string* reason);
 std::optional<PatchLaw> FromProto(const v1::PatchLaw& message, std::string* reason);
 

@@ -1,11 +1,11 @@
-// A deforming surface as it travels: what each node moved since the message before, in whole steps
-// of a stated size, so that nothing adds up: a coordinate is off by at most a stated error, ever.
+// Code of a deforming surface: the displacement of each node since the previous message, in whole
+// steps. Errors do not accumulate: each coordinate stays within a stated error.
 //
-// Displacements are told in units of u = 2 e, e the error asked for. A message moves each node by
-// r 2^k u, r whole; k = 0 wherever that fits into what a message may take, else the least that
-// does, and what is missing follows with the next ones, a part of the nodes each. Nodes that moved
-// by at most two steps along each axis take one symbol, the others three numbers more; both are
-// compressed by zstd, which makes next to nothing of what stands still.
+// Displacements have units of u = 2 e, where e is the requested error. A message moves each node by
+// r 2^k u with integer r. k is 0 if that fits into the size of a message, otherwise the least that
+// fits. The rest follows with the next messages for a part of the nodes each. Nodes that move at
+// most two steps along each axis take one symbol, others three more numbers. zstd compresses both,
+// so that stationary nodes cost almost nothing.
 #pragma once
 
 #include <cmath>
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// Displacements x, y, z per node in units, as both ends know them.
+// Displacements x, y, z per node in units, known to both ends.
 using ShapeUnits = std::vector<std::int32_t>;
 
 struct ShapeCode {
@@ -27,20 +27,19 @@ struct ShapeCode {
 
 class ShapeEncoder {
  public:
-  // Nothing has moved yet. `unit` > 0 [m].
+  // Starts with zero displacements. `unit` > 0 [m].
   void Restart(std::size_t nodes, double unit);
-  // From `rest` to `positions` [m], x, y, z per node, in at most `budget` bytes where a step of
-  // less than a million units will do. nullopt: sizes that do not fit, or a number that is none or
-  // too large; nothing has changed then. O(nodes) for each step that is tried.
+  // Encodes `positions` relative to `rest` [m], x, y, z per node, in at most `budget` bytes if a
+  // step below a million units suffices. nullopt: sizes differ, or a number is not finite or too
+  // large; the state is then unchanged. O(nodes) per tried step.
   std::optional<ShapeCode> Encode(const std::vector<float>& rest,
                                   const std::vector<float>& positions, std::size_t budget);
   [[nodiscard]] double unit() const { return unit_; }
-  // By how much a coordinate is off at most, as told so far [m].
+  // Largest present error of a coordinate [m].
   [[nodiscard]] double error() const { return std::ldexp(unit_, exponent_ - 1); }
 
  private:
-  // Moves in steps of 2^exponent. Nodes from `rough_from` on stay where they are off by less than
-  // 2^tolerance / 2 units.
+  // Steps of 2^exponent. Nodes from `rough_from` on keep an error below 2^tolerance / 2 units.
   struct Plan {
     int exponent = 0;
     std::size_t rough_from = 0;
@@ -53,11 +52,11 @@ class ShapeEncoder {
 
   ShapeUnits told_;
   double unit_ = 1;
-  int exponent_ = 0;      // all nodes are told in steps of 2^exponent_ or finer ones,
-  std::size_t fine_ = 0;  // so many of the first of half of that
+  int exponent_ = 0;      // all nodes are sent in steps of 2^exponent_ or finer,
+  std::size_t fine_ = 0;  // the first fine_ nodes in half of that
 };
 
-// Adds what a message tells to `told`. False: it is no such code; `told` is as it was.
+// Adds the displacements of a message to `told`. False: invalid code; `told` is unchanged.
 [[nodiscard]] bool Decode(const ShapeCode& code, ShapeUnits* told);
 
 }  // namespace palpate

@@ -201,7 +201,7 @@ std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std
   FieldReader reader(reason);
   reader.Require(message.sequence() > 0, "sequence = 0", "1 or more, rising");
   reader.Require(message.has_p_m() || !message.engaged(), "p_M is absent",
-                 "a place while engaged is true");
+                 "a position while engaged is true");
   reader.Require(message.epoch() > 0 || !message.engaged(), "epoch = 0",
                  "1 or more while engaged is true");
   OperatorCommand command;

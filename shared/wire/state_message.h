@@ -10,28 +10,27 @@
 
 namespace palpate {
 
-// The longest a state of one planar contact may be on the wire [bytes].
+// Largest message of a state with one planar contact [bytes].
 inline constexpr std::size_t kMaxStateBytes = 256;
 
-// Overwrites `message`. A force that is not finite is sent as unknown (absent, VALIDITY_FAILED), a
-// local model that is not finite or has no plane as none: no NaN goes out. Fingers are sent where
-// there is more than one.
+// Overwrites `message`. No NaN is sent: a force that is not finite becomes unknown (absent,
+// VALIDITY_FAILED), and a local model that is not finite or has no plane becomes none. Fingers are
+// sent if there is more than one.
 void ToProto(const SlaveState& state, v1::SlaveState* message);
 
 // Overwrites `message`; numbers that are not finite are sent as absent.
 void ToProto(const CheckDetails& details, v1::CheckDetails* message);
 
-// nullopt where a needed field is missing or a number is not finite or absurd; `reason` then says
-// which one and what is accepted. Of more than kMaxFingers fingers the first are read.
+// Returns nullopt if a required field is missing, or a number is not finite or out of range;
+// `reason` then states the field and what is accepted. Fingers beyond kMaxFingers are ignored.
 std::optional<SlaveState> FromProto(const v1::SlaveState& message, std::string* reason);
 
-// Overwrites `message`. `operator_name` belongs to the stream, not to the command: whoever opens or
-// serves one reads and writes it.
+// Overwrites `message`, except `operator_name`, which belongs to the stream instead of the command.
 void ToProto(const OperatorCommand& command, v1::OperatorCommand* message);
 
-// nullopt where a number is not finite or absurd, the sequence is 0, or an engaged command says no
-// epoch or place; `reason` then says which one and what is accepted. An absent `sent_at` reads as
-// Time{}: nothing to echo.
+// Returns nullopt if a number is not finite or out of range, the sequence is 0, or an engaged
+// command has no epoch or position; `reason` then states the field and what is accepted. An absent
+// `sent_at` becomes Time{}, without an echo.
 std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std::string* reason);
 
 }  // namespace palpate

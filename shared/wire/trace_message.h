@@ -10,11 +10,11 @@
 
 namespace palpate {
 
-// Overwrites `message`. What did not happen is told as the stage before it.
+// Overwrites `message`. A missing time becomes that of the previous stage.
 void ToProto(const SampleTrace& trace, v1::SampleTrace* message);
 
-// nullopt where `sensed_at` is absent or a number is not finite, negative or absurd; `reason` then
-// says which.
+// Returns nullopt if `sensed_at` is absent, or a number is not finite, negative or out of range;
+// `reason` then states which.
 std::optional<SampleTrace> FromProto(const v1::SampleTrace& message, std::string* reason);
 
 }  // namespace palpate

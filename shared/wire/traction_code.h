@@ -1,5 +1,4 @@
-// How hard a surface is pushed, node by node, as it travels: a byte each, which zstd makes next to
-// nothing of where nothing touches.
+// Code of the traction at each node: one byte per node, compressed by zstd.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +10,16 @@
 namespace palpate {
 
 struct NodeTraction {
-  double unit = 0;                  // of a step [Pa], > 0; each node is off by at most half of it
-  std::vector<std::uint8_t> steps;  // one per node; empty: not known
+  double unit = 0;                  // size of a step [Pa], > 0; the error is at most half of it
+  std::vector<std::uint8_t> steps;  // one per node; empty: unknown
 };
 
-// In steps as small as `budget` bytes of Packed allow. Without steps: a number that is negative or
-// none, or no steps that small.
+// Quantises with the smallest step for which Packed needs at most `budget` bytes. The result has no
+// steps if a value is negative or not finite, or no step fits.
 NodeTraction Quantised(const std::vector<double>& pascals, std::size_t budget);
 
 std::string Packed(const NodeTraction& traction);
-// nullopt: it is no such code of `nodes` nodes, or `unit` is no traction.
+// nullopt: invalid code for `nodes` nodes, or invalid `unit`.
 std::optional<NodeTraction> Unpacked(double unit, const std::string& packed, std::size_t nodes);
 
 }  // namespace palpate

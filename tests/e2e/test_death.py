@@ -87,7 +87,7 @@ class Death(unittest.TestCase):
             report = self.finish(master)
         self.assertEqual(report["reconnects"], 0)
         self.assertEqual(report["state"], "DISCONNECTED")
-        self.assertIn("another scene is served there now, another instead of silicone-block: stop palpate-master and start it anew",
+        self.assertIn("another scene is served there now, another instead of silicone-block: restart palpate-master",
                       report["trouble"])
 
     def test_a_stalled_slave_lets_the_hand_go(self):

@@ -50,7 +50,7 @@ describe('what goes wrong', () => {
   });
 
   test('a disk that is full ends the recording, not the hand', async () => {
-    await told('The recording:', 'cannot be written', 'Make room');
+    await told('The recording:', 'cannot be written', 'Free disk space');
     await until(async () => (await stage.text('record')) === '■ REC ended', 'the end of it');
     await pressed();
   });
@@ -58,7 +58,7 @@ describe('what goes wrong', () => {
   test('a slave that stalls lets the hand go', async () => {
     const { epoch } = await pressed();
     stage.slave.kill('SIGSTOP');
-    await until(async () => /No state from the slave for more than 30 ms\.\s*The tool stands\. Wait, or look at the network\.|No line to the slave/.test(await stage.text('alarm-list')), 'what it lacks');
+    await until(async () => /No state from the slave for more than 30 ms\.\s*The tool is stopped\. Wait, or check the network\.|No link to the slave/.test(await stage.text('alarm-list')), 'what it lacks');
     await letGo();
     await letGo('DISCONNECTED');  // a shorter stall is followed on within the engagement
     stage.slave.kill('SIGCONT');
@@ -69,12 +69,12 @@ describe('what goes wrong', () => {
     await pressed();
     stage.slave.kill('SIGKILL');
     await letGo('DISCONNECTED');
-    await told('No line to the slave', 'Is palpate-slave running? The master tries again by itself; engage again when it is back.');
+    await told('No link to the slave', 'Is palpate-slave running? The master retries by itself; engage again when the slave is back.');
   });
 
   test('another slave at its address is not taken up', async () => {
     another = await serve('silicone-block', [...FEW, '--override', 'name=another'], undefined, stage.slave.said);
-    await told('another scene is served there now, another instead of silicone-block: stop palpate-master and start it anew', 'The slave is there and says what is wrong');
+    await told('another scene is served there now, another instead of silicone-block: restart palpate-master', 'The slave answers and states the reason');
     await pause(500);
     await letGo('DISCONNECTED');
   });
@@ -82,12 +82,12 @@ describe('what goes wrong', () => {
   test('a master that was started anew for it is shown by the page that is open', async () => {
     const address = stage.master.said.match(/[\d.]+:\d+/)[0];
     await stage.endMaster();
-    await told('The page has no line to the master', 'Is palpate-master still running in its terminal? The page comes back by itself.');
+    await told('The page has no connection to the master', 'Check that palpate-master is running. The page reconnects by itself.');
     stage.slave = another;
     await stage.startMaster({ view: address });
     await until(async () => (await stage.text('scene')) === 'another', 'its name');
     await pressed();
-    await until(async () => (await stage.text('alarm-list')).includes('Nothing is wrong.'), 'that it is well');
+    await until(async () => (await stage.text('alarm-list')).includes('No alarm.'), 'that it is well');
     await stage.shoot('faults-mended');
   });
 

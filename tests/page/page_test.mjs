@@ -24,7 +24,7 @@ const testInTime = (name, body) => test(name, (t) => body().catch((error) => {
 }));
 const deepTestInTime = process.env.PALPATE_QUICK ? () => {} : testInTime;
 
-const HOW = /^(Drag down: |The tool stands in the object: hold again)/;
+const HOW = /^(Drag down: |The tool is in contact: engage again)/;
 const RECORDING = path.join(SCRATCH, 'page.mcap');
 const said = (stage, text) => until(() => stage.sayings.some((saying) => saying.text.startsWith(text)), text);
 let log = [];  // of the scripted hand's session
@@ -57,16 +57,16 @@ describe('a scripted hand presses the block', () => {
     assert.ok(Math.abs(stages.reduce((sum, part) => sum + part, 0) - trace.total) < 1e-6, JSON.stringify(trace));
     // The clocks' offset is known to half a round trip; every other stage ends after it began.
     for (const name of ['capture', 'eyes', 'model', 'wait', 'tick']) assert.ok(trace[name] >= -1e-6, `${name}: ${trace[name]}`);
-    await until(async () => /^light to hand \d+ ms: capture [\d.]+, eyes [\d.]+, model/.test(await stage.text('trace')), 'the way in words');
+    await until(async () => /^end-to-end latency \d+ ms: capture [\d.]+, vision [\d.]+, model/.test(await stage.text('trace')), 'the way in words');
     console.log(await stage.text('trace'));
   });
 
   test('hand, energy and match stand behind a key', async () => {
     const shown = () => stage.page.locator('.strip:visible h3').allInnerTexts();
     const show = (...names) => until(async () => String(await shown()) === String(names), names.join(', '));
-    await show('Force, N', "Tip's way, mm", 'Line, ms');
+    await show('Force, N', 'Tip path, mm', 'Link, ms');
     await stage.page.keyboard.press('o');
-    await show('Hand, mm', 'Energy, mJ', 'Match');
+    await show('Device, mm', 'Energy, mJ', 'Tracking');
     await until(async () => {
       const last = (await downloaded(stage)).filter((row) => row[17] > 0.5 && row[17] <= 1);
       return last.length > 20 && last.some((row) => Math.abs(row[10]) > 1e-5);
@@ -100,7 +100,7 @@ describe('a scripted hand presses the block', () => {
 
   // The block is held at its bottom: dots in one row there, as wide as the block, and nowhere else but at the tool.
   test('what holds the object is drawn', async () => {
-    await until(async () => /dots: held/.test(await stage.text('view-line')), 'words for it');
+    await until(async () => /dots: fixed/.test(await stage.text('view-line')), 'words for it');
     const view = await stage.page.locator('#view').boundingBox(), places = [];
     for (let x = 0; x < 0.8 * view.width; x += 2) for (let y = view.height / 2; y < view.height; y += 2) places.push([view.x + x, view.y + y]);
     const tone = await stage.page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue('--tool').trim().match(/[0-9a-f]{2}/g).map((part) => parseInt(part, 16)));
@@ -156,7 +156,7 @@ describe('a scripted hand presses the block', () => {
       const cut = Date.now();
       stage.slave.kill('SIGSTOP');
       delays.push(await until(() => stage.page.evaluate(() => window.lostAt[0]), 'the word for it') - cut);
-      await until(async () => /No state from the slave|No line to the slave/.test(await stage.text('alarm-list')), 'an alarm in words');
+      await until(async () => /No state from the slave|No link to the slave/.test(await stage.text('alarm-list')), 'an alarm in words');
       stage.slave.kill('SIGCONT');
     }
     console.log(`a lost line is shown after ${delays} ms`);
@@ -206,16 +206,16 @@ describe('a scripted hand presses the block', () => {
   // Reference: the force by the tool's end, 5.9 x 9 mm, is the mean of what the bar tells the largest of.
   deepTest('a key colours the object by the traction on it, told in kilopascals', async () => {
     const name = () => stage.page.locator('.colour-bar em').innerText();
-    await until(async () => (await name()) === 'moved, mm', 'the displacement');
+    await until(async () => (await name()) === 'displacement, mm', 'the displacement');
     await stage.page.keyboard.press('q');
     await until(async () => (await name()) === 'traction, kPa', 'the name of the colours');
     await until(async () => {
-      const { chain } = await pressed(), told = (await stage.text('view-line')).match(/^pushed by up to ([\d.]+) kPa/);
+      const { chain } = await pressed(), told = (await stage.text('view-line')).match(/^traction up to ([\d.]+) kPa/);
       return told && Number(told[1]) > (0.7e-3 * size(chain.estimated)) / (5.9e-3 * 9e-3) && Number(told[1]) < 1000;
     }, 'a traction that makes the force');
     await stage.shoot('block-traction');
     await stage.page.locator('#colours').click();
-    await until(async () => (await name()) === 'moved, mm', 'the displacement again');
+    await until(async () => (await name()) === 'displacement, mm', 'the displacement again');
   });
 
   test('the dot tells whether it is recorded', async () => {
@@ -244,9 +244,9 @@ describe('a scripted hand presses the block', () => {
       assert.equal(then.state, 'FOLLOWING', 'the hand is not let go for it');
       return true;
     }, 'a limit that is lowered while the hand follows');
-    await said(stage, 'scales and limit were set');  // between two presses the slave is told, too
+    await said(stage, 'scales and limit are set');  // between two presses the slave is told, too
     await lower(3.2);
-    await said(stage, `the limit stays at ${Number(limit.toFixed(1))} N: it is only lowered`);
+    await said(stage, `the limit stays at ${Number(limit.toFixed(1))} N: a session can only lower it`);
     assert.ok(Math.abs(stage.status.force_limit - limit) < 1e-6);
     await until(async () => Math.abs(await stage.page.locator('#force-limit').inputValue() - limit) < 1e-6, 'what is in force, in its field');
   });
@@ -254,7 +254,7 @@ describe('a scripted hand presses the block', () => {
   deepTest('tip and rest are found anew where nobody feels it, and a stop stays', async () => {
     await pressed();
     await stage.page.keyboard.press('u');
-    await said(stage, 'not found anew: nothing changes while somebody follows: open the clutch first');
+    await said(stage, 'tracking is not reinitialized: ');
     await until(async () => {  // between two presses
       await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'FOLLOWING');
       await stage.when((status) => !status.felt.in_contact && size(status.chain.sent) === 0, 'a tool that is free');
@@ -266,13 +266,13 @@ describe('a scripted hand presses the block', () => {
       return false;
     }, 'a free tool that stands');
     await stage.page.locator('#reinitialize-tracking').click();
-    await said(stage, 'tip, template and rest are found anew');
+    await said(stage, 'tracking is reinitialized');
     await stage.page.keyboard.press('Space');
     await stage.when((status) => status.state === 'ESTOP', 'the stop');
     await pause(600);  // the same words again within half a second are no news
     const before = stage.sayings.at(-1).number;
     await stage.page.keyboard.press('u');
-    await until(() => stage.sayings.some(({ number, text }) => number > before && text === 'tip, template and rest are found anew'), 'once more');
+    await until(() => stage.sayings.some(({ number, text }) => number > before && text === 'tracking is reinitialized'), 'once more');
     await pause(300);
     assert.equal(stage.status.state, 'ESTOP');
     await stage.page.keyboard.press('r');
@@ -285,7 +285,7 @@ describe('a scripted hand presses the block', () => {
   deepTest('the doctor examines beside the session', async () => {
     await stage.page.keyboard.press('j');
     await stage.sees('#examine');
-    await until(async () => /fit to feel|will be felt/.test(await stage.text('examined')), 'what it found');
+    await until(async () => /ready to operate|not ready/.test(await stage.text('examined')), 'what it found');
     const found = await stage.text('findings');
     for (const what of ['timer', 'real-time priority', 'device', 'round trip', 'clocks', 'version']) assert.ok(found.includes(`: ${what}: `), `${what}: ${found}`);
     await stage.shoot('block-examined');
@@ -298,7 +298,7 @@ describe('a scripted hand presses the block', () => {
     await stage.shows('alarm-count', /^[1-9]/);
     await until(async () => {
       await stage.page.keyboard.press('k');
-      return /Stop, seen: Emergency stop/.test(await stage.text('alarm-list')) && (await stage.text('alarm-count')) === '';
+      return /Stop, acknowledged: Emergency stop/.test(await stage.text('alarm-list')) && (await stage.text('alarm-count')) === '';
     }, 'that it was seen');
     await stage.page.keyboard.press('r');
     await until(async () => !/Emergency stop/.test(await stage.text('alarm-list')), 'its end');
@@ -344,7 +344,7 @@ describe('a scripted hand presses the block', () => {
     await stage.endMaster();
     await until(async () => (await stage.page.locator('#state b').innerText()) === 'NO MASTER', 'the end of the line');
     for (const id of ['magnitude', 'peak', 'role']) await stage.shows(id, '-');  // nobody knows it
-    await stage.shows('validity', /not told/);
+    await stage.shows('validity', /not received/);
     await stage.sees('.force-label', false);
     log = stage.readLog();
     const rows = log, byTime = new Map(rows.map((row) => [row.t.toFixed(4), row]));
@@ -538,7 +538,7 @@ describe('a mouse feels the block', () => {
     await pressDown();
     const label = stage.page.locator('.force-label');
     await label.waitFor({ state: 'visible' });
-    await until(async () => /hand to page \d+ ms/.test(await stage.text('page-delay')), 'its own delay');
+    await until(async () => /pointer delay \d+ ms/.test(await stage.text('page-delay')), 'its own delay');
     await stage.shoot('pointer-light-1280');
     console.log(await stage.text('page-delay'));
   });
@@ -616,7 +616,7 @@ describe('a mouse feels the block', () => {
         await other(true);
         if (!(await soon(() => stage.status.state === 'FOLLOWING'))) return false;
         await stage.page.mouse.down();
-        return soon(async () => !(await isHeld()) && /^Another page leads the hand/.test(await stage.text('hint')));
+        return soon(async () => !(await isHeld()) && /^Another page controls the tool/.test(await stage.text('hint')));
       }, 'a page that lets go because another one leads, and says so');
       await ends();
       await stage.when((status) => status.state !== 'FOLLOWING', 'nobody leads');
@@ -704,7 +704,7 @@ describe('a mouse feels the block', () => {
     const tip = stage.status.felt.tip;
     await stage.when((status) => Math.abs(status.position_scale / position_scale - 10 ** 0.1) < 0.01, 'the other, at once');
     await until(async () => (await stage.text('position-scale-told')) === '1.26 mm/mm', 'in figures');
-    await until(async () => (await page.locator('#position-scale').getAttribute('aria-valuetext')) === '1 mm of the hand is 1.26 mm of the tool', 'in words');
+    await until(async () => (await page.locator('#position-scale').getAttribute('aria-valuetext')) === '1 mm of the device is 1.26 mm of the tool', 'in words');
     assert.ok(near((await press()).p_S, tip, 2e-4), `engaged at ${stage.status.p_S}, the tool was at ${tip}`);
     await page.mouse.up();
   });

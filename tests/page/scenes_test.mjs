@@ -15,7 +15,7 @@ for (const scene of scenes) {
       await stage.when((status) => status.link.connected && status.felt, 'states');
       await until(async () => (await stage.text('scene')) === scene, 'its name');
       await until(async () => /moved by up to/.test(await stage.text('view-line')), 'a shape');
-      const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('picture-age')) ? 'seen' : /No picture: /.test(await stage.text('picture-empty')) && 'felt'), 'a picture, or why there is none');
+      const isSeen = await until(async () => (/ms old|s old/.test(await stage.text('picture-age')) ? 'seen' : /No image: /.test(await stage.text('picture-empty')) && 'felt'), 'a picture, or why there is none');
       assert.equal(isSeen, scene.startsWith('foam') ? 'felt' : 'seen');
       if (scene !== 'heart-target') {  // nothing holds it: its force is unknown
         await stage.when((status) => status.fingers.some((finger) => finger.in_contact), 'a touch');
@@ -62,7 +62,7 @@ for (const scene of ['silicone-block', 'rubber-membrane', 'foam-cube']) {
       await stage.shoot(`mouse-${scene}-pressed`);
       await stage.page.mouse.up();
       await stage.when((status) => size(status.chain.sent) === 0, 'a hand that is let go');
-      await stage.shows('hint', /The tool stands in the object: hold again/);
+      await stage.shows('hint', /The tool is in contact: engage again/);
       await until(async () => (await go(-4), !stage.status.felt.in_contact), 'the tool drawn out');
       await stage.page.mouse.up();
       await stage.shows('hint', /^(Drag |The page was silent)/);

@@ -10,17 +10,17 @@ namespace {
 using enum EventWords::Weight;
 
 constexpr std::array kEventWords{
-    EventWords{Event::kContact, kUsual, "the tool met the object"},
-    EventWords{Event::kRelease, kUsual, "the tool left the object"},
+    EventWords{Event::kContact, kUsual, "contact: the tool touches the object"},
+    EventWords{Event::kRelease, kUsual, "the contact ended"},
     EventWords{Event::kPuncture, kTrouble, "the tool broke through the surface"},
-    EventWords{Event::kTrackingLost, kTrouble, "the eyes lost the tool"},
-    EventWords{Event::kTrackingRegained, kNews, "the eyes found the tool again"},
+    EventWords{Event::kTrackingLost, kTrouble, "tracking of the tool is lost"},
+    EventWords{Event::kTrackingRegained, kNews, "tracking of the tool is regained"},
     EventWords{Event::kLimit, kTrouble,
-               "the tool is held at its limit: workspace, speed, force or depth"},
-    EventWords{Event::kHold, kTrouble, "the tool holds its place"},
+               "the tool is stopped at its limit: workspace, speed, force or depth"},
+    EventWords{Event::kHold, kTrouble, "the tool is stopped (HOLD)"},
     EventWords{Event::kEstop, kTrouble, "emergency stop at the slave"},
     EventWords{Event::kModelChanged, kNews, "the slave's model was replaced"},
-    EventWords{Event::kCommandRefused, kTrouble, "the slave refused a command"}};
+    EventWords{Event::kCommandRefused, kTrouble, "the slave rejected a command"}};
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// What happened at the slave, in words.
+// Texts for events of the slave.
 #pragma once
 
 #include <string_view>

@@ -27,7 +27,7 @@ void AppendVectorOrNothing(std::string* row, bool known, const Eigen::Vector3d& 
 }
 
 constexpr double kLongestGap = 0.100;       // [s]
-constexpr std::size_t kMostRows = 1 << 16;  // that wait to be flushed [bytes]
+constexpr std::size_t kMostRows = 1 << 16;  // unflushed rows [bytes]
 
 }  // namespace
 
@@ -104,7 +104,7 @@ void Recorder::Drain(Time now) {
   TickRecord record;
   while (ring_->Pop(&record)) {
     Take(record);
-    // At once: after a stall the ring holds seconds, which are not to be held a second time.
+    // At once, because after a stall the ring contains seconds of ticks.
     while (!waiting_.empty() && IsKnown(waiting_.front())) FinishFirst();
   }
   const double patience = kPatience + kTrips * round_trip_;

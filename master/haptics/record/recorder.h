@@ -1,5 +1,5 @@
-// Takes the ticks from the haptic loop's ring, waits for the true force of their instant, and gives
-// them to summary and log. Belongs to one slow thread.
+// Reads ticks from the haptic loop's ring, waits for the true force of the same instant, and passes
+// them to summary and log. Used by one slow thread.
 #pragma once
 
 #include <deque>
@@ -19,21 +19,21 @@
 
 namespace palpate {
 
-// log.csv: one row per tick, readable up to the last flush whatever happens.
+// log.csv: one row per tick, readable up to the last flush even after a crash.
 //
 //   t,state,p_M_*,p_S_*,estimated_*,local_*,scaled_*,passive_*,limited_*,sent_*,true_*,age_s,reason
 //
-// `*` stands for _x, _y, _z. SI; what is unknown is empty; `reason` is joined by `+`;
-// `mark` stands there, too, in the tick in which the operator made one. About 0.2 MB per second.
+// `*` stands for x, y, z. SI units; unknown values are empty. `reason` has reasons joined by `+`,
+// and `mark` in the tick of a mark. About 0.2 MB per second.
 class TickLog {
  public:
-  // Begins the file anew. Throws std::runtime_error: it cannot be written.
+  // Overwrites the file. Throws std::runtime_error if it cannot write.
   explicit TickLog(const std::filesystem::path& file);
   // `t` [s] since the run began.
   void Add(double t, const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
-  // Whole rows reach the file.
+  // Writes complete rows to the file.
   void Flush();
-  // Empty, or why rows are missing.
+  // The reason of missing rows; empty: none.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
 
  private:
@@ -44,18 +44,18 @@ class TickLog {
   std::string trouble_;
 };
 
-// The true force over time, pieced together from the states that carried it: linear between them.
+// The true force over time from the states that carry it, linear between them.
 class TruthTrack {
  public:
-  // `at` must not lie before the last; an equal one is ignored.
+  // Adds a sample. `at` must not be before the last; an equal time is ignored.
   void Add(Time at, const Eigen::Vector3d& force_S);
-  // Truth at `t` [N]; nothing before the first sample, after the last, or between two that lie more
-  // than 100 ms apart.
+  // True force at `t` [N]; empty outside of the samples, or between two that are more than 100 ms
+  // apart.
   [[nodiscard]] std::optional<Eigen::Vector3d> At(Time t) const;
   [[nodiscard]] bool empty() const { return samples_.empty(); }
-  // A sample at `t` or later has come.
+  // Whether there is a sample at `t` or later.
   [[nodiscard]] bool Reaches(Time t) const { return !samples_.empty() && samples_.back().at >= t; }
-  // Forgets what At(t) and later do not need.
+  // Forgets samples that At(t) and later times do not need.
   void DropBefore(Time t);
 
  private:
@@ -68,38 +68,40 @@ class TruthTrack {
 
 class Recorder {
  public:
-  // A tick waits so long for its true force, beside kTrips round trips [s].
+  // A tick waits kPatience [s] plus kTrips round trips for its true force.
   static constexpr double kPatience = 0.5, kTrips = 1.5;
 
-  // Looks on as ticks are taken, in their order.
+  // Called for each tick, in order.
   using Onlooker = std::function<void(const TickRecord&)>;
 
-  // `log` may be empty: no log; so may `onlooker`. Throws std::runtime_error: it cannot be written.
+  // `log` and `onlooker` may be empty. Throws std::runtime_error if the log cannot be written.
   Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker = {});
 
-  // Takes what the ring holds and finishes what is ripe at `now`.
+  // Reads the ring and completes ticks whose wait has ended at `now`.
   void Drain(Time now);
-  // Takes and finishes everything.
+  // Reads and completes all ticks.
   void Finish();
 
   [[nodiscard]] const TickSummary& summary() const { return summary_; }
-  [[nodiscard]] const TickRecord& newest() const { return newest_; }  // default: none yet
-  [[nodiscard]] std::uint64_t taken() const { return taken_; }        // ticks, so far
+  [[nodiscard]] const TickRecord& newest() const {
+    return newest_;
+  }                                                             // default-constructed: none yet
+  [[nodiscard]] std::uint64_t taken() const { return taken_; }  // number of ticks so far
   [[nodiscard]] std::string trouble() const { return log_ ? log_->trouble() : std::string(); }
 
  private:
   void Take(const TickRecord& record);
   void FinishFirst();
-  // Its true force has come.
+  // Whether the true force of `record` is known.
   [[nodiscard]] bool IsKnown(const TickRecord& record) const;
 
   SpscRing<TickRecord>* ring_;
   Onlooker onlooker_;
   std::unique_ptr<TickLog> log_;
   TickSummary summary_;
-  TruthTrack truth_;       // over the instant
-  TruthTrack placed_;      // over the instant at which what the slave did then was commanded
-  double round_trip_ = 0;  // the newest told [s]
+  TruthTrack truth_;       // over the time of the sample
+  TruthTrack placed_;      // over the time of the command that the slave executed then
+  double round_trip_ = 0;  // the newest known [s]
   std::deque<TickRecord> waiting_;
   TickRecord newest_;
   Time begin_{};

@@ -1,4 +1,4 @@
-// What a run amounts to, gathered tick by tick.
+// Summary of a run, accumulated tick by tick.
 #pragma once
 
 #include <array>
@@ -14,18 +14,17 @@
 
 namespace palpate {
 
-// Error of the rendered force over the ticks of contact, when what counts as contact (1 % of the
-// peak) is known only at the end. Fixed memory for runs of any length: sums per magnitude, in bins
-// 1 % wide, so the border of "contact" is sharp to 1 % of itself.
+// Error of the rendered force over the ticks of contact. The threshold of contact (1 % of the peak)
+// is known only at the end, so sums are kept per magnitude in bins 1 % wide. The memory is fixed.
 class ForceError {
  public:
   struct Summary {
     double rms = 0, peak = 0;  // of |local - truth| [N]
     std::uint64_t ticks = 0;
   };
-  // One tick: forces in S [N], finite.
+  // Adds one tick: forces in S [N], finite.
   void Add(const Eigen::Vector3d& local, const Eigen::Vector3d& truth) noexcept;
-  // Over the ticks in which either force exceeds `threshold` [N].
+  // Summary of the ticks in which either force exceeds `threshold` [N].
   [[nodiscard]] Summary Above(double threshold) const noexcept;
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
 
@@ -39,20 +38,19 @@ class ForceError {
   std::uint64_t count_ = 0;
 };
 
-// Sorts ticks into those of a contact, and those that show the force of a membrane which is broken
-// already: from the break, which no picture has shown yet, until it is told and its force has
-// faded.
+// Separates ticks of contact from those that still render the force of a broken membrane: from the
+// break, which no image shows yet, until the puncture is reported and the force has faded.
 class BreakingError {
  public:
-  // One tick, in order: forces in S [N], finite; `punctured`: it has been told. The tick goes to
-  // `contact`, at once or when no puncture was told soon after it, or stays here.
+  // Adds one tick, in order: forces in S [N], finite; `punctured`: the puncture is reported. The
+  // tick is added to `contact` unless a puncture is reported soon after it.
   void Add(const Eigen::Vector3d& local, const Eigen::Vector3d& truth, bool punctured,
            ForceError* contact);
-  // What waits goes to `contact`.
+  // Adds the waiting ticks to `contact`.
   void Close(ForceError* contact);
   [[nodiscard]] const ForceError& error() const noexcept { return error_; }
   [[nodiscard]] std::uint64_t punctures() const noexcept { return punctures_; }
-  // Of the punctures, the most ticks from the break to no force.
+  // Largest number of ticks from a break until the force is zero.
   [[nodiscard]] std::uint64_t longest() const noexcept { return longest_; }
 
  private:
@@ -62,9 +60,9 @@ class BreakingError {
   std::uint64_t punctures_ = 0, longest_ = 0, breaking_ = 0;
 };
 
-// What a run amounts to for one fingertip.
+// Summary of one fingertip.
 struct FingerSummary {
-  std::uint64_t ticks = 0, contact_ticks = 0;  // with a state at all; of them touching
+  std::uint64_t ticks = 0, contact_ticks = 0;  // ticks with a state; ticks in contact
   double force_peak = 0;                       // largest known force [N]
 
   [[nodiscard]] double contact_share() const {
@@ -74,12 +72,12 @@ struct FingerSummary {
 
 class TickSummary {
  public:
-  // `truth`: true force at the tick's instant, S [N]; nothing: unknown.
+  // Adds a tick. `truth`: true force at the same instant, S [N]; empty: unknown.
   void Add(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
-  // `truth`: true force while the slave did what was commanded at this tick, S [N]; nothing:
-  // unknown.
+  // Adds a tick. `truth`: true force when the slave executed the command of this tick, S [N];
+  // empty: unknown.
   void AddDelayCompensated(const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
-  // A true force as it came: peaks count whether or not a tick meets them.
+  // Adds a received true force, so that its peak counts even between ticks.
   void AddTruth(const Eigen::Vector3d& truth) noexcept;
 
   [[nodiscard]] bool has_truth() const noexcept { return has_truth_; }
@@ -88,16 +86,16 @@ class TickSummary {
     return has_truth_ ? truth_peak_ : estimated_peak_;
   }
   [[nodiscard]] double sent_peak() const noexcept { return sent_peak_; }  // M [N]
-  // No tick follows.
+  // Ends the summary: no tick follows.
   void Close();
-  // Over the ticks in which either force exceeds 1 % of the peak, those of a breaking membrane
-  // apart; nothing without a true force.
+  // Error over the ticks in which either force exceeds 1 % of the peak, without those of a breaking
+  // membrane; empty without a true force.
   [[nodiscard]] std::optional<ForceError::Summary> force_error() const noexcept;
-  // Of those ticks, the ones in which the hand was let go: it was shown nothing, whatever the tool
-  // still pressed.
+  // Number of those ticks in which the operator was disengaged: no force was rendered, although the
+  // tool was still in contact.
   [[nodiscard]] std::uint64_t let_go_ticks() const noexcept;
-  // The same against the truth at the commanded place, while following: of the first contact, in
-  // which much is still on its way, and of those after it.
+  // Error against the true force at the same commanded position, while following. The first
+  // contact, in which the model is still incomplete, is separate from the later ones.
   struct DelayCompensated {
     ForceError::Summary later, first;
   };
@@ -105,9 +103,9 @@ class TickSummary {
   struct Breaking {
     ForceError::Summary error;
     std::uint64_t punctures = 0;
-    std::uint64_t longest = 0;  // from the break to no force, ticks
+    std::uint64_t longest = 0;  // ticks from the break until the force is zero
   };
-  // Nothing: no membrane broke.
+  // Empty without a puncture.
   [[nodiscard]] std::optional<Breaking> breaking() const noexcept;
   [[nodiscard]] std::uint64_t ticks(Reason reason) const noexcept {
     return reason_ticks_[static_cast<std::size_t>(reason)];
@@ -115,11 +113,11 @@ class TickSummary {
   [[nodiscard]] std::uint64_t ticks(OperatorState state) const noexcept {
     return state_ticks_[static_cast<std::size_t>(state)];
   }
-  // In the scene's order, as many as were told of; one: the tool alone.
+  // Fingertips in the scene's order; one: the single tool.
   [[nodiscard]] std::span<const FingerSummary> fingers() const noexcept {
     return {fingers_.data(), finger_count_};
   }
-  // Ticks without a fresh state, of those after the first state had come.
+  // Ticks without a fresh state, counted after the first state.
   [[nodiscard]] std::uint64_t stale_ticks() const noexcept { return stale_ticks_; }
   [[nodiscard]] std::uint32_t epochs() const noexcept { return epochs_; }
 
@@ -130,8 +128,8 @@ class TickSummary {
   BreakingError breaking_, breaking_delay_compensated_;
   ForceError delay_compensated_, first_contact_;
   enum class Contact : std::uint8_t { kNone, kFirst, kLater } contact_ = Contact::kNone;
-  double delay_compensated_peak_ = 0;  // of what AddDelayCompensated was given [N]
-  std::uint64_t free_ticks_ = 0;       // since the first contact was left
+  double delay_compensated_peak_ = 0;  // largest force of AddDelayCompensated [N]
+  std::uint64_t free_ticks_ = 0;       // since the end of the first contact
   bool has_truth_ = false;
   double truth_peak_ = 0, estimated_peak_ = 0, sent_peak_ = 0;
   std::array<std::uint64_t, kReasonCount> reason_ticks_{};

@@ -8,8 +8,8 @@ std::vector<std::string> ActsInWords(const TickRecord& before, const TickRecord&
     lines.push_back("mark " + std::to_string(mark + 1));
   }
   if (now.clutched != before.clutched) {
-    lines.emplace_back(now.clutched ? "the clutch is open: the hand is let go"
-                                    : "the clutch is closed: the hand may engage");
+    lines.emplace_back(now.clutched ? "the clutch is open: the operator is disengaged"
+                                    : "the clutch is closed: the operator may engage");
   }
   if (now.render != before.render) {
     lines.push_back("rendering " + std::string(ToString(now.render)));

@@ -1,4 +1,4 @@
-// What the operator did beside moving the hand, in words, for logs and lists.
+// Texts for actions of the operator, for logs and lists.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Between two ticks: marks, tares, the clutch, how forces are rendered. Empty: nothing.
+// Marks, tares, clutch and rendering changes between two ticks; may be empty.
 std::vector<std::string> ActsInWords(const TickRecord& before, const TickRecord& now);
 
 }  // namespace palpate

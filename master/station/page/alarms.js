@@ -1,14 +1,14 @@
-// What is wrong at this moment, in words, each with the next step, as the master tells it; and what happened.
+// Alarms of the master, each with the next step, and the event log.
 
 import { minutes, write } from './words.js';
 
 // An alarm whose numbers have changed is the same.
 const kindOf = ({ text }) => text.replace(/[\d.]+/g, '#');
 
-// {level, text, next} each. What the master cannot tell is that it cannot be heard.
+// A list of {level, text, next}. Without a connection to the master this is the only alarm.
 export function alarmsOf({ status, lost }) {
   if (lost) {
-    return [{ level: 'bad', text: `The page has no line to the master: ${lost}.`, next: 'The hand is let go. Is palpate-master still running in its terminal? The page comes back by itself.' }];
+    return [{ level: 'bad', text: `The page has no connection to the master: ${lost}.`, next: 'The operator is disengaged. Check that palpate-master is running. The page reconnects by itself.' }];
   }
   return status ? status.alarms : [{ level: 'idle', text: 'Waiting for the first tick.', next: '' }];
 }
@@ -16,12 +16,12 @@ export function alarmsOf({ status, lost }) {
 const MARK = { bad: '■', warn: '▲', idle: '●', ok: '✓' };
 const LEVEL = { bad: 'Stop', warn: 'Note', idle: 'Wait', ok: 'Good' };
 
-// How it is, in words, and the next step.
+// A list item with the message and the next step.
 export function noteItem(level, text, next, isKnown = false) {
   const item = document.createElement('li'), head = document.createElement('b'), step = document.createElement('span');
   item.dataset.level = level;
   item.dataset.known = isKnown;
-  head.textContent = `${MARK[level]} ${LEVEL[level]}${isKnown ? ', seen' : ''}: ${text}`;
+  head.textContent = `${MARK[level]} ${LEVEL[level]}${isKnown ? ', acknowledged' : ''}: ${text}`;
   step.textContent = next;
   item.append(head, step);
   return item;
@@ -33,7 +33,7 @@ export class AlarmPanel {
     this.said = document.getElementById('said');
     this.count = document.getElementById('alarm-count');
     this.shown = '';
-    this.known = new Set();  // those that somebody has acknowledged, until they are over
+    this.known = new Set();  // acknowledged alarms, until they end
     this.acts = document.getElementById('acknowledge');
     this.since = new Map();
   }
@@ -44,7 +44,7 @@ export class AlarmPanel {
     const news = alarms.filter((alarm) => alarm.level !== 'idle' && !this.known.has(kindOf(alarm))).length;
     write(this.count, news ? String(news) : '');
     this.acts.hidden = !news;
-    if (!alarms.length) alarms = [{ level: 'ok', text: 'Nothing is wrong.', next: '' }];
+    if (!alarms.length) alarms = [{ level: 'ok', text: 'No alarm.', next: '' }];
     const key = JSON.stringify([alarms, [...this.known]]);
     if (key === this.shown) return;
     this.shown = key;
@@ -56,7 +56,7 @@ export class AlarmPanel {
       return item;
     }));
   }
-  // Somebody has seen what stands there: it stays, and counts again only once it was over.
+  // Present alarms stay in the list. An alarm counts again after it has ended and returned.
   acknowledge() {
     this.known = new Set(this.now);
   }

@@ -4,7 +4,7 @@ import { niceAbove, viridisLight } from './colours.js';
 const SINGLE_PRECISION = 1e-7;  // of the object's size: places come as such
 const EDGE_ANGLE = 30;  // sharper edges are drawn [degrees]
 const LEAST_TRACTION = 1;  // at full colour [Pa]
-const HELD_PX = 3, HELD = 0xf2f6fa;  // lighter than the bar's lower half, where what is held stays
+const HELD_PX = 3, HELD = 0xf2f6fa;  // fixed nodes: lighter than the lower half of the colour bar
 const UNKNOWN = [0.2, 0.2, 0.2];  // of no colour of the bar
 
 // The corners of an outline in their order, where its lines form one ring; else null.
@@ -18,7 +18,7 @@ function ringOf(lines, count) {
 }
 
 export class Body {
-  // `quantity`: whose colours it has, 'moved' or 'traction', which need not be told.
+  // `quantity`: coloured by 'moved' (displacement) or 'traction', which may be unknown.
   constructor(three, message, quantity = 'moved') {
     this.three = three;
     const { view, buffer } = message;
@@ -38,7 +38,7 @@ export class Body {
     if (this.held.length) this.makeHeld();
     this.deform(this.rest);
   }
-  // Dots on the nodes that the scene holds.
+  // Dots on the fixed nodes of the scene.
   makeHeld() {
     const { three } = this, places = new three.BufferGeometry();
     places.setAttribute('position', new three.BufferAttribute(this.rest, 3));
@@ -107,7 +107,7 @@ export class Body {
     mesh.frustumCulled = false;
     this.group.add(mesh);
   }
-  // New places, three numbers per node [m], and the traction there [Pa]; null: it is not told.
+  // New positions, three numbers per node [m], and the traction there [Pa]; null: unknown.
   deform(places, traction = null) {
     const moved = new Float32Array(this.nodes), size = this.box.getSize(new this.three.Vector3()).length();
     for (let i = 0; i < this.nodes; ++i) {
@@ -122,8 +122,8 @@ export class Body {
     if (this.planar) this.drawRibbon(this.places);
     else this.drawSurface(this.places);
   }
-  // Full colour is a round number that only grows, so that colours can be compared over time. What is below `none` is
-  // nothing.
+  // Full colour is a round number that only grows, so that colours can be compared over time. Values below `none` count as
+  // zero.
   scale(quantity, values, least, none) {
     const largest = values && values.reduce((most, value) => Math.max(most, value), 0);
     this.largest[quantity] = largest < none ? 0 : largest;

@@ -4,17 +4,17 @@ import { figure, write } from './words.js';
 
 const TIP_AT = 14;  // column of the tip as measured
 const SECONDS = 10, GAP_S = 0.15, ASK_AGAIN_MS = 1000;
-// Columns of a sample: number, t, scaled, sent, the hand's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
-// commanded and as measured, drawn from where it was first; then what the page adds of what was felt at that moment: score and misfit, of which nothing is
-// known of before it was opened. A series: its name, column, colour, dash and width; without a name it has no key.
+// Columns of a sample: number, t, scaled, sent, the device's x, y, z, age, round trip, longest tick, energy, the tip's x, y, z as
+// commanded and as measured, drawn relative to the first position. The page adds score and misfit, which are unknown before it
+// was opened. A series: its name, column, colour, dash and width; without a name it has no key.
 const STRIPS = [
   { title: 'Force, N', series: [['rendered', 2, '--series-a', [5, 3]], ['sent', 3, '--series-b']], factor: 1, zero: true, least: 0.1 },
-  { title: "Tip's way, mm", note: 'from where it was first; thick as measured, thin as commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
+  { title: 'Tip path, mm', note: 'relative to the first position; thick: measured, thin: commanded', series: [['x', 14, '--series-a'], ['y', 15, '--series-b', [5, 3]], ['z', 16, '--series-c', [2, 2]],
     ['', 11, '--series-a', undefined, 0.7], ['', 12, '--series-b', undefined, 0.7], ['', 13, '--series-c', undefined, 0.7]], factor: 1e3, least: 0.5, fromFirst: true },
-  { title: 'Line, ms', series: [['age', 7, '--series-a'], ['trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
-  { title: 'Hand, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
-  { title: 'Energy, mJ', series: [['from the hand', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
-  { title: 'Match', series: [['tip', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
+  { title: 'Link, ms', series: [['age', 7, '--series-a'], ['round trip', 8, '--series-b', [5, 3]], ['tick', 9, '--series-c', [2, 2]]], factor: 1e3, zero: true, least: 1 },
+  { title: 'Device, mm', series: [['x', 4, '--series-a'], ['y', 5, '--series-b', [5, 3]], ['z', 6, '--series-c', [2, 2]]], factor: 1e3, least: 0.5 },
+  { title: 'Energy, mJ', series: [['from the operator', 10, '--series-a']], factor: 1e3, zero: true, least: 0.1 },
+  { title: 'Tracking', series: [['score', 17, '--series-a'], ['misfit, σ', 18, '--series-b', [5, 3]]], factor: 1, zero: true, least: 0.1 },
 ];
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -42,11 +42,11 @@ export class Charts {
     this.draw();
     new ResizeObserver(() => this.resize()).observe(this.host);
   }
-  // Nothing is known of what was before.
+  // Forgets all samples.
   begin() {
     this.samples = [];
     this.first = null;
-    this.pastAskedAt = -Infinity;  // NaN: it was told
+    this.pastAskedAt = -Infinity;  // NaN: received
   }
   asksPast(now) {
     if (!(now - this.pastAskedAt > ASK_AGAIN_MS)) return false;
@@ -54,14 +54,14 @@ export class Charts {
     return true;
   }
   takePast({ samples, run }) {
-    if ((run ?? undefined) !== this.run) return;  // of another place
+    if ((run ?? undefined) !== this.run) return;  // of another part of the recording
     const newer = this.samples.filter((sample) => sample.length > 2);
     this.samples = [];
     this.take(samples, this.run);
     this.take(newer, this.run);
     this.pastAskedAt = NaN;
   }
-  // `run` changes where a recording goes on elsewhere.
+  // `run` changes when a replay jumps.
   take(samples, run) {
     if (run !== this.run) this.begin();
     this.run = run;
@@ -69,10 +69,10 @@ export class Charts {
     for (const sample of samples) {
       if (last && sample[0] <= last[0] && sample[1] >= last[1]) continue;
       if (last && sample[1] < last[1]) {
-        if (sample[0] > 25 || last[0] - sample[0] < 100) continue;  // old news, not a new session
+        if (sample[0] > 25 || last[0] - sample[0] < 100) continue;  // late samples, not a new session
         this.samples = [];
       }
-      if (last && sample[0] - last[0] > 1 && Number.isNaN(this.pastAskedAt)) this.pastAskedAt = performance.now();  // told later
+      if (last && sample[0] - last[0] > 1 && Number.isNaN(this.pastAskedAt)) this.pastAskedAt = performance.now();  // requested again
       if (last && sample[1] - last[1] > GAP_S) this.samples.push([sample[0], (sample[1] + last[1]) / 2]);  // a gap is shown
       this.samples.push(sample);
       last = sample;
@@ -111,7 +111,7 @@ export class Charts {
       hooks: { setCursor: [({ cursor, data }) => this.tell(strip, box, cursor.idx, data)] },
     };
   }
-  // What the curves are where the cursor is, in their keys.
+  // Shows the values at the cursor in the keys.
   tell(strip, box, at, data) {
     const values = strip.series.map((_, i) => (at === null || at === undefined ? null : data[i + 1][at]));
     box.querySelectorAll('.key').forEach((key, i) => write(key, strip.series[i][0] + (Number.isFinite(values[i]) ? ` ${figure(values[i])}` : '')));
@@ -124,7 +124,7 @@ export class Charts {
   get shown() {
     return this.frozen || this.samples;
   }
-  // True: it stands now.
+  // True: paused now.
   togglePause() {
     this.frozen = this.frozen ? null : [...this.samples];
     this.changed = true;
@@ -136,7 +136,7 @@ export class Charts {
     const from = (column) => (strip.fromFirst && this.first ? this.first[TIP_AT + ((column - TIP_AT + 3) % 3)] : 0);
     return [t, ...strip.series.map(([, column]) => this.shown.map((sample) => (sample[column] === undefined || sample[column] === null ? null : (sample[column] - from(column)) * strip.factor)))];
   }
-  // One strip a time, of those that are seen: that which waits longest.
+  // Draws one visible strip per call, the one that waits longest.
   show() {
     if (this.changed && !this.frozen) this.stale = this.seen.filter((i) => !this.stale.includes(i)).concat(this.stale);
     this.changed = false;

@@ -1,4 +1,4 @@
-// Buttons, keys, forms and tabs. Every key has a button, and no dialog ever stands before the stop.
+// Buttons, keys, forms and tabs. No dialog ever covers the stop button.
 import { saveImage } from './save.js';
 import { minutes } from './words.js';
 
@@ -6,7 +6,7 @@ const byId = (id) => document.getElementById(id);
 const ESCAPE_TWICE_MS = 600;
 const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-hyperelastic', 'fem-green', 'bem3d'];
 
-// A key that belongs to the field which has the focus; letters mean nothing to a slider.
+// Whether a key belongs to the focused field. A slider uses no letters.
 const isOfField = ({ target, key }) => /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));
 
 export class Controls {
@@ -64,7 +64,7 @@ export class Controls {
     const modes = [...byId('render').options].map((option) => option.value);
     this.link.send({ do: 'render', mode: modes[(modes.indexOf(byId('render').value) + 1) % modes.length] });
   }
-  // The stop is heard wherever the focus is.
+  // The stop works wherever the focus is.
   key(event) {
     if (this.replay.key(event)) return this.swallow(event);
     if (this.replay.active && event.key === ' ') return;
@@ -118,7 +118,7 @@ export class Controls {
     event.preventDefault();
     this.link.send({ do: 'model', kind: byId('model-kind').value });
   }
-  // What the master does by now.
+  // Shows the state of clutch, rendering and recording.
   showActs(status) {
     this.status = status;
     byId('let-go').setAttribute('aria-pressed', String(status.clutched));
@@ -150,7 +150,7 @@ export class Controls {
     const next = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
     try {
       localStorage.setItem('theme', next);
-    } catch { /* likewise */ }
+    } catch { /* a browser that keeps nothing */ }
     this.setTheme(next);
   }
   setTheme(theme) {

@@ -1,4 +1,4 @@
-// What the hand gets, and what became of it on its way.
+// The force on the device, and each step from the estimate to it.
 import { REASONS, TRACE, VALIDITY, figure, fixed, ms, norm, write } from './words.js';
 
 const STATIONS = [['estimated', 'estimated'], ['local', 'local model'], ['scaled', 'scaled'], ['passive', 'passive'], ['limited', 'limited'], ['sent', 'sent']];
@@ -28,13 +28,13 @@ export class ForcePanel {
     this.showMeter(status, sent, limit, full, scales);
     for (const row of this.rows) this.showStation(row, status.chain, full, scales);
     const [x, y, z] = status.chain.sent;
-    write(byId('components'), `sent, hand's frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; zero taken at ${figure(norm(status.tare))} N` : ''}`);
+    write(byId('components'), `sent, device frame: x ${fixed(x)}  y ${fixed(y)}  z ${fixed(z)} N${norm(status.tare) > 0 ? `; tare ${figure(norm(status.tare))} N` : ''}`);
     const { trace } = status;
-    write(byId('trace'), trace ? `light to hand ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '');
+    write(byId('trace'), trace ? `end-to-end latency ${ms(trace.total, 0)}: ${TRACE.map(([key, , short]) => `${short} ${fixed(1e3 * trace[key], 1)}`).join(', ')}` : '');
     this.showValidity(status.felt);
     this.showFingers(status.fingers);
   }
-  // Nothing is known of it.
+  // Clears all values.
   forget() {
     this.peak = 0;
     for (const figure of [byId('magnitude'), byId('peak'), ...this.rows.map(({ value }) => value)]) write(figure, '-');
@@ -74,7 +74,7 @@ export class ForcePanel {
   showStation({ key, value, bar, why, row }, chain, full, scales) {
     const force = norm(chain[key]), reasons = chain.reasons.filter((reason) => REASONS[reason]?.[0] === key);
     write(value, force === null || force === undefined ? 'unknown' : fixed(force, 3));
-    // Before the scaling forces are the tool's: drawn as the hand would get them.
+    // Forces before the scaling belong to the tool; they are drawn at the scale of the device.
     const shown = (force || 0) * (key === 'estimated' || key === 'local' ? scales.force_scale : 1);
     bar.style.width = `${(100 * Math.min(1, shown / full)).toFixed(1)}%`;
     const words = reasons.map((reason) => REASONS[reason][1]).join('; ');
@@ -83,7 +83,7 @@ export class ForcePanel {
     row.dataset.changed = reasons.length > 0;
   }
   showValidity(felt) {
-    const [level, words] = felt ? VALIDITY[felt.validity] : ['idle', 'not told yet'];
+    const [level, words] = felt ? VALIDITY[felt.validity] : ['idle', 'not received yet'];
     const chip = byId('validity');
     chip.dataset.level = level;
     write(chip, words + (felt?.check ? `: ${felt.check.replaceAll('_', ' ')}` : ''));
@@ -94,7 +94,7 @@ export class ForcePanel {
     list.replaceChildren(...fingers.map((finger) => {
       const item = document.createElement('li');
       const force = finger.force ? `${fixed(norm(finger.force), 3)} N` : 'unknown';
-      item.textContent = `${finger.name}: ${finger.in_contact ? 'touches' : 'free'}, ${force}, ${VALIDITY[finger.validity][1]}`;
+      item.textContent = `${finger.name}: ${finger.in_contact ? 'contact' : 'free'}, ${force}, ${VALIDITY[finger.validity][1]}`;
       return item;
     }));
   }

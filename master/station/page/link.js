@@ -1,11 +1,11 @@
-// The line to the master: one WebSocket, opened again when it ends. What comes is the newest of each kind.
+// The connection to the master: one WebSocket, reopened when it closes. It carries the newest message of each kind.
 
 const TOLD_EVERY = 2;  // messages taken
 const RETRY_MS = 500, PING_MS = 500, SILENT_MS = 300, LOOK_LATE_MS = 200;
 export const TOPOLOGY = 1, PICTURE = 5, SHAPE = 6;
 
 // `hear(kind, message)` gets JSON objects by their `kind`, and for binary ones 'topology', 'picture', 'shape' with
-// {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the line ends or is silent, `found()` when it is back.
+// {number, t, data: DataView, bytes: Uint8Array}; `lost(reason)` when the connection closes or is silent, `found()` when it is back.
 export class Link {
   constructor(hear, lost, found) {
     Object.assign(this, { hear, lost, found, delay: null, heardAt: 0, watchedAt: 0, clock: null, silent: true });
@@ -14,18 +14,18 @@ export class Link {
     setInterval(() => this.send({ do: 'ping', at: performance.now() }), PING_MS);
   }
   open() {
-    const token = location.hash.slice(1);  // which no server is told in an address
+    const token = location.hash.slice(1);  // the part of an address that browsers do not send
     this.socket = new WebSocket(`${location.protocol.replace('http', 'ws')}//${location.host}/ws${token && `?token=${token}`}`);
     this.socket.binaryType = 'arraybuffer';
     let taken = 0;
     this.socket.onmessage = ({ data, target }) => {
       this.take(data);
-      // The master sends no more than the page has time for, and what it sends then is the newest.
+      // This count lets the master send no more than the page can process.
       taken += 1;
       if (taken % TOLD_EVERY === 0 && target.readyState === WebSocket.OPEN) target.send(new Uint32Array([taken]));
     };
     this.socket.onclose = (event) => {
-      this.tellLost(event.reason || (location.protocol === 'https:' ? 'no line to palpate-master, or another token: open the address that it printed' : 'no line to palpate-master'));
+      this.tellLost(event.reason || (location.protocol === 'https:' ? 'palpate-master does not answer, or the token is wrong: open the address that it printed' : 'palpate-master does not answer'));
       setTimeout(() => this.open(), RETRY_MS);
     };
   }
@@ -34,9 +34,9 @@ export class Link {
     this.lost(reason);
   }
   watch() {
-    const now = performance.now(), wasBusy = now - this.watchedAt > LOOK_LATE_MS;  // what came meanwhile was not heard yet
+    const now = performance.now(), wasBusy = now - this.watchedAt > LOOK_LATE_MS;  // messages of this time are not processed yet
     this.watchedAt = now;
-    if (!wasBusy && !this.silent && now - this.heardAt > SILENT_MS) this.tellLost('palpate-master is silent');
+    if (!wasBusy && !this.silent && now - this.heardAt > SILENT_MS) this.tellLost('palpate-master does not respond');
   }
   take(data) {
     this.heardAt = performance.now();

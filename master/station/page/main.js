@@ -1,4 +1,4 @@
-// The operator's page: takes what the master tells, shows it, and sends back what the operator wants.
+// The operator's page: shows messages of the master, and sends commands of the operator.
 import { AlarmPanel, alarmsOf } from './alarms.js';
 import { Charts } from './charts.js';
 import { Controls } from './controls.js';
@@ -31,7 +31,7 @@ function onTheme() {
   charts.changed = true;
 }
 
-// The mapping in force: what the hand goes by, else what the slave tells by now, or told at the start.
+// The active mapping: of the master's status, else of the slave's scene, else of the start.
 function mapping() {
   const hand = told.status, now = told.health?.scene?.operator, first = told.hello;
   const rotation = now?.rotation?.length === 9 ? now.rotation : first?.rotation || [1, 0, 0, 0, 1, 0, 0, 0, 1];
@@ -41,7 +41,7 @@ function mapping() {
 
 const takers = {
   hello(message) {
-    charts.begin();  // a master that was started anew, or a line that was lost
+    charts.begin();  // a restarted master, or a lost connection
     if (!told.hello) {
       view.load(message.libraries);
       charts.load(message.libraries);
@@ -74,7 +74,7 @@ const takers = {
     told.status = message;
     pointer.take(message);
     const why = pointer.heed(message);
-    if (why || pointer.engaged) told.why = why || '';  // it holds again
+    if (why || pointer.engaged) told.why = why || '';  // engaged again
     showHint();
     view.take(message);
     const { score = null, misfit = null } = message.felt?.details || {};
@@ -95,16 +95,16 @@ function take(kind, message) {
   if (told.status?.state !== before) showState();  // at once, however busy the page is
 }
 
-// What the object's view asks for, and why it does not answer.
+// What to do in the object's view, or why it does not respond.
 function showHint() {
   write(byId('hint'), told.hello?.pointer ? hint(told.status) : told.why);
 }
 
 function hint(status) {
   if (status?.state === 'ESTOP') return 'Stopped: dragging moves nothing until the stop is reset (R).';
-  if (pointer.isLedElsewhere) return 'Another page leads the hand: take hold here when that one has let go.';
-  if (pointer.isIdle && status?.state === 'READY') return 'Held, but not followed: let go, then hold again.';
-  const inside = status?.felt?.in_contact ? 'The tool stands in the object: hold again to press on or to draw it out.' : '';
+  if (pointer.isLedElsewhere) return 'Another page controls the tool: engage here after it has disengaged.';
+  if (pointer.isIdle && status?.state === 'READY') return 'Engaged, but the tool does not follow: disengage, then engage again.';
+  const inside = status?.felt?.in_contact ? 'The tool is in contact: engage again to press further or to retract it.' : '';
   const way = view.wayToPress(), fingers = status?.fingers.length > 1;
   return [told.why, inside].filter(Boolean).join(' ') || `Drag ${way || 'here'}: ${fingers ? PINCH : DRAG}`;
 }
@@ -116,7 +116,7 @@ function tellLine(lost) {
   showState();
 }
 
-// What the master does not tell is not known, and is neither shown nor heard.
+// Without messages of the master nothing is known: no value is shown, no tone is played.
 function forget() {
   told.status = null;
   force.forget();
@@ -131,7 +131,7 @@ function showState() {
   let name = status?.state || 'STARTING';
   if (lost) [level, name, words] = ['bad', 'NO MASTER', lost];
   const line = status?.link;
-  if (status?.state === 'DISCONNECTED' && line.word === 'connected' && !lost) [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, no states come'];
+  if (status?.state === 'DISCONNECTED' && line.word === 'connected' && !lost) [level, name, words] = ['warn', 'CONNECTED', 'the slave answers, but sends no states'];
   if (!lost && line?.word === 'degraded') [level, words] = [level === 'bad' ? level : 'warn', `DEGRADED: ${line.why}`];
   const chip = byId('state');
   chip.dataset.level = level;
@@ -158,17 +158,17 @@ function showFacts() {
   set('rate', status?.rate && !lost ? `${Math.round(status.rate)} Hz` : '-', status?.rate < 900 ? 'warn' : '');
   set('missed', status && !lost ? `${status.missed} ticks late` : '');
   set('scene', hello?.scene || '-');
-  set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated site' : 'real site'}` : '');
+  set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
   set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
-  set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `led by ${told.health.status.operator_name}` : hello ? hello.device.split(':')[0] : '');
-  const own = pointer.delay !== null ? `, hand to page ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
+  set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `operated by ${told.health.status.operator_name}` : hello ? hello.device.split(':')[0] : '');
+  const own = pointer.delay !== null ? `, pointer delay ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';
   write(byId('badge'), hello?.badge || '');
 }
 
-// What takes long: one of them a frame, whose last turn is longer ago; however rarely frames come, every other one is of figures.
+// Slow drawings: one per frame, the one that waits longest. Every other frame shows figures.
 const figures = new Pace(66, 100);
 const drawings = [[new Pace(33, 1000), () => view.draw()], [new Pace(66, 1000), () => charts.show()]];
 let before = 0, healthAt = 0;

@@ -1,5 +1,5 @@
-// How often something is drawn. Where frames come late, as without a graphics card, drawing becomes rarer, so that what the
-// master tells is still heard in time.
+// How often something is drawn. Where frames come late, as without a graphics card, drawing becomes rarer, so that messages
+// of the master are still processed in time.
 
 const LATE_MS = 30;
 

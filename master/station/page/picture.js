@@ -1,7 +1,7 @@
-// The slave's picture as it comes; how old it is stands on it.
+// The newest camera image and its age.
 import { LATER_S, ageWords, figure, write } from './words.js';
 
-const STALE_S = 0.2, RECORDED_S = 1.2;  // a recording keeps two pictures a second
+const STALE_S = 0.2, RECORDED_S = 1.2;  // a recording keeps two images per second
 
 export class PicturePanel {
   constructor(link) {
@@ -34,7 +34,7 @@ export class PicturePanel {
       bitmap.close();
       this.shownT = message.t;
     } catch {
-      document.getElementById('picture-empty').textContent = 'The picture could not be decoded.';
+      document.getElementById('picture-empty').textContent = 'The image could not be decoded.';
     }
     this.busy = false;
     if (this.next) this.decode();
@@ -53,14 +53,14 @@ export class PicturePanel {
   showWhyNone(isLater, status) {
     const empty = document.getElementById('picture-empty');
     empty.hidden = this.shownT !== null && !isLater;
-    if (isLater) write(empty, 'No picture of this moment was recorded.');
-    else if (this.shownT === null && status?.video_trouble) write(empty, `No picture: ${status.video_trouble}`);
+    if (isLater) write(empty, 'No image was recorded at this moment.');
+    else if (this.shownT === null && status?.video_trouble) write(empty, `No image: ${status.video_trouble}`);
   }
   showChecks(status) {
     const details = status?.felt?.details || {};
     const names = { score: ['score', ''], contour_px: ['contour', ' px'], registration_px: ['registration', ' px'], epipolar_px: ['epipolar', ' px'],
-      camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['drift', ' counts'] };
+      camera_motion_px: ['camera moved', ' px'], misfit: ['misfit', ' sigma'], rest_drift: ['baseline drift', ' counts'] };
     const told = Object.entries(names).filter(([key]) => Number.isFinite(details[key])).map(([key, [name, unit]]) => `${name} ${figure(details[key])}${unit}`);
-    write(document.getElementById('seen'), told.length ? `its checks: ${told.join(', ')}` : '');
+    write(document.getElementById('seen'), told.length ? `checks: ${told.join(', ')}` : '');
   }
 }

@@ -1,5 +1,5 @@
-// The hand of whoever has no haptic device: a drag on the object, or keys, say where the hand shall go. Whatever is not
-// certain lets go: the button, the focus, the window, the line.
+// The pointer device: a drag on the object, keys or a gamepad set its target. It disengages when the button, the focus, the
+// window or the connection is lost.
 
 const TELL_MS = 20, LEAST_MS = 8, ELSEWHERE_MS = 500, KEY_SPEED = 60, PAD_SPEED = 120, PAD_SLACK = 0.15;  // while it holds; pixels a second of an arrow key, of a stick
 const MOVES = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, -1, 0], ArrowDown: [0, 1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1] };
@@ -61,19 +61,18 @@ export class Pointer {
     if (this.engaged) this.lead(this.view.drag(0, 0, -event.deltaY / 4));
     else this.view.zoom(event.deltaY > 0 ? 1.1 : 1 / 1.1);
   }
-  // As `go`, and told at once: a page with little time hears of the cursor sooner than of its own clock. The rest is told by
-  // the next beat.
+  // Like `go`, and sent at once, because a busy page gets cursor events earlier than timer events. The next beat sends the rest.
   lead(move) {
     this.go(move);
     if (performance.now() - this.toldAt >= LEAST_MS) this.tell();
   }
-  // `move_S` [m] of the tool is this much of the hand: p_M = R^T p_S / scale.
+  // Moves the device by what moves the tool by `move_S` [m]: p_M = R^T p_S / scale.
   go(move) {
     const { rotation: R, position_scale: scale } = this.mapping();
     move = move.map((part, axis) => (this.locked.has(axis) ? 0 : part));
     for (let i = 0; i < 3; ++i) this.p[i] += (R[i] * move[0] + R[3 + i] * move[1] + R[6 + i] * move[2]) / scale;
   }
-  // The tool's x, y or z, frame S, stays as it is aimed; again: it no longer does.
+  // Locks or unlocks x, y or z of the target, frame S.
   lock(axis) {
     if (!this.locked.delete(axis)) this.locked.add(axis);
     for (const button of document.querySelectorAll('.locks button')) button.setAttribute('aria-pressed', String(this.locked.has(Number(button.dataset.axis))));
@@ -107,7 +106,7 @@ export class Pointer {
     }
     if (this.engaged || this.wasEngaged) this.tell();
   }
-  // A gamepad: its first button or a trigger holds, the left stick moves in the picture's plane, the right one along the
+  // A gamepad: its first button or a trigger engages, the left stick moves in the plane of the view, the right one along the
   // third axis.
   readPad() {
     const pad = document.hasFocus() ? navigator.getGamepads().find((one) => one?.connected) : null;
@@ -122,19 +121,19 @@ export class Pointer {
     this.clutch.setAttribute('aria-pressed', String(this.engaged));
     this.host.classList.toggle('held', this.engaged);
   }
-  // Another page leads the hand: what is held here would take it later, when nobody thinks of it any more.
+  // Another page controls the tool: this page disengages, so that it does not take over later.
   giveWay() {
     this.release();
     this.heldElsewhereSince = -Infinity;
     this.isLedElsewhere = true;
   }
-  // The master let go by itself, because it heard nothing for 250 ms: so does the page, and says so.
+  // The master disengaged after 250 ms without a message: the page disengages too, and returns the reason.
   heed(status) {
     if (status.pointer_holds) this.heldBack = true;
     else if (this.heldBack && this.engaged && status.pointer_used > this.heldSince) {
       this.heldBack = false;
       this.release();
-      return 'The page was silent for 250 ms, so the hand was let go: take hold again.';
+      return 'The page was silent for 250 ms, so the operator was disengaged: engage again.';
     }
     if (!this.engaged) this.heldBack = false;
     return null;
@@ -146,7 +145,7 @@ export class Pointer {
     this.isLedElsewhere = this.heldElsewhereSince !== null && performance.now() - this.heldElsewhereSince > ELSEWHERE_MS;
     if (!this.engaged || status.state === 'FOLLOWING') this.idleSince = null;
     else this.idleSince ??= performance.now();
-    // It was held before a slave died or a state was missing: the master waits for it to be let go first.
+    // Engaged before a fault of the slave or the link: the master waits for a disengagement first.
     this.isIdle = this.idleSince !== null && performance.now() - this.idleSince > ELSEWHERE_MS;
     this.clutch.classList.toggle('idle', this.isIdle);
     if (status.pointer_used && this.engaged && this.sent && status.pointer_used > (this.usedBefore || 0)) {

@@ -1,4 +1,4 @@
-// A recording's course: to and fro, slower and faster. Nothing here reaches a hand.
+// Controls of a replay: position and speed. Nothing here reaches a tool.
 import { minutes } from './words.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
@@ -42,7 +42,7 @@ export class ReplayBar {
   pace(speed) {
     this.link.send({ do: 'replay', speed });
   }
-  // To the next speed that is `sign` of the one it has.
+  // Changes to the next higher (sign 1) or lower (-1) speed.
   change(sign) {
     const faster = SPEEDS.filter((speed) => sign * (speed - this.now.speed) > 1e-9);
     if (faster.length) this.pace(sign > 0 ? faster[0] : faster.at(-1));

@@ -1,4 +1,4 @@
-// What a person keeps of the page: files that the browser downloads.
+// Files that the browser downloads.
 
 export function save(blob, name) {
   const anchor = document.createElement('a');
@@ -8,7 +8,7 @@ export function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(anchor.href), 1000);
 }
 
-// The object and the strips as they are seen, in one PNG.
+// The visible object and charts in one PNG.
 export function saveImage(view) {
   view.dirty = true;
   view.draw();  // WebGL keeps what it drew until the frame ends alone

@@ -1,11 +1,11 @@
-// The scales between hand and tool and the limit of the force: what is in force, what is asked for, what still waits. The
-// master takes a scale only while nobody feels the change, and a limit only where it is lower.
+// The scales between device and tool and the force limit: active, requested and waiting values. The master applies a scale
+// only while disengaged and without contact, and a limit only if it is lower.
 import { figure, write } from './words.js';
 
-const ASK_AFTER_MS = 200, HELD_MS = 1500;  // of a slider that rests; what was chosen stands there until it is told
+const ASK_AFTER_MS = 200, HELD_MS = 1500;  // of a slider at rest; the chosen value stays until the master confirms it
 const SLIDERS = [
-  { key: 'position_scale', id: 'position-scale', unit: 'mm/mm', words: (scale) => `1 mm of the hand is ${figure(scale)} mm of the tool` },
-  { key: 'force_scale', id: 'force-scale', unit: 'N/N', words: (scale) => `1 N at the tool is ${figure(scale)} N at the hand` },
+  { key: 'position_scale', id: 'position-scale', unit: 'mm/mm', words: (scale) => `1 mm of the device is ${figure(scale)} mm of the tool` },
+  { key: 'force_scale', id: 'force-scale', unit: 'N/N', words: (scale) => `1 N at the tool is ${figure(scale)} N on the device` },
 ];
 const byId = (id) => document.getElementById(id);
 
@@ -33,12 +33,12 @@ export class Scales {
     event.preventDefault();
     const limit = this.limit.valueAsNumber;
     if (limit > 0) this.link.send({ do: 'set', force_limit: limit });
-    this.limit.dataset.told = '';  // what is in force stands there again
+    this.limit.dataset.told = '';  // shows the active value again
     this.home.focus();
   }
   write({ input, told, unit, words }, scale, waits) {
     write(told, `${waits ? '… ' : ''}${figure(scale)} ${unit}`);
-    const text = words(scale) + (waits ? '; once the hand is let go and nothing is touched' : '');
+    const text = words(scale) + (waits ? '; waits until disengaged and without contact' : '');
     if (told.title !== text) told.title = text;
     if (input.getAttribute('aria-valuetext') !== text) input.setAttribute('aria-valuetext', text);
   }

@@ -1,4 +1,4 @@
-// The force as a tone, for whoever wants it: louder and higher with the force, silent without.
+// The force as an optional tone: louder and higher with the force, silent without.
 
 export class Sound {
   constructor() {

@@ -6,7 +6,7 @@ import { LATER_S, ageWords, figure, fixed, lengthUnit, norm, stressUnit, write }
 
 const ARROW_SHARE = 0.15;   // of the object's size, at the force limit
 const LEAST_ARROW = 0.005;  // of the limit: less is not drawn
-const PLACES_AT = 20, FAILED = 5;  // of a shape's bytes; a validity: the model has no answer
+const PLACES_AT = 20, FAILED = 5;  // of a shape's bytes; a validity: the model has no solution
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -42,14 +42,14 @@ export class View {
     return words;
   }
   async load(isBuiltIn) {
-    if (!isBuiltIn) return void this.say('Built without 3D. With npm: deploy/page.sh, then build again. Dragging here still moves the hand.');
-    this.waiting = this.say('No shape has come yet.');
+    if (!isBuiltIn) return void this.say('Built without 3D. With npm: deploy/page.sh, then build again. Dragging here still moves the tool.');
+    this.waiting = this.say('No shape received yet.');
     const three = await import('/lib/three.module.js');
     try {
       this.drawsInSoftware = drawsInSoftware();
       this.renderer = new three.WebGLRenderer({ antialias: !this.drawsInSoftware, alpha: true });
     } catch {
-      this.waiting.textContent = 'This browser shows no 3D (WebGL is off). Dragging here still moves the hand.';
+      this.waiting.textContent = 'This browser shows no 3D (WebGL is off). Dragging here still moves the tool.';
       return;
     }
     this.three = three;
@@ -128,7 +128,7 @@ export class View {
     this.repaint();
     this.fit();
   }
-  // Where the tool may go, as the slave's capabilities tell it; zeros may be left out.
+  // The workspace of the tool from the slave's capabilities; zeros may be absent.
   takeWorkspace(told) {
     if (told) this.limits = [told.workspace_min, told.workspace_max].map((corner) => ['x', 'y', 'z'].map((axis) => corner?.[axis] ?? 0));
     if (!this.three || !this.limits) return;
@@ -155,13 +155,13 @@ export class View {
     this.body?.deform(this.body.rest);
     this.dirty = true;
   }
-  // The line to the master is lost: no force is known.
+  // Without a connection to the master no force is known.
   forget() {
     this.status = null;
     for (const arrow of [this.arrow, ...(this.others || []).map(([, own]) => own)]) if (arrow) arrow.visible = false;
     this.dirty = true;
   }
-  // What came last, where it is to be drawn: what is never drawn costs nothing.
+  // Applies the newest shape and status just before drawing.
   put() {
     const { status, shape } = this;
     this.shape = null;
@@ -197,7 +197,7 @@ export class View {
     ball.position.set(...place);
     ball.scale.setScalar(share * this.size);
   }
-  // The force of the object on the tool, as the hand gets it at this moment: its direction and length.
+  // The force of the object on the tool: direction of the local force, length of the force on the device.
   putArrow(status, tip, limit) {
     const force = status.chain.local, size = norm(force), hand = norm(status.chain.sent);
     this.arrow.visible = status.state === 'FOLLOWING' && size > 1e-9 && hand > LEAST_ARROW * limit;
@@ -249,7 +249,7 @@ export class View {
     const left = Math.min(Math.max(x + 10, 4), this.camera.width - 90), top = Math.min(Math.max(y - 14, 4), this.camera.height - 30);
     this.label.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
   }
-  // However rarely it is drawn, no force is told that is gone.
+  // The label never shows an old force, however rarely the view is drawn.
   showForce() {
     const { status } = this, hand = status ? norm(status.chain.sent) : 0, limit = status?.force_limit || 1;
     const shown = Boolean(this.arrow?.visible) && status.state === 'FOLLOWING' && hand > LEAST_ARROW * limit;
@@ -274,13 +274,13 @@ export class View {
     const { unit, factor } = (isMoved ? lengthUnit : stressUnit)(full[quantity]);
     const [top, , , name] = this.bar.children;
     write(top, figure(full[quantity] * factor));
-    write(name, `${quantity}, ${unit}`);
-    const told = isMoved ? 'moved' : 'pushed', most = largest[quantity];
-    const words = this.shapeT === null ? 'no shape of this moment is told' : most === null ? 'no traction is told: a force is unknown, or nothing holds the object' : `${told} by up to ${figure(most * factor)} ${unit}`;
-    const old = this.isAnswered === false ? 'the model has no answer for this press: its last shape; ' : '';
-    write(this.line, `${old}${words}; grey: at rest${this.body.held.length ? '; dots: held' : ''}; ball: tool as seen; wire: as commanded; ring: local model; outer box: workspace`);
+    write(name, `${isMoved ? 'displacement' : quantity}, ${unit}`);
+    const what = isMoved ? 'moved by' : 'traction', most = largest[quantity];
+    const words = this.shapeT === null ? 'no shape for this moment' : most === null ? 'no traction: a force is unknown, or the object has no fixed nodes' : `${what} up to ${figure(most * factor)} ${unit}`;
+    const old = this.isAnswered === false ? 'the model has no solution here: its last shape; ' : '';
+    write(this.line, `${old}${words}; grey: at rest${this.body.held.length ? '; dots: fixed' : ''}; ball: measured tool; wire: commanded tool; ring: local model; outer box: workspace`);
   }
-  // On the screen, from the tool to the object: how a drag presses it. Empty: not known, or it is there.
+  // Direction of a drag on the screen that presses the tool into the object. Empty: unknown, or in contact.
   wayToPress() {
     if (!this.body || !this.camera || !this.status?.felt) return '';
     const { min, max } = this.body.box, tip = this.status.felt.tip;
@@ -329,7 +329,7 @@ export class View {
     this.body.material.wireframe = !this.body.material.wireframe;
     this.dirty = true;
   }
-  // What a drag moves in S [m]. Without a picture of the object a pixel is a quarter of a millimetre.
+  // Motion of a drag in S [m]. Without a view of the object a pixel is a quarter of a millimetre.
   drag(dx, dy, dz = 0) {
     if (this.camera && this.body) return this.camera.drag(dx, dy, dz);
     return [dx * 2.5e-4, -dy * 2.5e-4, dz * 2.5e-4];

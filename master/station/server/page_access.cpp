@@ -68,10 +68,9 @@ PagePlace ViewPlace(const std::string& text, const std::filesystem::path& tls) {
   if (!tls.empty()) return {endpoint, MakePageAccess(tls, endpoint.host)};
   throw std::invalid_argument(
       "--view " + text +
-      ": beyond this machine the page, which moves the hand, is served with TLS and a token alone: "
-      "--tls DIR with a certificate for this host (deploy/certs operator), or from elsewhere ssh "
-      "-L "
-      "8080:127.0.0.1:PORT");
+      ": the page moves the tool, so beyond this machine it needs TLS: accepted is with --tls DIR "
+      "and a certificate for this host (deploy/certs operator), or a tunnel: "
+      "ssh -L 8080:127.0.0.1:PORT");
 }
 
 bool CarriesToken(std::string_view target, std::string_view token) {

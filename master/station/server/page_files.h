@@ -1,5 +1,4 @@
-// The page's own files, inside the program: nothing is read from the disk and nothing from
-// elsewhere while it runs.
+// The files of the page, which are part of the program. Nothing is read from disk or network.
 #pragma once
 
 #include <span>
@@ -13,9 +12,9 @@ struct PageFile {
   std::string_view bytes;
 };
 
-// All of them; what npm brings (three.js, uPlot) only where it was there when this was built.
+// All files. Those of npm (three.js, uPlot) are included only if they existed at build time.
 std::span<const PageFile> PageFiles();
-// Of what is asked for, "/" being the page itself. Null: there is none.
+// The file of a request; "/" is the page. Null: there is none.
 const PageFile* FindPageFile(std::string_view target);
 
 }  // namespace palpate

@@ -112,7 +112,7 @@ struct PageServer::Parts {
   void Accept();
   void Serve(tcp::socket&& socket);
   void Read(const std::shared_ptr<Caller>& caller);
-  // Why whoever asks so may not operate, with the status that says so; empty: it may.
+  // Rejection of a request to operate, with its HTTP status; empty: accepted.
   [[nodiscard]] std::pair<http::status, std::string> Refusal(const PageRequest& request) const;
   void Answer(const std::shared_ptr<Caller>& caller);
   void Open(Caller* caller, const PageRequest& request);
@@ -153,7 +153,7 @@ void PageServer::Parts::Accept() {
     if (!acceptor.is_open()) return;
     if (!error && callers + page_count < kMostConnections) Serve(std::move(socket));
     if (!error) return Accept();
-    breath.expires_after(kBreath);  // no descriptors left, say
+    breath.expires_after(kBreath);  // for example, no file descriptors left
     breath.async_wait([this](error_code /*error*/) { Accept(); });
   });
 }
@@ -184,7 +184,7 @@ void PageServer::Parts::Answer(const std::shared_ptr<Caller>& caller) {
   const auto [status, refused] = Refusal(request);
   if (!refused.empty()) return caller->Answer(Refuse(status, refused));
   if (page_count >= kMostPages) {
-    return caller->Answer(Refuse(http::status::service_unavailable, "8 pages look already"));
+    return caller->Answer(Refuse(http::status::service_unavailable, "8 pages are already open"));
   }
   Open(caller.get(), request);
 }
@@ -199,7 +199,7 @@ std::pair<http::status, std::string> PageServer::Parts::Refusal(const PageReques
     return {http::status::not_found, "no such stream"};
   if (access.tls && !CarriesToken(target, access.token)) {
     return {http::status::forbidden,
-            "the token: accepted is the one in the address that palpate-master printed"};
+            "token: accepted is the one in the address that palpate-master printed"};
   }
   return {};
 }

@@ -1,6 +1,6 @@
-// Serves the station's page and speaks with those who look at it: HTTP for its files, a WebSocket
-// for what moves. One thread of normal priority; the haptic loop never waits for it. Boost.Beast,
-// because Debian packages it, it needs nothing but headers, and its limits are per connection.
+// Serves the operator's page: HTTP for files, a WebSocket for messages. It has one thread of normal
+// priority, and the haptic loop never waits for it. It uses Boost.Beast, which is header-only,
+// packaged by Debian, and has limits per connection.
 #pragma once
 
 #include <cstdint>
@@ -18,29 +18,29 @@ namespace palpate {
 class PageServer {
  public:
   static constexpr std::size_t kMostPages = 8, kMostConnections = 64;
-  static constexpr int kMostCommands = 500;  // of a page in a second
+  static constexpr int kMostCommands = 500;  // per page and second
 
-  // What pages do. Called by the server's thread, must return at once.
+  // Events of pages. Called on the server's thread; must return at once.
   struct Listener {
-    // A page sent `message`. What to answer; empty: nothing. std::invalid_argument closes that page
-    // with its words.
+    // A page sent `message`. Returns the answer; empty: none. std::invalid_argument closes the page
+    // with its text.
     std::function<std::string(std::uint64_t page, std::string_view message)> hear;
     std::function<void(std::uint64_t page)> left;
   };
 
-  // Listens at `endpoint`, port 0: a free one. `board` outlives the server. `access`: TLS, and the
-  // token that a page must carry; without TLS pages of this machine alone are answered. Throws
-  // std::runtime_error: it cannot be listened there.
+  // Listens at `endpoint`; port 0: a free one. `board` must outlive the server. `access`: TLS and
+  // the token. Without TLS only pages of this machine are served. Throws std::runtime_error if the
+  // address cannot be used.
   PageServer(const Endpoint& endpoint, const NoticeBoard* board, Listener listener,
              PageAccess access = {});
-  // Says goodbye to every page.
+  // Closes every page.
   ~PageServer();
 
-  [[nodiscard]] Endpoint endpoint() const;  // with the port that was found
-  // What a person opens: `http://HOST:PORT/`, or `https://HOST:PORT/#TOKEN`.
+  [[nodiscard]] Endpoint endpoint() const;  // with the actual port
+  // Address to open: `http://HOST:PORT/`, or `https://HOST:PORT/#TOKEN`.
   [[nodiscard]] std::string address() const;
-  [[nodiscard]] std::size_t pages() const;  // that look at this moment; thread-safe
-  // The board has something new. Any thread; returns at once.
+  [[nodiscard]] std::size_t pages() const;  // number of open pages; thread-safe
+  // Announces a new message on the board. Thread-safe; returns at once.
   void Notify();
 
  private:

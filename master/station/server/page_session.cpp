@@ -13,7 +13,7 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
 constexpr std::chrono::seconds kHandshakeWithin(5), kSilentPageAfter(10);
-constexpr std::size_t kLongestReason = 120;  // a close frame holds 123 bytes
+constexpr std::size_t kLongestReason = 120;  // a close frame has at most 123 bytes
 constexpr int kSendBuffer = 1 << 17;         // [bytes]; what waits there is old when it arrives
 
 websocket::stream_base::timeout Patience() {
@@ -84,7 +84,7 @@ void PageSession::Take(std::string_view count) {
   std::uint32_t taken = 0;
   if (count.size() == sizeof taken) std::memcpy(&taken, count.data(), sizeof taken);
   if (count.size() != sizeof taken || taken > sent_) {
-    throw std::invalid_argument("not understood: accepted is how many messages were taken");
+    throw std::invalid_argument("not understood: accepted is the number of messages received");
   }
   taken_ = taken;
 }

@@ -1,9 +1,9 @@
-// One page that looks: its WebSocket from the handshake to its end. Of what it is sent one message
-// is on its way, the rest is on the board: a page that reads slowly gets the newest, later.
+// One open page: its WebSocket from the handshake to its end. One message at a time is written. The
+// others stay on the board, so that a slow page receives only the newest.
 //
-// A browser reads what its page has no time for, and keeps it without end. A page that says how
-// many messages it has taken (a binary message: the count, four bytes, little-endian) is never sent
-// more than kMostAhead beyond them; others as fast as their line goes.
+// A browser buffers messages without limit. A page that reports how many messages it has processed
+// (a binary message: the count, four bytes, little-endian) is never sent more than kMostAhead
+// beyond them. Other pages are sent messages as fast as the connection allows.
 #pragma once
 
 #include <cstddef>
@@ -26,11 +26,11 @@ namespace palpate {
 
 using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-// Belongs to the server's thread; lives as long as one of its operations.
+// Used by the server's thread. Exists while one of its operations is pending.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
   static constexpr std::uint32_t kMostAhead = 8;
-  static constexpr std::size_t kMostAnswers = 8;  // that wait; the oldest go
+  static constexpr std::size_t kMostAnswers = 8;  // waiting answers; the oldest are dropped
 
   PageSession(PageStream&& stream, std::uint64_t number, const NoticeBoard* board,
               const PageServer::Listener* listener);
@@ -38,9 +38,9 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
 
   // Answers the handshake, then reads and writes until it ends.
   void Start(const PageRequest& request);
-  // Writes what is new, unless it is writing.
+  // Writes a new message, unless a write is pending.
   void Pump();
-  // Says why, and ends.
+  // Sends the reason and closes.
   void Close(boost::beast::websocket::close_code code, const std::string& why);
 
  private:
@@ -56,12 +56,12 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   const PageServer::Listener* const listener_;
   boost::beast::flat_buffer heard_;
   NoticeBoard::Seen seen_{};
-  Topic last_ = Topic::kFindings;    // so that what comes first is told first
-  NoticeBoard::Bytes writing_;       // null: nothing is on its way
+  Topic last_ = Topic::kFindings;    // the first topic comes first
+  NoticeBoard::Bytes writing_;       // null: no pending write
   std::deque<std::string> answers_;  // not sent yet, at most kMostAnswers
   bool open_ = false;
-  std::uint32_t sent_ = 0;              // messages
-  std::optional<std::uint32_t> taken_;  // of them; nullopt: the page does not say
+  std::uint32_t sent_ = 0;              // number of messages
+  std::optional<std::uint32_t> taken_;  // processed messages; nullopt: the page does not report
   int requests_ = 0;                    // since `counting_since_`
   std::chrono::steady_clock::time_point counting_since_{};
 };

@@ -1,4 +1,4 @@
-// A page's line: TCP, in plain text or in TLS, as Boost.Beast's layers want a stream to be.
+// The stream of a page for Boost.Beast: TCP in plain text or with TLS.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ class PageStream {
  public:
   using executor_type = boost::beast::tcp_stream::executor_type;
 
-  // `tls`: null: plain text; outlives the stream.
+  // `tls` must outlive the stream; null: plain text.
   PageStream(boost::asio::ip::tcp::socket&& socket, boost::asio::ssl::context* tls)
       : tcp_(std::make_unique<boost::beast::tcp_stream>(std::move(socket))) {
     if (tls != nullptr) tls_ = std::make_unique<Tls>(*tcp_, *tls);
@@ -50,7 +50,7 @@ class PageStream {
                        boost::system::error_code& error) {
     boost::beast::websocket::teardown(role, stream.tcp().socket(), error);
   }
-  // What the WebSocket had to say was said; TLS adds no goodbye of its own.
+  // The WebSocket is closed already, so TLS sends no close message.
   template <class Handler>
   friend void async_teardown(boost::beast::role_type role, PageStream& stream, Handler&& handler) {
     boost::beast::websocket::async_teardown(role, stream.tcp().socket(),
@@ -60,8 +60,7 @@ class PageStream {
  private:
   using Tls = boost::asio::ssl::stream<boost::beast::tcp_stream&>;
 
-  // Beast's operations have buffers and handlers of a dozen types: what is below is compiled for
-  // one of each.
+  // Converts buffers and handlers of Beast to one type each, which limits the compiled code.
   template <class Buffer, class Buffers>
   static std::vector<Buffer> Listed(const Buffers& buffers) {
     return {boost::asio::buffer_sequence_begin(buffers), boost::asio::buffer_sequence_end(buffers)};
@@ -74,7 +73,7 @@ class PageStream {
         [shared](boost::system::error_code error, std::size_t bytes) { (*shared)(error, bytes); };
   }
 
-  std::unique_ptr<boost::beast::tcp_stream> tcp_;  // stays where it is while the stream moves
+  std::unique_ptr<boost::beast::tcp_stream> tcp_;  // keeps its address when the stream is moved
   std::unique_ptr<Tls> tls_;                       // null: plain text
 };
 

@@ -1,5 +1,5 @@
-// Who may look at the station's page and operate through it: browsers that were sent here by a
-// person, not by a page of somebody else's.
+// Checks of HTTP requests to the page, against requests that another web site makes the browser
+// send.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace palpate {
 
-// A request's Host names this machine: a loopback address or `localhost`, with any port, as through
-// a tunnel. Another name leads here only where somebody has rebound it. Empty: it may pass, else
-// why not.
+// Accepts a Host header that names this machine: a loopback address or `localhost`, with any port,
+// as through a tunnel. Other names indicate DNS rebinding. Returns the reason of a rejection, else
+// an empty string.
 std::string RefusalOfHost(std::string_view host);
-// A request to operate comes from the page itself: its Origin is SCHEME HOST, or absent, as from a
-// program. `scheme`: `http://` or `https://`. Empty: it may pass, else why not.
+// Accepts an Origin header of the page itself, or none, as from a program. `scheme`: `http://` or
+// `https://`. Returns the reason of a rejection, else an empty string.
 std::string RefusalOfOrigin(std::string_view origin, std::string_view host,
                             std::string_view scheme);
 

@@ -1,4 +1,4 @@
-// A mesh file in memory and a place in it, from which words, lines and raw numbers are taken.
+// A mesh file in memory with a read position for words, lines and raw numbers.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-// Where a reader stands, for messages. What reads throws through it.
+// Position of a reader, for error messages.
 class SourcePlace {
  public:
   virtual ~SourcePlace() = default;
@@ -50,7 +50,7 @@ class FileCursor : public SourcePlace {
   [[nodiscard]] std::string_view rest() const { return text().substr(position_); }
   [[nodiscard]] std::size_t position() const { return position_; }
   void Seek(std::size_t position);
-  // What is read next begins at `position`, for messages.
+  // Sets the start of the next value, for messages.
   void Mark(std::size_t position) { mark_ = position; }
   [[noreturn]] void RefuseAt(std::size_t position, const std::string& what,
                              const std::string& accepted) {
@@ -62,7 +62,7 @@ class FileCursor : public SourcePlace {
 
   [[nodiscard]] std::string Where() const override;
 
-  // What is left of the line, without its end. False: the file has ended.
+  // The rest of the line, without its end. False: end of the file.
   bool NextLine(std::string_view* line);
   // The next run of characters without blanks. Throws at the file's end; `what` was expected there.
   std::string_view Word(const char* what);

@@ -1,4 +1,4 @@
-// Nodes and cells as a reader meets them, made into a MeshFile.
+// Builds a MeshFile from nodes and cells in the order of a file.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// A kind of cell in a format's own list. Corners come first among a cell's nodes.
+// A cell type of a format. The corners come first among its nodes.
 struct CellKind {
   enum class Use : std::uint8_t { kTet, kTriangle, kQuad, kPassedOver, kRefused };
   int code = 0;   // the format's number
@@ -31,7 +31,7 @@ class MeshBuilder {
  public:
   // Throws std::invalid_argument through `place`, which must outlive it.
   explicit MeshBuilder(const SourcePlace& place) : place_(&place) {}
-  // For cells from another file than the nodes.
+  // Sets the position for cells from another file.
   void set_place(const SourcePlace& place) { place_ = &place; }
 
   void ReserveNodes(std::size_t count);

@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// What a file says of its material (Vega's ENU line), for all elements alike.
+// Material in a file (Vega's ENU line), common to all elements.
 struct FileMaterial {
   double density = 0;        // [kg/m^3], >= 0
   double young_modulus = 0;  // [Pa], > 0
@@ -23,7 +23,7 @@ struct MeshFile {
   std::variant<SolidMesh, SurfaceMesh> mesh;  // in the file's order; not yet checked: CheckMesh
   std::optional<FileMaterial> material;
   MeshNumbers numbers;
-  std::vector<std::string> remarks;  // what was read in another way than one might think
+  std::vector<std::string> remarks;  // notes about ignored or changed content
 };
 
 // Reads a mesh by its file's extension; lengths are multiplied by `unit` [m per unit of the file].

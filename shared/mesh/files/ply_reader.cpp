@@ -54,7 +54,8 @@ class PlyReader {
       for (std::int64_t i = 0; i < element.count; ++i) ReadRow(element, i);
     }
     if (const std::size_t merged = node_of_.size() - builder_.node_count(); merged > 0) {
-      builder_.Remark(std::to_string(merged) + " vertices at the place of another: one node each");
+      builder_.Remark(std::to_string(merged) +
+                      " vertices coincide with others: they share one node");
     }
     return builder_.Finish(unit);
   }

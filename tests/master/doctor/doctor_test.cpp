@@ -51,7 +51,7 @@ TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
     std::ofstream(sys / file) << text << '\n';
   };
   std::filesystem::remove_all(sys);
-  EXPECT_THAT(Of(ExamineProcessors(sys), "pace").measured, HasSubstr("does not tell"));
+  EXPECT_THAT(Of(ExamineProcessors(sys), "governor").measured, HasSubstr("unknown"));
   write("devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
   write("devices/system/clocksource/clocksource0/current_clocksource", "tsc");
   EXPECT_EQ(Of(ExamineProcessors(sys), "pace").verdict, Verdict::kGood);
@@ -66,7 +66,7 @@ TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
 LineSample Line(double round_trip, double gap) {
   LineSample line;
   line.version = "0.0.0+other";
-  line.phase = "nobody moves the tool";
+  line.phase = "ready: no operator is engaged";
   line.states = 201;
   line.seconds = 200 * gap;
   for (int i = 0; i < 200; ++i) {
@@ -154,7 +154,7 @@ TEST(DoctorTest, PhasesAreToldInWords) {
   SlaveLink::Options options;
   options.target = server.address();
   const Findings findings = ExamineLine(options, 0.1);
-  EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody moves the tool"));
+  EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("ready: no operator is engaged"));
 }
 
 TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {

@@ -554,8 +554,8 @@ TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
   } catch (const std::runtime_error& error) {
     EXPECT_EQ(error.what(),
               peer.address +
-                  " answers, but does not speak palpate.v1: is it a palpate-slave, of a "
-                  "release like this one?");
+                  " answers, but does not speak palpate.v1: is it a palpate-slave of a "
+                  "compatible release?");
   }
 }
 

@@ -39,7 +39,7 @@ TEST(AlarmsTest, NothingIsWrong) {
 TEST(AlarmsTest, ALostLineIsToldOnce) {
   StationMoment moment = Good();
   moment.status.link.connected = false;
-  moment.status.link.trouble = "nobody listens there";
+  moment.status.link.trouble = "no program listens there";
   moment.ticks.newest.state = OperatorState::kDisconnected;
   moment.ticks.newest.state_age = 2;
   moment.ticks.newest.chain.reasons.Add(Reason::kAged);
@@ -49,16 +49,16 @@ TEST(AlarmsTest, ALostLineIsToldOnce) {
   moment.picture_stands = 2;
   moment.slave_alarms = {"of before"};
   EXPECT_THAT(AlarmsOf(moment),
-              ElementsAre(AllOf(HasText("No line to the slave: nobody listens there."),
+              ElementsAre(AllOf(HasText("No link to the slave: no program listens there."),
                                 Field(&Alarm::next, HasSubstr("Is palpate-slave running?")))));
 }
 
 TEST(AlarmsTest, APictureThatStandsStillIsToldUnlessNothingIsSensed) {
   StationMoment moment = Good();
   moment.picture_stands = 2.4;
-  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The picture has stood still for 2 s.")));
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("The image has been frozen for 2 s.")));
   moment.felt.state.validity = Validity::kStale;
-  EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The picture"))));
+  EXPECT_THAT(AlarmsOf(moment), Not(Contains(HasText("The image"))));
 }
 
 TEST(AlarmsTest, EveryChangeOfTheForceHasANextStep) {

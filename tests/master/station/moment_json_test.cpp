@@ -61,7 +61,7 @@ TEST(MomentJsonTest, AlarmsSayTheNextStep) {
   ASSERT_EQ(alarms.size(), 2U);
   EXPECT_EQ(alarms[0]["text"], "The force is extrapolated.");
   EXPECT_EQ(alarms[1]["text"], "The force was changed: the force limit.");
-  EXPECT_EQ(alarms[1]["next"], "Press less: more cannot be felt.");
+  EXPECT_EQ(alarms[1]["next"], "Press less: a larger force cannot be rendered.");
 }
 
 TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
@@ -72,7 +72,7 @@ TEST(MomentJsonTest, ADiskThatIsFullIsSaidWithTheNextStep) {
   const auto said = std::ranges::find_if(
       alarms, [](const Alarm& alarm) { return alarm.text.starts_with("The recording: a.mcap"); });
   ASSERT_NE(said, alarms.end());
-  EXPECT_THAT(said->next, testing::HasSubstr("Make room"));
+  EXPECT_THAT(said->next, testing::HasSubstr("Free disk space"));
 }
 
 TEST(MomentJsonTest, ADiskThatWillBeFullIsSaidBeforeItIs) {
@@ -110,8 +110,8 @@ TEST(MomentJsonTest, ASlaveThatRefusesIsNotSearchedFor) {
   moment.status.link.trouble = "the lease is held by Ada";
   EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("Is palpate-slave running?"));
   moment.status.link.answers = true;
-  EXPECT_EQ(AlarmsOf(moment).front().text, "No line to the slave: the lease is held by Ada.");
-  EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("mend that"));
+  EXPECT_EQ(AlarmsOf(moment).front().text, "No link to the slave: the lease is held by Ada.");
+  EXPECT_THAT(AlarmsOf(moment).front().next, testing::HasSubstr("correct it"));
 }
 
 // What a slave told before it fell silent is neither felt nor measured any more.

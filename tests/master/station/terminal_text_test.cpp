@@ -53,15 +53,15 @@ TEST(TerminalTextTest, TellsTheEssentialsInWords) {
   const std::string text = TextOf(Pressed(), {120, 40, false});
   EXPECT_THAT(text, HasSubstr("palpate LIVE  block  bem2d  slave 10.0.0.7:50051 (TLS)"));
   EXPECT_THAT(text, HasSubstr("FOLLOWING         12.5 s"));
-  EXPECT_THAT(text, HasSubstr("line   good  as operator"));
+  EXPECT_THAT(text, HasSubstr("link   good  as operator"));
   EXPECT_THAT(text, HasSubstr("3.30 N of 3.30 N [##############################]"));
-  EXPECT_THAT(text, HasSubstr("felt   1.500 N  sigma 0.020 N  valid"));
+  EXPECT_THAT(text, HasSubstr("slave  1.500 N  sigma 0.020 N  valid"));
   EXPECT_THAT(text, HasSubstr("changed by clamped"));
   EXPECT_THAT(text, HasSubstr("round trip 0.40 ms"));
   EXPECT_THAT(text, HasSubstr("age 3 ms"));
   EXPECT_THAT(text, HasSubstr("loop   1000 Hz  missed 0  rendering local"));
   EXPECT_THAT(text, HasSubstr("note:  The force was changed: the force limit."));
-  EXPECT_THAT(text, HasSubstr("       Press less: more cannot be felt."));
+  EXPECT_THAT(text, HasSubstr("       Press less: a larger force cannot be rendered."));
 }
 
 TEST(TerminalTextTest, WhatIsNotKnownIsNoNumber) {
@@ -70,7 +70,7 @@ TEST(TerminalTextTest, WhatIsNotKnownIsNoNumber) {
   moment.ticks.newest.state_age = -1;
   moment.ticks.round_trip = 0;
   const std::string text = TextOf(moment, {120, 40, false});
-  EXPECT_THAT(text, HasSubstr("felt   -  sigma -"));
+  EXPECT_THAT(text, HasSubstr("slave  -  sigma -"));
   EXPECT_THAT(text, HasSubstr("round trip -"));
   EXPECT_THAT(text, HasSubstr("age -"));
 }
@@ -81,7 +81,7 @@ TEST(TerminalTextTest, AnAlarmSaysItsNextStep) {
   moment.status.link.trouble = "refused";
   moment.ticks.newest.state = OperatorState::kDisconnected;
   const std::string text = TextOf(moment, {200, 40, false});
-  EXPECT_THAT(text, HasSubstr("STOP:  No line to the slave: refused.\n       Is palpate-slave"));
+  EXPECT_THAT(text, HasSubstr("STOP:  No link to the slave: refused.\n       Is palpate-slave"));
 }
 
 TEST(TerminalTextTest, ColourIsNeverTheOnlyMark) {

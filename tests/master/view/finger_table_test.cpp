@@ -40,7 +40,7 @@ TEST(FingerTableTest, ALoneToolIsTheStatusLinesBusiness) {
 TEST(FingerTableTest, SaysWhoTheFingertipsAre) {
   EXPECT_EQ(FingertipsInWords({}), "");
   EXPECT_EQ(FingertipsInWords({{"ff", "rnn_21", "polarity-free", {}}, {"th", "", "", {}}}),
-            "fingertips ff (rnn_21; polarity-free), th (no network: its force stays unknown)");
+            "fingertips ff (rnn_21; polarity-free), th (no neural network: its force is unknown)");
 }
 
 TEST(FingerTableTest, TheSameInOneLine) {

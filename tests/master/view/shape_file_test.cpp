@@ -73,7 +73,7 @@ TEST_F(ShapeFileTest, AFileThatCannotBeWrittenIsTold) {
 
 TEST_F(ShapeFileTest, WithoutAMeshThereIsNoFileAndItIsSaid) {
   ShapeFile file(folder_ / "a.svg", "cube", {}, [] { return nullptr; });
-  EXPECT_THAT(file.Finish(), HasSubstr("never told the object's shape"));
+  EXPECT_THAT(file.Finish(), HasSubstr("the slave sent no shape"));
   EXPECT_EQ(FilesThere(), 0);
 }
 

@@ -158,7 +158,7 @@ TEST_F(McapTest, LengthsBeyondTheFileTakeNoMemory) {
   WriteBytes(file_, bytes);
   McapReader reader(file_);
   EXPECT_THAT(ReadAll(&reader), IsEmpty());
-  EXPECT_THAT(reader.damage(), HasSubstr("it is cut"));
+  EXPECT_THAT(reader.damage(), HasSubstr("it is truncated"));
   EXPECT_FALSE(reader.is_whole());
 }
 

@@ -151,7 +151,7 @@ TEST_F(RecordedRunTest, ARecordingThatIsCutIsProcessedAsFarAsItGoes) {
   const RecordedRun run = Process(folder_ / "cut.mcap");
   EXPECT_GT(run.differences.states, 0U);
   EXPECT_EQ(run.differences.different, 0U);
-  EXPECT_THAT(run.damage, HasSubstr("it is cut"));
+  EXPECT_THAT(run.damage, HasSubstr("it is truncated"));
 }
 
 // Where more came than could be written.

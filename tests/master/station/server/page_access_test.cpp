@@ -61,7 +61,7 @@ TEST_F(PageAccessTest, ThisMachineNeedsNeither) {
 
 TEST_F(PageAccessTest, BeyondItIsRefusedWithoutTls) {
   for (const char* view : {"10.0.0.5:8080", "0.0.0.0:0", "[::]:0", "station.example:80"}) {
-    EXPECT_THAT(WordsOf(view, {}), HasSubstr("TLS and a token alone: --tls DIR")) << view;
+    EXPECT_THAT(WordsOf(view, {}), HasSubstr("it needs TLS: accepted is with --tls DIR")) << view;
   }
 }
 

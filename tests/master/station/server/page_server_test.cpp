@@ -154,7 +154,7 @@ TEST_F(PageServerTest, ACountThatIsNoneEndsTheLineWithTheReason) {
     page.SendBinary(said);
     const auto frame = page.ReadFrame(kClose);
     ASSERT_TRUE(frame);
-    EXPECT_THAT(frame->reason(), HasSubstr("how many messages were taken"));
+    EXPECT_THAT(frame->reason(), HasSubstr("the number of messages received"));
   }
 }
 

@@ -163,7 +163,7 @@ TEST(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
       ReadMeshFile(folder.Write("a.ply", samples::Ply(apart, "binary_little_endian")), 1);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).nodes.size(), 4U);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles[1], (std::array{0, 2, 3}));
-  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("8 vertices at the place of another")));
+  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("8 vertices coincide with others")));
 }
 
 TEST(MeshFileTest, JoinsThePiecesOfAVtu) {
