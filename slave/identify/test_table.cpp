@@ -294,7 +294,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   if (test.kind == TestKind::kBiaxial && request.across == 0 && !across) {
     throw InputError(table.file.string() +
                      ": biaxial needs the second stretch: accepted is a column stretch_2, or "
-                     "biaxial:RATIO=FILE, the second strain over the first");
+                     "biaxial:RATIO=FILE, with the ratio of the second strain to the first");
   }
   const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
   const double stress = StressFactor(table.columns[y.column], y.load, specimen);

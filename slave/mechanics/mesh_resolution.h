@@ -55,9 +55,9 @@ bool IsPatchCoarse(const PatchCover& cover) noexcept;
 // its displacement, divided by this part.
 inline constexpr double kLeastFreeWeight = 0.5;
 inline constexpr std::string_view kOnSupport =
-    "the contact lies mostly on nodes that a support holds: the others move more than twice as far";
+    "the contact lies mostly on fixed nodes: the others move more than twice as far";
 inline constexpr std::string_view kCoarsePatch =
-    "the mesh is too coarse for a patch of this width here: the stiffness is off by about 10 % or "
+    "the mesh is too coarse for a contact of this width here: the stiffness error is about 10 % or "
     "more";
 
 // How much softer the body would be, were every edge free to bow:
@@ -103,6 +103,7 @@ class StrainResolution {
 // Beyond it an answer is extrapolated.
 inline constexpr double kMostSoftness = 0.1;
 inline constexpr std::string_view kStiffInBending =
-    "too few linear tetrahedra across a part that bends: too stiff by about 10 % or more";
+    "too few linear tetrahedra across a part that bends: its stiffness is too high by about 10 % "
+    "or more";
 
 }  // namespace palpate

@@ -14,7 +14,7 @@ namespace palpate {
 class MembraneLimits {
  public:
   static constexpr double kMostBlur = 20;  // of a simulated pair [px]
-  static constexpr const char* kBlur = "0 to 20 px where a pair is simulated";
+  static constexpr const char* kBlur = "0 to 20 px with a simulated pair";
 
   explicit MembraneLimits(const Scene& scene);
 

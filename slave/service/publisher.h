@@ -95,7 +95,7 @@ class ObserverSeats {
   [[nodiscard]] int taken() const { return std::min(taken_.load(), kSeats); }
   static grpc::Status Full() {
     return {grpc::StatusCode::RESOURCE_EXHAUSTED,
-            std::to_string(kSeats) + " streams are watched already: no more are served"};
+            std::to_string(kSeats) + " streams are already open: the limit is reached"};
   }
 
  private:

@@ -36,19 +36,21 @@ inline constexpr const char* kCalibrateHelp = R"(Examples:
   palpate-slave calibrate --register tips.csv --rig lens.yaml --plane
   palpate-slave calibrate --register tips.csv --size 640x480
 
-The board: ten to twenty pictures (pairs at the same instant), tilted to all sides by 20 to 40
-degrees, near and far, in every corner of the picture. Left and right belong together by the last
-number in their names. --square of asymmetric circles is the distance of two rows.
+Take ten to twenty images of the board, tilted to all sides by 20 to 40 degrees, near and far, in
+every corner of the image. Images of a stereo pair must be taken at the same instant. The last
+number in their names pairs left and right. For asymmetric circles --square is the distance of two
+rows.
 
-Pictures without the board, unreadable ones and pairs that contradict the others are named and left
-out; exchanged sides are named and put right. What cannot be trusted is said with the reason, exits
-1 and is written with --force only: halves of the pictures must repeat the baseline (one camera: the
-focal length) to 1 % (one sigma), corners be off by 1 px rms at most and lie in 15 % of the picture.
+Images without the board, unreadable images and pairs that contradict the others are listed and not
+used. Exchanged sides are reported and corrected. A calibration is rejected, with the reason and
+exit code 1, unless halves of the images agree on the baseline (one camera: the focal length) within
+1 % (one sigma), the corners have a residual of at most 1 px rms, and they cover 15 % of the image.
+A rejected calibration is written only with --force.
 
---register: rows of the tip's place in S [m] and in the picture [px]. With u_right,v_right and a
-pair the places are triangulated; with one lens its pose is fitted, or with --plane, or --size and
-no lens at all, pixel size and pose of a camera that looks straight down on z = 0. The lines for the
-scene's sense.camera go to standard output.)";
+--register reads rows of the tip position in S [m] and in the image [px]. With u_right,v_right and a
+rig the positions are triangulated. With one lens the camera pose is fitted. With --plane, or with
+--size and no lens, pixel size and pose are fitted for a camera that looks straight down on z = 0.
+The lines for the scene's sense.camera go to standard output.)";
 
 // Returns the exit code: 0 done, 1 not to be trusted (nothing is written without `force`). Throws
 // std::invalid_argument: what is unusable; std::runtime_error: ran and failed.

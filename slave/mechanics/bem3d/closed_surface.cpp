@@ -49,7 +49,7 @@ void RequireNodes(const SurfaceMesh& mesh) {
 void RequireArea(int i, const FlatTriangle& triangle) {
   const double longest = *std::ranges::max_element(triangle.lengths);
   if (!(triangle.area > kThinnest * longest * longest)) {
-    Refuse(i, "it has no area: its corners lie on a line");
+    Refuse(i, "it has no area: its corners are collinear");
   }
 }
 
@@ -134,7 +134,7 @@ bool FindCavities(const ClosedSurface& surface, const std::vector<int>& part) {
   for (const auto& [first, volume] : volumes) {
     if (first == body) continue;
     if (!IsInside(surface, part, body, surface.elements[Index(first)].centroid)) {
-      Refuse(first, "a part begins here that is inside out and no cavity of the body");
+      Refuse(first, "a part begins here that is inside out and is not a cavity of the body");
     }
   }
   return volumes.size() > 1;

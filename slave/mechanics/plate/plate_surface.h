@@ -57,7 +57,7 @@ class PlateSurface : public DeformationModel {
       answered_ = prepared_ = Fail("out of memory");
     } catch (const std::runtime_error&) {
       answered_ = prepared_ =
-          Fail("the plate's response to a central press of this width is not found");
+          Fail("the plate's response to a central indentation of this width is not found");
     }
     if (!answered_) std::ranges::fill(responses, ContactResponse{});
   }

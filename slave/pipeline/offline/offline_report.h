@@ -126,7 +126,7 @@ class OfflineReport {
   // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
   // std::invalid_argument: this sense follows none.
   virtual void OpenPoints(const std::filesystem::path& /*file*/) {
-    throw std::invalid_argument("--points: accepted for two cameras and depth pictures");
+    throw std::invalid_argument("--points: accepted for a stereo pair or depth images");
   }
   // Throws std::runtime_error where `samples`, all there were, are too few to say anything.
   virtual void RequireComplete(std::uint64_t /*samples*/) const {}

@@ -26,8 +26,8 @@ class MembraneDistance {
 
  private:
   static constexpr std::string_view kElsewhere =
-      "the membrane rests nearer or farther than the scene says: check unit, baseline, fx, fy and "
-      "the poses";
+      "the membrane at rest is nearer or farther than in the scene: check unit, baseline, fx, fy "
+      "and the poses";
 
   Eigen::Isometry3d X_ES_;
   std::optional<Eigen::Isometry3d> X_EO_;  // of a flat membrane

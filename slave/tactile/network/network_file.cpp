@@ -285,7 +285,7 @@ NetworkFile Assemble(const Tensors& tensors) {
   info.window = kWindow;
   info.architecture = "rnn_" + std::to_string(info.inputs);
   info.learnt_force = kLearntForce;
-  info.origin = "weights of the authors of paper B, learnt from forces of 0.1 to 1.0 N (IV.A)";
+  info.origin = "weights by the authors of paper B, trained on forces of 0.1 to 1.0 N (IV.A)";
   if (InputsOf(info.architecture) == 0) {
     throw std::runtime_error("the network takes " + std::to_string(info.inputs) +
                              " inputs and gives " + std::to_string(info.outputs) +

@@ -62,8 +62,10 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   }
   if (!positive(info.rate)) return "rate is not a positive number";
   if (!std::isfinite(info.gain) || info.gain == 0) return "gain is 0 or not a number";
-  if (!info.sigma.allFinite() || (info.sigma.array() < 0).any()) return "sigma is not three errors";
-  if (!std::isfinite(info.learnt_force) || info.learnt_force < 0) return "learnt_force is no force";
+  if (!info.sigma.allFinite() || (info.sigma.array() < 0).any())
+    return "sigma is not three standard deviations";
+  if (!std::isfinite(info.learnt_force) || info.learnt_force < 0)
+    return "learnt_force is not a force";
   return "";
 }
 
@@ -127,7 +129,8 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
   std::string fault = FaultOfInfo(info);
   if (!fault.empty()) return fault;
   if (IsRecurrent(info.architecture) == weights.lstm.empty()) {
-    return info.architecture + (weights.lstm.empty() ? " without an lstm layer" : " has no lstm");
+    return info.architecture +
+           (weights.lstm.empty() ? " without an lstm layer" : " must have no lstm layer");
   }
   if (weights.dense.empty()) return "there is no dense layer that gives the outputs";
   fault = FaultOfScale("input", weights.input_mean, weights.input_scale, info.inputs);
