@@ -128,21 +128,21 @@ def draw_deformation(states, plan, file):
     true = [(d, 1e3 * size(row, "true_f")) for d, row in rows if size(row, "true_f") is not None]
     plot = Plot("Force and deformation of the embryo", "deformation [um]", "force of the embryo on the pipette [mN]",
                 1.02 * max(d for d, _ in true), 1.15 * max(f for _, f in felt + true))
-    plot.curve(true, "#bbb", "true force of the simulator")
-    plot.curve(felt, "#c33", "force estimated by the slave")
-    plot.mark(1e6 * told, "puncture detected")
+    plot.curve(true, "#bbb", "true force at the simulated site")
+    plot.curve(felt, "#c33", "felt by the eyes")
+    plot.mark(1e6 * told, "puncture told")
     plot.write(file)
 
 
 def draw_time(log, file):
-    """The magnified force at the device over time: paper A, figure 11."""
+    """The magnified force at the hand over time: paper A, figure 11."""
     rows = log[::max(1, len(log) // 3000)]
     scaled = [(float(row["t"]), size(row, "scaled_")) for row in rows]
     sent = [(float(row["t"]), size(row, "sent_")) for row in rows]
-    plot = Plot("Magnified force at the device", "time [s]", "force at the device [N]", max(t for t, _ in sent),
+    plot = Plot("Magnified force at the hand", "time [s]", "force at the hand [N]", max(t for t, _ in sent),
                 1.15 * max(f for _, f in scaled + sent))
     plot.curve(scaled, "#bbb", "magnified")
-    plot.curve(sent, "#36c", "sent to the device, limited")
+    plot.curve(sent, "#36c", "sent to the hand, at most its limit")
     plot.write(file)
 
 
@@ -161,7 +161,7 @@ def draw_pictures(offline, shown, file):
 
 
 def drop_at_the_hand(log):
-    """The largest force sent, and the largest within half a second after the puncture; None: no puncture."""
+    """The largest force sent, and the largest in the second after it was seen to break; None: it never broke."""
     broken = next((i for i, row in enumerate(log) if "punctured" in row["reason"]), None)
     if broken is None:
         return None
@@ -174,21 +174,21 @@ def figures(offline, log_file, out):
     plan = json.loads((offline / "summary.json").read_text())["insertion"]
     states, log = read(offline / "states.csv"), read(log_file)
     if not plan["told_sample"]:
-        sys.exit("insertion.py: no puncture was detected")
+        sys.exit("insertion.py: no puncture was told")
     deep = depths(states)
     nearest = min(range(len(states)), key=lambda i: math.dist(
         [number(states[i][f"tip_{axis}"]) or 0 for axis in "xyz"], plan["target"]))
-    draw_pictures(offline, [(plan["told_sample"] - 1, "before the puncture"), (plan["told_sample"], "puncture detected"),
+    draw_pictures(offline, [(plan["told_sample"] - 1, "before the puncture"), (plan["told_sample"], "the puncture is told"),
                             (nearest + 1, "at the target")], out / "insertion.svg")
     draw_deformation(states, plan, out / "force-deformation.svg")
     draw_time(log, out / "force-time.svg")
     told = plan["told_sample"] - 1
     force = 1e3 * size(states[told - 1], "f")
-    print(f"force rises to {force:.1f} mN at {1e6 * deep[told - 1]:.0f} um, the puncture is detected in image "
+    print(f"force rises to {force:.1f} mN at {1e6 * deep[told - 1]:.0f} um, the puncture is told in picture "
           f"{plan['told_sample']} (true: {plan['punctured_sample']}), force {1e3 * size(states[told], 'f'):g} mN from there, "
           f"target reached to {1e6 * plan['closest_m']:.1f} um")
     drop = drop_at_the_hand(log)
-    print("at the device: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))
+    print("at the hand: " + ("no puncture" if drop is None else f"up to {drop[0]:.2f} N, then {drop[1]:.2f} N"))
     good = size(states[told], "f") == 0 and plan["closest_m"] < NEAR and drop is not None and drop[1] < 0.05 * drop[0]
     return 0 if good else 1
 

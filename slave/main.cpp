@@ -230,9 +230,9 @@ int Main(int argc, char** argv) {
                             "Also write points.csv: points tracked by a stereo pair or depth "
                             "camera, with sigma and disparity");
   process_command
-      ->add_option("--duration", process.duration,
-                   "Seconds of a simulated target's path; files and scripted presses end on their "
-                   "own")
+      ->add_option(
+          "--duration", process.duration,
+          "Seconds of a simulated target's path; files and scripted contacts end on their own")
       ->type_name("FLOAT:s");
 
   RecordingExport exported;

@@ -53,7 +53,7 @@ class NotRevoked final : public grpc::experimental::ExternalCertificateVerifier 
     const auto facts = FactsOf(std::string_view(peer.data(), peer.size()));
     if (facts && Holds(*facts, *revoked_)) return true;
     spdlog::warn("audit: a certificate was refused, serial {}", facts ? facts->serial : "unread");
-    *status = {grpc::StatusCode::UNAUTHENTICATED, "the certificate is no longer valid"};
+    *status = {grpc::StatusCode::UNAUTHENTICATED, "the certificate does not hold any more"};
     return true;
   }
   void Cancel(grpc::experimental::TlsCustomVerificationCheckRequest* /*request*/) override {}

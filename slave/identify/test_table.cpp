@@ -334,7 +334,7 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
                        table.columns[x.column].name.starts_with("lambda");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double t = table.rows[i][*time] * table.columns[*time].to_si.value_or(1);
-    if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "time goes back");
+    if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "the time decreases");
     relaxation.time.push_back(t);
     relaxation.strain.push_back(by * table.rows[i][x.column] - (stretch ? 1 : 0));
     relaxation.stress.push_back(stress * table.rows[i][y.column]);

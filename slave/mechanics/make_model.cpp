@@ -139,7 +139,7 @@ std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMe
                          ? std::get_if<FixedArc>(&scene.object.fixed[0].where)
                          : nullptr;
   if (disc == nullptr || held == nullptr) {
-    throw std::invalid_argument("model.kind = shell: accepted is a disc held on one arc");
+    throw std::invalid_argument("model.kind = shell: accepted is a disc fixed on one arc");
   }
   const Material& material = scene.object.material;
   ShellModel::Params params;

@@ -102,7 +102,7 @@ Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
   if (!press) {
     throw std::invalid_argument(
         "study: no surface lies opposite to the fixed part: accepted is study.contacts with a "
-        "place");
+        "point");
   }
   return *press;
 }

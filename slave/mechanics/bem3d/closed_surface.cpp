@@ -72,7 +72,7 @@ Edges CollectEdges(const SurfaceMesh& mesh) {
       const auto [other, is_new] = edges.try_emplace(edge, i);
       if (is_new) continue;
       Refuse(i, "it runs along the edge from node " + std::to_string(edge.first) + " to node " +
-                    std::to_string(edge.second) + " like triangle " +
+                    std::to_string(edge.second) + " in the same direction as triangle " +
                     std::to_string(other->second) +
                     ": accepted are neighbours of one orientation, two at an edge");
     }

@@ -24,7 +24,7 @@ std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace,
     throw std::invalid_argument(fmt::format(
         "--duration: accepted for a simulated target that moves on a path; {} of {} end on their "
         "own",
-        environment != nullptr ? "the scripted presses" : "the files", scene.file.string()));
+        environment != nullptr ? "the scripted contacts" : "the files", scene.file.string()));
   }
   if (environment != nullptr) return environment->OpenPair(scene, pace);
   if (pace.pictures != nullptr) return pace.pictures->OpenPairs();

@@ -71,7 +71,7 @@ StereoRig SimulatedRig(const Scene& scene) {
   rig.X_RL = Verged(cameras.baseline, distance);
   if (!IsInPicture(rig.left, p_L) || !IsInPicture(rig.right, rig.X_RL * p_L)) {
     throw std::invalid_argument(
-        "sense.camera.pose: accepted by the simulator is one from which both cameras see the "
+        "sense.camera.pose: accepted by the simulator is a pose from which both cameras see the "
         "origin of the object's frame");
   }
   return rig;

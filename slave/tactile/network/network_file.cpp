@@ -324,7 +324,7 @@ std::unique_ptr<ForceNetwork> LoadForceNetwork(const std::filesystem::path& path
   if (!std::filesystem::is_directory(path, ignored)) return LoadOnnxNetwork(path);
   const bool own = std::filesystem::exists(path / kNetworkFileName, ignored);
   if (!own && !std::filesystem::exists(path / kTensorsFileName, ignored)) {
-    throw std::runtime_error(path.string() + ": holds neither " + kNetworkFileName + " nor " +
+    throw std::runtime_error(path.string() + ": contains neither " + kNetworkFileName + " nor " +
                              kTensorsFileName);
   }
   const NetworkFile file = own ? ReadForceNetwork(path) : ImportTensors(path);

@@ -20,7 +20,7 @@ std::string FaultOfVector(const std::string& name, const Eigen::VectorXf& vector
     return name + " has " + std::to_string(vector.size()) + " numbers, expected " +
            std::to_string(expected);
   }
-  return vector.allFinite() ? "" : name + " holds a number that is not finite";
+  return vector.allFinite() ? "" : name + " contains a number that is not finite";
 }
 
 std::string FaultOfKernel(const std::string& name, const WeightMatrix& kernel, Eigen::Index rows,
@@ -29,14 +29,14 @@ std::string FaultOfKernel(const std::string& name, const WeightMatrix& kernel, E
     return name + " is " + Shape(kernel.rows(), kernel.cols()) + ", expected " +
            Shape(rows, columns);
   }
-  return kernel.allFinite() ? "" : name + " holds a number that is not finite";
+  return kernel.allFinite() ? "" : name + " contains a number that is not finite";
 }
 
 std::string FaultOfScale(const std::string& name, const Eigen::VectorXf& mean,
                          const Eigen::VectorXf& scale, Eigen::Index expected) {
   std::string fault = FaultOfVector(name + ".mean", mean, expected);
   if (fault.empty()) fault = FaultOfVector(name + ".scale", scale, expected);
-  if (fault.empty() && (scale.array() == 0).any()) fault = name + ".scale holds a 0";
+  if (fault.empty() && (scale.array() == 0).any()) fault = name + ".scale contains a 0";
   return fault;
 }
 
