@@ -254,7 +254,7 @@ describe('a scripted hand presses the block', () => {
   deepTest('tip and rest are found anew where nobody feels it, and a stop stays', async () => {
     await pressed();
     await stage.page.keyboard.press('u');
-    await said(stage, 'not found anew: settings can change only while the operator is disengaged: open the clutch first');
+    await said(stage, 'not found anew: nothing changes while somebody follows: open the clutch first');
     await until(async () => {  // between two presses
       await stage.when((status) => !status.clutched && status.state === 'FOLLOWING', 'FOLLOWING');
       await stage.when((status) => !status.felt.in_contact && size(status.chain.sent) === 0, 'a tool that is free');
