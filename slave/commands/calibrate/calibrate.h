@@ -1,5 +1,5 @@
-// `palpate-slave calibrate`: lenses and rigs from pictures of a board, and where the camera stands
-// in the slave's frame (contracts).
+// `palpate-slave calibrate`: lenses and stereo rigs from images of a board, and the camera pose in
+// the slave's frame (contracts).
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,15 @@ struct CalibrateOptions {
   std::string board;                   // inner corners, or circles: 9x6
   std::string square;                  // between neighbours: 25mm
   std::string pattern = "chessboard";  // circles, asymmetric-circles
-  std::string distance;                // of a plane whose pixel size is asked for: 250mm
+  std::string distance;                // distance of a plane whose pixel size is printed: 250mm
   std::filesystem::path out;           // rig or lens; of a registration alone: the scene's lines
   std::filesystem::path drawing;       // SVG; empty: none
-  bool force = false;                  // write what cannot be trusted
+  bool force = false;                  // write a rejected calibration too
   std::filesystem::path tip_places;    // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
-  std::filesystem::path rig;           // for the registration, where no board is given
+  std::filesystem::path rig;           // image size for the registration without a board
   std::string size;                    // 640x480: registers a camera straight above the plane z = 0
   bool plane = false;                  // the same with the lens known
-  std::vector<std::string> unquoted;   // names that a shell made of a glob without quotes
+  std::vector<std::string> unquoted;   // file names that a shell made from an unquoted glob
 };
 
 inline constexpr const char* kCalibrateHelp = R"(Examples:
@@ -52,8 +52,8 @@ rig the positions are triangulated. With one lens the camera pose is fitted. Wit
 --size and no lens, pixel size and pose are fitted for a camera that looks straight down on z = 0.
 The lines for the scene's sense.camera go to standard output.)";
 
-// Returns the exit code: 0 done, 1 not to be trusted (nothing is written without `force`). Throws
-// std::invalid_argument: what is unusable; std::runtime_error: ran and failed.
+// Returns the exit code: 0 done, 1 rejected (nothing is written without `force`). Throws
+// std::invalid_argument: unusable options or data; std::runtime_error: the command failed.
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate
