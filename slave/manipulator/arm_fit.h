@@ -42,7 +42,7 @@ class ArmFit {
     vy_ = keep * vy_ + spread * dv.dot(dy);
     weight_ = weight;
   }
-  // nullopt: it has not moved enough to measure it.
+  // nullopt: too little motion to determine it.
   [[nodiscard]] std::optional<Found> found() const noexcept {
     const double determinant = uu_ * vv_ - uv_ * uv_;
     if (weight_ < kEnough || uu_ < weight_ * kWay * kWay || determinant < kDistinct * uu_ * vv_) {
@@ -57,11 +57,11 @@ class ArmFit {
 
  private:
   static constexpr double kStands = 1e-4;  // [m/s]
-  static constexpr double kEnough = 0.2;   // of the memory filled
+  static constexpr double kEnough = 0.2;   // least share of the memory that is filled
   static constexpr double kWay = 3e-4;     // least spread of the targets, rms [m]
   static constexpr double kDistinct =
-      0.05;  // signal of position and velocity: a ramp alone determines neither delay nor scale
-  static constexpr double kSmallest = 0.01;  // range of the scale in which the delay is determined
+      0.05;  // least independence of position and velocity; a ramp alone has none
+  static constexpr double kSmallest = 0.01;  // smallest scale for which the lag is determined
 
   double memory_ = 2;  // [s]
   double weight_ = 0;
