@@ -51,7 +51,7 @@ class FingertipSense final : public SensingPipeline {
   Scene scene_;
   std::unique_ptr<TactileSource> source_;
   TactileEstimator estimator_;
-  std::optional<double> arm_lag_;  // of its word [samples]
+  std::optional<double> arm_lag_;  // delay of the encoder reading [samples]
   TactileFrame next_;              // acquired
 };
 

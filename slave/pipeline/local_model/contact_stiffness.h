@@ -21,8 +21,8 @@ struct Contact;
 Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
                               const Eigen::Vector3d& n) noexcept;
 
-// The rigid disc that takes the same force as a sphere of radius R pressed in by d (Hertz),
-// F = 4/3 E* R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
+// The rigid disc with the same force as a sphere of radius R at indentation d (Hertz), F = 4/3 E*
+// R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
 double DiscOfSphere(double sphere_radius, double depth) noexcept;
 
 // The mesh tells how the body gives way as a whole: the stiffness of patches of nodes that it

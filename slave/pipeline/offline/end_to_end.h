@@ -1,5 +1,5 @@
-// Where the error of the force that a hand feels comes from: vision, contact, model, rendering and
-// link, at a simulated site, which knows the truth.
+// Error budget of the rendered force: vision, contact, model, rendering and link, with a simulator
+// that knows the truth.
 #pragma once
 
 #include <filesystem>
@@ -11,18 +11,18 @@
 
 namespace palpate {
 
-// One stage's own share of the error: what it adds to what came before it.
+// Contribution of one stage to the error, beyond the stages before it.
 struct BudgetPart {
   std::string name;      // vision, contact, model, rendering, link; material
   double rms = 0;        // over the ticks in contact [N]
-  bool is_told = false;  // from what the scene says: at the site it is known exactly
-  std::string lowers;    // what would make it smaller, one clause
+  bool is_told = false;  // from the scene's tolerance: the simulator knows it exactly
+  std::string lowers;    // measure that reduces it, one clause
 };
 
 struct EndToEndBudget {
   std::string scene;
   double peak = 0;   // the largest true force [N]
-  double total = 0;  // of the felt force, rms over the ticks in contact [N]
+  double total = 0;  // error of the rendered force, rms over the ticks in contact [N]
   double delay = 0;  // of the link [s]
   std::vector<BudgetPart> parts;
 
