@@ -114,12 +114,13 @@ class OperatorPort {
   bool operating_ = false;
   bool engaged_ = false;  // the clutch is closed in the newest command
   bool needs_new_epoch_ = false;
-  std::optional<Eigen::Vector3d> outward_;  // no deeper than now: a guard is reached
+  std::optional<Eigen::Vector3d>
+      outward_;  // set when a guard is reached: targets move outwards only
   std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
   std::uint32_t retreat_frame_ = 0;         // of the manipulator at that position
   Time retreat_until_{};
   Time followed_at_{};   // last
-  bool unseen_ = false;  // motion caused by the guards
+  bool unseen_ = false;  // the guards have not yet checked the effect of the last motion
   // Time with an unknown force while an operator is engaged; a reconnection does not reset it [s].
   double unknown_for_ = 0;
   Time watched_at_{};
