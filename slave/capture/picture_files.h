@@ -15,8 +15,8 @@ namespace palpate {
 //   frames/%04d.png  a printf pattern with one %d: from 0, else from 1, else from the smallest
 //                    number there is, gaps left out
 //   frames/*.jpg     a glob (* and ? in the file name), sorted naturally: img2 before img10
-//   frames           a directory: every picture in it, sorted naturally
-//   embryo.jpg       one picture
+//   frames           a directory: every image in it, sorted naturally
+//   embryo.jpg       one image
 // A relative pattern is relative to `base`. Throws std::runtime_error naming the pattern: nothing
 // matches, no such directory, a malformed printf pattern.
 std::vector<std::filesystem::path> ListPictures(const std::string& pattern,

@@ -16,7 +16,7 @@ namespace palpate {
 
 inline constexpr int kElectrodeCount = 19;
 
-// Raw counts of one fingertip, rest values not subtracted.
+// Raw counts of one fingertip, the baseline not subtracted.
 struct FingerReading {
   bool present = false;  // false: this finger has no sample for this instant
   std::array<float, kElectrodeCount> electrodes{};  // E1 to E19

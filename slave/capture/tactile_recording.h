@@ -112,7 +112,7 @@ double MedianPeriod(const std::vector<double>& t);
 // `rate` [Hz]; what lies between such samples would be made up.
 void RefuseSlow(const std::filesystem::path& file, double period, double rate);
 
-// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], anew from the first
+// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], again from the first
 // sample behind it.
 std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
                                            double largest_gap);

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// A patch of boundary that is held or loaded. Frame O.
+// A patch of boundary that is fixed or loaded. Frame O.
 struct Contact {
   enum class Kind : std::uint8_t { kDisplacement, kForce };
   Kind kind = Kind::kDisplacement;
@@ -29,7 +29,7 @@ struct Contact {
   // Where no contact of a set wants it, many that moved together are answered sooner.
   bool wants_stiffness = true;
 
-  // The same patch held or loaded, by whatever value.
+  // The same patch fixed or loaded, by whatever value.
   [[nodiscard]] bool IsAt(const Contact& other) const {
     return kind == other.kind && element == other.element && width == other.width &&
            p_O == other.p_O;
@@ -45,9 +45,9 @@ struct ContactResponse {
   Eigen::Vector3d displacement_O{0, 0, 0};  // mean over the patch [m]
   Eigen::Matrix3d stiffness_O =
       Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]; zero
-                                // where it costs more than the answer (fem) or is not wanted
+                                // where it costs more than the solution (fem) or is not wanted
   Validity validity = Validity::kFailed;
-  // Why it is kExtrapolated, one clause that lives on; may be empty.
+  // Why it is kExtrapolated, one clause with static lifetime; may be empty.
   std::string_view doubt;
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };

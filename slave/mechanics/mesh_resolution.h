@@ -94,13 +94,13 @@ class StrainResolution {
   double lambda_, mu_;  // by E
   std::vector<Element> elements_;
   std::vector<std::array<int, 2>> ends_;     // per edge
-  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: held
+  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: fixed
   std::vector<Eigen::Vector3d> residual_;
   std::vector<char> near_;  // per node: one that is touched, or of an element that has one
   double twice_energy_ = 0;
 };
 
-// Beyond it an answer is extrapolated.
+// Beyond it a solution is extrapolated.
 inline constexpr double kMostSoftness = 0.1;
 inline constexpr std::string_view kStiffInBending =
     "too few linear tetrahedra across a part that bends: its stiffness is too high by about 10 % "

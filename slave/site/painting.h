@@ -1,4 +1,4 @@
-// What the sites paint their pictures with: textures on triangles, the coverage of pixels by
+// What the sites paint their images with: textures on triangles, the coverage of pixels by
 // polygons, and what becomes of a seen world on its way into a camera.
 #pragma once
 
@@ -26,7 +26,7 @@ class Texture {
   // Two-valued blotches of `dark` and `light` on soft edges.
   static Texture Blotches(std::uint32_t seed, double grain, float dark, float light);
 
-  // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the picture) whose centres
+  // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the image) whose centres
   // lie in the triangle `at` [px]; `from`: the corners' places on the texture [texels].
   void Fill(cv::Mat& canvas, const cv::Point& origin, const std::array<Eigen::Vector2d, 3>& at,
             const std::array<Eigen::Vector2d, 3>& from) const;
@@ -39,10 +39,10 @@ class Texture {
 
 // How much of each pixel a polygon covers, exactly: the way font rasterisers do it, with signed
 // areas accumulated along rows. A straight edge is thereby drawn where it is, not to a raster.
-// Coverage of a window of the picture.
+// Coverage of a window of the image.
 class Coverage {
  public:
-  // `window`: the part of the picture looked at [px].
+  // `window`: the part of the image looked at [px].
   explicit Coverage(const cv::Rect& window);
   // Adds a closed polygon [px], pixel centres at integers. Loops turning the other way are holes.
   // Parts outside the window are cut off.
@@ -64,9 +64,8 @@ cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
                       const cv::Size& size);
 
 // What becomes of a seen world on its way into a camera: blur of the optics, light that falls
-// across the picture and flickers, noise, rounding.
-// One camera, or two that expose at the same instants: the same light, noise of their own. The same
-// sequence of calls gives the same pictures.
+// across the image and flickers, noise, rounding. One camera, or two that expose at the same
+// instants: the same light, noise of their own. The same sequence of calls gives the same images.
 class Exposure {
  public:
   Exposure(const SiteOptions& options, const std::array<int, 2>& size);
@@ -75,7 +74,7 @@ class Exposure {
   void Blur(cv::Mat& seen) const;
   // The next instant: a flickering light has another strength.
   void Advance();
-  // 8 bit grey of what is `seen` (CV_32F, the picture's size; blurred).
+  // 8 bit grey of what is `seen` (CV_32F, the image's size; blurred).
   cv::Mat Expose(const cv::Mat& seen);
   // How far blur reaches [px].
   [[nodiscard]] int reach() const { return reach_; }
@@ -84,7 +83,7 @@ class Exposure {
   double blur_, flicker_;
   int reach_;
   float gain_ = 1;
-  cv::Mat light_, noise_;  // CV_32F; noise larger than the picture: each takes a part of it
+  cv::Mat light_, noise_;  // CV_32F; noise larger than the image: each takes a part of it
   std::mt19937 random_;
   std::uint64_t instants_ = 0;
 };

@@ -1,5 +1,5 @@
-// A simulated site as everybody else sees it: a tool moves in it, sources show it, and reports may
-// ask it for the truth, which estimators never do.
+// A simulator as everybody else sees it: a tool moves in it, sources show it, and reports may ask
+// it for the truth, which estimators never do.
 #pragma once
 
 #include <algorithm>
@@ -51,10 +51,10 @@ struct Truth {
 
 // Of a target that moves as a whole, a rigid body. Frame B as TexturedTarget has it.
 struct TargetTruth {
-  double seconds = 0;  // on its path, since the first pictures
-  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first pictures
+  double seconds = 0;  // on its path, since the first images
+  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first images
   Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
-  // Where the body's point is in the last pictures that was at `p_S_first` [m] in the first ones.
+  // Where the body's point is in the last images that was at `p_S_first` [m] in the first ones.
   [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
     return X_SB * (X_SB_first.inverse() * p_S_first);
   }
@@ -71,7 +71,7 @@ struct Pace {
   PictureInbox* pictures = nullptr;  // where those of a stream come, which must outlive the source
   SampleTap* tap = nullptr;          // who is shown each sample, and outlives the source
   SamplePlayer* player = nullptr;    // who gives samples of another time, and outlives the source
-  // Where the tool of a simulated site is as the sense begins, S [m]; nullopt: as the site says.
+  // Where the tool of a simulator is as the sense begins, S [m]; nullopt: as the site says.
   std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
 };
 

@@ -10,7 +10,7 @@
 
 namespace palpate::study {
 
-// Whether a study can tell: something holds the object, and its outline is known without a picture.
+// Whether a study can tell: something holds the object, and its outline is known without an image.
 bool CanStudy(const Scene& scene);
 
 // `scene` with the model that its study recommends, at the resolution that was studied, and with

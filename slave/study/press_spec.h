@@ -35,10 +35,10 @@ struct PressSpec {
 
 // The scene's own question. Planar objects: at the boundary nearest to the tool's home; membranes:
 // at the centre and at half the radius; volumes: loaded, on the surface opposite to what is held
-// (the whole nodes under a rigid disc differ so much from mesh to mesh that no answer converges).
+// (the whole nodes under a rigid disc differ so much from mesh to mesh that no solution converges).
 // `places` [m] are taken instead, where given, each moved to the surface, and pressed by a rigid
 // tool as the slave's; without them those of the scene. A scene without a tool gets one as wide as
-// a fifteenth of the object. Throws std::invalid_argument: an outline that only a picture knows, a
+// a fifteenth of the object. Throws std::invalid_argument: an outline that only an image knows, a
 // place off the object.
 PressSpec AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
 

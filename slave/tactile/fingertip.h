@@ -98,7 +98,7 @@ struct FingerTouch {
   // Its pressure has changed, which is known before the force; nullopt: the size of such a change
   // is unknown for this fingertip.
   std::optional<bool> stirs;
-  std::optional<double> drift;  // of all electrodes together since the rest values [counts]
+  std::optional<double> drift;  // of all electrodes together since the baseline [counts]
   bool takes_rest = false;      // it was a sample of the baseline
   Validity validity = Validity::kTrackingLost;  // of the force
   FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
@@ -109,13 +109,13 @@ struct FingerTouch {
 // between both, so that the network's window stays full. So are those that are the last one again,
 // where electrodes have noise.
 //
-// Validity: kTrackingLost while rest values are taken, until the network's window is full, after
+// Validity: kTrackingLost while the baseline is measured, until the network's window is full, after
 // samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, from the
 // third missing one on; before that they stay, with a sigma that grows as fast as the force moved;
 // kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, touched or
 // not, electrodes that stand still, as long as the network's window holds such a sample, a force
-// without an active electrode; kFailed without a network. A gap starts the window anew, rest values
-// stay.
+// without an active electrode; kFailed without a network. A gap starts the window again, the
+// baseline stays.
 //
 // It touches from the sample on that has an active electrode and a force above half the network's
 // error, until for 50 ms no electrode is active or the force is below a quarter of it: soft foam
@@ -176,7 +176,7 @@ class Fingertip {
   int release_patience_;                         // samples
   double rate_;                                  // of the samples [Hz]
   std::array<float, kElectrodeCount> before_{};  // electrodes of the last sample
-  std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
+  std::vector<FingerReading> kept_;              // ring of readings whose baseline is not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
   TactileSignals last_{};            // signals that the network processed last

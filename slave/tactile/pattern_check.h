@@ -15,10 +15,10 @@ namespace palpate {
 //   S = a² shape + N + q² 1 1' + w w',   N = diag(n²),
 //
 // n the noise as it is measured from sample to sample, q how far all electrodes have drifted
-// together, w how far the lines that rest values went along may have left them. What each signal is
-// expected to be from the others, and how far it may be from that, follows from the inverse of S.
-// An electrode farther away is wrong: what is expected takes its place. Of noise and drift what is
-// more than usual is taken off: x - (N' + q² 1 1' + w w') S⁻¹ x, N' the variance above the usual
+// together, w how far the lines that the baseline went along may have left them. What each signal
+// is expected to be from the others, and how far it may be from that, follows from the inverse of
+// S. An electrode farther away is wrong: what is expected takes its place. Of noise and drift what
+// is more than usual is taken off: x - (N' + q² 1 1' + w w') S⁻¹ x, N' the variance above the usual
 // one.
 //
 // It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to

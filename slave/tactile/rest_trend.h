@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Each signal goes on as its rest values went while nothing touched, older samples counting less:
+// Each signal goes on as its baseline did without contact, older samples counting less:
 //
 //   x(t) = level + slope h(t),   h(t) = (1 - exp(-k t)) / k,   t from the last sample taken,
 //

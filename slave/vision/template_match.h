@@ -26,7 +26,7 @@ struct ScoreMap {
 // Normalised cross-correlation of a template with every place of a window.
 //
 //   C(x, y) = sum T~ I~ / sqrt(sum T~^2 sum I~^2),   T~ = T - mean of T,
-//   I~ = I - mean of I under the template (at each place anew)
+//   I~ = I - mean of I under the template (at each place again)
 //
 // Source: paper A, eq. (1), with the two means the right way round (the sentence below the printed
 // equation swaps them). Invariant to a gain > 0 and an offset of the light. All sums are exact

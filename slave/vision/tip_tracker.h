@@ -30,7 +30,7 @@ struct TipTemplate {
 // large (above 512 px), without contrast.
 TipTemplate LoadTipTemplate(const TipTracking& options);
 
-// Cuts the template from the picture `first`: the tool is a bar of `width` [px] whose end is at
+// Cuts the template from the image `first`: the tool is a bar of `width` [px] whose end is at
 // `p_I_tip`, pointing along the unit vector `d_I` (both in I).
 //
 // The window shows the tool and a little of the background on either side, but nothing beyond the
@@ -38,7 +38,7 @@ TipTemplate LoadTipTemplate(const TipTracking& options);
 // are none, a few pixels beyond the tip are taken in, for otherwise nothing tells where along
 // itself the tool is. Background beside the tool's end gets no weight: the dented object rises
 // there. A window is upright, so for an oblique tool it ends somewhat before the tip.
-// Throws std::runtime_error: the tip or too much of the tool lies outside the picture, no contrast.
+// Throws std::runtime_error: the tip or too much of the tool lies outside the image, no contrast.
 TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
                            const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I, double width,
                            int roi);

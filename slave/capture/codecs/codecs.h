@@ -1,7 +1,7 @@
 // PNG and JPEG in memory, libpng and libjpeg being called here and nowhere else; and what the
 // module palpate-films adds to them.
 //
-// A picture is 8 or 16 bit, grey or blue, green, red, as OpenCV's imgcodecs reads and writes it
+// An image is 8 or 16 bit, grey or blue, green, red, as OpenCV's imgcodecs reads and writes it
 // with IMREAD_UNCHANGED; alpha is left out.
 #pragma once
 

@@ -5,7 +5,7 @@
 // nodes: the midpoint of constant elements, two or three points of linear and quadratic ones. The
 // columns of H and G are sorted by what is unknown in the reference problem, A_0 Y + Abar_0 Ybar =
 // 0, and E = -A_0^-1 Abar_0 maps what is prescribed to what is not: tractions to displacements
-// where the body is free, displacements to reactions where it is held.
+// where the body is free, displacements to reactions where it is fixed.
 //
 // Nondimensional inside: lengths by the mesh's length unit, tractions by E.
 #pragma once
@@ -46,7 +46,7 @@ class GreensFunctions {
            4 * (static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i));
   }
 
-  // A body that is not held against all rigid motions gets two more blocks, [size(),
+  // A body that is not fixed against all rigid motions gets two more blocks, [size(),
   // block_count()): prescribed are the mean rigid motions (zero in the reference), unknown the
   // balancing tractions, amplitude by mode, that a load which is not balanced would need.
   [[nodiscard]] int size() const { return static_cast<int>(nodes_.size()); }
@@ -54,7 +54,7 @@ class GreensFunctions {
   // The displacement at `p_O` [m] by a unit amplitude of each rigid motion that is left free, one
   // column each, zero beyond free_motions().
   [[nodiscard]] Eigen::Matrix<double, 2, 3> RigidModes(const Eigen::Vector2d& p_O) const noexcept;
-  // 0: the body is held. An element that is held counts with both its ends, so that a single one
+  // 0: the body is fixed. An element that is fixed counts with both its ends, so that a single one
   // holds against rotation too.
   [[nodiscard]] int free_motions() const { return free_motions_; }
 

@@ -1,4 +1,4 @@
-// What a unit force on the free surface of a held body does to every place of it: the Green's
+// What a unit force on the free surface of a fixed body does to every place of it: the Green's
 // functions that contacts in 3D are answered with (James and Pai 2003; paper A, eqs. 5-7, in the
 // form of a compliance: a surface that is free of traction in the reference problem needs no other
 // block of E); and the forces that contacts must find, with the blocks of a compliance between

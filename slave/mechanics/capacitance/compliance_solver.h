@@ -5,7 +5,7 @@
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
 // compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
 // and triangles (bem3d) are answered alike. Where few contacts changed, the inverse of C is up- and
-// downdated; where many did, C is factorised anew.
+// downdated; where many did, C is factorised again.
 #pragma once
 
 #include <array>
@@ -45,16 +45,15 @@ class ComplianceSolver {
 
   // As DeformationModel::Respond. Frictionless contacts prescribe the displacement along the
   // outward normal at their place and are free across it; the response repeats what was prescribed.
-  // kFailed: a place that is not found or has no column, a held place that is moved or loaded (its
+  // kFailed: a place that is not found or has no column, a fixed place that is moved or loaded (its
   // compliance is zero), contacts that share a place, a load that lies wholly under contacts,
-  // values that are not finite or beyond 1e6 larger sides. Components that are held and not moved
-  // are no unknowns: their force stays with the support.
-  // Stiffness is found when it is first wanted.
-  // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
+  // values that are not finite or beyond 1e6 larger sides. Components that are fixed and not moved
+  // are no unknowns: their force stays with the support. Stiffness is found when it is first
+  // wanted. O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
   // What a moved contact costs [us]: the contacts in turn, on a solver of their own; 0: one of them
-  // has no answer.
+  // has no solution.
   static double MeasureUpdate(Compliance& compliance, ContactPlaces& places, const Params& params,
                               const std::array<Contact, 2>& contacts);
   [[nodiscard]] const Params& params() const { return params_; }

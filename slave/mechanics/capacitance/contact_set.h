@@ -24,8 +24,8 @@ class ContactPlaces {
   virtual ~ContactPlaces() = default;
 
   // Finds what `contact` touches; its kind, p_O, element and width count, its value does not.
-  // Empty: found; otherwise why not, one clause that lives on. Allocates nothing where `footprint`
-  // has room already. Called only for contacts that changed; the contact is finite.
+  // Empty: found; otherwise why not, one clause with static lifetime. Allocates nothing where
+  // `footprint` has room already. Called only for contacts that changed; the contact is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
   // Whether contacts that are too narrow for the mesh get wider discs (SurfaceFootprints)
   // from now on, as they do at first.
@@ -69,7 +69,7 @@ struct ContactSlot {
   int unknown = 0, unknowns = 0;  // in unknowns(); none for loads
   int row = 0, rows = 0;          // their components in the capacitance matrix
   int load = -1;                  // number among the loads; -1: none
-  std::array<bool, 3> held{};     // components that a support holds somewhere under the contact
+  std::array<bool, 3> held{};     // components that a support fixes somewhere under the contact
   bool on_support = false;        // see kOnSupport (mesh_resolution.h)
 };
 

@@ -16,7 +16,7 @@ class SearchProgress {
   // `progress` may be null, else it must outlive this. `linear`: one linear system is the search.
   SearchProgress(Progress* progress, bool linear) : progress_(progress), linear_(linear) {}
 
-  // A search begins, or begins anew from another start.
+  // A search begins, or begins again from another start.
   void Begin() noexcept {
     stopped_ = false;
     first_ = 0;

@@ -42,15 +42,15 @@ struct ContactFootprint {
 constexpr int kMostPointPlaces = 3;
 
 // Contacts on one surface, from tables: what FindPlace and PatchAt tell, O(1) where a contact names
-// its triangle and has no width. Both answer empty: found, or why not, one clause that lives on;
-// both allocate nothing where the footprint has room already and patches of that size were seen.
-// The contact is finite; its kind, p_O, element and width count, its value does not.
+// its triangle and has no width. Both answer empty: found, or why not, one clause with static
+// lifetime; both allocate nothing where the footprint has room already and patches of that size
+// were seen. The contact is finite; its kind, p_O, element and width count, its value does not.
 class SurfaceFootprints {
  public:
   // With `held`, one per node (OnNodes) or triangle (OnTriangles), a contact whose width the mesh
   // is too coarse for has the places of the narrowest disc around it which the mesh follows, where
   // all of that lies on a plane part of the surface, on a body that is as thick there as the disc
-  // is wide, and touches nothing held: on that disc's scale the body is a half-space, whose discs
+  // is wide, and touches nothing fixed: on that disc's scale the body is a half-space, whose discs
   // are known (disc_compliance.h).
   explicit SurfaceFootprints(SurfaceMesh surface, std::vector<char> held = {});
   void MayWiden(bool may) { may_widen_ = may; }

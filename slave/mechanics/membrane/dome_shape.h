@@ -23,12 +23,12 @@ Ellipsoid FitEllipsoid(std::span<const Eigen::Vector3d> points, double scatter);
 double DistanceOutside(const Ellipsoid& ellipsoid, const Eigen::Vector3d& p);
 
 // Flat, in the plane z = 0, normal along z; `rings` of triangles about the centre, 6 rings^2 in
-// all, the outermost nodes held. Throws std::invalid_argument: radius not positive, rings not in 1
+// all, the outermost nodes fixed. Throws std::invalid_argument: radius not positive, rings not in 1
 // to 1000.
 MembraneShape MeshFlatMembrane(double radius, int rings);
 // The part of the ellipsoid where p . axis > rim, seen from the centre; `axis` is a unit vector,
-// the rim is held. Throws std::invalid_argument: as MeshFlatMembrane, or where the plane passes the
-// ellipsoid by.
+// the rim is fixed. Throws std::invalid_argument: as MeshFlatMembrane, or where the plane passes
+// the ellipsoid by.
 MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3d& axis, double rim,
                                 int rings);
 

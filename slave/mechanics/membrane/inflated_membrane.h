@@ -1,5 +1,5 @@
-// An elastic skin without bending stiffness, held at its rim, under tension and with air behind it:
-// how it gives to small loads, about the shape that it has at rest.
+// An elastic skin without bending stiffness, fixed at its rim, under tension and with air behind
+// it: how it gives to small loads, about the shape that it has at rest.
 //
 //   K u = f,   K = E h K_e + T K_t - p H_V + k v v^T
 //
@@ -66,15 +66,15 @@ class InflatedMembrane {
     std::optional<double> pressure{};  // p, inside less outside [Pa]; absent: what T balances best
     double air_stiffness = 0;          // k: pressure per volume pressed out [Pa/m^3], >= 0
   };
-  // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node that
-  // nothing holds; or that the rest shape is not stable at this pressure.
+  // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node without
+  // support; or that the rest shape is not stable at this pressure.
   InflatedMembrane(MembraneShape shape, const Params& params);
   ~InflatedMembrane();
   InflatedMembrane(InflatedMembrane&&) noexcept;
   InflatedMembrane& operator=(InflatedMembrane&&) noexcept;
 
   // Displacements of the nodes [m] under `forces` on them [N], and what the air's pressure rises by
-  // [Pa]. Both as many as nodes; what acts on held nodes is ignored.
+  // [Pa]. Both as many as nodes; what acts on fixed nodes is ignored.
   double Displace(std::span<const Eigen::Vector3d> forces,
                   std::vector<Eigen::Vector3d>* displacements) const;
   // nodes x nodes, symmetric [m/N]: displacement of node i along its normal under a unit force on
@@ -100,7 +100,7 @@ class InflatedMembrane {
   MembraneShape shape_;
   Params params_;
   std::vector<char> held_;
-  std::vector<int> unknown_;  // first component of a node; -1: held
+  std::vector<int> unknown_;  // first component of a node; -1: fixed
   std::vector<Eigen::Vector3d> normals_;
   std::vector<double> areas_;
   double pressure_ = 0;

@@ -80,15 +80,15 @@ class ModalPlate {
 
   // Where they press, in a frame in which `symmetry` holds.
   void Place(std::span<const Press> presses, Symmetry symmetry);
-  // Newton from the last answer, else in steps from rest. `values`: as many as were placed. False:
-  // no answer; then at rest. Allocation-free for known sizes.
+  // Newton from the last solution, else in steps from rest. `values`: as many as were placed.
+  // False: no solution; then at rest. Allocation-free for known sizes.
   bool Solve(std::span<const double> values) noexcept;
   void Reset() noexcept;
 
   [[nodiscard]] const Eigen::VectorXd& forces() const { return forces_; }
   // At the contacts' centres.
   [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
-  // d deflection at a contact / d force at another, at the answer.
+  // d deflection at a contact / d force at another, at the solution.
   [[nodiscard]] const Eigen::MatrixXd& compliance() const { return compliance_; }
   // d force / d deflection of one contact while the others keep what is prescribed for them; 0: it
   // cannot move.

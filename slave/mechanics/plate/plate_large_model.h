@@ -46,9 +46,9 @@ class PlateLargeModel final : public PlateSurface {
   // Throws std::invalid_argument naming the parameter, its value and what is accepted; Interrupted.
   explicit PlateLargeModel(const Params& params, Progress* progress = nullptr);
 
-  // Newton's method from the last answer. Beyond |w| = 0.3 a rotations are not moderate any more:
-  // kExtrapolated; likewise where the law's error in the answer, a force or the deflection under a
-  // force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
+  // Newton's method from the last solution. Beyond |w| = 0.3 a rotations are not moderate any more:
+  // kExtrapolated; the same where the law's error in the solution, a force or the deflection under
+  // a force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
   // memory.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;

@@ -18,7 +18,7 @@ class ShellModel final : public DeformationModel {
  public:
   struct Params {
     FluidShell::Params shell;   // its tool_radius is not read
-    double held_direction = 0;  // of the held cap's middle from the centre [rad]
+    double held_direction = 0;  // of the fixed cap's middle from the centre [rad]
     double tool_width = 0;      // tabulated at once [m]; 0: none
     double range = 0.1;         // largest |displacement| / diameter before `extrapolated` [-]
   };
@@ -53,7 +53,7 @@ class ShellModel final : public DeformationModel {
   BoundaryMesh mesh_;
   Params params_;
   std::vector<Table> tables_;
-  // Of the last answer.
+  // Of the last solution.
   const Table* shown_ = nullptr;
   double depth_ = 0;  // [m]
   Eigen::Vector2d normal_O_{0, 1};

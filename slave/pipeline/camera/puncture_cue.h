@@ -4,8 +4,9 @@
 // Three things come together. Overshoot: the tip is at least so deep behind the rest surface as the
 // scene says that membranes break. Velocity: the tool was driven in, or stands where it was driven;
 // a tool that retreats breaks nothing. Force residual: what a model makes of the surface's shape.
-// With a linear model the force is proportional to the dent, so the dent that is seen, in parts of
-// the dent that the tip's place asks for, is the part of the force that is still there.
+// With a linear model the force is proportional to the indentation, so the indentation that is
+// seen, in parts of the indentation that the tip's place asks for, is the part of the force that is
+// still there.
 #pragma once
 
 namespace palpate {

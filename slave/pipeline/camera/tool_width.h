@@ -1,4 +1,4 @@
-// What whole boundary elements in the place of a flat tool do to its force, put right.
+// What whole boundary elements in the place of a flat tool do to its force, compensated.
 //
 // A patch holds each element whose midpoint the tool covers: it is as wide as these are, not as the
 // tool, and a little less, since the elements at its ends carry less than the traction there, which

@@ -24,8 +24,8 @@ namespace palpate {
 //
 // A touch must begin and end where the pose has it: a fingertip that is deep in the object and
 // feels nothing, or feels something well off it, is not where its pose says, or feels late. Such a
-// contact is doubted until it is over. A fingertip that is in the object while its rest values are
-// taken is doubted until they are taken anew.
+// contact is flagged until it is over. A fingertip that is in the object while its baseline is
+// measured is flagged until it is measured again.
 //
 // Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
 // lasts until the pose lets go: samples in which the contact is not felt change nothing.
@@ -78,7 +78,7 @@ class FingerContact {
   Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point for which it was found [m]
   Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
   bool is_late_ = false;
-  bool takes_rest_ = false, rested_pressed_ = false;  // now; when rest values were taken last
+  bool takes_rest_ = false, rested_pressed_ = false;  // now; when the baseline was last measured
   bool has_place_ = false, has_force_ = false, acts_ = false;
   std::string_view why_;
   FailedCheck check_ = FailedCheck::kNone;

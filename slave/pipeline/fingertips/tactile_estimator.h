@@ -109,7 +109,7 @@ class TactileEstimator {
   [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
   // Of the deformation.
   [[nodiscard]] Validity shape_validity() const { return shape_validity_; }
-  // Why it is extrapolated, one clause that lives on; may be empty.
+  // Why it is extrapolated, one clause with static lifetime; may be empty.
   [[nodiscard]] std::string_view shape_doubt() const { return shape_doubt_; }
   // Nodes of body()->surface as they are deformed now, frame S [m]; empty without a body. O(N).
   void DeformedNodes(std::vector<Eigen::Vector3d>* p_S);

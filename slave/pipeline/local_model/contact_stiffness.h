@@ -31,7 +31,7 @@ double DiscOfSphere(double sphere_radius, double depth) noexcept;
 //
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
 //
-// Where the mesh cannot tell (on supports, a body that nothing holds, a surface without a volume,
+// Where the mesh cannot tell (on supports, a body without fixed nodes, a surface without a volume,
 // nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first asked for
 // and kept; small meshes ahead of time. Not thread-safe.
 //

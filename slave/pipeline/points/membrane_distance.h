@@ -1,5 +1,5 @@
-// Where a flat membrane rests is a measure for eyes: depths that are wrong by a share, of a wrong
-// unit, baseline or focal length, put it that much nearer or farther.
+// Where a flat membrane rests is a measure for cameras: depths that are wrong by a share, of a
+// wrong unit, baseline or focal length, put it that much nearer or farther.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ class MembraneDistance {
   // judged.
   MembraneDistance(const Scene& scene, const Eigen::Isometry3d& X_SE);
 
-  // Of what was seen at rest, by the first of them: all are doubted, or none.
+  // Of what was seen at rest, by the first of them: all are flagged, or none.
   void Check(SurfaceObservation* seen);
   void Reset() { farther_.reset(); }
 

@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-// How far the points that the eyes tell lie from where a simulated site knows them.
+// How far the points that the cameras tell lie from where a simulator knows them.
 class ErrorOfPoints {
  public:
   // `error`: told minus true, of one point in one pair [m].
@@ -35,7 +35,7 @@ class ErrorOfPoints {
   double squares_ = 0, peak_ = 0;
 };
 
-// How many of the eyes' points were followed over a run, and how well.
+// How many of the cameras' points were followed over a run, and how well.
 class TrackingCounts {
  public:
   // `counts`: a point that is not seen was missed; otherwise, while the rest frame is taken, it may
@@ -75,7 +75,7 @@ class TrackingCounts {
 struct PressStep {
   double depth = 0;        // true, of the tool [m]
   double true_force = 0;   // size [N]
-  int pairs = 0;           // of pictures with a known force
+  int pairs = 0;           // of images with a known force
   double force = 0;        // estimated, mean of their sizes [N]
   double force_error = 0;  // the largest |estimated - true| of a pair [N]
   ErrorOfPoints displacement;

@@ -1,9 +1,9 @@
 // What a membrane is made of, from presses whose force and air pressure were measured.
 //
 // Two steps, because the numbers show in different things. How tight the skin is, T / (E h), shows
-// in the shape of the deflection: a tight skin makes a pointed dent, a slack one that stands by its
-// curvature a wide one with a rim; forces take no part in it. How stiff it all is shows in the
-// force alone.
+// in the shape of the deflection: a tight skin makes a pointed indentation, a slack one that stands
+// by its curvature a wide one with a rim; forces take no part in it. How stiff it all is shows in
+// the force alone.
 #pragma once
 
 #include <span>

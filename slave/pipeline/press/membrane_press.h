@@ -60,7 +60,8 @@ class MembranePress {
 
   // Points in frame O. Points that lie farther from the surface at rest than half a triangle are
   // left out. Never throws. Points with other names or rest places than in the last call are placed
-  // anew, O(points nodes) with allocation; else O(points nodes) without. Valid until the next call.
+  // again, O(points nodes) with allocation; else O(points nodes) without. Valid until the next
+  // call.
   const Reading& Fit(const std::vector<SurfacePoint>& points_O) noexcept;
   [[nodiscard]] const Reading& reading() const { return reading_; }
 

@@ -42,9 +42,9 @@ struct ContactState {
 
 // Thread-safe; every call is short. The manipulator must outlive the port.
 //
-// Two frames meet here. The eyes define S; the manipulator's encoders may disagree by a constant,
-// the registration offset `eyes_minus_encoders`, which the pipeline measures while the tool stands.
-// Targets are given in S.
+// Two frames meet here. The cameras define S; the manipulator's encoders may disagree by a
+// constant, the registration offset `eyes_minus_encoders`, which the pipeline measures while the
+// tool stands. Targets are given in S.
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond

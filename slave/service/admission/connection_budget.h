@@ -1,4 +1,4 @@
-// Limit of what one connection may send: bytes per second, and bytes without an answer.
+// Limit of what one connection may send: bytes per second, and bytes without a solution.
 #pragma once
 
 #include <algorithm>

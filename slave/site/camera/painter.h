@@ -38,11 +38,11 @@ class Painter {
   // pixel size, a lens of another size; std::runtime_error: its file cannot be read.
   Painter(const Scene& scene, const TrueBody& body);
 
-  // 8 bit grey. The same sequence of calls gives the same pictures. One thread at a time.
+  // 8 bit grey. The same sequence of calls gives the same images. One thread at a time.
   cv::Mat Paint(const Pose& pose);
 
  private:
-  // A part of the picture: grey where `alpha` (0 to 1, coverage) says how much.
+  // A part of the image: grey where `alpha` (0 to 1, coverage) says how much.
   struct Layer {
     cv::Rect window;
     cv::Mat grey, alpha;  // CV_32F, the window's size
@@ -58,7 +58,7 @@ class Painter {
   const TrueBody& body_;
   cv::Size size_;
   double pixel_;            // [m]
-  Eigen::Affine2d X_IO_;    // O [m] -> picture [px]
+  Eigen::Affine2d X_IO_;    // O [m] -> image [px]
   double tool_width_;       // [m]
   double tool_radius_;      // of its end; 0: flat [m]
   Eigen::Vector2d tool_O_;  // along which the tool points

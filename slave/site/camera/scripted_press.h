@@ -51,8 +51,8 @@ class ScriptedPress {
   PressMotion motion_;
 };
 
-// A simulated site that presses by itself, picture after picture on a clock of its own: what
-// `process` runs over when nothing was recorded.
+// A simulator that presses by itself, image after image on a clock of its own: what `process` runs
+// over when nothing was recorded.
 class ScriptedCamera : public FrameSource {
  public:
   // `site` of that scene must outlive this. Throws what ScriptedPress throws.

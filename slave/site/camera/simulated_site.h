@@ -1,6 +1,6 @@
 // The simulated slave site: a world of its own, with a finer and independent solution of the
-// pressed body, that shows itself only through camera pictures. Its true force is for reports,
-// never for an estimator.
+// pressed body, that shows itself only through camera images. Its true force is for reports, never
+// for an estimator.
 #pragma once
 
 #include <memory>
@@ -16,12 +16,11 @@ namespace palpate {
 
 // The contact is a rigid flat or round tool, bonded to the boundary (round: where it touches)
 // centred where the tip's way first entered the body, until the tip comes out through the surface
-// there. Linear
-// elasticity (slave/site/camera/plane_elasticity.h), so large presses are extrapolated, as deep as
-// one likes; the stiffness is within 1e-3 of the continuum's. An embryo (`site.embryo`) stiffens
-// and is punctured besides (slave/site/camera/embryo.h): from then on it rests, with the tool
-// inside, until the tool has come out; the next insertion is into another one. A body that moves
-// takes its contact along; in its pictures all but the tool's place moves with it.
+// there. Linear elasticity (slave/site/camera/plane_elasticity.h), so large presses are
+// extrapolated, as deep as one likes; the stiffness is within 1e-3 of the continuum's. An embryo
+// (`site.embryo`) stiffens and is punctured besides (slave/site/camera/embryo.h): from then on it
+// rests, with the tool inside, until the tool has come out; the next insertion is into another one.
+// A body that moves takes its contact along; in its images all but the tool's place moves with it.
 class SimulatedSite final : public SimulatedEnvironment {
  public:
   // Builds the world and solves the contact straight ahead of manipulator.home (under 0.2 s).
@@ -43,9 +42,9 @@ class SimulatedSite final : public SimulatedEnvironment {
   [[nodiscard]] Truth truth() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
   std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;
-  // Takes a picture of the world as it is now, through the scene's lens if it names one, and
-  // straightened as a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from
-  // one thread. The same calls in the same order give the same pictures. A millisecond or two.
+  // Takes an image of the world as it is now, through the scene's lens if it names one, and
+  // straightened as a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from one
+  // thread. The same calls in the same order give the same images. A millisecond or two.
   cv::Mat TakePicture();
 
  private:

@@ -37,7 +37,7 @@ class TrueBody {
     }
   };
 
-  // Throws std::invalid_argument naming the key: an outline that only a picture knows, a pose that
+  // Throws std::invalid_argument naming the key: an outline that only an image knows, a pose that
   // leaves the plane, no part of the boundary held, nodes held by number (they belong to a model's
   // mesh, which the site does not share).
   explicit TrueBody(const Scene& scene);

@@ -1,5 +1,5 @@
-// A simulated site whose hand presses by itself, sample after sample on a clock of its own: what
-// runs without an operator take their samples from.
+// A simulator whose hand presses by itself, sample after sample on a clock of its own: what runs
+// without an operator take their samples from.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 
 namespace palpate {
 
-// First a rest at home, as long as the rest values are taken and 0.2 s more. Each press: along
+// First a rest at home, while the baseline is measured and for 0.2 s more. Each press: along
 // TactileSite::approach() to operator.press.depth beyond the first touch in a minimum-jerk ramp
-// whose peak speed is operator.press.speed, or manipulator.max_speed if that is less; a hold of
-// 1 s; the same ramp back; 0.5 s at home.
+// whose peak speed is operator.press.speed, or manipulator.max_speed if that is less; a hold of 1
+// s; the same ramp back; 0.5 s at home.
 class ScriptedTouch final : public TactileSource {
  public:
   static constexpr double kSettle = 0.2, kHold = 1.0, kRest = 0.5;  // [s]

@@ -23,7 +23,7 @@ struct FingertipLoad {
 
 class SimulatedFingertip {
  public:
-  // `seed` decides rest values, noise and drift: another one is another start.
+  // `seed` decides the baseline, noise and drift: another one is another start.
   explicit SimulatedFingertip(std::uint32_t seed);
   ~SimulatedFingertip();
   SimulatedFingertip(SimulatedFingertip&&) noexcept;

@@ -10,7 +10,7 @@ namespace palpate {
 
 struct SimulatedPresses {
   int presses = 300;         // in all, >= 1
-  int per_start = 5;         // then the fingertip starts anew, with other rest values; >= 1
+  int per_start = 5;         // then the fingertip starts again, with another baseline; >= 1
   double largest_force = 5;  // along the normal [N], > 0
   int rest_samples = 50;     // whose mean is subtracted, >= 1
   std::uint64_t seed = 1;

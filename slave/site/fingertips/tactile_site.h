@@ -1,6 +1,6 @@
-// The simulated site of a scene with fingertips: a soft body under a large-strain law on a mesh of
-// its own, pressed by simulated fingertips. It shows itself through tactile samples only; its truth
-// is for reports.
+// The simulator of a scene with fingertips: a soft body under a large-strain law on a mesh of its
+// own, pressed by simulated fingertips. It shows itself through tactile samples only; its truth is
+// for reports.
 #pragma once
 
 #include <array>
@@ -54,7 +54,7 @@ class TactileSite final : public SimulatedEnvironment {
   TactileFrame TakeSample(Time now);
   // Surface of the true body at rest and as it is deformed now, frame S [m]; same triangles. The
   // nodes of a box gather where it is pressed, so they move over the surface when the hand presses
-  // elsewhere (5 mm beside the last place, or more). For reports and for the pictures of a virtual
+  // elsewhere (5 mm beside the last place, or more). For reports and for the images of a virtual
   // depth camera.
   [[nodiscard]] SurfaceMesh rest_surface() const;
   [[nodiscard]] std::vector<Eigen::Vector3d> DeformedSurface() const;

@@ -54,7 +54,7 @@ class DottedMembrane {
   const cv::Mat& Paint(const Dent& dent);
 
  private:
-  // Corners of the outline of the disc at p_O in the picture [px]; false: not all are seen.
+  // Corners of the outline of the disc at p_O in the image [px]; false: not all are seen.
   bool Outline(const Eigen::Vector2d& p_O, const Dent& dent,
                std::vector<Eigen::Vector2d>* outline) const;
 

@@ -34,7 +34,7 @@ class PressCache {
   static constexpr double kDeeper = 1.6;       // rungs go so many press depths deep,
   static constexpr double kDeepest = 0.5;      // but not deeper than this part of the radius
   static constexpr double kFarthest = 0.75;    // radii of presses, in those of the membrane
-  static constexpr double kRaster = 1.0 / 13;  // between them, likewise
+  static constexpr double kRaster = 1.0 / 13;  // between them, the same
 
   // The first press is made here, the rungs follow in the thread. Throws std::invalid_argument as
   // PressedMembrane does.

@@ -1,5 +1,5 @@
-// A simulated site whose tool presses by itself, pair after pair on a clock of its own: what
-// `process` runs over when nothing was recorded.
+// A simulator whose tool presses by itself, pair after pair on a clock of its own: what `process`
+// runs over when nothing was recorded.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The simulated site of a scene with two cameras: a membrane under a large-strain law on a mesh of
-// its own, or a textured target on its path. It shows itself through pictures only.
+// The simulator of a scene with two cameras: a membrane under a large-strain law on a mesh of its
+// own, or a textured target on its path. It shows itself through images only.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct StereoPictures {
 //   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
-//   on by 1 / rate from one pair of pictures to the next.
+//   on by 1 / rate from one pair of images to the next.
 class StereoSite final : public SimulatedEnvironment {
  public:
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
@@ -40,13 +40,12 @@ class StereoSite final : public SimulatedEnvironment {
   ~StereoSite() override;
 
   // Patience::kWaits: short, unless the press is deeper than what is solved so far. A target is not
-  // touched.
-  // Patience::kNone, for a hand that must not be held up: never waits. Where the presses around the
-  // tool are not solved as deep as it is, or it is nearer to the rim than presses are solved, they
-  // are solved next (a log line tells, once per radius), and until they are, truth().solved is
-  // false: the pictures show the nearest ones, carried to the tool's place, and the force is
-  // theirs, beyond their depth extrapolated. When they are, the membrane jumps from what was
-  // guessed to what is true.
+  // touched. Patience::kNone, for a hand that must not be held up: never waits. Where the presses
+  // around the tool are not solved as deep as it is, or it is nearer to the rim than presses are
+  // solved, they are solved next (a log line tells, once per radius), and until they are,
+  // truth().solved is false: the images show the nearest ones, carried to the tool's place, and the
+  // force is theirs, beyond their depth extrapolated. When they are, the membrane jumps from what
+  // was guessed to what is true.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
   // What is not solved yet is guessed: the scene's own press, to its full depth, is solved now,
   // those elsewhere in the background from here on.
@@ -64,7 +63,7 @@ class StereoSite final : public SimulatedEnvironment {
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override;
   std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) override;
   // Both cameras at once, noise, blur and light as the scene's `site` says. One thread; the same
-  // calls in the same order give the same pictures.
+  // calls in the same order give the same images.
   StereoPictures TakePictures();
   // The pair as it really is.
   [[nodiscard]] const StereoRig& rig() const;

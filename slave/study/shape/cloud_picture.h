@@ -1,4 +1,4 @@
-// Clouds, surfaces and boxes as pictures.
+// Clouds, surfaces and boxes as images.
 #pragma once
 
 #include <array>
@@ -27,10 +27,10 @@ Rgb RegionColour(int region);
 struct PictureView {
   Eigen::Isometry3d X_SV = Eigen::Isometry3d::Identity();
   double focal = 500;                 // [px]
-  Eigen::Vector2d centre{320, 240};   // where z meets the picture [px]
+  Eigen::Vector2d centre{320, 240};   // where z meets the image [px]
   std::array<int, 2> size{640, 480};  // [px]
 };
-// From where `X_SD` stands, aimed and zoomed so that `points_S` fill the picture; `turn` [rad] goes
+// From where `X_SD` stands, aimed and zoomed so that `points_S` fill the image; `turn` [rad] goes
 // round their middle first, about S's vertical z, or, for who looks down or up, over the top. No
 // points: straight ahead.
 PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Eigen::Vector3d> points_S,

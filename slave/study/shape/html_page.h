@@ -1,4 +1,4 @@
-// A report that opens in any browser and is one file: pictures are inside.
+// A report that opens in any browser and is one file: images are inside.
 #pragma once
 
 #include <string>

@@ -22,7 +22,7 @@ struct MeasuredQuestion {
   PcdCloud measured;                  // frame D of the camera
   std::optional<DepthCamera> camera;  // absent: nothing is scored
   SurfaceMesh rest_S, estimate_S;     // the object's surface [m]
-  std::string state;                  // in words, how the estimate came about
+  std::string state;                  // as text, how the estimate came about
   std::vector<Occluder> fingers_S;
   bool segment = true;  // false: every point is the object's
   SegmentationOptions segmentation;

@@ -60,8 +60,8 @@ struct ExperimentOptions {
   std::function<bool(double)> progress;
 };
 
-// Presses the scene's object by its simulated site; the estimator has the tactile samples and the
-// fingertips' poses, nothing else. Three pictures of each press: before it, without the hand
+// Presses the scene's object by its simulator; the estimator has the tactile samples and the
+// fingertips' poses, nothing else. Three images of each press: before it, without the hand
 // (unoccluded); at the last sample before it touches (occluded); in the middle of the hold
 // (deformed). The same scene gives the same answer. Throws std::invalid_argument: not simulated
 // fingertips, no sense.depth_camera, what ScriptedTouch and TactileEstimator refuse; Interrupted.
@@ -73,7 +73,7 @@ std::string ToTable(const std::vector<SimulatedObject>& objects);
 // the highest repetition; rings for what the shape at rest would score in the deformed state. An
 // SVG document.
 std::string DrawScores(const std::vector<SimulatedObject>& objects);
-// Writes report.json and report.html with the pictures of all states. False: cannot be written.
+// Writes report.json and report.html with the images of all states. False: cannot be written.
 bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCamera& camera,
                     double leaf, const std::filesystem::path& folder);
 

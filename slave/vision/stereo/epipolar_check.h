@@ -17,13 +17,13 @@ namespace palpate {
 // Of each pair's misses, what every point has had at rest is taken off; what is left is explained
 // by
 //
-//   miss = c0 + c1 x + c2 y + c3 x y + tau (v(t) - v(t - k)) + noise,   x, y: place in the picture
+//   miss = c0 + c1 x + c2 y + c3 x y + tau (v(t) - v(t - k)) + noise,   x, y: place in the image
 //
-// the first four being a camera that has moved, the last one a right picture that is late (tau > 0)
-// or early: v is where the points are across their epipolar lines, k one to six pictures, or since
+// the first four being a camera that has moved, the last one a right image that is late (tau > 0)
+// or early: v is where the points are across their epipolar lines, k one to six images, or since
 // rest, which is a camera that stands still.
 //
-// Not seen by it: a camera that moved or a picture that is late along the epipolar lines only. One
+// Not seen by it: a camera that moved or an image that is late along the epipolar lines only. One
 // thread; allocation-free after the first pair with as many points.
 class EpipolarCheck {
  public:

@@ -11,10 +11,10 @@
 
 namespace palpate {
 
-// The straight picture of a lens is a pinhole's of the same size, principal point and mean focal
+// The straight image of a lens is a pinhole's of the same size, principal point and mean focal
 // length f = sqrt(fx fy): on a plane that the camera looks straight at, at distance Z, each of its
-// pixels shows Z / f. What the lens sees beyond the picture's edge there is lost, as is what lies
-// outside its invertible range; what it does not see repeats the picture's edge.
+// pixels shows Z / f. What the lens sees beyond the image's edge there is lost, as is what lies
+// outside its invertible range; what it does not see repeats the image's edge.
 //
 // Bilinear over a table of a 32nd of a pixel (OpenCV's remap): 640 x 480 grey takes about 0.5 ms.
 // Const members are thread-safe.

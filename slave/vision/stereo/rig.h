@@ -78,8 +78,8 @@ bool IsInvertibleOutTo(const Lens& lens, const Eigen::Vector2d& ray) noexcept;
 bool ProjectWithJacobian(const Lens& lens, const Eigen::Vector3d& p_C, Eigen::Vector2d* p_I,
                          Eigen::Matrix<double, 2, 3>* jacobian) noexcept;
 
-// Where the middle of a tilted dot's picture lies, which is not the picture of its middle: centroid
-// of the picture of a flat disc minus the picture of its centre [px]. A line l of the picture (a
+// Where the middle of a tilted dot's image lies, which is not the image of its middle: centroid
+// of the image of a flat disc minus the image of its centre [px]. A line l of the image (a
 // plane through the eye with normal l) touches the disc's edge where
 //   (l . c)^2 = r^2 (l . l - (l . n)^2),
 // so the dual conic is c c' - r^2 (I - n n'), and the ellipse's centre is its last column. For a

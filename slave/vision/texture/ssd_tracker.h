@@ -1,10 +1,10 @@
-// Follows windows of texture through the pictures of one camera (paper C, 5.2).
+// Follows windows of texture through the images of one camera (paper C, 5.2).
 //
-// A window is always looked for as it was in the first picture, from coarse to fine, so that its
+// A window is always looked for as it was in the first image, from coarse to fine, so that its
 // place does not drift. Beside that template a recent one is kept for when the look has changed too
 // far; it is cut only where the first still matches, so at most one link lies between them. Each
-// find must lead back to where the window was in the picture before. What is lost is searched for
-// around its last place, wider with every picture.
+// find must lead back to where the window was in the image before. What is lost is searched for
+// around its last place, wider with every image.
 #pragma once
 
 #include <cstdint>

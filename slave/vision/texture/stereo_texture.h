@@ -1,8 +1,8 @@
 // Windows of texture seen by two cameras: points of a surface in space (paper C, 5.2).
 //
-// The left camera's first picture gives the templates; both cameras look for the same ones, so that
+// The left camera's first image gives the templates; both cameras look for the same ones, so that
 // the two places belong to one point. A pair counts where the two rays meet, at any distance, where
-// each picture leads to the other, and where nothing else along the line looks alike.
+// each image leads to the other, and where nothing else along the line looks alike.
 #pragma once
 
 #include <memory>

@@ -54,7 +54,7 @@ class PicturePyramid {
 std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, int edge,
                                            double apart);
 
-// A window of texture that finds itself in another picture.
+// A window of texture that finds itself in another image.
 //
 // Sum of squared differences over an affine warp, with gain a and offset b of the light:
 //   sum w (I(A u + p) - a T(u) - b)^2 -> min
@@ -62,7 +62,7 @@ std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, in
 // and offset drop out (inverse compositional form: S. Baker and I. Matthews, IJCV 56, 2004). Paper
 // C tracks shifts only; an approaching or turning organ needs the affine part. The weights w are a
 // Gaussian about the centre, whose place is asked for: where the surface bends, what lies further
-// out pulls the answer away.
+// out pulls the solution away.
 class WindowTemplate {
  public:
   enum class Freedom : unsigned char { kShift, kAffine };

@@ -1,4 +1,4 @@
-// `fem-green`: a held elastic body by surface Green's functions condensed from tetrahedra, and the
+// `fem-green`: a fixed elastic body by surface Green's functions condensed from tetrahedra, and the
 // capacitance of its contacts. Linear: small strains and rotations. A contact costs microseconds
 // whatever the mesh size, once the columns of its places are there; the first touch of a region
 // costs milliseconds to a few tenths of a second (100k tetrahedra).

@@ -35,7 +35,7 @@ class SolidContacts {
   [[nodiscard]] bool changed() const { return changed_; }
   [[nodiscard]] std::span<const ContactPlace> places() const { return places_; }
   [[nodiscard]] std::string_view failure() const { return failure_; }
-  // Prepares anew next time.
+  // Prepares again next time.
   void Forget() { known_ = false; }
 
  private:

@@ -48,7 +48,7 @@ class Equilibrium {
   // Keeps references. The linear law assembles its matrix here.
   Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);
 
-  // Moves x, a state near the answer, to balance. False: failure() says why, x is of no use.
+  // Moves x, a state near the solution, to balance. False: failure() says why, x is of no use.
   // Allocates only when `rows` grow, and what the factorisation takes.
   bool Solve(Balance* balance, Eigen::VectorXd* x);
   // To be told when fixed unknowns, rows or inertia are others than in the last Solve.

@@ -35,7 +35,7 @@ class SolidModel final : public DeformationModel {
     SymmetricSolver::Limits limits;
   };
 
-  // `held`: components of every node of `mesh` that stay in place; the middle of an edge is held
+  // `held`: components of every node of `mesh` that stay in place; the middle of an edge is fixed
   // where both its ends are. Throws std::invalid_argument: an impossible parameter or combination,
   // a mesh with bad tetrahedra; Interrupted.
   //

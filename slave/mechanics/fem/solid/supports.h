@@ -19,9 +19,9 @@ class Supports {
   Supports(const ElementMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
            Eigen::VectorXd volumes);
 
-  // Marks what the scene holds and nodes of no element.
+  // Marks what the scene fixes and nodes of no element.
   void Hold(Balance* balance) const;
-  // Whether moving `node` so would move what the scene holds.
+  // Whether moving `node` so would move what the scene fixes.
   [[nodiscard]] bool Forbids(int node, const Eigen::Vector3d& displacement) const;
   // Finds the rigid motions that neither fixed unknowns nor rows prevent, and fixes as many
   // unknowns more, so that the body stands still. O(N).

@@ -20,7 +20,7 @@ namespace palpate {
 struct LoadFit {
   Eigen::Vector2d p_O{0, 0};  // centre of the load [m]
   double force = 0;           // along z, of the tool on the plate [N]: negative presses
-  // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
+  // Of x, y [m] and force [N], from the points' sigmas, linear at the solution.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
   // well.
@@ -40,8 +40,8 @@ struct LoadFit {
 enum class Rim : std::uint8_t { kStays, kMayMove };
 
 // Weighted nonlinear least squares in (x, y, force) by Levenberg's and Marquardt's method. Starts
-// from the last answer if there is one that fits, else from the best of 91 places spread over the
-// plate with the small-deflection shape, so that no local minimum nearby is taken for the answer.
+// from the last solution if there is one that fits, else from the best of 91 places spread over the
+// plate with the small-deflection shape, so that no local minimum nearby is taken for the solution.
 class LoadFitter {
  public:
   // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
@@ -66,10 +66,10 @@ class LoadFitter {
   [[nodiscard]] LoadFit FitCoarsely(std::span<const Eigen::Vector2d> p_O,
                                     std::span<const double> displacement,
                                     std::span<const double> sigma, Rim rim) noexcept;
-  // The plate that gave the last answer, as it is pressed.
+  // The plate that gave the last solution, as it is pressed.
   [[nodiscard]] PlateSurface& answered() noexcept { return *asked_; }
-  // What the last answer's residuals say of something else that shapes the plate, a tension at rest
-  // say: how much of it would explain them, beside another load.
+  // What the last solution's residuals say of something else that shapes the plate, a tension at
+  // rest say: how much of it would explain them, beside another load.
   struct Sought {
     double amount = 0, sigma = 0;  // 0: the points cannot tell it from another load
     double force = 0;              // by which the load would be another, per amount [N]
@@ -77,7 +77,7 @@ class LoadFitter {
   // `change`: of the points' displacements under the same load, per amount [m]; as many as points.
   // sigma by the points' own. No allocation.
   [[nodiscard]] Sought Seek(std::span<const double> change) noexcept;
-  // Forgets the last answer.
+  // Forgets the last solution.
   void Reset() { known_ = false; }
   // From now on, until this is called again, the plates are pressed no more often than so; each
   // press of the finer one counts as kFinerCost. Then no load explains the points. At first there

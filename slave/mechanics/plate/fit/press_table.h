@@ -15,7 +15,7 @@ namespace palpate {
 class PressTable {
  public:
   // Presses `plate` a few hundred times and leaves it at rest. `width`: diameter of the tool [m].
-  // Throws std::runtime_error: the model finds no answer even for small depths.
+  // Throws std::runtime_error: the model finds no solution even for small depths.
   PressTable(PlateSurface& plate, double width);
 
   struct Press {
