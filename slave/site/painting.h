@@ -1,5 +1,5 @@
-// What the sites paint their images with: textures on triangles, the coverage of pixels by
-// polygons, and what becomes of a seen world on its way into a camera.
+// Rendering for simulated images: textures on triangles, the coverage of pixels by polygons, and
+// the camera's optics and noise.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ class Texture {
   static Texture Blotches(std::uint32_t seed, double grain, float dark, float light);
 
   // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the image) whose centres
-  // lie in the triangle `at` [px]; `from`: the corners' places on the texture [texels].
+  // lie in the triangle `at` [px]; `from`: positions of the corners on the texture [texels].
   void Fill(cv::Mat& canvas, const cv::Point& origin, const std::array<Eigen::Vector2d, 3>& at,
             const std::array<Eigen::Vector2d, 3>& from) const;
 
@@ -42,7 +42,7 @@ class Texture {
 // Coverage of a window of the image.
 class Coverage {
  public:
-  // `window`: the part of the image looked at [px].
+  // `window`: the rendered part of the image [px].
   explicit Coverage(const cv::Rect& window);
   // Adds a closed polygon [px], pixel centres at integers. Loops turning the other way are holes.
   // Parts outside the window are cut off.
@@ -63,18 +63,18 @@ class Coverage {
 cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
                       const cv::Size& size);
 
-// What becomes of a seen world on its way into a camera: blur of the optics, light that falls
-// across the image and flickers, noise, rounding. One camera, or two that expose at the same
-// instants: the same light, noise of their own. The same sequence of calls gives the same images.
+// Optics and noise of a camera: blur, light that decreases across the image and flickers, noise,
+// rounding. One camera, or two that expose at the same times: the same light, separate noise. The
+// same sequence of calls gives the same images.
 class Exposure {
  public:
   Exposure(const SiteOptions& options, const std::array<int, 2>& size);
 
-  // Blurs `seen` (CV_32F) in place; beyond its edges it goes on as at them.
+  // Blurs `seen` (CV_32F) in place; its edge values continue outside.
   void Blur(cv::Mat& seen) const;
   // The next instant: a flickering light has another strength.
   void Advance();
-  // 8 bit grey of what is `seen` (CV_32F, the image's size; blurred).
+  // 8 bit grey of `seen` (CV_32F, the image's size; blurred).
   cv::Mat Expose(const cv::Mat& seen);
   // How far blur reaches [px].
   [[nodiscard]] int reach() const { return reach_; }
@@ -83,7 +83,7 @@ class Exposure {
   double blur_, flicker_;
   int reach_;
   float gain_ = 1;
-  cv::Mat light_, noise_;  // CV_32F; noise larger than the image: each takes a part of it
+  cv::Mat light_, noise_;  // CV_32F; noise larger than the image: each image uses a part of it
   std::mt19937 random_;
   std::uint64_t instants_ = 0;
 };

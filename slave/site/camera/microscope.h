@@ -1,5 +1,5 @@
-// What a microscope shows beside embryo and pipette: the glass capillary that holds the embryo,
-// debris that drifts in the liquid, and a focus that wanders.
+// Further contents of a microscope image: the glass capillary that holds the embryo, debris that
+// drifts in the liquid, and a varying focus.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ class Microscope {
   Microscope(const Scene& scene, const TrueBody& body, const Eigen::Affine2d& X_IO,
              const cv::Size& size);
 
-  // Lays glass and debris over `seen` (CV_32F, the image's size) and takes it out of focus. Debris
-  // drifts on and the focus wanders with each call.
+  // Draws glass and debris over `seen` (CV_32F, the image's size) and blurs it. Debris drifts and
+  // the focus changes with each call.
   void Show(cv::Mat* seen);
 
  private:

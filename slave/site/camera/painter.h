@@ -1,6 +1,6 @@
-// Paints what the site's camera sees: a bright plain ground, the textured body as it is deformed,
-// the dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up
-// to the last rounding.
+// Renders the simulated camera image: a bright plain background, the textured deformed body, the
+// dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up to
+// the last rounding.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@
 
 namespace palpate::site {
 
-// What is to be seen. Frame O [m].
+// Contents of the image. Frame O [m].
 struct Pose {
   Eigen::Vector2d p_O_tip{0, 0};
   std::shared_ptr<const PatchSolution> contact;  // nullptr: the body rests
@@ -42,7 +42,7 @@ class Painter {
   cv::Mat Paint(const Pose& pose);
 
  private:
-  // A part of the image: grey where `alpha` (0 to 1, coverage) says how much.
+  // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
   struct Layer {
     cv::Rect window;
     cv::Mat grey, alpha;  // CV_32F, the window's size
@@ -68,7 +68,7 @@ class Painter {
   Layer body_layer_, tool_layer_;
   bool body_painted_ = false;
   Pose painted_;         // what body_layer_ shows
-  cv::Mat seen_;         // CV_32F: the world before light and noise
+  cv::Mat seen_;         // CV_32F: the image before light and noise
   cv::Rect seen_dirty_;  // where it is not plain ground
   std::optional<Microscope> microscope_;
   std::optional<LensWarp> lens_;

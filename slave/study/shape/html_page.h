@@ -15,10 +15,10 @@ class HtmlPage {
  public:
   explicit HtmlPage(std::string_view title);
 
-  // All words are escaped.
+  // All text is escaped.
   void Heading(std::string_view words);
   void Paragraph(std::string_view words);
-  // `align` left; numbers stand better right.
+  // `align` left; numbers are aligned right.
   void Table(const std::vector<std::string>& head,
              const std::vector<std::vector<std::string>>& rows);
   struct Figure {
