@@ -50,7 +50,7 @@ class MembraneTriangle {
   Eigen::Matrix3d gradients_;  // column k: of node k's shape function [1/m]
 };
 
-// The surface that one looks at, and the nodes of its rim.
+// The outer surface, and the nodes of its rim.
 struct MembraneShape {
   SurfaceMesh surface;    // at rest, triangles counter-clockwise seen from outside
   std::vector<int> held;  // nodes that do not move
@@ -64,7 +64,7 @@ class InflatedMembrane {
     double poisson_ratio = 0.5;        // -1 < nu <= 0.5
     double tension = 0;                // T [N/m], >= 0; it or the modulus > 0
     std::optional<double> pressure{};  // p, inside less outside [Pa]; absent: what T balances best
-    double air_stiffness = 0;          // k: pressure per volume pressed out [Pa/m^3], >= 0
+    double air_stiffness = 0;          // k: pressure per displaced volume [Pa/m^3], >= 0
   };
   // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node without
   // support; or that the rest shape is not stable at this pressure.

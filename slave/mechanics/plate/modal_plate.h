@@ -41,8 +41,8 @@ class ShortWaves {
   // For loads over discs of one radius on a plate with modes of this order, up to deflections of
   // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
   ShortWaves(int order, double nu, double prestress, double load_radius);
-  // The same, worked out once for all plates of this program that are alike; the sixteen that were
-  // asked for last are kept. Thread-safe.
+  // The same, computed once for all equal plates of this program; the sixteen that were last
+  // requested are kept. Thread-safe.
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
                                               double load_radius);
 
@@ -78,7 +78,7 @@ class ModalPlate {
   // Keeps a reference to the modes. D: bending stiffness; prestress N0 >= 0.
   ModalPlate(const PlateModes& modes, double D, double prestress);
 
-  // Where they press, in a frame in which `symmetry` holds.
+  // Positions of the loads, in a frame in which `symmetry` holds.
   void Place(std::span<const Press> presses, Symmetry symmetry);
   // Newton from the last solution, else in steps from rest. `values`: as many as were placed.
   // False: no solution; then at rest. Allocation-free for known sizes.
@@ -95,7 +95,7 @@ class ModalPlate {
   [[nodiscard]] double Stiffness(Eigen::Index contact) const noexcept {
     return moved_.Stiffness(compliance_, contact);
   }
-  // At a place, in the frame of Place(). No allocation.
+  // At a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
   [[nodiscard]] const std::vector<Press>& presses() const { return presses_; }
 

@@ -37,9 +37,9 @@ class PlateLargeModel final : public PlateSurface {
     double poisson_ratio = 0;  // nu [-], -1 < nu <= 0.5
     double prestress = 0;      // tension at rest N0 [N/m], >= 0
     int order = 12;            // of the modes: even, 2 to 40; cost of an update about order^4
-    // Largest |w| / t before `extrapolated` for a contact near the centre; at the place p [radii]
-    // (1 - p^2)^2 of it, the share of the plate's compliance there; at the very centre ten times
-    // it.
+    // Largest |w| / t that is not `extrapolated` for a contact near the centre; at the radius p
+    // [radii] (1 - p^2)^2 of it, the share of the plate's compliance there; at the very centre ten
+    // times it.
     double range = 20;
   };
 
@@ -80,7 +80,7 @@ class PlateLargeModel final : public PlateSurface {
   Eigen::Vector2d axis_{1, 0};  // x axis of the frame of modal_, in O
   plate::Symmetry symmetry_ = plate::Symmetry::kMirror;
   Tool* central_ = nullptr;  // one contact at the centre: its tool
-  bool shaped_ = false;      // modal_ has solved for the press at the centre
+  bool shaped_ = false;      // modal_ has solved the contact at the centre
 };
 
 }  // namespace palpate

@@ -30,8 +30,8 @@ double DeflectionOfExcess(double excess, double slenderness) noexcept;
 // What was measured is within twice of it wherever the plate's answer is valid.
 double LawsSigma(const Dent& dent) noexcept;
 
-// Largest |w| / t at a place [radii] up to which modes of order 12 find the force from the shape as
-// those of order 20 do, within 1 %: 6 (1 - p^2)^2.
+// Largest |w| / t at a radius [radii] up to which modes of order 12 find the force from the shape
+// as those of order 20 do, within 1 %: 6 (1 - p^2)^2.
 double ResolvedDeflection(double place) noexcept;
 
 }  // namespace palpate::plate

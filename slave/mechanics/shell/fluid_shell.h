@@ -48,8 +48,8 @@ class FluidShell {
   // Throws std::invalid_argument naming the parameter, its value and what is accepted.
   explicit FluidShell(const Params& params);
 
-  // From the last place to `depth` [m], >= 0, in as many steps as it takes. False: no equilibrium
-  // is found on the way; the state is the last one that was.
+  // Moves from the last depth to `depth` [m], >= 0, in as many steps as needed. False: no
+  // equilibrium is found on the way; the state is the last equilibrium.
   bool PressTo(double depth);
   [[nodiscard]] const State& state() const { return state_; }
   // Within the free part of the wall, now [m^3].

@@ -1,6 +1,6 @@
-// `shell`: a fluid-filled thin shell beside the solid disc, for one rigid tool that presses along
-// the normal, opposite to what holds it. What FluidShell solves is tabulated once per width of the
-// tool; the outline that is seen is the shell's meridian.
+// `shell`: a fluid-filled thin shell as alternative to the solid disc, for one rigid tool that
+// moves along the normal, opposite to the holder. The solutions of FluidShell are tabulated once
+// per width of the tool; the visible outline is the shell's meridian.
 #pragma once
 
 #include <span>
@@ -28,8 +28,8 @@ class ShellModel final : public DeformationModel {
   ShellModel(BoundaryMesh mesh, const Params& params);
 
   // One contact that prescribes a displacement; others fail. Across the normal the shell gives no
-  // force, and a tool that moves there, pulls, or presses elsewhere than opposite to the holder is
-  // kExtrapolated. A width that was not tabulated takes a second or some: Prefetch.
+  // force. A tool that moves across, pulls, or is not opposite to the holder gives kExtrapolated. A
+  // width that was not tabulated takes about a second: Prefetch.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
