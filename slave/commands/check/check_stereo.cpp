@@ -62,14 +62,14 @@ void PrintModelOf(const Scene& scene) {
 void PrintSight(const Scene& scene, const StereoRig& rig) {
   const auto sight = ExpectedSight(scene, rig);
   if (!sight) {
-    PrintLine("sight", IsHeld(scene.object)
-                           ? "NOTHING: the object origin is not in front of both cameras; check "
-                             "sense.camera.pose, the pose of the left camera"
-                           : "unknown: the scene has no pose of the left camera, so points are "
-                             "reported in its own frame");
+    PrintLine("accuracy", IsHeld(scene.object)
+                              ? "NOTHING: the object origin is not in front of both cameras; check "
+                                "sense.camera.pose, the pose of the left camera"
+                              : "unknown: the scene has no pose of the left camera, so points are "
+                                "reported in its own frame");
     return;
   }
-  PrintLine("sight",
+  PrintLine("accuracy",
             fmt::format("{} from the object origin: with {:g} px in the image a point has a sigma "
                         "of {} along the line of sight and {} across it",
                         LengthInWords(sight->distance), scene.sense.Find<PointTracking>()->sigma,
@@ -229,7 +229,7 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   PrintLine("detected", SeenInWords(scene, *eyes, look));
   if (look.pictures < 2) return;
   const double rate = SensorRate(scene.sense);
-  PrintLine("pace",
+  PrintLine("rate",
             fmt::format("{:.3g} us per image to find the points: {} the {:g} Hz of the images",
                         look.us, look.us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
   const double checks_us = look.checks.Quantile(0.99);

@@ -132,7 +132,7 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
   }
   const double us = estimator.times().tactile.Quantile(0.5);
   const double rate = scene.sense.Find<Tactile>()->rate;
-  PrintLine("pace", fmt::format("{:.3g} us per sample for force and contact point of {} "
+  PrintLine("rate", fmt::format("{:.3g} us per sample for force and contact point of {} "
                                 "fingertip(s): {} the {:g} Hz of the samples",
                                 us, estimator.finger_count(),
                                 us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));

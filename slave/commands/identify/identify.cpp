@@ -127,7 +127,7 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
     }
   }
   if (report->tests.empty()) return;
-  ReportProgress(progress, "laws", 0);
+  ReportProgress(progress, "constitutive models", 0);
   report->fits = identify::FitLaws(report->tests, foam);
   for (const identify::LawFit& fit : report->fits) {
     report->shares.emplace_back();
@@ -194,7 +194,7 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
     }
     if (!requests.pictures.empty()) {
-      ReportProgress(&progress, "pictures", 0);
+      ReportProgress(&progress, "images", 0);
       const Scene scene = LoadScene(options.scene, options.overrides);
       report.pictures = FitPictures(scene, requests.pictures, stop);
     }

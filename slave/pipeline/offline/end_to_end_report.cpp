@@ -72,7 +72,7 @@ std::string ToTable(const EndToEndBudget& budget) {
                         part.is_told ? ", as stated in the scene" : "");
   }
   return text +
-         fmt::format("  {:<10} {}\n{}\n", "felt", InWords(budget, budget.total), Sentence(budget));
+         fmt::format("  {:<10} {}\n{}\n", "total", InWords(budget, budget.total), Sentence(budget));
 }
 
 void WriteBudget(const EndToEndBudget& budget, const std::filesystem::path& folder) {
