@@ -33,7 +33,7 @@ enum class PatchBasis : std::uint8_t {
 };
 struct PatchCover {
   PatchBasis basis = PatchBasis::kMovedNodes;
-  DiscShare disc;   // what is meant
+  DiscShare disc;   // the true contact
   double area = 0;  // tributary areas of the nodes, or areas of the triangles [m^2]
   int count = 0;    // of nodes, or of triangles
 };

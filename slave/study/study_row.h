@@ -38,7 +38,7 @@ struct PressAnswers {
 enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };
 const char* ToString(Outcome outcome);
 
-// What is known of a candidate before it runs.
+// Properties of a candidate before it runs.
 struct Trait {
   std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
   std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"

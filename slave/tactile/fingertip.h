@@ -102,7 +102,7 @@ struct FingerTouch {
   bool takes_rest = false;      // it was a sample of the baseline
   Validity validity = Validity::kTrackingLost;  // of the force
   FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
-  std::string_view why;                         // it is not kValid, one clause; lives on
+  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
 };
 
 // Samples that are missing for less than 60 ms are made up for when the next one comes, linear

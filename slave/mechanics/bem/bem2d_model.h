@@ -28,7 +28,7 @@ class Bem2dModel final : public DeformationModel {
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
   };
 
-  // Tells `progress`, if there is one, what to expect and how far it is. Throws
+  // Reports expected cost and progress to `progress`, if there is one. Throws
   // std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive;
   // Interrupted.
   Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
@@ -43,9 +43,10 @@ class Bem2dModel final : public DeformationModel {
   // walk over all elements if `element` is -1: give it where time counts.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // The mean of what both elements at a vertex say, the shorter one's word counting more; where
-  // elements are constant that is the straight line between their midpoints. Off by O(h^2) on
-  // smooth boundary, O(h^3) with quadratic elements, one order less in corners of constant ones.
+  // The weighted mean of the values of both elements at a vertex, with the larger weight for the
+  // shorter one; for constant elements that is the straight line between their midpoints. The error
+  // is O(h^2) on smooth boundary, O(h^3) with quadratic elements, one order less in corners of
+  // constant ones.
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
 
   // The mean of both elements at a vertex, what supports fix apart.

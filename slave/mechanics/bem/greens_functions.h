@@ -32,7 +32,7 @@ class GreensFunctions {
   // the pressure level is then known only through 1 / (1 - 2 nu).
   static constexpr double kLargestNuAllHeld = 0.499;
 
-  // Assembles and solves: O(N^3), N nodes. Tells `progress`, if there is one, how far it is. Throws
+  // Assembles and solves: O(N^3), N nodes. Reports to `progress`, if there is one. Throws
   // std::invalid_argument: fewer than three elements, elements without length, nu out of range or
   // too near 0.5 (see above), a system that is singular to working precision; Interrupted.
   explicit GreensFunctions(ReferenceProblem problem, Progress* progress = nullptr);
@@ -66,7 +66,7 @@ class GreensFunctions {
   [[nodiscard]] const BoundaryNode& node(int i) const {
     return nodes_[static_cast<std::size_t>(i)];
   }
-  // Of the boundary that a node stands for: the whole element's where it has one node.
+  // Length of the boundary that belongs to a node: the whole element's if it has one node.
   [[nodiscard]] const std::vector<double>& lengths() const { return lengths_; }  // [length units]
   [[nodiscard]] bool held(int i, int component) const {
     return problem_

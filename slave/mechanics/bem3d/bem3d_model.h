@@ -46,8 +46,8 @@ class Bem3dModel final : public DeformationModel {
   // contact changed.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // The corners' displacements with which the boundary integrals themselves were taken (CornerFit):
-  // what is linear in space is met exactly, the rest to O(h^2).
+  // The corners' displacements that the boundary integrals used (CornerFit): exact for linear
+  // fields, otherwise to O(h^2).
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
     return failure_.empty() ? solver_.failure() : failure_;

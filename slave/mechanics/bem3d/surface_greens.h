@@ -1,6 +1,6 @@
-// Green's functions of a solid's free surface by boundary elements: what a unit force, spread
-// evenly over one triangle, does to the centroid of every other one while the fixed components
-// stand still (paper A, eqs. 3-6; James and Pai 2003).
+// Green's functions of a solid's free surface by boundary elements: displacement of every
+// triangle's centroid under a unit force, spread evenly over one triangle, with the fixed
+// components at zero (paper A, eqs. 3-6; James and Pai 2003).
 #pragma once
 
 #include <filesystem>

@@ -32,8 +32,8 @@ class ContactSet {
   // The last set is not to be trusted.
   void Forget() { ready_ = false; }
 
-  // Adds loads to f and moves what is fixed; values in SI, f and u in units of the body. False: a
-  // support is asked to move.
+  // Adds loads to f and moves prescribed nodes; values in SI, f and u in units of the body. False:
+  // a contact moves a fixed node.
   bool Apply(std::span<const Contact> contacts, double length_unit, double force_unit,
              Constraints& constraints, NodeVector& f) const noexcept;
   // The mean displacement of contact k weighted as its load is, or of the nodes it moves.

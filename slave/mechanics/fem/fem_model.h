@@ -34,10 +34,10 @@ class FemModel final : public DeformationModel {
     double range = 0;
   };
 
-  // `held`: the components that supports fix, per node. Nodes of no element stay where they are.
-  // Throws std::invalid_argument: a parameter, an element of no positive volume, a mesh that is no
-  // mesh; Interrupted. In statics `progress` must outlive the model: searches for equilibrium that
-  // take longer than a tenth of a second tell it how far they are, and fail when stopped.
+  // `held`: the components that supports fix, per node. Nodes without an element stay in place.
+  // Throws std::invalid_argument: a parameter, an element without positive volume, an invalid mesh;
+  // Interrupted. In statics `progress` must outlive the model: searches for equilibrium that take
+  // longer than a tenth of a second report their progress to it, and fail when stopped.
   FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
            Progress* progress = nullptr);
 

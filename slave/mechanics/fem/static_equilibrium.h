@@ -23,7 +23,7 @@ class StaticEquilibrium {
 
   // As after construction: at rest.
   void Reset() noexcept;
-  // What is fixed has changed.
+  // Call when the fixed components have changed.
   void Renew() noexcept { solver_.Reset(); }
   // Finds u for the forces and constraints, from the last one or, should that fail, from rest in
   // steps. False: not found, or stopped; the last equilibrium is kept.

@@ -32,7 +32,7 @@ struct TouchablePlace {
   int element = -1;              // Contact::element there
 };
 // The elements of an outline by their midpoints, the triangles of a surface by their centroids
-// (bem3d), or the surface's nodes (fem and what is made from it).
+// (bem3d), or the surface's nodes (fem and derived models).
 std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh);
 std::vector<TouchablePlace> TouchableTriangles(const SurfaceMesh& mesh);
 std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh);

@@ -1,4 +1,4 @@
-// Shapes of membranes: a flat disc, and what is left of an ellipsoid above the plane of its rim.
+// Shapes of membranes: a flat disc, and the part of an ellipsoid above the plane of its rim.
 #pragma once
 
 #include <span>

@@ -55,7 +55,7 @@ class MovedContacts {
   bool Factorise(const Eigen::MatrixXd& compliance) noexcept;
   // Forces, in the order of contacts(), for deflections; in place.
   void Solve(Eigen::VectorXd& deflections) noexcept;
-  // d force / d deflection of one contact while the others keep what is prescribed for them; 0: it
+  // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
   // cannot move.
   [[nodiscard]] double Stiffness(const Eigen::MatrixXd& compliance,
                                  Eigen::Index contact) const noexcept;

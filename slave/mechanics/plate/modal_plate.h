@@ -90,7 +90,7 @@ class ModalPlate {
   [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
   // d deflection at a contact / d force at another, at the solution.
   [[nodiscard]] const Eigen::MatrixXd& compliance() const { return compliance_; }
-  // d force / d deflection of one contact while the others keep what is prescribed for them; 0: it
+  // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
   // cannot move.
   [[nodiscard]] double Stiffness(Eigen::Index contact) const noexcept {
     return moved_.Stiffness(compliance_, contact);

@@ -56,7 +56,7 @@ class PlateLargeModel final : public PlateSurface {
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
-  struct Tool {  // what is known of loads over discs of one radius
+  struct Tool {  // precomputed data of loads over discs of one radius
     std::shared_ptr<const plate::ShortWaves> waves;
     plate::RoundPress central;
   };

@@ -35,7 +35,7 @@ class ShellModel final : public DeformationModel {
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Prefetch(std::span<const Contact> contacts) override;
 
-  // Force inwards at `depth` [m], >= 0, under a tool of `width` [m]; NaN: beyond what is solved.
+  // Force inwards at `depth` [m], >= 0, under a tool of `width` [m]; NaN: beyond the solved range.
   [[nodiscard]] double ForceAt(double depth, double width);
 
  private:

@@ -35,7 +35,7 @@ struct FingerEstimate {
   double sigma = 0;                      // rms that its vector may be off by [N]
   Validity validity = Validity::kFailed;
   FailedCheck check = FailedCheck::kNone;
-  std::string_view why;  // it is not kValid, one clause; lives on
+  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
 };
 
 // Network and localiser, which turn samples into forces and contact points.

@@ -26,7 +26,7 @@ struct SurfaceLoad {
   double sigma_place = 0;        // the larger of the two along the surface [m]
   double residual = 0;           // rms of (measured - fitted) / sigma; about 1 if all is well
   Validity validity = Validity::kFailed;
-  std::string_view why;                    // it is not kValid, one clause; lives on
+  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
   FailedCheck check = FailedCheck::kNone;  // covariance of position and force
 
   // Flags the load, numbers stay; the last flag is reported.

@@ -16,8 +16,7 @@ class MembraneDistance {
  public:
   static constexpr double kTrue = 0.015;  // of the membrane's distance
 
-  // `X_SE`: the eye that distances are measured from. Objects other than flat membranes are not
-  // judged.
+  // `X_SE`: the camera from which distances are measured. Only flat membranes are checked.
   MembraneDistance(const Scene& scene, const Eigen::Isometry3d& X_SE);
 
   // Of what was seen at rest, by the first of them: all are flagged, or none.
@@ -31,7 +30,7 @@ class MembraneDistance {
 
   Eigen::Isometry3d X_ES_;
   std::optional<Eigen::Isometry3d> X_EO_;  // of a flat membrane
-  std::optional<double> farther_;          // than the scene says, share [-]
+  std::optional<double> farther_;          // difference from the scene's distance, relative [-]
 };
 
 }  // namespace palpate

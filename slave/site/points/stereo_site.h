@@ -1,5 +1,5 @@
-// The simulator of a scene with two cameras: a membrane under a large-strain law on a mesh of its
-// own, or a textured target on its path. It shows itself through images only.
+// The simulator of a scene with a stereo pair: a membrane with a large-strain constitutive model on
+// its own mesh, or a textured target on its path. It is visible only through images.
 #pragma once
 
 #include <cstdint>

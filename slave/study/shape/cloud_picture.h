@@ -38,7 +38,7 @@ PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Eigen::Vector3
 
 // The cloud in its colours, or by depth where it has none. PNG.
 std::string PictureOfCloud(const PictureView& view, const PointCloud& cloud_S);
-// Every region in a colour of its own, what belongs to none in grey.
+// Every region in a different colour, points without a region in grey.
 std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
                              const Segmentation& segmentation);
 // Fingers in grey, measured points, near ones dark, and the wires of the estimate.

@@ -48,7 +48,7 @@ std::string LabelWords(const LabelScore& label);
 // A table of distances.
 std::vector<std::string> DistanceHead(std::string first);
 std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
-// What is not known is null.
+// Unknown values are null.
 nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
 nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
 
