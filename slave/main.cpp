@@ -147,8 +147,8 @@ int Become(const Part& part, char** arguments) {
   const auto program = FindPart(name);
   if (program.empty()) {
     std::fprintf(stderr,
-                 "palpate-slave: %s needs the program %s, which is not installed next to this one. "
-                 "The build makes it where %s\n",
+                 "palpate-slave: %s needs %s, which is not installed next to this program. The "
+                 "build makes it where %s\n",
                  part.command, name.c_str(), part.needs);
     return kFailed;
   }
