@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 constexpr std::string_view kPulls =
     "the load pulls outward: check the sides (left, right), the rig and the object's pose";
 constexpr std::string_view kOtherDepth =
-    "the surface is less deep than the tip by the encoders: the images are late, or one moved";
+    "the surface is less deep than the tip by the encoders: image latency, or a camera or the "
+    "manipulator has moved";
 constexpr std::string_view kOtherPlace =
     "the manipulator is in contact where the surface is not indented: a camera or the manipulator "
     "has moved";
