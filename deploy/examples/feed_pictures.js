@@ -1,5 +1,5 @@
-// Feeds a slave with thirty raw grey images of 64 x 48 px, with only the .proto files. Prints the number of accepted images.
-// Exit code 0: all images were accepted, and an incomplete one was rejected with a reason.
+// Sends thirty uncompressed grey images of 64 x 48 px to a slave, using only the .proto files. Prints the number of
+// accepted images. Exit code 0: all were accepted, and half an image was rejected with an explanation.
 'use strict';
 
 const {grpc, now, run} = require('./palpate_client');
@@ -14,7 +14,7 @@ function sample(sequence, bytes = WIDTH * HEIGHT) {
   };
 }
 
-// Opens a stream that `write` fills; {error, reply} when it has ended.
+// Opens a stream that `write` fills. Resolves to {error, reply} at its end.
 function feed(client, write) {
   return new Promise((resolve) => {
     const stream = client.FeedPictures({deadline: Date.now() + 20000},
@@ -38,12 +38,12 @@ async function main(client) {
     wrong.push(error.message);
   } else {
     console.log(`${reply.samples} images accepted`);
-    if (reply.samples !== PICTURES) wrong.push('not all of them');
+    if (reply.samples !== PICTURES) wrong.push('not all images were accepted');
   }
   const half = await feed(client, (stream) => stream.end(sample(1, WIDTH * HEIGHT / 2)));
   if (!half.error || half.error.code !== grpc.status.INVALID_ARGUMENT ||
       !half.error.details.includes('accepted is')) {
-    wrong.push('half a picture was not refused with a sentence');
+    wrong.push('half an image was not rejected with an explanation');
   }
   return wrong;
 }

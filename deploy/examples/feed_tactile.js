@@ -1,6 +1,6 @@
-// Feeds a slave with only the .proto files: each fingertip of the scene rests for half a second. Prints
-// the number of accepted samples. Exit code 0: all samples were accepted, and one with 18 electrodes was
-// rejected with a reason.
+// Sends tactile samples to a slave, using only the .proto files: every fingertip of the scene rests
+// for half a second. Prints the number of accepted samples. Exit code 0: all were accepted, and a
+// sample with 18 electrodes was rejected with an explanation.
 'use strict';
 
 const {grpc, call, now, run} = require('./palpate_client');
@@ -14,7 +14,7 @@ function sample(sequence, finger, count = ELECTRODES) {
   };
 }
 
-// Opens a stream that `write` fills; {error, reply} when it has ended.
+// Opens a stream that `write` fills. Resolves to {error, reply} at its end.
 function feed(client, write) {
   return new Promise((resolve) => {
     const stream = client.FeedTactile({deadline: Date.now() + 20000},
@@ -41,12 +41,12 @@ async function main(client) {
     wrong.push(error.message);
   } else {
     console.log(`${scene.name}: ${reply.samples} samples of ${fingers.join(', ')} accepted`);
-    if (reply.samples !== SAMPLES * fingers.length) wrong.push('not all of them');
+    if (reply.samples !== SAMPLES * fingers.length) wrong.push('not all samples were accepted');
   }
   const refused = await feed(client, (stream) => stream.end(sample(1, fingers[0], ELECTRODES - 1)));
   if (!refused.error || refused.error.code !== grpc.status.INVALID_ARGUMENT ||
       !refused.error.details.includes('accepted is')) {
-    wrong.push('18 electrodes were not refused with a sentence');
+    wrong.push('18 electrodes were not rejected with an explanation');
   }
   return wrong;
 }

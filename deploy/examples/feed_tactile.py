@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Feeds a slave with tactile samples of a recording in real time, with only the .proto files.
+"""Sends tactile samples to a slave at the rate of a recording, using only the .proto files.
 
 usage: feed_tactile.py HOST:PORT [RECORDING.csv] [--finger NAME ...] [--hurry] [--check]
 
 The recording has a header with a time in seconds (rel_time_s, time_s, t or timestamp) and NAME_E1 to
-NAME_E19, NAME_pdc, NAME_pac0 for each finger (without NAME_ where there is one finger); without a
-recording each finger rests for half a second. Default fingers: all of the scene.
---hurry: as fast as possible. --check: also sends a sample with 18 electrodes on a separate stream,
-which must be rejected with a reason.
+NAME_E19, NAME_pdc, NAME_pac0 for each finger (without NAME_ for a single finger). Without a
+recording every finger rests for half a second. Fingers: by default all fingers of the scene.
+--hurry: as fast as possible. --check: also send a sample with 18 electrodes on a separate stream,
+which must be rejected with an explanation.
 
 Prints the number of accepted samples. Exit code 0: all; 1: not all; 2: unusable arguments.
 """
@@ -27,7 +27,7 @@ messages, services, states = palpate_stubs.load()
 
 
 def columns_of(header, finger):
-    """Columns of `finger`'s electrodes and of its pressures pdc, pac0 as far as they are there."""
+    """Columns of the electrodes of `finger` and of its pressures pdc, pac0, if present."""
     named = f"{finger}_E1" in header
     prefix = f"{finger}_" if named else ""
     names = [f"{prefix}E{i}" for i in range(1, ELECTRODES + 1)]
@@ -58,7 +58,7 @@ def read(path, fingers):
 
 
 def rest(fingers):
-    """Half a second in which nothing is touched."""
+    """Half a second without contact."""
     for i in range(50):
         for finger in fingers:
             yield 0.01 * i, finger, [3000.0 + k for k in range(ELECTRODES)], [2000.0, 1800.0]
@@ -72,7 +72,7 @@ def sample(sequence, t, finger, electrodes, pressures):
 
 
 def paced(rows, hurry):
-    """Messages whose stamps are the recording's clock, moved to now."""
+    """Messages with the recording's timestamps, shifted to the present."""
     start, first = time.time(), None
     for sequence, (t, *rest_of_row) in enumerate(rows, start=1):
         first = t if first is None else first
@@ -118,7 +118,7 @@ def main():
     try:
         reply = stub.FeedTactile(counted())
     except grpc.RpcError as error:
-        print(f"wrong: {error.code().name}: {error.details()}")
+        print(f"error: {error.code().name}: {error.details()}")
         return 1
     print(f"{scene.name}: {reply.samples} of {sent} samples of {', '.join(fingers)} accepted")
     refused = not arguments.check or is_refused_in_words(stub, fingers[0])

@@ -1,5 +1,5 @@
-// Operates a slave with only the .proto files: engages, moves 6 mm + 3 mm down in 1.5 s, holds, retreats.
-// Prints the peak force. Exit code 0: the force opposed the motion.
+// Operates a slave, using only the .proto files: engages, moves 6 mm + 3 mm down in 1.5 s, holds,
+// retreats. Prints the peak force. Exit code 0: the force opposed the motion.
 'use strict';
 
 const {grpc, call, now, run} = require('./palpate_client');
@@ -8,7 +8,7 @@ const PERIOD = 4;                    // [ms] between commands
 const APPROACH = 1500, HOLD = 500;   // [ms]
 const DEPTH = 9e-3;                  // at the tool [m]
 
-// Device height [m] at `t` [ms].
+// Height of the device [m] at `t` [ms].
 function height(t, depth) {
   const total = 2 * APPROACH + HOLD;
   return -depth * Math.min(1, t / APPROACH, Math.max(0, (total - t) / APPROACH));
@@ -52,12 +52,12 @@ async function main(client) {
     const known = ['VALIDITY_VALID', 'VALIDITY_EXTRAPOLATED'].includes(state.validity);
     if (known && state.force && Math.abs(state.force.y) > Math.abs(peak)) peak = state.force.y;
   });
-  stream.on('error', () => {});  // told by `status`
+  stream.on('error', () => {});  // `status` reports it
   const ended = new Promise((resolve) => stream.on('status', resolve));
   const commands = await press(stream, DEPTH / scene.operator.position_scale);
   const status = await ended;
   if (status.code !== grpc.status.OK) wrong.push(`ended with ${status.code}: ${status.details}`);
-  if (!(peak > 0)) wrong.push(`peak force ${peak} N along y does not push against the motion`);
+  if (!(peak > 0)) wrong.push(`peak force ${peak} N along y does not oppose the motion`);
   console.log(`${scene.name}: ${count} states, ${commands} commands, peak force ${peak.toFixed(4)} N`);
   return wrong;
 }

@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Operates a slave with only the .proto files: presses, reads the force, leaves.
+"""Operates a slave, using only the .proto files: moves the tool into contact and reads the force.
 
 usage: operate.py HOST:PORT [--down MM ...]
 
-Engages, approaches by the first --down (6 mm), presses by the second (3 mm) within 1.5 s, holds,
-retreats. Prints the peak force. Exit code 0: the force opposed the motion, the sequence always rose,
-and the stream ended cleanly; 1: otherwise; 2: unusable arguments.
+Engages, approaches by the first --down (6 mm) and indents by the second (3 mm) within 1.5 s, holds,
+and retreats. Prints the peak force. Exit code 0: the force opposed the motion, the sequence
+increased throughout, and the stream ended with OK; 1: otherwise; 2: unusable arguments.
 """
 import argparse
 import queue
@@ -23,7 +23,7 @@ messages, services, states = palpate_stubs.load()
 
 
 class Hand:
-    """The commands of one press: an iterator that gRPC draws from, at its own pace."""
+    """Simulated operator: an iterator over the commands of one contact, read by gRPC."""
 
     def __init__(self, depth):
         self.depth = depth  # [m]
@@ -42,7 +42,7 @@ class Hand:
         self.outbox.put(command)
 
     def press(self):
-        """Down by `depth` in APPROACH seconds, hold, up again, let go."""
+        """Down by `depth` in APPROACH seconds, hold, up again, disengage."""
         start = time.monotonic()
         speed = self.depth / APPROACH
         total = 2 * APPROACH + HOLD
@@ -67,7 +67,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("target", help="HOST:PORT")
     parser.add_argument("--down", type=float, nargs=2, default=[6.0, 3.0], metavar="MM",
-                        help="approach and press [mm] at the tool")
+                        help="approach and indentation at the tool [mm]")
     arguments = parser.parse_args()
 
     channel = palpate_stubs.connect(grpc, arguments.target)
@@ -91,10 +91,10 @@ def main():
     if stream.code() != grpc.StatusCode.OK:
         wrong.append(f"ended with {stream.code()}: {stream.details()}")
     if peak <= 0:
-        wrong.append(f"peak force {peak} N along y does not push against the motion")
+        wrong.append(f"peak force {peak} N along y does not oppose the motion")
     print(f"{scene.name}: {count} states, {hand.sequence} commands, peak force {peak:.4f} N")
     for problem in wrong:
-        print(f"wrong: {problem}")
+        print(f"error: {problem}")
     return 1 if wrong else 0
 
 

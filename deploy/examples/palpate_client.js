@@ -33,7 +33,7 @@ function now() {
   return {seconds: Math.floor(ms / 1000), nanos: (ms % 1000) * 1e6};
 }
 
-// Runs `main`, prints what was wrong, and ends with 0 (nothing), 1, or 2 (unusable arguments).
+// Runs `main` and prints its errors. Exit code 0: none, 1: errors, 2: unusable arguments.
 function run(usage, main) {
   if (!process.argv[2]) {
     console.error(`usage: ${usage}`);
@@ -41,7 +41,7 @@ function run(usage, main) {
   }
   main(connect(process.argv[2])).then(
       (wrong) => {
-        wrong.forEach((problem) => console.log(`wrong: ${problem}`));
+        wrong.forEach((problem) => console.log(`error: ${problem}`));
         process.exit(wrong.length ? 1 : 0);
       },
       (error) => {

@@ -1,7 +1,7 @@
-"""Finds or makes the Python stubs of palpate.v1, from the .proto files alone.
+"""Finds or generates the Python stubs of palpate.v1 from the .proto files.
 
-PALPATE_STUBS names the folder for them (default: build/python-stubs beside the sources);
-PALPATE_STUBS_READY says that they are there already.
+PALPATE_STUBS: folder of the stubs (default: build/python-stubs in the repository).
+PALPATE_STUBS_READY: if set, the stubs exist already.
 """
 import os
 import pathlib
@@ -14,7 +14,7 @@ PROTO = ROOT / "proto"
 
 
 def generate(out):
-    """Makes the stubs in the folder `out`."""
+    """Generates the stubs in the folder `out`."""
     plugin = shutil.which("grpc_python_plugin")
     if plugin is None:
         sys.exit("grpc_python_plugin is missing: apt-get install protobuf-compiler-grpc")
@@ -36,5 +36,5 @@ def load():
 
 
 def connect(grpc, target):
-    """A channel to HOST:PORT in plain text, never through a proxy."""
+    """Returns a channel to HOST:PORT in plain text, without a proxy."""
     return grpc.insecure_channel(target, options=[("grpc.enable_http_proxy", 0)])

@@ -1,5 +1,6 @@
-// Watches a slave with only the .proto files: 100 states and one mesh. Prints the number of skipped states, and the last forces
-// of several fingertips. Exit code 0: the sequence always rose.
+// Observes a slave, using only the .proto files: 100 states and a first mesh. Prints the number of
+// skipped states, and the last forces of the fingertips if there are several. Exit code 0: the
+// sequence increased throughout.
 'use strict';
 
 const {call, run} = require('./palpate_client');
@@ -7,7 +8,7 @@ const {call, run} = require('./palpate_client');
 const STATES = 100;
 
 function words(finger) {
-  const touch = finger.in_contact ? 'contact' : 'free';
+  const touch = finger.in_contact ? 'in contact' : 'free';
   const {x, y, z} = finger.force || {};
   const force = finger.force ? `${Math.hypot(x, y, z).toFixed(4)} N` : 'force unknown';
   return `${touch}, ${force}, ${finger.validity}`;
@@ -47,11 +48,11 @@ async function main(client) {
   });
   fingers.forEach((finger, i) => {
     const {x, y, z} = finger.force || {x: 0, y: 0, z: 0};
-    if (![x, y, z].every(Number.isFinite)) wrong.push(`the force of finger ${i + 1} is no number`);
+    if (![x, y, z].every(Number.isFinite)) wrong.push(`the force of finger ${i + 1} is not a number`);
     console.log(`finger ${i + 1}: ${words(finger)}`);
   });
   console.log(`phase ${status.phase}: ${STATES} states, ${last - first + 1 - STATES} skipped, ` +
-              `${sensed.size} sensed, ${nodes} nodes`);
+              `${sensed.size} samples, ${nodes} nodes`);
   return wrong;
 }
 

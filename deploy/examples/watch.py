@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Watches a slave with only the .proto files: states and the deformed boundary.
+"""Observes a slave, using only the .proto files: states, and the deformed boundary if there is one.
 
 usage: watch.py HOST:PORT [--states N]
 
-Prints the numbers of received and skipped states, and the last forces of several fingertips. Exit
-code 0: the sequence always rose and a sensed state was received; 1: otherwise.
+Prints the number of received and skipped states, and the last forces of the fingertips if there are
+several. Exit code 0: the sequence increased throughout and the messages are well-formed; 1: otherwise.
 """
 import argparse
 import math
@@ -21,8 +21,8 @@ def numbers(vector):
 
 
 def words(finger):
-    """State of a fingertip as text."""
-    touch = "contact" if finger.in_contact else "free"
+    """Contact and force of a fingertip, as text."""
+    touch = "in contact" if finger.in_contact else "free"
     force = f"{math.hypot(*numbers(finger.force)):.4f} N" if finger.HasField("force") else "force unknown"
     return f"{touch}, {force}, {states.Validity.Name(finger.validity)}"
 
@@ -56,13 +56,13 @@ def main():
         wrong.append("the first mesh has no topology, or positions that do not fit it")
     for number, finger in enumerate(state.fingers, start=1):
         if finger.HasField("force") and not all(map(math.isfinite, numbers(finger.force))):
-            wrong.append(f"the force of finger {number} is no number")
+            wrong.append(f"the force of finger {number} is not a number")
         print(f"finger {number}: {words(finger)}")
     skipped = last - first + 1 - arguments.states
     print(f"phase {states.Phase.Name(status.phase)}: {arguments.states} states, {skipped} skipped, "
-          f"{len(sensed)} sensed, {len(mesh.positions) // 3} nodes")
+          f"{len(sensed)} samples, {len(mesh.positions) // 3} nodes")
     for problem in wrong:
-        print(f"wrong: {problem}")
+        print(f"error: {problem}")
     return 1 if wrong else 0
 
 

@@ -1,4 +1,4 @@
-// Decodes pictures in a thread of its own, a few ahead of the reader, and gives them their stamps.
+// Decodes images in a separate thread, a few ahead of the reader, and assigns timestamps.
 #pragma once
 
 #include <condition_variable>
@@ -19,16 +19,16 @@ namespace palpate {
 
 class DecodeAhead final : public FrameSource {
  public:
-  // The next picture; an empty one: the source has ended. Throws where it breaks.
+  // The next image; an empty one: the source has ended. Throws on errors of the source.
   using Decode = std::function<cv::Mat()>;
 
   struct Options {
     std::string description;
-    double rate = 60;  // stamps of recorded pictures lie 1 / rate apart [Hz], > 0,
-    // or so many times that from the first, one per picture; empty: there are no gaps.
+    double rate = 60;  // timestamps of recorded images are 1 / rate apart [Hz], > 0,
+    // or these multiples of it from the first, one per image; empty: no gaps
     std::vector<std::uint64_t> instants = {};
-    bool paced = false;  // recorded pictures come when their stamps say
-    bool live = false;   // stamps are the clock's at decoding, and a late reader loses old pictures
+    bool paced = false;  // recorded images arrive at their timestamps
+    bool live = false;   // timestamps are the time of decoding, and a slow reader loses old images
   };
 
   DecodeAhead(Decode decode, Options options);
@@ -37,9 +37,9 @@ class DecodeAhead final : public FrameSource {
   [[nodiscard]] std::string description() const override { return options_.description; }
 
  private:
-  // Pictures: at 60 Hz a disk may be late by 67 ms.
+  // Number of images: at 60 Hz a disk may be late by 67 ms.
   static constexpr std::size_t kRecordedAhead = 4;
-  static constexpr std::size_t kLiveAhead = 1;  // a live picture is only good while it is new
+  static constexpr std::size_t kLiveAhead = 1;  // a live image is useful only while it is new
 
   void Run(const std::stop_token& stop);
   bool Push(Frame frame, const std::stop_token& stop);
@@ -55,7 +55,7 @@ class DecodeAhead final : public FrameSource {
   std::deque<Frame> ready_;     // guarded by mutex_
   bool ended_ = false;          // guarded by mutex_
   std::exception_ptr failure_;  // guarded by mutex_
-  std::jthread thread_;         // last: it stops and joins before the rest goes
+  std::jthread thread_;         // last member: it stops and joins before the others are destroyed
 };
 
 }  // namespace palpate

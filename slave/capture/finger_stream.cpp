@@ -51,15 +51,16 @@ std::optional<std::string> FingerStream::Take(std::uint64_t sequence, Time sense
                                               const FingerReading& reading, Time arrived_at,
                                               SenderId sender) {
   if (sensed_at_ && sender != sender_ && arrived_at - heard_at_ < SilenceAllowed()) {
-    return "is fed already: accepted is one stream, or another one a second after its last sample";
+    return "is already fed by a stream: accepted is one stream, or a new one a second after the "
+           "last sample";
   }
   if (auto why = RefuseCounts(reading)) return why;
   if (reading.X_SF && !IsPose(*reading.X_SF)) {
-    return "pose: accepted is a finite place and a rotation";
+    return "pose: accepted is a finite position and a rotation";
   }
   if (sender != sender_) Restart();
   if (sensed_at_ && sensed_at < *sensed_at_) {
-    return "sensed_at: accepted is a clock that does not go back; this one went back by " +
+    return "sensed_at: accepted is a time that does not decrease; this one decreased by " +
            std::to_string(SecondsBetween(sensed_at, *sensed_at_)) + " s";
   }
   if (sensed_at_ && sensed_at == *sensed_at_) return std::nullopt;  // the same sample again

@@ -26,7 +26,7 @@ void RequireSize(const Camera& camera, const cv::Size& first) {
   const auto [width, height] = camera.size;
   if (width == 0 || (width == first.width && height == first.height)) return;
   throw std::runtime_error("sense.camera.size = [" + std::to_string(width) + ", " +
-                           std::to_string(height) + "]: accepted is that of the pictures of " +
+                           std::to_string(height) + "]: accepted is the size of the images of " +
                            camera.pattern + ", [" + std::to_string(first.width) + ", " +
                            std::to_string(first.height) + "], or no size");
 }
@@ -69,7 +69,8 @@ std::unique_ptr<FrameSource> OpenVideo(const Camera& camera, bool paced,
   if (!fs::is_regular_file(file)) throw std::runtime_error(file.string() + ": no such video");
   const std::shared_ptr<Film> video = LoadFilms().OpenFile(file.string());
   cv::Mat first = video ? video->Next() : cv::Mat();
-  if (first.empty()) throw std::runtime_error(file.string() + ": not a video, or without pictures");
+  if (first.empty())
+    throw std::runtime_error(file.string() + ": not a video, or a video without images");
   RequireSize(camera, first.size());
   const DecodeAhead::Options options{
       .description = "video " + file.string(), .rate = camera.rate, .paced = paced};
@@ -84,7 +85,7 @@ std::unique_ptr<FrameSource> OpenLive(const Camera& camera, const PictureFilter&
 }
 
 [[noreturn]] void Refuse(const fs::path& file, std::size_t number, const std::string& why) {
-  throw std::runtime_error(fmt::format("{}: picture {}: {}", file.string(), number, why));
+  throw std::runtime_error(fmt::format("{}: image {}: {}", file.string(), number, why));
 }
 
 void RequireRate(double rate) {
@@ -148,7 +149,7 @@ cv::Mat ReadPair(PictureRow& left, PictureRow& right) {
   if (left.ended()) return {};
   const cv::Mat of_left = Grey(left.ReadNext(), left);
   const cv::Mat of_right = Grey(right.ReadNext(), right);
-  right.RequireSize(of_right.size(), of_left.size(), "the left picture's");
+  right.RequireSize(of_right.size(), of_left.size(), "the left image's");
   cv::Mat both;
   cv::vconcat(of_left, of_right, both);
   return both;
@@ -166,8 +167,8 @@ void RequireSameNumbers(const PictureRow& left, const PictureRow& right) {
     const fs::path &a = left.files()[k], &b = right.files()[k];
     if (LastNumber(a) == LastNumber(b)) continue;
     throw std::runtime_error(
-        fmt::format("sense.camera.stereo: pair {} would be {} and {}: accepted are pictures of the "
-                    "same number, as in the first pair",
+        fmt::format("sense.camera.stereo: pair {} would be {} and {}: accepted are images whose "
+                    "numbers differ as in the first pair",
                     k + 1, a.string(), b.string()));
   }
 }
@@ -245,8 +246,8 @@ std::unique_ptr<StereoSource> OpenPairs(const StereoCameras& cameras, bool paced
   PictureRow left(cameras.left), right(cameras.right);
   if (left.count() != right.count()) {
     throw std::runtime_error(
-        fmt::format("sense.camera.stereo: left = {} are {} pictures, right = {} are {}: accepted "
-                    "is as many of each",
+        fmt::format("sense.camera.stereo: left = {} has {} images, right = {} has {}: accepted is "
+                    "the same count of both",
                     cameras.left, left.count(), cameras.right, right.count()));
   }
   RequireSameNumbers(left, right);
@@ -265,7 +266,7 @@ std::unique_ptr<StereoSource> OpenDepth(const DepthPictures& depth, bool paced) 
   RequireRate(depth.rate);
   PictureRow row(depth.pattern);
   const DecodeAhead::Options options{
-      .description = fmt::format("files {} ({} depth pictures{})", depth.pattern, row.count(),
+      .description = fmt::format("files {} ({} depth images{})", depth.pattern, row.count(),
                                  MissingInWords(InstantsOf(row.files()))),
       .rate = depth.rate,
       .instants = InstantsOf(row.files()),
@@ -296,12 +297,12 @@ std::unique_ptr<FrameSource> OpenFrameSource(const Scene& scene, bool paced,
     case Camera::Source::kSimulated:
       break;
   }
-  throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulated site");
+  throw std::runtime_error(scene.name + ": a simulated camera is opened by the simulator");
 }
 
 std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
   if (TakesPictures(scene.sense)) {
-    throw std::runtime_error(scene.name + ": pictures of a stream come when a driver pushes them");
+    throw std::runtime_error(scene.name + ": images of a stream arrive only from a driver");
   }
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
     if (depth->source != DepthPictures::Source::kEye) return OpenDepth(*depth, paced);
@@ -316,7 +317,7 @@ std::unique_ptr<StereoSource> OpenStereo(const Scene& scene, bool paced) {
     throw std::runtime_error(scene.name + ": the scene has no pair of cameras");
   }
   if (stereo->source == StereoCameras::Source::kSimulated) {
-    throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulated site");
+    throw std::runtime_error(scene.name + ": a simulated pair is opened by the simulator");
   }
   if (stereo->source != StereoCameras::Source::kEyes) return OpenPairs(*stereo, paced);
   const bool is_one = stereo->eyes.size() == 1;

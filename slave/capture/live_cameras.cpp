@@ -100,7 +100,7 @@ void LiveCameras::State::Watch(std::size_t eye, const std::stop_token& stop) {
     film = inputs[eye].open();
     if (!film) {
       throw std::runtime_error(inputs[eye].name +
-                               ": no such camera or stream, or not permitted, or no answer");
+                               ": no such camera or stream, no permission, or no answer");
     }
     Reach(eye, Stage::kOpened);
     WatchOpened(eye, std::move(film), stop);
@@ -182,15 +182,15 @@ bool LiveCameras::State::IsLikeFirst(std::size_t eye, const cv::Mat& picture) {
   ImageFormat& first = firsts[eye];
   if (first.size.empty() && !input.size.empty() && image_format.size != input.size) {
     unlike[eye] = fmt::format(
-        "{}: {} x {} px: accepted is {} x {} px, as the scene or its rig says", input.name,
+        "{}: {} x {} px: accepted is {} x {} px, the size in the scene or its rig", input.name,
         image_format.size.width, image_format.size.height, input.size.width, input.size.height);
     return false;
   }
   if (first.size.empty()) first = image_format;
   const bool is_like = image_format.size == first.size && image_format.type == first.type;
   unlike[eye] = is_like ? std::string()
-                        : fmt::format("{}: {}: accepted is what the first one was, {}", input.name,
-                                      InWords(image_format), InWords(first));
+                        : fmt::format("{}: {}: accepted is the format of the first image, {}",
+                                      input.name, InWords(image_format), InWords(first));
   return is_like;
 }
 
@@ -226,12 +226,12 @@ void LiveCameras::State::Match() {
 
 std::string LiveCameras::State::Trouble(Time now) const {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (gone[i]) return inputs[i].name + ": gone; it is looked for again";
+    if (gone[i]) return inputs[i].name + ": disconnected; reconnecting";
     if (!unlike[i].empty()) return unlike[i];
   }
   if (inputs.size() < 2 || health.dropped == 0 || SecondsBetween(matched_at, now) < kNoPair)
     return {};
-  return fmt::format("no pair for {:.1f} s: the pictures come {:.3g} ms apart, sync is {:.3g} ms",
+  return fmt::format("no pair for {:.1f} s: the images arrive {:.3g} ms apart, sync is {:.3g} ms",
                      SecondsBetween(matched_at, now), 1e3 * std::abs(apart), 1e3 * sync);
 }
 
@@ -243,11 +243,11 @@ void LiveCameras::State::AwaitFirst(std::unique_lock<std::mutex>& lock,
   if (slot || stop.stop_requested()) return;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (firsts[i].size.empty() && unlike[i].empty()) {
-      throw std::runtime_error(inputs[i].name + ": no picture came");
+      throw std::runtime_error(inputs[i].name + ": no image received");
     }
   }
   const std::string why = Trouble(Clock::now());
-  throw std::runtime_error(why.empty() ? inputs.back().name + ": no second picture came" : why);
+  throw std::runtime_error(why.empty() ? inputs.back().name + ": no second image received" : why);
 }
 
 LiveCameras::LiveCameras(std::vector<CameraInput> inputs, double sync,
@@ -305,7 +305,7 @@ namespace {
 void RequireUnit(const std::string& name, double is, double accepted) {
   if (is == 0 || std::abs(is / accepted - 1) < 1e-6) return;
   throw std::runtime_error(
-      fmt::format("{}: a count is {:g} mm: accepted is that as sense.camera.unit, which is {:g} mm",
+      fmt::format("{}: one count is {:g} mm: accepted is the value of sense.camera.unit, {:g} mm",
                   name, 1e3 * is, 1e3 * accepted));
 }
 
@@ -409,7 +409,7 @@ StereoPair PairFrom(const std::vector<cv::Mat>& pictures, PairLayout layout,
   pair.right = Grey(pictures.back(), name);
   if (pair.left.size() != pair.right.size()) {
     throw std::runtime_error(
-        fmt::format("{}: {} x {} and {} x {} px: accepted are pictures of one size", name,
+        fmt::format("{}: {} x {} and {} x {} px: accepted are images of one size", name,
                     pair.left.cols, pair.left.rows, pair.right.cols, pair.right.rows));
   }
   return pair;

@@ -82,7 +82,8 @@ NumberedName ParseNumbered(const fs::path& pattern) {
   const bool whole = digits < name.size() && name[digits] == 'd' && width.size() <= 3 &&
                      name.find('%', digits) == std::string::npos;
   if (!whole) {
-    Refuse(pattern, "malformed pattern: accepted is one %d, such as %04d.png, in the file name");
+    Refuse(pattern,
+           "malformed pattern: accepted is one %d, for example %04d.png, in the file name");
   }
   return {name.substr(0, percent), name.substr(digits + 1), width.empty() ? 0U : std::stoul(width),
           !width.empty() && width[0] == '0'};
@@ -136,7 +137,7 @@ cv::Mat WithoutAlpha(const cv::Mat& image) {
 class OtherPicture final : public CodedPicture {
  public:
   explicit OtherPicture(Bytes bytes) : image_(WithoutAlpha(LoadFilms().Decode(bytes))) {
-    if (image_.empty()) throw std::runtime_error("is not a picture, or damaged");
+    if (image_.empty()) throw std::runtime_error("is not an image, or is damaged");
   }
   [[nodiscard]] cv::Size size() const override { return image_.size(); }
   cv::Mat Decode() override { return image_; }
@@ -219,7 +220,7 @@ std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& b
   const std::string name = full.filename().string();
   if (fs::is_directory(full)) {
     auto files = Collect(full, IsPictureName);
-    if (files.empty()) Refuse(full, "the directory holds no picture");
+    if (files.empty()) Refuse(full, "the directory contains no image");
     return files;
   }
   if (!fs::is_directory(full.parent_path())) {
@@ -234,12 +235,12 @@ std::vector<fs::path> ListPictures(const std::string& pattern, const fs::path& b
       return fnmatch(name.c_str(), file.filename().c_str(), FNM_PERIOD) == 0;
     });
   }
-  if (files.empty()) Refuse(full, "no picture matches");
+  if (files.empty()) Refuse(full, "no image matches");
   return files;
 }
 
 cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& accept) {
-  const std::string which = "picture " + std::to_string(number);
+  const std::string which = "image " + std::to_string(number);
   const std::vector<unsigned char> bytes = ReadBytes(file, which);
   const auto told = [&](const auto& step) {
     try {

@@ -1,4 +1,4 @@
-// Picture files: which ones a pattern names, and how one is read.
+// Image files: listing by pattern, reading and writing.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace palpate {
 //   frames/%04d.png  a printf pattern with one %d: from 0, else from 1, else from the smallest
 //                    number there is, gaps left out
 //   frames/*.jpg     a glob (* and ? in the file name), sorted naturally: img2 before img10
-//   frames           a directory: every picture in it, sorted naturally
-//   embryo.jpg       one picture
+//   frames           a directory: every image in it, sorted naturally
+//   embryo.jpg       one image
 // A relative pattern is relative to `base`. Throws std::runtime_error naming the pattern: nothing
 // matches, no such directory, a malformed printf pattern.
 std::vector<std::filesystem::path> ListPictures(const std::string& pattern,
@@ -29,25 +29,25 @@ bool NaturallyLess(const std::string& a, const std::string& b);
 // last numbers in their names rise, in steps of the smallest rise there is; a larger one is a gap.
 // One after the other where names have no such numbers, or more would be missing than there are.
 std::vector<std::uint64_t> InstantsOf(const std::vector<std::filesystem::path>& files);
-// How many pictures are missing between instants, in words to follow a count: `, 3 missing`; empty:
-// none.
+// Text for the number of images that are missing in the sequence, after a count: `, 3 missing`;
+// empty: none.
 std::string MissingInWords(const std::vector<std::uint64_t>& instants);
 
 // The last number in the file's name, without leading zeros: 7 of left_007.png; empty: none.
 std::string LastNumber(const std::filesystem::path& file);
 
-// Given a picture's width and height before its pixels take memory; throws where they do not fit.
+// Gets an image's width and height before its pixels need memory; throws if they do not fit.
 using AcceptSize = std::function<void(const cv::Size&)>;
 
-// Reads one picture as it is, 8 or 16 bit, without alpha. PNG and JPEG are decoded here, other
+// Reads one image unchanged, 8 or 16 bit, without alpha. PNG and JPEG are decoded here, other
 // formats by the module palpate-films. Throws std::runtime_error naming the file and its `number`
-// (from 1): missing, not a picture, truncated, damaged, of more than kMostPixels; what `accept`
-// throws.
+// (from 1): missing, not an image, truncated, damaged, more than kMostPixels; exceptions of
+// `accept`.
 cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number,
                     const AcceptSize& accept = {});
 
 // Writes `image`, 1 or 3 channels of 8 or 16 bit, without loss. False: the file cannot be written.
-// Throws std::invalid_argument: another type, an empty picture.
+// Throws std::invalid_argument: another type, an empty image.
 bool WritePng(const cv::Mat& image, const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -69,13 +69,14 @@ cv::Mat Decoded(const PushedPicture& pushed, const Accepts& accepts) {
   const bool is_jpeg = pushed.encoding == Encoding::kJpeg;
   try {
     const auto coded = is_jpeg ? OpenJpeg(bytes) : OpenPng(bytes);
-    if (coded == nullptr) Refuse(is_jpeg ? "is no JPEG of grey or three colours" : "is no PNG");
+    if (coded == nullptr)
+      Refuse(is_jpeg ? "is not a JPEG image, grey or with three colours" : "is not a PNG image");
     accepts(coded->size());
     return coded->Decode();
   } catch (const std::runtime_error& error) {
     const std::string why = error.what();
     if (why.find("accepted is") != std::string::npos) throw;
-    Refuse(fmt::format("the picture {}: accepted is a whole {}", why, is_jpeg ? "JPEG" : "PNG"));
+    Refuse(fmt::format("the image {}: accepted is a complete {}", why, is_jpeg ? "JPEG" : "PNG"));
   }
 }
 
@@ -165,9 +166,9 @@ cv::Mat PictureInbox::State::Accepted(const PushedPicture& pushed) const {
 Sample PictureInbox::State::Accepted(const PushedSample& pushed) const {
   const bool is_pair = wanted.kind == Wanted::Kind::kPair;
   if (is_pair && !pushed.right)
-    Refuse("right is absent: accepted is a pair, the scene has two eyes");
+    Refuse("right is absent: accepted is a pair, because the scene has a stereo pair");
   if (!is_pair && pushed.right) {
-    Refuse("right: accepted is one picture, the scene has one camera");
+    Refuse("right: accepted is one image, because the scene has one camera");
   }
   Sample sample;
   sample.left = Accepted(pushed.picture);
@@ -193,7 +194,7 @@ std::optional<std::string> PictureInbox::State::TooMany(Time arrived_at) {
 std::optional<std::string> PictureInbox::State::OutOfOrder(const PushedSample& pushed) const {
   if (!sensed_at) return std::nullopt;
   if (pushed.sensed_at <= *sensed_at) {
-    return fmt::format("sensed_at: accepted is a clock that goes forward; this one went by {} s",
+    return fmt::format("sensed_at: accepted is a time that increases; this one changed by {} s",
                        SecondsBetween(*sensed_at, pushed.sensed_at));
   }
   if (pushed.sequence == 0 || pushed.sequence > sequence) return std::nullopt;
@@ -207,7 +208,7 @@ std::optional<std::string> PictureInbox::State::Unlike(const Sample& sample) {
     size = sample.left.size();
   }
   if (sample.left.type() == type && sample.left.size() == size) return std::nullopt;
-  return fmt::format("{} x {} px, {}: accepted is what the first one was, {} x {} px, {}",
+  return fmt::format("{} x {} px, {}: accepted is the format of the first image, {} x {} px, {}",
                      sample.left.cols, sample.left.rows, InWords(sample.left.type()), size.width,
                      size.height, InWords(type));
 }
@@ -234,7 +235,8 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     const bool is_other = s.sender != 0 && sender != s.sender;
     if (is_other && s.heard_at && SecondsBetween(*s.heard_at, arrived_at) < kSilence) {
       return Refusal{
-          "is fed already: accepted is one stream, or another one a second after its last sample",
+          "is already fed by a stream: accepted is one stream, or a new one a second after the "
+          "last sample",
           true};
     }
     if (is_other || s.sender == 0) {
@@ -253,7 +255,8 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
   }
   {
     const std::scoped_lock lock(s.mutex);
-    if (s.sender != sender) return Refusal{"is fed by another stream: accepted is one", true};
+    if (s.sender != sender)
+      return Refusal{"is fed by another stream: accepted is one stream", true};
     if (auto why = s.Unlike(sample)) return Refusal{*std::move(why)};
     s.heard_at = arrived_at;
     s.sensed_at = pushed.sensed_at;
@@ -268,9 +271,9 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     ++s.health.taken;
     if (std::abs(sample.skew) > s.wanted.sync) {
       ++s.health.dropped;
-      s.health.trouble = fmt::format(
-          "a pair's pictures were taken {:.3g} ms apart and are dropped: sync is {:.3g} ms",
-          1e3 * std::abs(sample.skew), 1e3 * s.wanted.sync);
+      s.health.trouble =
+          fmt::format("the images of a pair are {:.3g} ms apart and are dropped: sync is {:.3g} ms",
+                      1e3 * std::abs(sample.skew), 1e3 * s.wanted.sync);
       return std::nullopt;
     }
     s.health.trouble.clear();
@@ -308,7 +311,7 @@ CameraHealth PictureInbox::health() const {
 
 namespace {
 
-constexpr const char* kDescription = "pictures that a driver pushes (FeedPictures)";
+constexpr const char* kDescription = "images from a driver (FeedPictures)";
 
 }  // namespace
 

@@ -1,5 +1,5 @@
-// Where drivers in any language push pictures (FeedPictures): the newest one wins, and what is not
-// the scene's is refused in words.
+// Receives images from drivers (FeedPictures): the newest counts, and images that do not fit the
+// scene are rejected with a sentence.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// A picture as it was pushed.
+// An image as received.
 struct PushedPicture {
   enum class Encoding : std::uint8_t {
     kJpeg,
@@ -23,24 +23,24 @@ struct PushedPicture {
     kGrey16
   } encoding = Encoding::kJpeg;
   const std::string* data = nullptr;  // outlives the call
-  unsigned width = 0, height = 0;     // [px]; of files 0: as the file says
+  unsigned width = 0, height = 0;     // size [px]; for files 0: the size in the file
 };
 
-// What the eyes saw at one instant, as it was pushed. Sender's clock.
+// The images of one instant, as received. Sender's clock.
 struct PushedSample {
-  std::uint64_t sequence = 0;  // 0: not told
+  std::uint64_t sequence = 0;  // 0: not used
   Time sensed_at{};
   PushedPicture picture;
   std::optional<PushedPicture> right;
   std::optional<Time> right_sensed_at;
 };
 
-// Thread-safe. Holds one sample.
+// Thread-safe. Contains one sample.
 class PictureInbox {
  public:
   using SenderId = std::uint64_t;  // never 0
 
-  // For the scene's camera, pair or depth pictures, whose source is a stream.
+  // For the scene's camera, pair or depth images, whose source is a stream.
   explicit PictureInbox(const Scene& scene);
   ~PictureInbox();
   PictureInbox(const PictureInbox&) = delete;
@@ -50,25 +50,26 @@ class PictureInbox {
     std::string why;
     bool is_held = false;  // by another sender: nothing is wrong with the sample
   };
-  // Decodes and keeps a sample that arrived at `arrived_at`. Refused: what does not decode; another
-  // size, kind or number of channels than the scene's or than the first one's; a sequence that does
-  // not rise, a clock that does not go forward; far more samples than the scene's rate; another
-  // `sender` than the one from whom a sample came less than a second ago. A pair whose pictures
-  // were taken farther apart than the scene's `sync` is dropped and counted.
+  // Decodes and stores a sample that arrived at `arrived_at`. Rejects: undecodable data; another
+  // size, kind or number of channels than the scene's or the first one's; a sequence that does not
+  // rise, a time that does not increase; far more samples than the scene's rate; another `sender`
+  // than the one that sent a sample within the last second. A pair whose images are farther apart
+  // than the scene's `sync` is dropped and counted.
   std::optional<Refusal> Feed(const PushedSample& sample, Time arrived_at, SenderId sender);
-  // `sender` has left, if it fed us: the next one's clock and sequence begin anew.
+  // `sender` has left. If it was the sender of this inbox, clock and sequence of the next one may
+  // start again.
   void Leave(SenderId sender);
 
-  // Waits until there is a sample that nobody has taken; false: `stop`.
+  // Waits for a sample that was not yet returned; false: `stop`.
   bool Wait(const std::stop_token& stop);
-  // Throws away the one that waits, if any; the next one may be unlike those before.
+  // Discards the waiting sample, if any; the format of the next one is free.
   void Drop();
   // When the sample taken last was taken by its camera, slave's clock.
   [[nodiscard]] Time taken_at() const;
   [[nodiscard]] CameraHealth health() const;
 
-  // What gives the samples, one at a time; the inbox must outlive them. `filter`: what becomes of
-  // each picture, if anything.
+  // A source of the received samples, one at a time; the inbox must outlive it. `filter`: optional
+  // processing of each image.
   std::unique_ptr<FrameSource> OpenFrames(PictureFilter filter);
   std::unique_ptr<StereoSource> OpenPairs();
 

@@ -134,7 +134,7 @@ FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Fi
       poses.push_back({t, X_SF});
     }
   }
-  if (poses_.empty()) rows.Fail("no pose: accepted is one row or more of the scene's fingers");
+  if (poses_.empty()) rows.Fail("no pose: accepted is one row or more with a finger of the scene");
 }
 
 std::optional<Eigen::Isometry3d> FingerPoses::At(std::string_view finger, double t) const {
@@ -155,10 +155,10 @@ void FingerPoses::RequireWithin(double begin, double end) const {
     first = std::min(first, poses.front().t);
     last = std::max(last, poses.back().t);
   }
-  throw std::runtime_error(fmt::format(
-      "{}: poses from {:.6g} to {:.6g} s: accepted are poses on the recording's clock, {:.6g} to "
-      "{:.6g} s",
-      file_.string(), first, last, begin, end));
+  throw std::runtime_error(
+      fmt::format("{}: poses from {:.6g} to {:.6g} s: accepted are poses in the time base of the "
+                  "recording, {:.6g} to {:.6g} s",
+                  file_.string(), first, last, begin, end));
 }
 
 // A recording as a source of frames.
@@ -166,7 +166,7 @@ std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool pac
   if (!scene.sense.Find<Tactile>())
     throw std::runtime_error(scene.name + ": the scene has no fingertips");
   if (scene.sense.Find<Tactile>()->source != Tactile::Source::kRecording) {
-    throw std::runtime_error(scene.name + ": sense.tactile.source is no recording");
+    throw std::runtime_error(scene.name + ": sense.tactile.source is not a recording");
   }
   return std::make_unique<RecordedTactile>(*scene.sense.Find<Tactile>(), paced);
 }

@@ -1,4 +1,4 @@
-// Who is shown each sample as a sense is given it, and who gives them again later.
+// Hooks that record each sample of a sensing, or replay recorded ones.
 #pragma once
 
 #include <memory>
@@ -16,14 +16,14 @@ namespace palpate {
 class SampleTap {
  public:
   virtual ~SampleTap() = default;
-  // A source begins: what came before was of another one, which would not do.
+  // A source begins; earlier samples came from a source that could not be used.
   virtual void Opened() = 0;
   virtual void OnSample(const Frame& frame) = 0;
   virtual void OnSample(const StereoPair& pair) = 0;
   virtual void OnSample(const TactileFrame& frame) = 0;
 };
 
-// Samples that were seen once. One source at a time; the player outlives it.
+// Replays recorded samples. One source at a time; the player outlives it.
 class SamplePlayer {
  public:
   virtual ~SamplePlayer() = default;
@@ -64,7 +64,7 @@ class TappedPictures final : public TappedSource<PictureSource<Picture>> {
   }
 };
 
-// `source` as it is, where nobody wants to see.
+// `source` itself, if there is no tap.
 template <typename Picture>
 std::unique_ptr<PictureSource<Picture>> Tapped(std::unique_ptr<PictureSource<Picture>> source,
                                                SampleTap* tap) {
@@ -76,7 +76,7 @@ inline std::unique_ptr<TactileSource> Tapped(std::unique_ptr<TactileSource> sour
   if (tap == nullptr) return source;
   return std::make_unique<TappedSource<TactileSource>>(std::move(source), tap);
 }
-// What stands behind the tap, if there is one.
+// The source behind the tap, if there is one.
 template <typename Source>
 Source* Untapped(Source* source) {
   auto* tapped = dynamic_cast<TappedSource<Source>*>(source);

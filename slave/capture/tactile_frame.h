@@ -1,4 +1,4 @@
-// What all fingertips of a scene read at one instant, and where such readings come from.
+// Readings of all fingertips of a scene at one instant, and their source.
 #pragma once
 
 #include <array>
@@ -16,19 +16,19 @@ namespace palpate {
 
 inline constexpr int kElectrodeCount = 19;
 
-// Raw counts of one fingertip, rest values not subtracted.
+// Raw counts of one fingertip, the baseline not subtracted.
 struct FingerReading {
   bool present = false;  // false: this finger has no sample for this instant
   std::array<float, kElectrodeCount> electrodes{};  // E1 to E19
   float pac = 0;                                    // dynamic pressure, pac0
   float pdc = 0;                                    // static pressure
-  std::optional<Eigen::Isometry3d> X_SF;            // where the fingertip is, if the source tells
+  std::optional<Eigen::Isometry3d> X_SF;  // pose of the fingertip, if the source provides it
 };
 
 struct TactileFrame {
   std::uint64_t sequence = 0;  // from 1
   Time sensed_at{};
-  bool after_gap = false;  // samples are missing just before this one: what looks back starts anew
+  bool after_gap = false;  // samples are missing just before this one: windows start again
   std::array<FingerReading, kMaxFingers> fingers{};  // in the scene's order
 };
 
@@ -41,7 +41,7 @@ class TactileSource {
   // The next instant, at the scene's rate; blocks until there is one. nullopt: the source has ended
   // or `stop` was requested. Throws std::runtime_error where a source breaks; the message names it.
   virtual std::optional<TactileFrame> Next(const std::stop_token& stop) = 0;
-  // In words, for people.
+  // Description for people.
   [[nodiscard]] virtual std::string description() const = 0;
 };
 

@@ -18,7 +18,7 @@
 namespace palpate {
 
 // The samples of one live fingertip, on the slave's clock, a bounded number of them. Not
-// thread-safe. What runs per sample allocates nothing.
+// thread-safe. Work per sample is allocation-free.
 class FingerStream {
  public:
   struct Sample {
@@ -33,26 +33,26 @@ class FingerStream {
   [[nodiscard]] const std::string& name() const { return name_; }
   using SenderId = std::uint64_t;
 
-  // nullopt: taken. Else why not, in words that follow the finger's name. A driver, who has sent
-  // twenty samples without a gap, gives way to another sender after a second of silence; anybody
-  // else after ten periods.
+  // nullopt: accepted. Otherwise the reason of the rejection, which continues the finger's name. A
+  // sender with twenty samples without a gap gives way to another sender after a second of silence;
+  // other senders after ten periods.
   std::optional<std::string> Take(std::uint64_t sequence, Time sensed_at,
                                   const FingerReading& reading, Time arrived_at, SenderId sender);
-  // If it is its sender: the next one begins anew.
+  // Ends the feed if it is the present sender: the next one may start again.
   void Leave(SenderId sender) noexcept;
 
-  // Whether samples come, as far as is known at `now`, the newest time of any finger.
+  // Whether samples arrive, at `now`, the newest time of any finger.
   [[nodiscard]] bool IsSending(Time now) const noexcept;
-  // Whether the sender keeps the scene's rate to a tenth.
+  // Whether the sender's rate is within a tenth of the scene's.
   [[nodiscard]] bool KeepsRate() const noexcept;
   // Null: none yet.
   [[nodiscard]] const Sample* newest() const noexcept;
   // The first sample later than `t`; null: none yet.
   [[nodiscard]] const Sample* After(Time t) const noexcept;
-  // What it read at `t`, linear between samples; absent before the first, after the newest and
+  // The reading at `t`, linear between samples; absent before the first, after the newest and
   // inside a gap.
   [[nodiscard]] FingerReading At(Time t) const noexcept;
-  // Drops what no instant after `t` needs.
+  // Drops samples that are not needed after `t`.
   void Forget(Time t) noexcept;
 
  private:
@@ -78,14 +78,14 @@ class FingerStream {
   std::size_t first_ = 0, count_ = 0;
 };
 
-// Thread-safe. Bounded: what comes faster than it is taken replaces what is old.
+// Thread-safe. Bounded: if samples arrive faster than they are read, new ones replace old ones.
 class TactileInbox final : public TactileSource {
  public:
-  // What a sample is refused for, in words that follow the finger's name.
+  // Reason for rejecting a sample; it continues the finger's name.
   struct Refusal {
     std::string why;
   };
-  // Tells senders apart. One who is alone needs none.
+  // Identifies senders. A single sender needs none.
   using SenderId = FingerStream::SenderId;
   static constexpr SenderId kOnlySender = 0;
 
@@ -93,24 +93,23 @@ class TactileInbox final : public TactileSource {
   ~TactileInbox() override;
 
   // One sample of one finger, taken at `sensed_at` of the sender's clock; `arrived_at` is the
-  // slave's, from which the two clocks' offset is known: the smallest delay of the last seconds
-  // counts as none. Refused: no such finger, counts that are not finite, a clock that goes back, a
-  // sequence that does not rise (0: none is told), a pose that is no pose, another `sender` than
-  // the driver from whom this finger's samples came less than a second ago. A sample of the same
-  // time as the one before is that sample again: taken, and dropped.
+  // slave's clock. The offset of the clocks follows from the smallest delay of the last seconds,
+  // which counts as zero. Rejects: unknown finger, counts that are not finite, a time that
+  // decreases, a sequence that does not rise (0: not used), an invalid pose, another `sender` than
+  // the one that sent this finger's samples within the last second. A sample with the time of the
+  // previous one is a repetition: accepted, and dropped.
   std::optional<Refusal> Feed(std::string_view finger, std::uint64_t sequence, Time sensed_at,
                               const FingerReading& reading, Time arrived_at,
                               SenderId sender = kOnlySender);
 
-  // `sender` has left `finger`, if it fed it: the next one's clock and sequence begin anew, after a
-  // gap.
+  // `sender` has left `finger`. If it was its sender, clock and sequence of the next one may start
+  // again, after a gap.
   void Leave(std::string_view finger, SenderId sender = kOnlySender);
 
   // Frames at the scene's rate as long as at least one finger sends; silence longer than three
-  // periods is a gap. A finger that is silent for so long while others send is absent, and the
-  // frame with which it returns comes after a gap. While the first finger that sends keeps the
-  // scene's rate to a tenth, its samples are the frames as they are; whatever else is linear in
-  // between.
+  // periods is a gap. A finger that is silent for so long while others send is absent, and its
+  // first frame afterwards follows a gap. While the first sending finger keeps the scene's rate
+  // within a tenth, its samples define the frames; the others are interpolated linearly.
   std::optional<TactileFrame> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;
 

@@ -59,7 +59,7 @@ std::string NameOf(std::string_view prefix) {
 std::vector<std::string> ChoosePrefixes(const CsvRows& rows, std::span<const std::string> wanted) {
   auto prefixes = PrefixesIn(rows);
   if (prefixes.empty())
-    rows.Fail("no electrodes: accepted is columns E1 to E19 or NAME_E1 to NAME_E19");
+    rows.Fail("no electrodes: accepted are columns E1 to E19 or NAME_E1 to NAME_E19");
   if (wanted.empty()) return prefixes;
   if (wanted.size() == 1 && prefixes.size() == 1 && prefixes[0].empty()) return prefixes;
   std::vector<std::string> chosen;
@@ -220,7 +220,7 @@ double ReadTime(const CsvRows& rows, std::size_t column, const double* before) {
   const auto t = ParseFinite(rows.Text(column));
   if (!t || std::abs(*t) > kLatest) rows.Refuse(column, "a time in seconds");
   if (before != nullptr && *t < *before) {
-    rows.Refuse(column, "a clock that does not go back, from " + std::to_string(*before) + " on");
+    rows.Refuse(column, "a time that does not decrease, from " + std::to_string(*before) + " on");
   }
   return *t;
 }

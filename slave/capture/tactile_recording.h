@@ -24,7 +24,7 @@ struct RecordedFinger {
   std::string name;  // empty where the file has one finger without a name
   bool has_pac = false, has_pdc = false;
   std::vector<FingerReading> samples;  // one per instant
-  // The column pac0 or pdc that the file does not have, `rf_pdc` say; empty: it has both.
+  // The missing column pac0 or pdc, for example `rf_pdc`; empty: none is missing.
   [[nodiscard]] std::string MissingColumn() const;
 };
 struct TactileRecording {
@@ -32,20 +32,19 @@ struct TactileRecording {
   std::vector<RecordedFinger> fingers;
   std::map<std::string, std::vector<double>> others;  // every other numeric column by its name
   std::map<std::string, std::string>
-      refused;  // the others: where they are no numbers, `file:line: ...`
+      refused;  // errors `file:line: ...` of the other columns that are not numbers
 };
 
-// Columns: a time in seconds (`time_s`, `t`, `rel_time_s`, `timestamp`, the first that is there;
-// `rel_time_s` before the others), per finger `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or
-// without `NAME_` where there is one finger; `ele1` and `pac1` are understood too. A header row;
-// lines that begin with # are comments. `wanted`: the fingers to read, empty: all. Throws
-// std::runtime_error `file:line: ...`: unreadable, a finger or an electrode missing (which), a row
-// with more or fewer columns than the header, not a finite number, a clock that goes back.
+// Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t`, `timestamp`), per finger
+// `NAME_E1` to `NAME_E19`, `NAME_pac0`, `NAME_pdc`, or without `NAME_` for a single finger; `ele1`
+// and `pac1` are accepted too. One header row; lines that begin with # are comments. `wanted`: the
+// fingers to read, empty: all. Throws std::runtime_error `file:line: ...`: unreadable, a finger or
+// an electrode missing (which), a row with more or fewer columns than the header, not a finite
+// number, a time that decreases.
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted);
 
-// The fingers that ReadTactileRecording would read, without their samples: the header alone is
-// read. Throws as it does.
+// The fingers that ReadTactileRecording would read; only the header is read. Throws as it does.
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
                                                std::span<const std::string> wanted);
 
@@ -54,12 +53,12 @@ std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file
 std::vector<TactileFrame> Resample(const TactileRecording& recording, double rate,
                                    double largest_gap);
 
-// The recording that the scene names, at the scene's rate (samples within a tenth of a period of it
-// are taken as they are, others resampled; a quarter of it is the slowest), with its fingertip
-// poses. A finger's first pose counts for three periods before its time and its last one for three
-// after it; beyond, the finger has no pose, and whoever feels says so. `paced`: in the pace in
-// which it was recorded; otherwise as fast as it is read. Throws std::runtime_error like
-// ReadTactileRecording, and where not one pose falls into the recording's time.
+// The recording of the scene, at the scene's rate, with its fingertip poses. Samples within a tenth
+// of a period are used unchanged, others resampled; the slowest rate is a quarter of it. A finger's
+// first pose is valid from three periods before its time, its last one until three periods after
+// it; beyond, the finger has no pose and the estimate says so. `paced`: at the recorded rate;
+// otherwise as fast as it is read. Throws std::runtime_error like ReadTactileRecording, and if no
+// pose is within the recording's time.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
 
 // Where recorded fingertips were: a CSV file of columns `t,finger,x,y,z,qw,qx,qy,qz`: time on the
@@ -70,12 +69,12 @@ std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool pac
 class FingerPoses {
  public:
   // Throws std::runtime_error `file:line: ...`: unreadable, a column missing, not a finite number,
-  // no unit quaternion, a finger's clock that goes back, no pose of any of `fingers`. `hold`: for
-  // so long the first pose counts before its time and the last one after it [s].
+  // not a unit quaternion, a finger's time that decreases, no pose of any of `fingers`. `hold`:
+  // validity of the first pose before its time and of the last one after it [s].
   FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers, double hold);
 
-  // X_SF of `finger` at `t` [s]: between two poses linear in place and spherically linear in
-  // rotation. nullopt: the file has none of it for this time.
+  // X_SF of `finger` at `t` [s]: between two poses linear in position and spherically linear in
+  // rotation. nullopt: no pose for this time.
   [[nodiscard]] std::optional<Eigen::Isometry3d> At(std::string_view finger, double t) const;
   // Throws std::runtime_error naming both: no pose of any finger counts from `begin` to `end` [s].
   void RequireWithin(double begin, double end) const;
@@ -113,7 +112,7 @@ double MedianPeriod(const std::vector<double>& t);
 // `rate` [Hz]; what lies between such samples would be made up.
 void RefuseSlow(const std::filesystem::path& file, double period, double rate);
 
-// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], anew from the first
+// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], again from the first
 // sample behind it.
 std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
                                            double largest_gap);

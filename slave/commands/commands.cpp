@@ -42,7 +42,7 @@ void PrintStage(const StageTimes& s) {
 void PrintPace(const OfflineSummary& s) {
   fmt::print("{} {} in {:.2f} s: {:.0f} {}/s\n", s.frames, s.sense.samples, s.seconds, s.rate(),
              s.sense.samples);
-  fmt::print("  {:<10} {:>9} {:>9} {:>9}\n", "step [us]", "median", "99 %", "worst");
+  fmt::print("  {:<10} {:>9} {:>9} {:>9}\n", "step [us]", "median", "99 %", "largest");
   PrintStage(TimesOf("capture", s.capture));
   for (const StageTimes& stage : s.stages) PrintStage(stage);
 }
@@ -52,7 +52,7 @@ void PrintBudget(const ErrorBudget& budget, const std::string& what) {
   const double peak = budget.peak_force;
   fmt::print(
       "force error over {} {} in contact, true peak {:.4g} N: rms {:.3g} N ({:.2f} % of the peak), "
-      "largest {:.3g} N; from the model {:.2f} %, from tracking {:.2f} %\n",
+      "largest {:.3g} N; due to the model {:.2f} %, due to tracking {:.2f} %\n",
       budget.count, what, peak, budget.rms, 100 * budget.rms / peak, budget.peak_error,
       100 * budget.model_rms / peak, 100 * budget.tracking_rms / peak);
 }
@@ -96,7 +96,7 @@ double Duration(const ProcessOptions& options, const Scene& scene) {
   }
   if (!HasStereoOrDepth(scene.sense)) {
     throw std::invalid_argument(
-        fmt::format("--duration: accepted for a simulated target that goes on; {} has none",
+        fmt::format("--duration: accepted for a simulated target that moves on a path; {} has none",
                     scene.file.string()));
   }
   return duration;
@@ -123,7 +123,7 @@ Metrics MetricsOf(const Slave& slave, const Server& server) {
   for (Metric& metric : MetricsOfThisProcess()) metrics.push_back(std::move(metric));
   metrics.push_back(
       {"palpate_slave_info",
-       "What runs.",
+       "Version of the slave.",
        Metric::Type::kGauge,
        {{Label("version", Version()) + "," + Label("scene", slave.Describe().scene.name), 1}}});
   return metrics;
@@ -166,7 +166,8 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   if (!options.metrics.empty()) MetricsEndpoint(options.metrics, options.insecure);
   if (plain && !IsLoopback(ParseEndpoint(options.listen).host)) {
     spdlog::warn(
-        "--insecure: {} serves whoever reaches it, in plain text: anyone can move the tool",
+        "--insecure: {} serves every client in plain text: anyone who can reach it can move the "
+        "tool",
         options.listen);
   }
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
@@ -178,7 +179,7 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   std::optional<MetricsPage> metrics;
   if (!options.metrics.empty())
     metrics.emplace(options.metrics, options.insecure, [&] { return MetricsOf(*slave, server); });
-  if (metrics) spdlog::info("health at http://{}/metrics", ToString(metrics->endpoint()));
+  if (metrics) spdlog::info("metrics at http://{}/metrics", ToString(metrics->endpoint()));
   malloc_trim(0);  // what only the start needed
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);

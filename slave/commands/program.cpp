@@ -58,7 +58,7 @@ void StopOnSignal::Wait(const std::stop_token& end) {
     }
     if (last_call && now > *last_call) {
       if (records_) WriteUnblocked(STDERR_FILENO, "stopped before the recording was closed\n");
-      if (exit_code_ != 0) WriteUnblocked(STDERR_FILENO, "stopped before it was done\n");
+      if (exit_code_ != 0) WriteUnblocked(STDERR_FILENO, "stopped before completion\n");
       std::_Exit(records_ ? kFailed : exit_code_.load());
     }
   }
@@ -80,7 +80,8 @@ void RaiseDescriptorLimit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
   limit.rlim_cur = limit.rlim_max;
-  if (setrlimit(RLIMIT_NOFILE, &limit) != 0) spdlog::warn("the descriptor limit stays as it is");
+  if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
+    spdlog::warn("the limit of open files could not be raised");
 }
 
 void LogToStderr() {

@@ -1,4 +1,4 @@
-// What the slave's programs share: a log beside the answers, an end by signal, exit codes.
+// Shared parts of the slave's programs: log, stop by signal, exit codes.
 #pragma once
 
 #include <atomic>
@@ -18,12 +18,13 @@ class StopOnSignal {
  public:
   StopOnSignal();
   [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
-  // What is ended before it has answered has failed; a service that is ended has not.
+  // A command that is stopped before its result has failed; a service that is stopped has not.
   void ExpectAnswer() { exit_code_ = kFailed; }
-  // What was recorded is written to its end, which takes longer than an end may take otherwise; a
-  // second signal ends that, too.
+  // Let a recording be written to its end, which may take longer than a stop otherwise may. A
+  // second signal ends that as well.
   void LetRecordingEnd() { records_ = true; }
-  // What SIGUSR1 does, also one that came before; nullptr: nothing. Called by a thread of this.
+  // Action of SIGUSR1, also of one that arrived earlier; nullptr: none. Called by a thread of this
+  // class.
   void OnEmergency(std::function<void()> stop);
 
  private:
@@ -34,23 +35,23 @@ class StopOnSignal {
   std::atomic<bool> records_ = false;
   sigset_t signals_{};
   std::stop_source source_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::function<void()> on_emergency_;
   bool is_emergency_ = false;
   std::jthread waiter_;
 };
 
-// As many files and connections as the system grants: with the usual 1024 a thousand idle strangers
-// would close the door for everybody.
+// Raises the limit of open files to what the system grants. With the usual 1024, a thousand idle
+// connections would block all others.
 void RaiseDescriptorLimit();
 
-// Standard output belongs to the answers; the log goes beside it.
+// Writes the log to standard error; standard output is for results.
 void LogToStderr();
-// The same of who serves, and has no time for whoever does not read: see UnblockedSink.
+// The same for a server, which never waits for a reader of the log: see UnblockedSink.
 void LogWithoutWaiting();
 
-// What `command` returns. What it throws is said on stderr: an unusable scene or argument is
-// kUnusable, anything else kFailed.
+// Returns the result of `command`. An exception is printed on standard error: an unusable scene or
+// argument gives kUnusable, anything else kFailed.
 int ExitCode(const std::function<int()>& command);
 
 }  // namespace palpate

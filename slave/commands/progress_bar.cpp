@@ -25,7 +25,7 @@ std::string Number(double value, const char* unit) {
 }
 
 std::string Duration(double seconds) {
-  if (seconds < 1) return "under a second";
+  if (seconds < 1) return "less than a second";
   if (seconds < 120) return Number(seconds, "s");
   if (seconds < 7200) return Number(seconds / 60, "min");
   return Number(seconds / 3600, "h");

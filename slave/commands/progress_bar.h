@@ -1,4 +1,4 @@
-// Long work on a terminal: what it will cost, how far it is, and how it is told to stop.
+// Progress of long work on a terminal: expected cost, progress and stop.
 #pragma once
 
 #include <functional>
@@ -10,15 +10,15 @@
 
 namespace palpate {
 
-// On a terminal one line that is drawn over, ten times a second at most:
+// On a terminal one line, redrawn at most ten times per second:
 //
 //   solve: Green's functions [###########.............]  46 %, 12 s left
 //
-// elsewhere plain lines: at every stage that takes time, and every 10 % of it. Work that is over
-// within half a second says nothing. Called by one thread.
+// elsewhere plain lines: at every stage that takes time, and every 10 % of it. Work that ends
+// within half a second prints nothing. Called by one thread.
 class ProgressBar final : public Progress {
  public:
-  // Where the words go; the tests put their own here.
+  // Destination of the text; tests use their own.
   struct Output {
     bool is_terminal = false;
     int columns = 80;                             // of the terminal
@@ -26,17 +26,17 @@ class ProgressBar final : public Progress {
     std::function<double()> now;                  // [s], from any zero
   };
 
-  // Draws on standard error. `name` stands before every line.
+  // Draws on standard error. `name` begins every line.
   explicit ProgressBar(std::string name, std::stop_token stop = {});
   ProgressBar(std::string name, std::stop_token stop, Output output);
-  // Takes the bar away.
+  // Removes the bar.
   ~ProgressBar() override;
 
-  // Says what is expected, unless that is over before anyone has read it.
+  // Prints the expected cost, unless it is too small to matter.
   void Expect(const PrecomputeCost& cost) override;
   // False once the stop was requested.
   bool Report(std::string_view stage, double done) override;
-  // Takes the bar away, so that something else can be printed; the next report brings it back.
+  // Removes the bar, so that other text can be printed; the next report draws it again.
   void Clear();
 
  private:

@@ -64,7 +64,8 @@ void Keep(const Scene& decided, const std::filesystem::path& file) {
   if (!TryReplace(file, [&](const std::filesystem::path& beside) {
         return (std::ofstream(beside, std::ios::binary) << DecidedText(decided)).good();
       })) {
-    spdlog::info("auto: {} cannot be written: the next start decides anew", file.string());
+    spdlog::info("auto: {} cannot be written: the next start chooses the model again",
+                 file.string());
   }
 }
 

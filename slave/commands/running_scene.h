@@ -1,4 +1,4 @@
-// A scene as it runs: what `model.kind: auto` leaves open is decided.
+// A scene as it runs: with `model.kind: auto` decided.
 #pragma once
 
 #include <filesystem>
@@ -11,18 +11,18 @@
 
 namespace palpate {
 
-// LoadScene; where the kind is `auto`, with the model that an earlier study of the same scene on
-// the same kind of machine found, or a quick one of a few seconds now, which is kept. What was
-// decided stands in `model.decision` and in the log. `auto` stays where nothing can be studied:
-// nothing holds the object, its outline is not known yet, or no force is told.
+// LoadScene. For the kind `auto` it sets the model that an earlier study of the same scene on the
+// same kind of machine found. Without one it runs a quick study of a few seconds and stores the
+// decision. The decision is in `model.decision` and in the log. `auto` stays if nothing can be
+// studied: no fixed boundary, an unknown outline, or no force estimation.
 Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                        SceneUse use = SceneUse::kFull, const std::stop_token& stop = {});
 
-// Keeps what `study` decides, if the kind is `auto`, for LoadRunningScene.
+// Stores the decision of `study` for LoadRunningScene, if the kind is `auto`.
 void KeepDecision(const study::StudyResult& study, const Scene& scene,
                   const std::vector<std::string>& overrides);
 
-// Where decisions are kept: $XDG_CACHE_HOME/palpate, else ~/.cache/palpate; empty: nowhere.
+// Folder of stored decisions: $XDG_CACHE_HOME/palpate, else ~/.cache/palpate; empty: none.
 std::filesystem::path CacheFolder();
 
 }  // namespace palpate

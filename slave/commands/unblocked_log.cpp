@@ -40,7 +40,8 @@ UnblockedSink::UnblockedSink(int fd) : fd_(fd), colours_(isatty(fd) == 1) {}
 
 void UnblockedSink::sink_it_(const spdlog::details::log_msg& message) {
   if (lost_ > 0) {
-    const auto said = fmt::format("warning {} lines of this log are lost: nobody read it\n", lost_);
+    const auto said =
+        fmt::format("warning {} lines of this log are lost: the reader did not keep up\n", lost_);
     if (WriteUnblocked(fd_, said)) lost_ = 0;
   }
   spdlog::memory_buf_t line;

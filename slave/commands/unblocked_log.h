@@ -1,5 +1,5 @@
-// A log that nobody has to read: a terminal that was stopped, a supervisor that hangs or a pipe
-// that is full cost lines, never the time of who says something.
+// A log that never blocks: a stopped terminal, a hanging supervisor or a full pipe loses lines, but
+// does not delay the caller.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace palpate {
 
-// All of `text`, or nothing of it where that might have to wait. At most kMostUnblocked bytes are
-// written, so much as a pipe takes in one piece.
+// Writes all of `text`, or nothing if that would block. At most kMostUnblocked bytes, which a pipe
+// accepts at once.
 bool WriteUnblocked(int fd, std::string_view text);
 inline constexpr std::size_t kMostUnblocked = 4096;
 
-// Lines that are lost are counted, and the next one that is not says how many they were.
+// Lost lines are counted, and the next written line reports their number.
 class UnblockedSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   // Colours levels where `fd` is a terminal.

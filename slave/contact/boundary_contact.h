@@ -1,5 +1,5 @@
-// The tool meets the boundary (paper A, 3.5): an OBB tree finds where the tip's path crosses, a
-// neighbourhood watch follows the place while in contact. Planar; frame O [m].
+// Contact of the tool with the boundary (paper A, 3.5): an OBB tree finds where the tip's path
+// crosses it, and a neighbourhood watch tracks the contact point. Planar; frame O [m].
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// A place on one element.
+// A point on one element.
 struct ElementPlace {
   int element = -1;
   double s = 0;               // along the element [0, 1] from a to b
@@ -20,8 +20,8 @@ struct ElementPlace {
 };
 
 // A tree of oriented bounding boxes over the elements of a boundary (paper A, 3.5, after Gottschalk
-// et al. 1996), for two questions: where does a path first enter the body, and which place is the
-// nearest. Answers do not depend on how the elements are numbered.
+// et al. 1996). It finds where a path first enters the body, and the nearest boundary point.
+// Results do not depend on the numbering of the elements.
 class ObbTree {
  public:
   // Throws std::invalid_argument: fewer than three elements, an element without length or not
@@ -29,15 +29,15 @@ class ObbTree {
   explicit ObbTree(const BoundaryMesh& mesh);
 
   // Where the straight path first crosses the boundary from outside to inside. A path that only
-  // touches the boundary, runs along it or ends on it does not enter; one that starts on it and
-  // leads inwards does. No allocation, O(log N) where the path crosses few boxes.
+  // touches the boundary, runs along it or ends on it does not enter; a path that starts on it and
+  // leads inwards does. No allocation, O(log N) if the path crosses few boxes.
   [[nodiscard]] std::optional<ElementPlace> FirstEntry(const Eigen::Vector2d& from,
                                                        const Eigen::Vector2d& to) const noexcept;
 
-  // The nearest place to `p`. Of equally near elements, which two are that share the nearest node,
-  // the one that `p` lies farther in front of or behind: its side tells whether `p` is inside.
-  // Looks first around element `near`, the last answer if there is one (neighbourhood watch), then
-  // wherever the tree could hold something nearer. No allocation.
+  // The boundary point nearest to `p`. Of two equally near elements that share the nearest node,
+  // the one from whose line `p` is farther: its side decides whether `p` is inside. Searches first
+  // around element `near`, the last result if there is one (neighbourhood watch), then wherever the
+  // tree could contain something nearer. No allocation.
   [[nodiscard]] ElementPlace Nearest(const Eigen::Vector2d& p, int near = -1) const noexcept;
 
   // Signed distance of `p` from the element's line [m], positive on the outer side.
@@ -55,7 +55,7 @@ class ObbTree {
     Eigen::Vector2d a, b, normal;
     int next, previous;
   };
-  // Axes: `axis` and the same turned by 90 degrees. Leaves own elements, others two boxes.
+  // Axes: `axis` and the same rotated by 90 degrees. Leaves own elements, inner boxes two boxes.
   struct Box {
     Eigen::Vector2d centre, axis, half;
     int begin, end;  // range of order_
@@ -82,11 +82,11 @@ class ObbTree {
   double reach_ = 0;
 };
 
-// A place on the boundary at rest: the ideal haptic interface point.
+// A point on the boundary at rest: the ideal haptic interface point.
 struct BoundaryPlace {
   int element = -1;                // index into the mesh; -1: none
   double s = 0;                    // along the element [0, 1] from a to b
-  Eigen::Vector2d p_O{0, 0};       // the place [m]
+  Eigen::Vector2d p_O{0, 0};       // position of the point [m]
   Eigen::Vector2d normal_O{0, 1};  // outward unit normal [-]
   double gap = 0;  // signed distance of the tip along the normal [m]; negative: inside
 };
@@ -94,14 +94,14 @@ struct BoundaryPlace {
 // One tool tip's contact with one boundary.
 class BoundaryContact {
  public:
-  // Keeps its own copy of what it needs. Throws std::invalid_argument: fewer than three elements.
+  // Copies all that it needs. Throws std::invalid_argument: fewer than three elements.
   explicit BoundaryContact(const BoundaryMesh& mesh) : tree_(mesh) {}
 
-  // Moves the tip to `p_O_tip` and returns the place it touches, or the nearest one while out of
-  // contact. Contact begins where the path from the last tip crosses the boundary inwards and
-  // sticks to that place (bonded) until the tip comes out again through the place's plane. The
-  // first call only sets the tip; a first tip already inside counts as contact at the nearest
-  // place. Not finite: nothing changes. No allocation.
+  // Moves the tip to `p_O_tip` and returns the contact point, or the nearest point while out of
+  // contact. Contact begins where the path from the last tip crosses the boundary inwards. It stays
+  // at this point (bonded) until the tip crosses the plane of the point outwards. The first call
+  // only sets the tip; a first tip inside is in contact at the nearest point. Not finite: nothing
+  // changes. No allocation.
   const BoundaryPlace& MoveTip(const Eigen::Vector2d& p_O_tip) noexcept;
   [[nodiscard]] bool in_contact() const { return in_contact_; }
   // Forget the tip and the contact.

@@ -1,5 +1,5 @@
-// How the search trees of this folder are walked through: binary trees of boxes, the root first,
-// whose leaves own a range of elements [begin, end), the others two boxes, `left` and `right`.
+// Traversal of the search trees of this folder: binary trees of boxes, root first. Leaves own a
+// range of elements [begin, end), inner boxes two boxes, `left` and `right`.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ class BoxStack {
 };
 
 // Calls `visit` with the number of every element in a box whose `distance` is at most `limit`,
-// which visits may lower; nearer boxes come first.
+// which `visit` may lower. Nearer boxes come first.
 template <class Box, class Distance, class Visit>
 void VisitNearest(const std::vector<Box>& boxes, const double& limit, const Distance& distance,
                   const Visit& visit) {

@@ -1,4 +1,4 @@
-// A fingertip's contact meets the object's mesh (paper B, III.B, equations 5 to 7).
+// Contact of a fingertip with the object's mesh (paper B, III.B, equations 5 to 7).
 #pragma once
 
 #include <array>
@@ -22,17 +22,16 @@ struct TrianglePlace {
   double distance_squared = 0;       // [m^2]
 };
 
-// The triangle's point closest to `p`; triangles without area are the segments or points they are.
-// Two triangles that share an edge answer the same to the last bit where it is the closest, if the
-// edge runs from the corner that comes first in both: `first_smaller` says of edge i whether corner
-// i comes before corner i + 1.
+// The triangle's point closest to `p`; degenerate triangles are treated as segments or points. Two
+// triangles that share an edge give bitwise equal results on it, if the edge runs from the same
+// corner in both: `first_smaller` states for edge i whether corner i comes before corner i + 1.
 TrianglePlace ClosestOnTriangle(const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& abc,
                                 const std::array<bool, 3>& first_smaller) noexcept;
 
 // Twice the area times the normal; zero where the triangle is thinner than rounding.
 Eigen::Vector3d AreaNormal(const std::array<Eigen::Vector3d, 3>& abc) noexcept;
 
-// Where a point meets a surface. Frame O.
+// Where a point touches a surface. Frame O.
 struct TouchedPlace {
   int triangle = -1;
   Eigen::Vector3d p_O{0, 0, 0};      // closest point of the surface at rest [m]
@@ -42,9 +41,9 @@ struct TouchedPlace {
   bool inside = false;               // the point lies behind the surface, not on it
 };
 
-// Finds the closest place of a closed surface. Keeps its own search tree; const members are
-// thread-safe and allocation-free. Of triangles that share the closest edge or node, the place is
-// on the one that the point lies farthest in front of or behind.
+// Finds the closest point of a closed surface. Has its own search tree; const members are
+// thread-safe and allocation-free. Among triangles that share the closest edge or node, it selects
+// the one from whose plane the point is farthest.
 class SurfaceContact {
  public:
   // O(N log N). Triangles without area are passed over. Throws std::invalid_argument: no triangle
@@ -64,7 +63,7 @@ class SurfaceContact {
     Eigen::Vector3d normal{0, 0, 0};              // unit
     std::array<Eigen::Vector3d, 3> edge_normals;  // not unit
   };
-  struct Box {  // along the axes; leaves own faces, others two boxes
+  struct Box {  // extents along the axes; leaves own faces, inner boxes two boxes
     Eigen::Vector3d lower, upper;
     int begin, end;  // range of faces
     int left = -1, right = -1;
@@ -87,8 +86,9 @@ class SurfaceContact {
   [[nodiscard]] const Face& FaceAt(int i) const noexcept { return faces_[Index(i)]; }
 
   SurfaceMesh surface_;
-  std::vector<Face> faces_;  // those with an area; without one, neighbours hold every point
-  std::vector<Box> boxes_;   // boxes_[0] is the root
+  std::vector<Face>
+      faces_;  // triangles with an area; the neighbours of one without area contain all its points
+  std::vector<Box> boxes_;                     // boxes_[0] is the root
   std::vector<Eigen::Vector3d> node_normals_;  // not unit
   double reach_ = 0;                           // largest distance of a node from the origin [m]
 };

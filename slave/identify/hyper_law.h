@@ -57,7 +57,7 @@ struct LawFamily {
 };
 
 inline constexpr double kMostExponent = 40;       // [-], of free ones
-inline constexpr double kLeastExponent = 1e-3;    // likewise, of their size
+inline constexpr double kLeastExponent = 1e-3;    // the same, of their size
 inline constexpr double kMostFoamPoisson = 0.49;  // of a foam [-]
 
 // All that are offered, from the simplest on.
@@ -69,7 +69,7 @@ const std::vector<LawFamily>& OfferedLaws();
 double LeastStability(const HyperLaw& law, const Eigen::Vector3d& stretches);
 
 // Where in uniaxial, equibiaxial or planar load between the stretches `low` <= 1 <= `high` a law
-// first is unstable, in words; empty: nowhere.
+// first is unstable, as text; empty: nowhere.
 std::string FirstInstability(const HyperLaw& law, double low, double high);
 
 }  // namespace palpate::identify

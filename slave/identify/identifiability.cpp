@@ -157,9 +157,9 @@ Identifiability Identify(const LawFamily& family, const VectorXd& values, const 
   told.weak = eigen.vectors.col(0);
   const double sigma = std::sqrt(variance / std::max(eigen.values[0], 1e-300));
   if (sigma < kUntold) return told;
-  told.untold = InWords(family.ParameterNames(), told.weak) +
-                (sigma > 1e3 ? std::string(": not told at all")
-                             : Formatted(": known to %.0f %% only", 100 * sigma));
+  told.untold =
+      InWords(family.ParameterNames(), told.weak) +
+      (sigma > 1e3 ? std::string(" (undetermined)") : Formatted(" (sigma %.0f %%)", 100 * sigma));
   told.extra = BestExtra(family, values, scales.cwiseProduct(told.weak), tests);
   return told;
 }

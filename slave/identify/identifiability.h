@@ -1,4 +1,4 @@
-// Which combination of a law's constants the data do not tell, and which further test would.
+// Which combination of a model's constants the data do not determine, and which further test would.
 #pragma once
 
 #include <string>
@@ -16,11 +16,11 @@ Eigen::MatrixXd Sensitivities(const LawFamily& family, const Eigen::VectorXd& va
                               const std::vector<MaterialTest>& tests);
 
 struct Identifiability {
-  Eigen::MatrixXd inverse;  // of J^T J, without the combinations that are not told at all
+  Eigen::MatrixXd inverse;  // inverse of J^T J, without the undetermined combinations
   Eigen::MatrixXd open;     // covariance of those combinations: they may be anything
-  Eigen::VectorXd weak;     // the combination told worst, in relative changes
-  std::string untold;       // it in words where one sigma is above a half; else empty
-  std::string extra;        // the test over the same stretches that tells most of it
+  Eigen::VectorXd weak;     // the least determined combination, in relative changes
+  std::string untold;       // the same as text if one sigma is above a half; else empty
+  std::string extra;        // the test over the same stretches that determines it best
 };
 
 // `J`: weighted derivatives, `variance` of the weighted residuals.

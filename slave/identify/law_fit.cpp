@@ -275,7 +275,8 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam) {
     LawFit fit = FitLaw(family, tests);
     if (fit.law.ShearModulus() > 0) fits.push_back(std::move(fit));
   }
-  if (fits.empty()) throw std::runtime_error("no law with a positive modulus fits these tests");
+  if (fits.empty())
+    throw std::runtime_error("no constitutive model with a positive modulus fits these tests");
   std::ranges::stable_sort(
       fits, {}, [](const LawFit& fit) { return std::pair(!fit.unstable.empty(), fit.bic); });
   return fits;

@@ -21,29 +21,31 @@ struct LawFit {
   HyperLaw law;
   std::vector<std::string> names;  // of the constants
   Eigen::VectorXd values;          // moduli [Pa], exponents, nu
-  // Sandwich: residuals that go on along a curve, as those of a wrong law do, count as what they
-  // are (Newey and West 1987), so that bands hold for the law and not for the noise alone.
+  // Sandwich estimate: correlated residuals, as of a wrong model, count as such (Newey and West
+  // 1987), so that the intervals are valid for the model and not only for the noise.
   Eigen::MatrixXd covariance;
-  double rms = 0;        // of the residuals over the peak of all tests [-]
-  double bic = 0;        // of Schwarz
-  std::string unstable;  // where, in words; empty: nowhere within the data's stretches
-  std::string untold;    // which combination the data do not tell; empty: all are told
-  std::string extra;     // which press would tell
+  double rms = 0;  // of the residuals over the peak of all tests [-]
+  double bic = 0;  // of Schwarz
+  std::string
+      unstable;        // range of the instability, as text; empty: none within the data's stretches
+  std::string untold;  // combination that the data do not determine; empty: all are determined
+  std::string extra;   // further test that would determine it
   Eigen::VectorXd weak;  // that combination, in relative changes of the constants
 };
 
-// All tests of one material. Throws std::runtime_error: no law can be evaluated over the data.
+// All tests of one material. Throws std::runtime_error: no constitutive model can be evaluated over
+// the data.
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests);
 
-// Those of OfferedLaws() that can be told from so many rows, the best first: stable ones before
-// others, then by BIC. `foam`: compressible laws instead of incompressible ones.
+// Those of OfferedLaws() that this number of rows can determine, the best first: stable ones before
+// others, then by BIC. `foam`: compressible models instead of incompressible ones.
 std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam);
 
-// Over the peak of all tests; `shares`: of every test over its own peak.
+// Relative to the peak of all tests; `shares`: of every test relative to its own peak.
 double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
                    std::vector<double>* shares);
 
-// Half width of the band of 95 % that the constants' covariance gives the law's answer [Pa].
+// Half width of the 95 % band of the model's stress due to the covariance of the constants [Pa].
 double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& test,
                            std::size_t row);
 

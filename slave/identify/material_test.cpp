@@ -125,8 +125,8 @@ std::string AgainstIsotropy(const MaterialTest& test) {
     const double apart = std::abs(row.measured[0] - row.measured[1]);
     if (!alike || std::abs(F(0, 0) - 1) < kStrained || apart < kOtherwise * test.Peak()) continue;
     return Formatted(
-        "%s: stretched by %.4g both ways, stressed by %.4g and %.4g Pa: no isotropic law does so; "
-        "if the second stretch is another one, say planar or biaxial:RATIO",
+        "%s: the stretch is %.4g in both directions, but the stresses are %.4g and %.4g Pa: not "
+        "isotropic; if the second stretch differs, use planar or biaxial:RATIO",
         test.name.c_str(), F(0, 0), row.measured[0], row.measured[1]);
   }
   return {};

@@ -1,5 +1,4 @@
-// What was done to a specimen and what it answered: rows of a deformation and the stresses that
-// were measured with it.
+// A material test: rows of a deformation and the measured stresses.
 #pragma once
 
 #include <optional>
@@ -17,9 +16,10 @@ namespace palpate::identify {
 enum class TestKind { kUniaxial, kEquibiaxial, kPlanar, kBiaxial, kShear, kTensor, kRelaxation };
 std::string_view NameOf(TestKind kind);
 
-// Stretches along, across and through under a load of that kind with free faces; planar keeps the
-// second at 1. `nu`: of the foam's law, whose free stretches do not depend on its other constants
-// (with b of hyper_law.h they are J^-b); nullopt: incompressible. `across`: of kBiaxial.
+// Stretches along, across and through the specimen under a load of this kind with free faces;
+// planar keeps the second at 1. `nu`: of the foam model, whose free stretches do not depend on its
+// other constants (with b of hyper_law.h they are J^-b); nullopt: incompressible. `across`: for
+// kBiaxial.
 Eigen::Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double> nu,
                                    double across = 1);
 
@@ -36,21 +36,21 @@ struct MaterialTest {
   bool cauchy = false;                          // true stress; else nominal (first Piola-Kirchhoff)
   std::vector<std::pair<int, int>> components;  // of the stress that were measured
   std::vector<TestRow> rows;
-  double end_factor = 1;  // by which bonded ends stiffen the specimen, see bonded_cylinder.h
+  double end_factor = 1;  // factor by which bonded ends stiffen the specimen, see bonded_cylinder.h
 
   [[nodiscard]] double Peak() const;  // largest size of a measured stress [Pa]
   [[nodiscard]] std::size_t values() const { return rows.size() * components.size(); }
 };
 
-// What the law says of row `row`, as long as `components` [Pa], bonded ends included.
+// The model's stress in row `row`, with as many entries as `components` [Pa], bonded ends included.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t row);
 // Of all rows, one after the other.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test);
 // The measured values in the same order.
 Eigen::VectorXd Measured(const MaterialTest& test);
 
-// Why no isotropic law can fit a test: two directions are stretched alike and stressed otherwise,
-// by more than a tenth of the peak. Empty: none such.
+// Why no isotropic model can fit a test: equal stretches in two directions with stresses that
+// differ by more than a tenth of the peak. Empty: it can.
 std::string AgainstIsotropy(const MaterialTest& test);
 
 // Smallest and largest principal stretch of all incompressible or given deformations.

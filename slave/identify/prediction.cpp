@@ -47,7 +47,7 @@ Predictor::Predictor(const std::vector<MaterialTest>& tests) : tests_(tests) {
     }
     Add(stable, std::vector<double>(stable.size(), 1));
   }
-  if (members_.empty()) throw std::runtime_error("no stable law fits these tests");
+  if (members_.empty()) throw std::runtime_error("no stable constitutive model fits these tests");
 }
 
 void Predictor::Add(const std::vector<LawFamily>& families, const std::vector<double>& weights) {

@@ -1,4 +1,5 @@
-// What a law that was fitted on some tests says of others, and how sure that is.
+// Prediction of other tests by a constitutive model that was fitted to some tests, with its
+// uncertainty.
 #pragma once
 
 #include <string>
@@ -18,13 +19,13 @@ struct PredictedCurve {
   std::vector<PredictedRow> rows;
 };
 
-// Uniaxial tests alone tell how W goes with the first invariant and hardly anything of the second:
-// laws of equal fit differ by any amount elsewhere. What is assumed instead is said here:
-// rubber-like solids carry between a tenth and the whole of their modulus at rest more by the
-// second invariant (Yeoh's law with a term of Gent and Thomas; Treloar 1975, ch. 10), and no law of
-// so few constants is better than some per cent. Where no such law fits (tissue, whose compression
-// is the stiffer), Ogden's stable laws are taken. The band is what these laws differ by, the
-// constants' covariance and the laws' own error, together at 95 %.
+// Uniaxial tests determine how W depends on the first invariant, but hardly on the second: models
+// of equal fit differ elsewhere by any amount. The assumption made instead: rubber-like solids
+// carry between a tenth and all of their initial modulus by the second invariant (Yeoh's model with
+// a term of Gent and Thomas; Treloar 1975, ch. 10), and no model with so few constants is better
+// than some per cent. If no such model fits (tissue, which is stiffer in compression), stable Ogden
+// models are used. The band is the difference of these models, the covariance of the constants and
+// the models' own error, together at 95 %.
 class Predictor {
  public:
   // Throws std::runtime_error as FitLaw.
@@ -33,7 +34,7 @@ class Predictor {
   [[nodiscard]] PredictedRow At(const MaterialTest& test, std::size_t row) const;
   // Tests of the other kinds as far as the invariants of the fitted ones reach.
   [[nodiscard]] std::vector<PredictedCurve> OtherTests() const;
-  // In words, with how well they fit.
+  // Description with the quality of the fit.
   [[nodiscard]] const std::string& laws() const { return words_; }
 
  private:

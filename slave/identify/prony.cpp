@@ -99,7 +99,7 @@ PronyFit FitProny(const std::vector<RelaxationTable>& tables) {
   Regression data = Stack(tables, times);
   if (!(data.A.rightCols(1).norm() > 0) || !(data.b.norm() > 0)) {
     throw InputError(tables.front().name +
-                     ": nothing was strained: accepted is a strain and its stress");
+                     ": the strain is zero: accepted is a strain and its stress");
   }
   VectorXd x = SolveNonNegative(data.A.transpose() * data.A, data.A.transpose() * data.b);
   std::vector<Index> used;

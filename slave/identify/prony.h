@@ -17,7 +17,7 @@ struct PronyTerm {
   double time = 0;                // [s]
 };
 struct PronyFit {
-  double equilibrium = 0, sigma = 0;  // G_inf [Pa]: what stays at the end of the record
+  double equilibrium = 0, sigma = 0;  // G_inf [Pa]: modulus at the end of the record
   std::vector<PronyTerm> terms;       // from the fastest on
   double instant = 0;                 // G_inf + sum of G_i [Pa]
   double rms = 0;                     // over the peak [-]

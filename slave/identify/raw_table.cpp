@@ -71,7 +71,7 @@ std::vector<std::string_view> CellsOf(const CsvLines& lines) {
 void AddRow(const CsvLines& lines, RawTable* table) {
   const auto cells = CellsOf(lines);
   if (cells.size() != table->columns.size()) {
-    lines.Fail(Formatted("%zu cells: accepted is %zu, as the header has", cells.size(),
+    lines.Fail(Formatted("%zu cells: accepted is %zu, the count of the header", cells.size(),
                          table->columns.size()));
   }
   std::vector<double> row;

@@ -11,7 +11,7 @@
 namespace palpate::identify {
 
 struct RawColumn {
-  std::string title;            // as it stands
+  std::string title;            // unchanged text
   std::string name;             // small letters, without the unit
   std::optional<double> to_si;  // factor of the unit it names; nullopt: it names none
 };
@@ -31,7 +31,7 @@ struct RawTable {
 };
 
 // The header is the last line with a word before the first line of numbers. Throws InputError
-// `file:line: ...`: no header, no row, a row with more or fewer cells, a cell that is no number.
+// `file:line: ...`: no header, no row, a row with more or fewer cells, a cell that is not a number.
 RawTable ReadRawTable(const std::filesystem::path& file);
 
 }  // namespace palpate::identify

@@ -294,7 +294,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   if (test.kind == TestKind::kBiaxial && request.across == 0 && !across) {
     throw InputError(table.file.string() +
                      ": biaxial needs the second stretch: accepted is a column stretch_2, or "
-                     "biaxial:RATIO=FILE, the second strain over the first");
+                     "biaxial:RATIO=FILE, with the ratio of the second strain to the first");
   }
   const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
   const double stress = StressFactor(table.columns[y.column], y.load, specimen);
@@ -334,7 +334,7 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
                        table.columns[x.column].name.starts_with("lambda");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double t = table.rows[i][*time] * table.columns[*time].to_si.value_or(1);
-    if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "time goes back");
+    if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "the time decreases");
     relaxation.time.push_back(t);
     relaxation.strain.push_back(by * table.rows[i][x.column] - (stretch ? 1 : 0));
     relaxation.stress.push_back(stress * table.rows[i][y.column]);

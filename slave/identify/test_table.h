@@ -11,7 +11,7 @@
 
 namespace palpate::identify {
 
-// What the table does not say.
+// Properties that the table does not contain.
 struct Specimen {
   std::optional<double> area;         // of the loaded section at rest [m^2]
   std::optional<double> height;       // between the ends, or gauge length, at rest [m]
@@ -30,15 +30,15 @@ struct TableRequest {
   double across = 0;  // of biaxial: second strain over the first; 0: column stretch_2
 };
 
-// Times, amounts and stresses as they stand, of a relaxation.
+// Times, amounts and stresses of a relaxation test, as in the file.
 struct RelaxationTable {
   std::string name;
   std::vector<double> time, strain, stress;  // [s], [-], [Pa]
 };
 
-// Throws InputError `file:line: ...` or `file: ...`: no header, no column of a kind that is needed,
-// a cell that is no number, a deformation that is none, fewer than four rows; std::invalid_argument
-// naming the option: an area or length that forces and displacements need.
+// Throws InputError `file:line: ...` or `file: ...`: no header, a required column is missing, a
+// cell that is not a number, an impossible deformation, fewer than four rows; std::invalid_argument
+// naming the option: forces and displacements need an area or length.
 MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen);
 RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& specimen);
 

@@ -1,4 +1,5 @@
-// How far an arm lags behind its targets and how much of their way it goes, while it moves.
+// Delay of a manipulator behind its targets, and the ratio of measured to commanded motion,
+// estimated while it moves.
 #pragma once
 
 #include <cmath>
@@ -24,7 +25,7 @@ class ArmFit {
   // One report; `dt` [s] since the one before.
   void Add(const Eigen::Vector3d& p_S_measured, const Eigen::Vector3d& p_S_target,
            const Eigen::Vector3d& v_S_target, double dt) noexcept {
-    if (v_S_target.norm() < kStands || !(dt > 0)) return;  // what stands tells nothing new
+    if (v_S_target.norm() < kStands || !(dt > 0)) return;  // a stationary arm gives no information
     const double keep = std::exp(-dt / memory_), share = 1 - keep;
     const Eigen::Vector3d y = p_S_measured - p_S_target;
     const double weight = weight_ * keep + share;
@@ -41,7 +42,7 @@ class ArmFit {
     vy_ = keep * vy_ + spread * dv.dot(dy);
     weight_ = weight;
   }
-  // nullopt: it has not moved to and fro enough to tell.
+  // nullopt: too little motion to determine it.
   [[nodiscard]] std::optional<Found> found() const noexcept {
     const double determinant = uu_ * vv_ - uv_ * uv_;
     if (weight_ < kEnough || uu_ < weight_ * kWay * kWay || determinant < kDistinct * uu_ * vv_) {
@@ -55,11 +56,12 @@ class ArmFit {
   }
 
  private:
-  static constexpr double kStands = 1e-4;    // [m/s]
-  static constexpr double kEnough = 0.2;     // of the memory filled
-  static constexpr double kWay = 3e-4;       // least spread of the targets, rms [m]
-  static constexpr double kDistinct = 0.05;  // of place and velocity: a ramp alone is neither
-  static constexpr double kSmallest = 0.01;  // a scale that still tells a lag
+  static constexpr double kStands = 1e-4;  // [m/s]
+  static constexpr double kEnough = 0.2;   // least share of the memory that is filled
+  static constexpr double kWay = 3e-4;     // least spread of the targets, rms [m]
+  static constexpr double kDistinct =
+      0.05;  // least independence of position and velocity; a ramp alone has none
+  static constexpr double kSmallest = 0.01;  // smallest scale for which the lag is determined
 
   double memory_ = 2;  // [s]
   double weight_ = 0;

@@ -1,4 +1,4 @@
-// An arm that somebody else's driver moves: what the driver says of it and what it is told.
+// A manipulator that an external driver moves: its reports and targets.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// What a driver measured. Frame S.
+// A measurement of the driver. Frame S.
 struct ArmReading {
   std::uint64_t sequence = 0;
   Time measured_at{};  // driver's clock
@@ -32,9 +32,9 @@ struct ArmAim {
   std::optional<Time> echo{};                           // driver's clock
 };
 
-// What becomes of it, for people.
+// Status for people.
 struct ArmHealth {
-  std::string driver, fault;             // empty: nobody; nothing
+  std::string driver, fault;             // empty: no driver; no fault
   std::optional<double> lag{}, scale{};  // [s], [-]
   std::uint64_t reports = 0;
   double rate = 0;  // of reports [Hz]
@@ -46,13 +46,13 @@ class DrivenArm {
   using DriverId = std::uint64_t;  // never 0
 
   virtual ~DrivenArm() = default;
-  // `driver` drives from its first reading on. nullopt: taken. Else why not, in words; what it said
-  // is not used.
+  // The first reading of `driver` makes it the driver. nullopt: accepted. Otherwise the reason of
+  // the rejection; the reading is not used.
   virtual std::optional<std::string> Take(DriverId driver, const std::string& name,
                                           const ArmReading& reading, Time arrived_at) = 0;
   // The driver has left, if it drove.
   virtual void Leave(DriverId driver) = 0;
-  // Where the arm shall go as of `now`; time passes for the arm from call to call.
+  // The target at `now`; the arm's time advances from call to call.
   virtual ArmAim Aim(Time now) = 0;
 };
 

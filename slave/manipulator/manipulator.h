@@ -1,4 +1,5 @@
-// Moves the tool. The pipeline and the service see only this; real arms come as other kinds of it.
+// Moves the tool. Pipeline and service use only this interface; each kind of manipulator implements
+// it.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,7 @@ namespace palpate {
 
 class Manipulator {
  public:
-  // Told where the tip is, S [m].
+  // Callback with the tip position, S [m].
   using OnStep = std::function<void(const Eigen::Vector3d& p_S_tip)>;
 
   virtual ~Manipulator() = default;
@@ -24,43 +25,42 @@ class Manipulator {
   Manipulator(const Manipulator&) = delete;
   Manipulator& operator=(const Manipulator&) = delete;
 
-  // Where the tip should be, S [m]. Thread-safe, latest wins. Outside the workspace it goes to the
-  // nearest place inside; not finite: ignored, and false.
+  // Sets the target of the tip, S [m]. Thread-safe, the latest counts. Outside the workspace: the
+  // nearest point inside. Not finite: ignored, and false.
   virtual bool Command(const Eigen::Vector3d& p_S_target) noexcept = 0;
   // Stop where it is. Thread-safe.
   virtual void Hold() noexcept = 0;
-  // The emergency stop: stands, with brakes if it has any, until it is told otherwise. Thread-safe.
+  // Emergency stop: stops, with brakes if there are any, until released. Thread-safe.
   virtual void Stop() noexcept { Hold(); }
-  // Where its own encoders say the tip is, S [m]. Thread-safe.
+  // Tip position from the encoders, S [m]. Thread-safe.
   [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
-  // Where they said it was at `t`, about the last half second; an arm that keeps no account: where
-  // it is now.
+  // Encoder reading at `t`, within about the last half second. An arm without a history returns the
+  // present position.
   [[nodiscard]] virtual Eigen::Vector3d TipAt(Time /*t*/) const noexcept { return Tip(); }
-  // Rises where the places told before mean nothing any more: another driver counts from elsewhere.
+  // Increases when earlier positions become invalid, because another driver may use another origin.
   // Thread-safe.
   [[nodiscard]] virtual std::uint32_t frame() const noexcept { return 0; }
   // The last target was clipped by the workspace or the speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
-  // It carries what is sensed; an arm that exists only here does so only in a simulated site.
+  // Whether it is a real manipulator. A simulated one exists only in a simulated environment.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
 
-  // It does not move the tool, or nobody knows where the tool is: it stands, and goes on only after
-  // a new engagement. Thread-safe.
+  // The manipulator does not move the tool, or its position is unknown. It holds until a new
+  // engagement. Thread-safe.
   [[nodiscard]] virtual bool is_faulty() const noexcept { return false; }
   // nullopt: it exists only here.
   [[nodiscard]] virtual std::optional<ArmHealth> health() const { return std::nullopt; }
-  // Force of the object on the tool as a sensor of the arm's measures it, S [N]. No estimator reads
-  // it. nullopt: there is none. Thread-safe.
+  // Force of the object on the tool, measured by a sensor of the manipulator, S [N]. No estimator
+  // reads it. nullopt: no sensor. Thread-safe.
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> measured_force() const noexcept {
     return std::nullopt;
   }
-  // Where a client drives it; null: nobody does.
+  // Interface for the client that drives it; null: none.
   [[nodiscard]] virtual DrivenArm* driven() noexcept { return nullptr; }
 };
 
-// The arm of the scene. `on_step` is called from the arm's
-// thread after every step: it carries the tool of a simulated site; empty where the site is real.
-// Throws std::invalid_argument or
+// Creates the manipulator of the scene. `on_step` is called from its thread after every step and
+// moves the tool of a simulated environment; empty for a real one. Throws std::invalid_argument or
 // std::runtime_error naming the key.
 std::unique_ptr<Manipulator> MakeManipulator(const Scene& scene, Manipulator::OnStep on_step);
 

@@ -1,5 +1,5 @@
-// A planar arm that exists only in this process: a thread steps a TipFollower at 1 kHz and tells
-// where the tip is. Once that has stood for a second, the thread sleeps until it is sent elsewhere.
+// A simulated planar manipulator: a thread steps a TipFollower at 1 kHz and reports the tip. After
+// the tip was stationary for a second, the thread sleeps until a new target.
 #pragma once
 
 #include <atomic>
@@ -16,9 +16,8 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  // Starts the thread. `on_step` is called from it after every step, first with home; while it
-  // takes its time (a site that waits for a solution) periods are skipped, not made up for. Throws
-  // as TipFollower does.
+  // Starts the thread. `on_step` is called from it after every step, first with home. If it takes
+  // long (a simulator that waits for a solution), periods are skipped. Throws as TipFollower does.
   SimulatedManipulator(const ManipulatorOptions& options, OnStep on_step);
   ~SimulatedManipulator() override;
 
@@ -30,7 +29,7 @@ class SimulatedManipulator : public Manipulator {
 
   // Commands that were not finite. Thread-safe.
   [[nodiscard]] std::uint64_t ignored_commands() const noexcept { return ignored_; }
-  // Periods without a step of their own. Thread-safe.
+  // Number of skipped periods. Thread-safe.
   [[nodiscard]] std::uint64_t missed_periods() const noexcept { return missed_; }
 
  private:
@@ -39,7 +38,7 @@ class SimulatedManipulator : public Manipulator {
   // False, at once: the tip moves, or has stood for less than a second.
   bool RestUntilSent(const std::stop_token& stop);
 
-  mutable std::mutex mutex_;  // guards follower_; never held longer than a step
+  mutable std::mutex mutex_;  // guards follower_; never locked longer than a step
   std::condition_variable_any sent_;
   TipFollower follower_;
   int still_ = 0;  // steps in a row that moved nothing

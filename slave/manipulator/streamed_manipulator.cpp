@@ -15,7 +15,7 @@ constexpr double kSlack = 0.01;        // of a report: what it goes in so long a
 constexpr double kOutside = 0.02;  // of the workspace's diagonal: how far a tip may overshoot it
 constexpr double kSmoothing = 0.05;
 constexpr double kSettles = 0.05;  // so long after the last thing wrong a fault is over [s]
-constexpr const char* kNobody = "nobody drives the arm (DriveTool)";
+constexpr const char* kNobody = "no driver of the manipulator is connected (DriveTool)";
 
 double Outside(const ManipulatorOptions& options, const Eigen::Vector3d& p_S) {
   const Eigen::Vector3d within =
@@ -94,7 +94,7 @@ bool StreamedManipulator::IsSilent(Time now) const noexcept {
 }
 
 std::string StreamedManipulator::SilenceInWords(Time now) const {
-  return fmt::format("the arm's driver has been silent for {:.3f} s",
+  return fmt::format("the manipulator's driver has been silent for {:.3f} s",
                      SecondsBetween(heard_at_, now));
 }
 
@@ -128,7 +128,7 @@ std::optional<std::string> StreamedManipulator::Refusal(DriverId driver, const A
   if (driver_ == 0) return std::nullopt;
   if (driver != driver_) {
     if (IsSilent(arrived_at)) return std::nullopt;
-    return fmt::format("the arm is driven by {}: accepted is one driver, another one when it left",
+    return fmt::format("the manipulator is driven by {}: accepted is one driver at a time",
                        driver_name_.empty() ? "another stream" : driver_name_);
   }
   if (reading.sequence <= sequence_) {
@@ -136,18 +136,18 @@ std::optional<std::string> StreamedManipulator::Refusal(DriverId driver, const A
                        sequence_);
   }
   if (reading.measured_at <= measured_at_) {
-    return fmt::format("measured_at: accepted is a clock that goes forward; this one went by {} s",
+    return fmt::format("measured_at: accepted is a time that increases; this one changed by {} s",
                        SecondsBetween(measured_at_, reading.measured_at));
   }
   return std::nullopt;
 }
 
 std::string StreamedManipulator::FindFault(const ArmReading& reading, Time measured_at) const {
-  if (!reading.fault.empty()) return "the arm's driver says: " + reading.fault;
+  if (!reading.fault.empty()) return "the manipulator's driver reports: " + reading.fault;
   const double reserve = kOutside * (options_.workspace_max - options_.workspace_min).norm();
   const double outside = Outside(options_, reading.p_S_tip);
   if (outside > reserve) {
-    return fmt::format("the arm reports a tip {:.3g} mm outside the manipulator's workspace",
+    return fmt::format("the manipulator reports a tip {:.3g} mm outside its workspace",
                        1e3 * outside);
   }
   if (!reading_) return {};
@@ -155,8 +155,8 @@ std::string StreamedManipulator::FindFault(const ArmReading& reading, Time measu
   const double way = (reading.p_S_tip - reading_->p_S_tip).norm();
   if (way <= options_.max_speed * (kFastest * dt + kSlack)) return {};
   return fmt::format(
-      "the arm reports a tip {:.3g} mm from the one {:.3g} ms before: it goes at "
-      "most {:.3g} mm/s",
+      "the manipulator reports a tip {:.3g} mm from the one {:.3g} ms earlier: its largest speed "
+      "is {:.3g} mm/s",
       1e3 * way, 1e3 * dt, 1e3 * options_.max_speed);
 }
 

@@ -1,5 +1,5 @@
-// An arm whose driver is a client (DriveTool). What it is told has been through the scene's speed
-// and workspace; what it reports is believed only as far as it can be.
+// A manipulator whose driver is a client (DriveTool). Its targets respect the scene's speed and
+// workspace; its reports are checked for plausibility.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@
 
 namespace palpate {
 
-// It has a fault, and is held where it was measured last, while nobody drives it, the driver is
-// silent for longer than the scene allows, says that something is wrong, or reports a tip outside
-// the workspace or one that no arm could have reached since the report before.
+// It has a fault and holds its last measured position while no driver is connected, the driver is
+// silent for longer than the scene allows, reports a fault, or reports a tip outside the workspace
+// or one that is unreachable since the last report.
 class StreamedManipulator final : public Manipulator, public DrivenArm {
  public:
   using Now = Time (*)();
-  // `on_step` is called with each measured tip; see MakeManipulator. `now`: tests have a time of
-  // their own. Throws as TipFollower does.
+  // `on_step` is called with each measured tip; see MakeManipulator. `now`: clock, replaced in
+  // tests. Throws as TipFollower does.
   StreamedManipulator(const ManipulatorOptions& options, OnStep on_step, Now now = &Clock::now);
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
@@ -54,10 +54,10 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   };
 
   [[nodiscard]] bool IsFaultyAt(Time now) const noexcept;
-  // With mutex_ held, as all below.
+  // With mutex_ held, as all functions below.
   [[nodiscard]] std::optional<std::string> Refusal(DriverId driver, const ArmReading& reading,
                                                    Time arrived_at) const;
-  // What is wrong with a reading that can be read; empty: nothing.
+  // Fault of a readable reading; empty: none.
   [[nodiscard]] std::string FindFault(const ArmReading& reading, Time measured_at) const;
   void BeginWith(DriverId driver, const std::string& name);
   void Keep(const ArmReading& reading, Time measured_at) noexcept;
@@ -76,10 +76,10 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   std::uint64_t aims_ = 0;
   std::optional<Time> stepped_at_;
 
-  DriverId driver_ = 0;  // 0: nobody
+  DriverId driver_ = 0;  // 0: no driver
   std::string driver_name_;
   std::uint32_t frame_ = 0;  // drivers so far: each counts from where it likes
-  std::string fault_;        // what was wrong last, until it has been well for a while
+  std::string fault_;        // the last fault, until it has been absent for a while
   Time wrong_at_{};
   SenderClock clock_;
   std::uint64_t sequence_ = 0;                        // of the newest reading, believed or not
@@ -87,7 +87,7 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   std::optional<ArmReading> reading_;                 // the newest that is believed
   std::optional<std::array<double, 4>> orientation_;  // of the driver's first reading
   std::array<Kept, kKept> kept_;                      // the last ones, times rise
-  std::size_t count_ = 0;                             // of all kept since the driver came
+  std::size_t count_ = 0;  // largest age of the stored readings of this driver
   ArmFit fit_;
   std::uint64_t reports_ = 0;
   double period_ = 0;  // between reports, smoothed [s]

@@ -1,5 +1,5 @@
-// How the simulated arm's tip follows its target: within a speed and a workspace, with the short
-// lag of a critically damped servo. Pure: time passes only in Step.
+// Motion of the simulated tip towards its target: within a speed and a workspace, with the lag of a
+// critically damped servo. Pure: time advances only in Step.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,21 +17,22 @@ class TipFollower {
   static constexpr double kLag = 2.5e-3;  // 2 / w [s]
 
   // Throws std::invalid_argument naming the key: home or workspace not finite, workspace empty,
-  // max_speed not positive. A home outside the workspace starts at the nearest place inside.
+  // max_speed not positive. A home outside the workspace is replaced by the nearest point inside.
   explicit TipFollower(const ManipulatorOptions& options);
 
-  // New target. Outside the workspace the nearest place inside; not finite: ignored, and false.
+  // Sets the target. Outside the workspace: the nearest point inside. Not finite: ignored, and
+  // false.
   bool Aim(const Eigen::Vector3d& p_S_target) noexcept;
   // Stop where it is.
   void Hold() noexcept;
-  // It stands at p_S [m], or the nearest place inside.
+  // Sets the position to p_S [m], or the nearest point inside, at rest.
   void Place(const Eigen::Vector3d& p_S) noexcept;
   // `dt` [s] pass; not positive or not finite: none.
   void Step(double dt) noexcept;
 
   [[nodiscard]] const Eigen::Vector3d& tip() const noexcept { return tip_; }
   [[nodiscard]] const Eigen::Vector3d& velocity() const noexcept { return velocity_; }  // [m/s]
-  // The target was clipped by the workspace, or the speed limit keeps the tip behind it.
+  // The workspace clipped the target, or the speed limit keeps the tip behind it.
   [[nodiscard]] bool at_limit() const noexcept { return clipped_ || too_slow_; }
 
  private:

@@ -1,4 +1,4 @@
-// What every deformation model answers: contacts in, forces or displacements out.
+// Interface of the deformation models: contacts in, forces or displacements out.
 #pragma once
 
 #include <array>
@@ -16,43 +16,44 @@
 
 namespace palpate {
 
-// A patch of boundary that is held or loaded. Frame O.
+// A patch of boundary that is fixed or loaded. Frame O.
 struct Contact {
   enum class Kind : std::uint8_t { kDisplacement, kForce };
   Kind kind = Kind::kDisplacement;
-  Eigen::Vector3d p_O{0, 0, 0};  // the place at rest, centre of the patch [m]
+  Eigen::Vector3d p_O{0, 0, 0};  // position at rest, centre of the contact [m]
   int element = -1;  // 2D: the boundary element there, 3D: the triangle; -1: found from p_O
   double width = 0;  // along the boundary, in 3D of a disc [m]; 0: the one element, node or point
                      // there (contracts, solve)
   Eigen::Vector3d prescribed_O{
       0, 0, 0};  // displacement of the patch [m], or total force of the tool on the object [N]
-  // Where no contact of a set wants it, many that moved together are answered sooner.
+  // If no contact of a set requests it, sets in which many contacts move together are solved
+  // faster.
   bool wants_stiffness = true;
 
-  // The same patch held or loaded, by whatever value.
+  // The same patch fixed or loaded, by whatever value.
   [[nodiscard]] bool IsAt(const Contact& other) const {
     return kind == other.kind && element == other.element && width == other.width &&
            p_O == other.p_O;
   }
 };
 
-// The commonest doubt of all.
+// The most common reason.
 inline constexpr std::string_view kBeyondRange = "the displacement is beyond the model's range";
 
-// The answer for one contact. Frame O.
+// Response of one contact. Frame O.
 struct ContactResponse {
   Eigen::Vector3d force_O{0, 0, 0};         // of the tool on the object, whole thickness [N]
   Eigen::Vector3d displacement_O{0, 0, 0};  // mean over the patch [m]
   Eigen::Matrix3d stiffness_O =
-      Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this patch alone [N/m]; zero
-                                // where it costs more than the answer (fem) or is not wanted
+      Eigen::Matrix3d::Zero();  // d force_O / d displacement_O of this contact alone [N/m]; zero if
+                                // it costs more than the solution (fem) or is not requested
   Validity validity = Validity::kFailed;
-  // Why it is kExtrapolated, one clause that lives on; may be empty.
+  // Why it is kExtrapolated, one clause with static lifetime; may be empty.
   std::string_view doubt;
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };
 
-// What a model says of itself.
+// Properties of a model.
 struct ModelInfo {
   std::string kind;  // bem2d, ...
   std::size_t dof = 0;
@@ -86,35 +87,36 @@ class DeformationModel {
   DeformationModel(const DeformationModel&) = delete;
   DeformationModel& operator=(const DeformationModel&) = delete;
 
-  // Answers all contacts acting together. responses.size() == contacts.size(). Allocation-free
-  // after the first call with as many boundary unknowns; not thread-safe. Loads add up where they
-  // overlap. Not finite or impossible contacts, and such that overlap with others: kFailed.
+  // Computes the responses of all contacts acting together. responses.size() == contacts.size().
+  // Allocation-free after the first call with as many boundary unknowns; not thread-safe. Loads add
+  // up where they overlap. kFailed: contacts that are not finite, impossible, or overlap with
+  // others.
   virtual void Respond(std::span<const Contact> contacts,
                        std::span<ContactResponse> responses) noexcept = 0;
 
-  // Where the model tells its displacements; never changes. An outline's vertex i is the start of
-  // element i. Of a volume or its surface vertex i is node i of the object's mesh; those of no
-  // element (inside a body of which bem3d knows the surface) stay at zero. A membrane has
+  // The mesh of the displacements; constant. An outline's vertex i is the start of element i. For a
+  // volume or its surface, vertex i is node i of the object's mesh; nodes without an element
+  // (inside a body for which bem3d has only the surface) stay at zero. A membrane has
   // MembraneGrid().
   [[nodiscard]] const FieldMesh& field_mesh() const { return field_mesh_; }
   // Displacement of every vertex of field_mesh() under the contacts of the last Respond, frame O
-  // [m]; zero where it failed. Costs O(N S); computed only when asked for.
+  // [m]; zero if it failed. Costs O(N S); computed only on request.
   virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
 
-  // Size of the contacts' traction at every vertex of field_mesh() under those of the last Respond
-  // [Pa], of boundary at rest, zero where nothing touches or it failed. Left as it is by models
-  // that know a contact's force alone.
+  // Magnitude of the contacts' traction at every vertex of field_mesh() under the contacts of the
+  // last Respond [Pa], per area at rest, zero without contact or after a failure. Unchanged by
+  // models that provide only the force of a contact.
   virtual void Tractions(std::vector<float>* /*pascals*/) {}
 
-  // Forgets motion and warm starts: the body is at rest again, and the next Respond does not depend
-  // on those before. With `time: dynamic` a Respond is one step of time, whose contacts hold at its
+  // Resets motion and warm starts: the body is at rest again, and the next Respond does not depend
+  // on earlier ones. With `time: dynamic` a Respond is one time step, and its contacts apply at its
   // end.
   virtual void Reset() {}
   // What acts at the instant at which the body at rest begins to move, before the first step: the
   // first acceleration of Newmark's method counts it. Call after Reset; without it nothing but
   // gravity acts then. What cannot act is ignored here and fails in Respond.
   virtual void Start(std::span<const Contact> /*contacts*/) {}
-  // Computes what is still missing of the precompute for contacts at these places.
+  // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
 
   // Why the last Respond failed, one clause; empty where it did not or where no more is known.

@@ -46,11 +46,12 @@ ModelChoice ChoosePlate(const Scene& scene, double thickness) {
   const double lack = LackOfStretching(w);
   std::ostringstream why;
   why.precision(2);
-  why << "membrane: a press " << w << " thicknesses deep, where bending alone is ";
+  why << "membrane: an indentation of " << w
+      << " thicknesses, where the force of bending alone is ";
   if (w <= 1) {
-    why << 100 * lack << " % low in force: ";
+    why << 100 * lack << " % too low: ";
   } else {
-    why << "far too soft: ";
+    why << "far too low: ";
   }
   return choose(w <= kThin && lack <= scene.model.tolerance, why.str());
 }
@@ -138,7 +139,7 @@ std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMe
                          ? std::get_if<FixedArc>(&scene.object.fixed[0].where)
                          : nullptr;
   if (disc == nullptr || held == nullptr) {
-    throw std::invalid_argument("model.kind = shell: accepted is a disc held on one arc");
+    throw std::invalid_argument("model.kind = shell: accepted is a disc fixed on one arc");
   }
   const Material& material = scene.object.material;
   ShellModel::Params params;
@@ -159,7 +160,7 @@ std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMe
 ModelChoice ChooseModel(const Scene& scene) {
   const std::string& decided = scene.model.decision.reason;
   if (scene.model.kind != "auto") {
-    return {scene.model.kind, decided.empty() ? "asked for by model.kind" : decided};
+    return {scene.model.kind, decided.empty() ? "set by model.kind" : decided};
   }
   const Geometry& geometry = scene.object.geometry;
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
@@ -167,15 +168,15 @@ ModelChoice ChooseModel(const Scene& scene) {
   }
   if (std::holds_alternative<DomeGeometry>(geometry)) {
     return {"membrane",
-            "air-filled membrane: a skin under tension, linear about its shape at rest"};
+            "air-filled membrane: a membrane under tension, linear about its rest shape"};
   }
   if (IsVolume(geometry)) {
-    return {"fem", "volume: co-rotational finite elements; no study of this scene exists yet"};
+    return {"fem", "volume: corotational finite elements; no study of this scene exists yet"};
   }
   if (scene.model.wall > 0) {
     return {"shell",
-            "a disc filled with a liquid: a shell, of which a quick study has no time to find the "
-            "error; `study` tells it"};
+            "a disc filled with a liquid: a shell; a quick study has no time to find its error, "
+            "`study` reports it"};
   }
   return {"bem2d",
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};

@@ -20,15 +20,15 @@ struct ModelChoice {
   std::string reason;  // one sentence
 };
 
-// What `kind: auto` comes to, and why.
+// The decision of `kind: auto`, and its reason.
 ModelChoice ChooseModel(const Scene& scene);
 // That kind. Throws std::invalid_argument: no kind of model.
 const ModelKind& KindOf(const Scene& scene);
 // Whether a Respond of the scene's model is a step of time.
 bool MovesInTime(const Scene& scene);
 bool IsLinear(const Scene& scene);
-// Precomputes the model; tells `progress`, if there is one, what to expect and how far it is.
-// Throws std::invalid_argument: fixed nothing, impossible combination (says why); Interrupted.
+// Precomputes the model; reports expected cost and progress to `progress`, if there is one. Throws
+// std::invalid_argument: no fixed part, impossible combination (with the reason); Interrupted.
 std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh& mesh,
                                             Progress* progress = nullptr);
 // The same where the kind's family is known: bem2d; plate or plate-large.

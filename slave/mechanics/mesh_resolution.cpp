@@ -43,7 +43,7 @@ void RequireReadable(const SolidMesh& mesh) {
 
 void RequireOnePerNode(const HeldNodes& held, const SolidMesh& mesh) {
   if (held.size() == mesh.nodes.size()) return;
-  throw std::invalid_argument("held nodes = " + std::to_string(held.size()) +
+  throw std::invalid_argument("fixed nodes = " + std::to_string(held.size()) +
                               ": accepted is one per node, " + std::to_string(mesh.nodes.size()));
 }
 

@@ -1,7 +1,6 @@
-// Whether a mesh can be computed on, and is fine enough for what is asked of it: where it is not,
-// answers are extrapolated. Two ways to fail: a contact's disc is met by too few pieces, or
-// four-node tetrahedra do not follow the strain (across a thin part that bends they are far too
-// stiff: shear locking).
+// Checks of a mesh: whether it is usable, and fine enough for a contact; otherwise results are
+// extrapolated. Two ways to fail: a contact's disc covers too few pieces, or four-node tetrahedra
+// do not follow the strain (across a thin part that bends they are far too stiff: shear locking).
 #pragma once
 
 #include <array>
@@ -17,14 +16,14 @@
 
 namespace palpate {
 
-// What elements need. All throw std::invalid_argument: no tetrahedron, coordinates that are not
-// finite, a node that does not exist; a tetrahedron whose volume is not above `least` of its
-// longest edge cubed; `held` not one entry per node.
+// Requirements of the elements. All throw std::invalid_argument: no tetrahedron, coordinates that
+// are not finite, a node that does not exist; a tetrahedron whose volume is not above `least` of
+// its longest edge cubed; `held` not one entry per node.
 void RequireReadable(const SolidMesh& mesh);
 void RequireVolumes(const SolidMesh& mesh, double least);
 void RequireOnePerNode(const HeldNodes& held, const SolidMesh& mesh);
 
-// What stands for a contact's disc on a mesh.
+// The pieces of a mesh that represent a contact's disc.
 enum class PatchBasis : std::uint8_t {
   kMovedNodes,         // of four-node tetrahedra
   kMovedNodes10,       // of ten-node ones, those on edges too
@@ -34,8 +33,8 @@ enum class PatchBasis : std::uint8_t {
 };
 struct PatchCover {
   PatchBasis basis = PatchBasis::kMovedNodes;
-  DiscShare disc;   // what is meant
-  double area = 0;  // what the nodes stand for, or of the triangles [m^2]
+  DiscShare disc;   // the true contact
+  double area = 0;  // tributary areas of the nodes, or areas of the triangles [m^2]
   int count = 0;    // of nodes, or of triangles
 };
 PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
@@ -51,13 +50,13 @@ PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept;
 double PatchStiffness(const PatchCover& cover) noexcept;
 // More than a tenth off.
 bool IsPatchCoarse(const PatchCover& cover) noexcept;
-// Part of a point contact's weight that nodes must have which no support holds [-]: they alone take
-// its displacement, divided by this part.
+// Least part of a point contact's weight on free nodes [-]: they alone take its displacement,
+// divided by this part.
 inline constexpr double kLeastFreeWeight = 0.5;
 inline constexpr std::string_view kOnSupport =
-    "the contact lies mostly on nodes that a support holds: the others move more than twice as far";
+    "the contact lies mostly on fixed nodes: the others move more than twice as far";
 inline constexpr std::string_view kCoarsePatch =
-    "the mesh is too coarse for a patch of this width here: the stiffness is off by about 10 % or "
+    "the mesh is too coarse for a contact of this width here: the stiffness error is about 10 % or "
     "more";
 
 // How much softer the body would be, were every edge free to bow:
@@ -71,13 +70,12 @@ inline constexpr std::string_view kCoarsePatch =
 // the elements at contacts are left out: there the patch decides.
 class StrainResolution {
  public:
-  // `held`: per node and component; edges do not bow along what holds both their ends. Poisson's
-  // ratio is taken as 0.49 at most: what locks beyond is told elsewhere.
+  // `held`: per node and component; edges do not bow along components that are fixed at both ends.
+  // Poisson's ratio is limited to 0.49: locking beyond it is reported elsewhere.
   StrainResolution(const SolidMesh& mesh, const HeldNodes& held, double poisson_ratio);
 
-  // Of nodal displacements `u`, in the mesh's unit of length; `touched`: nodes of contacts. 0 where
-  // nothing is strained.
-  // O(elements), no allocation.
+  // For nodal displacements `u`, in the mesh's unit of length; `touched`: nodes of contacts. 0
+  // without strain. O(elements), no allocation.
   double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched) noexcept;
 
  private:
@@ -94,15 +92,16 @@ class StrainResolution {
   double lambda_, mu_;  // by E
   std::vector<Element> elements_;
   std::vector<std::array<int, 2>> ends_;     // per edge
-  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: held
+  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: fixed
   std::vector<Eigen::Vector3d> residual_;
-  std::vector<char> near_;  // per node: one that is touched, or of an element that has one
+  std::vector<char> near_;  // per node: one in contact, or of an element that has one
   double twice_energy_ = 0;
 };
 
-// Beyond it an answer is extrapolated.
+// Beyond it a solution is extrapolated.
 inline constexpr double kMostSoftness = 0.1;
 inline constexpr std::string_view kStiffInBending =
-    "too few linear tetrahedra across a part that bends: too stiff by about 10 % or more";
+    "too few linear tetrahedra across a part that bends: its stiffness is too high by about 10 % "
+    "or more";
 
 }  // namespace palpate

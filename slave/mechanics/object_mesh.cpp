@@ -34,14 +34,14 @@ std::string Words(const char* format, double a, double b) {
 }
 
 std::optional<std::string> RefuseAt(const BoundaryMesh& mesh, const Vector3d& p_O) {
-  if (p_O.z() != 0) return "a place in the plane z = 0";
+  if (p_O.z() != 0) return "a position in the plane z = 0";
   const int element = FindElement(mesh, p_O.head<2>());
-  if (element < 0) return "a finite place";
+  if (element < 0) return "a finite position";
   const auto& found = mesh.elements[Index(element)];
   const double distance = DistanceTo(found, p_O.head<2>());
   if (distance <= 0.5 * found.length()) return std::nullopt;
   return Words(
-      "a place on the boundary; this one lies %.3g m from it, more than half an element (%.3g m)",
+      "a position on the boundary; this one is %.3g m from it, more than half an element (%.3g m)",
       distance, 0.5 * found.length());
 }
 
@@ -50,14 +50,14 @@ std::optional<std::string> RefuseAt(const MembraneDisc& disc, const Vector3d& p_
   if (p_O.head<2>().norm() < disc.radius && std::abs(p_O.z()) <= 0.5 * disc.thickness + slack) {
     return std::nullopt;
   }
-  return Words("a place inside the clamped rim, radius < %.6g m and |z| <= %.3g m", disc.radius,
+  return Words("a position inside the clamped rim, radius < %.6g m and |z| <= %.3g m", disc.radius,
                0.5 * disc.thickness);
 }
 
 std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& p_O) {
   if (FindPlace(surface, p_O)) return std::nullopt;
-  return "a node, or a place on the surface, half the longest edge of the nearest triangle from it "
-         "at most";
+  return "a node, or a position at most half the longest edge of the nearest triangle from the "
+         "surface";
 }
 
 ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
@@ -189,7 +189,7 @@ std::vector<std::array<bool, kComponents>> HeldBy(const Scene& scene, int count,
       }
     }
     if (any) continue;
-    throw std::invalid_argument("object.fixed (" + Describe(fixed) + ") holds no " + no);
+    throw std::invalid_argument("object.fixed (" + Describe(fixed) + ") contains no " + no);
   }
   return held;
 }
@@ -243,12 +243,11 @@ BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen)
   }
   if (!std::holds_alternative<ImageContourGeometry>(geometry)) {
     throw std::invalid_argument(
-        "object.geometry: accepted where an outline is needed is a planar one: rectangle, disc, "
-        "polygon or contour");
+        "object.geometry: accepted for an outline is rectangle, disc, polygon or contour");
   }
   if (seen) return MeshPolygon(*seen, count);
   throw std::invalid_argument(
-      "object.geometry.contour = from-image: no outline was found in the picture");
+      "object.geometry.contour = from-image: no outline was found in the image");
 }
 
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
@@ -258,8 +257,8 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   }
   if (std::holds_alternative<DomeGeometry>(geometry)) {
     throw std::invalid_argument(
-        "object.geometry.membrane.semi_axes: a domed membrane answers to pictures (serve, process "
-        "and their check): accepted here is `radius`, a flat one");
+        "object.geometry.membrane.semi_axes: a domed membrane needs images (serve, process and "
+        "their check): accepted here is `radius`, a flat membrane");
   }
   const auto refined = [&](ObjectMesh mesh) {
     for (int r = 0; r < scene.model.refinements; ++r) mesh = Refined(mesh);
@@ -276,12 +275,12 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
 
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh) {
   const Selection selection(scene, mesh);
-  return HeldBy<2>(
-      scene, mesh.size(),
-      "element: accepted is a place on the outline that contains an element's midpoint",
-      [&](const Fixed& fixed, int i) {
-        return std::visit([&](const auto& where) { return selection.Has(where, i); }, fixed.where);
-      });
+  return HeldBy<2>(scene, mesh.size(),
+                   "element: accepted is a part of the outline that contains an element's midpoint",
+                   [&](const Fixed& fixed, int i) {
+                     return std::visit([&](const auto& where) { return selection.Has(where, i); },
+                                       fixed.where);
+                   });
 }
 
 HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Vector3d>& nodes) {

@@ -24,22 +24,21 @@ struct MembraneDisc {
 
 using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMesh>;
 
-// Divides the scene's object: an outline into model.elements elements, a box into its cells, a mesh
-// from its file, these two refined as often as model.refinements says; a surface is filled with
-// tetrahedra unless bem3d computes on it. `seen`: the outline found by the eyes, used for `contour:
-// from-image`. Throws std::invalid_argument: nothing seen where it is needed, fewer than three
-// elements, an unusable mesh file (file:line); std::runtime_error: a surface that no mesher could
-// fill.
+// Meshes the scene's object: an outline into model.elements elements, a box into its cells, a mesh
+// from its file, the last two refined model.refinements times; a surface is filled with tetrahedra
+// unless bem3d uses it. `seen`: the outline found by the cameras, used for `contour: from-image`.
+// Throws std::invalid_argument: a missing outline, fewer than three elements, an unusable mesh file
+// (file:line); std::runtime_error: a surface that no mesher could fill.
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
 // The same for planar objects; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);
 
-// Where an object can be touched (contracts, `solve`).
+// Where contacts of an object are possible (contracts, `solve`).
 class TouchableSurface {
  public:
   // Keeps a reference to the mesh. O(N log N) for a volume.
   explicit TouchableSurface(const ObjectMesh& mesh);
-  // Why nothing can touch the object at `p_O` [m], in words that follow `accepted is`; nullopt: it
+  // Why nothing can touch the object at `p_O` [m], as text that follows `accepted is`; nullopt: it
   // can. O(N).
   [[nodiscard]] std::optional<std::string> Refuse(const Eigen::Vector3d& p_O) const;
 
@@ -48,12 +47,12 @@ class TouchableSurface {
   SurfaceMesh skin_;  // of a volume
 };
 
-// What object.fixed holds at zero: the components of every element (2D) or node (3D). Throws
-// std::invalid_argument: an entry that holds nothing, a node that does not exist.
+// The components that object.fixed fixes, of every element (2D) or node (3D). Throws
+// std::invalid_argument: an entry without any of them, a node that does not exist.
 std::vector<std::array<bool, 2>> FixedElementDofs(const Scene& scene, const BoundaryMesh& mesh);
 HeldNodes FixedNodeDofs(const Scene& scene, const std::vector<Eigen::Vector3d>& nodes);
 
-// What of an object's picture is held, along one axis at least: of an outline both ends of such
+// Fixed vertices of an object's drawing, along one axis at least: of an outline both ends of such
 // elements, element i beginning at vertex i; of a surface its nodes, of a membrane its rim. Throw
 // as above.
 std::vector<std::uint32_t> HeldVertices(const Scene& scene, const BoundaryMesh& mesh);

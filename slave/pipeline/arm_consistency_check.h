@@ -1,5 +1,5 @@
-// The manipulator's word on where the tip is, as a second witness: what is seen minus what it says
-// changes slowly, whatever the registration of the two.
+// Consistency of camera and encoders: their difference changes slowly, whatever the registration of
+// the two.
 #pragma once
 
 #include <optional>
@@ -8,17 +8,17 @@
 
 namespace palpate {
 
-// What a manipulator that the picture shows says of the tip.
+// Encoder reading of a manipulator that is visible in the image.
 struct EncoderReading {
   Eigen::Vector3d p_S_tip{0, 0, 0};  // [m]
-  double lag = 0;  // how far its instant may be from the picture's [periods of the pictures]
-  bool is_of_picture = false;  // told for the picture's instant; else for when it is asked
+  double lag = 0;                    // time between reading and image [periods of the images]
+  bool is_of_picture = false;  // reading at the time of the image; else at the time of the query
 };
 
 class ArmConsistencyCheck {
  public:
-  // Of one picture, S [m]. `tolerance` [m]: of what is seen; the arm's own motion within the lag is
-  // allowed besides.
+  // For one image, S [m]. `tolerance` [m]: of the measured tip; motion of the manipulator within
+  // the lag is allowed in addition.
   bool Agree(const Eigen::Vector3d& p_S_seen, const EncoderReading& said,
              double tolerance) noexcept {
     const Eigen::Vector3d offset = p_S_seen - said.p_S_tip;
@@ -33,10 +33,10 @@ class ArmConsistencyCheck {
     return agree;
   }
   void Reset() noexcept { offset_.reset(); }
-  // How far both were apart in the last picture, beyond what the lag allows [m]; may be negative.
+  // Distance of both in the last image, beyond what the lag allows [m]; may be negative.
   [[nodiscard]] double apart() const { return apart_; }
-  // How far both part, S [m], beyond `noise` [m] of the eyes: pictures that come late by less than
-  // is noticed show the tip where it was.
+  // Distance of both, S [m], beyond `noise` [m] of the cameras: images with undetected latency show
+  // an earlier tip.
   [[nodiscard]] Eigen::Vector3d PartingBeyond(double noise) const noexcept {
     const double far = parting_.norm();
     if (!(far > noise)) return Eigen::Vector3d::Zero();
@@ -44,7 +44,7 @@ class ArmConsistencyCheck {
   }
 
  private:
-  static constexpr double kFollow = 0.03;               // of the offset, per picture
+  static constexpr double kFollow = 0.03;               // share of the offset, per image
   static constexpr double kFollowSlowly = kFollow / 4;  // lest a lag be taken for registration
   std::optional<Eigen::Vector3d> offset_;
   Eigen::Vector3d said_{0, 0, 0};

@@ -1,4 +1,4 @@
-// Whether a manipulator is a witness of what pictures show, and of which instant.
+// Whether the manipulator's encoders can be compared with the images, and at which time.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,9 @@
 
 namespace palpate {
 
-// How far the arm's word may be from the picture [their periods], `replayed` where it is asked for
-// the picture's own instant; nullopt: a recorded tool's
-// pictures do not show the arm that moves here. A live one is asked when the picture has come, a
-// while after it was taken.
+// Time between encoder reading and image [image periods], `replayed` if the reading is of the
+// image's own time; nullopt: recorded images do not show the manipulator. For a live one the
+// reading is taken at the arrival of the image, after its capture.
 inline std::optional<double> ArmLag(const Pace& pace, const SimulatedEnvironment* environment,
                                     double replayed) {
   constexpr double kLive = 1.5;

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kNothingYet = "no picture has come yet (FeedPictures)";
+constexpr const char* kNothingYet = "no image received yet (FeedPictures)";
 
 }  // namespace
 
@@ -34,7 +34,7 @@ bool AwaitedSense::TryToMake(const std::stop_token& stop) {
     ReportTrouble({});
     return true;
   } catch (const std::exception& error) {
-    ReportTrouble(std::string("the pictures that came will not do: ") + error.what());
+    ReportTrouble(std::string("the received images cannot be used: ") + error.what());
     inbox_.Drop();
     return false;
   }
@@ -49,7 +49,8 @@ void AwaitedSense::ReportTrouble(const std::string& trouble) {
 std::unique_ptr<PreparedModel> AwaitedSense::Prepare(const Scene& changed,
                                                      Progress* progress) const {
   if (!Made())
-    throw std::logic_error(std::string(kNothingYet) + ": accepted is a change afterwards");
+    throw std::logic_error(std::string(kNothingYet) +
+                           ": accepted is a change after the first image");
   return Made()->Prepare(changed, progress);
 }
 

@@ -1,5 +1,5 @@
-// A sense whose pictures somebody pushes: it is made of the first ones that will do, and until then
-// says what it waits for.
+// A sensing whose images a driver sends: it is created from the first usable images, and until then
+// reports what it waits for.
 #pragma once
 
 #include <atomic>
@@ -14,8 +14,8 @@ namespace palpate {
 
 class AwaitedSense final : public SensingPipeline {
  public:
-  // `make` makes the sense from what `pace.pictures` brings; it throws where the pictures will not
-  // do, and is asked again with the next ones. `awaited`: what is known of it before.
+  // `make` creates the sensing from `pace.pictures`; it throws if the images cannot be used, and is
+  // called again with the next ones. `awaited`: description until then.
   using Make = std::function<std::unique_ptr<SensingPipeline>(const Pace& pace)>;
   AwaitedSense(const Scene& scene, Make make, SenseInfo awaited);
 
@@ -34,7 +34,7 @@ class AwaitedSense final : public SensingPipeline {
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
     return Made() ? Made()->Picture(full_scale) : std::nullopt;
   }
-  // Throws std::logic_error while nothing was seen.
+  // Throws std::logic_error before the first sample.
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override;
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override {
@@ -51,7 +51,7 @@ class AwaitedSense final : public SensingPipeline {
 
  private:
   [[nodiscard]] SensingPipeline* Made() const noexcept { return made_; }
-  // False: these pictures will not do, and it says why.
+  // False: these images cannot be used; the reason is reported.
   bool TryToMake(const std::stop_token& stop);
   void ReportTrouble(const std::string& trouble);
 

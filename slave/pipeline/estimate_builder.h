@@ -1,5 +1,5 @@
-// What holds for every contact estimate, however it was sensed: events are told once, a tool that
-// broke through feels nothing, what E is uncertain by goes into the force's sigma.
+// Rules for every contact estimate, independent of the sensing: events are reported once, the force
+// is zero after a puncture, and the uncertainty of E is part of the force's sigma.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// `next` as the successor of `last`: a revision of its own if something changed.
+// `next` as the successor of `last`: gets a new revision if something changed.
 inline LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
   const bool same = next.reference == last.reference && next.normal == last.normal &&
                     next.stiffness == last.stiffness;
@@ -21,14 +21,14 @@ inline LocalModel Revised(LocalModel next, const LocalModel& last) noexcept {
 // Of one pipeline. For each estimate: Track, then Touch and SetForce, or LoseForce.
 class EstimateBuilder {
  public:
-  // Takes puncture depth and tolerance of E from the scene.
+  // Uses puncture depth and tolerance of E from the scene.
   void Adopt(const Scene& scene) noexcept {
     puncture_depth_ = scene.model.puncture_depth;
     modulus_tolerance_ = scene.object.material.young_modulus_tolerance;
   }
   void Reset() noexcept { in_contact_ = punctured_ = is_broken_ = false; }
 
-  // Whether what is watched was found.
+  // Whether the tracked object or tool was found.
   void Track(bool found, ContactEstimate* estimate) noexcept {
     if (found == tracking_) return;
     estimate->events.Add(found ? Event::kTrackingRegained : Event::kTrackingLost);
@@ -42,12 +42,12 @@ class EstimateBuilder {
     if (!touches) punctured_ = is_broken_ = false;
   }
   [[nodiscard]] bool in_contact() const { return in_contact_; }
-  // The membrane is seen to be broken: until the tool has left, nothing pushes it.
+  // A puncture was detected: the force is zero until the tool has left.
   void Break() noexcept { is_broken_ = true; }
   [[nodiscard]] bool broken() const { return is_broken_; }
 
-  // The force that a model of modulus E tells, frame S [N], and what is known of its size without
-  // the model [N]; `estimate` has its depth.
+  // The force of a model with modulus E, frame S [N], and the part of its sigma that is independent
+  // of the model [N]; `estimate` has its depth.
   void SetForce(const Eigen::Vector3d& force, double sigma, Validity validity,
                 ContactEstimate* estimate) noexcept {
     estimate->force = force;
@@ -66,7 +66,8 @@ class EstimateBuilder {
     estimate->sigma = std::hypot(sigma, modulus_tolerance_ * estimate->force->norm());
   }
 
-  // After SetForce: what `check` says may not be believed; numbers stay. The first doubt is told.
+  // After SetForce: flags the estimate because of `check`; numbers stay. The first flag is
+  // reported.
   static void Flag(FailedCheck check, ContactEstimate* estimate) noexcept {
     if (estimate->validity == Validity::kValid) estimate->check = check;
     estimate->validity = Worse(estimate->validity, Validity::kExtrapolated);

@@ -25,7 +25,7 @@ void SetKind(const std::string& kind, const Changeable& accepted, ModelOptions* 
 
 void SetElements(int elements, const Changeable& accepted, ModelOptions* model) {
   const std::string what = fmt::format("elements = {}", elements);
-  if (accepted.most_elements == 0) Refuse(what, "none here: the mesh is the scene's");
+  if (accepted.most_elements == 0) Refuse(what, "none here, because the mesh comes from the scene");
   if (elements < kFewestElements || elements > accepted.most_elements) {
     Refuse(what, fmt::format("{} to {}", kFewestElements, accepted.most_elements));
   }
@@ -49,12 +49,12 @@ void SetContact(const std::string& contact, const Changeable& accepted, ModelOpt
 // What is known of a sense before its first picture.
 SenseInfo Awaited(const Scene& scene) {
   SenseInfo info;
-  info.source = "pictures that a driver pushes (FeedPictures)";
-  info.samples = "pictures";
+  info.source = "images from a driver (FeedPictures)";
+  info.samples = "images";
   info.is_awaited = true;
   info.tells_force = !HasStereoOrDepth(scene.sense) || EstimatesForce(scene);
   info.model.kind = "none";
-  info.reason = "no picture has come yet";
+  info.reason = "no image received yet";
   return info;
 }
 
@@ -67,8 +67,7 @@ struct SenseMaker {
       return std::make_unique<Made>(scene, pace, environment);
     if (!pace.is_live) {
       throw std::invalid_argument(
-          "sense.camera.source = stream: accepted here are pictures that are recorded or "
-          "simulated");
+          "sense.camera.source = stream: accepted here are recorded or simulated images");
     }
     const auto make = [scene = scene,
                        tap = pace.tap](Pace streamed) -> std::unique_ptr<SensingPipeline> {
@@ -96,7 +95,7 @@ struct SenseMaker {
 }  // namespace
 
 ModelOptions Changed(ModelOptions model, const ModelChange& change, const Changeable& accepted) {
-  if (!accepted.object) Refuse("kind = " + change.kind, "none: no force is told here");
+  if (!accepted.object) Refuse("kind = " + change.kind, "none, because no force is estimated here");
   model.decision = {};  // whoever changes it decides
   if (!change.kind.empty()) SetKind(change.kind, accepted, &model);
   if (change.elements != 0) SetElements(change.elements, accepted, &model);
@@ -109,8 +108,8 @@ std::vector<std::string> Introduction(const SenseInfo& info) {
   if (info.is_awaited) return {"waiting for " + info.source};
   const ModelInfo& model = info.model;
   std::vector<std::string> lines{
-      fmt::format("{} with {} elements, {} dof, precomputed in {:.0f} ms; {}", model.kind,
-                  model.elements, model.dof, 1e3 * model.precompute_s, info.source)};
+      fmt::format("{} with {} elements, {} degrees of freedom, precomputed in {:.0f} ms; {}",
+                  model.kind, model.elements, model.dof, 1e3 * model.precompute_s, info.source)};
   lines.insert(lines.end(), info.remarks.begin(), info.remarks.end());
   return lines;
 }

@@ -1,4 +1,4 @@
-// What a picture says in words, so that they are read on a page that shows it small.
+// Text in an image, legible on a page that shows it small.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// One line into the upper left corner of an 8-bit colour picture, as tall as a thirtieth of it, 12
-// pixels at least; dark around, whatever the picture shows there.
+// One line into the upper left corner of an 8-bit colour image, as tall as a thirtieth of it, 12
+// pixels at least; dark around, whatever the image shows there.
 void DrawWords(const std::string& words, const cv::Scalar& colour, cv::Mat* picture);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Who keeps all that a sense is given and asked.
+// Records all inputs of and queries to a sensing.
 #pragma once
 
 #include <memory>
@@ -14,10 +14,10 @@ namespace palpate {
 // Outlives the sense.
 class SenseRecorder : public SampleTap {
  public:
-  // A sense is about to be made. `p_S_tip`: where the tool of its simulated site is, S [m];
-  // nullopt: it is a real one.
+  // A sensing is about to be created. `p_S_tip`: tool position of its simulated environment, S [m];
+  // nullopt: a real one.
   virtual void Begin(const std::optional<Eigen::Vector3d>& p_S_tip) = 0;
-  // `sense`, with each call kept.
+  // `sense`, with each call recorded.
   virtual std::unique_ptr<SensingPipeline> Watch(std::unique_ptr<SensingPipeline> sense) = 0;
 };
 

@@ -16,7 +16,7 @@ RecordedBeginning::RecordedBeginning(const std::filesystem::path& file) {
   const auto found = notes.find(kSenseNote);
   if (found == notes.end()) {
     throw InputError(file.string() +
-                     ": tells of no sense: accepted is a slave's recording (serve --record)");
+                     ": contains no sensing: accepted is a recording by a slave (serve --record)");
   }
   note = found->second;
   files.scene = Value("scene");

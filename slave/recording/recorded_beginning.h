@@ -1,4 +1,4 @@
-// What stands before the messages of a slave's recording: its scene, and how its sense was made.
+// The beginning of a slave's recording: its scene, and how its sensing was created.
 #pragma once
 
 #include <filesystem>
@@ -20,10 +20,10 @@ struct RecordedBeginning {
   SceneFiles files;
   McapMap note;
 
-  // Of the note; empty: it does not tell.
+  // Fields of the note; empty: absent.
   [[nodiscard]] std::string Value(const std::string& key) const;
   [[nodiscard]] std::vector<std::string> overrides() const;
-  // Where the tool of the simulated site was, S [m]; nullopt: it was a real one.
+  // Tool position of the simulated environment, S [m]; nullopt: a real environment.
   [[nodiscard]] std::optional<Eigen::Vector3d> tip() const;
 };
 

@@ -28,7 +28,8 @@ namespace {
 
 Eigen::Vector3d Finite(const v1::Exact3& message) {
   const Eigen::Vector3d place = FromProto(message);
-  if (!place.allFinite()) throw InputError("a recorded place: accepted are three finite numbers");
+  if (!place.allFinite())
+    throw InputError("a recorded position: accepted are three finite numbers");
   return place;
 }
 
@@ -69,7 +70,7 @@ Scene SceneOf(const RecordedBeginning& beginning, const std::filesystem::path& f
   Scene scene = LoadScene(UnpackSceneFiles(beginning.files, folder), beginning.overrides());
   const std::string decided = beginning.Value("model");
   if (!decided.empty() && !ApplyDecided(decided, &scene)) {
-    throw InputError("the model that `kind: auto` came to cannot be read from this recording");
+    throw InputError("the model chosen by `kind: auto` cannot be read from this recording");
   }
   return scene;
 }
@@ -100,7 +101,8 @@ class Again {
     run_.damage = samples_.gap().empty() ? steps_.damage() : samples_.gap();
     run_.scene = scene_.name;
     if (run_.differences.states == 0) {
-      throw InputError("nothing was felt in this recording: accepted is one that holds a sample");
+      throw InputError(
+          "this recording contains no estimate: accepted is a recording with a sample");
     }
     WriteSummary();
     return std::move(run_);
@@ -160,7 +162,7 @@ class Again {
       changed.model = Changed(changed.model, change, sense_->info().changeable);
     }
     if (!settings.decided().empty() && !ApplyDecided(settings.decided(), &changed)) {
-      throw InputError("a recorded decision: accepted is one of this object's kinds of model");
+      throw InputError("a recorded decision: accepted is a kind of model for this object");
     }
     CheckRanges({.young_modulus = settings.young_modulus()});
     changed.object.material.young_modulus = settings.young_modulus();
@@ -211,14 +213,14 @@ std::vector<std::string> InWords(const RecordedRun& run) {
                                              run.scene, d.states, Shown(run.version, 80),
                                              run.version_now)};
   if (d.different == 0) {
-    lines.push_back("all are equal to those recorded, bit for bit");
+    lines.push_back("all are equal to the recorded states, bit for bit");
   } else {
     lines.push_back(
-        fmt::format("{} differ from those recorded, first of sample {}: by up to {:.3g} N and "
-                    "{:.3g} m; {} are of another validity",
+        fmt::format("{} differ from the recorded states, first at sample {}: by up to {:.3g} N and "
+                    "{:.3g} m; {} have another validity",
                     d.different, d.first, d.force, d.tip, d.validity));
   }
-  if (!run.damage.empty()) lines.push_back("not whole: " + run.damage);
+  if (!run.damage.empty()) lines.push_back("incomplete: " + run.damage);
   return lines;
 }
 

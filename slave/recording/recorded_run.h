@@ -1,5 +1,5 @@
-// A slave's recording made anew: the sense of its scene is given the same samples and asked the
-// same in the same order, and what it feels is held against what was felt.
+// Recomputes a slave's recording: the sensing of its scene gets the same samples and queries in the
+// same order, and its estimates are compared with the recorded ones.
 #pragma once
 
 #include <cstdint>
@@ -11,32 +11,32 @@
 
 namespace palpate {
 
-// How far states felt anew are from those recorded.
+// Differences of recomputed states from recorded ones.
 struct StateDifferences {
   std::uint64_t states = 0;     // compared
   std::uint64_t different = 0;  // of them, in any digit
   std::uint64_t first = 0;      // sample of the first that differs; 0: none does
   double force = 0;             // the largest of the force's vector [N]
-  double tip = 0;               // of the tip's place [m]
+  double tip = 0;               // difference of the tip position [m]
   std::uint64_t validity = 0;   // states whose validity, or whether a force is known, differs
 };
 
 struct RecordedRun {
   StateDifferences differences;
   std::string version, version_now;  // of the program that recorded, and of this one
-  std::string damage;  // what of the recording cannot be read, in words; empty: nothing
-  std::string scene;   // its name
+  std::string damage;                // unreadable parts of the recording, as text; empty: none
+  std::string scene;                 // its name
 };
 
-// Writes out/states.csv, as RunOffline does, of what is felt now, out/summary.json, and the scene's
-// files below out/scene. `progress`: called with the states done; may be empty. Throws InputError
-// or std::runtime_error: no slave's recording, damaged, out not writable; SceneError: its scene
-// cannot be read here.
+// Writes the recomputed out/states.csv, as RunOffline does, out/summary.json, and the scene's files
+// below out/scene. `progress`: called with the number of finished states; may be empty. Throws
+// InputError or std::runtime_error: not a slave's recording, damaged, out not writable; SceneError:
+// its scene cannot be read here.
 RecordedRun ProcessRecording(const std::filesystem::path& file, const std::filesystem::path& out,
                              const std::stop_token& stop,
                              const std::function<void(std::uint64_t)>& progress = {});
 
-// The summary in words, a line each.
+// The summary as text, one line each.
 std::vector<std::string> InWords(const RecordedRun& run);
 
 }  // namespace palpate

@@ -27,7 +27,7 @@ int CountOpened(const std::filesystem::path& file) {
 cv::Mat Decoded(const std::string& png) {
   const auto picture = OpenPng({reinterpret_cast<const unsigned char*>(png.data()), png.size()});
   if (!picture || long{picture->size().width} * picture->size().height > kMostPixels) {
-    throw InputError("a recorded picture: accepted is a PNG of at most " +
+    throw InputError("a recorded image: accepted is a PNG of at most " +
                      std::to_string(kMostPixels / 1'000'000) + " megapixels");
   }
   return picture->Decode();
@@ -43,7 +43,7 @@ class PlayedSource final : public Source {
     if (stop.stop_requested()) return std::nullopt;
     return (samples_.*take_)();
   }
-  [[nodiscard]] std::string description() const override { return "a slave's recording"; }
+  [[nodiscard]] std::string description() const override { return "a recording by a slave"; }
 
  private:
   RecordedSamples& samples_;
@@ -78,8 +78,8 @@ cv::Mat RecordedSamples::NextPicture(std::string_view topic, Time sensed_at) {
     if (message.timestamp().seconds() != expected.seconds() ||
         message.timestamp().nanos() != expected.nanos()) {
       gap_ =
-          "a picture is missing, more came than could be written: what was felt from there on "
-          "cannot be made anew";
+          "an image is missing, because more arrived than could be written: the estimates from "
+          "here on cannot be recomputed";
       return {};
     }
     return Decoded(message.data());

@@ -1,4 +1,4 @@
-// The samples of a slave's recording, given again as its sense was given them.
+// Replays the samples of a slave's recording to its sensing.
 #pragma once
 
 #include <filesystem>
@@ -26,15 +26,14 @@ class RecordedSamples final : public SamplePlayer {
   std::optional<Frame> NextFrame();
   std::optional<StereoPair> NextPair();
   std::optional<TactileFrame> NextTactile();
-  // Why there are no more though the recording goes on; empty: it does not.
+  // Why there are no more samples although the recording continues; empty: it does not.
   [[nodiscard]] const std::string& gap() const { return gap_; }
 
  private:
   bool NextStep(v1::SenseStep* step);
-  // The picture on `topic` that follows, taken at `sensed_at`; empty: the recording ends, or it is
-  // missing.
+  // The next image on `topic`, taken at `sensed_at`; empty: the recording ends, or it is missing.
   cv::Mat NextPicture(std::string_view topic, Time sensed_at);
-  // The next instant of pictures into `*pair`; false: there is none.
+  // Reads the next images into `*pair`; false: there are none.
   bool NextPictures(StereoPair* pair);
 
   RecordingReader reader_;

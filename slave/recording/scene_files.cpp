@@ -45,7 +45,7 @@ SceneFiles GatherSceneFiles(const Scene& scene) {
   for (const fs::path& input : InputFilesOf(scene)) {
     for (const fs::path& file : FilesOf(input)) {
       try {
-        const std::string bytes = ReadWholeFile(file, room, "what a recording may keep");
+        const std::string bytes = ReadWholeFile(file, room, "a file of the scene");
         if (kept.emplace(file, bytes).second) room -= bytes.size();
       } catch (const InputError&) {
         gathered.left_out.push_back(file.string());
@@ -73,7 +73,7 @@ fs::path UnpackSceneFiles(const SceneFiles& files, const fs::path& folder) {
     WriteWholeFile(file, bytes);
   }
   if (!files.bytes.contains(files.scene)) {
-    throw InputError("no scene is attached: accepted is a slave's recording (serve --record)");
+    throw InputError("no scene is attached: accepted is a recording by a slave (serve --record)");
   }
   return folder / files.scene;
 }

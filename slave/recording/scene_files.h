@@ -18,11 +18,11 @@ struct SceneFiles {
   std::vector<std::string> left_out;         // paths of those that are too large, or unreadable
 };
 
-// The scene first, then what it names; of folders the files in them.
+// The scene file first, then its inputs; for folders the files in them.
 SceneFiles GatherSceneFiles(const Scene& scene);
 
-// Writes them below `folder`; where the scene is then. Throws InputError: a path that leads out of
-// it; std::runtime_error: not writable.
+// Writes the files below `folder`; returns the path of the scene. Throws InputError: a path outside
+// the folder; std::runtime_error: not writable.
 std::filesystem::path UnpackSceneFiles(const SceneFiles& files,
                                        const std::filesystem::path& folder);
 

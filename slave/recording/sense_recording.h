@@ -1,9 +1,9 @@
-// A slave's recording: each sample without loss, all that the sense was asked, in order, and what
-// it felt; the scene's files and the log beside it.
+// A slave's recording: each sample without loss, all queries to the sensing in order, and its
+// estimates; also the scene's files and the log.
 //
 //   /slave/sense           palpate.v1.SenseStep: see there
-//   /slave/left, /right    foxglove.CompressedImage, PNG: a picture, or both of a pair
-//   /slave/tip             foxglove.PoseInFrame: the tool's tip as it was sensed
+//   /slave/left, /right    foxglove.CompressedImage, PNG: an image, or both of a pair
+//   /slave/tip             foxglove.PoseInFrame: the measured tool tip
 //   /log                   foxglove.Log
 #pragma once
 
@@ -23,7 +23,7 @@ namespace palpate {
 inline constexpr std::string_view kStepTopic = "/slave/sense", kLeftTopic = "/slave/left",
                                   kRightTopic = "/slave/right", kTipTopic = "/slave/tip",
                                   kLogTopic = "/log";
-// Of the note that says how the sense was made.
+// Fields of the note that describes how the sensing was created.
 inline constexpr const char* kSenseNote = "palpate.sense";
 
 class SenseRecording final : public SenseRecorder {
@@ -41,7 +41,7 @@ class SenseRecording final : public SenseRecorder {
   void OnSample(const StereoPair& pair) override;
   void OnSample(const TactileFrame& frame) override;
 
-  // Lines of the log: 0 debug to 4 fatal. Those before Begin are not kept.
+  // Lines of the log: 0 debug to 4 fatal. Lines before Begin are not recorded.
   void Log(int level, const std::string& line);
   // Everything is written, the file closed.
   void Finish() { recording_->Finish(); }
@@ -52,12 +52,12 @@ class SenseRecording final : public SenseRecorder {
   void PutPicture(std::uint16_t channel, const cv::Mat& image, Time sensed_at);
   void PutInstant(std::uint64_t sequence, Time sensed_at, int pictures, double skew);
 
-  std::vector<std::string> left_out_;  // files of the scene that are too large to keep
-  std::string overrides_;              // a line each
-  std::string decided_;                // of `kind: auto`, see DecidedText
+  std::vector<std::string> left_out_;  // files of the scene that are too large to record
+  std::string overrides_;              // one line each
+  std::string decided_;                // decision of `kind: auto`, see DecidedText
   std::string scene_file_;             // its name among those attached
   std::unique_ptr<Recording> recording_;
-  std::atomic<bool> has_begun_{false};  // what stands before all messages is there
+  std::atomic<bool> has_begun_{false};  // the beginning of the recording is written
   std::uint16_t steps_, left_, right_, tip_, log_;
 };
 

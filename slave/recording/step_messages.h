@@ -1,4 +1,4 @@
-// What a sense is given and tells, to and from messages, with every digit.
+// Converts inputs and outputs of the sensing to and from messages, with all digits.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ inline Eigen::Vector3d FromProto(const v1::Exact3& message) {
   return {message.x(), message.y(), message.z()};
 }
 
-// Overwrites `message`. Equal estimates, and no others, give equal bytes.
+// Overwrites `message`. The bytes are equal if and only if the estimates are equal.
 void ToProto(const ContactEstimate& felt, v1::FeltState* message);
 void ToProto(const TactileFrame& frame, v1::TactileInstant* message);
 // Throws InputError: more fingertips than there may be, fewer electrodes or numbers of a pose, a

@@ -79,7 +79,7 @@ void ReadCells(const Json& json, Geometry* geometry) {
 
 std::string Figures(const RejectedModel& r) {
   if (!std::isfinite(r.error)) return {};
-  return fmt::format(" ({:.2g} % error, {:.3g} us an update, {:.2g} s of precompute)",
+  return fmt::format(" ({:.2g} % error, {:.3g} us per update, {:.2g} s of precompute)",
                      100 * r.error, 1e6 * r.update, r.precompute);
 }
 
@@ -124,7 +124,7 @@ std::vector<std::string> LinesOf(const ModelDecision& decision, std::size_t most
     lines.push_back("not " + r.model + ": " + r.why + Figures(r));
   }
   const std::size_t told = lines.size() - 1, all = decision.rejected.size();
-  if (told < all) lines.push_back(fmt::format("and {} more were not taken", all - told));
+  if (told < all) lines.push_back(fmt::format("and {} more were not chosen", all - told));
   return lines;
 }
 

@@ -1,4 +1,4 @@
-// What `model.kind: auto` decides of a scene, as text: for the cache, for recordings.
+// The decision of `model.kind: auto` for a scene, as text for the cache and for recordings.
 #pragma once
 
 #include <string>
@@ -13,7 +13,8 @@ std::string DecidedText(const Scene& scene);
 // Puts it into a scene that is the same otherwise. False, and nothing has changed: the text is not
 // of DecidedText, or not of a model for this object.
 [[nodiscard]] bool ApplyDecided(std::string_view text, Scene* scene);
-// The decision for people, a line each: the model and why, then at most `most` rejected ones.
+// The decision for people, one line each: the model and the reason, then at most `most` rejected
+// ones.
 std::vector<std::string> LinesOf(const ModelDecision& decision, std::size_t most);
 
 }  // namespace palpate

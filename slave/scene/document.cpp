@@ -116,14 +116,14 @@ class Copier {
       const YAML::Node& key = entry.first;
       const int line = key.Mark().line + 1;
       if (!key.IsScalar()) {
-        mistakes_->AddGeneral(line, "a key is no plain word: accepted is `key: value`");
+        mistakes_->AddGeneral(line, "a key is not a plain word: accepted is `key: value`");
         continue;
       }
       DocumentNode child = CopyChild(entry.second, Counted(key.Scalar()), depth);
       child.line = line;
       if (const auto [first, is_new] = lines.try_emplace(child.key, line); !is_new) {
         mistakes_->Add(child, path_.empty() ? child.key : path_ + "." + child.key,
-                       "each key once: it already stands in line " + std::to_string(first->second));
+                       "each key once: it is already in line " + std::to_string(first->second));
       } else {
         map->children.push_back(std::move(child));
       }
@@ -211,7 +211,7 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
     } else if (root.kind != Kind::kMap) {
       mistakes->AddGeneral(0, root.kind == Kind::kNothing
                                   ? "empty: accepted is a map of name, object, model, ..."
-                                  : "no scene: accepted is a map of name, object, model, ...");
+                                  : "not a scene: accepted is a map of name, object, model, ...");
     }
   } catch (const YAML::Exception& error) {
     mistakes->AddGeneral(error.mark.line + 1, "not YAML: " + error.msg);

@@ -99,7 +99,7 @@ bool MembraneLimits::allows_home() const {
 }
 
 std::string MembraneLimits::home() const {
-  return "a place before the membrane whose tool keeps away from the rim: at most " +
+  return "a position in front of the membrane with the tool clear of the rim: at most " +
          Millimetres(reach()) + " from the axis";
 }
 

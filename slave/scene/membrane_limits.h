@@ -1,5 +1,5 @@
-// What plates can be pressed, and what the simulated membrane can play, for mistakes to be found
-// where they are written.
+// Limits of plate models and of the simulated membrane, so that mistakes are reported where they
+// are written.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace palpate {
 
-// Of the scene as far as it is read: `object` and `sense` for widths, all of it for the rest. The
-// words say what is accepted.
+// Reads the parts of the scene that are read so far: `object` and `sense` for widths, all of it for
+// the rest. The texts state what is accepted.
 class MembraneLimits {
  public:
   static constexpr double kMostBlur = 20;  // of a simulated pair [px]
-  static constexpr const char* kBlur = "0 to 20 px where a pair is simulated";
+  static constexpr const char* kBlur = "0 to 20 px with a simulated pair";
 
   explicit MembraneLimits(const Scene& scene);
 
-  // Whether the object is a membrane, and a simulated pair looks at it.
+  // Whether the object is a membrane in front of a simulated pair.
   [[nodiscard]] bool apply() const { return radius_ > 0 && thickness_ > 0; }
   [[nodiscard]] bool is_simulated() const { return is_simulated_; }
 

@@ -1,5 +1,5 @@
-// The kinds of deformation models: what each computes and what its options are. One row a kind;
-// who reads, checks, replaces, studies or asks a model looks here.
+// The kinds of deformation models: what each computes and its options. One row per kind, used by
+// all code that reads, checks, replaces, studies or queries a model.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@ enum class ObjectClass : std::uint8_t { kOutline, kMembrane, kVolume, kDome };
 // Whether twice the load moves the object twice as far.
 enum class Linearity : std::uint8_t {
   kAlways,
-  kByLaw,  // where model.law is linear
-  kNever,  // large deflections or strains are in its law
+  kByLaw,  // only if model.law is linear
+  kNever,  // its formulation includes large deflections or strains
 };
 
 struct ModelKind {
@@ -26,12 +26,12 @@ struct ModelKind {
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
   bool on_surface = false;      // of a volume: a closed surface is meshed, not filled
-  bool has_tets = false;        // takes element, pressure
-  bool iterates = false;        // takes law, tangent, residual, gravity, time
+  bool has_tets = false;        // accepts element, pressure
+  bool iterates = false;        // accepts law, tangent, residual, gravity, time
   bool takes_friction = false;  // contact: bonded or frictionless; otherwise bonded alone
-  bool has_cache = false;       // keeps its Green's functions in a folder
+  bool has_cache = false;       // stores its Green's functions in a folder
   bool takes_tension = false;   // of a membrane at rest; a flat one also modes
-  bool has_wall = false;        // a disc's rim filled with a liquid: takes wall
+  bool has_wall = false;        // a disc's rim filled with a liquid: accepts wall
 };
 
 // `auto` is no kind: ChooseModel names one.
@@ -71,7 +71,7 @@ inline bool IsKindFor(ObjectClass object, std::string_view kind) {
   const ModelKind* found = FindModelKind(kind);
   return kind == "auto" || (found != nullptr && found->object == object);
 }
-// These words, listed: "auto, plate or plate-large".
+// The kinds as text: "auto, plate or plate-large".
 inline std::string KindsFor(ObjectClass object) {
   std::string words = "auto";
   std::string_view last;

@@ -20,7 +20,7 @@ FixedSide ReadSide(Section& section, const Geometry& geometry) {
       IsPlanar(geometry) && !IsOneOf<DiscGeometry, ImageContourGeometry>(geometry);
   const char* accepted = has_sides ? "bottom, top, left, right or rim"
                          : is_flat ? "rim (or use arc, plane or nodes of an outline)"
-                                   : "no side of a volume: use plane or nodes";
+                                   : "no side, because this is a volume: use plane or nodes";
   const std::string side = section.Text("side", accepted);
   const bool is_known =
       (has_sides && std::ranges::find(kSides, side) != kSides.end()) || (is_flat && side == "rim");
@@ -30,7 +30,7 @@ FixedSide ReadSide(Section& section, const Geometry& geometry) {
 
 FixedArc ReadArc(Section& section, const Geometry& geometry) {
   if (IsOneOf<RectangleGeometry>(geometry) || !IsPlanar(geometry)) {
-    section.Refuse("arc", "no arc of this geometry: use side, plane or nodes");
+    section.Refuse("arc", "no arc with this geometry: use side, plane or nodes");
   }
   Section arc = section.Open("arc");
   const double centre = arc.Number("centre", Any(Dimension::kAngle));
@@ -90,10 +90,11 @@ Fixed ReadFixedEntry(Section& section, const Geometry& geometry) {
   }
   const bool is_membrane = IsSkin(geometry);
   if (is_membrane && section.Has("components")) {
-    section.Refuse("components", "nothing here: a membrane is clamped in all of them");
+    section.Refuse("components", "nothing here, because a membrane is clamped in all components");
   }
   if (is_membrane && !section.Has("side")) {
-    section.mistakes()->Add(*section.node(), section.path(), "{side: rim}: a membrane is clamped");
+    section.mistakes()->Add(*section.node(), section.path(),
+                            "{side: rim}, because a membrane is clamped");
     return fixed;
   }
   if (section.Has("side")) fixed.where = ReadSide(section, geometry);

@@ -161,7 +161,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   if (kind.takes_tension) {
     options.prestress = model.Number("prestress", NotNegative(Dimension::kTension), 0.0);
   } else if (is_membrane && model.Has("prestress")) {
-    model.Refuse("prestress", "nothing with this kind: plate-large takes a tension at rest");
+    model.Refuse("prestress", "nothing with this kind: use plate-large for tension at rest");
   }
   if (kind.takes_friction) {
     options.contact = model.OneOf<ContactLaw>(

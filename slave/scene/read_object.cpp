@@ -78,10 +78,11 @@ Geometry ReadMembrane(Section& geometry) {
   if (dome.semi_axes.maxCoeff() > kLongest * dome.semi_axes.minCoeff()) {
     membrane.Refuse("semi_axes", "three lengths, at most 10 to 1");
   } else if (dome.inflation > 1.5 * dome.semi_axes.z()) {
-    membrane.Refuse("inflation", "at most one and a half of the semi-axis along z");
+    membrane.Refuse("inflation", "at most 1.5 times the semi-axis along z");
   } else if (dome.inflation < 0.05 * dome.semi_axes.z()) {
-    membrane.Refuse("inflation",
-                    "at least a twentieth of the semi-axis along z: `radius` is of a flat one");
+    membrane.Refuse(
+        "inflation",
+        "at least a twentieth of the semi-axis along z; for a flat membrane use `radius`");
   }
   return dome;
 }
@@ -104,7 +105,7 @@ BoxGeometry ReadBox(Section& geometry) {
     total *= cells[i];
   }
   constexpr double kMostTets = 4e6;
-  if (6 * total > kMostTets) section.Refuse("cells", "cells of 4 million tetrahedra at most");
+  if (6 * total > kMostTets) section.Refuse("cells", "cells with at most 4 million tetrahedra");
   return box;
 }
 

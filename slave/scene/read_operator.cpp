@@ -69,15 +69,15 @@ void ReadArm(Section& section, ManipulatorOptions* options) {
     options->silence = section.Number(
         "silence", Between(Dimension::kTime, 0.01, 0.1, "10 to 100 ms"), options->silence);
     if (options->source != Source::kStream) {
-      section.Refuse("silence", "nothing here: only a streamed arm's driver can be silent");
+      section.Refuse("silence", "nothing here: it applies to `source: stream` only");
     }
   }
-  constexpr const char* kPort = "the serial line of the micromanipulator, /dev/ttyUSB0 say";
+  constexpr const char* kPort = "the serial port of the micromanipulator, for example /dev/ttyUSB0";
   if (options->source == Source::kMp285) {
     options->port = section.Text("port", kPort);
   } else if (section.Has("port")) {
     section.Refuse("port", std::string("nothing with ") +
-                               (is_simulated ? "a simulated" : "a streamed") + " arm");
+                               (is_simulated ? "a simulated" : "a streamed") + " manipulator");
   }
 }
 
@@ -138,7 +138,7 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
     options.workspace_min = options.workspace_min.cwiseMin(*pad);
     options.workspace_max = options.workspace_max.cwiseMax(*pad);
     if (section.Has("home")) {
-      section.Refuse("home", "nothing here: home is where the first finger's pose has its pad");
+      section.Refuse("home", "nothing here: home is the pad of the first finger, from its pose");
     }
   }
   options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
@@ -151,9 +151,9 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
   } else if ((options.home.array() < options.workspace_min.array()).any() ||
              (options.home.array() > options.workspace_max.array()).any()) {
     if (pad) {
-      section.Refuse("workspace", "one that holds the pad of the first finger at home");
+      section.Refuse("workspace", "a workspace that contains the pad of the first finger at home");
     } else {
-      section.Refuse("home", "a place inside the manipulator's workspace");
+      section.Refuse("home", "a position inside the manipulator's workspace");
     }
   }
   return options;
@@ -250,7 +250,7 @@ SiteOptions ReadSite(Section& scene) {
 
 std::vector<Eigen::Vector3d> ReadStudyContacts(Section& scene) {
   constexpr std::size_t kMost = 100;
-  constexpr std::string_view kAccepted = "a list of 1 to 100 places [x, y, z] on the object";
+  constexpr std::string_view kAccepted = "a list of 1 to 100 points [x, y, z] on the object";
   Section study = scene.Open("study");
   std::vector<Eigen::Vector3d> places;
   if (!study.Has("contacts")) return places;

@@ -34,13 +34,14 @@ Track ReadTrack(Section& points, const Object& object, const StereoOrDepth& eyes
   std::ranges::rotate(choices, choices.begin() + static_cast<std::ptrdiff_t>(fallback));
   const Track track = points.OneOfTable<Track>("track", choices);
   if (pair == nullptr && track != Track::kSurface) {
-    points.Refuse("track", "surface with depth pictures: they show neither dots nor texture");
+    points.Refuse("track", "surface with depth images: they show neither dots nor texture");
   } else if (pair != nullptr && track == Track::kSurface) {
-    points.Refuse("track", "dots or texture with two cameras: depth pictures show the surface");
+    points.Refuse("track", "dots or texture with a stereo pair: surface needs depth images");
   } else if (track == Track::kDots && !has_array) {
-    points.Refuse("track", "texture, or dots with their `layout`: none is known but a membrane's");
+    points.Refuse("track",
+                  "texture, or dots with a `layout`: only a membrane has a default layout");
   } else if (is_simulated && track == Track::kDots && MembraneOf(object) == nullptr) {
-    points.Refuse("track", "texture: a simulated pair sees dots on a membrane only");
+    points.Refuse("track", "texture: a simulated pair shows dots on a membrane only");
   }
   return track;
 }
@@ -83,7 +84,7 @@ Vector2d DefaultSpacing(const Object& object, int count) {
 std::vector<Vector2d> ReadLayout(Section& points, const SceneContext& context,
                                  PointTracking* tracking) {
   for (const char* key : {"count", "spacing"}) {
-    if (points.Has(key)) points.Refuse(key, "nothing beside `layout`, whose file says it");
+    if (points.Has(key)) points.Refuse(key, "nothing with `layout`, whose file defines it");
   }
   tracking->layout = ReadExistingFile(points, "layout", context);
   std::error_code error;
@@ -92,9 +93,9 @@ std::vector<Vector2d> ReadLayout(Section& points, const SceneContext& context,
     auto places = ReadContourFile(tracking->layout);
     tracking->count = static_cast<int>(places.size());
     if (places.size() <= kMostDots) return places;
-    points.Refuse("layout", "a CSV file of 3 to 400 places x,y [m]");
+    points.Refuse("layout", "a CSV file of 3 to 400 positions x,y [m]");
   } catch (const std::invalid_argument& mistake) {
-    points.Refuse("layout", std::string("a CSV file of places x,y [m]; ") + mistake.what());
+    points.Refuse("layout", std::string("a CSV file of positions x,y [m]; ") + mistake.what());
   }
   return {};
 }
@@ -155,12 +156,12 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
     tracking->count = points.Integer("count", 1, kMostWindows, tracking->count);
     return;
   }
-  if (points.Has("count")) points.Refuse("count", "nothing beside `at`, which names each window");
+  if (points.Has("count")) points.Refuse("count", "nothing with `at`, which lists each window");
   const std::size_t before = points.mistakes()->count();
   tracking->at = points.Points("at", Between(Dimension::kPixels, 0, kLargestPicture, "0 to 16384"));
   tracking->count = static_cast<int>(tracking->at.size());
   if (tracking->at.empty() || tracking->at.size() > kMostWindows) {
-    points.Refuse("at", "1 to 10000 places [u, v] in the first left picture");
+    points.Refuse("at", "1 to 10000 positions [u, v] in the first left image");
   }
   if (size[0] == 0 || size[1] == 0 || points.mistakes()->count() > before) return;
   const double half = 0.5 * (tracking->window - 1);
@@ -168,7 +169,7 @@ void ReadWindows(Section& points, const std::array<int, 2>& size, PointTracking*
     return p.minCoeff() >= half && p.x() <= size[0] - 1 - half && p.y() <= size[1] - 1 - half;
   };
   if (std::ranges::all_of(tracking->at, fits)) return;
-  points.Refuse("at", "places whose windows lie inside the picture of " + std::to_string(size[0]) +
+  points.Refuse("at", "positions whose windows lie inside the image of " + std::to_string(size[0]) +
                           " x " + std::to_string(size[1]) + " px");
 }
 

@@ -58,10 +58,10 @@ Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fall
   const bool is_raised = parts.translation.z() != 0;
   const bool is_tilted = parts.angles.x() != 0 || parts.angles.y() != 0;
   if (is_raised) {
-    pose.Refuse("translation", "[x, y, 0]: this version sees and models the plane z = 0 only");
+    pose.Refuse("translation", "[x, y, 0], because one camera measures the plane z = 0 only");
   }
   if (is_tilted) {
-    pose.Refuse("rotation", "[0, 0, angle]: this version sees and models the plane z = 0 only");
+    pose.Refuse("rotation", "[0, 0, angle], because one camera measures the plane z = 0 only");
   }
   return is_raised || is_tilted ? fallback : PoseOf(parts);
 }

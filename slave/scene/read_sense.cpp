@@ -161,7 +161,7 @@ std::optional<SenseChoice> ReadFingertips(Section& sense, const SenseSetting& se
   if (!tactile) return std::nullopt;
   for (const char* key : {"camera", "tip", "contour", "points"}) {
     if (sense.Has(key)) {
-      sense.Refuse(key, "nothing beside `tactile`: fingertips need no picture");
+      sense.Refuse(key, "nothing with `tactile`, because fingertips need no camera");
     }
   }
   return std::move(*tactile);
@@ -171,8 +171,8 @@ std::optional<SenseChoice> ReadOneCamera(Section& sense, const SenseSetting& set
   if (NamesStereoOrDepth(sense.node())) return std::nullopt;
   if (sense.Has("points")) {
     sense.Refuse("points",
-                 "nothing beside one camera: points in space take `camera: {source: simulated, "
-                 "pair: {}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
+                 "nothing with one camera: points in space need `camera: {source: simulated, pair: "
+                 "{}}`, `camera: {stereo: {left, right, rig}}` or `camera: {depth: ...}`");
   }
   CameraOptions options;
   options.camera = ReadCamera(sense, setting.context, setting.X_SC);
@@ -201,26 +201,26 @@ std::array<int, 2> ReadSize(Section& section, const std::array<int, 2>& fallback
 
 std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context) {
   const std::string pattern =
-      section.Text(key, "a printf pattern, a glob, a directory or a picture");
+      section.Text(key, "a printf pattern, a glob, a directory or an image file");
   const auto path = context.folder / pattern;
   if (pattern.empty()) return {};
   std::error_code error;
   if (pattern.find('%') != std::string::npos && !IsPrintfPattern(path.filename().string())) {
-    section.Refuse(key, "one number like %d or %04d in the pattern of a file's name");
+    section.Refuse(key, "one number such as %d or %04d in the pattern of the file name");
   } else if (context.use != SceneUse::kFull || std::filesystem::is_directory(path, error)) {
     return path.string();
   } else if (pattern.find_first_of("%*?[") == std::string::npos) {
     ReadExistingFile(section, key, context);
   } else if (!NamesAFile(path)) {
-    section.Refuse(key, "a pattern that names a file; none is " + path.string());
+    section.Refuse(key, "a pattern that matches a file; none is " + path.string());
   }
   return path.string();
 }
 
 std::string ReadAddress(Section& section) {
   constexpr const char* kAccepted =
-      "an address as rtsp://..., http://... or udp://..., or a GStreamer pipeline that ends in "
-      "`! appsink`";
+      "an address such as rtsp://..., http://... or udp://..., or a GStreamer pipeline that ends "
+      "in `! appsink`";
   const std::string address = section.Text("url", kAccepted);
   const bool is_pipeline = address.find('!') != std::string::npos;
   const bool is_known = is_pipeline ? address.find("appsink") != std::string::npos
@@ -245,8 +245,8 @@ bool NamesOneSource(Section& camera) {
         "exactly one of `source: simulated`, `file`, `device`, `stereo` and `depth`, or `url` or "
         "`source: stream`");
   } else if (has_pair && named != "source") {
-    camera.Refuse("pair", "nothing beside `" + std::string(named) +
-                              "`: it tells how two simulated cameras stand");
+    camera.Refuse("pair", "nothing with `" + std::string(named) +
+                              "`, because it defines two simulated cameras");
   } else {
     return true;
   }

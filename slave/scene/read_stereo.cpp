@@ -27,7 +27,7 @@ StereoCameras ReadSimulated(Section& camera, const Object& object) {
   pair.size = ReadSize(camera, pair.size);
   constexpr int kLargestPainted = 8192;  // edge [px]
   if (std::max(pair.size[0], pair.size[1]) > kLargestPainted) {
-    camera.Refuse("size", "[width, height], 16 to 8192 px each where a pair is simulated");
+    camera.Refuse("size", "[width, height], 16 to 8192 px each with a simulated pair");
   }
   Section section = camera.Open("pair");
   pair.focal = section.Number("focal", kFocal, pair.focal);
@@ -45,7 +45,7 @@ std::string FirstLine(const std::string& text) {
 // left pictures; {0, 0}: not known.
 std::array<int, 2> ReadRigHeader(Section& section, const StereoCameras& pair) {
   constexpr const char* kAccepted =
-      "a rig of two cameras, as `calibrate --left ... --right ...` writes it";
+      "a rig of two cameras, written by `calibrate --left ... --right ...`";
   Mistakes mistakes(pair.rig);
   const DocumentNode rig = ReadDocument(pair.rig, {}, &mistakes);
   const DocumentNode* left = rig.Find("left");
@@ -73,8 +73,8 @@ bool IsMap(const Section& section, std::string_view key) {
 // What OpenCV reads in 16 bit; everything else it makes 8 bit of.
 std::string ReadDepthPipeline(Section& section) {
   constexpr const char* kAccepted =
-      "a GStreamer pipeline that ends in `! video/x-raw,format=GRAY16_LE ! appsink`: from other "
-      "streams and films depth comes in 8 bit";
+      "a GStreamer pipeline that ends in `! video/x-raw,format=GRAY16_LE ! appsink`, because other "
+      "streams and videos have 8 bit";
   const std::string pipeline = section.Text("url", kAccepted);
   const auto has = [&](const char* part) { return pipeline.find(part) != std::string::npos; };
   if (!has("!") || !has("GRAY16_LE") || !has("appsink")) section.Refuse("url", kAccepted);
@@ -122,7 +122,8 @@ void ReadCamerasOfPair(Section& section, const SceneContext& context, StereoCame
     const auto films = std::ranges::count_if(pair->eyes, is_film);
     if (films == 1) section.Refuse("left", "two videos, or two cameras or streams");
     if (pair->eyes.size() == 2 && IsSame(pair->eyes[0], pair->eyes[1])) {
-      section.Refuse("right", "another one than `left`; both in one: `layout: side-by-side`");
+      section.Refuse(
+          "right", "another camera than `left`; for both in one image use `layout: side-by-side`");
     }
     return;
   }
@@ -145,7 +146,7 @@ void ReadPairSource(Section& section, const SceneContext& context, StereoCameras
   if (!section.Has("sync")) return;
   pair->sync =
       section.Number("sync", Between(Dimension::kTime, 1e-6, 1, "> 0 (1 us to 1 s)"), pair->sync);
-  if (!is_live) section.Refuse("sync", "nothing with files, which are paired by their names");
+  if (!is_live) section.Refuse("sync", "nothing with files, because their names pair them");
 }
 
 StereoCameras ReadStereoFiles(Section& camera, const SceneContext& context, const Object& object) {
@@ -221,7 +222,7 @@ std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting&
   for (const char* key : {"tip", "contour"}) {
     if (sense.Has(key)) {
       sense.Refuse(key,
-                   "nothing beside a camera that sees in space: `points` says what it follows");
+                   "nothing with a stereo pair or depth camera: `points` defines what is tracked");
     }
   }
   Section camera = sense.Open("camera");
@@ -232,7 +233,7 @@ std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting&
   }
   const double rate = camera.Number("rate", kRate, StereoCameras().rate);
   if (camera.Has("pixel")) {
-    camera.Refuse("pixel", "nothing here: the focal length tells how large things are seen");
+    camera.Refuse("pixel", "nothing here: the focal length defines the scale");
   }
   PointsOptions options;
   if (camera.Has("depth")) {

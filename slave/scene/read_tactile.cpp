@@ -92,7 +92,7 @@ Finger ReadFinger(Section& fingers, const DocumentNode& node, bool is_first) {
                                                            {"opposite", Finger::Motion::kOpposite},
                                                            {"stands", Finger::Motion::kStands}});
   if (is_first && finger.motion != Finger::Motion::kHand) {
-    section.Refuse("motion", "hand for the first finger: it is the one that the operator moves");
+    section.Refuse("motion", "hand for the first finger, which the operator moves");
   }
   return finger;
 }
@@ -101,7 +101,8 @@ Finger ReadFinger(Section& fingers, const DocumentNode& node, bool is_first) {
 std::vector<Finger> ReadFingers(Section& tactile) {
   constexpr const char* kAccepted = "a map of 1 to 5 fingers, `name: {pose: {...}, motion: hand}`";
   for (const char* key : {"finger", "pose"}) {
-    if (tactile.Has(key)) tactile.Refuse(key, "nothing beside `fingers`, which say it for each");
+    if (tactile.Has(key))
+      tactile.Refuse(key, "nothing with `fingers`, which define it for each finger");
   }
   Section fingers = tactile.Open("fingers");
   std::vector<Finger> read;
@@ -178,7 +179,7 @@ std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) 
   ReadWays(section, &tactile);
   tactile.poses = ReadExistingFile(section, "poses", context);
   if (section.Has("poses") && tactile.source != Tactile::Source::kRecording) {
-    section.Refuse("poses", "nothing here: only a recording has its poses in a file");
+    section.Refuse("poses", "nothing here: only a recording has poses in a file");
   }
   return tactile;
 }

@@ -1,6 +1,5 @@
-// A scene, typed and validated: what is modelled, what is sensed, what the operator gets. SI units,
-// frames as named. `LoadScene` is the only way to one; what it returns is consistent, so nobody
-// checks again.
+// A validated scene: object, sensing, model and operator. SI units, frames as named. `LoadScene` is
+// the only function that creates one. Its result is consistent, so no code checks it again.
 #pragma once
 
 #include <array>
@@ -42,63 +41,63 @@ struct ContourFileGeometry {
 };  // CSV x,y [m]
 struct ImageContourGeometry {
   double thickness = 0;
-};  // the outline is found by the eyes in the first picture
+};  // the outline is found in the first image
 struct MembraneGeometry {
   double radius = 0, thickness = 0;
 };  // [m], clamped plate, frame O at the centre, z along the outward normal
-// An air-filled skin: what is left of an ellipsoid above the plane of its rim, which is held.
+// An air-filled membrane: the part of an ellipsoid above the plane of its rim, which is fixed.
+// Frame O at the rim's centre, z outward through the top.
 struct DomeGeometry {
-  Eigen::Vector3d semi_axes{0, 0, 0};  // of the ellipsoid along x, y, z of O [m]
-  double inflation = 0;                // height of its top above the rim [m]
-  double thickness = 0;                // of the skin [m]
-  double air = 0;                      // volume of the air that a press shuts in [m^3]; 0: its
-                                       // pressure stays
-};                                     // frame O at the rim's centre, z outward through the top
+  Eigen::Vector3d semi_axes{0, 0, 0};  // semi-axes of the ellipsoid along x, y, z of O [m]
+  double inflation = 0;                // height of the top above the rim [m]
+  double thickness = 0;                // thickness of the membrane [m]
+  double air = 0;  // volume of the enclosed air [m^3]; 0: its pressure is constant
+};
 struct BoxGeometry {
   Eigen::Vector3d size{0, 0, 0};
   std::array<int, 3> cells{1, 1, 1};
 };  // [m], frame O at the lower corner
 struct MeshFileGeometry {
   std::filesystem::path file;
-  double unit = 1;        // one unit of the file [m]
-  double resolution = 0;  // edge asked of the mesher that fills a surface [m]; 0: left to it
+  double unit = 1;        // length of one unit of the file [m]
+  double resolution = 0;  // edge of the tetrahedra that fill a surface [m]; 0: chosen by the mesher
 };                        // .veg .node/.ele .msh .vtu; a surface: .stl .ply
 using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
                               ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry,
                               DomeGeometry>;
 bool IsPlanar(const Geometry& geometry);
 bool IsVolume(const Geometry& geometry);
-// A skin held at its rim: a flat membrane or a domed one.
+// A membrane that is fixed at its rim, flat or domed.
 bool IsSkin(const Geometry& geometry);
 double ThicknessOf(const Geometry& geometry);  // [m]; 0: a volume
 // The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry
-// and what is not planar.
+// and for geometries that are not planar.
 Outline OutlineOf(const Geometry& geometry);
 
 struct Material {
   double young_modulus = 0;            // E [Pa], > 0
   double poisson_ratio = 0;            // nu [-], -1 < nu <= 0.5
   double density = 0;                  // [kg/m^3]; 0: not given
-  double young_modulus_tolerance = 0;  // one sigma, relative [-]; goes into the force's sigma
+  double young_modulus_tolerance = 0;  // one sigma, relative [-]; part of the force's sigma
 };
 
-// Where displacements are held at zero.
+// Where displacements are zero.
 struct FixedSide {
   std::string side;
-};  // bottom, top, left, right: of the bounding box, by element midpoint
+};  // bottom, top, left, right of the bounding box, selected by element midpoint
 struct FixedArc {
   double centre = 0, half_angle = 0;
-};  // [rad], by element midpoint seen from O's origin, ends within 1e-9 rad
+};  // angles of element midpoints seen from O's origin [rad], ends included within 1e-9 rad
 struct FixedPlane {
   int axis = 0;
   double at = 0;
-};  // elements whose midpoint lies there [m]
+};  // elements whose midpoint lies in the plane; position [m]
 struct FixedNodes {
   std::vector<int> nodes;
 };  // element indices from 0
 struct Fixed {
   std::variant<FixedSide, FixedArc, FixedPlane, FixedNodes> where;
-  std::array<bool, 3> components{true, true, true};  // x, y, z held
+  std::array<bool, 3> components{true, true, true};  // fixed components x, y, z
 };
 
 struct Object {
@@ -107,17 +106,17 @@ struct Object {
   Material material;
   std::vector<Fixed> fixed;  // empty: balanced loads only
 };
-// Whether something holds the object; a membrane's rim always does. Where nothing does it may move
-// as a whole: its points are followed, but what they tell of a force is not known.
+// Whether the object has a fixed boundary. The rim of a membrane is always fixed. Without a fixed
+// boundary the object may move as a rigid body: its points are tracked and the force is unknown.
 bool IsHeld(const Object& object);
 
 // --- tool
 struct Tool {
   enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
-  double width = 0;   // across; of a flat one the contact's width [m], > 0
-  double radius = 0;  // of a round one's end [m]; its contact grows with the depth
+  double width = 0;   // width; of a flat tool the contact width [m], > 0
+  double radius = 0;  // radius of the end of a round tool [m]; its contact grows with depth
   Eigen::Vector2d direction{
-      0, -1};  // unit vector along which the tool points, plane z = 0 of S; zero: the picture tells
+      0, -1};  // unit vector along the tool, in the plane z = 0 of S; zero: found in the image
 };
 
 // --- sense
@@ -130,30 +129,30 @@ struct Camera {
     kUrl,    // a stream's address or a GStreamer pipeline
     kStream  // FeedPictures
   } source = Source::kSimulated;
-  // Files: printf pattern, glob, directory or one picture; video: its path. From the working
-  // directory: the scene's folder is in it. kUrl: the address.
+  // Files: printf pattern, glob, directory or one image. Video: its path. kUrl: the address. Paths
+  // are relative to the working directory and include the scene's folder.
   std::string pattern;
-  std::filesystem::path lens;  // as `calibrate` writes it; empty: no distortion
+  std::filesystem::path lens;  // file from `calibrate`; empty: no distortion
   int device = 0;              // camera number
   double rate = 60;            // [Hz]
   std::array<int, 2> size{
-      640, 480};     // [px] width, height; simulated and device; 0, 0: as the picture comes
+      640, 480};     // width, height of simulated and device images [px]; 0, 0: size of the images
   double pixel = 0;  // edge of a pixel in the plane z = 0 of S [m/px]
   Eigen::Isometry3d X_SC =
-      Eigen::Isometry3d::Identity();  // C: origin at the picture's centre, x right, y up
+      Eigen::Isometry3d::Identity();  // C: origin at the image centre, x right, y up
 };
 struct TipTracking {
   std::filesystem::path
-      template_file;  // empty: cut from the first picture at the tool's reported place
+      template_file;  // empty: cut from the first image at the reported tool position
   std::optional<Eigen::Vector2d>
-      anchor;              // tip in the template [px], from its upper left pixel's centre
+      anchor;              // tip in the template, from the centre of its upper left pixel [px]
   int roi = 64;            // edge of the moving search window [px]
-  double min_score = 0.6;  // below it the tip is lost [-]
+  double min_score = 0.6;  // a lower score means that tracking is lost [-]
 };
 struct ContourTracking {
   int control_points = 60;
   double alpha = 1.0, beta = 1.0, gamma = 1.2;  // continuity, curvature, image (paper A, eq. 2)
-  // Start shape in the picture [px]; monostate: found automatically.
+  // Initial shape in the image [px]; monostate: found automatically.
   struct Circle {
     Eigen::Vector2d centre;
     double radius = 0;
@@ -163,55 +162,58 @@ struct ContourTracking {
   };
   std::variant<std::monostate, Circle, Polygon> start;
 };
-// One fingertip. Frame F is the electrodes' frame: finger axis x with the tip at +x, pad towards
-// -z, origin at the centre of the sphere that rounds the tip off. The tip that the hand moves is
-// the apex of the first finger's pad, p_F = (0, 0, -radius).
+// One fingertip. Frame F is the frame of the electrodes: finger axis x with the tip at +x, pad
+// towards -z, origin at the centre of the sphere at the tip. The manipulator moves the apex of the
+// first finger's pad, p_F = (0, 0, -radius).
 struct Finger {
-  std::string name;                                        // as the source calls it, `rf` say
-  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();  // while the hand is at manipulator.home
-  bool has_pose = false;  // the scene says X_SF; else the pad hangs over the middle of the object
-  // How it moves with the hand: along, by the opposite displacement (a pinch), not at all.
+  std::string name;  // name in the source, for example `rf`
+  Eigen::Isometry3d X_SF =
+      Eigen::Isometry3d::Identity();  // while the manipulator is at manipulator.home
+  bool has_pose =
+      false;  // the scene defines X_SF; otherwise the pad is above the middle of the object
+  // Motion relative to the manipulator: the same, opposite (a pinch), or none.
   enum class Motion : std::uint8_t { kHand, kOpposite, kStands } motion = Motion::kHand;
 };
 // Tactile fingertips (paper B).
 struct Tactile {
   enum class Source : std::uint8_t { kRecording, kStream, kSimulated } source = Source::kRecording;
-  std::filesystem::path file;        // of the recording
-  std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the hand
-  double rate = 100;                 // of the samples [Hz]
-  std::vector<Finger> fingers;       // 1 to 5; the operator's hand is the first
-  std::filesystem::path network;     // folder or .onnx file; empty: forces stay unknown
-  bool carries_state = false;        // a network that carries its state on, not the exact window
-  int rest_samples = 50;             // whose mean is the rest value
-  std::filesystem::path electrodes;  // layout file; empty: that of the simulated fingertip
-  std::string localise = "auto";     // auto paper polarity-free pressure-weighted, or a fitted file
-  double threshold = 5;              // change of an active electrode [counts]
+  std::filesystem::path file;     // file of the recording
+  std::filesystem::path poses;    // CSV of fingertip poses; empty: they follow the manipulator
+  double rate = 100;              // rate of the samples [Hz]
+  std::vector<Finger> fingers;    // 1 to 5; the operator moves the first
+  std::filesystem::path network;  // folder or .onnx file; empty: forces are unknown
+  bool carries_state =
+      false;              // the network keeps its state between samples instead of an exact window
+  int rest_samples = 50;  // number of samples whose mean is the baseline
+  std::filesystem::path electrodes;  // layout file; empty: layout of the simulated fingertip
+  std::string localise = "auto";     // auto, paper, polarity-free, pressure-weighted, or a file
+  double threshold = 5;              // smallest change of an active electrode [counts]
   double full_scale = 200;           // change of intensity 1 [counts]
-  double finger_radius = 7e-3;       // of sphere and cylinder [m]
-  double pose_tolerance = 0.035;     // of the fingers' poses, about each axis, one sigma [rad]
-  double gate = 0.01;                // farther contacts do not touch the object [m]
-  double patch = 0;                  // diameter of a contact's area [m]; 0: a point
+  double finger_radius = 7e-3;       // radius of sphere and cylinder of the fingertip [m]
+  double pose_tolerance = 0.035;     // one sigma of a finger's pose about each axis [rad]
+  double gate = 0.01;  // largest distance from the surface at which a finger is in contact [m]
+  double patch = 0;    // diameter of the contact [m]; 0: a point
   enum class Hold : std::uint8_t { kForce, kDisplacement } hold = Hold::kForce;
 };
-// A depth camera, real or virtual, that sees the object's shape. D: z forward, x right, y down.
+// A depth camera, real or virtual, that measures the object's shape. D: z forward, x right, y down.
 struct DepthCamera {
   Eigen::Isometry3d X_SD = Eigen::Isometry3d::Identity();
   std::array<int, 2> size{640, 480};  // [px]
   double focal = 525;                 // [px]
   double noise = 0.002;               // one sigma along the ray [m]
 };
-// One eye of several that OpenCV or OpenNI2 reads: a camera's number, or an address.
+// One camera that OpenCV or OpenNI2 reads: its number, or an address.
 struct Eye {
   enum class Kind : std::uint8_t {
     kDevice,
-    kVideo,  // ends, and is paced by the scene's rate
+    kVideo,  // finite, read at the scene's rate
     kUrl,
     kOpenNi  // depth only
   } kind = Kind::kDevice;
   int device = 0;
   std::string address;  // video, URL or GStreamer pipeline
 };
-// Two cameras, or one with a known lens (paper C). Camera frames L and R: z forward, x right, y
+// A stereo pair (paper C). Camera frames L and R: z forward, x right, y
 // down, origin at the centre of projection.
 struct StereoCameras {
   enum class Source : std::uint8_t {
@@ -220,42 +222,41 @@ struct StereoCameras {
     kEyes,   // `eyes`
     kStream  // FeedPictures
   } source = Source::kSimulated;
-  std::vector<Eye> eyes;      // left, right; one: both side by side in its pictures
-  double sync = 5e-3;         // two pictures taken farther apart are no pair [s]
+  std::vector<Eye> eyes;      // left, right; one camera: both sides in one image
+  double sync = 5e-3;         // largest time between the two images of a pair [s]
   std::string left, right;    // printf pattern or glob, from the working directory
-  std::filesystem::path rig;  // as `calibrate` writes it; empty: the simulated pair's
+  std::filesystem::path rig;  // file from `calibrate`; empty: the simulated pair's
   double rate = 30;           // [Hz]
-  Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();  // the left camera
-  // Of the simulated pair: parallel but for the vergence that makes both look at the object.
+  Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();  // pose of the left camera
+  // Simulated pair: parallel cameras, rotated so that both point at the object.
   std::array<int, 2> size{640, 480};  // [px]
   double focal = 800;                 // [px]
   double baseline = 0.06;             // [m]
 };
-// Depth pictures, pixel for pixel; 0 is no measurement.
+// Depth images, one depth per pixel; 0: no measurement.
 struct DepthPictures {
   enum class Source : std::uint8_t { kFiles, kEye, kStream } source = Source::kFiles;
   Eye eye;
-  std::string pattern;                                // printf pattern or glob of 16-bit pictures
-  double unit = 1e-3;                                 // of a count [m]
+  std::string pattern;                                // printf pattern or glob of 16-bit images
+  double unit = 1e-3;                                 // depth of one count [m]
   double rate = 30;                                   // [Hz]
   double fx = 525, fy = 525, cx = 319.5, cy = 239.5;  // [px]
   Eigen::Isometry3d X_SD = Eigen::Isometry3d::Identity();  // D: z forward, x right, y down
-  double sigma = 0.5e-3;                                   // of a depth [m]
+  double sigma = 0.5e-3;                                   // one sigma of a depth [m]
 };
-// Points on the object that the eyes follow.
+// Points on the object that the cameras track.
 struct PointTracking {
   enum class Track : std::uint8_t { kDots, kTexture, kSurface } track = Track::kDots;
-  int count = 31;                         // dots, or windows of texture
-  Eigen::Vector2d spacing{0.015, 0.010};  // of the array of dots, x and y of O [m]
-  double dot_radius = 0.002;              // [m]
+  int count = 31;                         // number of dots, or of texture windows
+  Eigen::Vector2d spacing{0.015, 0.010};  // spacing of the array of dots along x and y of O [m]
+  double dot_radius = 0.002;              // radius of a dot [m]
   std::filesystem::path layout;           // CSV x,y of the dots in O; empty: rows by `spacing`
-  std::vector<Eigen::Vector2d> at;        // windows of texture in the first left picture [px]
-  int window = 31;                        // edge of a window of texture [px]
-  double sigma = 0.1;                     // of a point's place in a picture [px]
+  std::vector<Eigen::Vector2d> at;        // texture windows in the first left image [px]
+  int window = 31;                        // edge of a texture window [px]
+  double sigma = 0.1;                     // one sigma of a point's position in an image [px]
 };
-// One picture in the plane z = 0 of S, in which the tool's tip and the object's outline are
-// followed (paper A). Without a camera or a tip nothing is felt: only other uses than the full one
-// do with that.
+// One camera for the plane z = 0 of S, in which the tool tip and the object's outline are tracked
+// (paper A). Camera and tip are absent only in uses without force estimation.
 struct CameraOptions {
   std::optional<Camera> camera;
   std::optional<TipTracking> tip;
@@ -267,7 +268,7 @@ struct CameraOptions {
   }
 };
 using StereoOrDepth = std::variant<StereoCameras, DepthPictures>;
-// Points in space, on the object, and the eyes that follow them (paper C).
+// Points on the object in space, and the cameras that track them (paper C).
 struct PointsOptions {
   StereoOrDepth eyes;
   PointTracking points;
@@ -277,11 +278,11 @@ struct PointsOptions {
                       &points);
   }
 };
-// A way of feeling, by its options: each is read by a row of kSenseReaders and made by
-// MakeSensingPipeline.
+// Options of one kind of sensing. A row of kSenseReaders reads them and MakeSensingPipeline uses
+// them.
 using SenseChoice = std::variant<CameraOptions, PointsOptions, Tactile>;
 
-// Calls `use` with the options of a sense and with each of their parts that is there.
+// Calls `use` with the options of one sensing and with each part that is present.
 template <typename Options, typename Use>
 void ForEachPart(const Options& options, const Use& use) {
   use(options);
@@ -293,14 +294,14 @@ void ForEachPart(const Options& options, const Use& use) {
   }
 }
 
-// The senses of a scene: as many as one likes, but each way of feeling once.
+// The sensing of a scene: any number of kinds, each at most once.
 class SenseOptions {
  public:
-  // Takes the place of what was felt in the same way before.
+  // Replaces the options of the same kind.
   void Set(SenseChoice sense);
   [[nodiscard]] const std::vector<SenseChoice>& all() const { return senses_; }
-  // The options of a sense, or a part of them, by type: Tactile, say, or Camera. nullptr: no sense
-  // has it.
+  // The options of this type, or the part of this type, for example Tactile or Camera. nullptr: no
+  // sensing has it.
   template <typename Part>
   [[nodiscard]] const Part* Find() const {
     const Part* found = nullptr;
@@ -317,30 +318,30 @@ class SenseOptions {
     return const_cast<Part*>(std::as_const(*this).Find<Part>());
   }
 
-  std::optional<DepthCamera> depth_camera;  // tells a shape, no force
+  std::optional<DepthCamera> depth_camera;  // measures a shape, no force
 
  private:
   std::vector<SenseChoice> senses_;
 };
-// Two cameras or depth pictures, which follow points in space.
+// Whether a stereo pair or depth camera tracks points in space.
 bool HasStereoOrDepth(const SenseOptions& sense);
-// Cameras of any kind.
+// Whether the scene has a camera of any kind.
 bool HasPictures(const SenseOptions& sense);
-// Pictures that a driver pushes (FeedPictures).
+// Whether the images come from a driver (FeedPictures).
 bool TakesPictures(const SenseOptions& sense);
-// Of the first sense's pictures or samples [Hz]; 0: nothing is sensed.
+// Rate of the images or samples of the first sensing [Hz]; 0: no sensing.
 double SensorRate(const SenseOptions& sense);
 
 // --- model
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
 enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
-// One term of Ogden's law.
+// One term of the Ogden model.
 struct OgdenTerm {
-  double share = 1;     // of the shear modulus at rest
+  double share = 1;     // share of the initial shear modulus
   double exponent = 2;  // not 0
 };
-// `fem` and what is made from it (contracts, model options).
+// Options of `fem` and of the models derived from it (contracts, model options).
 struct FemOptions {
   enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
   enum class Law : std::uint8_t {
@@ -349,7 +350,7 @@ struct FemOptions {
     kNeoHookean,
     kOgden  // mooney-rivlin and ogden
   } law = Law::kCorotational;
-  std::vector<OgdenTerm> terms;  // of kOgden; their shares add up to one
+  std::vector<OgdenTerm> terms;  // terms of kOgden; their shares add up to one
   enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;
   enum class Integrator : std::uint8_t {
     kImplicitEuler,
@@ -357,125 +358,124 @@ struct FemOptions {
   } integrator = Integrator::kImplicitEuler;
   enum class Mass : std::uint8_t { kConsistent, kLumped } mass = Mass::kConsistent;
   enum class Tangent : std::uint8_t { kWarped, kExact } tangent = Tangent::kWarped;
-  // How the pressure is found: from the displacement alone (locks as nu -> 0.5), averaged over the
-  // nodes (tet4), as an unknown of its own (tet10). Auto: displacement for tet4, mixed for tet10
-  // from nu = 0.49 on.
+  // Treatment of the pressure: from the displacement (locks as nu -> 0.5), averaged over the nodes
+  // (tet4), or as a separate unknown (tet10). Auto: displacement for tet4, mixed for tet10 from
+  // nu = 0.49 on.
   enum class Pressure : std::uint8_t {
     kAuto,
     kDisplacement,
     kAveraged,
     kMixed
   } pressure = Pressure::kAuto;
-  double step = 0.02;                  // [s]
-  int newton = 1;                      // linear solves per dynamic step; 0: until `residual`
-  double damping_mass = 0;             // Rayleigh's a [1/s]
-  double damping_stiffness = 0;        // Rayleigh's b [s]
-  double residual = 1e-6;              // relative [-]
+  double step = 0.02;            // time step [s]
+  int newton = 1;                // linear solves per dynamic step; 0: until `residual` is reached
+  double damping_mass = 0;       // Rayleigh damping a [1/s]
+  double damping_stiffness = 0;  // Rayleigh damping b [s]
+  double residual = 1e-6;        // relative residual [-]
   Eigen::Vector3d gravity_O{0, 0, 0};  // [m/s^2]
-  int threads = 1;                     // of the assembly; the answer does not depend on it
+  int threads = 1;                     // threads of the assembly; they do not change the result
 };
-// Laws of large strains.
+// Whether this constitutive model is for large strains.
 constexpr bool IsHyperelastic(FemOptions::Law law) {
   return law == FemOptions::Law::kNeoHookean || law == FemOptions::Law::kOgden;
 }
-// A model that `kind: auto` did not take. NaN: not known.
+// A model that `kind: auto` rejected. NaN: unknown.
 struct RejectedModel {
-  std::string model;      // its kind, what it differs in and its resolution
-  std::string why;        // one clause
-  double error = 0;       // of the contact force, relative [-]
-  double update = 0;      // the slowest percent [s]
-  double precompute = 0;  // [s]
+  std::string model;      // kind, variant and resolution
+  std::string why;        // reason for the rejection
+  double error = 0;       // error of the contact force, relative [-]
+  double update = 0;      // 99th percentile of the update time [s]
+  double precompute = 0;  // precompute time [s]
 };
-// What `kind: auto` came to. No reason: nothing was decided.
+// The decision of `kind: auto`. An empty reason means that there is none.
 struct ModelDecision {
-  std::string reason;  // one sentence: the model, why, its figures; what cannot be met
-  bool meets = false;  // tolerance and rate, within the model's range
-  double error = 0;    // of the contact force, relative [-]
-  std::vector<RejectedModel> rejected;  // those on the way to it first
+  std::string reason;                   // one sentence: the model, the reason and its figures
+  bool meets = false;                   // meets tolerance and rate within the model's range
+  double error = 0;                     // error of the contact force, relative [-]
+  std::vector<RejectedModel> rejected;  // nearest first
 };
 struct ModelOptions {
   std::string kind = "auto";  // or one of kModelKinds
   int elements = 180;
   ElementOrder order = ElementOrder::kConstant;
-  int modes = 0;  // of plate-large; 0: its own choice
+  int modes = 0;  // number of modes of plate-large; 0: its default
   FemOptions fem;
-  std::filesystem::path cache;  // folder for Green's functions; empty: none is kept
+  std::filesystem::path cache;  // folder for Green's functions; empty: none are stored
   Plane plane = Plane::kStress;
   ContactLaw contact = ContactLaw::kBonded;
-  double tolerance = 0.05;    // asked for [-]
-  double rate = 500;          // asked for [Hz]
-  double range = 0;           // largest |displacement| / larger side before `extrapolated` [-]
-  double puncture_depth = 0;  // overshoot beyond which the puncture cue fires [m]; 0: never
-  double puncture_from = 0;   // depth from which a camera may see it [m]; 0: nobody looks
-  double prestress = 0;       // of membranes: tension at rest [N/m]
-  double wall = 0;            // of a fluid-filled shell: its thickness [m]
-  int refinements = 0;        // of a box or a mesh file: how often each edge is cut into halves
-  ModelDecision decision;     // the kind above was `auto` before
+  double tolerance = 0.05;    // requested relative error of the force [-]
+  double rate = 500;          // requested update rate [Hz]
+  double range = 0;           // largest |displacement| / larger side that is not `extrapolated` [-]
+  double puncture_depth = 0;  // overshoot that triggers the puncture cue [m]; 0: never
+  double puncture_from = 0;   // depth from which the camera checks for a puncture [m]; 0: never
+  double prestress = 0;       // tension of a membrane at rest [N/m]
+  double wall = 0;            // wall thickness of a fluid-filled shell [m]
+  int refinements = 0;        // number of times each edge of a box or mesh file is halved
+  ModelDecision decision;     // set if the kind above was `auto`
 };
 
 // --- operator, manipulator, site
 struct OperatorOptions {
-  TeleopTransform transform;   // scales and R_SM; the offset is the clutch's
+  TeleopTransform transform;   // scales and R_SM; the clutch sets the offset
   double force_limit = 3.3;    // at the device [N]
-  double press_depth = 0.005;  // what a scripted hand does, at the tool [m]
-  bool press_told = false;     // the scene says how deep
-  double press_speed = 0.020;  // [m/s]
+  double press_depth = 0.005;  // indentation of the simulated operator, at the tool [m]
+  bool press_told = false;     // the scene defines press_depth
+  double press_speed = 0.020;  // speed of the simulated operator, at the tool [m/s]
 };
 struct ManipulatorOptions {
   enum class Source : std::uint8_t {
     kSimulated,
     kStream,  // DriveTool
-    kMp285    // Sutter MP-285 or MP-225 on a serial line
+    kMp285    // Sutter MP-285 or MP-225 on a serial port
   } source = Source::kSimulated;
-  std::string port;                          // of kMp285: `/dev/ttyUSB0`
-  double silence = 0.040;                    // of the arm's reports: longer is a fault [s]
-  Eigen::Vector3d home{0, 0, 0};             // tip at start, S [m]
-  double max_speed = 0.05;                   // [m/s]
-  Eigen::Vector3d workspace_min{-1, -1, 0};  // S [m]
-  Eigen::Vector3d workspace_max{1, 1, 0};    // S [m]
-  // What protects the target, whoever operates: beyond these the tool goes no deeper.
+  std::string port;               // serial port of kMp285, for example /dev/ttyUSB0
+  double silence = 0.040;         // longest time between reports of a driver; more is a fault [s]
+  Eigen::Vector3d home{0, 0, 0};  // tool tip at the start, S [m]
+  double max_speed = 0.05;        // largest tool speed [m/s]
+  Eigen::Vector3d workspace_min{-1, -1, 0};  // lower corner of the workspace, S [m]
+  Eigen::Vector3d workspace_max{1, 1, 0};    // upper corner of the workspace, S [m]
+  // Protection of the object: beyond these limits the tool moves no deeper.
   double force_guard = std::numeric_limits<double>::infinity();  // [N]
   double depth_guard = std::numeric_limits<double>::infinity();  // [m]
-  bool guard_retracts = false;  // out to the surface; else it only holds
-  double blind_after = 0.25;    // the tool stands once the force was unknown for so long [s]
+  bool guard_retracts = false;  // retract to the surface; otherwise hold
+  double blind_after = 0.25;    // the tool holds after the force was unknown for this time [s]
 };
 struct LinkOptions {
-  // Both ends take the link for dead after this silence [s]: the tool holds, the hand's force
-  // fades.
+  // Silence after which both ends regard the link as lost [s]: the tool holds and the rendered
+  // force fades.
   double dead_after = kUsualDeadAfter;
 };
-// What a simulated embryo has beside a body and its light (`site.embryo`). The insertion's puncture
-// and the target inside the cell are drawn by the seed.
+// Properties of a simulated embryo (`site.embryo`). The seed determines the depth of the puncture
+// and the target inside the cell.
 struct EmbryoSite {
-  double radius = 0;        // of the true outline, where only the picture tells the scene's [m]
-  double linear_to = 1e-4;  // depth beyond which the membrane stiffens [m]
-  double stiffening = 0.3;  // force in parts of the linear one at twice that depth, less 1 [-]
-  Eigen::Vector2d puncture{5e-5, 2e-4};  // depths between which the membrane breaks [m]
-  double drag = 1e-4;                    // of the liquid on the pipette [N s/m]
-  int debris = 12;                       // particles that drift in the picture
-  double defocus = 0.4;                  // at its worst, as sigma of a blur [px]
+  double radius = 0;        // radius of the true outline, for `contour: from-image` [m]
+  double linear_to = 1e-4;  // depth at which the membrane begins to stiffen [m]
+  double stiffening = 0.3;  // force relative to the linear one at twice that depth, minus 1 [-]
+  Eigen::Vector2d puncture{5e-5, 2e-4};  // range of depths at which the membrane breaks [m]
+  double drag = 1e-4;                    // drag of the liquid on the pipette [N s/m]
+  int debris = 12;                       // number of particles that drift in the image
+  double defocus = 0.4;                  // largest blur of a varying focus, as sigma [px]
 };
-// The simulated site's world, unknown to the estimator.
+// The simulated environment, unknown to the estimator.
 struct SiteOptions {
   std::uint32_t seed = 1;
-  double noise = 2.0;      // sigma of the picture noise [grey levels of 255]
-  double blur = 0.7;       // sigma of the optical blur [px]
-  double lighting = 0.15;  // relative fall of the light across the picture [-]
-  double flicker = 0.02;   // relative change of the light in time [-]
-  Eigen::Vector2d misplacement{0,
-                               0};  // how far the object really is from where the scene says, S [m]
-  double pace = 1;  // of a textured target on its path: 1 is paper C's, 17 mm/s at most
-  // How the object before one camera moves as a whole, as by breath: to and fro along this way, S
-  // [m], a sine of this period [s], from where it rests.
+  double noise = 2.0;                  // sigma of the image noise [grey levels of 255]
+  double blur = 0.7;                   // sigma of the optical blur [px]
+  double lighting = 0.15;              // relative decrease of the light across the image [-]
+  double flicker = 0.02;               // relative change of the light over time [-]
+  Eigen::Vector2d misplacement{0, 0};  // true position of the object relative to the scene, S [m]
+  double pace = 1;  // speed factor of a textured target; 1: path of paper C, at most 17 mm/s
+  // Rigid motion of the object in front of one camera, such as breathing: a sine with this
+  // amplitude, S [m], and period [s], about the rest position.
   struct Motion {
     Eigen::Vector2d amplitude{0, 0};
     double period = 3;
   };
   Motion motion;
   std::optional<EmbryoSite> embryo;
-  // How long a lamp before one camera stays as it is [s]; 0: there is none. In each other such span
-  // of the slave's clock, counted from 1970, a picture has a tenth less light: whoever sees it
-  // knows when it was taken, whatever it is stamped. Live pictures only.
+  // Half period of a lamp in front of one camera [s]; 0: no lamp. In every second half period of
+  // the slave's clock, counted from 1970, an image has a tenth less light. This reveals the true
+  // time of capture, independent of the timestamp. Live images only.
   double lamp = 0;
 };
 
@@ -490,15 +490,15 @@ struct Scene {
   ManipulatorOptions manipulator;
   LinkOptions link;
   SiteOptions site;
-  // Where `study` presses, O [m]; empty: where the tool would meet the object.
+  // Contact points of `study`, O [m]; empty: where the tool would first touch the object.
   std::vector<Eigen::Vector3d> study_contacts;
 };
 
-// Whether fingertips of the scene meet its object: somebody knows where they are. Otherwise nothing
-// deforms and no model is built.
+// Whether the poses of the scene's fingertips are known, so that they can touch the object.
+// Otherwise the object is not deformed and no model is built.
 bool MeetsObject(const Scene& scene);
 
-// What the scene is read from, itself first: files, and folders of pictures and networks.
+// All inputs of the scene, the scene file first: files, and folders of images and networks.
 std::vector<std::filesystem::path> InputFilesOf(const Scene& scene);
 
 }  // namespace palpate

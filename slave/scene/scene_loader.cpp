@@ -57,19 +57,19 @@ class CrossCheck {
     if (use_ != SceneUse::kFull) return;
     const Geometry& geometry = scene_.object.geometry;
     if (scene_.sense.Find<Tactile>() && !IsVolume(geometry)) {
-      Refuse("object.geometry", "box or mesh where fingertips touch");
+      Refuse("object.geometry", "box or mesh with fingertips");
     } else if (HasStereoOrDepth(scene_.sense) && IsPlanar(geometry)) {
-      Refuse("object.geometry", "membrane, box or mesh where two cameras or depth pictures look");
+      Refuse("object.geometry", "membrane, box or mesh with a stereo pair or depth images");
     } else if (std::holds_alternative<DomeGeometry>(geometry) && !HasTrueStereoOrDepth()) {
       Refuse("object.geometry.membrane",
-             "a `radius`, unless pictures or depths of it come from files, cameras or a driver: no "
-             "domed membrane is simulated, solved or studied");
+             "a `radius`, unless its images come from files, cameras or a driver: a domed membrane "
+             "is not simulated, solved or studied");
     } else if (scene_.sense.Find<CameraOptions>() && !IsPlanar(geometry)) {
       Refuse("object.geometry",
-             "rectangle, disc, polygon or contour where one camera watches; membranes, boxes and "
-             "meshes take two (`camera: {source: simulated, pair: {}}` or `camera: {stereo: {left, "
-             "right, rig}}`), depth pictures (`camera: {depth: ...}`) or fingertips (`tactile`), "
-             "and none for solve, study and check");
+             "rectangle, disc, polygon or contour with one camera; membranes, boxes and meshes "
+             "need a stereo pair (`camera: {source: simulated, pair: {}}` or `camera: {stereo: "
+             "{left, right, rig}}`), depth images (`camera: {depth: ...}`) or fingertips "
+             "(`tactile`), and no sensing for solve, study and check");
     }
   }
 
@@ -85,12 +85,13 @@ class CrossCheck {
     const bool is_told = IsPresent("object", "fixed");
     const bool may_move = named_eyes_ && !scene_.sense.Find<DepthPictures>();
     if (use_ == SceneUse::kFull && !may_move && !is_told && !IsHeld(scene_.object)) {
-      Refuse("object.fixed", "where the object is held: side, arc, plane or nodes");
+      Refuse("object.fixed", "the fixed part of the object: side, arc, plane or nodes");
     }
     const bool is_target = stereo && stereo->source == StereoCameras::Source::kSimulated &&
                            IsVolume(scene_.object.geometry);
     if (use_ == SceneUse::kFull && is_target && is_told) {
-      Refuse("object.fixed", "nothing where a textured target is simulated: it moves as a whole");
+      Refuse("object.fixed",
+             "nothing with a simulated textured target, because it moves as a rigid body");
     }
   }
 
@@ -99,7 +100,7 @@ class CrossCheck {
     const Geometry& geometry = scene_.object.geometry;
     const std::string& kind = scene_.model.kind;
     if (scene_.model.prestress > 0 && !IsSkin(geometry)) {
-      Refuse("model.prestress", "nothing here: a membrane alone is under tension at rest");
+      Refuse("model.prestress", "nothing here: only a membrane is under tension at rest");
     }
     constexpr std::array kNames{" for a planar outline", " for a membrane", " for a volume",
                                 " for a domed membrane"};
@@ -116,7 +117,7 @@ class CrossCheck {
     const auto& fixed = scene_.object.fixed;
     const bool is_held = fixed.size() == 1 && std::holds_alternative<FixedArc>(fixed[0].where);
     if (disc == nullptr || !is_held)
-      Refuse("model.kind", "bem2d, or shell for a disc held on an arc");
+      Refuse("model.kind", "bem2d, or shell for a disc fixed on an arc");
     if (disc != nullptr && scene_.model.wall > disc->radius / 20) {
       Refuse("model.wall", "at most a twentieth of the disc's radius");
     }
@@ -125,11 +126,12 @@ class CrossCheck {
   // A fingertip feels the force itself: no model sets it to zero.
   void CheckPuncture() {
     if (scene_.sense.Find<Tactile>() && scene_.model.puncture_depth > 0) {
-      Refuse("model.puncture.depth", "nothing with fingertips: a camera or points tell a puncture");
+      Refuse("model.puncture.depth", "nothing with fingertips: only cameras detect a puncture");
     }
     if (scene_.model.puncture_from > 0 && scene_.sense.all().size() > 0 &&
         !(scene_.sense.all().size() == 1 && scene_.sense.Find<CameraOptions>())) {
-      Refuse("model.puncture.from", "nothing here: one camera sees the surface spring back");
+      Refuse("model.puncture.from",
+             "nothing here: it applies to one camera, which sees the surface spring back");
     }
   }
 
@@ -152,12 +154,13 @@ class CrossCheck {
     const Eigen::Vector3d p_O = scene_.object.X_SO.inverse() * scene_.manipulator.home;
     if (scene_.tool && !scene_.sense.Find<Tactile>() &&
         Contains(OutlineOf(scene_.object.geometry), p_O.head<2>())) {
-      Refuse("manipulator.home", "a place outside the object");
+      Refuse("manipulator.home", "a position outside the object");
     }
     const bool is_membrane = IsSkin(scene_.object.geometry);
     const bool is_told = IsPresent("manipulator", "home");
     if (is_membrane && HasStereoOrDepth(scene_.sense) && is_told && !(p_O.z() > 0)) {
-      Refuse("manipulator.home", "a place before the membrane, on the side that z of O points to");
+      Refuse("manipulator.home",
+             "a position in front of the membrane, on the side of positive z of O");
     }
   }
 
@@ -172,7 +175,7 @@ class CrossCheck {
       if (!is_inside) continue;
       const bool is_named = document_.Find("sense")->Find("tactile")->Find("fingers") != nullptr;
       Refuse(is_named ? "sense.tactile.fingers." + finger.name + ".pose" : "sense.tactile.pose",
-             "a fingertip whose middle lies outside the object");
+             "a fingertip whose centre lies outside the object");
     }
   }
 
@@ -188,7 +191,7 @@ class CrossCheck {
     const Eigen::Vector3d p_C = X_SC.inverse() * scene_.object.X_SO.translation();
     constexpr double kWidest = 1.5;  // baseline / distance: the cameras turn by 97 degrees
     if (use_ == SceneUse::kFull && !(p_C.z() > 0)) {
-      Refuse("sense.camera.pose", "one that has the object's origin before the camera, z > 0");
+      Refuse("sense.camera.pose", "a pose with the object's origin in front of the camera, z > 0");
     } else if (is_simulated && !(stereo->baseline < kWidest * p_C.norm())) {
       Refuse("sense.camera.pair.baseline", "less than 1.5 times the distance to the object");
     }
@@ -221,8 +224,7 @@ class CrossCheck {
     const bool has_shape = scene_.site.embryo && scene_.site.embryo->radius > 0;
     if (camera && camera->source == Camera::Source::kSimulated && !has_shape) {
       Refuse("sense.camera.source",
-             "file or device: no shape to simulate with `from-image`, unless site.embryo.radius "
-             "tells it");
+             "file or device: with `from-image` a simulation needs site.embryo.radius as shape");
     }
   }
 
@@ -230,7 +232,7 @@ class CrossCheck {
     const bool moves = !scene_.site.motion.amplitude.isZero(0);
     const bool is_shown = scene_.sense.Find<Camera>() && scene_.sense.Find<TipTracking>();
     if (moves && use_ == SceneUse::kFull && !is_shown) {
-      Refuse("site.motion", "nothing here: one camera that follows a tool shows what moves");
+      Refuse("site.motion", "nothing here: it applies to one camera that tracks a tool");
     }
   }
 
@@ -240,7 +242,7 @@ class CrossCheck {
     const auto* camera = scene_.sense.Find<Camera>();
     const Geometry& geometry = scene_.object.geometry;
     if (use_ == SceneUse::kFull && !camera) {
-      Refuse("site.embryo", "nothing here: one camera watches an embryo");
+      Refuse("site.embryo", "nothing here: it applies to one camera");
     }
     if (!std::holds_alternative<DiscGeometry>(geometry) &&
         !std::holds_alternative<ImageContourGeometry>(geometry)) {

@@ -1,5 +1,5 @@
-// Typed reading of one map of a scene: every value with its dimension and range, every mistake
-// collected, every key that nobody asked for reported when the section ends.
+// Typed reading of one map of a scene: every value has a dimension and a range, all mistakes are
+// collected, and every key that was not read is reported when the section ends.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@
 
 namespace palpate {
 
-// What a number must be: its dimension and `least` <= x <= `most`.
+// Requirement for a number: its dimension and `least` <= x <= `most`.
 struct Rule {
   Dimension dimension = Dimension::kNumber;
   double least = 0, most = 0;
-  std::string_view range;  // in words: "> 0"
+  std::string_view range;  // as text: "> 0"
 };
 
 // Beyond these no product of two or three of them stays a number; nothing real is near them.
@@ -50,14 +50,14 @@ class Section {
   // A list is read like a map whose keys are 0, 1, ...
   Section(const DocumentNode* node, std::string path, Mistakes* mistakes,
           DocumentNode::Kind kind = DocumentNode::Kind::kMap);
-  ~Section();  // reports the keys that were never asked for
+  ~Section();  // reports the keys that were not read
   Section(const Section&) = delete;
   Section& operator=(const Section&) = delete;
 
   [[nodiscard]] bool present() const { return node_ != nullptr; }
-  // Whether the key stands here; the key counts as known from now on.
+  // Whether the key is present; it counts as known from now on.
   bool Has(std::string_view key);
-  // The map below `key`; absent if it is not there. `required`: what is accepted, if it must be.
+  // The map below `key`; absent if it is missing. `required`: what is accepted, if it is required.
   Section Open(std::string_view key, std::string_view required = {});
   Section OpenList(std::string_view key, std::string_view required = {});
   [[nodiscard]] std::size_t size() const { return node_ == nullptr ? 0 : node_->children.size(); }
@@ -78,7 +78,7 @@ class Section {
   // A list of [x, y].
   std::vector<Eigen::Vector2d> Points(std::string_view key, const Rule& rule);
 
-  // A word out of a table; the first row is the default.
+  // A word of a table; the first row is the default.
   template <typename Value>
   struct Choice {
     std::string_view word;
@@ -105,7 +105,7 @@ class Section {
     return choices.front().value;
   }
 
-  // Refuses what stands at `key`, or that nothing does.
+  // Reports the value at `key`, or its absence, as a mistake.
   void Refuse(std::string_view key, std::string_view accepted);
 
   [[nodiscard]] const DocumentNode* node() const { return node_; }
@@ -121,7 +121,7 @@ class Section {
   const DocumentNode* node_;
   std::string path_;
   Mistakes* mistakes_;
-  std::vector<std::string> known_;  // keys asked for
+  std::vector<std::string> known_;  // keys that were read
   std::vector<bool> is_asked_;      // of the node's children
 };
 

@@ -1,4 +1,5 @@
-// The sections of a scene, each read by its own function, before what depends on several of them.
+// The sections of a scene, each read by its own function, before checks that depend on several of
+// them.
 #pragma once
 
 #include <vector>
@@ -9,7 +10,7 @@
 
 namespace palpate {
 
-// What reading a section needs to know of the others.
+// Information about the other sections that a reader needs.
 struct SceneContext {
   std::filesystem::path folder;  // relative paths start here
   SceneUse use = SceneUse::kFull;
@@ -17,69 +18,68 @@ struct SceneContext {
 
 // `object`. Leaves geometry, material and fixed as far as they could be read.
 Object ReadObject(Section& scene, const SceneContext& context);
-// Its parts; `geometry` decides what may be held.
+// The parts of `object`; `geometry` decides which parts can be fixed.
 Geometry ReadGeometry(Section& object, const SceneContext& context);
 std::vector<Fixed> ReadFixed(Section& object, const Geometry& geometry);
 // Rotation about the fixed axes x, y, z in turn: R = R_z R_y R_x. `angles` [rad].
 Eigen::Matrix3d FixedAxesRotation(const Eigen::Vector3d& angles);
 // `pose` below `section`: translation and rotation about fixed x, y, z in turn; `fallback` if it is
-// absent. Only what keeps the plane z = 0 in place is accepted: translation in it, rotation about
-// z.
+// absent. Only poses that keep the plane z = 0 are accepted: translation in it, rotation about z.
 Eigen::Isometry3d ReadPlanarPose(Section& section, const Eigen::Isometry3d& fallback);
 // The same without the restriction to a plane.
 Eigen::Isometry3d ReadPose(Section& section, const Eigen::Isometry3d& fallback);
-// The same where nothing of the scene tells it: refused if it is absent or empty.
+// The same without a default from the scene: rejected if it is absent or empty.
 Eigen::Isometry3d ReadKnownPose(Section& section);
 
-// What reading a sense needs to know of the rest.
+// Information about the other sections that the reader of a sensing needs.
 struct SenseSetting {
   const SceneContext& context;
   const Object& object;
-  const Eigen::Isometry3d& X_SC;  // of one camera, unless the scene says otherwise
+  const Eigen::Isometry3d& X_SC;  // default of one camera
 };
-// `sense`. Full use needs a camera with tip and contour, two cameras or depth pictures, or
+// `sense`. Full use needs a camera with tip and contour, a stereo pair or depth images, or
 // fingertips.
 SenseOptions ReadSense(Section& scene, const SenseSetting& setting);
 constexpr int kLargestPicture = 16384;  // edge [px]
 // `size` below a camera: [width, height] in pixels.
 std::array<int, 2> ReadSize(Section& camera, const std::array<int, 2>& fallback);
-// The pictures named at `key`: a printf pattern, a glob, a directory, a file; in the scene's
-// folder. Full use refuses what names no picture.
+// The images at `key`: a printf pattern, a glob, a directory or a file, in the scene's folder. Full
+// use rejects a pattern without an image.
 std::string ReadPictures(Section& section, std::string_view key, const SceneContext& context);
 // `url` below a camera: a stream's address or a GStreamer pipeline.
 std::string ReadAddress(Section& section);
-// Whether pictures come from exactly one source; refused otherwise.
+// Whether images come from exactly one source; rejected otherwise.
 bool NamesOneSource(Section& camera);
-// Whether `camera` below `sense` (nullptr: absent) is two cameras or takes depth pictures.
+// Whether `camera` below `sense` (nullptr: absent) is a stereo pair or depth camera.
 bool NamesStereoOrDepth(const DocumentNode* sense);
-// `camera` and `points` below `sense`, where it does; nullopt: it does not, or has mistakes. A
-// simulated pair stands 250 mm inside (paper C), at negative z of O, its left camera's x along that
-// of O, and looks at O's origin; where other cameras stand must be said, unless nothing holds the
-// object.
+// `camera` and `points` below `sense`, in that case; nullopt: other sensing, or mistakes. A
+// simulated pair is 250 mm inside (paper C), at negative z of O, with its left camera's x along
+// that of O, and looks at O's origin. Other cameras need a pose, unless the object has no fixed
+// boundary.
 std::optional<SenseChoice> ReadStereoOrDepth(Section& sense, const SenseSetting& setting);
 // `points` below `sense`. By default a membrane has the dots of paper C, scaled to its size,
-// another object is followed by its texture and a depth picture by the surface it shows.
+// another object is tracked by its texture, and a depth image by its surface.
 PointTracking ReadPoints(Section& sense, const SenseSetting& setting, const StereoOrDepth& eyes);
 // `tactile` below `sense`; nullopt: absent. Fingers without a pose are not placed yet.
 std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context);
-// The file named at `key`, in the scene's folder; empty if the key is absent. Full use refuses one
+// The file at `key`, in the scene's folder; empty if the key is absent. Full use rejects a file
 // that does not exist.
 std::filesystem::path ReadExistingFile(Section& section, std::string_view key,
                                        const SceneContext& context);
 ModelOptions ReadModel(Section& scene, const SceneContext& context);
-// `site`.
+// Reads `site`.
 SiteOptions ReadSite(Section& scene);
-// `study`: {contacts: [[x, y, z], ...]}, at most a hundred; empty where nothing is asked for.
+// `study`: {contacts: [[x, y, z], ...]}, at most a hundred; empty if absent.
 std::vector<Eigen::Vector3d> ReadStudyContacts(Section& scene);
 
-// The object's bounding box in S; what defaults are measured by.
+// The object's bounding box in S, the base of many defaults.
 struct BoundingBox {
   Eigen::Vector3d lower{-1, -1, 0}, upper{1, 1, 0};  // [m]
   [[nodiscard]] Eigen::Vector3d centre() const { return 0.5 * (lower + upper); }
   [[nodiscard]] double larger_side() const { return (upper - lower).maxCoeff(); }
   [[nodiscard]] bool is_flat() const { return lower.z() == upper.z(); }
 };
-// Of an outline, in the plane z = 0. nullopt: no outline, or it is found later, in a picture, or
+// Box of an outline in the plane z = 0. nullopt: no outline, or it is found later in an image, or
 // the geometry has mistakes.
 std::optional<BoundingBox> OutlineBox(const Object& object);
 // Of a volume or a membrane; a mesh file is read for it, and refused if it cannot be. nullopt: none
@@ -90,19 +90,20 @@ std::optional<BoundingBox> SolidBox(const Object& object, const Section& scene);
 // above the middle. Without a box: F is S.
 void PlaceFingers(const std::optional<BoundingBox>& box, Tactile* tactile);
 
-// `operator`, with a press of 5.5 % of the larger side at four times that per second by default;
-// `box` is absent where the outline is not known yet.
+// `operator`, by default with an indentation of 5.5 % of the larger side at four times that per
+// second; `box` is absent if the outline is not known yet.
 OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& box);
 // `link`.
 LinkOptions ReadLink(Section& scene);
-// `manipulator`, by default at home 7 % of the larger side above the box, of a membrane before its
-// centre, with a workspace larger than the box by its larger side on every side, 2.5 times as fast
-// as the press. `pad`: the apex of the first finger's pad in S, which then is home and lies in the
-// workspace.
+// `manipulator`. Defaults: home is 7 % of the larger side above the box, for a membrane in front of
+// its centre. The workspace exceeds the box by its larger side on every side. The speed is 2.5
+// times that of the operator's contact. `pad`: the apex of the first finger's pad in S, which then
+// is home and must be in the workspace.
 ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
                                    const std::optional<BoundingBox>& box, double press_speed,
                                    const std::optional<Eigen::Vector3d>& pad);
-// `tool`, as wide as the rule says, pointing from `home` along the axis towards the box by default.
+// `tool`, by default as wide as the rule defines, pointing from `home` along the axis towards the
+// box.
 std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
                              const std::optional<BoundingBox>& box, const Eigen::Vector3d& home);
 // The tool of a scene that names none: round, a fifteenth of the larger side wide.

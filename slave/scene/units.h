@@ -1,4 +1,4 @@
-// Numbers with units, as people write them in scenes and on the command line: `127 kPa`, `25mm`.
+// Numbers with units, as in scenes and on the command line: `127 kPa`, `25mm`.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// What a number measures; each has its own units (contracts, Scene) and plain numbers are SI.
+// Dimension of a number; each has its own units (contracts, Scene), and plain numbers are SI.
 enum class Dimension : std::uint8_t {
   kNumber,     // none, or %: 5 % is 0.05
   kLength,     // m mm um nm km
@@ -25,8 +25,8 @@ enum class Dimension : std::uint8_t {
   kVolume,     // l ml m3 cm3
 };
 
-// A finite decimal number in the C locale's notation, whatever the process's locale; nothing else
-// may stand in the text.
+// A finite decimal number in the notation of the C locale, independent of the process's locale; the
+// text must contain nothing else.
 std::optional<double> ParseNumber(std::string_view text) noexcept;
 // The same for a whole number.
 std::optional<long long> ParseInteger(std::string_view text) noexcept;
@@ -35,7 +35,7 @@ std::optional<long long> ParseInteger(std::string_view text) noexcept;
 // another dimension.
 std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) noexcept;
 
-// What ParseQuantity accepts, for messages: "a length in m mm um nm km".
+// Text of what ParseQuantity accepts: "a length in m mm um nm km".
 std::string AcceptedUnits(Dimension dimension);
 
 }  // namespace palpate

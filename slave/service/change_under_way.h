@@ -1,4 +1,4 @@
-// A change of settings that takes its time.
+// A change of settings that takes time.
 #pragma once
 
 #include <functional>
@@ -15,12 +15,12 @@
 
 namespace palpate {
 
-// One at a time, so that nobody waits for another's; GetStatus tells how far it is, and it ends
-// with the call that asked for it. Thread-safe.
+// One at a time, without a queue. GetStatus reports its progress, and it ends with the call that
+// requested it. Thread-safe.
 class ChangeUnderWay {
  public:
-  // Runs `work(progress)` for the call of `context`; ABORTED: another change is under way. What
-  // `work` throws: as Guarded says.
+  // Runs `work(progress)` for the call of `context`; ABORTED: another change is running. Exceptions
+  // of `work`: as in Guarded.
   grpc::Status Make(const grpc::ServerContext& context, const std::function<void(Progress*)>& work);
   // Fills `making` while there is a change.
   void FillStatus(v1::Status* status) const;
@@ -29,7 +29,7 @@ class ChangeUnderWay {
   class Listener;
 
   std::mutex one_at_a_time_;
-  mutable std::mutex mutex_;  // guards what follows; never held long
+  mutable std::mutex mutex_;  // guards the members below; never locked long
   std::optional<v1::ModelBuildProgress> making_;
   Time began_{};
 };

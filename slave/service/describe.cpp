@@ -31,7 +31,7 @@ struct GeometryInWords {
   void operator()(const ContourFileGeometry& g) const {
     out << "contour of " << g.outline.outer.size() << " points from " << g.file.filename().string();
   }
-  void operator()(const ImageContourGeometry&) const { out << "contour found in the picture"; }
+  void operator()(const ImageContourGeometry&) const { out << "contour found in the image"; }
   void operator()(const MembraneGeometry& g) const {
     out << "clamped membrane of radius " << g.radius / kMillimetre << " mm";
   }

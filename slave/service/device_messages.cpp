@@ -62,7 +62,7 @@ void ToProto(const CameraHealth& health, v1::CameraStatus* message) {
 std::optional<PushedSample> FromProto(const v1::PictureSample& message, std::string* reason) {
   FieldReader reader(reason);
   reader.Require(message.has_sensed_at(), "sensed_at is absent", "a time");
-  reader.Require(message.has_picture(), "picture is absent", "a picture");
+  reader.Require(message.has_picture(), "picture is absent", "an image");
   if (!reader.ok()) return std::nullopt;
   PushedSample sample;
   sample.sequence = message.sequence();
@@ -80,7 +80,7 @@ std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* r
   FieldReader reader(reason);
   reader.Require(message.sequence() != 0, "sequence = 0", "one above the last, from 1");
   reader.Require(message.has_measured_at(), "measured_at is absent", "a time");
-  reader.Require(message.has_p_s_tip(), "p_S_tip is absent", "where the tool's tip is");
+  reader.Require(message.has_p_s_tip(), "p_S_tip is absent", "the position of the tool tip");
   if (!reader.ok()) return std::nullopt;
   ArmReading reading;
   reading.sequence = message.sequence();

@@ -32,7 +32,7 @@ DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
   if (arm == nullptr) {
     return new RefusedStream<Reactor>(
         {grpc::StatusCode::FAILED_PRECONDITION,
-         "the scene's arm takes no driver: its manipulator.source is no stream"});
+         "the scene accepts no driver: its manipulator.source is not stream"});
   }
   const std::shared_ptr<DriveStream> stream(new DriveStream(arm));
   stream->self_ = stream;
@@ -49,7 +49,7 @@ grpc::Status DriveStream::Take() {
   if (!pace_.Allows(now)) {
     return {grpc::StatusCode::RESOURCE_EXHAUSTED,
             "more than " + std::to_string(kMostReports) +
-                " reports within a second: accepted is one for each target"};
+                " reports within a second: accepted is one per target"};
   }
   std::string reason;
   const auto reading = FromProto(report_, &reason);
@@ -63,7 +63,7 @@ grpc::Status DriveStream::Take() {
     rate_ = rate;
   }
   if (const auto why = arm_->Take(driver_, name_, *reading, now)) {
-    const bool is_driven = why->starts_with("the arm is driven");
+    const bool is_driven = why->starts_with("the manipulator is driven");
     if (!is_driven) return Refused(*why);
     return {grpc::StatusCode::FAILED_PRECONDITION, *why};
   }
@@ -81,7 +81,8 @@ void DriveStream::OnReadDone(bool ok) {
 }
 
 void DriveStream::StartAiming() {
-  spdlog::info("the arm is driven by {} at {:g} Hz", name_.empty() ? "a driver" : name_, rate_);
+  spdlog::info("the manipulator is driven by {} at {:g} Hz", name_.empty() ? "a driver" : name_,
+               rate_);
   aiming_ = std::jthread([this](const std::stop_token& stop) { KeepAiming(stop); });
 }
 

@@ -1,4 +1,4 @@
-// The stream of an arm's driver: reports in, targets out at the rate it asks for.
+// The stream of a manipulator's driver: reports in, targets out at the requested rate.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class DriveStream final
  public:
   using Reactor = grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>;
 
-  // `arm` outlives the stream; null: the stream is refused.
+  // `arm` outlives the stream; null: the stream is rejected.
   static Reactor* Open(DrivenArm* arm, DriveStreams* streams);
 
   // The slave is stopping.
@@ -49,8 +49,8 @@ class DriveStream final
   const DrivenArm::DriverId driver_;
   v1::ArmReport report_;  // gRPC's while a read is waiting
   v1::ArmTarget target_;  // gRPC's while `writing_`
-  std::string name_;      // the reads' own, as the next two
-  double rate_ = 0;       // of targets [Hz]; 0: not said yet
+  std::string name_;      // used by the reading thread only, as the next two
+  double rate_ = 0;       // rate of targets [Hz]; 0: not yet set
   PaceLimit pace_;
   bool writing_ = false;  // guarded by mutex_
   std::jthread aiming_;   // last: it uses all of the above

@@ -68,12 +68,12 @@ grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
   PictureInbox* const inbox = slave_.picture_inbox();
   if (inbox == nullptr) {
     return {grpc::StatusCode::FAILED_PRECONDITION,
-            "the scene takes no pictures: the source of its sense.camera is no stream"};
+            "the scene accepts no images: the source of its sense.camera is not stream"};
   }
   const Seat seat(&picture_feeds_);
   if (!seat) {
     return {grpc::StatusCode::FAILED_PRECONDITION,
-            "pictures are fed by " + std::to_string(kMostFeeds) + " streams: accepted is one"};
+            "images are fed by " + std::to_string(kMostFeeds) + " streams: accepted is one"};
   }
   Sender sender(inbox);
   const std::uint64_t dropped = inbox->health().dropped;

@@ -25,7 +25,7 @@ Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTac
   if (inbox == nullptr) {
     return new RefusedStream<Reactor>(
         {grpc::StatusCode::FAILED_PRECONDITION,
-         "the scene takes no tactile samples: its sense.tactile.source is no stream"});
+         "the scene accepts no tactile samples: its sense.tactile.source is not stream"});
   }
   const std::shared_ptr<FeedStream> stream(new FeedStream(inbox, reply));
   stream->self_ = stream;

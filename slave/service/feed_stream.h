@@ -34,7 +34,7 @@ class FeedStream final : public EndingStream<grpc::ServerReadReactor<v1::Tactile
  private:
   FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply);
 
-  // The first sentence about this sample that must be said; empty: it was taken.
+  // The first sentence to report about this sample; empty: it was accepted.
   std::string Feed();
   void ReadNext();
   void OnQuiet() override;
@@ -43,7 +43,7 @@ class FeedStream final : public EndingStream<grpc::ServerReadReactor<v1::Tactile
   const TactileInbox::SenderId sender_;
   v1::FeedTactileReply* const reply_;
   v1::TactileSample sample_;  // gRPC's while a read is waiting
-  // Of samples that were taken: the reads' own, while `busy_`.
+  // Number of accepted samples, used by the reading thread while `busy_`.
   std::uint64_t samples_ = 0;
   std::set<std::string> fingers_;
 };

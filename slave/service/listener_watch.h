@@ -1,5 +1,5 @@
-// Whether somebody still answers at the door: a listener that ran out of descriptors may go deaf
-// for good while its process lives and says that it serves.
+// Checks whether the listener still responds: after running out of descriptors it may be
+// unresponsive for good while its process lives and reports that it serves.
 #pragma once
 
 #include <chrono>
@@ -11,8 +11,8 @@
 
 namespace palpate {
 
-// Connects and greets. True: a byte, or an end, came back within `patience`: of whoever stands
-// behind the door, which lets a greeting in. TLS answers a hello that breaks off with an alert.
+// Connects and sends a preface. True: a byte, or an end, came back within `patience`. TLS answers
+// an incomplete hello with an alert.
 bool Answers(const Endpoint& endpoint, Greeting greeting, std::chrono::milliseconds patience);
 
 class ListenerWatch {
@@ -23,7 +23,7 @@ class ListenerWatch {
     Greeting greeting = Greeting::kHttp2;
     std::function<void(int missed)> on_missed = {};  // so many in a row; empty: nothing
   };
-  // Calls `on_deaf` from a thread of its own, once.
+  // Calls `on_deaf` once, from a separate thread.
   ListenerWatch(Endpoint endpoint, std::function<void()> on_deaf, const Options& options);
 
  private:

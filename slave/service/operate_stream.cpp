@@ -26,7 +26,7 @@ Reactor* OperateStream::Open(const Host& host, const std::string& peer) {
   if (const auto* held = std::get_if<OperatorLease::HeldBy>(&answer)) {
     return new RefusedStream<Reactor>(
         {grpc::StatusCode::FAILED_PRECONDITION,
-         "the lease is held by " + held->who + ": it is free when that stream ends"});
+         "the lease is held by " + held->who + ": it becomes free when that stream ends"});
   }
   stream->self_ = stream;
   stream->ticket_ = std::get<OperatorLease::Ticket>(answer);

@@ -1,5 +1,5 @@
-// The operator's stream: commands in, states out, one of each in flight; and, where the operator
-// asks for it, the same by datagram beside it.
+// The operator's stream: commands in, states out, one of each in flight. If the operator requests
+// it, both also travel by datagram.
 #pragma once
 
 #include <atomic>
@@ -31,7 +31,7 @@ class OperateStream final
     std::atomic<std::uint64_t>& states_sent;
   };
 
-  // Asks for the lease in the name of `peer`; the reactor to hand to gRPC, also when refused.
+  // Requests the lease for `peer`. Returns the reactor for gRPC, also after a rejection.
   static grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Open(
       const Host& host, const std::string& peer);
 
@@ -48,7 +48,7 @@ class OperateStream final
   void OnEnding() override;
   void OfferDatagrams();
   DatagramLine::LinkFeedback TakeDatagram(std::string_view plain);
-  // The newest state in `box_` becomes `message_`; false: there is none. With mutex_ held.
+  // Moves the newest state from `box_` to `message_`; false: there is none. With mutex_ held.
   bool MakeMessage();
 
   const Host host_;
@@ -56,12 +56,12 @@ class OperateStream final
   std::atomic<OperatorLease::Ticket> ticket_{0};
   v1::OperatorCommand command_;           // gRPC's while a read is waiting
   v1::SlaveState message_;                // gRPC's while `writing_`
-  bool datagrams_asked_ = false;          // the reading thread's own
-  v1::OperatorCommand datagram_command_;  // the datagram line's thread's own
-  v1::SlaveState datagram_state_;         // the publisher's own
+  bool datagrams_asked_ = false;          // used by the reading thread only
+  v1::OperatorCommand datagram_command_;  // used by the datagram thread only
+  v1::SlaveState datagram_state_;         // used by the publisher only
   StateMailbox box_;
-  bool writing_ = false;                    // guarded by mutex_, as is what follows
-  std::optional<v1::DatagramOffer> offer_;  // not told yet
+  bool writing_ = false;                    // guarded by mutex_, as the members below
+  std::optional<v1::DatagramOffer> offer_;  // not yet reported
   std::shared_ptr<DatagramLine> line_;      // null: none
 };
 

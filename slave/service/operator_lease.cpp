@@ -26,7 +26,7 @@ std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::Reques
     holder_ = {ticket, "", peer, now, 0, std::move(dismiss)};
   }
   if (dismiss_silent_holder) {
-    dismiss_silent_holder("no command for too long: the lease went to " + peer);
+    dismiss_silent_holder("no command for too long: the lease was passed to " + peer);
   }
   return ticket;
 }
@@ -62,14 +62,14 @@ void OperatorLease::ReportRoundTrip(const OperatorCommand& command) {
 void OperatorLease::RefuseOthers(const std::string& peer) const {
   const std::scoped_lock lock(mutex_);
   if (holder_.ticket == 0 || holder_.peer == peer) return;
-  throw std::logic_error("nothing is changed for others than the operator, " + DescribeHolder());
+  throw std::logic_error("only the operator may change settings: " + DescribeHolder());
 }
 
 void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& what) const {
   RefuseOthers(peer);
   const std::scoped_lock lock(mutex_);
   if (holder_.ticket != 0 && holder_.peer == peer) return;
-  throw std::logic_error(what + " only by the operator while operating, or by an admin");
+  throw std::logic_error(what + " only by the current operator, or by an admin");
 }
 
 void OperatorLease::Release(Ticket ticket) {
@@ -90,7 +90,7 @@ std::uint64_t OperatorLease::malformed() const {
 }
 
 std::string OperatorLease::DescribeHolder() const {
-  const std::string name = holder_.name.empty() ? "an operator without a name" : holder_.name;
+  const std::string name = holder_.name.empty() ? "an unnamed operator" : holder_.name;
   return name + " (" + holder_.peer + ")";
 }
 

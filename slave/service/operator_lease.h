@@ -1,5 +1,5 @@
-// One operator at a time. The lease lasts as long as the stream; a holder from whom no valid, newer
-// command came for `kSilence` gives way to the next who asks, since a line that was cut silently
+// The lease of the only operator. It lasts as long as the stream. A holder that sent no valid newer
+// command for `kSilence` loses it to the next client that requests it, because a silently cut link
 // may not end by itself for minutes.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace palpate {
 
-// Thread-safe. Knows nothing of gRPC.
+// Thread-safe. Independent of gRPC.
 class OperatorLease {
  public:
   static constexpr std::chrono::seconds kSilence{5};
@@ -27,13 +27,13 @@ class OperatorLease {
 
   using Ticket = std::uint64_t;
   struct HeldBy {
-    std::string who;  // name and peer, for the one who is refused
+    std::string who;  // name and peer, for the client that is rejected
   };
-  // Called once with a reason if the lease is given to somebody else.
+  // Called once with a reason if the lease is given to another client.
   using Dismiss = std::function<void(const std::string& reason)>;
 
-  // Called, with the lease's mutex held, for each newer state that the holder tells of: how long it
-  // went to `peer` and came back [s].
+  // Called, with the lease's mutex held, for each newer state that the holder acknowledges:
+  // round-trip time of `peer` [s].
   using OnRoundTrip = std::function<void(const std::string& peer, double seconds)>;
 
   // `slave` outlives the lease.
@@ -41,34 +41,35 @@ class OperatorLease {
                          OnRoundTrip on_round_trip = {})
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
-  // Begins operating for `peer`, or tells who does.
+  // Begins operating for `peer`, or returns the present holder.
   std::variant<Ticket, HeldBy> RequestTicket(const std::string& peer, Dismiss dismiss);
-  // Hands on a command. False: malformed, counted, not followed (what the slave itself refuses, it
-  // flags itself). Nothing happens without the lease. An emergency stop counts whatever else the
-  // command says.
+  // Passes on a command. False: malformed, counted, not followed (commands that the slave rejects
+  // are flagged by the slave). No effect without the lease. An emergency stop counts regardless of
+  // the rest of the command.
   bool Command(Ticket ticket, const v1::OperatorCommand& message);
   // Ends operating. Idempotent.
   void Release(Ticket ticket);
 
-  // Throws std::logic_error: somebody operates from another connection than `peer`'s. A connection
-  // has one certificate, so that this is the operator's own.
+  // Throws std::logic_error: another connection than that of `peer` holds the lease. A connection
+  // has one certificate, so this identifies the operator.
   void RefuseOthers(const std::string& peer) const;
-  // The same where nobody operates, for what an operator may do only while operating: `what`.
+  // The same, and also throws without an operator, for actions that only a connected operator may
+  // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
-  [[nodiscard]] std::string holder_name() const;  // empty: nobody, or not said yet
+  [[nodiscard]] std::string holder_name() const;  // empty: none, or not yet named
   [[nodiscard]] std::uint64_t malformed() const;  // commands, since the start
 
  private:
   struct Holder {
-    Ticket ticket = 0;  // 0: nobody
+    Ticket ticket = 0;  // 0: no operator
     std::string name, peer;
     Time heard_at{};             // a valid command newer than all before
     std::uint64_t sequence = 0;  // of that command
     Dismiss dismiss;
-    std::uint64_t state_sequence = 0;  // the newest told of
+    std::uint64_t state_sequence = 0;  // the newest acknowledged state
   };
 
-  // With mutex_ held, both.
+  // With mutex_ held, both functions.
   [[nodiscard]] std::string DescribeHolder() const;
   void ReportRoundTrip(const OperatorCommand& command);
 

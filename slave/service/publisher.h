@@ -1,6 +1,5 @@
-// The one thread that composes states and gives them to whoever reads: the operator first, then the
-// observers. Each reader has a slot of its own, so that a slow one loses old states and slows
-// nobody.
+// The thread that composes states and passes them to readers: the operator first, then the
+// observers. Each reader has its own slot, so a slow reader loses old states and delays no other.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +20,7 @@
 
 namespace palpate {
 
-// Somebody who is offered every state. Must not block.
+// A reader of all states. Must not block.
 class StateReader {
  public:
   virtual ~StateReader() = default;
@@ -39,30 +38,31 @@ class Publisher {
   explicit Publisher(Slave& slave);
   ~Publisher();
 
-  // A new observer's mailbox; it leaves by letting go of it.
+  // The mailbox of a new observer; releasing it ends the subscription.
   std::shared_ptr<StateMailbox> Subscribe();
-  // From now on `reader` is served first, in place of the operator before. It leaves by going.
+  // From now on `reader` is served first, in place of the previous operator. Releasing it ends the
+  // subscription.
   void ServeFirst(const std::shared_ptr<StateReader>& reader);
-  // Tells every reader of `event` with the next state.
+  // Adds `event` to the next state of every reader.
   void Flag(Event event);
 
-  // Closes every reader, now and to come, and joins the thread. Idempotent.
+  // Closes all present and future readers, and joins the thread. Idempotent.
   void Stop();
 
  private:
   void Run(const std::stop_token& stop);
-  // Whoever still reads, the operator first; false: nobody.
+  // The remaining readers, the operator first; false: none.
   bool CollectReaders();
-  // Sleeps, and lets the slave rest, until somebody reads.
+  // Sleeps, and lets the slave idle, until there is a reader.
   void AwaitReaders(const std::stop_token& stop);
   void Publish();
 
   Slave& slave_;
-  std::uint64_t sequence_ = 0;  // the thread's own, as are readers_ and sensed_at_
+  std::uint64_t sequence_ = 0;  // used by the thread only, as are readers_ and sensed_at_
   std::vector<std::shared_ptr<StateReader>> readers_;
   Time sensed_at_{};
 
-  PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceMutex mutex_;  // guards the members below
   std::condition_variable_any joined_;
   std::weak_ptr<StateReader> operator_;
   std::vector<std::weak_ptr<StateReader>> observers_;
@@ -72,12 +72,12 @@ class Publisher {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-// How many may watch at once: each watching stream holds a thread.
+// Largest number of watching streams: each uses a thread.
 class ObserverSeats {
  public:
   static constexpr int kSeats = 64;
 
-  // A seat, given back at the end of its scope. Empty if all were taken.
+  // A seat that is released at the end of its scope. Empty if all are in use.
   class Seat {
    public:
     explicit Seat(ObserverSeats* seats)
@@ -95,7 +95,7 @@ class ObserverSeats {
   [[nodiscard]] int taken() const { return std::min(taken_.load(), kSeats); }
   static grpc::Status Full() {
     return {grpc::StatusCode::RESOURCE_EXHAUSTED,
-            std::to_string(kSeats) + " streams are watched already: no more are served"};
+            std::to_string(kSeats) + " streams are already open: the limit is reached"};
   }
 
  private:

@@ -47,7 +47,8 @@ constexpr int kQuaternion = 4;
 std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, FieldReader* reader) {
   const auto& q = message.orientation();
   if (!message.has_p_s_finger() && q.empty()) return std::nullopt;
-  reader->Require(message.has_p_s_finger(), "p_S_finger is absent", "a place with an orientation");
+  reader->Require(message.has_p_s_finger(), "p_S_finger is absent",
+                  "a position with an orientation");
   reader->Require(q.size() == kQuaternion,
                   "orientation of " + std::to_string(q.size()) + " numbers",
                   "four with p_S_finger: w, x, y, z");

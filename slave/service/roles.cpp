@@ -82,14 +82,14 @@ class Processor final : public grpc::AuthMetadataProcessor {
     const std::string said = Presentable(path, kLongestName);
     const auto certificate = FactsOf(*context);
     if (!certificate || !Holds(*certificate, *revoked_)) {
-      spdlog::warn("audit: {} {} was refused: no certificate that holds", who.role, who.name);
-      return {grpc::StatusCode::UNAUTHENTICATED, "the certificate does not hold any more"};
+      spdlog::warn("audit: {} {} was rejected: no valid certificate", who.role, who.name);
+      return {grpc::StatusCode::UNAUTHENTICATED, "the certificate is no longer valid"};
     }
     if (!MayCall(who.role, path)) {
-      spdlog::warn("audit: {} {} was refused {}", who.role, who.name, said);
+      spdlog::warn("audit: {} {} was rejected: {}", who.role, who.name, said);
       return {grpc::StatusCode::PERMISSION_DENIED,
               "role '" + who.role + "' may not call " + said +
-                  ": accepted are the calls of its role, see SECURITY.md"};
+                  ": accepted are the calls of its role, see proto/README.md"};
     }
     if (RuleOf(path).is_logged) spdlog::info("audit: {} {} called {}", who.role, who.name, said);
     return grpc::Status::OK;

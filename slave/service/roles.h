@@ -1,5 +1,5 @@
-// Who may call what. The role is the certificate's: a subject alternative name
-// `palpate://ROLE/NAME`, the first there is.
+// Access control. The role comes from the certificate: the first subject alternative name
+// `palpate://ROLE/NAME`.
 #pragma once
 
 #include <memory>
@@ -16,16 +16,15 @@ namespace palpate {
 struct Identity {
   std::string role, name;  // empty: none
 };
-// Of `alternative_name`; empty unless it is one of ours and names somebody.
+// Role and name of `alternative_name`; empty unless it has this form.
 Identity ParseIdentity(std::string_view alternative_name);
 Identity IdentityOf(const grpc::AuthContext& context);
 
-// `path`: /package.Service/Method. What the table does not know, nobody may call.
+// `path`: /package.Service/Method. Unlisted methods are denied.
 bool MayCall(std::string_view role, std::string_view path);
 
-// Refuses with PERMISSION_DENIED what the table does not allow, with UNAUTHENTICATED whose
-// certificate does not hold any more, and logs who stops, operates or changes something, and who
-// was refused.
+// Rejects calls that the table denies with PERMISSION_DENIED, and invalid certificates with
+// UNAUTHENTICATED. Logs rejections and all calls that stop, operate or change something.
 std::shared_ptr<grpc::AuthMetadataProcessor> RoleCheck(std::shared_ptr<RevocationList> revoked);
 
 }  // namespace palpate

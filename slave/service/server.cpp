@@ -61,7 +61,8 @@ ListenerWatch::Options WatchOf(Greeting greeting) {
 // Who is deaf: the door's own thread, or what it hands on to.
 void LogMissedProbes(int missed, const AcceptorCounts& door) {
   spdlog::warn(
-      "nobody answers at the door ({} in a row): it looked {:.1f} s ago, {} wait, {} are in",
+      "the listener does not respond to probes ({} in a row): last poll {:.1f} s ago, {} "
+      "connections wait, {} are open",
       missed, door.unseen, door.waiting, door.open);
 }
 
@@ -81,7 +82,7 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsFrom(
   credentials->SetAuthMetadataProcessor(RoleCheck(revoked));
   // Another may be issued, and the clock set, while it serves.
   const std::string untimely = WhyUntimely(tls);
-  if (!untimely.empty()) spdlog::error("audit: nobody gets in: {}", untimely);
+  if (!untimely.empty()) spdlog::error("audit: no client can connect: {}", untimely);
   return credentials;
 }
 
@@ -110,7 +111,7 @@ void LogGrpc(gpr_log_func_args* said) {
 
 // A deaf listener in a living process is worse than none: whoever supervises starts it anew.
 void EndProcess() {
-  spdlog::critical("nobody can connect any more: ending, to be started anew");
+  spdlog::critical("no client can connect any more: the process ends, to be restarted");
   std::_Exit(EXIT_FAILURE);
 }
 

@@ -21,21 +21,21 @@ Metric OneOf(std::string name, std::string help, const char* label,
 Metric PhaseOf(const SlaveStatus& status) {
   constexpr std::array<std::string_view, 5> kPhases{"ready", "following", "clutched", "hold",
                                                     "estop"};
-  return OneOf("palpate_slave_phase", "What the operator's side does.", "phase", kPhases,
+  return OneOf("palpate_slave_phase", "State of the operator connection.", "phase", kPhases,
                static_cast<std::size_t>(status.phase) - 1);
 }
 
 Metric ValidityOf(const SlaveStatus& status) {
   std::array<std::string_view, 6> names{};
   for (std::size_t i = 0; i < names.size(); ++i) names[i] = ToString(static_cast<Validity>(i));
-  return OneOf("palpate_slave_validity", "How far the newest state may be trusted.", "validity",
-               names, static_cast<std::size_t>(status.validity));
+  return OneOf("palpate_slave_validity", "Validity of the newest state.", "validity", names,
+               static_cast<std::size_t>(status.validity));
 }
 
 Metric StagesOf(const SlaveStatus& status) {
   constexpr double kMicro = 1e-6;
   Metric metric{"palpate_slave_stage_seconds",
-                "Time of each step from a sample to its force.",
+                "Time of each stage from a sample to its force.",
                 Metric::Type::kGauge,
                 {}};
   for (const StageTimes& stage : status.stages) {
@@ -48,7 +48,7 @@ Metric StagesOf(const SlaveStatus& status) {
 
 Metric TurnedAwayOf(const AcceptorCounts& connections) {
   Metric metric{"palpate_slave_connections_turned_away_total",
-                "Connections that were not let in, or cut.",
+                "Connections that were rejected or closed by the slave.",
                 Metric::Type::kCounter,
                 {}};
   for (std::size_t i = 0; i < kTurnedAwayCount; ++i) {
@@ -65,16 +65,19 @@ Metrics MetricsOf(const SlaveStatus& status, const AcceptorCounts& connections) 
   return {
       PhaseOf(status),
       ValidityOf(status),
-      Counter("palpate_slave_samples_total", "Samples sensed.", number(status.frames)),
-      Gauge("palpate_slave_sample_rate_hertz", "Over the last second.", status.frame_rate),
-      Counter("palpate_slave_commands_total", "Commands taken.", number(status.commands)),
-      Counter("palpate_slave_commands_refused_total", "Commands refused.",
+      Counter("palpate_slave_samples_total", "Samples processed.", number(status.frames)),
+      Gauge("palpate_slave_sample_rate_hertz", "Samples per second over the last second.",
+            status.frame_rate),
+      Counter("palpate_slave_commands_total", "Commands accepted.", number(status.commands)),
+      Counter("palpate_slave_commands_refused_total", "Commands rejected.",
               number(status.commands_refused)),
-      Gauge("palpate_slave_alarms", "What GetStatus tells in words.",
+      Gauge("palpate_slave_alarms", "Number of alarms that GetStatus reports.",
             static_cast<double>(status.alarms.size())),
       StagesOf(status),
-      Gauge("palpate_slave_connections", "Open now.", number(connections.open)),
-      Counter("palpate_slave_connections_total", "Let in.", number(connections.accepted)),
+      Gauge("palpate_slave_connections", "Connections that are open now.",
+            number(connections.open)),
+      Counter("palpate_slave_connections_total", "Connections accepted.",
+              number(connections.accepted)),
       TurnedAwayOf(connections),
   };
 }

@@ -1,4 +1,4 @@
-// A slave's health in numbers, for whoever watches it over weeks.
+// Metrics of a slave for long-term monitoring.
 #pragma once
 
 #include "shared/metrics/metric.h"

@@ -1,4 +1,4 @@
-// How calls and streams end: a status code and the slave's own sentence.
+// How calls and streams end: a status code and a sentence of the slave.
 #pragma once
 
 #include <exception>
@@ -45,15 +45,15 @@ class RefusedStream final : public Reactor {
   void OnDone() override { delete this; }
 };
 
-// A stream as a reactor, because it must end with a status of ours while a read is waiting, which a
+// A stream as a reactor, because it must end with our status while a read is pending, which a
 // blocking handler cannot. It owns itself from its opening until gRPC is done with it. gRPC is
-// never called with the mutex held (callbacks may run inside), and Finish waits until nobody is
+// never called with the mutex held (callbacks may run inside), and Finish waits until no thread is
 // busy.
 template <class Reactor>
 class EndingStream : public Reactor {
  public:
   void OnCancel() override { End(grpc::Status::CANCELLED); }
-  void OnDone() override { const auto last = std::move(self_); }  // others may hold another
+  void OnDone() override { const auto last = std::move(self_); }  // others may hold a different one
 
  protected:
   // Ends the stream with `status` as soon as that is possible. The first status counts.
@@ -65,7 +65,7 @@ class EndingStream : public Reactor {
     }
     FinishIfQuiet();
   }
-  // A thread begins to start a read or to take what was read; false: the stream is ending.
+  // A thread begins to start a read or to process one; false: the stream is ending.
   bool Enter() {
     const std::scoped_lock lock(mutex_);
     if (!ending_) ++busy_;
@@ -80,12 +80,12 @@ class EndingStream : public Reactor {
   }
 
   std::shared_ptr<EndingStream> self_;  // until OnDone
-  PriorityInheritanceMutex mutex_;      // guards what follows
+  PriorityInheritanceMutex mutex_;      // guards the members below
   std::optional<grpc::Status> ending_;
   int busy_ = 0;  // threads between Enter and Exit, and writes in flight
 
  private:
-  // Each time that somebody ends the stream.
+  // Called each time a thread ends the stream.
   virtual void OnEnding() {}
   // Once, before the peer hears that its stream is over.
   virtual void OnQuiet() {}
@@ -97,7 +97,7 @@ class EndingStream : public Reactor {
       finished_ = true;
     }
     OnQuiet();
-    this->Finish(*ending_);  // nobody changes it any more
+    this->Finish(*ending_);  // constant from then on
   }
 
   bool finished_ = false;  // guarded too

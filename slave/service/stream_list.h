@@ -18,7 +18,7 @@ class StreamList {
     if (!closed_) streams_.push_back(stream);
     return !closed_;
   }
-  // Closes those there are and those to come.
+  // Closes present and future streams.
   void Close() {
     std::vector<std::weak_ptr<Stream>> streams;
     {
@@ -32,7 +32,7 @@ class StreamList {
   }
 
  private:
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::vector<std::weak_ptr<Stream>> streams_;
   bool closed_ = false;
 };

@@ -90,7 +90,7 @@ grpc::ServerUnaryReactor* TeleoperationService::Reset(grpc::CallbackServerContex
       context,
       [this, is_operator, peer = context->peer()] {
         if (is_operator && slave_.Status().phase == Phase::kEstop) {
-          lease_.RequireHeldBy(peer, "an emergency stop is cleared");
+          lease_.RequireHeldBy(peer, "an emergency stop can be cleared");
         }
         slave_.Reset();
       },

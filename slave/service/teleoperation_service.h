@@ -22,10 +22,10 @@
 
 namespace palpate {
 
-// What never waits is called back by gRPC's own threads, which nobody can use up: Stop above all.
+// Calls that never wait run on gRPC's own threads, which cannot be used up: above all Stop.
 // Operate, FeedTactile and DriveTool are reactors (see EndingStream). A change of the model may
-// take a while, a watcher mostly waits and pictures are decoded: blocking handlers, in a pool that
-// may be full.
+// take long, a watcher mostly waits, and images are decoded: these are blocking handlers in a
+// limited pool.
 template <class Base>
 using CalledBack =
     v1::Teleoperation::WithCallbackMethod_Stop<v1::Teleoperation::WithCallbackMethod_Reset<
@@ -40,10 +40,11 @@ using CalledBack =
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
-  // What the connections are told of; each may be empty.
+  // Callbacks for the connections; each may be empty.
   struct Lines {
     std::function<void(const grpc::ServerContextBase&)> on_stream;  // one begins on this connection
-    std::function<void(const std::string& peer)> on_bulk;           // of pictures or meshes
+    std::function<void(const std::string& peer)>
+        on_bulk;  // connections that stream images or meshes
     OperatorLease::OnRoundTrip on_round_trip;
   };
 
@@ -103,17 +104,17 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
 
  private:
   void FillStatus(v1::Status* reply) const;
-  // Answers whoever holds the lease, or an admin.
+  // Serves only the holder of the lease, or an admin.
   grpc::ServerUnaryReactor* AnswerOperator(grpc::CallbackServerContext* context,
                                            const std::function<void()>& act, v1::Status* reply);
-  // What a watcher's stream does once its request is accepted: take a seat, subscribe, stream,
-  // leave. `compose(state, &message)` makes the message of a new state; false: nothing to be sent.
+  // Runs a watcher's stream after its request is accepted: takes a seat, subscribes, streams and
+  // leaves. `compose(state, &message)` builds the message of a new state; false: nothing is sent.
   template <class Message, class Compose>
   grpc::Status Watch(grpc::ServerContext* context, Clock::duration gap,
                      grpc::ServerWriter<Message>* writer, const Compose& compose);
 
-  // The newest picture, at least as new as `sensed_at`: drawn and encoded once for all who watch it
-  // alike, one at a time, so that watchers take no more than a core. Null: nothing was seen yet.
+  // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
+  // the same options, one at a time, so that watchers use at most one core. Null: no image yet.
   std::shared_ptr<const JpegPicture> Encoded(Time sensed_at, bool overlays, int quality);
 
   Slave& slave_;

@@ -1,5 +1,5 @@
-// What the sites paint their pictures with: textures on triangles, the coverage of pixels by
-// polygons, and what becomes of a seen world on its way into a camera.
+// Rendering for simulated images: textures on triangles, the coverage of pixels by polygons, and
+// the camera's optics and noise.
 #pragma once
 
 #include <array>
@@ -26,8 +26,8 @@ class Texture {
   // Two-valued blotches of `dark` and `light` on soft edges.
   static Texture Blotches(std::uint32_t seed, double grain, float dark, float light);
 
-  // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the picture) whose centres
-  // lie in the triangle `at` [px]; `from`: the corners' places on the texture [texels].
+  // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the image) whose centres
+  // lie in the triangle `at` [px]; `from`: positions of the corners on the texture [texels].
   void Fill(cv::Mat& canvas, const cv::Point& origin, const std::array<Eigen::Vector2d, 3>& at,
             const std::array<Eigen::Vector2d, 3>& from) const;
 
@@ -39,10 +39,10 @@ class Texture {
 
 // How much of each pixel a polygon covers, exactly: the way font rasterisers do it, with signed
 // areas accumulated along rows. A straight edge is thereby drawn where it is, not to a raster.
-// Coverage of a window of the picture.
+// Coverage of a window of the image.
 class Coverage {
  public:
-  // `window`: the part of the picture looked at [px].
+  // `window`: the rendered part of the image [px].
   explicit Coverage(const cv::Rect& window);
   // Adds a closed polygon [px], pixel centres at integers. Loops turning the other way are holes.
   // Parts outside the window are cut off.
@@ -63,19 +63,18 @@ class Coverage {
 cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
                       const cv::Size& size);
 
-// What becomes of a seen world on its way into a camera: blur of the optics, light that falls
-// across the picture and flickers, noise, rounding.
-// One camera, or two that expose at the same instants: the same light, noise of their own. The same
-// sequence of calls gives the same pictures.
+// Optics and noise of a camera: blur, light that decreases across the image and flickers, noise,
+// rounding. One camera, or two that expose at the same times: the same light, separate noise. The
+// same sequence of calls gives the same images.
 class Exposure {
  public:
   Exposure(const SiteOptions& options, const std::array<int, 2>& size);
 
-  // Blurs `seen` (CV_32F) in place; beyond its edges it goes on as at them.
+  // Blurs `seen` (CV_32F) in place; its edge values continue outside.
   void Blur(cv::Mat& seen) const;
   // The next instant: a flickering light has another strength.
   void Advance();
-  // 8 bit grey of what is `seen` (CV_32F, the picture's size; blurred).
+  // 8 bit grey of `seen` (CV_32F, the image's size; blurred).
   cv::Mat Expose(const cv::Mat& seen);
   // How far blur reaches [px].
   [[nodiscard]] int reach() const { return reach_; }
@@ -84,7 +83,7 @@ class Exposure {
   double blur_, flicker_;
   int reach_;
   float gain_ = 1;
-  cv::Mat light_, noise_;  // CV_32F; noise larger than the picture: each takes a part of it
+  cv::Mat light_, noise_;  // CV_32F; noise larger than the image: each image uses a part of it
   std::mt19937 random_;
   std::uint64_t instants_ = 0;
 };

@@ -1,4 +1,4 @@
-// How scripts press: from rest to rest with the least jerk (Flash & Hogan, J. Neurosci. 5, 1985).
+// Scripted motion: from rest to rest with minimum jerk (Flash & Hogan, J. Neurosci. 5, 1985).
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ inline double InverseMinimumJerk(double way) noexcept {
   return 0.5 * (low + high);
 }
 
-// Presses one after another, each a ramp in, a hold, the same ramp back and a rest [s].
+// A sequence of contacts, each a ramp in, a hold, the same ramp back and a rest [s].
 struct PressMotion {
   int presses = 1;
   double ramp = 0, hold = 0, rest = 0;
@@ -44,10 +44,11 @@ struct PressMotion {
   }
 };
 
-// What a scene's own press asks for, or throws std::invalid_argument naming the key.
+// The scene's own contact. Throws std::invalid_argument naming the key.
 struct PressRequest {
   double depth = 0;  // beyond the first touch [m]
-  double speed = 0;  // at most: the press's own, or the manipulator's if that is less [m/s]
+  double speed =
+      0;  // largest speed: that of operator.press, or the manipulator's if that is less [m/s]
 
   explicit PressRequest(const Scene& scene) {
     const auto positive = [](double value, const char* key, const char* unit) {

@@ -1,5 +1,5 @@
-// A simulated site as everybody else sees it: a tool moves in it, sources show it, and reports may
-// ask it for the truth, which estimators never do.
+// Interface of all simulators: a tool moves in it, sources observe it, and reports may query the
+// truth, which estimators never do.
 #pragma once
 
 #include <algorithm>
@@ -33,16 +33,16 @@ struct FingerTruth {
   bool in_contact = false;
   Eigen::Vector3d p_S_contact{0, 0, 0};  // on the deformed object [m]
   Eigen::Vector3d force{0, 0, 0};        // of the object on the fingertip [N]
-  double depth = 0;                      // how far it presses in [m]
+  double depth = 0;                      // indentation [m]
 };
 
-// What really happens at the site at this moment. Frame S.
+// The true state of the simulation at this moment. Frame S.
 struct Truth {
   Eigen::Vector3d p_S_tip{0, 0, 0};  // of the tool [m]
   bool in_contact = false;
   Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
   double depth = 0;                // of the surface under the tool, along its normal [m]
-  // False: the force is a guess, since the press is not solved (yet), see StereoSite.
+  // False: the force is an approximation, because the contact is not solved (yet), see StereoSite.
   bool solved = true;
   // Of scenes with fingertips, the first of which is the tool.
   std::array<FingerTruth, kMaxFingers> fingers{};
@@ -51,32 +51,32 @@ struct Truth {
 
 // Of a target that moves as a whole, a rigid body. Frame B as TexturedTarget has it.
 struct TargetTruth {
-  double seconds = 0;  // on its path, since the first pictures
-  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first pictures
+  double seconds = 0;  // on its path, since the first images
+  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first images
   Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
-  // Where the body's point is in the last pictures that was at `p_S_first` [m] in the first ones.
+  // Where the body's point is in the last images that was at `p_S_first` [m] in the first ones.
   [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
     return X_SB * (X_SB_first.inverse() * p_S_first);
   }
 };
 
-// Whether a tool waits until the press it makes is solved, or must not be held up.
+// Whether a tool waits until its contact is solved, or must not be delayed.
 enum class Patience : std::uint8_t { kWaits, kNone };
 
-// How samples come: in real time, while somebody else moves the tool; or as fast as they are made,
-// on a clock of their own, while a script of the site moves it.
+// How samples come: in real time, while an operator moves the tool; or as fast as they are
+// computed, on the simulator's own clock, with scripted motion.
 struct Pace {
   bool is_live = true;
   double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
-  PictureInbox* pictures = nullptr;  // where those of a stream come, which must outlive the source
-  SampleTap* tap = nullptr;          // who is shown each sample, and outlives the source
-  SamplePlayer* player = nullptr;    // who gives samples of another time, and outlives the source
-  // Where the tool of a simulated site is as the sense begins, S [m]; nullopt: as the site says.
+  PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
+  SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
+  SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
+  // Tool position of the simulator when the sensing begins, S [m]; nullopt: the simulator's
+  // default.
   std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
 };
 
-// What shows a site in real time: a sample every 1 / rate seconds; late ones are skipped, not
-// caught up with.
+// Observes a simulator in real time: a sample every 1 / rate seconds; late ones are skipped.
 template <typename Source, typename Sample>
 class LiveSource final : public Source {
  public:
@@ -122,10 +122,10 @@ class SimulatedEnvironment {
   SimulatedEnvironment(const SimulatedEnvironment&) = delete;
   SimulatedEnvironment& operator=(const SimulatedEnvironment&) = delete;
 
-  // The tool's tip is carried here, S [m]. Thread-safe. Places that are not finite are ignored. A
-  // site is moved with one patience, not with both in turn.
+  // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A
+  // simulator is moved with one patience only.
   virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
-  // Solves, before somebody operates, the press that the scene tells; the tool is home afterwards.
+  // Solves the scene's contact before the start of operation; the tool is at home afterwards.
   // Seconds.
   virtual void SolveAhead() {}
   // Thread-safe, short.
@@ -140,9 +140,9 @@ class SimulatedEnvironment {
     return Eigen::Vector3d::Zero();
   }
 
-  // What shows this world, which must outlive it; one source at a time, null: it is not shown so.
-  // `scene`: the one that the world was made of. Throw std::invalid_argument naming the key: there
-  // is no script for it.
+  // Sources that observe this simulator, which must outlive them; one source at a time, null: this
+  // kind does not exist. `scene`: that of the simulator. Throw std::invalid_argument naming the
+  // key: there is no script for it.
   virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) {
     return nullptr;
   }
@@ -155,8 +155,8 @@ class SimulatedEnvironment {
   }
 };
 
-// The site that the scene simulates; null: it is a real one. Throws std::invalid_argument naming
-// the key where the scene cannot be simulated.
+// The simulator of the scene; null: it is a real environment. Throws std::invalid_argument naming
+// the key if the scene cannot be simulated.
 std::unique_ptr<SimulatedEnvironment> MakeSimulatedEnvironment(const Scene& scene);
 
 }  // namespace palpate

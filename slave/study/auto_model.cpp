@@ -17,9 +17,10 @@ std::string Unfit(const Scene& scene, const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   if (kind == nullptr || kind->object != ObjectClass::kVolume) return {};
   const FemOptions& fem = scene.model.fem;
-  if (row.model.refinements > 0 && HoldsByNumber(scene)) return "the numbers of held nodes change";
-  if (!kind->iterates && fem.time == FemOptions::Time::kDynamic) return "does not move in time";
-  if (!kind->iterates && !fem.gravity_O.isZero(0)) return "knows no gravity";
+  if (row.model.refinements > 0 && HoldsByNumber(scene))
+    return "the numbers of the fixed nodes change";
+  if (!kind->iterates && fem.time == FemOptions::Time::kDynamic) return "is not dynamic";
+  if (!kind->iterates && !fem.gravity_O.isZero(0)) return "has no gravity";
   if (!kind->takes_friction && scene.model.contact == ContactLaw::kFrictionless) {
     return "its contacts are bonded";
   }
@@ -41,12 +42,12 @@ double LawsExcess(const Scene& scene, const PressSpec& question) {
 
 std::string WhyNot(const StudyRow& row, const StudyRow& chosen, const StudyResult& study) {
   if (row.outcome == Outcome::kSkipped) return "not tried: " + row.reason;
-  if (row.outcome == Outcome::kFailed) return "no answer: " + row.reason;
-  if (!std::isfinite(row.error.value)) return "its error is not known";
+  if (row.outcome == Outcome::kFailed) return "no solution: " + row.reason;
+  if (!std::isfinite(row.error.value)) return "its error is unknown";
   if (!row.meets_tolerance)
     return Formatted("misses the tolerance of %.3g %%", 100 * study.tolerance);
   if (!row.meets_rate) return Formatted("misses the rate of %.3g Hz", study.rate);
-  if (row.validity > chosen.validity) return "out of its range at this depth";
+  if (row.validity > chosen.validity) return "beyond its range at this depth";
   return "meets both, and costs more";
 }
 
@@ -117,12 +118,12 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
   decision.error = chosen->error.value;
   if (chosen->validity != Validity::kValid) {
     const std::string& doubt = chosen->reason;
-    decision.reason += "; at the depth asked for it is extrapolated" +
+    decision.reason += "; at the requested depth it is extrapolated" +
                        (doubt.empty() ? ", beyond its range" : ": " + doubt);
   }
   const bool is_one_for_all = scene.model.wall > 0;  // a shell's meridian
   if (study.question.presses.size() < kMany && scene.study_contacts.empty() && !is_one_for_all) {
-    decision.reason += "; judged where the tool would meet the object first, elsewhere not known";
+    decision.reason += "; evaluated where the tool would first touch the object, unknown elsewhere";
   }
   for (const StudyRow& row : study.rows) {
     if (!row.recommended) decision.rejected.push_back(Rejected(row, WhyNot(row, *chosen, study)));

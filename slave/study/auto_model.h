@@ -10,22 +10,23 @@
 
 namespace palpate::study {
 
-// Whether a study can tell: something holds the object, and its outline is known without a picture.
+// Whether a study is possible: the object has a fixed part, and its outline is known without an
+// image.
 bool CanStudy(const Scene& scene);
 
-// `scene` with the model that its study recommends, at the resolution that was studied, and with
-// what was decided. What the scene asks for besides (time, gravity, friction, tension) is kept, and
-// no model is taken that cannot do it. nullopt: no such model answered with a known error.
+// `scene` with the model that its study recommends, at the studied resolution, and with the
+// decision. Further requirements of the scene (time, gravity, friction, tension) are kept, and
+// models that do not meet them are rejected. nullopt: no such model has a known error.
 std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene);
 
 inline constexpr double kQuickBudget = 3;  // [s]
-// Of a study that decides for all of an object: where the scene names no places itself, it presses
-// at several that go evenly over all ReachablePlaces. Empty: the study's own, as of volumes from a
-// file of more than 3000 tetrahedra, which would take minutes, and of those held by number; then
-// the decision says so.
+// Contacts of a study that decides for a whole object: if the scene names none, several that are
+// spread evenly over all ReachablePlaces. Empty: the study's default, also for mesh files with more
+// than 3000 tetrahedra, which would take minutes, and for nodes that are fixed by number; the
+// decision then says so.
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
-// A quick study leaves out dear models, and repeating what is quick; volumes at many places have
-// twice the time, shells three times.
+// A quick study skips expensive models and repetitions; volumes with many contacts get twice the
+// time, shells three times.
 StudySettings QuickSettings(const Scene& scene, double budget_s = kQuickBudget);
 // The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,

@@ -108,7 +108,7 @@ Candidate StartMembrane(const Scene& scene, const ModelKind& kind) {
   c.scene = scene;
   c.scene.model.kind = kind.name;
   c.family = c.scene.model.kind;
-  c.resolution = "as it is";
+  c.resolution = "as in the scene";
   c.expected_s = 0.05;
   c.own = true;
   return c;

@@ -22,12 +22,12 @@ struct CandidateLimits {
   std::vector<std::string> families = {};  // these only; empty: all
 };
 
-// Cheapest first. `scene.model.kind` is not looked at, its other options are kept; the scene's own
-// resolution is always among them.
+// Cheapest first. `scene.model.kind` is ignored, its other options are kept; the scene's own
+// resolution is always included.
 std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits = {});
 
-// Whether nodes or elements are held by number, which another division gives to others.
+// Whether nodes or elements are fixed by number, which depends on the division.
 bool HoldsByNumber(const Scene& scene);
 
 // Whether its nodes are in the middles of edges, too.
@@ -36,9 +36,9 @@ bool HasMidnodes(const ModelOptions& model);
 // Whether the model takes the tool's width as it is, whatever its mesh: plates and shells.
 bool TakesWidthAsItIs(const ObjectMesh& mesh, const ModelOptions& model);
 
-// How wide a rigid tool a model on this mesh sees at `press`, relative to the real one, minus 1: a
-// discrete patch is made of whole elements, triangles or nodes (of fem tet10, those amid edges
-// too). 0 where the model has none. NaN: nothing can be touched there.
+// Relative error of a rigid tool's width on this mesh at `press`: a discrete contact consists of
+// whole elements, triangles or nodes (for fem tet10 also those in the middle of edges). 0 if the
+// model has none. NaN: no contact is possible there.
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width);
 

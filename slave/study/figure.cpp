@@ -150,8 +150,7 @@ class Figure {
 
   std::string Draw() {
     svg_.Rectangle({0, 0}, {kWidth, kHeight}, "paper");
-    svg_.Text({update_.left, 26}, study_.scene_name + ": what speed costs in accuracy",
-              "ink heading");
+    svg_.Text({update_.left, 26}, study_.scene_name + ": speed against accuracy", "ink heading");
     svg_.Text({update_.left, 46}, "recommended: " + study_.recommendation, "soft small");
     svg_.Text({18, 0.5 * (kTop + kBottom)}, "error of the contact force", "ink",
               Svg::Anchor::kMiddle, -90);
@@ -205,7 +204,7 @@ class Figure {
     svg_.Rectangle(corner, Vector2d(right, kBottom) - corner, "target");
     if (!is_update) return;
     svg_.Text({panel.left + 8, kBottom - 8},
-              Formatted("asked for: %g %% at %g Hz", 100 * study_.tolerance, study_.rate),
+              Formatted("requested: %g %% at %g Hz", 100 * study_.tolerance, study_.rate),
               "soft small");
   }
 
@@ -250,7 +249,7 @@ class Figure {
       svg_.Text({kLegend + 24, y + 4}, families_[f], "ink");
     }
     svg_.Line({kLegend, y}, {kLegend + 20, y}, "front");
-    svg_.Text({kLegend + 24, y + 4}, "nothing beats these", "soft");
+    svg_.Text({kLegend + 24, y + 4}, "not dominated", "soft");
     svg_.Circle({kLegend + 10, y + 24}, 8, "choice");
     svg_.Text({kLegend + 24, y + 28}, "recommended", "soft");
   }
@@ -260,8 +259,8 @@ class Figure {
   std::vector<const StudyRow*> drawn_;
   std::vector<std::string> families_;
   Decades errors_;
-  Panel update_{74, 430, "update of a moved contact (median)", &StudyRow::update_median_s, {}};
-  Panel precompute_{482, 838, "precompute, once", &StudyRow::precompute_s, {}};
+  Panel update_{74, 430, "update time of a moved contact (median)", &StudyRow::update_median_s, {}};
+  Panel precompute_{482, 838, "precompute time (once)", &StudyRow::precompute_s, {}};
 };
 
 }  // namespace

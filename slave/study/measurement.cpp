@@ -246,7 +246,7 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
     if (!full.doubt.empty()) row->reason = full.doubt;
     if (IsAnswer(row->answers.back().small)) continue;
     row->outcome = Outcome::kFailed;
-    row->reason = model->failure().empty() ? "no answer" : std::string(model->failure());
+    row->reason = model->failure().empty() ? "no solution" : std::string(model->failure());
     return;
   }
   std::vector<double> seconds = trial.Updates(question.presses.front(), timing_s);

@@ -1,4 +1,4 @@
-// One candidate, tried: how it answers the question and what that costs.
+// Measures one candidate: its results for the study's contacts, and their cost.
 #pragma once
 
 #include <functional>
@@ -12,16 +12,16 @@
 
 namespace palpate::study {
 
-// Where models and time come from; tests bring their own.
+// Creates models and provides the time; tests use their own.
 struct ModelFactory {
   std::function<std::unique_ptr<DeformationModel>(const Scene&, const ObjectMesh&, Progress*)> make;
   std::function<double()> now;  // [s], from any zero
 };
 ModelFactory RealWorkshop();
 
-// Never throws: what goes wrong stands in the row; a precompute that `progress` stopped is skipped.
-// `timing_s`: how long updates are repeated for the median, at least five and at most a thousand of
-// them.
+// Never throws: errors are stored in the row; a precompute that `progress` stopped is skipped.
+// `timing_s`: time for repeated updates, at least five and at most a thousand, of which the median
+// is used.
 StudyRow Measure(const Candidate& candidate, const PressSpec& question,
                  const ModelFactory& workshop, Progress* progress, double timing_s = 0.15);
 

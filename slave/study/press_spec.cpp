@@ -101,8 +101,8 @@ Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
   const auto press = LastExit(surface, centre, way.normalized());
   if (!press) {
     throw std::invalid_argument(
-        "study: no surface lies opposite to what is held: accepted is study.contacts naming a "
-        "place");
+        "study: no surface lies opposite to the fixed part: accepted is study.contacts with a "
+        "point");
   }
   return *press;
 }
@@ -119,7 +119,8 @@ std::vector<Press> OnVolume(const Scene& scene, const SurfaceMesh& surface,
   for (const Vector3d& p_O : places) {
     const auto found = FindPlace(surface, p_O);
     if (!found || found->triangle < 0) {
-      throw std::invalid_argument("study.contacts: a place off the surface: accepted is one on it");
+      throw std::invalid_argument(
+          "study.contacts: a point off the surface: accepted is a point on it");
     }
     presses.push_back(OnTriangle(surface, found->triangle, p_O));
   }
@@ -203,8 +204,8 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     const Outline outline = OutlineOf(scene.object.geometry);
     if (outline.outer.empty()) {
       throw std::invalid_argument(
-          "object.geometry.contour = from-image: accepted in a study is an outline that is known "
-          "without a picture");
+          "object.geometry.contour = from-image: accepted in a study is an outline that needs no "
+          "image");
     }
     std::vector<Vector3d> corners;
     for (const Vector2d& p : outline.outer) corners.emplace_back(p.x(), p.y(), 0);

@@ -1,5 +1,5 @@
-// What a study asks of every model alike: presses of the scene's tool, where the tool would meet
-// the object. Frame O.
+// The contacts that a study computes with every model: those of the scene's tool, where it would
+// first touch the object. Frame O.
 #pragma once
 
 #include <cstddef>
@@ -12,34 +12,36 @@
 
 namespace palpate::study {
 
-// The tool goes straight in at one place, as a rigid patch or, if loaded, as an even pressure over
-// its true area, which is the same on every mesh. Asked for is the force that the depth takes; of a
-// loaded press at the ratio of load and mean displacement (the secant).
+// The tool moves straight in at one point, as a rigid contact or, if loaded, as a uniform pressure
+// over its true area, which is the same on every mesh. The result is the force at the depth; for a
+// loaded contact at the ratio of load and mean displacement (the secant).
 struct Press {
   Eigen::Vector3d p_O{0, 0, 0};       // centre of the patch at rest [m]
   Eigen::Vector3d inward_O{0, 0, 0};  // unit vector
-  Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: the way a moved contact goes
+  Eigen::Vector3d along_O{0, 0, 0};   // unit tangent: direction of a moved contact
   bool loaded = false;                // by an even pressure
 };
 
-inline constexpr std::size_t kMany = 3;  // presses, which are a sample of how meshes lie under them
+inline constexpr std::size_t kMany =
+    3;  // contacts, a sample of possible positions relative to the mesh
 
 struct PressSpec {
   std::vector<Press> presses;  // one or more, each on its own
   double width = 0;            // of the tool [m], > 0
-  double depth = 0;            // as deep as the operator goes, at most half the size [m]
+  double depth = 0;            // indentation of the operator, at most half the size [m]
   double small_depth = 0;      // where every model is linear [m]
-  double load = 0;  // of loaded presses, reaches about `depth` [N]; at the small depth its share
+  double load = 0;  // for loaded contacts the load that reaches about `depth` [N]; a share of it at
+                    // the small depth
   double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
 };
 
-// The scene's own question. Planar objects: at the boundary nearest to the tool's home; membranes:
-// at the centre and at half the radius; volumes: loaded, on the surface opposite to what is held
-// (the whole nodes under a rigid disc differ so much from mesh to mesh that no answer converges).
-// `places` [m] are taken instead, where given, each moved to the surface, and pressed by a rigid
-// tool as the slave's; without them those of the scene. A scene without a tool gets one as wide as
-// a fifteenth of the object. Throws std::invalid_argument: an outline that only a picture knows, a
-// place off the object.
+// The scene's own contacts. Planar objects: at the boundary nearest to the tool's home. Membranes:
+// at the centre and at half the radius. Volumes: loaded, on the surface opposite to the fixed part
+// (a rigid disc on whole nodes differs so much from mesh to mesh that no solution converges). If
+// given, `places` [m] are used instead, each moved to the surface, with a rigid tool as the
+// slave's; without them those of the scene. A scene without a tool gets one as wide as a fifteenth
+// of the object. Throws std::invalid_argument: an outline that needs an image, a point off the
+// object.
 PressSpec AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
 
 // A uniform load over a disc on a triangulated surface, the same on every mesh: no whole triangles,

@@ -1,4 +1,4 @@
-// Where a tool can press an object.
+// Points where a tool can touch an object.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace palpate::study {
 
-// Places where a tool of `width` [m] rests with all of it beside corners, edges and what is held,
-// frame O [m]: one for each of the `shares`, numbers of [0, 1) that go evenly along the boundary
-// where it rests, or over the surface in the order of its triangles, from where it does not rest on
-// to other shares; of a membrane over all within 0.6 of the radius; of a shell opposite to what
-// holds it. Empty: there is no such place. Throws std::invalid_argument: see MeshObject.
+// Points where a tool of `width` [m] fits completely between corners, edges and fixed parts, frame
+// O [m]: one for each of the `shares`, numbers of [0, 1), spread evenly along the boundary or over
+// the surface in the order of its triangles; a share where it does not fit is replaced by another
+// one. For a membrane over all within 0.6 of the radius; for a shell opposite to the holder. Empty:
+// there is no such point. Throws std::invalid_argument: see MeshObject.
 std::vector<Eigen::Vector3d> ReachablePlaces(const Scene& scene, double width,
                                              const std::vector<double>& shares);
 

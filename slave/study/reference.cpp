@@ -297,7 +297,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   const auto families = Families(rows);
   std::vector<Limit> limits;
   if (std::isfinite(independent_[press].bar)) {
-    limits.push_back({kIndependent, "quadratic finite elements on a mesh graded for the press",
+    limits.push_back({kIndependent, "quadratic finite elements on a mesh graded for the contact",
                       independent_[press], true});
   }
   const bool any_linear = std::ranges::any_of(rows, IsLinearAnswer);
@@ -307,7 +307,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
     if (auto limit = LimitOf(members, press, question_.presses[press].loaded))
       limits.push_back(*std::move(limit));
   }
-  if (limits.empty()) return {{}, {}, "none: too few answers to extrapolate"};
+  if (limits.empty()) return {{}, {}, "none: too few results to extrapolate"};
   const bool settled = question_.presses.size() >= kMany && limits.front().kind == kIndependent &&
                        limits.front().relative_bar() < kGood;
   const Limit& best =
@@ -317,7 +317,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   Reference reference{best.force, {}, best.words};
   // The limits of meshes that lie under each place otherwise contradict no answer that has a bar.
   if (settled) {
-    reference.source += "; not held against others";
+    reference.source += "; not compared with others";
   } else if (const Limit* second = SecondOpinion(limits, best)) {
     const double apart = std::abs(second->force.value - best.force.value);
     // What was extrapolated contradicts nothing within the way that it went.
@@ -326,7 +326,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
     reference.source += "; differs from " + second->words +
                         Formatted(" by %.2g %%", 100 * apart / std::abs(best.force.value));
   } else {
-    reference.source += "; no other formulation answered";
+    reference.source += "; no other formulation has a solution";
   }
 
   const double depths = question_.depth / question_.small_depth;
@@ -351,7 +351,7 @@ References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
       rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
   if (!any_large) {
     references.remark =
-        "no model of large deformation answered: the errors leave out what it would change";
+        "no model of large deformation has a solution: the errors do not include its effect";
   }
   return references;
 }

@@ -20,8 +20,8 @@ namespace palpate::study {
 // is quoted.
 std::string ToCsv(const StudyResult& study);
 
-// Everything: the question (with its unit), the settings, the references and where they come from,
-// the rows with every force. Unknown numbers are null.
+// All data: the contacts (with their unit), the settings, the references and their origin, the rows
+// with every force. Unknown numbers are null.
 std::string ToJson(const StudyResult& study);
 
 // For people: the rows that answered, fastest first, then what failed or was skipped and why.
@@ -31,10 +31,10 @@ std::string ToTable(const StudyResult& study);
 // naming the file.
 void WriteStudy(const StudyResult& study, const std::filesystem::path& folder);
 
-// The trade as a picture: error over update time and over precompute, all logarithmic.
-// An SVG document: one colour and marker per family, bars where the error is uncertain, the front
-// as a line, a box for what the scene asks for, a ring around the recommended row. Rows without a
-// known error are not drawn. Dark on light or light on dark, as the reader's system prefers.
+// The results as an image: error over update time and over precompute time, all logarithmic. An SVG
+// document: one colour and marker per family, error bars, the Pareto front as a line, a box for the
+// scene's requirements, a ring around the recommended row. Rows without a known error are not
+// drawn. Dark on light or light on dark, as the reader's system prefers.
 std::string DrawFigure(const StudyResult& study);
 
 }  // namespace palpate::study

@@ -35,7 +35,7 @@ StudyRow* Least(std::vector<StudyRow>* rows, const Allowed& allowed, const Cost&
 
 std::string Sentence(const StudyRow& row, const char* because) {
   return row.family + ", " + row.resolution + ": " + because +
-         Formatted(" (%.2g %% error, %.3g us an update, %.2g s of precompute)",
+         Formatted(" (%.2g %% error, %.3g us per update, %.2g s of precompute)",
                    100 * row.error.value, 1e6 * row.update_median_s, row.precompute_s);
 }
 
@@ -57,14 +57,15 @@ std::string Conflict(double tolerance, double rate, std::vector<StudyRow>* rows)
              Name(*exact) + Formatted(" with %.2g %%", 100 * exact->error.value);
   }
   if (!fast->meets_rate) {
-    words += Formatted("; none answers at %.3g Hz, the nearest is ", rate) + Name(*fast) +
+    words += Formatted("; none reaches %.3g Hz, the nearest is ", rate) + Name(*fast) +
              Formatted(" at %.3g Hz", 1 / fast->update_p99_s);
   }
   if (!words.empty()) return words;
   const StudyRow* within = Least(rows, std::mem_fn(&StudyRow::meets_tolerance), slowest);
   const StudyRow* in_time = Least(rows, std::mem_fn(&StudyRow::meets_rate), error);
   return Formatted("; within %.3g %% the fastest is ", 100 * tolerance) + Name(*within) +
-         Formatted(" at %.3g Hz, at %.3g Hz the most exact is ", 1 / within->update_p99_s, rate) +
+         Formatted(" at %.3g Hz, at %.3g Hz the most accurate is ", 1 / within->update_p99_s,
+                   rate) +
          Name(*in_time) + Formatted(" with %.2g %%", 100 * in_time->error.value);
 }
 
@@ -98,7 +99,7 @@ class Allowance final : public Progress {
       refusal_ =
           Formatted("needs %.2g GB of memory", 1e-9 * static_cast<double>(cost.memory_bytes));
     } else if (workshop_.now() + cost.seconds > deadline_) {
-      refusal_ = Formatted("would take %.2g s, more than is left of the budget", cost.seconds);
+      refusal_ = Formatted("would take %.2g s, more than the rest of the budget", cost.seconds);
     }
   }
   bool Report(std::string_view stage, double done) override {
@@ -242,10 +243,11 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
       [&](const StudyRow& row) {
         return std::max(row.error.value / tolerance, row.update_p99_s * rate);
       });
-  if (!choice) return "no model answered with a known error";
+  if (!choice) return "no model has a known error";
   choice->recommended = true;
-  return Sentence(*choice,
-                  "none meets tolerance and rate; this one misses by the smallest factor") +
+  return Sentence(
+             *choice,
+             "no model meets tolerance and rate; this one misses them by the smallest factor") +
          Conflict(tolerance, rate, rows);
 }
 

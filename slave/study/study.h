@@ -29,7 +29,7 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
 struct StudySettings {
   double budget_s = 120;                           // of all candidates together [s]
   double timing_s = 0.15;                          // of repeated updates, per candidate [s]
-  std::size_t most_memory = std::size_t{3} << 30;  // asked by one precompute [bytes]
+  std::size_t most_memory = std::size_t{3} << 30;  // memory limit of one precompute [bytes]
   CandidateLimits limits = {};
   std::vector<Eigen::Vector3d> places = {};  // instead of the scene's own contact, see AskedOf
 };
@@ -50,10 +50,10 @@ struct StudyWatcher {
   Progress* progress = nullptr;
 };
 
-// Cheapest candidates first (linear ones, from which the reference comes, as if they cost a
-// quarter), expected costs corrected by what was measured; those that no longer
-// fit into the budget are listed as skipped with their expected cost. A stop ends it the same way.
-// Throws std::invalid_argument: see AskedOf.
+// Cheapest candidates first (linear ones, which provide the reference, count a quarter). Expected
+// costs are corrected by measured ones. Candidates that exceed the rest of the budget are listed as
+// skipped with their expected cost. A stop ends it the same way. Throws std::invalid_argument: see
+// AskedOf.
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings,
                      const ModelFactory& workshop, const std::stop_token& stop = {},
                      const StudyWatcher& watcher = {});

@@ -21,7 +21,7 @@ struct Estimate {
   double bar = kUnknown;
 };
 
-// One press of one model: the force along the tool's way [N].
+// One contact with one model: the force along the tool's direction [N].
 struct Answer {
   double value = kUnknown;
   Validity validity = Validity::kFailed;
@@ -31,14 +31,14 @@ struct Answer {
 
 struct PressAnswers {
   Answer small, full;             // at the question's two depths
-  double width_mismatch = 0;      // WidthMismatch of the mesh there; not in loaded answers [-]
+  double width_mismatch = 0;      // WidthMismatch of the mesh there; not for loaded results [-]
   double width_slope = kUnknown;  // d ln value / d ln width as this model finds it [-]
 };
 
 enum class Outcome : std::uint8_t { kAnswered, kFailed, kSkipped };
 const char* ToString(Outcome outcome);
 
-// What is known of a candidate before it runs.
+// Properties of a candidate before it runs.
 struct Trait {
   std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
   std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
@@ -53,25 +53,25 @@ struct StudyRow : Trait {
   ModelOptions model;          // of the candidate
   std::array<int, 3> cells{};  // of a box; 0: the object has none
   std::string kind;
-  double residual = 0;  // asked of an iterative solver [-]; 0: none
+  double residual = 0;  // requested residual of an iterative solver [-]; 0: none
 
   Outcome outcome = Outcome::kSkipped;
   std::string reason;  // why not answered, or a remark; may be empty
 
-  std::vector<PressAnswers> answers;                           // one per press of the question
+  std::vector<PressAnswers> answers;                           // one per contact of the study
   double precompute_s = kUnknown;                              // [s]
   double update_median_s = kUnknown, update_p99_s = kUnknown;  // a moved contact, no precompute [s]
   std::size_t memory_bytes = 0;
 
-  // Relative, of the contact force, the worst press, of ten and more what nine of ten stay within:
-  // how far it is from the reference, but at least the reference's own bar. Of fewer than three, at
-  // least what the mesh's idea of the tool's width costs: errors that cancel at one place by luck
-  // are not accuracy. At the full and at the small depth. The bar of `error` has the reference's
-  // own and, of three presses and more, what so few tell of all.
+  // Relative error of the contact force: the largest over the contacts, for ten or more the 90th
+  // percentile. It is the distance from the reference, but at least the reference's own bar. For
+  // fewer than three contacts, at least the effect of the tool's width on the mesh, because errors
+  // may cancel at one point by chance. At the full and at the small depth. The bar of `error`
+  // includes the reference's own and, for three contacts and more, the sampling uncertainty.
   Estimate error, error_small;
   double deviation = kUnknown;            // the first of the three alone, at full depth [-]
   double width_error = kUnknown;          // the last of the three alone [-]
-  Validity validity = Validity::kFailed;  // at full depth, the worst press
+  Validity validity = Validity::kFailed;  // at full depth, the largest over the contacts
   bool on_front = false;                  // nothing is both faster and more accurate
   bool meets_tolerance = false, meets_rate = false;
   bool recommended = false;

@@ -109,7 +109,7 @@ const FingerTouch& Fingertip::Estimate(const FingerReading& reading, bool after_
     rest_.Take(reading);
   }
   if (!rest_.known()) {
-    Lose(FailedCheck::kNone, "rest values are being taken");
+    Lose(FailedCheck::kNone, "the baseline is being measured");
     touch_.takes_rest = true;
     return touch_;
   }
@@ -205,7 +205,7 @@ TactileSignals Fingertip::Mend(const TactileSignals& change, FingerReading* read
 void Fingertip::Miss() noexcept {
   if (missed_ < miss_patience_) ++missed_;
   if (missed_ >= miss_patience_) {
-    Lose(FailedCheck::kFingerMissing, "the fingertip is silent");
+    Lose(FailedCheck::kFingerMissing, "no samples from the fingertip");
   } else if (touch_.force_F && missed_ <= kBelieved) {
     Widen(missed_ * std::max(pace_F_.norm(), step_));
   } else if (touch_.force_F) {
@@ -352,30 +352,31 @@ void Fingertip::CheckEstimate() noexcept {
   const double size = touch_.force_F->norm();
   const bool unplaced = !touch_.touching && !touch_.place.usable();
   Flag(network_.learnt_force > 0 && size > network_.learnt_force, FailedCheck::kModelRange,
-       "the force is beyond what the network has learnt");
+       "the force is beyond the training range of the network");
   Flag(touch_.place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
   Flag(stuck_.are_frozen() || stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
-       "all electrodes stand still: the sensor is dead or its driver repeats itself");
+       "all electrodes are constant: the sensor is dead or its driver repeats samples");
   Flag(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
-       "an electrode stands still: it is dead");
+       "an electrode is constant: it is dead");
   Flag(pressure_ < kBelowRest, FailedCheck::kRestDrift,
-       "the pressure is below that at rest: something touched while rest values were taken");
+       "the pressure is below its baseline: something touched the fingertip while the baseline was "
+       "measured");
   if (pattern_) FlagPattern();
-  Flag(flawed_left_ > 0, FailedCheck::kElectrode, "a flawed sample in the window");
+  Flag(flawed_left_ > 0, FailedCheck::kElectrode, "a faulty sample in the window");
   Flag(unplaced && size > kUnseenTouch * network_.sigma.norm(), FailedCheck::kTransfer,
-       "there is a force, but no place of it");
+       "there is a force, but no contact point");
 }
 
 void Fingertip::FlagPattern() noexcept {
   Flag(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
-       "the pressure is not that of the electrodes");
-  Flag(steps_ > kManySteps, FailedCheck::kElectrode,
-       "all electrodes step together, again and again");
-  Flag(pattern_->misfit() > kMisfit, FailedCheck::kElectrode, "the electrodes do not go together");
+       "the pressure does not match the electrodes");
+  Flag(steps_ > kManySteps, FailedCheck::kElectrode, "all electrodes step together repeatedly");
+  Flag(pattern_->misfit() > kMisfit, FailedCheck::kElectrode,
+       "the electrodes do not match each other");
   Flag(pattern_->noise_since_start() < kFallen, FailedCheck::kTransfer,
-       "the electrodes are quieter than they were at the start: their gain has fallen");
+       "the noise of the electrodes is lower than at the start: their gain has fallen");
   Flag(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
-       "the electrodes are quieter than those the network has learnt from: their gain is lower");
+       "the noise of the electrodes is lower than in the training data: their gain is lower");
 }
 
 // The first doubt is told.

@@ -1,5 +1,4 @@
-// One fingertip: counts in; its force, the place it touches with and whether it touches at all out
-// (paper B, III.A).
+// One fingertip: from counts to its force, contact point and contact state (paper B, III.A).
 #pragma once
 
 #include <algorithm>
@@ -25,10 +24,10 @@
 
 namespace palpate {
 
-// Electrodes that stand still: a real one has noise of about a count. For so long an electrode that
-// works does not read the same [s]. The longest stretch in recordings at 100 Hz, fingers at rest
-// and touching, is 0.43 s of 52 s times 19 electrodes; 0.26 s and 0.12 s in others, 0.16 s in
-// fifteen seconds of five fingers, where a stretch twice as long is a thousand times as rare.
+// Constant electrodes: a real one has noise of about a count. A working electrode does not read the
+// same value for this time [s]. The longest stretch in recordings at 100 Hz, fingers at rest and in
+// contact, is 0.43 s of 52 s times 19 electrodes; 0.26 s and 0.12 s in others, 0.16 s in fifteen
+// seconds of five fingers. A stretch of twice the length is a thousand times as rare.
 inline constexpr double kStandsStill = 1;
 
 class StuckElectrodes {
@@ -48,20 +47,20 @@ class StuckElectrodes {
     last_ = reading.electrodes;
   }
   void Reset() noexcept { *this = StuckElectrodes(patience_); }
-  // The sample is the last one again, of a fingertip whose noise lets electrodes stand still all
-  // together hardly ever: five fingers at 100 Hz move 11 to 13 of theirs from sample to sample.
+  // The sample repeats the last one, from a fingertip whose noise hardly ever leaves all electrodes
+  // constant: in five fingers at 100 Hz 11 to 13 electrodes change from sample to sample.
   [[nodiscard]] bool are_repeated() const noexcept {
     return repeated_ > 0 && changes_ >= kKnown && moved_ > kMoved * changes_;
   }
-  // Likewise for five samples.
+  // The same for five samples.
   [[nodiscard]] bool are_frozen() const noexcept { return repeated_ >= kRepeats && are_repeated(); }
-  // Those that have read the same for 300 ms: what the others let expect is better than they are,
-  // whether they work or not.
+  // Electrodes that have read the same for 300 ms: the values expected from the others are better,
+  // whether these electrodes work or not.
   [[nodiscard]] std::array<bool, kElectrodeCount> which() const noexcept {
     return SameFor(patience_ * 3 / 10);
   }
-  // Those that have read the same for 50 ms, which happens; with less than usual besides they are
-  // wrong.
+  // Electrodes that have read the same for 50 ms, which happens; if their deviation is also large,
+  // they are wrong.
   [[nodiscard]] std::array<bool, kElectrodeCount> still() const noexcept {
     return SameFor(patience_ / kStill);
   }
@@ -79,7 +78,7 @@ class StuckElectrodes {
   }
 
   static constexpr int kRepeats = 4;  // of a sample
-  static constexpr int kKnown = 20;   // changes, before anything is said of the noise
+  static constexpr int kKnown = 20;   // number of changes before the noise is estimated
   static constexpr int kMoved = 6;    // electrodes per change, in the mean
   static constexpr int kStill = 20;   // parts of the patience
 
@@ -90,33 +89,33 @@ class StuckElectrodes {
   std::array<float, kElectrodeCount> last_{};
 };
 
-// What one sample told of a fingertip. Frame F.
+// Result of one sample of a fingertip. Frame F.
 struct FingerTouch {
   std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
   double sigma = 0;                        // rms that its vector may be off by [N]
   TouchPlace place;                        // of this sample; while touching the last usable one
   bool touching = false;
-  // Its pressure has moved, which is known sooner than the force; nullopt: nobody knows of what
-  // size that is for this fingertip.
+  // Its pressure has changed, which is known before the force; nullopt: the size of such a change
+  // is unknown for this fingertip.
   std::optional<bool> stirs;
-  std::optional<double> drift;  // of all electrodes together since the rest values [counts]
-  bool takes_rest = false;      // it was one of those that rest values come from
+  std::optional<double> drift;  // of all electrodes together since the baseline [counts]
+  bool takes_rest = false;      // it was a sample of the baseline
   Validity validity = Validity::kTrackingLost;  // of the force
   FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
-  std::string_view why;                         // it is not kValid, one clause; lives on
+  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
 };
 
 // Samples that are missing for less than 60 ms are made up for when the next one comes, linear
 // between both, so that the network's window stays full. So are those that are the last one again,
 // where electrodes have noise.
 //
-// Validity: kTrackingLost while rest values are taken, until the network's window is full, after
+// Validity: kTrackingLost while the baseline is measured, until the network's window is full, after
 // samples that are missing for 60 ms or are no numbers; kStale, with the last numbers, from the
 // third missing one on; before that they stay, with a sigma that grows as fast as the force moved;
 // kExtrapolated for forces beyond the largest one learnt, saturated or dead electrodes, touched or
 // not, electrodes that stand still, as long as the network's window holds such a sample, a force
-// without an active electrode; kFailed without a network. A gap starts the window anew, rest values
-// stay.
+// without an active electrode; kFailed without a network. A gap starts the window again, the
+// baseline stays.
 //
 // It touches from the sample on that has an active electrode and a force above half the network's
 // error, until for 50 ms no electrode is active or the force is below a quarter of it: soft foam
@@ -124,21 +123,21 @@ struct FingerTouch {
 // a force the electrodes decide alone.
 class Fingertip {
  public:
-  // `network` null: forces stay unknown. What is given must outlive the fingertip.
+  // `network` null: forces are unknown. The arguments must outlive the fingertip.
   Fingertip(const Tactile& tactile, const ForceNetwork* network, const Localiser& localiser);
   ~Fingertip();
   Fingertip(Fingertip&&) noexcept;
 
-  // Takes the next sample; `after_gap`: others are missing just before it; `is_clear`: nothing is
-  // near that it could touch, so that its rest values may be followed. Allocation-free; the sample
-  // that completes the rest values runs the network over all that were kept.
+  // Processes the next sample; `after_gap`: samples are missing just before it; `is_clear`: nothing
+  // is near enough to touch, so the baseline may be updated. Allocation-free; the sample that
+  // completes the baseline runs the network over all stored samples.
   const FingerTouch& Estimate(const FingerReading& reading, bool after_gap,
                               bool is_clear = false) noexcept;
-  // Rest values are taken anew.
+  // Measures the baseline again.
   void Reset() noexcept;
 
   [[nodiscard]] const FingerTouch& touch() const { return touch_; }
-  // What comparing its signals with each other took in the last sample [us].
+  // Time of the cross-checks of its signals in the last sample [us].
   [[nodiscard]] double checks_us() const { return checks_us_; }
   // The last sample was missing, or the one before again.
   [[nodiscard]] bool misses() const { return missed_ > 0; }
@@ -170,23 +169,24 @@ class Fingertip {
   std::vector<double> outputs_;
   RestTrend rest_;
   StuckElectrodes stuck_;
-  std::optional<PatternCheck> pattern_;          // of networks that know theirs
-  SteadyForce steady_;                           // likewise
+  std::optional<PatternCheck> pattern_;          // for networks that know their pattern
+  SteadyForce steady_;                           // for networks that know their pattern
   TactileSignals rest_average_{};                // of changes while clear [counts]
   int miss_patience_;                            // samples
   int release_patience_;                         // samples
   double rate_;                                  // of the samples [Hz]
   std::array<float, kElectrodeCount> before_{};  // electrodes of the last sample
-  std::vector<FingerReading> kept_;  // ring of readings whose rest values are not known yet
+  std::vector<FingerReading> kept_;              // ring of readings whose baseline is not known yet
   std::size_t kept_count_ = 0, kept_next_ = 0;
   int missed_ = 0, quiet_ = 0;
-  TactileSignals last_{};            // that the network took
+  TactileSignals last_{};            // signals that the network processed last
   double pressure_ = 0;              // above its rest, averaged over some samples [counts]
   double steps_ = 0;                 // of all electrodes together, lately
   Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
   double step_ = 0;                  // of the force, in the last sample [N]
   double leap_ = 0;                  // of the last sample, beyond the pace [N]
-  int flawed_left_ = 0;  // samples until the window holds no flawed one; the window: this one is
+  int flawed_left_ =
+      0;  // samples until the window contains no faulty one; the window size: this one is
   double checks_us_ = 0;
   FingerTouch touch_;
 };

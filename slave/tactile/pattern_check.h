@@ -1,5 +1,5 @@
-// Whether the signals of a fingertip go together as those did that its network learnt from, and
-// what a signal should have been that does not.
+// Checks whether the signals of a fingertip match the pattern in the network's training data, and
+// computes the expected value of a signal that does not.
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@ namespace palpate {
 //   S = a² shape + N + q² 1 1' + w w',   N = diag(n²),
 //
 // n the noise as it is measured from sample to sample, q how far all electrodes have drifted
-// together, w how far the lines that rest values went along may have left them. What each signal is
-// expected to be from the others, and how far it may be from that, follows from the inverse of S.
-// An electrode farther away is wrong: what is expected takes its place. Of noise and drift what is
-// more than usual is taken off: x - (N' + q² 1 1' + w w') S⁻¹ x, N' the variance above the usual
+// together, w how far the lines that the baseline went along may have left them. What each signal
+// is expected to be from the others, and how far it may be from that, follows from the inverse of
+// S. An electrode farther away is wrong: what is expected takes its place. Of noise and drift what
+// is more than usual is taken off: x - (N' + q² 1 1' + w w') S⁻¹ x, N' the variance above the usual
 // one.
 //
 // It cannot see what another contact could have done: a wrong signal within its tolerance of 2 to
@@ -33,35 +33,35 @@ class PatternCheck {
   PatternCheck(const SignalPattern& pattern, double rate);
 
   using Electrodes = std::array<bool, kElectrodeCount>;
-  // Takes the next sample, counts minus rest; `is_dead`: electrodes known not to work; `is_still`:
-  // those that may not; `rest2`: variance of the electrodes' rest values, each for itself
-  // [counts^2]; `astray`: w [counts]. Allocation-free.
+  // Processes the next sample, counts minus baseline; `is_dead`: electrodes known not to work;
+  // `is_still`: those that may not; `rest2`: variance of each electrode's baseline [counts^2];
+  // `astray`: w [counts]. Allocation-free.
   void Take(const TactileSignals& change, const Electrodes& is_dead, const Electrodes& is_still,
             double rest2, const TactileSignals& astray = {}) noexcept;
   void Reset() noexcept;
 
-  // Of the last sample: what is to be used.
+  // Signals of the last sample to use.
   [[nodiscard]] const TactileSignals& mended() const { return mended_; }
   [[nodiscard]] bool is_replaced(std::size_t electrode) const { return is_wrong_[electrode]; }
   [[nodiscard]] int replaced() const { return replaced_; }  // electrodes
   // Averaged over some samples: how far pressure and electrodes disagree, in standard deviations.
   [[nodiscard]] double disagreement() const { return disagreement_; }
-  // Likewise what is left that does not go together, over what there may be in the mean; about 1.
+  // Averaged over some samples: residual mismatch relative to its expected mean; about 1 if the
+  // signals match.
   [[nodiscard]] double misfit() const { return misfit_; }
   // Of the last sample alone.
   [[nodiscard]] double misfit_now() const { return misfit_now_; }
-  // What the last sample is taken for.
+  // Kind of contact of the last sample.
   [[nodiscard]] std::size_t kind() const { return kind_; }  // in SignalPattern::kinds
   // How far all electrodes have drifted together [counts].
   [[nodiscard]] double drift() const { return drift_; }
-  // What noise, drift and replaced signals add to the error of the force [N].
+  // Contribution of noise, drift and replaced signals to the error of the force [N].
   [[nodiscard]] double force_sigma() const { return force_sigma_; }
   // The electrodes' noise, over the usual one.
   [[nodiscard]] double noise() const { return noise_; }
-  // The same over that of the first samples.
+  // The same relative to that of the first samples.
   [[nodiscard]] double noise_since_start() const { return noise_ / first_noise_; }
-  // How wrong the gains may be that come with it, of all or from electrode to electrode, one sigma
-  // [-].
+  // Uncertainty of the gains, common or individual, one sigma [-].
   [[nodiscard]] double gain_sigma() const noexcept;
 
  private:
@@ -82,28 +82,28 @@ class PatternCheck {
   // sigma, by the median; a few that do not work do not count. 0: not known yet.
   [[nodiscard]] double unevenness() const noexcept;
   void LeaveOutJumps(Signals* jerk2) const noexcept;
-  // Of what rest values may have done since they were taken.
+  // Covariance of the baseline's drift since it was measured.
   [[nodiscard]] Covariance Drift() const noexcept;
   void Reinstate(const Signals& x, const Signals& alive, const Covariance& inverse) noexcept;
   void Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
             const Covariance& inverse) noexcept;
 
   SignalPattern pattern_;
-  struct Quick {  // of a kind at a typical size: which kinds to look at
+  struct Quick {  // of a kind at a typical size: selects the kinds to evaluate
     Covariance inverse;
     double offset = 0;
   };
   std::vector<Quick> quick_;
-  double share_, level_share_;  // of a sample in what is measured over time
+  double share_, level_share_;  // weight of a sample in time averages
   Signals noise2_, raw_, x_, before_x_, off_, before_off_;
   Signals astray_;     // w [counts]
   double drift2_ = 0;  // q² [counts^2]
   double level2_ = 0;  // of second differences of all electrodes [counts^2]
-  Signals levels2_;    // likewise of each by itself [counts^2]
+  Signals levels2_;    // the same of each signal by itself [counts^2]
   int seen_ = 0;
   std::array<bool, kPatternSignals> is_wrong_{};
-  // Electrodes that have jumped and are not what is expected: how far [counts]; and for how long
-  // they have been that since [samples].
+  // Electrodes that have jumped away from their expected value: by how much [counts], and for how
+  // long [samples].
   std::array<double, kElectrodeCount> jumped_{};
   std::array<int, kElectrodeCount> agrees_{};
   std::array<int, kElectrodeCount> calm_{};  // samples since it jumped, or was back

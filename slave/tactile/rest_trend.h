@@ -1,5 +1,5 @@
-// What a fingertip reads untouched, and where that is going: electrodes drift while they touch,
-// too, when nothing tells how far.
+// The baseline of a fingertip and its drift, extrapolated during contact, when it cannot be
+// measured.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Each signal goes on as its rest values went while nothing touched, older samples counting less:
+// Each signal goes on as its baseline did without contact, older samples counting less:
 //
 //   x(t) = level + slope h(t),   h(t) = (1 - exp(-k t)) / k,   t from the last sample taken,
 //
@@ -23,21 +23,22 @@ class RestTrend {
   void Reset() noexcept { *this = RestTrend(wanted_); }
   [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
 
-  // A sample's period goes by. Call before Take.
+  // Advances by one sample period. Call before Take.
   void Advance() noexcept;
-  // Nothing touches in this sample; what was before keeps the part `keep` of its weight [0, 1].
+  // Processes a sample without contact; earlier samples keep the part `keep` of their weight [0,
+  // 1].
   void Take(const FingerReading& reading, double keep = 1) noexcept;
   // All electrodes have moved by this at once, and will stay there [counts].
   void Shift(double by) noexcept;
 
   // Counts minus rest of a sample `ago` samples before the last one. Call when known.
   [[nodiscard]] TactileSignals Change(const FingerReading& reading, double ago = 0) const noexcept;
-  // Of an electrode's rest value now, beyond what a fingertip without drift has [counts^2].
+  // Variance of an electrode's present baseline, beyond that of a fingertip without drift
+  // [counts^2].
   [[nodiscard]] double variance() const noexcept;
   // Of the pressure's [counts^2].
   [[nodiscard]] double pressure_variance() const noexcept;
-  // How far all signals may be elsewhere besides, because k is not known: one sigma, of one sign
-  // together [counts].
+  // Uncertainty of all signals because k is unknown: one sigma, with a common sign [counts].
   [[nodiscard]] TactileSignals astray() const noexcept;
 
  private:
@@ -55,8 +56,8 @@ class RestTrend {
     double skew = 0, beyond = 0;    // of q = s^2 - skew s - spread, s = t - middle: mean of q^2
   };
 
-  // How long the slopes have gone on since the last sample taken [samples]: not for ever, lest the
-  // little that noise leaves of them grows for as long as something is held.
+  // Time for which the slopes are extrapolated after the last sample [samples]: limited, so that
+  // their noise does not grow during long contacts.
   [[nodiscard]] double Ahead() const noexcept;
   // h, t samples after the last one taken, or before it.
   [[nodiscard]] double Way(double t) const noexcept;

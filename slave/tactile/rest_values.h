@@ -1,4 +1,4 @@
-// Electrodes do not start with the same values every time: what they read untouched is subtracted
+// The baseline of the electrodes differs from start to start: it is subtracted from the readings
 // (paper B, III.A.2).
 #pragma once
 
@@ -8,16 +8,16 @@
 
 namespace palpate {
 
-// E1 to E19, pac0, pdc: the order in which the networks take them.
+// E1 to E19, pac0, pdc: the order of the networks' inputs.
 inline constexpr int kSignalCount = kElectrodeCount + 2;
 using TactileSignals = std::array<double, kSignalCount>;
 
-// The mean of the first samples of a fingertip, and what becomes of it while nothing touches.
+// The mean of a fingertip's first samples, updated while nothing is in contact.
 class RestValues {
  public:
   explicit RestValues(int samples) : wanted_(samples) {}
 
-  // Takes one more sample while they are wanted.
+  // Adds one more sample while the baseline is incomplete.
   void Take(const FingerReading& reading) noexcept {
     if (known()) return;
     for (std::size_t i = 0; i < kElectrodeCount; ++i) {
@@ -27,8 +27,8 @@ class RestValues {
     sum_[kElectrodeCount + 1] += static_cast<double>(reading.pdc);
     ++taken_;
   }
-  // Goes after what is read now that the fingertip is free, the `share` of the way of one signal
-  // [-].
+  // Moves the baseline towards the present reading of a free fingertip by the `share` of the
+  // difference, per signal [-].
   void Follow(std::size_t signal, double change, double share) noexcept {
     sum_[signal] += taken_ * share * change;
   }

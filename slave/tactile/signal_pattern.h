@@ -1,4 +1,4 @@
-// How the signals of one make of fingertip go together, whatever presses it where.
+// Correlation of the signals of one make of fingertip, for all contacts.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// E1 to E19 and pdc; pac0 is the rate of pdc and tells of the past.
+// E1 to E19 and pdc; pac0 is the rate of pdc and depends on the past.
 inline constexpr int kPatternSignals = kElectrodeCount + 1;
 
 // How wrong a network's forces are on contacts that it did not learn from: 68 % of the errors'
@@ -51,8 +51,7 @@ inline SignalPattern::Signals PatternSignals(const TactileSignals& change) noexc
   return x;
 }
 
-// Variance of what signals do from sample to sample while nothing touches: five real fingers
-// [counts^2].
+// Variance of sample-to-sample changes without contact: five real fingers [counts^2].
 inline SignalPattern::Signals UsualNoise2() noexcept {
   SignalPattern::Signals noise2 = SignalPattern::Signals::Constant(0.85);
   noise2[kElectrodeCount] = 1.6;

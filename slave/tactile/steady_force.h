@@ -1,4 +1,4 @@
-// The force of signals noisier than the network learnt from, averaged in what lasts.
+// Averages the force of signals that are noisier than the network's training data.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,11 @@
 
 namespace palpate {
 
-// How large a force is shows in how far the signals are from rest, sample by sample: that is taken
-// as it comes, so that nothing lags. Which way it points hardly changes while a contact lasts, nor
-// what there is of it per count of the signals: these are averaged over the longer the noisier the
-// signals are, larger ones counting more. A contact that is lost from one sample to the next takes
-// its force along; one that turns is followed within so many samples, and `left_out` says how far.
+// The magnitude of the force follows the distance of the signals from the baseline and is used
+// sample by sample, without lag. Its direction and its ratio to that distance hardly change during
+// a contact. They are averaged, for longer with noisier signals, with larger weights for larger
+// signals. A contact that ends between two samples ends the force at once. A rotating contact is
+// followed within a number of samples, and `left_out` states the difference.
 class SteadyForce {
  public:
   void Reset() noexcept { *this = {}; }
@@ -28,16 +28,16 @@ class SteadyForce {
     left_out_ += kBriskly * (newest_ - left_out_);
     return steady;
   }
-  // What averaging has left out, of the last few samples: noise, or that the contact turns; of the
-  // newest alone at least half, lest one that turns at once be told as it was [N].
+  // The difference due to averaging over the last few samples: noise, or rotation of the contact;
+  // at least half of the newest one alone [N].
   [[nodiscard]] double left_out() const noexcept {
     return std::max(left_out_.norm(), kNewest * newest_.norm());
   }
 
  private:
   static constexpr double kTurns = 6, kGrows = 1.5;  // samples per usual noise
-  static constexpr double kBriskly = 0.3;            // share of a sample in what is left out
-  static constexpr double kNewest = 0.5;             // part of what the newest one leaves out
+  static constexpr double kBriskly = 0.3;            // weight of a sample in the difference
+  static constexpr double kNewest = 0.5;             // part of the newest sample's difference
 
   template <typename Value>
   struct Average {

@@ -1,4 +1,4 @@
-// Closed polygons in the picture: the last point joins the first.
+// Closed polygons in the image: the last point joins the first.
 #pragma once
 
 #include <span>
@@ -11,8 +11,8 @@ namespace palpate {
 using Curve = std::vector<Eigen::Vector2d>;
 using CurveView = std::span<const Eigen::Vector2d>;
 
-// Signed area [px^2]: positive counter-clockwise in axes x right, y up, that is clockwise as one
-// sees it where y points down.
+// Signed area [px^2]: positive if counter-clockwise in axes x right, y up, that is clockwise in an
+// image with y down.
 double CurveArea(CurveView curve) noexcept;
 // Perimeter [px].
 double CurveLength(CurveView curve) noexcept;
@@ -25,7 +25,7 @@ bool CrossesItself(CurveView curve) noexcept;
 Curve Resample(CurveView curve, int count);
 // `count` points like Resample, each the mean of the curve within half a spacing before and behind
 // it: jitter of single points averages out, features shorter than a spacing are rounded. For
-// outlines found in pictures.
+// outlines found in images.
 Curve Smoothed(CurveView curve, int count);
 // The same into `even`, another curve; allocates only where it has too little room.
 void Resample(CurveView curve, int count, Curve& even);

@@ -1,5 +1,5 @@
-// Where the object really is: a known outline laid on the contour seen in the resting picture. And
-// the other way round: the contour as an outline.
+// Registration of a known outline with the contour in the image at rest, and conversion of a
+// contour to an outline.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,21 +18,21 @@ struct OutlineFit {
   double rotation = 0;                                     // about z of S [rad]
   double rms_px = 0;       // distance of the inliers to the outline [px]
   int inliers = 0;         // of the contour's points
-  double scale = 1;        // size of what is seen, in parts of the outline's [-]
-  double scale_sigma = 0;  // one standard deviation; large where one cannot tell
-  // By how much the object's edge may lie beside the outline at any one place, one standard
-  // deviation [px]: what neighbouring points share, which is shape, and the fit's own error. What
-  // each point has for itself is noise, and is none of the outline's.
+  double scale = 1;        // size of the contour relative to the outline [-]
+  double scale_sigma = 0;  // one standard deviation; large if undetermined
+  // Distance of the object's edge from the outline at any one point, one standard deviation [px]:
+  // the part that neighbouring points share, which is shape, and the error of the fit. The
+  // independent part of each point is noise and is not included.
   double sigma_px = 0;
 };
 
-// Lays `outline` (frame O, in the plane z = 0) on `contour_I` (points on the object's edge [px]):
+// Fits `outline` (frame O, in the plane z = 0) to `contour_I` (points on the object's edge [px]):
 // the rigid motion in the plane, near the scene's pose `X_SO`, that minimises the robust (Tukey)
 // distances of the points to the outline, by Gauss-Newton on iteratively reweighted squares. Points
-// near the tool or at rounded corners drop out by themselves. `reach` [px]: how far the object may
-// be from where the scene says; farther than that, or with fewer than 40 % inliers, or with a
-// rotation above 10 degrees, `found` is false and X_SO is the scene's. The scale is that of the
-// similarity that fits best; the motion has none.
+// near the tool or at rounded corners lose their weight. `reach` [px]: largest distance of the
+// object from its pose in the scene. Beyond it, or with fewer than 40 % inliers, or with a rotation
+// above 10 degrees, `found` is false and X_SO is the scene's. The scale is that of the best
+// similarity; the motion has none.
 OutlineFit FitOutline(const Outline& outline, const Eigen::Isometry3d& X_SO, CurveView contour_I,
                       const CameraView& view, double reach = 30);
 

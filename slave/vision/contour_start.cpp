@@ -275,7 +275,7 @@ Curve FindObject(const cv::Mat& picture, double tool_width) {
   const PixelChain outline = Search(working, tool_width * scale).Run();
   if (outline.empty()) {
     throw std::runtime_error(
-        "no contour found: no closed region that lies whole in the picture stands out; give "
+        "no contour found: no closed region lies completely in the image; give "
         "sense.contour.start");
   }
   // Pixel centres: the working picture's (0, 0) is the middle of the first block.

@@ -61,7 +61,7 @@ cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
 std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& first,
                                const GreyFormat& format, double tool_width, bool clockwise_I) {
   if (std::min(first.cols, first.rows) < kLeastPicture) {
-    throw std::runtime_error("no contour found: the picture is " + std::to_string(first.cols) +
+    throw std::runtime_error("no contour found: the image is " + std::to_string(first.cols) +
                              " x " + std::to_string(first.rows) + " px: accepted are edges of " +
                              std::to_string(kLeastPicture) + " px or more");
   }
@@ -76,10 +76,10 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
   for (const Eigen::Vector2d& p : start) {
     const bool inside = p.x() >= 0 && p.y() >= 0 && p.x() <= first.cols - 1 &&
                         p.y() <= first.rows - 1;  // false for NaN
-    if (!inside) throw std::runtime_error("sense.contour.start lies outside the picture");
+    if (!inside) throw std::runtime_error("sense.contour.start lies outside the image");
   }
   if (start.size() < 3 || std::abs(CurveArea(start)) < options.control_points) {
-    throw std::runtime_error("sense.contour.start encloses too little for " +
+    throw std::runtime_error("sense.contour.start is too small for " +
                              std::to_string(options.control_points) + " control points");
   }
   std::vector<Curve> starts = {std::move(start)};
@@ -138,7 +138,7 @@ void ContourTracker::Begin(const cv::Mat& first, const GreyFormat& format,
   rest_strength_ = snake_.mean_strength();
   const double change = rest_area_ / start_area;
   if (!(change > kLeastSettled && change < kMostSettled) || CrossesItself(settled_) || !IsSound()) {
-    throw std::runtime_error("the contour collapsed, crossed itself or fled from its start (area " +
+    throw std::runtime_error("the contour collapsed, intersected itself or left its start (area " +
                              std::to_string(change) +
                              " of the start's): give another sense.contour.start or weights");
   }

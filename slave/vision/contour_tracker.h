@@ -1,5 +1,4 @@
-// Finds the object's outline, follows it from picture to picture, and measures it well where it
-// rests.
+// Finds the object's outline, tracks it from image to image, and measures it accurately at rest.
 #pragma once
 
 #include <span>
@@ -17,17 +16,17 @@ namespace palpate {
 
 class ContourTracker {
  public:
-  // Finds the resting object in `first`: starts the snake at `options.start` (whose size may
-  // be off by 40 %) or, with none, at what FindObject finds, lets it settle and refines it.
-  // `tool_width` [px], 0: no tool. `clockwise_I`: which way round, as one sees the picture. Throws
-  // std::runtime_error: no contour found, a picture too small, the contour collapsed, crossed
+  // Finds the object at rest in `first`: starts the snake at `options.start` (whose size may be
+  // wrong by 40 %) or, without one, at the result of FindObject, lets it settle and refines it.
+  // `tool_width` [px], 0: no tool. `clockwise_I`: orientation in the image. Throws
+  // std::runtime_error: no contour found, an image too small, the contour collapsed, intersected
   // itself or found no edge.
   ContourTracker(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
                  double tool_width, bool clockwise_I);
 
-  // Control points in this picture [px]; empty where the contour has lost its edge, collapsed,
-  // crossed itself or flown away: then it starts anew from rest. Valid until the next call. `image`
-  // fits the format. Real-time safe.
+  // Control points in this image [px]; empty if the contour has lost its edge, collapsed,
+  // intersected itself or moved away: then it starts again from rest. Valid until the next call.
+  // `image` fits the format. Real-time safe.
   std::span<const Eigen::Vector2d> Track(const cv::Mat& image) noexcept;
 
   [[nodiscard]] const Curve& rest() const { return rest_; }  // refined [px]
@@ -42,18 +41,18 @@ class ContourTracker {
   [[nodiscard]] bool IsSound() const noexcept;
 
   Snake snake_;
-  Curve settled_;  // the snake at rest: where it starts anew
+  Curve settled_;  // the snake at rest, for a new start
   Curve rest_;
   // Of `settled_`; the area is signed, the strength the mean gradient under its points.
   double rest_area_ = 0, rest_length_ = 0, rest_strength_ = 0;
 };
 
-// Finds the object in a picture without being told where it is: the outline [px] of the object in
-// `picture` (8 bit grey): of all closed regions that some threshold cuts out, darker or brighter,
-// whole in the picture, the one whose outline has the strongest edge for its size and is most
-// nearly convex. A tool that enters from the picture's border is cut off first: `tool_width` [px],
-// 0 where there is none. Regions below 0.1 % or above 70 % of the picture are no objects. Throws
-// std::runtime_error: there is none. About 50 ms at 640 x 480.
+// Finds the object in an image without a start: the outline [px] of the object in `picture` (8 bit
+// grey). Among all closed regions that some threshold separates, darker or brighter, completely in
+// the image, it selects the one whose outline has the strongest edge for its size and is most
+// nearly convex. A tool that enters from the image border is cut off first: `tool_width` [px], 0:
+// none. Regions below 0.1 % or above 70 % of the image are not objects. Throws std::runtime_error:
+// there is none. About 50 ms at 640 x 480.
 Curve FindObject(const cv::Mat& picture, double tool_width);
 
 struct RefinementOptions {

@@ -27,10 +27,10 @@ void ReadAs(const cv::Mat& image, const cv::Rect& window, int shift, int full_sc
 }  // namespace
 
 GreyFormat::GreyFormat(const cv::Mat& first) : type_(first.type()), size_(first.size()) {
-  if (first.empty() || first.dims != 2) throw std::runtime_error("the first picture is empty");
+  if (first.empty() || first.dims != 2) throw std::runtime_error("the first image is empty");
   const bool depth_known = first.depth() == CV_8U || first.depth() == CV_16U;
   if (!depth_known || (first.channels() != 1 && first.channels() != 3)) {
-    throw std::runtime_error("the first picture is " + cv::typeToString(type_) +
+    throw std::runtime_error("the first image is " + cv::typeToString(type_) +
                              ": accepted are 8 and 16 bit unsigned, 1 or 3 channels");
   }
   if (first.depth() == CV_16U) {

@@ -1,5 +1,5 @@
-// Any accepted picture, read as grey levels, a window at a time: who looks at two small places does
-// not convert the whole picture.
+// Reads any accepted image as grey levels, a window at a time, so that small windows do not need a
+// conversion of the whole image.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// A small grey picture, row after row. Levels lie in [0, 2047], so that 512 products of two of them
+// A small grey image, row after row. Levels lie in [0, 2047], so that 512 products of two of them
 // fit in 32 bits.
 struct GreyPatch {
   int width = 0, height = 0;
@@ -32,9 +32,9 @@ struct GreyPatch {
   }
 };
 
-// How pictures of one source become grey levels: learnt from the first, the same for all.
-// 8 bit: as they are. 16 bit: shifted down so that what the first picture uses (at least 8 bits)
-// fits in 11; brighter places later saturate. Colour is BGR, weighted as in ITU-R BT.601.
+// Conversion of a source's images to grey levels: determined by the first image, the same for all.
+// 8 bit: unchanged. 16 bit: shifted down so that the range of the first image (at least 8 bits)
+// fits in 11; brighter points later saturate. Colour is BGR, weighted as in ITU-R BT.601.
 class GreyFormat {
  public:
   // Throws std::runtime_error: empty, a depth other than 8 or 16 bit, channels other than 1 or 3.
@@ -61,15 +61,14 @@ class GreyFormat {
   int full_scale_ = 255;  // the largest level
 };
 
-// Standard deviation of white noise [levels], from the part of the picture that no plane and no
+// Standard deviation of white noise [levels], from the part of the image that no plane and no
 // straight edge along an axis explains (J. Immerkaer, CVIU 64, 1996). At least 3 x 3.
 double NoiseOf(const GreyPatch& p);
 
 // Of its grey levels [levels^2].
 double VarianceOf(const GreyPatch& p);
 
-// Mean of `factor` x `factor` blocks; what does not fill a block at the right and lower edge is
-// left out.
+// Mean of `factor` x `factor` blocks; incomplete blocks at the right and lower edge are omitted.
 void Shrink(const GreyPatch& patch, int factor, GreyPatch& out);
 
 }  // namespace palpate

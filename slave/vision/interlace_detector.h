@@ -1,5 +1,5 @@
-// How far every other row of a picture lies aside: two fields that a camera or its driver joined
-// wrongly, or took at different instants. Edges then lie where neither field has them.
+// Detects interlaced images: the offset of every other row, when a camera or its driver joined two
+// fields wrongly, or took them at different times. Edges then have a position of neither field.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,14 +11,14 @@ namespace palpate {
 
 class InterlaceDetector {
  public:
-  static constexpr int kMost = 8;       // by which rows are looked for aside [px]
-  static constexpr int kHalfSize = 64;  // of the window looked at [px]
+  static constexpr int kMost = 8;       // largest offset of rows that is searched [px]
+  static constexpr int kHalfSize = 64;  // of the searched window [px]
 
-  // Throws like GreyFormat; pictures are like `first`.
+  // Throws like GreyFormat; images are like `first`.
   explicit InterlaceDetector(const cv::Mat& first);
 
-  // Around `p_I`, inside the picture or not: odd rows against the mean of the two beside them, in
-  // whole pixels to the left (> 0) or right; 0: none, or nothing that could tell. Allocation-free.
+  // Around `p_I`, inside the image or not: odd rows against the mean of their two neighbours, in
+  // whole pixels to the left (> 0) or right; 0: none, or undetermined. Allocation-free.
   [[nodiscard]] int Shift(const cv::Mat& image, const Eigen::Vector2d& p_I) noexcept;
 
  private:

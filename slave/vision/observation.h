@@ -1,4 +1,4 @@
-// What the eyes saw in one picture, and where in S its pixels lie.
+// Result of tracking in one image, and the mapping of its pixels to S.
 #pragma once
 
 #include <cstdint>
@@ -17,11 +17,11 @@ struct TipObservation {
   Eigen::Vector2d p_I{0, 0};  // tip [px], sub-pixel
   double score = 0;           // normalised cross-correlation at the peak [-1, 1]
   double sigma = 0;           // one standard deviation of p_I per axis [px]
-  bool reacquired = false;    // found by the search over the whole picture
+  bool reacquired = false;    // found by a search of the whole image
   double covered = 0;         // part of the template that something else hides [0, 1]
   bool aligned = false;       // the template's fine alignment agrees with the peak
-  // From the place that the alignment holds on to up to the tip [px]: in a picture that has grown
-  // the tip is farther from there.
+  // From the aligned part of the tip to the tip [px]: in an image that has grown the tip is farther
+  // from it.
   Eigen::Vector2d lever{0, 0};
 };
 
@@ -30,14 +30,14 @@ struct Observation {
   Time sensed_at{};
   TipObservation tip;
   std::span<const Eigen::Vector2d>
-      contour_I;  // control points [px], counter-clockwise as seen in S; may be empty
+      contour_I;  // control points [px], counter-clockwise in S; may be empty
 };
 
-// How the picture plane I maps to the plane z = 0 of S: one pixel size, one pose, no perspective
-// (paper A: a camera looking straight at a planar scene, or a microscope).
+// Mapping of the image plane I to the plane z = 0 of S: one pixel size, one pose, no perspective
+// (paper A: a camera that looks straight at a planar scene, or a microscope).
 class CameraView {
  public:
-  // `width`, `height` of the picture [px]. The scene's pixel size > 0.
+  // `width`, `height` of the image [px]. The scene's pixel size > 0.
   CameraView(const Camera& camera, int width, int height)
       : X_SC_(camera.X_SC), pixel_(camera.pixel), centre_(0.5 * (width - 1), 0.5 * (height - 1)) {}
 
@@ -46,7 +46,7 @@ class CameraView {
     const Eigen::Vector2d d = pixel_ * (p_I - centre_);
     return X_SC_ * Eigen::Vector3d(d.x(), -d.y(), 0);
   }
-  // S [m] -> picture [px].
+  // S [m] -> image [px].
   [[nodiscard]] Eigen::Vector2d ToImage(const Eigen::Vector3d& p_S) const {
     const Eigen::Vector3d p_C = X_SC_.inverse() * p_S;
     return centre_ + Eigen::Vector2d(p_C.x(), -p_C.y()) / pixel_;

@@ -1,4 +1,4 @@
-// The object's edge as it was found at rest, looked for again in every picture, place by place.
+// The object's edge at rest, searched again in every image, point by point.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,14 @@
 
 namespace palpate {
 
-// How a picture lies on the first one: p -> centre + shift + exp(growth) R(angle) (p - centre).
+// Motion of an image relative to the first: p -> centre + shift + exp(growth) R(angle) (p -
+// centre).
 struct PictureMotion {
   Eigen::Vector2d centre{0, 0}, shift{0, 0};  // [px]
   double angle = 0;                           // [rad], from x towards y of I
   double growth = 0;                          // logarithm of the scale [-]
 
-  // d = exp(growth) R(angle): of directions in the first picture.
+  // d = exp(growth) R(angle): of directions in the first image.
   [[nodiscard]] Eigen::Matrix2d linear() const;
   [[nodiscard]] Eigen::Vector2d Apply(const Eigen::Vector2d& p) const {
     return centre + shift + linear() * (p - centre);
@@ -31,36 +32,36 @@ struct PictureMotion {
 
 class RestEdge {
  public:
-  static constexpr int kMostReach = 36;  // of any look [px]
+  static constexpr int kMostReach = 36;  // largest distance of any search [px]
 
   struct Place {
-    Eigen::Vector2d p_I, n_I;  // in the first picture [px]; unit normal, the same side all round
+    Eigen::Vector2d p_I, n_I;  // in the first image [px]; unit normal, on the same side all round
     double step = 0;           // of the grey level along n_I
     double dark = 0;           // grey level on its darker side
   };
 
-  // `rest`: points on the edge in `first` [px], in order, a few px apart (RefineContour). Places
-  // whose edge is not seen straight around them are left out.
+  // `rest`: points on the edge in `first` [px], in order, a few px apart (RefineContour). Points
+  // without a straight edge around them are not used.
   RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView rest);
 
   [[nodiscard]] const std::vector<Place>& places() const { return places_; }
   [[nodiscard]] bool Fits(const cv::Mat& image) const noexcept { return format_.Fits(image); }
 
-  // How far along the unit vector `n` from `p` [px] the edge of the place lies, at most `reach`:
-  // the steepest step of its sign, those nearer preferred; then its centroid, as RefineContour has
-  // it. nullopt: too faint, or outside the picture. `image` fits. Real-time safe.
+  // Distance along the unit vector `n` from `p` [px] to the edge of the point, at most `reach`: the
+  // steepest step of its sign, nearer ones preferred; then its centroid, as in RefineContour.
+  // nullopt: too weak, or outside the image. `image` fits. Real-time safe.
   std::optional<double> Locate(const cv::Mat& image, const Place& place, const Eigen::Vector2d& p,
                                const Eigen::Vector2d& n, int reach) noexcept;
 
-  // Of the edge seen last: its step within 3 px in parts of that within 8 px; 1: sharp.
+  // For the last edge: its step within 3 px relative to that within 8 px; 1: sharp.
   [[nodiscard]] double sharpness() const { return sharpness_; }
 
-  // Of the edge seen last: what its brighter side would be had it grown as its darker one has since
-  // the first picture, in parts of the largest level; 0: that side is not clipped.
+  // For the last edge: expected level of its brighter side if it had grown as its darker one since
+  // the first image, relative to the largest level; 0: that side is not clipped.
   [[nodiscard]] double exposure() const { return exposure_; }
 
-  // The shift to add to `motion`, up to kMostReach - 2 along x and y, under which most places see
-  // an edge of their own; to about a pixel. Real-time safe; a fraction of a millisecond.
+  // The shift to add to `motion`, up to kMostReach - 2 along x and y, at which most points find an
+  // edge; to about a pixel. Real-time safe; a fraction of a millisecond.
   Eigen::Vector2d FindShift(const cv::Mat& image, const PictureMotion& motion) noexcept;
 
  private:
@@ -81,7 +82,7 @@ class RestEdge {
   std::vector<float> level_;  // of the profile, 1 px apart
   int half_ = 0;              // the profile's middle
   double sharpness_ = 1, exposure_ = 0;
-  std::vector<float> votes_;  // places x (2 kMostReach + 1)
+  std::vector<float> votes_;  // points x (2 kMostReach + 1)
   std::vector<Eigen::Vector2d> normals_;
 };
 

@@ -27,12 +27,12 @@
 
 namespace palpate {
 
-// The nine places of a point: index 3 (dx + 1) + (dy + 1), 4 is where it stands.
+// The nine candidate positions of a point: index 3 (dx + 1) + (dy + 1); 4 is its present position.
 using NinePlaces = std::array<double, 9>;
 
 struct GreedyStep {
   NinePlaces cont{}, curv{}, image{}, total{};
-  int best = 4;  // where it stands, unless another place is strictly better
+  int best = 4;  // its present position, unless another one is strictly better
   [[nodiscard]] int dx() const { return best / 3 - 1; }
   [[nodiscard]] int dy() const { return best % 3 - 1; }
 };
@@ -42,28 +42,28 @@ struct SnakeWeights {
 };
 
 // One greedy step of the point `v` between its neighbours. `magnitude`: gradient magnitude at the
-// nine places, in 1/255 of full scale. Real-time safe.
+// nine positions, in 1/255 of full scale. Real-time safe.
 GreedyStep EvaluateStep(const Eigen::Vector2d& previous, const Eigen::Vector2d& v,
                         const Eigen::Vector2d& next, double mean_spacing,
                         const SnakeWeights& weights, const NinePlaces& magnitude) noexcept;
 
 class Snake {
  public:
-  // Starts on `start` [px], resampled to `control_points` whole-pixel places, at least 2 px inside
-  // a picture of `format`.
+  // Starts on `start` [px], resampled to `control_points` whole-pixel positions, at least 2 px
+  // inside an image of `format`.
   Snake(const GreyFormat& format, const SnakeWeights& weights, CurveView start, int control_points);
 
-  // Creeps at most `max_rounds` times around the chain, until few points move; where some points
-  // have slid together and left a gap, which E_cont alone does not close (normalised, it hardly
-  // differs between the nine places), the points are spaced evenly anew. Real-time safe. Returns
-  // the rounds it took. `image` fits the format.
+  // Moves at most `max_rounds` times around the chain, until few points move. If some points have
+  // slid together and left a gap, the points are spaced evenly again: E_cont alone does not close
+  // it, because it hardly differs between the nine positions. Real-time safe. Returns the number of
+  // rounds. `image` fits the format.
   int Creep(const cv::Mat& image, int max_rounds) noexcept;
 
-  // Takes the edges near the points for strong ones from now on: faint or blurred, their gradients
-  // are amplified (up to 8 times), as Williams & Shah do by scaling those of the whole picture.
+  // From now on amplifies weak or blurred gradients near the points (up to 8 times), as Williams &
+  // Shah do by scaling those of the whole image.
   void AdaptTo(const cv::Mat& image) noexcept;
 
-  // Starts anew on `start`, which has as many points.
+  // Starts again on `start`, which has as many points.
   void Restart(CurveView start) noexcept;
 
   [[nodiscard]] const Curve& points() const { return points_; }  // [px]

@@ -1,4 +1,5 @@
-// Finds a template in a window: every place scored, then the best one to a small part of a pixel.
+// Finds a template in a window: scores of all positions, then the best one to a small part of a
+// pixel.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace palpate {
 
-// Scores of all places (upper left corners) of the template in a window.
+// Scores of all positions (upper left corners) of the template in a window.
 struct ScoreMap {
   int width = 0, height = 0;
   std::vector<double> scores;  // width x height, [-1, 1] or kNoMatch
@@ -25,7 +26,7 @@ struct ScoreMap {
 // Normalised cross-correlation of a template with every place of a window.
 //
 //   C(x, y) = sum T~ I~ / sqrt(sum T~^2 sum I~^2),   T~ = T - mean of T,
-//   I~ = I - mean of I under the template (at each place anew)
+//   I~ = I - mean of I under the template (at each place again)
 //
 // Source: paper A, eq. (1), with the two means the right way round (the sentence below the printed
 // equation swaps them). Invariant to a gain > 0 and an offset of the light. All sums are exact
@@ -38,8 +39,8 @@ class Ncc {
   // Throws std::invalid_argument: an empty template, or one without contrast.
   explicit Ncc(GreyPatch pattern);
 
-  // Matches at every place of `window`; an empty map where the template is larger. Allocates only
-  // when a window is larger than all before. Not thread-safe.
+  // Scores every position of `window`; an empty map if the template is larger. Allocates only when
+  // a window is larger than all before. Not thread-safe.
   const ScoreMap& Match(const GreyPatch& window);
 
   [[nodiscard]] const GreyPatch& pattern() const { return pattern_; }
@@ -59,7 +60,7 @@ class Ncc {
 
 // Vertex of the parabola through three equally spaced values.
 struct Vertex {
-  double offset = 0;  // from the middle value, in steps; 0 where the three lie on a line
+  double offset = 0;  // from the middle value, in steps; 0 if the three are on a line
   double value = 0;   // at the vertex
 };
 
@@ -86,7 +87,7 @@ class TemplateAligner {
  public:
   struct Result {
     bool converged = false;
-    Eigen::Vector2d p{0, 0};  // place of the template's upper left pixel in the window [px]
+    Eigen::Vector2d p{0, 0};  // position of the template's upper left pixel in the window [px]
     double sigma = 0;         // one standard deviation, the worse axis, from the residual [px]
     double covered = 0;       // part of the template that something else hides [0, 1]
   };
@@ -95,22 +96,22 @@ class TemplateAligner {
   // difference).
   TemplateAligner(const GreyPatch& pattern, std::span<const float> weights);
 
-  // Real-time safe. Not thread-safe (it keeps the interpolated pixels).
+  // Real-time safe. Not thread-safe (it stores the interpolated pixels).
   Result Align(const GreyPatch& window, const Eigen::Vector2d& start) noexcept;
-  // The same by iteratively reweighted squares (Tukey): what does not look as it did, a glint, a
-  // wire, the edge of a shadow, is left out. `trust`: one per pixel, 0 for those left out at first;
+  // The same by iteratively reweighted squares (Tukey): changed parts, such as a reflection, a wire
+  // or the edge of a shadow, are excluded. `trust`: one per pixel, 0 for those excluded at first;
   // empty: all.
   Result AlignAround(const GreyPatch& window, const Eigen::Vector2d& start,
                      std::span<const float> trust) noexcept;
 
   // H without gain and offset, per squared grey level [1/px^2]: white noise of sigma levels in the
-  // picture moves p by sigma sqrt(H^-1).
+  // image moves p by sigma sqrt(H^-1).
   [[nodiscard]] const Eigen::Matrix2d& information() const { return information_; }
   // False: some direction is not determined at all, for example along a bar without marks.
   [[nodiscard]] bool determined() const { return determined_; }
 
  private:
-  using Fit = Eigen::Vector4d;  // of the picture by g_x, g_y, T~ and 1
+  using Fit = Eigen::Vector4d;  // of the image by g_x, g_y, T~ and 1
 
   void Interpolate(const GreyPatch& window, const Eigen::Vector2d& p) noexcept;
   [[nodiscard]] bool IsInside(const GreyPatch& window, const Eigen::Vector2d& p) const noexcept;
@@ -119,9 +120,9 @@ class TemplateAligner {
   void Assess(const Fit& fit, Result& result) const noexcept;
 
   int width_, height_;
-  float mean_ = 0;                // of the template, taken off the picture too, for precision
-  double weight_ = 0;             // sum of the weights
-  double contrast_ = 0;           // sum w T~^2
+  float mean_ = 0;       // of the template, subtracted from the image as well, for precision
+  double weight_ = 0;    // sum of the weights
+  double contrast_ = 0;  // sum w T~^2
   Eigen::MatrixX3f projections_;  // pixels x 3: w g'_x, w g'_y, w T~
   Eigen::VectorXf weights_;       // pixels
   Eigen::VectorXf levels_;        // pixels, interpolated

@@ -30,7 +30,7 @@ constexpr double kLeastClosed = 0.8, kLeastRound = 0.55, kVeryRound = 0.95, kCle
 
 const Camera& CameraOf(const Scene& scene) {
   if (!scene.sense.Find<Camera>())
-    throw std::runtime_error("sense.camera is missing: the eyes need one");
+    throw std::runtime_error("sense.camera is missing: tracking needs a camera");
   if (!(scene.sense.Find<Camera>()->pixel > 0)) {
     throw std::runtime_error(
         "sense.camera.pixel = " + std::to_string(scene.sense.Find<Camera>()->pixel) +
@@ -85,11 +85,11 @@ TipTemplate MakeTemplate(const Scene& scene, const cv::Mat& first, const GreyFor
   if (!options.template_file.empty()) return LoadTipTemplate(options);
   if (!tip_hint_I || !scene.tool) {
     throw std::runtime_error(
-        "sense.tip.template is missing, and where the tool is, or the tool, is not known either");
+        "sense.tip.template is missing, and the tool or its position is unknown as well");
   }
   if (d_I.isZero(0)) {
     throw std::runtime_error(
-        "tool.direction is missing: accepted is [x, y], since no contour says where the object is");
+        "tool.direction is missing: accepted is [x, y], because no contour locates the object");
   }
   return CutTipTemplate(first, format, *tip_hint_I, d_I, scene.tool->width / view.pixel(),
                         options.roi);

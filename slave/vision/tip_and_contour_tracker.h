@@ -1,4 +1,4 @@
-// Pictures -> tool tip and contour (paper A, 3.2). Owns the trackers; knows nothing of forces.
+// From images to tool tip and contour (paper A, 3.2). Owns the trackers; independent of forces.
 #pragma once
 
 #include <memory>
@@ -13,31 +13,31 @@ namespace palpate {
 
 class TipAndContourTracker {
  public:
-  // `first`: the first picture, in which the object rests. `tip_hint_I`: where the manipulator says
-  // the tip is [px], used to cut the template when the scene names none; nullopt: unknown (then a
-  // template file is needed). Throws std::runtime_error naming file or key: unreadable template,
-  // template larger than the picture, flat template, no contour found, contour collapsed, depth or
-  // channel count not supported.
+  // `first`: the first image, with the object at rest. `tip_hint_I`: tip position from the encoders
+  // [px], used to cut the template if the scene has no file; nullopt: unknown (then a template file
+  // is needed). Throws std::runtime_error naming file or key: unreadable template, template larger
+  // than the image, flat template, no contour found, contour collapsed, depth or channel count not
+  // supported.
   TipAndContourTracker(const Scene& scene, const cv::Mat& first,
                        std::optional<Eigen::Vector2d> tip_hint_I);
   ~TipAndContourTracker();
 
-  // Looks at one picture. A picture of another size or depth than the first, or an empty one, gives
+  // Processes one image. An image of another size or depth than the first, or an empty one, gives
   // an observation with nothing found; never throws. Call from one thread.
   const Observation& Process(const cv::Mat& image, std::uint64_t sequence, Time sensed_at) noexcept;
 
-  // Contour of the resting object found in the first picture, refined to sub-pixel along its
-  // normals [px], counter-clockwise as seen in S. Empty if the scene tracks no contour.
+  // Contour of the object at rest in the first image, refined to sub-pixel accuracy along its
+  // normals [px], counter-clockwise in S. Empty if the scene tracks no contour.
   [[nodiscard]] const std::vector<Eigen::Vector2d>& rest_contour_I() const;
-  // Along which the tool points in the picture, unit length; zero: nobody knows.
+  // Direction of the tool in the image, unit length; zero: unknown.
   [[nodiscard]] Eigen::Vector2d tool_direction_I() const;
-  // Of the first picture, one standard deviation [1/255 of full scale].
+  // Noise of the first image, one standard deviation [1/255 of full scale].
   [[nodiscard]] double noise() const;
   // Search window of the tip [px], for overlays.
   [[nodiscard]] cv::Rect search_window() const;
-  // Search the whole picture next time and start the contour anew.
+  // Searches the whole next image and starts the contour again.
   void Reset() noexcept;
-  // The object has sprung back: its contour is looked for where it was in the first picture.
+  // The object has sprung back: its contour is searched at its position in the first image.
   void RestartContour() noexcept;
 
  private:

@@ -180,20 +180,20 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
                            int roi) {
   const auto refuse = [&](const std::string& why) {
     std::ostringstream message;
-    message << "template cut at the tool's place (" << p_I_tip.x() << ", " << p_I_tip.y()
-            << ") px in the first picture: " << why;
+    message << "template cut at the tool's position (" << p_I_tip.x() << ", " << p_I_tip.y()
+            << ") px in the first image: " << why;
     throw std::runtime_error(message.str());
   };
   const bool inside = (p_I_tip.array() >= 0).all() && p_I_tip.x() <= first.cols - 1 &&
                       p_I_tip.y() <= first.rows - 1;  // false for NaN
-  if (!inside) refuse("outside the picture");
-  if (!(width > 0) || width > kLargest - 2 * kSide) refuse("the tool is too wide in the picture");
+  if (!inside) refuse("outside the image");
+  if (!(width > 0) || width > kLargest - 2 * kSide) refuse("the tool is too wide in the image");
   const int length = std::clamp(roi - 2 * kReach, 12, kLargest);
   TipTemplate tip;
   for (const double beyond : {-kBeforeTip, kBeyondTip}) {
     const cv::Rect window = WindowAt(p_I_tip, d_I, width, length, beyond, first.size());
     if (std::min(window.width, window.height) < kSmallest) {
-      refuse("too little of the tool is in the picture");
+      refuse("too little of the tool is in the image");
     }
     tip = Cut(first, format, window, p_I_tip, d_I, width);
     if (LocatesAlong(tip, d_I, width)) break;

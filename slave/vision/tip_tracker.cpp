@@ -73,9 +73,9 @@ Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
   const cv::Size size = format.size();
   if (tip.pixels.width > size.width || tip.pixels.height > size.height) {
     throw std::runtime_error("the tip's template (" + std::to_string(tip.pixels.width) + " x " +
-                             std::to_string(tip.pixels.height) +
-                             " px) is larger than the picture (" + std::to_string(size.width) +
-                             " x " + std::to_string(size.height) + " px)");
+                             std::to_string(tip.pixels.height) + " px) is larger than the image (" +
+                             std::to_string(size.width) + " x " + std::to_string(size.height) +
+                             " px)");
   }
   return Ncc(tip.pixels);
 }

@@ -1,4 +1,4 @@
-// The tool's tip: what it looks like, and where it is from picture to picture.
+// The tool's tip: its template, and its position from image to image.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-// What the tip looks like, and where in that small picture it is.
+// Template of the tip, and the tip's position in it.
 struct TipTemplate {
   GreyPatch pixels;
   // The tip, from the upper left pixel's centre [px]; may lie outside.
@@ -30,7 +30,7 @@ struct TipTemplate {
 // large (above 512 px), without contrast.
 TipTemplate LoadTipTemplate(const TipTracking& options);
 
-// Cuts the template from the picture `first`: the tool is a bar of `width` [px] whose end is at
+// Cuts the template from the image `first`: the tool is a bar of `width` [px] whose end is at
 // `p_I_tip`, pointing along the unit vector `d_I` (both in I).
 //
 // The window shows the tool and a little of the background on either side, but nothing beyond the
@@ -38,40 +38,41 @@ TipTemplate LoadTipTemplate(const TipTracking& options);
 // are none, a few pixels beyond the tip are taken in, for otherwise nothing tells where along
 // itself the tool is. Background beside the tool's end gets no weight: the dented object rises
 // there. A window is upright, so for an oblique tool it ends somewhat before the tip.
-// Throws std::runtime_error: the tip or too much of the tool lies outside the picture, no contrast.
+// Throws std::runtime_error: the tip or too much of the tool lies outside the image, no contrast.
 TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
                            const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& d_I, double width,
                            int roi);
 
-// The unit vector along which the bar of `width` [px] that ends at `p_I_tip` points, within 60
-// degrees of `towards`: the one along whose two sides the picture changes most.
+// The unit vector along the bar of `width` [px] that ends at `p_I_tip`, within 60 degrees of
+// `towards`: the direction with the largest change across the two sides.
 Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format,
                                   const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,
                                   double width);
 
-// What changes along the tool, cut into parts, each correlated for itself. A bar's silhouette, the
-// most of what a whole template shows, is the same wherever along itself the bar is; its marks and
-// its end are not. Where most parts fit the tip is found, though something covers the others.
+// The parts of a template that change along the tool, each correlated separately. A bar's
+// silhouette, which dominates a whole template, is the same at all positions along the bar; its
+// marks and its end are not. If most parts fit, the tip is found although something covers the
+// others.
 class TemplateParts {
  public:
-  // Parts without contrast, or beside the tool's end, are left out. Needs the tool's direction.
+  // Parts without contrast, or beside the tool's end, are not used. Needs the tool's direction.
   explicit TemplateParts(const TipTemplate& tip);
-  // Enough parts to tell anything.
+  // Enough parts for a decision.
   [[nodiscard]] bool usable() const;
 
   struct Place {
     cv::Point at;            // of the template's upper left pixel
     double score = 0;        // mean of the better half of the parts
     bool on_border = false;  // of the window: the best may lie beyond
-    double second = 0;       // the same of the next best place that is not the same peak
+    double second = 0;       // the score of the second-best position that is not the same peak
   };
-  // The best place of `window`. Allocates as Ncc does.
+  // The best position in `window`. Allocates as Ncc does.
   Place Find(const GreyPatch& window);
   // The best score within a pixel of `at`.
   double ScoreNear(const GreyPatch& window, const cv::Point& at);
-  // What white noise [levels] makes of a score of 1. With usable parts only.
+  // Score that a perfect match has under white noise [levels]. With usable parts only.
   [[nodiscard]] double Attenuation(double noise) const;
-  // Of the place found last: per pixel of the template 1 where its part fits, else 0.
+  // At the last position: per pixel of the template 1 if its part fits, else 0.
   [[nodiscard]] std::span<const float> trust() const { return trust_; }
 
  private:
@@ -86,18 +87,18 @@ class TemplateParts {
   cv::Point step_;       // of the difference along the tool [px]
   int most_ = 2047;      // difference that counts, to either side [levels]
   double variance_ = 0;  // of a part's differences, mean [levels^2]
-  double signal_ = 0;    // part of it that is not the template's own noise [levels^2]
+  double signal_ = 0;    // variance beyond the template's own noise [levels^2]
   std::vector<Part> parts_;
   std::vector<const ScoreMap*> maps_;
-  std::vector<double> scores_;  // of the parts at one place
+  std::vector<double> scores_;  // of the parts at one position
   GreyPatch change_, crop_;
   ScoreMap map_;
   std::vector<float> trust_;
 };
 
-// Follows the tool's tip from picture to picture: normalised cross-correlation in a moving window
-// (paper A, 3.2), sub-pixel alignment, loss and re-acquisition. Where the whole template does not
-// fit, or something covers much of it, its parts are asked.
+// Tracks the tool's tip from image to image: normalised cross-correlation in a moving window (paper
+// A, 3.2), sub-pixel alignment, loss and re-acquisition. If the whole template does not fit, or
+// much of it is covered, its parts decide.
 class TipTracker {
  public:
   struct Options {
@@ -105,19 +106,20 @@ class TipTracker {
     double min_score = 0.6;  // below it the tip is lost
   };
 
-  // `start_I`: where to look first [px]; nullopt: everywhere. Throws std::runtime_error: the
-  // template is larger than the picture; std::invalid_argument: it has no contrast.
+  // `start_I`: first search position [px]; nullopt: everywhere. Throws std::runtime_error: the
+  // template is larger than the image; std::invalid_argument: it has no contrast.
   TipTracker(const TipTemplate& tip, const GreyFormat& format, const Options& options,
              std::optional<Eigen::Vector2d> start_I);
 
-  // Looks at one picture (which fits the format). The tip is lost where the best score is below
-  // `min_score`, on the border of the window even after widening it, or matched by another place;
-  // then the whole picture is searched. May throw std::bad_alloc while it searches there first.
+  // Processes one image (which fits the format). The tip is lost if the best score is below
+  // `min_score`, on the border of the window even after widening it, or matched by another
+  // position; then the whole image is searched. May throw std::bad_alloc during the first such
+  // search.
   TipObservation Track(const cv::Mat& image);
 
-  // Where the next picture is searched first [px].
+  // First search position in the next image [px].
   [[nodiscard]] cv::Rect search_window() const;
-  // Searches the whole picture next time.
+  // Searches the whole next image.
   void Forget() noexcept { last_.reset(); }
 
  private:
@@ -148,12 +150,12 @@ class TipTracker {
   Ncc ncc_;
   TemplateAligner aligner_;
   TemplateParts parts_;
-  int shrink_ = 1;  // of the search over the whole picture
+  int shrink_ = 1;  // of a search in the whole image
   std::optional<Ncc> coarse_;
   GreyPatch window_, whole_, shrunk_;
   std::vector<Candidate> candidates_;
 
-  std::optional<Eigen::Vector2d> last_;  // tip in the last picture; none: lost
+  std::optional<Eigen::Vector2d> last_;  // tip in the last image; none: lost
   Eigen::Vector2d step_{0, 0};           // from the last but one to the last [px]
   double usual_ = 0;  // score of the parts where the tip is, without noise; 0: not known yet
 };

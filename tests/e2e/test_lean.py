@@ -115,7 +115,7 @@ class Parts(unittest.TestCase):
                                   ("palpate-evaluate", ("evaluate", BLOCK)), ("palpate-calibrate", ("calibrate",))):
                 done = run(alone, *command)
                 self.assertEqual(done.returncode, 1, done.stderr)
-                self.assertIn(f"{part}, which is not installed beside this program", done.stderr)
+                self.assertIn(f"{part}, which is not installed next to this program", done.stderr)
 
 
 class Version(unittest.TestCase):

@@ -138,7 +138,7 @@ class Offline(unittest.TestCase):
         self.assertEqual({row["validity"] for row in rows}, {"valid"})
         for bad, word in (("case,x,y,dx,dy,radius,width\n1,0.044,0.088,0,-0.002,0.01,0.005\n", "width"),
                           ("case,x,y,dx,dy,radius\n1,0.044,0.088,0,-0.002,-1\n", "radius"),
-                          ("case,x,y,dx,dy,radius\n1,0.044,0.088,0,-0.002,0.01\n1,0.02,0.088,0,-0.002,0\n", "of its own")):
+                          ("case,x,y,dx,dy,radius\n1,0.044,0.088,0,-0.002,0.01\n1,0.02,0.088,0,-0.002,0\n", "a separate case")):
             done, _ = self.solve(bad)
             self.assertEqual(done.returncode, 2, bad)
             self.assertIn(word, done.stderr)
@@ -154,7 +154,7 @@ class Offline(unittest.TestCase):
     def test_check_says_what_runs_and_why(self):
         done = run(SLAVE, "check", BLOCK)
         self.assertEqual(done.returncode, 0, done.stderr)
-        for word in ("bem2d", "dof", "Hz", "%", "off"):
+        for word in ("bem2d", "degrees of freedom", "Hz", "%", "off"):
             self.assertIn(word, done.stdout)
 
     def test_every_shipped_scene_passes_check(self):

@@ -7,8 +7,8 @@ from plugs import Plugged
 
 class Plug(Plugged):
     def test_what_is_missing_is_said_and_what_comes_is_felt(self):
-        self.assertTrue(any("no picture has come yet" in alarm for alarm in self.status().alarms))
-        self.assertTrue(any("nobody drives the arm" in alarm for alarm in self.status().alarms))
+        self.assertTrue(any("no image received yet" in alarm for alarm in self.status().alarms))
+        self.assertTrue(any("no driver of the manipulator is connected" in alarm for alarm in self.status().alarms))
         self.play()
         self.drive()
         self.assertTrue(self.ready(), self.status())

@@ -131,7 +131,7 @@ class Faults(Plugged):
         self.assertLess(self.cost()[0], before[0] + 50)
 
 
-CAMERA, ARM = ("the sensor has sent nothing",), ("arm", "driver")
+CAMERA, ARM = ("no sample from the sensor",), ("arm", "driver")
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -163,7 +163,7 @@ class Paths(Plugged):
             self.stub = self.connect()
             self.assertTrue(self.ready(), self.status())
             unplugged.set()
-            gone = "OpenNI2 depth camera 0: gone"
+            gone = "OpenNI2 depth camera 0: disconnected"
             self.assertTrue(wait_until(lambda: any(gone in alarm for alarm in self.status().alarms)), self.status())
             unplugged.clear()
             self.assertTrue(self.ready(), self.status())

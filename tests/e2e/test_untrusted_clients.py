@@ -103,7 +103,7 @@ def main():
                   f"  {1e3 * saw['stop']:7.1f} {1e3 * saw['stop_max']:6.1f}  {saw['held'][0]:5d}  {1e3 * saw['held'][1]:9.0f}  {saw['reconnects']:10d}"
                   f"  {100 * saw['stolen']:.1f} % {saw['trouble']}", flush=True)
             wrong += [f"{name}: {words}" for words, is_so in [
-                ("the slave died", not saw["alive"]), ("nobody answers", saw["answered"] is None),
+                ("the slave died", not saw["alive"]), ("does not respond", saw["answered"] is None),
                 (f"{saw['memory']:.0f} MB", saw["memory"] > MOST_MEMORY)] if is_so]
     print("\n".join(wrong), file=sys.stderr)
     return 1 if wrong else 0

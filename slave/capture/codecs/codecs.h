@@ -1,7 +1,7 @@
 // PNG and JPEG in memory, libpng and libjpeg being called here and nowhere else; and what the
 // module palpate-films adds to them.
 //
-// A picture is 8 or 16 bit, grey or blue, green, red, as OpenCV's imgcodecs reads and writes it
+// An image is 8 or 16 bit, grey or blue, green, red, as OpenCV's imgcodecs reads and writes it
 // with IMREAD_UNCHANGED; alpha is left out.
 #pragma once
 
@@ -16,11 +16,10 @@ namespace palpate {
 
 using Bytes = std::span<const unsigned char>;
 
-// Larger pictures are refused by their header: 16 bits of three colours take 600 MB then, and no
-// camera that looks at a soft object has as many.
+// Larger images are rejected by their header: with 16 bit and three colours they would need 600 MB.
 inline constexpr long kMostPixels = 100'000'000;
 
-// A picture whose header has been read: its size is known before its pixels take memory.
+// An image whose header has been read: its size is known before its pixels need memory.
 class CodedPicture {
  public:
   virtual ~CodedPicture() = default;
@@ -29,38 +28,37 @@ class CodedPicture {
   CodedPicture& operator=(const CodedPicture&) = delete;
 
   [[nodiscard]] virtual cv::Size size() const = 0;  // [px]
-  // The pixels; once. Throws std::runtime_error that continues "the picture ...": is truncated, is
-  // damaged and where; then nothing of it can be trusted.
+  // Decodes the pixels; once. Throws std::runtime_error that continues "the image ...": is
+  // truncated, is damaged and where. Then its content is not usable.
   virtual cv::Mat Decode() = 0;
 };
 
-// `bytes` must outlive what is opened. nullptr: not a PNG; not a JPEG of grey or three colours.
-// Throw as Decode() does where the header is wrong.
+// `bytes` must outlive the result. nullptr: not a PNG; not a JPEG with grey or three colours. Throw
+// as Decode() does if the header is invalid.
 std::unique_ptr<CodedPicture> OpenPng(Bytes bytes);
 std::unique_ptr<CodedPicture> OpenJpeg(Bytes bytes);
 
-// The bytes of a file. `image`: 1 or 3 channels of 8 or 16 bit; of 16 bit JPEG keeps the upper
-// byte. `quality` 1..100: more is better and larger. Throw std::invalid_argument naming what is
-// wrong: an empty picture, another type, a quality out of range; std::runtime_error if the codec
-// fails.
+// The bytes of a file. `image`: 1 or 3 channels of 8 or 16 bit; a JPEG keeps the upper byte of 16
+// bit. `quality` 1..100: higher is better and larger. Throw std::invalid_argument with the reason:
+// an empty image, another type, a quality out of range; std::runtime_error if the codec fails.
 std::string EncodePng(const cv::Mat& image);
 std::string EncodeJpeg(const cv::Mat& image, int quality);
 
-// What both encoders ask of a picture; `format` is named where it is refused.
+// Requirements of both encoders for an image; `format` is named in the error.
 void RequireEncodable(const cv::Mat& image, const char* format);
 
-// What the module palpate-films adds to PNG and JPEG: films, cameras and other formats of pictures,
-// through OpenCV's videoio and imgcodecs. They bring some 220 shared libraries, 0.1 s and 50 MB to
-// every start, so that the module is loaded when a scene first asks for one of them.
+// The module palpate-films: videos, cameras and further image formats, through OpenCV's videoio and
+// imgcodecs. These need some 220 shared libraries, 0.1 s and 50 MB at a start, so the module is
+// loaded when a scene first needs it.
 class Film {
  public:
   virtual ~Film() = default;
   Film() = default;
   Film(const Film&) = delete;
   Film& operator=(const Film&) = delete;
-  // The next picture, in memory of its own; empty: there is none.
+  // The next image, with its own memory; empty: there is none.
   virtual cv::Mat Next() = 0;
-  // Of depth: what one count is [m]; 0: not told.
+  // Depth of one count [m]; 0: unknown.
   [[nodiscard]] virtual double unit() const { return 0; }
 };
 
@@ -72,16 +70,17 @@ class Films {
   Films& operator=(const Films&) = delete;
   // nullptr: not a film.
   [[nodiscard]] virtual std::unique_ptr<Film> OpenFile(const std::string& file) const = 0;
-  // The camera /dev/video`device`, asked for `size` [px] (empty: its own) and `rate` [Hz]. nullptr:
-  // there is none, or it is not permitted.
+  // The camera /dev/video`device`, with requested `size` [px] (empty: its default) and `rate` [Hz].
+  // nullptr: no such camera, or no permission.
   [[nodiscard]] virtual std::unique_ptr<Film> OpenDevice(int device, const cv::Size& size,
                                                          double rate) const = 0;
   // A stream's address (rtsp://, http://, udp://), or a GStreamer pipeline that ends in an appsink.
-  // nullptr: nothing answers there within `patience`, which each picture may take, too. Of a
-  // pipeline only its own elements know how long they wait.
+  // nullptr: no answer within `patience`, which applies to each image as well. A pipeline's own
+  // elements define its timeouts.
   [[nodiscard]] virtual std::unique_ptr<Film> OpenUrl(const std::string& address,
                                                       std::chrono::milliseconds patience) const = 0;
-  // A picture as it is, alpha and all. Empty: not a picture, damaged, or larger than kMostPixels.
+  // Reads an image unchanged, including alpha. Empty: not an image, damaged, or larger than
+  // kMostPixels.
   [[nodiscard]] virtual cv::Mat Decode(Bytes bytes) const = 0;
 };
 
@@ -89,10 +88,9 @@ class Films {
 // loaded (why).
 const Films& LoadFilms();
 
-// Depth pictures of the OpenNI2 camera `device`, one channel of 16 bit, as it sees them and not
-// mirrored, through the module palpate-openni, loaded at the first call. nullptr: there is no such
-// camera, or it measures no depth. Throws
-// std::runtime_error as LoadFilms does.
+// Depth images of the OpenNI2 camera `device`, one channel of 16 bit, not mirrored, through the
+// module palpate-openni, loaded at the first call. nullptr: no such camera, or it measures no
+// depth. Throws std::runtime_error as LoadFilms does.
 std::unique_ptr<Film> OpenDepthCamera(int device);
 
 }  // namespace palpate

@@ -16,10 +16,10 @@ struct Module {
   const char* built_where;
 };
 constexpr Module kFilms{"palpate-films.so", "palpate_films",
-                        "films, cameras and pictures other than PNG and JPEG",
-                        "OpenCV's videoio and imgcodecs are (deploy/install.sh films)"};
+                        "videos, cameras and images other than PNG and JPEG",
+                        "OpenCV's videoio and imgcodecs are installed (deploy/install.sh films)"};
 constexpr Module kOpenNi{"palpate-openni.so", "palpate_openni", "depth cameras of OpenNI2",
-                         "OpenNI2 is (deploy/install.sh openni)"};
+                         "OpenNI2 is installed (deploy/install.sh openni)"};
 
 void* Load(const Module& module) {
   const auto refuse = [&](const std::string& why) {
@@ -27,13 +27,13 @@ void* Load(const Module& module) {
   };
   const auto file = FindPart(module.file);
   if (file.empty()) {
-    refuse(std::string("which is not installed beside this program: it is built where ") +
+    refuse(std::string("which is not installed next to this program; the build makes it where ") +
            module.built_where);
   }
   void* const loaded = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (loaded == nullptr) refuse(std::string("which cannot be loaded: ") + dlerror());
   void* const symbol = dlsym(loaded, module.symbol);
-  if (symbol == nullptr) refuse("which is another's: " + file.string());
+  if (symbol == nullptr) refuse("which is not a module of this program: " + file.string());
   return symbol;
 }
 

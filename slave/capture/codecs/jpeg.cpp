@@ -152,7 +152,7 @@ void RequireEncodable(const cv::Mat& image, const char* format) {
   const bool known = !image.empty() && (image.channels() == 1 || image.channels() == 3) &&
                      (image.depth() == CV_8U || image.depth() == CV_16U);
   if (known) return;
-  throw std::invalid_argument("picture of " + std::to_string(image.cols) + " x " +
+  throw std::invalid_argument("image of " + std::to_string(image.cols) + " x " +
                               std::to_string(image.rows) + " px, " +
                               std::to_string(image.channels()) + " channels: accepted for " +
                               format + " are 1 or 3 channels of 8 or 16 bit");

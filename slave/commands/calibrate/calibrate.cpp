@@ -47,14 +47,15 @@ std::array<int, 2> TwoCounts(const std::string& option, const std::string& text,
       return {static_cast<int>(*a), static_cast<int>(*b)};
     }
   }
-  throw std::invalid_argument(fmt::format("{} {}: accepted is two counts of {} to {} as in {}",
-                                          option, text, least, most, example));
+  throw std::invalid_argument(
+      fmt::format("{} {}: accepted is two counts of {} to {}, for example {}", option, text, least,
+                  most, example));
 }
 
 Board BoardOf(const CalibrateOptions& options) {
   if (options.board.empty() || options.square.empty()) {
     throw std::invalid_argument(
-        "--left: accepted is with --board, 9x6 say, and --square, 25mm say");
+        "--left: accepted is with --board, for example 9x6, and --square, for example 25mm");
   }
   Board board;
   board.pattern = PatternOf(options.pattern);
@@ -69,22 +70,23 @@ void RequireUsable(const CalibrateOptions& options) {
     if (!usable) throw std::invalid_argument(words);
   };
   if (!options.unquoted.empty()) {
-    throw std::invalid_argument(
-        options.unquoted.front() +
-        ": accepted are options only; put the patterns of --left and --right in quotes, or the "
-        "shell replaces them by the names of the pictures");
+    throw std::invalid_argument(options.unquoted.front() +
+                                ": accepted are options only; put the patterns of --left and "
+                                "--right in quotes, otherwise the shell expands them");
   }
   const bool has_left = !options.left.empty(), registers = !options.tip_places.empty();
   require(has_left || registers, "calibrate: accepted is --left, --register, or both");
   require(has_left || options.right.empty(),
-          "--right: accepted is with --left; one camera alone is --left");
+          "--right: accepted is with --left; for a single camera use --left");
   require(has_left || options.drawing.empty(), "--drawing: accepted is with --left");
   require(has_left || options.distance.empty(), "--distance: accepted is with --left");
   require(!has_left || !options.out.empty(), "--left: accepted is with --out, the file to write");
-  require(!has_left || options.rig.empty(), "--rig: accepted is without --left, which makes one");
-  require(!has_left || options.size.empty(), "--size: accepted is without --left, which says it");
+  require(!has_left || options.rig.empty(),
+          "--rig: accepted is without --left, which computes a rig");
+  require(!has_left || options.size.empty(),
+          "--size: accepted is without --left, whose images have a size");
   require(options.rig.empty() || options.size.empty(),
-          "--size: accepted is without --rig, which says it");
+          "--size: accepted is without --rig, which has a size");
   require(registers || (options.rig.empty() && options.size.empty() && !options.plane),
           "--rig, --size, --plane: accepted is with --register");
   if (has_left) BoardOf(options);  // before any picture is looked for
@@ -152,7 +154,8 @@ std::string PlaneLines(const CameraRegistration& found) {
 Registered RegisterSize(const CalibrateOptions& options, const std::vector<TipPlace>& places) {
   if (options.size.empty()) {
     throw std::invalid_argument(
-        "--register: accepted is with --left, --rig, or --size of a camera straight above z = 0");
+        "--register: accepted is with --left, --rig, or --size of a camera that looks straight "
+        "down on z = 0");
   }
   Registered out{RegisterPlane(TwoCounts("--size", options.size, 1, 100000, "640x480"), places),
                  {}};
@@ -167,7 +170,7 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
   const bool is_pair = rig->baseline() > 0;
   const bool in_both = !places.empty() && places.front().right_I;
   if (options.plane && is_pair) {
-    throw std::invalid_argument("--plane: accepted is with one camera, this rig has two");
+    throw std::invalid_argument("--plane: accepted is with one camera; this rig has two");
   }
   if (in_both && !is_pair) {
     throw std::invalid_argument(
@@ -177,7 +180,7 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
   Registered out;
   if (options.plane) {
     out.registration = RegisterLensPlane(rig->left, places);
-    out.lines = "intrinsics: " + lens_file.string() + "  # from the scene's folder\n" +
+    out.lines = "intrinsics: " + lens_file.string() + "  # relative to the scene's folder\n" +
                 PlaneLines(out.registration);
     return out;
   }
@@ -188,7 +191,8 @@ Registered RegisterWith(const CalibrateOptions& options, const StereoRig* rig,
   }
   out.lines += ScenePose(out.registration.X_SC) + "\n";
   if (!is_pair) {
-    out.lines = "# of a depth camera; a planar scene takes what --plane prints\n" + out.lines;
+    out.lines =
+        "# for a depth camera; a planar scene needs the lines that --plane prints\n" + out.lines;
   }
   return out;
 }
@@ -208,7 +212,7 @@ int RunRegister(const CalibrateOptions& options, const StereoRig* rig,
   std::fputs(Words(found.registration).c_str(), stderr);
   const bool is_trusted = found.registration.reasons.empty();
   if (!is_trusted && !options.force) {
-    std::fputs("calibrate: refused, no lines are written; --force writes them\n", stderr);
+    std::fputs("calibrate: rejected, no lines are written; --force writes them\n", stderr);
     return 1;
   }
   const std::string lines = "# for sense.camera\n" + found.lines;
@@ -237,7 +241,7 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   if (!options.drawing.empty()) WriteDrawing(options.drawing, report);
   const bool is_trusted = report.verdict.reasons.empty();
   if (!is_trusted && !options.force) {
-    std::fprintf(stderr, "calibrate: refused, %s is not written (--force writes it): %s\n",
+    std::fprintf(stderr, "calibrate: rejected, %s is not written (--force writes it): %s\n",
                  options.out.c_str(), report.verdict.reasons.front().c_str());
     return 1;
   }

@@ -1,5 +1,5 @@
-// `palpate-slave calibrate`: lenses and rigs from pictures of a board, and where the camera stands
-// in the slave's frame (contracts).
+// `palpate-slave calibrate`: lenses and stereo rigs from images of a board, and the camera pose in
+// the slave's frame (contracts).
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,15 @@ struct CalibrateOptions {
   std::string board;                   // inner corners, or circles: 9x6
   std::string square;                  // between neighbours: 25mm
   std::string pattern = "chessboard";  // circles, asymmetric-circles
-  std::string distance;                // of a plane whose pixel size is asked for: 250mm
+  std::string distance;                // distance of a plane whose pixel size is printed: 250mm
   std::filesystem::path out;           // rig or lens; of a registration alone: the scene's lines
   std::filesystem::path drawing;       // SVG; empty: none
-  bool force = false;                  // write what cannot be trusted
+  bool force = false;                  // write a rejected calibration too
   std::filesystem::path tip_places;    // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
-  std::filesystem::path rig;           // for the registration, where no board is given
+  std::filesystem::path rig;           // image size for the registration without a board
   std::string size;                    // 640x480: registers a camera straight above the plane z = 0
   bool plane = false;                  // the same with the lens known
-  std::vector<std::string> unquoted;   // names that a shell made of a glob without quotes
+  std::vector<std::string> unquoted;   // file names that a shell made from an unquoted glob
 };
 
 inline constexpr const char* kCalibrateHelp = R"(Examples:
@@ -36,22 +36,24 @@ inline constexpr const char* kCalibrateHelp = R"(Examples:
   palpate-slave calibrate --register tips.csv --rig lens.yaml --plane
   palpate-slave calibrate --register tips.csv --size 640x480
 
-The board: ten to twenty pictures (pairs at the same instant), tilted to all sides by 20 to 40
-degrees, near and far, in every corner of the picture. Left and right belong together by the last
-number in their names. --square of asymmetric circles is the distance of two rows.
+Take ten to twenty images of the board, tilted to all sides by 20 to 40 degrees, near and far, in
+every corner of the image. Images of a stereo pair must be taken at the same instant. The last
+number in their names pairs left and right. For asymmetric circles --square is the distance of two
+rows.
 
-Pictures without the board, unreadable ones and pairs that contradict the others are named and left
-out; exchanged sides are named and put right. What cannot be trusted is said with the reason, exits
-1 and is written with --force only: halves of the pictures must repeat the baseline (one camera: the
-focal length) to 1 % (one sigma), corners be off by 1 px rms at most and lie in 15 % of the picture.
+Images without the board, unreadable images and pairs that contradict the others are listed and not
+used. Exchanged sides are reported and corrected. A calibration is rejected, with the reason and
+exit code 1, unless halves of the images agree on the baseline (one camera: the focal length) within
+1 % (one sigma), the corners have a residual of at most 1 px rms, and they cover 15 % of the image.
+A rejected calibration is written only with --force.
 
---register: rows of the tip's place in S [m] and in the picture [px]. With u_right,v_right and a
-pair the places are triangulated; with one lens its pose is fitted, or with --plane, or --size and
-no lens at all, pixel size and pose of a camera that looks straight down on z = 0. The lines for the
-scene's sense.camera go to standard output.)";
+--register reads rows of the tip position in S [m] and in the image [px]. With u_right,v_right and a
+rig the positions are triangulated. With one lens the camera pose is fitted. With --plane, or with
+--size and no lens, pixel size and pose are fitted for a camera that looks straight down on z = 0.
+The lines for the scene's sense.camera go to standard output.)";
 
-// Returns the exit code: 0 done, 1 not to be trusted (nothing is written without `force`). Throws
-// std::invalid_argument: what is unusable; std::runtime_error: ran and failed.
+// Returns the exit code: 0 done, 1 rejected (nothing is written without `force`). Throws
+// std::invalid_argument: unusable options or data; std::runtime_error: the command failed.
 int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

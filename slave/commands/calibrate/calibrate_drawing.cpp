@@ -113,7 +113,7 @@ void DrawCoverage(const CalibrationReport& report, bool right, const Vector2d& a
   }
   const char* side = !report.is_pair ? "" : right ? "right " : "left ";
   svg->Text(at - Vector2d(0, 10),
-            fmt::format("corners in {:.0f} % of the {}picture",
+            fmt::format("corners in {:.0f} % of the {}image",
                         100 * report.question.coverage[right ? 1 : 0], side),
             "title");
   const Vector2d cell(kPanel / kCoverageColumns, height / kCoverageRows);
@@ -144,7 +144,7 @@ class ResidualsPanel {
     return kLetter * static_cast<double>(most) * Vector2d(std::sqrt(0.75), 0.5) + Vector2d(0, 40);
   }
   void Draw(const Vector2d& at, double width, Svg* svg) const {
-    svg->Text(at - Vector2d(0, 10), "rms residual of each picture [px]", "title");
+    svg->Text(at - Vector2d(0, 10), "rms residual of each image [px]", "title");
     DrawLegend(at, width, svg);
     const double tick = RoundBelow(0.5 * most_);
     for (double px = tick; px < most_; px += tick) {
@@ -175,7 +175,7 @@ class ResidualsPanel {
   }
   [[nodiscard]] std::string Label(std::size_t i) const {
     const CalibrationRow& row = report_.rows[i];
-    return fmt::format("{}: {}{}", i + 1, row.full_name(), row.used ? "" : ", left out");
+    return fmt::format("{}: {}{}", i + 1, row.full_name(), row.used ? "" : ", not used");
   }
   void DrawRow(std::size_t i, const Vector2d& at, double step, Svg* svg) const {
     const CalibrationRow& row = report_.rows[i];
@@ -198,9 +198,9 @@ class ResidualsPanel {
 std::vector<std::pair<std::string, const char*>> Verdict(const CalibrationReport& report) {
   std::vector<std::pair<std::string, const char*>> lines;
   for (const std::string& reason : report.verdict.reasons) {
-    lines.emplace_back("cannot be trusted: " + reason, "bad");
+    lines.emplace_back("rejected: " + reason, "bad");
   }
-  if (lines.empty()) lines.emplace_back("may be trusted", "good");
+  if (lines.empty()) lines.emplace_back("accepted", "good");
   for (const std::string& warning : report.verdict.warnings) {
     lines.emplace_back("weak: " + warning, "");
   }

@@ -38,9 +38,8 @@ void NoteCircles(CalibrationReport* report) {
     }
   }
   report->notes.push_back(
-      fmt::format("perspective draws the middles of circles away from their centres, by up to "
-                  "{:.2g} px if these are {:.3g} mm wide: smaller circles, or a chessboard, have "
-                  "less or none of it",
+      fmt::format("perspective shifts the image centres of circles by up to {:.2g} px if they are "
+                  "{:.3g} mm wide: use smaller circles or a chessboard",
                   most, 2e3 * radius));
 }
 
@@ -49,7 +48,7 @@ CalibrationEvidence QuestionOf(const Board& board, const CameraCalibration& came
   const Lens& lens = camera.fit.lens;
   CalibrationEvidence question;
   question.quantity = "focal length";
-  question.things = "pictures";
+  question.things = "images";
   question.used = camera.used.size();
   question.given = camera.used.size() + camera.dropped.size();
   question.rms_px = camera.fit.rms_px;
@@ -75,7 +74,7 @@ std::vector<std::string> PicturesBut(const std::set<std::size_t>& matched,
     if (picture.is_readable) {
       names.push_back(picture.name);
     } else {
-      report->notes.push_back("left out: " + picture.why_not);
+      report->notes.push_back("not used: " + picture.why_not);
     }
   }
   return names;
@@ -104,7 +103,7 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
   std::vector<std::string> alone = PicturesBut(of_left, left, report);
   for (std::string& name : PicturesBut(of_right, right, report)) alone.push_back(std::move(name));
   if (!alone.empty()) {
-    report->notes.push_back(fmt::format("pictures without a partner on the other side: {} ({})",
+    report->notes.push_back(fmt::format("images without a partner on the other side: {} ({})",
                                         alone.size(), fmt::join(alone, ", ")));
   }
   return out;
@@ -113,7 +112,7 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
 void RequireEnough(const MatchedPairs& matched, const CalibrationReport& report) {
   if (matched.views.size() >= 3) return;
   std::string words = fmt::format(
-      "{} of {} pairs show the board in both pictures: accepted is 3 or more, 4 or more to be "
+      "{} of {} pairs show the board in both images: accepted is 3 or more, 4 or more to be "
       "trusted",
       matched.views.size(), report.rows.size());
   for (const CalibrationRow& row : report.rows) {
@@ -134,8 +133,8 @@ void FillRows(const PairCalibration& pair, const MatchedPairs& matched, Calibrat
     CalibrationRow& row = report->rows[matched.rows[dropped.pair]];
     row.used = false;
     row.why_not = fmt::format(
-        "off by {:.2f} px from what the other pairs agree on: the board moved between the shots, "
-        "or they do not belong together",
+        "deviates by {:.2f} px from the other pairs: the board moved between the two exposures, or "
+        "the images are not of one pair",
         dropped.miss_px);
   }
 }
@@ -151,9 +150,9 @@ void PutSidesRight(CalibrationReport* report) {
   }
   report->rig = Exchanged(report->rig);
   report->notes.emplace_back(
-      "left and right are exchanged: the camera given as --left stands right of the other (or both "
-      "are upside down). The rig is written with the sides put right: give a scene its pictures "
-      "so, too");
+      "left and right are exchanged: the camera given as --left is to the right of the other (or "
+      "both are upside down). The rig is written with corrected sides: exchange the images in the "
+      "scene as well");
 }
 
 }  // namespace
@@ -172,9 +171,8 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& si
   if (views.size() < 3) {
     const CalibrationRow& seen = report.rows[rows.front()];
     throw std::runtime_error(fmt::format(
-        "{} of {} pictures show the board: accepted is 3 or more for a lens, 4 or more for one "
-        "that "
-        "can be trusted. Pixel size on the board of {}, if it is seen straight on: {:.5g} mm",
+        "{} of {} images show the board: accepted is 3 or more for a lens, 4 or more for one that "
+        "can be checked. Pixel size on the board of {}, if the view is perpendicular: {:.5g} mm",
         views.size(), side.pictures.size(), seen.name, 1e3 * seen.pixel));
   }
   const CameraCalibration camera = CalibrateCamera(board, views, side.size);
@@ -191,8 +189,8 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& si
     CalibrationRow& row = report.rows[rows[dropped.view]];
     row.used = false;
     row.why_not = fmt::format(
-        "its corners are off by {:.2f} px from what the other pictures agree on: blurred, bent, or "
-        "of another board or camera",
+        "its corners deviate by {:.2f} px from the other images: blurred, bent, or of another "
+        "board or camera",
         dropped.miss_px);
   }
   report.question = QuestionOf(board, camera, used, side.size);

@@ -100,7 +100,7 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!bar->Report("boards of " + option,
                      static_cast<double>(i) / static_cast<double>(files.size()))) {
-      throw std::runtime_error("stopped before it was done");
+      throw std::runtime_error("stopped before completion");
     }
     BoardPicture picture;
     picture.name = files[i].filename().string();
@@ -110,7 +110,7 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
       size = {grey.cols, grey.rows};
       read.push_back(size);
       picture.corners = FindBoard(grey, board);
-      if (!picture.corners) picture.why_not = "the board is not (wholly) seen";
+      if (!picture.corners) picture.why_not = "the board is not completely visible";
       if (first.empty()) first = grey;
     } catch (const std::runtime_error& error) {
       picture.why_not = error.what();
@@ -124,17 +124,16 @@ BoardPictures FindBoards(const std::string& option, const std::string& pattern, 
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (out.pictures[i].corners && sizes[i] != out.size) {
       out.pictures[i].corners.reset();
-      out.pictures[i].why_not = fmt::format("is {} x {}, most are {} x {}", sizes[i][0],
-                                            sizes[i][1], out.size[0], out.size[1]);
+      out.pictures[i].why_not = fmt::format("its size is {} x {}, that of most images {} x {}",
+                                            sizes[i][0], sizes[i][1], out.size[0], out.size[1]);
     }
     any = any || out.pictures[i].corners.has_value();
   }
   if (!any) {
-    throw std::runtime_error(fmt::format("{} {}: none of {} pictures shows a board of {}x{}{}{}",
-                                         option, pattern, out.pictures.size(), board.columns,
-                                         board.rows,
-                                         first.empty() ? ": " + out.pictures.front().why_not : "",
-                                         first.empty() ? "" : OtherBoard(first, board)));
+    throw std::runtime_error(fmt::format(
+        "{} {}: none of {} images shows a board of {}x{}{}{}", option, pattern, out.pictures.size(),
+        board.columns, board.rows, first.empty() ? ": " + out.pictures.front().why_not : "",
+        first.empty() ? "" : OtherBoard(first, board)));
   }
   return out;
 }
@@ -155,10 +154,10 @@ std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictur
   }
   const auto lefts = Readable(left), rights = Readable(right);
   if (lefts.size() != rights.size()) {
-    throw std::invalid_argument(fmt::format(
-        "--left names {} pictures, --right {}, and no number in their names tells which belong "
-        "together: accepted is as many of both, or numbered names",
-        lefts.size(), rights.size()));
+    throw std::invalid_argument(
+        fmt::format("--left matches {} images, --right {}, and their names have no numbers to pair "
+                    "them by: accepted is the same count of both, or numbered names",
+                    lefts.size(), rights.size()));
   }
   for (std::size_t k = 0; k < lefts.size(); ++k) pairs.emplace_back(lefts[k], rights[k]);
   return pairs;

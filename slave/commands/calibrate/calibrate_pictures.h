@@ -1,4 +1,4 @@
-// The pictures `calibrate` is given: the board in each, and which belong together.
+// The input images of `calibrate`: detection of the board in each, and pairing.
 #pragma once
 
 #include <array>
@@ -29,15 +29,16 @@ struct BoardPictures {
   std::array<int, 2> size{};           // of most of them [px]
 };
 
-// Reads and searches every picture; what cannot be read, has another size than most, or shows no
-// board stays with its reason. Throws std::invalid_argument where the pattern names nothing, and
-// std::runtime_error where no picture shows the board (with the count that would) or on a stop.
+// Reads and searches every image. An image that is unreadable, has another size than most, or shows
+// no board keeps the reason. Throws std::invalid_argument if the pattern matches nothing, and
+// std::runtime_error if no image shows the board (with the count of corners that would fit) or on a
+// stop.
 BoardPictures FindBoards(const std::string& option, const std::string& pattern, const Board& board,
                          ProgressBar* bar);
 
-// Indices of pictures that belong together: by the last number of their names where these have some
-// in common, else by order. Unreadable files whose names do not tell are left without a partner.
-// Throws std::invalid_argument where neither tells.
+// Indices of images that form pairs: by the last number of their names if some numbers match,
+// otherwise by order. Unreadable files without a usable name have no partner. Throws
+// std::invalid_argument if neither names nor order define pairs.
 std::vector<std::pair<std::size_t, std::size_t>> MatchPictures(const BoardPictures& left,
                                                                const BoardPictures& right);
 

@@ -1,4 +1,4 @@
-// What `calibrate` has found, for people: tables, sentences and a drawing.
+// The results of `calibrate` for people: tables, sentences and a drawing.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@
 
 namespace palpate {
 
-// One picture or pair.
+// One image or pair.
 struct CalibrationRow {
-  std::string name;        // of the picture, or of the left one
+  std::string name;        // residual of the image, or of the left image
   std::string right_name;  // pairs only
   bool used = false;
   std::string why_not;                                     // where it is not used
@@ -24,7 +24,7 @@ struct CalibrationRow {
   double right_px = 0;                                     // pairs only
   double pixel = 0;                                        // on the board [m]
   Eigen::Isometry3d X_LB = Eigen::Isometry3d::Identity();  // of the board
-  Corners left, right;                                     // as seen [px]
+  Corners left, right;                                     // detected corners [px]
 
   [[nodiscard]] std::string full_name() const {
     return right_name.empty() ? name : name + " " + right_name;
@@ -34,7 +34,7 @@ struct CalibrationRow {
 struct CalibrationReport {
   Board board;
   bool is_pair = false;
-  double distance = 0;  // of a plane whose pixel size is asked for [m]; 0: none
+  double distance = 0;  // distance of a plane whose pixel size is printed [m]; 0: none
   StereoRig rig;
   std::vector<CalibrationRow> rows;
   std::vector<std::string> notes;  // before the verdict
@@ -47,18 +47,18 @@ double PixelOnBoard(const Corners& corners, const Board& board);
 
 std::string Words(const CalibrationReport& report);
 std::string Words(const CameraRegistration& registration);
-// Where a camera with z forward stands and looks.
+// Position and viewing direction of a camera with z forward.
 std::string StandingWords(const Eigen::Isometry3d& X_SC);
 
-// Boards and cameras from above, corners over the pictures, residuals. Throws std::runtime_error
-// naming the file.
+// Draws boards and cameras from above, corners over the images, and residuals. Throws
+// std::runtime_error naming the file.
 void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& report);
 
-// From the boards in pictures to a lens or a rig, with all that is to be said about it.
-// Both throw std::runtime_error in words where the pictures define none; pictures and pairs that
-// contradict the others are named in the report's rows and left out.
+// Fits a lens or a rig to the boards in the images and fills the report. Both throw
+// std::runtime_error with a sentence if the images determine none. Images and pairs that contradict
+// the others are listed in the report's rows and not used.
 CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& side);
-// A rig that can be trusted has the left camera left: exchanged sides are put right, with a note.
+// In an accepted rig the left camera is on the left: exchanged sides are corrected, with a note.
 CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& left,
                                       const BoardPictures& right);
 

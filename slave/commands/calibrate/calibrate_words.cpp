@@ -21,12 +21,12 @@ std::string Table(const CalibrationReport& report) {
   std::size_t width = 8;
   for (const CalibrationRow& row : report.rows) width = std::max(width, row.full_name().size());
   std::string table =
-      fmt::format("{:<{}}  {}  pixel on the board [mm]\n", report.is_pair ? "pair" : "picture",
-                  width, report.is_pair ? "left [px]  right [px]" : "rms [px]");
+      fmt::format("{:<{}}  {}  pixel on the board [mm]\n", report.is_pair ? "pair" : "image", width,
+                  report.is_pair ? "left [px]  right [px]" : "rms [px]");
   for (const CalibrationRow& row : report.rows) {
     table += fmt::format("{:<{}}  ", row.full_name(), width);
     if (!row.used) {
-      table += "left out: " + row.why_not + "\n";
+      table += "not used: " + row.why_not + "\n";
     } else if (report.is_pair) {
       table +=
           fmt::format("{:9.3f}  {:10.3f}  {:.4f}\n", row.left_px, row.right_px, 1e3 * row.pixel);
@@ -41,8 +41,8 @@ std::string PairWords(const StereoRig& rig) {
   const Eigen::Vector3d at = 1e3 * rig.X_RL.inverse().translation();
   const Eigen::AngleAxisd turn(rig.X_RL.linear());
   return fmt::format(
-      "baseline {:.4f} mm: the right camera is at [{:.3f}, {:.3f}, {:.3f}] mm of the left one, "
-      "turned by {:.3f} deg\n",
+      "baseline {:.4f} mm: the right camera is at [{:.3f}, {:.3f}, {:.3f}] mm in the frame of the "
+      "left camera, rotated by {:.3f} deg\n",
       1e3 * rig.baseline(), at.x(), at.y(), at.z(), turn.angle() * 180 / std::numbers::pi);
 }
 
@@ -56,13 +56,14 @@ std::string ScaleWords(const CalibrationReport& report) {
   }
   const cv::Size2d extent = BoardExtent(report.board);
   std::string words = fmt::format(
-      "the board, {:.4g} x {:.4g} mm from first to last, was seen {:.4g} to {:.4g} mm away\n",
+      "the board ({:.4g} x {:.4g} mm between outer corners) was {:.4g} to {:.4g} mm from the "
+      "camera\n",
       1e3 * extent.width, 1e3 * extent.height, 1e3 * nearest, 1e3 * farthest);
   if (report.distance > 0) {
     const Lens& lens = report.rig.left;
     words +=
-        fmt::format("straight ahead at {:.4g} mm a pixel shows {:.5g} mm\n", 1e3 * report.distance,
-                    1e3 * report.distance / std::sqrt(lens.fx * lens.fy));
+        fmt::format("on the optical axis at {:.4g} mm one pixel covers {:.5g} mm\n",
+                    1e3 * report.distance, 1e3 * report.distance / std::sqrt(lens.fx * lens.fy));
   }
   return words;
 }
@@ -71,11 +72,11 @@ std::string HalvesWords(const CalibrationEvidence& question) {
   const HalvesCheck& halves = question.halves;
   if (halves.random.empty()) return "";
   std::string words = fmt::format(
-      "{} of halves: odd and even differ by {:.3g} %, {} random halves by {:.3g} % (median) and "
-      "{:.3g} % (worst); one sigma from all {:.3g} %",
+      "repeatability of the {} between halves of the images: odd and even differ by {:.3g} %, {} "
+      "random halves by {:.3g} % (median) and {:.3g} % (largest); one sigma from all {:.3g} %",
       question.quantity, 100 * halves.odd_even, halves.random.size(),
       100 * halves.random[halves.random.size() / 2], 100 * halves.worst(), 100 * halves.sigma());
-  if (halves.failed > 0) words += fmt::format("; {} halves define none", halves.failed);
+  if (halves.failed > 0) words += fmt::format("; {} halves give no result", halves.failed);
   return words + "\n";
 }
 
@@ -97,7 +98,7 @@ std::string Words(const CalibrationReport& report) {
   words += LensWords(report.is_pair ? "left" : "camera", report.rig.left);
   if (report.is_pair) words += LensWords("right", report.rig.right) + PairWords(report.rig);
   words += fmt::format("reprojection rms {:.4f} px over {} {}\n", report.rig.rms_px,
-                       report.question.used, report.is_pair ? "pairs (joint)" : "pictures");
+                       report.question.used, report.is_pair ? "pairs (joint)" : "images");
   words += ScaleWords(report);
   words += HalvesWords(report.question);
   words += "coverage:";
@@ -108,7 +109,7 @@ std::string Words(const CalibrationReport& report) {
   for (const std::string& note : report.notes) words += note + "\n";
   for (const std::string& warning : report.verdict.warnings) words += "weak: " + warning + "\n";
   for (const std::string& reason : report.verdict.reasons) {
-    words += "cannot be trusted: " + reason + "\n";
+    words += "rejected: " + reason + "\n";
   }
   return words;
 }
@@ -118,8 +119,8 @@ std::string StandingWords(const Eigen::Isometry3d& X_SC) {
   int axis = 0;
   forward.cwiseAbs().maxCoeff(&axis);
   return fmt::format(
-      "the camera stands at [{:.1f}, {:.1f}, {:.1f}] mm of S and looks along [{:.2f}, {:.2f}, "
-      "{:.2f}], towards {}{}",
+      "the camera is at [{:.1f}, {:.1f}, {:.1f}] mm in S and looks along [{:.2f}, {:.2f}, {:.2f}], "
+      "towards {}{}",
       at.x(), at.y(), at.z(), forward.x(), forward.y(), forward.z(), forward[axis] > 0 ? '+' : '-',
       "xyz"[axis]);
 }
@@ -127,24 +128,24 @@ std::string StandingWords(const Eigen::Isometry3d& X_SC) {
 std::string Words(const CameraRegistration& registration) {
   const double scale = registration.in_pixels ? 1 : 1e3;
   const char* unit = registration.in_pixels ? "px" : "mm";
-  std::string words = fmt::format("place  off by [{}]\n", unit);
+  std::string words = fmt::format("row  error [{}]\n", unit);
   for (std::size_t i = 0; i < registration.residuals.size(); ++i) {
     const double off = registration.residuals[i];
     words += fmt::format("{:5}  {}{}\n", i + 1,
                          std::isfinite(off) ? fmt::format("{:.4f}", scale * off) : "no ray",
-                         registration.used[i] ? "" : "  left out");
+                         registration.used[i] ? "" : "  not used");
   }
   words +=
       fmt::format("rms {:.4f} {}; one sigma of the direction {:.3g} deg", scale * registration.rms,
                   unit, registration.sigma_angle * 180 / std::numbers::pi);
   if (registration.sigma_place > 0) {
-    words += fmt::format(", of the camera's place {:.3g} mm", 1e3 * registration.sigma_place);
+    words += fmt::format(", of the camera position {:.3g} mm", 1e3 * registration.sigma_place);
   }
   words += "\n";
   if (registration.pixel == 0) words += StandingWords(registration.X_SC) + "\n";
   for (const std::string& warning : registration.warnings) words += "check: " + warning + "\n";
   for (const std::string& reason : registration.reasons) {
-    words += "cannot be trusted: " + reason + "\n";
+    words += "rejected: " + reason + "\n";
   }
   return words;
 }

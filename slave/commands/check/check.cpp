@@ -93,27 +93,25 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
   const Probe probe = PressAt(model, p_O, normal_O, width);
   if (probe.validity == Validity::kFailed) {
     PrintLine("expectation",
-              "none: the place nearest to the tool's home cannot be pressed (it is fixed)");
+              "none: the boundary nearest to the tool's home is fixed and cannot be displaced");
     return;
   }
   PrintLine("update",
-            fmt::format("{:.3g} us per contact: {} the {:g} Hz asked for", probe.update_us,
+            fmt::format("{:.3g} us per contact: {} the requested {:g} Hz", probe.update_us,
                         probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
                         scene.model.rate));
   PrintLine("stiffness",
-            fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for a {} press", probe.stiffness,
-                        LengthInWords(p_O.x()), LengthInWords(p_O.y()),
+            fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for an indentation of {}",
+                        probe.stiffness, LengthInWords(p_O.x()), LengthInWords(p_O.y()),
                         probe.stiffness * scene.operator_options.press_depth,
                         LengthInWords(scene.operator_options.press_depth)));
   const std::optional<double> error = ExpectedError(scene, p_O, normal_O, probe.stiffness);
   if (error) {
-    PrintLine(
-        "error",
-        fmt::format(
-            "about {:.1f} % of the contact force from the elements (two meshes, order one): {} "
-            "the {:g} % asked for",
-            100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
-            100 * scene.model.tolerance));
+    PrintLine("error",
+              fmt::format("about {:.1f} % of the contact force, due to the elements (from two "
+                          "meshes, order one): {} the requested {:g} %",
+                          100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
+                          100 * scene.model.tolerance));
   }
 }
 
@@ -124,13 +122,13 @@ void PrintTip(const Scene& scene) {
   const Camera& camera = *scene.sense.Find<Camera>();
   const double width = scene.tool->width / camera.pixel;
   std::string words = fmt::format(
-      "{:.3g} px wide, followed in {} px; its speed may change by {}/s from one picture to the "
-      "next; lost below a score of {:g}",
+      "{:.3g} px wide, tracked in a window of {} px; its speed may change by {}/s between images; "
+      "tracking is lost below a score of {:g}",
       width, tip.roi, LengthInWords(kReach * camera.pixel * camera.rate), tip.min_score);
   if (tip.template_file.empty() && tip.roi < 2 * kReach + width) {
     words += fmt::format(
-        ". ROI IS SMALL: what is looked for is cut {} px long, shorter than the tool is wide; "
-        "tip.roi of {:.0f} px or more shows its shape",
+        ". ROI IS SMALL: the template is {} px long, less than the tool's width; a tip.roi of "
+        "{:.0f} px or more covers its shape",
         std::max(tip.roi - 2 * kReach, 12), std::ceil(2 * kReach + 2 * width));
   }
   PrintLine("tip", words);
@@ -140,63 +138,62 @@ void PrintTip(const Scene& scene) {
 void PrintStartChecks(const Scene& scene) {
   const double pixel = scene.sense.Find<Camera>()->pixel;
   const bool is_cut = scene.sense.Find<TipTracking>()->template_file.empty();
-  PrintLine(
-      "checked",
-      fmt::format("the first picture: the outline's size to {:g} %, its fit to {:g} px rms ({}); "
-                  "{}; blur",
-                  100 * CameraLimits::kMostScale, CameraLimits::kMostResidual,
-                  LengthInWords(CameraLimits::kMostResidual * pixel),
-                  is_cut ? fmt::format("the tool's end to {} of where the manipulator says, its "
-                                       "width to {:g} %, where it stands out of plain ground",
-                                       LengthInWords(CameraLimits::kToolElsewhere * pixel),
-                                       100 * CameraLimits::kToolWidth)
-                         : "not the tool, which has a template of its own"));
+  PrintLine("checked",
+            fmt::format(
+                "first image: size of the outline within {:g} %, its fit within {:g} px rms ({}); "
+                "{}; blur",
+                100 * CameraLimits::kMostScale, CameraLimits::kMostResidual,
+                LengthInWords(CameraLimits::kMostResidual * pixel),
+                is_cut ? fmt::format("the tool tip within {} of the encoder reading and its width "
+                                     "within {:g} %, where it contrasts with a plain background",
+                                     LengthInWords(CameraLimits::kToolElsewhere * pixel),
+                                     100 * CameraLimits::kToolWidth)
+                       : "the tool is not checked, because it has its own template"));
 }
 
 // What each picture is held against, and what nothing here can see.
 void PrintChecks(const Scene& scene) {
   const Camera& camera = *scene.sense.Find<Camera>();
-  PrintLine(
-      "checked",
-      fmt::format("each picture: the tip by parts of its template{}; a picture that comes "
-                  "again, where the camera has noise; every other row {} px aside and more at the "
-                  "tip; a tip found again, for three pictures",
-                  camera.source == Camera::Source::kSimulated
-                      ? fmt::format(" and by the manipulator, to {} and three sigmas",
-                                    LengthInWords(CameraLimits::kArmParts * camera.pixel))
-                      : "",
-                  CameraLimits::kMostComb + 1));
+  PrintLine("checked",
+            fmt::format("each image: the tip by parts of its template{}; a repeated image, if the "
+                        "camera has noise; interlaced rows that differ by {} px or more at the "
+                        "tip; a tip found after a loss, for three images",
+                        camera.source == Camera::Source::kSimulated
+                            ? fmt::format(" and by the manipulator, within {} and three sigma",
+                                          LengthInWords(CameraLimits::kArmParts * camera.pixel))
+                            : "",
+                        CameraLimits::kMostComb + 1));
   if (!scene.sense.Find<ContourTracking>()) {
-    return PrintLine("NOT SEEN",
-                     "an object or a camera that moves, a wrong size, whether there is a dent: "
-                     "sense.contour would tell");
+    return PrintLine("UNDETECTED",
+                     "motion of the object or camera, a wrong size, a missing indentation: "
+                     "sense.contour detects them");
   }
   PrintStartChecks(scene);
   PrintLine("checked",
-            fmt::format("the object's edge: dents of {} and more, where the edge beside the tool "
-                        "shows them; covers; blur, by its step; light that clips it by {:.0f} %",
+            fmt::format("object edge: indentations of {} or more, where the edge next to the tool "
+                        "is visible; occlusion; blur, by the edge width; overexposure by {:.0f} %",
                         LengthInWords(CameraLimits::kSmallDent * camera.pixel),
                         100 * (CameraLimits::kOverexposed - 1)));
-  PrintLine("put right",
-            fmt::format("a camera or object that moves by up to {} ({:g} px), turns by {:.1f} deg "
-                        "or grows by {:g} %; more is doubted",
+  PrintLine("compensated",
+            fmt::format("motion of the camera or object by up to {} ({:g} px), rotation by {:.1f} "
+                        "deg, growth by {:g} %; more is flagged",
                         LengthInWords(CameraLimits::kMostShift * camera.pixel),
                         CameraLimits::kMostShift, CameraLimits::kMostTurn * 180 / std::numbers::pi,
                         100 * CameraLimits::kMostGrowth));
-  PrintLine("NOT SEEN",
-            fmt::format(
-                "a wrong young_modulus, thickness, tool.shape or `fixed`; a tip told wrong by less "
-                "than {}; a thing that lies on the touched edge from the start{}",
-                LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
-                camera.source == Camera::Source::kSimulated || ShowsArm(scene)
-                    ? ""
-                    : "; pictures that are late, as no manipulator is seen in them"));
+  PrintLine("UNDETECTED",
+            fmt::format("a wrong young_modulus, thickness, tool.shape or `fixed`; a tip position "
+                        "error below {}; something that covers the touched edge from the start{}",
+                        LengthInWords(CameraLimits::kToolElsewhere * camera.pixel),
+                        camera.source == Camera::Source::kSimulated || ShowsArm(scene)
+                            ? ""
+                            : "; image latency, because no manipulator is visible in the images"));
 }
 
 void PrintModel(const Scene& scene) {
   PrintChoice(scene);
   if (std::holds_alternative<ImageContourGeometry>(scene.object.geometry)) {
-    PrintLine("mesh", "made when the contour is found; conditioning and error are said then");
+    PrintLine("mesh",
+              "generated when the contour is found; conditioning and error are reported then");
     return;
   }
   const BoundaryMesh mesh = MeshOutline(scene, std::nullopt);
@@ -205,8 +202,9 @@ void PrintModel(const Scene& scene) {
   const ModelInfo& info = model->info();
   PrintLine(
       "precompute",
-      fmt::format("{:.1f} ms, {:.1f} MB kept, {} dof, condition {:.3g}", 1e3 * info.precompute_s,
-                  static_cast<double>(info.memory_bytes) * 1e-6, info.dof, info.condition));
+      fmt::format("{:.1f} ms, {:.1f} MB of memory, {} degrees of freedom, condition number {:.3g}",
+                  1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
+                  info.condition));
   PrintExpectation(scene, mesh, *model);
   PrintShapeCost(*model);
 }
@@ -220,24 +218,23 @@ void PrintPictureCost(const Camera& camera) {
   const auto began = std::chrono::steady_clock::now();
   for (int i = 0; i < kRepeats; ++i) bytes = EncodeJpeg(noise, kQuality).size();
   const std::chrono::duration<double, std::milli> spent = std::chrono::steady_clock::now() - began;
-  PrintLine("on demand", fmt::format("the picture (WatchVideo): at most {:.2g} ms and {} kB each",
+  PrintLine("on demand", fmt::format("an image (WatchVideo): at most {:.2g} ms and {} kB each",
                                      spent.count() / kRepeats, bytes / 1000));
 }
 
 void PrintOff(const Scene& scene) {
   PrintLine("off", "tactile sensing, stereo, volume models: not in this scene");
   if (!scene.sense.Find<ContourTracking>()) {
-    PrintLine("off", "contour: the object's pose is taken from the scene, not measured");
+    PrintLine("off", "contour: the object pose comes from the scene, not from the image");
   }
   const Camera& camera = *scene.sense.Find<Camera>();
   if (camera.size[0] > 0 && camera.size[1] > 0) PrintPictureCost(camera);
   const bool is_film =
       camera.source == Camera::Source::kFiles || camera.source == Camera::Source::kVideo;
   if (is_film || camera.source == Camera::Source::kStream) return;
-  PrintLine("on demand",
-            fmt::format("looking at all pictures, {:g} a second: two a second while nobody reads "
-                        "states or records",
-                        camera.rate));
+  PrintLine("on demand", fmt::format("all {:g} images per second are processed; two per second "
+                                     "while no client reads states or records",
+                                     camera.rate));
 }
 
 }  // namespace
@@ -274,7 +271,7 @@ std::string InWords(const Geometry& geometry) {
       return fmt::format("contour from {} ({} points)", g.file.string(), g.outline.outer.size());
     }
     std::string operator()(const ImageContourGeometry&) const {
-      return "contour found in the first picture";
+      return "contour found in the first image";
     }
     std::string operator()(const MembraneGeometry& g) const {
       return fmt::format("clamped membrane of radius {}", LengthInWords(g.radius));
@@ -297,10 +294,10 @@ std::string InWords(const Geometry& geometry) {
 }
 
 void PrintHand(const Scene& scene) {
-  PrintLine("hand", fmt::format("position scale {:g}, force scale {:g}, at most {:g} N",
-                                scene.operator_options.transform.position_scale,
-                                scene.operator_options.transform.force_scale,
-                                scene.operator_options.force_limit));
+  PrintLine("operator", fmt::format("position scale {:g}, force scale {:g}, force limit {:g} N",
+                                    scene.operator_options.transform.position_scale,
+                                    scene.operator_options.transform.force_scale,
+                                    scene.operator_options.force_limit));
 }
 
 void PrintObject(const Scene& scene) {
@@ -344,9 +341,9 @@ int RunCheck(const CheckOptions& options) {
   const Camera& camera = *scene.sense.Find<Camera>();
   const std::string lens =
       camera.lens.empty() ? ""
-                          : ", straightened from the lens of " + camera.lens.filename().string();
-  PrintLine("eyes", fmt::format("{}, {:g} Hz, {} per pixel{}", InWords(camera), camera.rate,
-                                LengthInWords(camera.pixel), lens));
+                          : ", undistorted with the lens of " + camera.lens.filename().string();
+  PrintLine("camera", fmt::format("{}, {:g} Hz, {} per pixel{}", InWords(camera), camera.rate,
+                                  LengthInWords(camera.pixel), lens));
   PrintManipulator(scene);
   PrintTip(scene);
   PrintChecks(scene);

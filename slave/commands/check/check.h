@@ -14,35 +14,35 @@ std::string InWords(const Geometry& geometry);
 // Name, object and material.
 void PrintObject(const Scene& scene);
 std::string InWords(const Camera& camera);
-// Two eyes or a depth camera: from where; of two that run freely when they are a pair.
+// Prints the source of a stereo pair or depth camera, and when two free-running images are a pair.
 void PrintCameras(const Scene& scene);
-// Whether a real arm moves what live pictures show.
+// Whether live images show a real manipulator.
 bool ShowsArm(const Scene& scene);
-// The arm, and what it is a witness of.
+// Prints the manipulator and the checks that use its encoders.
 void PrintManipulator(const Scene& scene);
-// Scales and limit of the operator's hand.
+// Prints scales and force limit of the operator.
 void PrintHand(const Scene& scene);
 
-// The model that runs and why; of `model.kind: auto` also what was rejected, with its figures.
+// Prints the model and the reason for its choice; for `model.kind: auto` also the rejected models
+// with their figures.
 void PrintChoice(const Scene& scene);
 
-// What the deformed shape costs while somebody watches it: measured on the last answer.
+// Prints the cost of the deformed shape while a client watches it, measured on the last solution.
 void PrintShapeCost(DeformationModel& model);
 
-// Of membranes and volumes: prints the object, its mesh and the mesh's quality, the model and a
-// press. Throws std::invalid_argument: the scene cannot be computed.
+// For membranes and volumes: prints the object, its mesh and the mesh quality, the model and a
+// contact. Throws std::invalid_argument: the scene cannot be computed.
 void PrintBody(const Scene& scene);
 // The same as the report of a scene without senses.
 void CheckBody(const Scene& scene);
 
-// Prints the report of a scene with two cameras or depth pictures: where they stand, what they see,
-// how exact and how fast. Throws std::invalid_argument or std::runtime_error: the scene cannot be
-// seen or computed.
+// Prints the report of a scene with a stereo pair or depth images: pose, detected points, accuracy
+// and speed. Throws std::invalid_argument or std::runtime_error: the scene cannot be sensed or
+// computed.
 void CheckStereo(const Scene& scene);
 
-// Prints the report of a scene with fingertips: what senses, what it tells, how exact and how fast.
-// Throws std::invalid_argument or std::runtime_error: the scene cannot be sensed
-// or computed.
+// Prints the report of a scene with fingertips: source, estimates, accuracy and speed. Throws
+// std::invalid_argument or std::runtime_error: the scene cannot be sensed or computed.
 void CheckTactile(const Scene& scene);
 
 }  // namespace palpate

@@ -28,7 +28,7 @@ void PrintMeshFile(const MeshFileGeometry& geometry) {
   for (const auto& line : Lines(report)) PrintLine("mesh", line);
   if (file.material) {
     PrintLine("file", fmt::format("its material (E = {:.4g} Pa, nu = {:g}, {:g} kg/m^3) is not "
-                                  "used: the scene's is",
+                                  "used; the scene's material is",
                                   file.material->young_modulus, file.material->poisson_ratio,
                                   file.material->density));
   }
@@ -99,13 +99,15 @@ std::optional<double> ExpectedError(const Scene& scene, const ObjectMesh& mesh,
 // What would be pressed; nullopt, and a line that says why: nothing.
 std::optional<study::PressSpec> QuestionOf(const Scene& scene) {
   if (!IsHeld(scene.object)) {
-    PrintLine("press", "not tried: nothing holds the object, so it takes balanced loads only");
+    PrintLine(
+        "contact",
+        "not computed: the object has no fixed boundary, so only balanced loads are accepted");
     return std::nullopt;
   }
   try {
     return study::AskedOf(scene);
   } catch (const std::invalid_argument& reason) {
-    PrintLine("press", std::string("not tried: ") + reason.what());
+    PrintLine("contact", std::string("not computed: ") + reason.what());
     return std::nullopt;
   }
 }
@@ -117,32 +119,33 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
   const study::Press& press = question.presses.front();
   const Probe probe = Query(question, model);
   if (probe.validity == Validity::kFailed) {
-    PrintLine("press", "no answer: " + probe.failure);
+    PrintLine("contact", "no solution: " + probe.failure);
     return;
   }
-  PrintLine("press", fmt::format("{:.4g} N for {} at ({}, {}, {}) over {}", probe.force,
-                                 LengthInWords(question.depth), LengthInWords(press.p_O.x()),
-                                 LengthInWords(press.p_O.y()), LengthInWords(press.p_O.z()),
-                                 LengthInWords(question.width)));
+  PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {} wide",
+                                   probe.force, LengthInWords(question.depth),
+                                   LengthInWords(press.p_O.x()), LengthInWords(press.p_O.y()),
+                                   LengthInWords(press.p_O.z()), LengthInWords(question.width)));
   if (probe.validity != Validity::kValid) {
-    PrintLine("press", "extrapolated: " +
-                           (probe.failure.empty() ? std::string(kBeyondRange) : probe.failure));
+    PrintLine("contact", "extrapolated: " +
+                             (probe.failure.empty() ? std::string(kBeyondRange) : probe.failure));
   }
   PrintLine("update",
-            fmt::format("{:.3g} us: {} the {:g} Hz asked for", probe.update_us,
+            fmt::format("{:.3g} us: {} the requested {:g} Hz", probe.update_us,
                         probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
                         scene.model.rate));
   const auto error = ExpectedError(scene, mesh, question, probe.force);
   if (!error) {
-    PrintLine("error", "not estimated here: `study` measures it");
+    PrintLine("error", "not estimated; `study` measures it");
     return;
   }
-  PrintLine("error",
-            fmt::format(
-                "about {:.2g} % of the force against {}: {} the {:g} % asked for", 100 * *error,
-                std::holds_alternative<MembraneDisc>(mesh) ? "a plate that stretches"
-                                                           : "quadratic elements on the same mesh",
-                *error <= scene.model.tolerance ? "meets" : "MISSES", 100 * scene.model.tolerance));
+  PrintLine(
+      "error",
+      fmt::format(
+          "about {:.2g} % of the force, compared with {}: {} the requested {:g} %", 100 * *error,
+          std::holds_alternative<MembraneDisc>(mesh) ? "a plate that stretches"
+                                                     : "quadratic elements on the same mesh",
+          *error <= scene.model.tolerance ? "meets" : "MISSES", 100 * scene.model.tolerance));
 }
 
 }  // namespace
@@ -155,7 +158,7 @@ void PrintShapeCost(DeformationModel& model) {
   const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - began;
   if (u_O.empty()) return;
   PrintLine("on demand",
-            fmt::format("the deformed shape (WatchMesh): {:.3g} us and {:.3g} kB a state",
+            fmt::format("the deformed shape (WatchMesh): {:.3g} us and {:.3g} kB per state",
                         spent.count() / kRepeats, 12e-3 * static_cast<double>(u_O.size())));
 }
 
@@ -174,14 +177,15 @@ void PrintBody(const Scene& scene) {
   const auto model = MakeModel(scene, mesh, &progress);
   progress.Clear();
   const ModelInfo& info = model->info();
-  PrintLine("precompute",
-            fmt::format("{:.3g} ms, {:.3g} MB kept, {} dof{}", 1e3 * info.precompute_s,
-                        static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
-                        info.condition > 0 ? fmt::format(", condition {:.3g}", info.condition)
-                                           : std::string()));
+  PrintLine(
+      "precompute",
+      fmt::format("{:.3g} ms, {:.3g} MB of memory, {} degrees of freedom{}",
+                  1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
+                  info.condition > 0 ? fmt::format(", condition number {:.3g}", info.condition)
+                                     : std::string()));
   if (!info.remark.empty()) PrintLine("remark", info.remark);
   if (MovesInTime(scene)) {
-    PrintLine("time", fmt::format("steps of {:g} s", info.step));
+    PrintLine("time", fmt::format("time steps of {:g} s", info.step));
   } else {
     PrintPress(scene, mesh, *model);
     PrintShapeCost(*model);
@@ -190,7 +194,7 @@ void PrintBody(const Scene& scene) {
 
 void CheckBody(const Scene& scene) {
   PrintBody(scene);
-  PrintLine("off", "senses: nothing watches this object; `solve` and `study` take it");
+  PrintLine("off", "sensing: the scene has no camera and no fingertips; use `solve` and `study`");
 }
 
 }  // namespace palpate

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-constexpr const char* kPushed = "that a driver pushes (FeedPictures)";
+constexpr const char* kPushed = "from a driver (FeedPictures)";
 
 std::string DeviceInWords(int device) {
   return fmt::format("camera {0} (/dev/video{0})", device);
@@ -39,11 +39,11 @@ std::string InWords(const Eye& eye) {
 std::string InWords(const StereoCameras& pair) {
   switch (pair.source) {
     case StereoCameras::Source::kSimulated:
-      return "simulated site";
+      return "simulated";
     case StereoCameras::Source::kFiles:
-      return fmt::format("picture files {}, right {}", pair.left, pair.right);
+      return fmt::format("image files {}, right {}", pair.left, pair.right);
     case StereoCameras::Source::kStream:
-      return std::string("pairs ") + kPushed;
+      return std::string("image pairs ") + kPushed;
     case StereoCameras::Source::kEyes:
       break;
   }
@@ -54,9 +54,9 @@ std::string InWords(const StereoCameras& pair) {
 std::string InWords(const DepthPictures& depth) {
   switch (depth.source) {
     case DepthPictures::Source::kFiles:
-      return "depth picture files " + depth.pattern;
+      return "depth image files " + depth.pattern;
     case DepthPictures::Source::kStream:
-      return std::string("depth pictures ") + kPushed;
+      return std::string("depth images ") + kPushed;
     case DepthPictures::Source::kEye:
       break;
   }
@@ -75,18 +75,18 @@ void PrintArm(const Scene& scene) {
   const ManipulatorOptions& arm = scene.manipulator;
   if (arm.source == Source::kSimulated) return PrintLine("manipulator", "simulated");
   if (arm.source == Source::kStream) {
-    return PrintLine("manipulator",
-                     fmt::format("an arm whose driver is a client (DriveTool); silent for {:.3g} "
-                                 "ms, it has a fault",
-                                 1e3 * arm.silence));
+    return PrintLine(
+        "manipulator",
+        fmt::format("driven by a client (DriveTool); a fault is raised after {:.3g} ms of silence",
+                    1e3 * arm.silence));
   }
   std::error_code none;
   const bool is_there = std::filesystem::exists(arm.port, none);
   const Eigen::Vector3d& home = arm.home;
   PrintLine("manipulator",
-            fmt::format("Sutter MP-285 or MP-225 on {}{}, steps of {}, travel {}; where it stands "
-                        "at the start is ({}, {}, {})",
-                        arm.port, is_there ? "" : " (NOT THERE NOW)", LengthInWords(Mp285::kStep),
+            fmt::format("Sutter MP-285 or MP-225 on {}{}, steps of {}, travel {}; its position at "
+                        "the start is taken as ({}, {}, {})",
+                        arm.port, is_there ? "" : " (NOT FOUND)", LengthInWords(Mp285::kStep),
                         LengthInWords(Mp285::kStep * Mp285::kTravel), LengthInWords(home.x()),
                         LengthInWords(home.y()), LengthInWords(home.z())));
 }
@@ -117,15 +117,15 @@ bool ShowsArm(const Scene& scene) {
 std::string InWords(const Camera& camera) {
   switch (camera.source) {
     case Camera::Source::kSimulated:
-      return fmt::format("simulated site, {}x{} px", camera.size[0], camera.size[1]);
+      return fmt::format("simulated, {}x{} px", camera.size[0], camera.size[1]);
     case Camera::Source::kFiles:
-      return "picture files " + camera.pattern;
+      return "image files " + camera.pattern;
     case Camera::Source::kVideo:
       return "video " + camera.pattern;
     case Camera::Source::kUrl:
       return AddressInWords(camera.pattern);
     case Camera::Source::kStream:
-      return std::string("pictures ") + kPushed;
+      return std::string("images ") + kPushed;
     case Camera::Source::kDevice:
       break;
   }
@@ -134,25 +134,26 @@ std::string InWords(const Camera& camera) {
 
 void PrintCameras(const Scene& scene) {
   if (const auto* depth = scene.sense.Find<DepthPictures>()) {
-    return PrintLine("eyes", fmt::format("{}, {:g} Hz", InWords(*depth), depth->rate));
+    return PrintLine("cameras", fmt::format("{}, {:g} Hz", InWords(*depth), depth->rate));
   }
   const auto* pair = scene.sense.Find<StereoCameras>();
   if (pair == nullptr) return;
-  PrintLine("eyes", fmt::format("{}, {:g} Hz", InWords(*pair), pair->rate));
+  PrintLine("cameras", fmt::format("{}, {:g} Hz", InWords(*pair), pair->rate));
   if (!IsPairedByStamps(*pair)) return;
   const bool is_told = pair->source == StereoCameras::Source::kStream;
-  PrintLine("sync", fmt::format("pictures {} more than {:.3g} ms apart are no pair: dropped and "
-                                "counted; GetStatus tells how far apart they are",
-                                is_told ? "that their driver's stamps have" : "that come",
-                                1e3 * pair->sync));
+  PrintLine("sync",
+            fmt::format("images {} more than {:.3g} ms apart are not paired: they are dropped and "
+                        "counted; GetStatus reports the interval",
+                        is_told ? "whose driver timestamps are" : "that arrive", 1e3 * pair->sync));
 }
 
 void PrintManipulator(const Scene& scene) {
   PrintArm(scene);
   if (!ShowsArm(scene)) return;
-  PrintLine("checked", fmt::format("how late the pictures are, by the arm while it moves what they "
-                                   "show: it goes into the force's sigma, {:.3g} s is doubted",
-                                   ImageLatencyEstimator::kMost));
+  PrintLine("checked",
+            fmt::format("image latency, from the manipulator while it moves what the images show; "
+                        "it is part of the force's sigma; {:.3g} s or more is flagged",
+                        ImageLatencyEstimator::kMost));
 }
 
 }  // namespace palpate

@@ -37,12 +37,13 @@ void PrintDome(const Scene& scene, const DomeGeometry& dome) {
   PrintLine("model", ChooseModel(scene).kind + ": " + ChooseModel(scene).reason);
   const auto body = MakeMembraneBody(scene);
   const ModelInfo& info = body->info();
-  PrintLine("precompute", fmt::format("{:.3g} ms, {:.3g} MB kept, {} dof", 1e3 * info.precompute_s,
+  PrintLine("precompute", fmt::format("{:.3g} ms, {:.3g} MB of memory, {} degrees of freedom",
+                                      1e3 * info.precompute_s,
                                       static_cast<double>(info.memory_bytes) * 1e-6, info.dof));
   const double depth = scene.tool->width / 4;
   const auto press = body->PressAt({0, 0, dome.inflation}, depth);
-  PrintLine("press",
-            fmt::format("{} into the top takes {:.3g} N", LengthInWords(depth), press.force));
+  PrintLine("contact", fmt::format("an indentation of {} at the top needs {:.3g} N",
+                                   LengthInWords(depth), press.force));
 }
 
 void PrintModelOf(const Scene& scene) {
@@ -53,24 +54,24 @@ void PrintModelOf(const Scene& scene) {
     return;
   }
   PrintObject(scene);
-  PrintLine("model",
-            "none: nothing holds the object, so its points are followed and the force is "
-            "not known");
+  PrintLine(
+      "model",
+      "none: the object has no fixed boundary, so its points are tracked and the force is unknown");
 }
 
 void PrintSight(const Scene& scene, const StereoRig& rig) {
   const auto sight = ExpectedSight(scene, rig);
   if (!sight) {
-    PrintLine("sight", IsHeld(scene.object)
-                           ? "NOTHING: the object's origin is not in front of both cameras; "
-                             "sense.camera.pose says where the left one stands"
-                           : "not known: nobody says where the left camera stands, so points are "
-                             "told in its own frame");
+    PrintLine("accuracy", IsHeld(scene.object)
+                              ? "NOTHING: the object origin is not in front of both cameras; check "
+                                "sense.camera.pose, the pose of the left camera"
+                              : "unknown: the scene has no pose of the left camera, so points are "
+                                "reported in its own frame");
     return;
   }
-  PrintLine("sight",
-            fmt::format("{} from the object's origin: a point seen to {:g} px is known to {} along "
-                        "the line of sight and {} across it (one sigma)",
+  PrintLine("accuracy",
+            fmt::format("{} from the object origin: with {:g} px in the image a point has a sigma "
+                        "of {} along the line of sight and {} across it",
                         LengthInWords(sight->distance), scene.sense.Find<PointTracking>()->sigma,
                         LengthInWords(sight->sigma_depth), LengthInWords(sight->sigma_across)));
 }
@@ -78,17 +79,18 @@ void PrintSight(const Scene& scene, const StereoRig& rig) {
 const char* PairInWords(const StereoCameras& pair) {
   using Source = StereoCameras::Source;
   if (pair.source == Source::kSimulated) return "simulated pair";
-  if (pair.source == Source::kFiles) return "pair of picture files";
-  return pair.source == Source::kEyes ? "live pair" : "pair that a driver pushes";
+  if (pair.source == Source::kFiles) return "pair of image files";
+  return pair.source == Source::kEyes ? "live pair" : "pair from a driver";
 }
 
 void PrintRig(const Scene& scene, const StereoRig& rig) {
-  PrintLine("cameras",
-            fmt::format("{}, {}, focal length {:.4g} px, {} apart{}",
-                        PairInWords(*scene.sense.Find<StereoCameras>()), Size(rig.left.size),
-                        rig.left.fx, LengthInWords(rig.baseline()),
-                        rig.rms_px > 0 ? fmt::format("; calibrated to {:.3g} px rms", rig.rms_px)
-                                       : std::string()));
+  PrintLine(
+      "cameras",
+      fmt::format("{}, {}, focal length {:.4g} px, {} apart{}",
+                  PairInWords(*scene.sense.Find<StereoCameras>()), Size(rig.left.size), rig.left.fx,
+                  LengthInWords(rig.baseline()),
+                  rig.rms_px > 0 ? fmt::format("; calibration residual {:.3g} px rms", rig.rms_px)
+                                 : std::string()));
   PrintSight(scene, rig);
 }
 
@@ -97,12 +99,14 @@ void PrintForce(const Scene& scene, const StereoRig& rig,
   const auto expected = ExpectedForce(scene, rig, places_O);
   if (!expected) return;
   if (expected->validity == Validity::kFailed) {
-    PrintLine("force", "NOT TOLD by these dots for this press: deeper, or more exact ones, would");
+    PrintLine("force",
+              "NOT DETERMINED by these dots for this contact: use a larger depth, or dots with a "
+              "smaller sigma");
     return;
   }
   PrintLine("force",
-            fmt::format("{:.4g} N for a {} press at the place under home{}; the dots' "
-                        "places alone make {:.3g} N of it uncertain ({:.2g} %)",
+            fmt::format("{:.4g} N for an indentation of {} below home{}; the sigma of the dots "
+                        "alone contributes {:.3g} N ({:.2g} %)",
                         expected->force, LengthInWords(scene.operator_options.press_depth),
                         expected->validity == Validity::kValid ? "" : ", beyond the model's range",
                         expected->sigma, 100 * expected->sigma / expected->force));
@@ -111,12 +115,11 @@ void PrintForce(const Scene& scene, const StereoRig& rig,
 void PrintDots(const Scene& scene, const StereoRig& rig) {
   const auto places_O = DotPlaces(*scene.sense.Find<PointTracking>());
   const auto seen_O = InBothPictures(scene, rig, places_O);
-  PrintLine("dots", fmt::format("{} of {} of radius {} in view of both cameras at rest{}",
-                                seen_O.size(), places_O.size(),
-                                LengthInWords(scene.sense.Find<PointTracking>()->dot_radius),
-                                seen_O.size() == places_O.size()
-                                    ? ""
-                                    : ": a wider view, or an array that fits it, shows the rest"));
+  PrintLine(
+      "dots",
+      fmt::format("{} of {} with radius {} are visible to both cameras at rest{}", seen_O.size(),
+                  places_O.size(), LengthInWords(scene.sense.Find<PointTracking>()->dot_radius),
+                  seen_O.size() == places_O.size() ? "" : ": use a wider view or a smaller array"));
   if (EstimatesForce(scene)) PrintForce(scene, rig, seen_O);
 }
 
@@ -124,15 +127,16 @@ std::string FittedTo(const Scene& scene) {
   const bool is_plate = std::holds_alternative<MembraneGeometry>(scene.object.geometry);
   if (!EstimatesForce(scene) || !is_plate) return {};
   return fmt::format(
-      "; of more than {0} on the membrane, the force is fitted to {0} at most, "
-      "spread evenly, so as to keep up with the pictures",
+      "; the force is fitted to at most {0} points on the membrane, spread evenly, to keep up with "
+      "the image rate",
       GridSubsample::kMost);
 }
 
 std::string RangeInWords(const StereoRig& rig) {
   const auto nearest = NearestInBoth(rig);
-  if (!nearest) return "NONE of the left camera's axis is in the right picture: is this their rig?";
-  return fmt::format("they are found from {} on, nearer both cameras do not see them",
+  if (!nearest)
+    return "NO point on the left camera's axis is visible in the right image: check the rig file";
+  return fmt::format("points nearer than {} are not visible to both cameras",
                      LengthInWords(*nearest));
 }
 
@@ -144,13 +148,13 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
       break;
     case PointTracking::Track::kTexture:
       PrintLine("texture",
-                fmt::format("{} of {} px, as the first left picture shows them; {}",
+                fmt::format("{} of {} px, chosen in the first left image; {}",
                             points.at.empty() ? fmt::format("up to {} windows", points.count)
                                               : fmt::format("{} windows", points.at.size()),
                             points.window, RangeInWords(rig)));
       break;
     case PointTracking::Track::kSurface:
-      PrintLine("surface", "followed cell by cell of the depth pictures" + FittedTo(scene));
+      PrintLine("surface", "tracked in cells of the depth images" + FittedTo(scene));
       break;
   }
 }
@@ -195,50 +199,50 @@ std::string SeenInWords(const Scene& scene, const SurfacePointTracker& eyes,
                         const FirstLook& look) {
   if (look.until_rest == 0) {
     const bool are_enough = look.pictures >= eyes.rest_pictures();
-    return fmt::format("NOTHING yet: {}, and the first {} do not{}{}", RestInWords(eyes),
-                       look.pictures, are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
+    return fmt::format("NOTHING yet: {}; the first {} do not{}{}", RestInWords(eyes), look.pictures,
+                       are_enough ? ": " : "", are_enough ? WhyNotFound(scene) : "");
   }
   std::string words = fmt::format(
-      "{} of {} points in the last of {} pictures; the rest frame took the first {}: "
-      "nothing may touch the object in it",
+      "{} of {} points in the last of {} images; the rest shape comes from the first {}: nothing "
+      "may touch the object in them",
       look.seen, look.points, look.pictures, look.until_rest);
   const bool is_texture =
       scene.sense.Find<PointTracking>() &&
       scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture;
   if (is_texture && 2 * look.seen < look.points) {
-    words += fmt::format(". FEW are in both pictures: {}; or change too fast", WhyFewWindows());
+    words +=
+        fmt::format(". FEW are in both images: {}; or the images change too fast", WhyFewWindows());
   }
   return words;
 }
 
 void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
   if (TakesPictures(scene.sense)) {
-    PrintLine("pictures", "none before a driver pushes them (FeedPictures)");
+    PrintLine("images", "none until a driver sends them (FeedPictures)");
     return;
   }
   const auto environment = MakeSimulatedEnvironment(scene);
   const auto source = Open(scene, environment.get());
   const auto eyes = MakeSurfacePointTracker(scene, rig);
-  PrintLine("pictures", source->description());
+  PrintLine("images", source->description());
   const FirstLook look = FirstSample(scene, rig, *source, *eyes);
-  PrintLine("seen", SeenInWords(scene, *eyes, look));
+  PrintLine("detected", SeenInWords(scene, *eyes, look));
   if (look.pictures < 2) return;
   const double rate = SensorRate(scene.sense);
-  PrintLine("pace", fmt::format("{:.3g} us per picture to find the points: {} the {:g} Hz of the "
-                                "pictures",
-                                look.us, look.us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
+  PrintLine("rate",
+            fmt::format("{:.3g} us per image to find the points: {} the {:g} Hz of the images",
+                        look.us, look.us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
   const double checks_us = look.checks.Quantile(0.99);
-  PrintLine("", fmt::format("the checks of them: {:.3g} us (p99), {:.2g} % of the pictures' period",
+  PrintLine("", fmt::format("their checks take {:.3g} us (p99), {:.2g} % of the image period",
                             checks_us, 100e-6 * checks_us * rate));
 }
 
 void PrintDepthCamera(const DepthPictures& depth, const Scene& scene) {
   const Eigen::Vector3d p_D = depth.X_SD.inverse() * scene.object.X_SO.translation();
-  PrintLine("depth",
-            fmt::format("counts of {}, focal length {:.4g} px, {} from the object's origin; "
-                        "one depth is known to {}; beyond {} they show no object",
-                        LengthInWords(depth.unit), depth.fx, LengthInWords(p_D.norm()),
-                        LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
+  PrintLine("depth", fmt::format("counts of {}, focal length {:.4g} px, {} from the object origin; "
+                                 "sigma of one depth {}; depths beyond {} are not used",
+                                 LengthInWords(depth.unit), depth.fx, LengthInWords(p_D.norm()),
+                                 LengthInWords(depth.sigma), LengthInWords(FarthestDepth(scene))));
 }
 
 double NearestNeighbour(const std::vector<Eigen::Vector2d>& places) {
@@ -254,37 +258,35 @@ void PrintCameraChecks(const Scene& scene) {
   const PointTracking& points = *scene.sense.Find<PointTracking>();
   PrintLine(
       "checked",
-      fmt::format("each pair: a camera that shows the same picture again, or parts of an old one "
-                  "(frozen); one that moved "
-                  "against the other across the lines of sight by {:.2g} px; a picture {:.2g} "
-                  "periods late, while the surface moves; at rest: a rig off by {:.2g} px",
+      fmt::format("each pair: an image that repeats, or contains parts of an old one (frozen); "
+                  "relative camera motion of {:.2g} px across the epipolar lines; an image {:.2g} "
+                  "periods late while the surface moves; at rest: a rig error of {:.2g} px",
                   EpipolarCheck::kMostOffset, EpipolarCheck::kMostLag, EpipolarCheck::kMostAtRest));
   if (points.track != PointTracking::Track::kDots) {
     if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
-      PrintLine("checked", fmt::format("the membrane at rest: {:.2g} % of its distance (scale)",
+      PrintLine("checked", fmt::format("the membrane at rest: its distance within {:.2g} % (scale)",
                                        100 * MembraneDistance::kTrue));
     }
     return;
   }
   PrintLine(
       "checked",
-      fmt::format("the dots at rest: {:.2g} % of their distances, {} of their place",
+      fmt::format("the dots at rest: their spacing within {:.2g} %, their position within {}",
                   100 * StereoDots::kTrueSize,
                   LengthInWords(StereoDots::kTruePlace * NearestNeighbour(DotPlaces(points)))));
 }
 
 void PrintDomeChecks(const DomeGeometry& dome, const Tool& tool) {
   PrintLine("checked",
-            fmt::format("the membrane at rest: {} off the scene's shape, rms (rest_shape)",
+            fmt::format("the membrane at rest: its shape within {} rms of the scene's (rest_shape)",
                         LengthInWords(kTrueDome * dome.inflation)));
   PrintLine("checked",
-            fmt::format("a surface that no load makes, by {:.2g} % of the dent's depth (misfit); "
-                        "dents deeper than {} (model_range)",
+            fmt::format("a surface that no load explains, by {:.2g} % of the indentation depth "
+                        "(misfit); indentations deeper than {} (model_range)",
                         100 * kTrueDent, LengthInWords(tool.width / 2)));
-  PrintLine("NOT SEEN",
-            "a wrong young_modulus, thickness, prestress or air, which every force is "
-            "off by; a tool of another width; what pressed already while the rest "
-            "frame was taken, until it leaves");
+  PrintLine("UNDETECTED",
+            "a wrong young_modulus, thickness, prestress or pressure, which scales every force; a "
+            "wrong tool width; a contact during the rest images, until it ends");
 }
 
 // What the membrane's own checks see, and what nothing here can.
@@ -297,27 +299,27 @@ void PrintLoadChecks(const Scene& scene) {
   const bool sees_tension = KindOf(scene).takes_tension;
   PrintLine(
       "checked",
-      fmt::format("the membrane: domes and dents of {} at rest; neighbouring points that lie "
-                  "off the fitted dent to one side{}",
-                  LengthInWords(kFlatHeight * membrane->thickness),
-                  sees_tension ? "; dents of another width than the scene's prestress makes" : ""));
+      fmt::format(
+          "the membrane: bulges and indentations of {} at rest; neighbouring points that deviate "
+          "from the fitted indentation to one side{}",
+          LengthInWords(kFlatHeight * membrane->thickness),
+          sees_tension ? "; indentations whose width does not fit the scene's prestress" : ""));
   PrintLine("checked",
-            "points that lie off every dent this model makes, by more than they scattered at rest "
-            "(misfit), or have moved apart since rest (zoom: scale); a press that the manipulator "
-            "makes elsewhere, or deeper, than it is seen "
-            "(arm, instants)");
-  PrintLine("put right",
-            fmt::format(
-                "a rig or membrane that moves as a whole, by up to {} along the membrane and "
-                "{} across it, and by a tilt of {} at the rim; farther is doubted",
-                LengthInWords(RobustPlateFit::kMostSlide), LengthInWords(RobustPlateFit::kMostRise),
-                LengthInWords(RobustPlateFit::kMostTilt)));
-  PrintLine("NOT SEEN",
-            fmt::format("a wrong young_modulus, thickness or poisson_ratio, which every force is "
-                        "off by{}; a rig told farther apart or nearer than it is, with eyes turned "
-                        "so that the membrane at rest seems right: the force is off by three times "
-                        "as much; both cameras late together",
-                        sees_tension ? "" : "; tension at rest, as `plate` has none"));
+            "points that deviate from every indentation of this model by more than their scatter "
+            "at rest (misfit), or have moved apart since rest (zoom: scale); a contact whose "
+            "position or depth differs from the encoder reading (arm, instants)");
+  PrintLine("compensated",
+            fmt::format("rigid motion of the rig or membrane by up to {} along the membrane, {} "
+                        "normal to it, and a tilt of {} at the rim; more is flagged",
+                        LengthInWords(RobustPlateFit::kMostSlide),
+                        LengthInWords(RobustPlateFit::kMostRise),
+                        LengthInWords(RobustPlateFit::kMostTilt)));
+  PrintLine(
+      "UNDETECTED",
+      fmt::format("a wrong young_modulus, thickness or poisson_ratio, which scales every force{}; "
+                  "a wrong baseline with camera angles that hide it at rest: the relative force "
+                  "error is three times that of the baseline; equal latency of both cameras",
+                  sees_tension ? "" : "; tension at rest, which `plate` does not model"));
 }
 
 }  // namespace
@@ -337,8 +339,8 @@ void CheckStereo(const Scene& scene) {
     PrintLoadChecks(scene);
     PrintHand(scene);
   }
-  PrintLine("off", "fingertips and the tool's tip: the object's points alone tell");
-  PrintLine("on demand", "the deformed shape and the pictures: sent only while somebody watches");
+  PrintLine("off", "fingertips and tip tracking: only the object's points are used");
+  PrintLine("on demand", "the deformed shape and the images: sent only while a client watches");
 }
 
 }  // namespace palpate

@@ -18,7 +18,7 @@ std::string Source(const Tactile& tactile) {
     case Tactile::Source::kSimulated:
       return "simulated fingertips";
     case Tactile::Source::kStream:
-      return "a stream over the wire (FeedTactile)";
+      return "a stream from a driver (FeedTactile)";
     case Tactile::Source::kRecording:
       break;
   }
@@ -26,8 +26,8 @@ std::string Source(const Tactile& tactile) {
 }
 
 std::string_view MotionInWords(const Finger& finger) {
-  constexpr std::array<std::string_view, 3> kWords{"moves with the hand", "moves against the hand",
-                                                   "stands"};
+  constexpr std::array<std::string_view, 3> kWords{
+      "moves with the manipulator", "moves opposite to the manipulator", "stationary"};
   return kWords[static_cast<std::size_t>(finger.motion)];
 }
 
@@ -39,70 +39,74 @@ void PrintFingers(const Scene& scene) {
         fmt::format("{} at home at ({}, {}, {}), {}", finger.name, LengthInWords(p.x()),
                     LengthInWords(p.y()), LengthInWords(p.z()), MotionInWords(finger));
     if (!tactile.poses.empty()) where = finger.name + ", its poses from " + tactile.poses.string();
-    if (!MeetsObject(scene)) where = finger.name + ", nobody says where: its force alone is told";
+    if (!MeetsObject(scene)) where = finger.name + ", no pose: only its force is reported";
     PrintLine("fingertip", where);
   }
   PrintLine("samples",
-            fmt::format("{}, {:g} Hz; untouched in the first {} ({:.3g} s)", Source(tactile),
-                        tactile.rate, tactile.rest_samples, tactile.rest_samples / tactile.rate));
+            fmt::format("{}, {:g} Hz; baseline from the first {}, without contact ({:.3g} s)",
+                        Source(tactile), tactile.rate, tactile.rest_samples,
+                        tactile.rest_samples / tactile.rate));
 }
 
 void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   if (network == nullptr) {
-    PrintLine("network", "none: the force is unknown, nothing deforms");
+    PrintLine("network", "none: the force is unknown and the object is not deformed");
     return;
   }
   const NetworkInfo& info = network->info();
-  PrintLine("network", fmt::format("{}, {} samples back, {}{}", info.architecture, info.window,
-                                   tactile.carries_state ? "its state carried on" : "exact windows",
+  PrintLine("network", fmt::format("{}, window of {} samples, {}{}", info.architecture, info.window,
+                                   tactile.carries_state ? "carried state" : "exact windows",
                                    info.origin.empty() ? "" : "; " + info.origin));
   PrintLine("range",
             info.learnt_force > 0
-                ? fmt::format("learnt up to {:.3g} N; beyond it `extrapolated`", info.learnt_force)
-                : "not known: no force is marked as beyond it");
-  PrintLine("error", info.sigma.norm() > 0
-                         ? fmt::format("rms {:.3g}, {:.3g}, {:.3g} mN on contacts not trained on",
-                                       info.sigma.x() / kMilli, info.sigma.y() / kMilli,
-                                       info.sigma.z() / kMilli)
-                         : "of the network not known; taken as paper B's, table I");
+                ? fmt::format("trained up to {:.3g} N; `extrapolated` beyond", info.learnt_force)
+                : "unknown: no force is flagged as out of range");
+  PrintLine(
+      "error",
+      info.sigma.norm() > 0
+          ? fmt::format("rms {:.3g}, {:.3g}, {:.3g} mN on contacts not used for training",
+                        info.sigma.x() / kMilli, info.sigma.y() / kMilli, info.sigma.z() / kMilli)
+          : "unknown for this network; the values of paper B, table I, are used");
 }
 
 // What is compared with what, and what that cannot see.
 void PrintChecks(const Scene& scene, const ForceNetwork* network) {
   if (network == nullptr) return;
   if (!network->info().pattern.known()) {
-    PrintLine("checks", "off: the network does not know how its signals go together");
+    PrintLine("checks", "off: the network file has no model of how its signals correlate");
     return;
   }
-  PrintLine(
-      "checks",
-      "each electrode with the others, which replace it; all with the pressure; drift, noise");
-  PrintLine("", fmt::format("an electrode that stands still for {:.2g} s, or jumps; all that step "
-                            "alike, which is taken off; samples that come again",
+  PrintLine("checks",
+            "each electrode against the others, which replace it; all against the pressure; drift, "
+            "noise");
+  PrintLine("", fmt::format("an electrode that is constant for {:.2g} s, or jumps; a common step "
+                            "of all electrodes, which is removed; repeated samples",
                             kStandsStill));
   if (MeetsObject(scene)) {
-    PrintLine(
-        "", "where a touch begins with the pose, to 2 mm; its force with the object's, to a half");
+    PrintLine("",
+              "the start of contact against the pose, within 2 mm; the force against the model's, "
+              "within a half");
   }
-  PrintLine("unseen", "all signals weaker by a third; a pose turned; samples less than 0.1 s late");
+  PrintLine("UNDETECTED",
+            "all signals lower by a third; a rotated pose; samples less than 0.1 s late");
 }
 
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   PrintLine("localiser",
-            fmt::format("{}, active from {:g} counts, full at {:g}; electrodes {}",
+            fmt::format("{}, threshold {:g} counts, full scale {:g}; electrodes {}",
                         localiser.name(), tactile.threshold, tactile.full_scale,
                         tactile.electrodes.empty() ? "of the simulated fingertip"
                                                    : "from " + tactile.electrodes.string()));
   if (!MeetsObject(scene)) return;
-  PrintLine("poses", fmt::format("known to {:.2g} deg about each axis: {:.1f} % of a force",
+  PrintLine("poses", fmt::format("sigma {:.2g} deg about each axis: {:.1f} % of a force",
                                  tactile.pose_tolerance * 180 / std::numbers::pi,
                                  100 * std::numbers::sqrt2 * tactile.pose_tolerance));
   PrintLine("contact",
-            fmt::format("within {} of the surface, {}, held by {}", LengthInWords(tactile.gate),
+            fmt::format("within {} of the surface, {}, prescribed {}", LengthInWords(tactile.gate),
                         tactile.patch > 0 ? LengthInWords(tactile.patch) + " wide"
-                                          : std::string("at a point"),
+                                          : std::string("at one point"),
                         tactile.hold == Tactile::Hold::kForce ? "force" : "displacement"));
 }
 
@@ -128,12 +132,12 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
   }
   const double us = estimator.times().tactile.Quantile(0.5);
   const double rate = scene.sense.Find<Tactile>()->rate;
-  PrintLine("pace", fmt::format("{:.3g} us per sample for force and place of {} fingertip(s): {} "
-                                "the {:g} Hz of the samples",
+  PrintLine("rate", fmt::format("{:.3g} us per sample for force and contact point of {} "
+                                "fingertip(s): {} the {:g} Hz of the samples",
                                 us, estimator.finger_count(),
                                 us * 1e-6 * rate < 1 ? "meets" : "MISSES", rate));
   const double checks_us = estimator.times().checks.Quantile(0.99);
-  PrintLine("", fmt::format("the checks of it: {:.3g} us (p99), {:.2g} % of the samples' period",
+  PrintLine("", fmt::format("its checks take {:.3g} us (p99), {:.2g} % of the sample period",
                             checks_us, 100e-6 * checks_us * rate));
 }
 
@@ -144,9 +148,9 @@ void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
   const double depth = scene.operator_options.press_depth;
   const Eigen::Vector3d& n = local.normal;
   PrintLine(
-      "felt",
-      fmt::format("{:.3g} N/m against ({:.2g}, {:.2g}, {:.2g}) before anything is felt, {:.3g} "
-                  "N for a {} press, from {} away; the force felt corrects it",
+      "local model",
+      fmt::format("{:.3g} N/m against ({:.2g}, {:.2g}, {:.2g}) before the first contact, {:.3g} N "
+                  "for an indentation of {}, from {} away; the estimated force corrects it",
                   stiffness, -n.x(), -n.y(), -n.z(), stiffness * depth, LengthInWords(depth),
                   LengthInWords(-local.Penetration(scene.manipulator.home))));
 }
@@ -158,7 +162,8 @@ void CheckTactile(const Scene& scene) {
     PrintBody(InStepWithSamples(scene));
   } else {
     PrintObject(scene);
-    PrintLine("model", "none: nobody says where the fingertips are, so nothing deforms");
+    PrintLine("model",
+              "none: the scene has no poses of the fingertips, so the object is not deformed");
   }
   TactileEstimator estimator(scene);
   PrintFingers(scene);
@@ -169,8 +174,8 @@ void CheckTactile(const Scene& scene) {
   PrintFelt(scene, estimator);
   if (MeetsObject(scene)) PrintManipulator(scene);
   PrintHand(scene);
-  PrintLine("off", "cameras: the fingertips alone tell");
-  PrintLine("on demand", "the deformed shape: sent only while somebody watches");
+  PrintLine("off", "cameras: only the fingertips are used");
+  PrintLine("on demand", "the deformed shape: sent only while a client watches");
 }
 
 }  // namespace palpate

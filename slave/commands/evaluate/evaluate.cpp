@@ -46,7 +46,8 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
   model->Prefetch(contacts);
   model->Respond(contacts, responses);
   if (responses.front().validity == Validity::kFailed) {
-    throw std::invalid_argument("the tables have no answer: " + std::string(model->failure()));
+    throw std::invalid_argument("the model has no solution for the tables: " +
+                                std::string(model->failure()));
   }
   std::vector<Eigen::Vector3d> displacement;
   model->Displacements(&displacement);
@@ -72,12 +73,13 @@ EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
     shape.fingers_S.push_back(study::FingerCapsule(finger.X_SF, tactile->finger_radius));
   }
   if (estimator.body() == nullptr) {
-    shape.state = "at rest: nobody says where the fingertips are";
+    shape.state = "at rest: the scene has no poses of the fingertips";
     return shape;
   }
   shape.estimate_S.triangles = estimator.body()->surface.triangles;
   estimator.DeformedNodes(&shape.estimate_S.nodes);
-  shape.state = "what the fingertips tell at the end of " + tactile->file.filename().string();
+  shape.state =
+      "the estimate from the fingertips at the end of " + tactile->file.filename().string();
   return shape;
 }
 
@@ -134,7 +136,7 @@ std::string NotScored(const study::MeasuredQuestion& question,
                       const study::MeasuredAnswer& answer) {
   if (answer.object.size() == 0) return answer.choice.why;
   if (!question.camera || std::isfinite(answer.score.octree)) return "";
-  return "sense.depth_camera sees nothing of the estimated shape";
+  return "no part of the estimated shape is in view of sense.depth_camera";
 }
 
 void PrintAnswer(const study::MeasuredQuestion& question, const study::MeasuredAnswer& answer) {
@@ -152,7 +154,7 @@ void PrintAnswer(const study::MeasuredQuestion& question, const study::MeasuredA
   std::printf("octree score: %s, %zu simulated points, leaves of %s\n",
               study::Percent(answer.score.octree).c_str(), answer.score.simulated,
               study::Millimetres(question.leaf).c_str());
-  std::printf("measured points to the estimate: rms %s, 95 %% %s\n",
+  std::printf("distance from measured points to the estimate: rms %s, 95 %% %s\n",
               study::Millimetres(answer.score.measured_to_surface.rms).c_str(),
               study::Millimetres(answer.score.measured_to_surface.p95).c_str());
 }
@@ -196,8 +198,7 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   PrintAnswer(question, answer);
   const std::string why = NotScored(question, answer);
   if (why.empty()) return 0;
-  std::fprintf(stderr, "evaluate: %s: nothing was scored: %s\n", options.cloud.c_str(),
-               why.c_str());
+  std::fprintf(stderr, "evaluate: %s: no score: %s\n", options.cloud.c_str(), why.c_str());
   return 1;
 }
 
@@ -259,7 +260,7 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
   }
   if (!loads.empty()) AppendRows(loads, Contact::Kind::kForce, mesh, false, &rows);
   if (!rows.empty()) {
-    shape.state = "what the model makes of " + std::to_string(rows.size()) + " contacts";
+    shape.state = "the model under " + std::to_string(rows.size()) + " contacts";
     const auto u_O = Displacement(still, mesh, rows, progress);
     for (std::size_t i = 0; i < u_O.size(); ++i) shape.estimate_S.nodes[i] += u_O[i];
   }

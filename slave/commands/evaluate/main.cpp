@@ -1,5 +1,5 @@
-// palpate-evaluate: the command line of `palpate-slave evaluate`, a program of its own for the sake
-// of the Point Cloud Library, which costs every start 0.06 s and 37 MB.
+// palpate-evaluate: the command line of `palpate-slave evaluate`, a program of its own because
+// loading the Point Cloud Library takes 0.06 s and 37 MB.
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "slave/commands/evaluate/evaluate.h"
@@ -15,39 +15,61 @@ constexpr const char* kExamples = R"(Examples:
 void AddOptions(CLI::App* command, EvaluateOptions* options) {
   command->add_option("scene", options->scene, "Scene file (YAML)")->required();
   command->add_option("--override", options->overrides,
-                      "Replace a value: key.path=value (repeatable)");
-  command->add_option("--cloud", options->cloud,
-                      "Measured points in the frame of sense.depth_camera (PCD); without, a "
-                      "simulated hand presses the object and a virtual camera measures it");
-  command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
-      ->required();
-  command->add_option(
-      "--contacts", options->contacts,
-      "What deforms the object: CSV as for solve; without, what the scene's tactile "
-      "recording tells at its end, or nothing");
-  command->add_option("--loads", options->loads, "The same with forces");
+                      "Replace a value of the scene: key.path=value (repeatable)");
   command
-      ->add_option("--segment", options->segment,
-                   "surfaces: by colour and shape; colour: by colour alone; no: all is the object")
+      ->add_option(
+          "--cloud", options->cloud,
+          "Measured points (PCD) in the frame of sense.depth_camera; without it, simulated "
+          "contacts and a virtual camera provide them")
+      ->type_name("FILE");
+  command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
+      ->type_name("DIR")
+      ->required();
+  command
+      ->add_option("--contacts", options->contacts,
+                   "Contacts that deform the object: CSV as for solve; default: the end of the "
+                   "scene's tactile recording, if any")
+      ->type_name("FILE");
+  command->add_option("--loads", options->loads, "Loads that deform the object: CSV as for solve")
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--segment", options->segment,
+          "surfaces: segment by colour and shape; colour: by colour alone; no: every point "
+          "belongs to the object")
       ->capture_default_str();
-  command->add_option("--at", options->at, "A point on the object, x,y,z [m], frame of the cloud")
+  command
+      ->add_option("--at", options->at,
+                   "A point on the object in the frame of the cloud: x,y,z [m]")
       ->delimiter(',')
       ->expected(3);
-  command->add_option("--colour", options->colour, "Colour of the object, red,green,blue")
+  command
+      ->add_option("--colour", options->colour,
+                   "Colour of the object: red,green,blue, each 0 to 255")
       ->delimiter(',')
       ->expected(3);
-  command->add_option("--voxel", options->voxel, "Cells of the cloud thinned out [m]; 0: by itself")
+  command
+      ->add_option("--voxel", options->voxel,
+                   "Edge of the voxels that thin out the cloud [m]; 0 selects it automatically")
       ->capture_default_str();
-  command->add_option("--neighbours", options->neighbours, "Of a point that grows by colour")
+  command
+      ->add_option("--neighbours", options->neighbours,
+                   "Number of neighbours of a point in region growing by colour")
       ->capture_default_str();
-  command->add_option("--point-colour", options->point_colour, "Within a region, 0 to 442")
+  command
+      ->add_option("--point-colour", options->point_colour,
+                   "Largest colour difference of points in one region, 0 to 442")
       ->capture_default_str();
-  command->add_option("--region-colour", options->region_colour, "Regions less different unite")
+  command
+      ->add_option("--region-colour", options->region_colour,
+                   "Regions with a smaller colour difference are merged, 0 to 442")
       ->capture_default_str();
-  command->add_option("--repetitions", options->repetitions, "Presses of the simulated hand")
+  command
+      ->add_option("--repetitions", options->repetitions,
+                   "Number of simulated contacts when --cloud is absent")
       ->capture_default_str();
   command->add_flag("--materials", options->materials,
-                    "The simulated object in each of paper B's three foams");
+                    "Evaluate the simulated object in each of paper B's three foams");
   command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
       ->capture_default_str();
 }
@@ -56,7 +78,7 @@ int Main(int argc, char** argv) {
   LogToStderr();
   StopOnSignal stop;
   stop.ExpectAnswer();
-  CLI::App app{"Score the estimated shape against a measured cloud", "palpate-slave evaluate"};
+  CLI::App app{"Compare the estimated shape with a measured point cloud", "palpate-slave evaluate"};
   app.footer(kExamples);
   app.set_version_flag("--version", Version());
   EvaluateOptions options;

@@ -29,8 +29,8 @@ TableRequest ParseData(const std::string& argument) {
   request.kind.resize(colon);
   if (!ratio || request.kind != "biaxial" || !(std::abs(*ratio) <= 10) || *ratio == 0) {
     throw std::invalid_argument(Shown(argument) +
-                                ": accepted before a : is biaxial, behind it the second strain "
-                                "over the first, 0.5 say");
+                                ": accepted before the colon is biaxial, after it the ratio of the "
+                                "second strain to the first, for example 0.5");
   }
   request.across = *ratio;
   return request;
@@ -106,10 +106,10 @@ Requests Sort(const IdentifyOptions& options) {
     }
   }
   if (!requests.press.empty() && options.scene.empty()) {
-    throw std::invalid_argument("press=FILE: needs --scene with the object that was pressed");
+    throw std::invalid_argument("press=FILE: needs --scene with the object of the contacts");
   }
   if (!requests.pictures.empty() && options.scene.empty()) {
-    throw std::invalid_argument("pictures=FILE: needs --scene with the pictures of the presses");
+    throw std::invalid_argument("pictures=FILE: needs --scene with the images of the contacts");
   }
   return requests;
 }
@@ -127,7 +127,7 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
     }
   }
   if (report->tests.empty()) return;
-  ReportProgress(progress, "laws", 0);
+  ReportProgress(progress, "constitutive models", 0);
   report->fits = identify::FitLaws(report->tests, foam);
   for (const identify::LawFit& fit : report->fits) {
     report->shares.emplace_back();
@@ -152,20 +152,21 @@ void IdentifyRelaxation(const Requests& requests, const identify::Specimen& spec
 
 const char* const kIdentifyHelp = R"(DATA is KIND=FILE.csv, where KIND is
   uniaxial, tension, compression   stress (or force) against stretch, strain or displacement
-  equibiaxial, planar              the same; planar holds the second direction
-  biaxial, biaxial:RATIO           with a column stretch_2, or second strain = RATIO x first strain
+  equibiaxial, planar              the same columns; planar: the second direction is fixed
+  biaxial, biaxial:RATIO           column stretch_2, or second strain = RATIO x first strain
   shear                            stress against amount of shear
-  relaxation                       time, strain or shear, stress: a Prony series
-  press                            case,x,y,z,dx,dy,dz,fx,fy,fz as `solve` writes them: E of --scene
-  pictures                         [sequence,]force of the samples that --scene records: its E
+  relaxation                       time, strain or shear, stress; gives a Prony series
+  press                            case,x,y,z,dx,dy,dz,fx,fy,fz as `solve` writes them; gives E
+  pictures                         [sequence,]force of the samples that --scene records; gives E
 or FILE.csv alone with columns F11 ... F33 and P11 ... (nominal) or sigma11 ... (true stress).
-All tests of one call are of one material. Units stand in the header, `Load (N)` or `P_MPa`, or are
-SI. Lines of remarks above the header are passed over. Forces and displacements need --diameter or
---area, and --height.
+All tests of one call are of one material. The header names the units, `Load (N)` or `P_MPa`.
+Without a unit a column is in SI units. Remarks above the header are skipped. Forces and
+displacements need --diameter or --area, and --height.
 
-Chord modulus: the slope of nominal stress between 10 and 20 % of strain (over what there is of a
-shorter curve), over the stiffening by bonded ends at rest. Laws: neo-Hookean, Mooney-Rivlin, Yeoh,
-Ogden 1 to 3; with --foam compressible ones. The best is stable and has the least BIC.
+The chord modulus is the slope of nominal stress between 10 and 20 % strain, or over the measured
+range of a shorter curve. It is divided by the stiffening due to bonded ends. The constitutive
+models are neo-Hookean, Mooney-Rivlin, Yeoh and Ogden with 1 to 3 terms. With --foam they are
+compressible. The best model is stable and has the lowest BIC.
 
 Examples:
   palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded --out build/ef10
@@ -193,7 +194,7 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
     }
     if (!requests.pictures.empty()) {
-      ReportProgress(&progress, "pictures", 0);
+      ReportProgress(&progress, "images", 0);
       const Scene scene = LoadScene(options.scene, options.overrides);
       report.pictures = FitPictures(scene, requests.pictures, stop);
     }

@@ -19,7 +19,8 @@ constexpr double kWide = 1.96;
 constexpr double kLeastShare = 1e-12;       // of a term in a scene
 constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
 constexpr const char* kDefinition =
-    "slope of nominal stress between 10 and 20 % strain over the stiffening by bonded ends";
+    "slope of nominal stress between 10 and 20 % strain, divided by the stiffening due to bonded "
+    "ends";
 
 double SigmaOf(const LawFit& fit, Eigen::Index i) {
   return std::sqrt(std::max(0.0, fit.covariance(i, i)));
@@ -106,9 +107,9 @@ Json ToJson(const PictureFit& pictures) {
 
 std::string ToWords(const PictureFit& fit) {
   std::string words = fmt::format(
-      "{} samples with a known force, {} of them pressed: E {:.5g} +- {:.2g} Pa, their offset "
-      "{:.3g} +- {:.2g} N, rms {:.3g} % of the largest force\n"
-      "  object.material.young_modulus: {:.6g} Pa\n",
+      "{} samples with a known force, {} of them in contact: E {:.5g} +- {:.2g} Pa, force offset "
+      "{:.3g} +- {:.2g} N, rms {:.3g} % of the largest force\n  object.material.young_modulus: "
+      "{:.6g} Pa\n",
       fit.samples, fit.pressed, fit.young_modulus, kWide * fit.sigma_modulus, fit.offset,
       kWide * fit.sigma_offset, 100 * fit.rms, fit.young_modulus);
   if (fit.prestress > 0) words += fmt::format("  model.prestress: {:.4g} N/m\n", fit.prestress);
@@ -146,13 +147,14 @@ void AddLaws(const IdentifyReport& report, std::string* words) {
   }
   const LawFit& best = report.fits.front();
   if (!best.unstable.empty()) {
-    *words += "no stable law was found: none is offered\n";
+    *words += "no stable constitutive model was found: none is proposed\n";
     return;
   }
   *words += fmt::format("best: {}; at rest E {:.4g} Pa, nu {:.4g}\n", best.law.name,
                         best.law.YoungModulus(), best.law.PoissonRatio());
   if (!best.untold.empty()) {
-    *words += fmt::format("  these data do not tell {}; {} would\n", best.untold, best.extra);
+    *words += fmt::format("  these data determine poorly: {}; a test that determines it: {}\n",
+                          best.untold, best.extra);
   }
   if (const std::string lines = SceneLines(best); !lines.empty()) *words += lines;
 }
@@ -184,9 +186,10 @@ std::string ToWords(const IdentifyReport& report) {
   }
   if (!report.fits.empty()) AddLaws(report, &words);
   if (report.prony) {
-    words +=
-        fmt::format("relaxation: at once {:.4g} Pa, at last {:.4g} Pa, rms {:.2f} % of the peak\n",
-                    report.prony->instant, report.prony->equilibrium, 100 * report.prony->rms);
+    words += fmt::format(
+        "relaxation: instantaneous modulus {:.4g} Pa, long-term modulus {:.4g} Pa, rms {:.2f} % of "
+        "the peak\n",
+        report.prony->instant, report.prony->equilibrium, 100 * report.prony->rms);
     for (const identify::PronyTerm& term : report.prony->terms) {
       words += fmt::format("  {:.4g} +- {:.2g} Pa in {:.3g} s\n", term.modulus, kWide * term.sigma,
                            term.time);
@@ -194,8 +197,8 @@ std::string ToWords(const IdentifyReport& report) {
   }
   if (report.press) {
     words += fmt::format(
-        "{} presses by {}: E {:.5g} +- {:.2g} Pa, nu {:.4g}, rms {:.3g} % of the largest force\n"
-        "  object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
+        "{} contacts with {}: E {:.5g} +- {:.2g} Pa, nu {:.4g}, rms {:.3g} % of the largest "
+        "force\n  object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}}}\n",
         report.press->presses, report.press->kind, report.press->young_modulus,
         kWide * report.press->sigma_modulus, report.press->poisson_ratio, 100 * report.press->rms,
         report.press->young_modulus, report.press->poisson_ratio);

@@ -1,4 +1,4 @@
-// What `identify` found, and as what it is told.
+// The results of `identify` and their output.
 #pragma once
 
 #include <filesystem>
@@ -36,7 +36,8 @@ struct IdentifyReport {
   std::optional<PictureFit> pictures;
 };
 
-// Lines of a scene that a fit makes; empty: the law is one that `model` does not read, or unstable.
+// Lines of a scene for a fit; empty: `model` does not accept this constitutive model, or it is
+// unstable.
 std::string SceneLines(const identify::LawFit& fit);
 
 std::string ToWords(const IdentifyReport& report);

@@ -113,10 +113,10 @@ int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
       std::ranges::count_if(pairs, [](const Pair& pair) { return pair.felt > 0; }));
   const auto [least, most] = std::ranges::minmax(pairs, {}, &Pair::felt);
   if (pressed >= kFewestPresses && most.felt > 1.1 * least.felt) return pressed;
-  throw std::runtime_error(fmt::format(
-      "{}: {} samples with a known force are felt as valid presses: accepted are {} or more, of "
-      "forces that differ",
-      file.string(), pressed, kFewestPresses));
+  throw std::runtime_error(
+      fmt::format("{}: {} samples with a known force have a valid contact: accepted are {} or "
+                  "more, with different forces",
+                  file.string(), pressed, kFewestPresses));
 }
 
 }  // namespace
@@ -125,8 +125,8 @@ PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop) {
   if (MakeSimulatedEnvironment(scene) != nullptr) {
     throw std::invalid_argument(
-        "pictures: accepted is a scene of recorded pictures or samples, not "
-        "a simulated one, whose modulus is the scene's");
+        "pictures: accepted is a scene with recorded images or samples; a simulated one has the "
+        "modulus of the scene");
   }
   const Forces forces = ReadForces(file);
   Scene tried = scene;
@@ -143,7 +143,7 @@ PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
     line = FitLine(pairs);
     if (!(line.slope > 0) || !std::isfinite(line.slope)) {
       throw std::runtime_error(file.string() +
-                               ": the forces do not rise with those felt: no "
+                               ": the measured forces do not increase with the estimated ones: no "
                                "modulus explains them");
     }
     E *= line.slope;

@@ -1,5 +1,5 @@
-// Young's modulus of a scene's object from recorded pictures of presses whose force was measured:
-// the scene's sense tells its own force at a modulus, and by how much that is wrong.
+// Young's modulus of a scene's object from recorded images of contacts with a measured force. The
+// estimated force at a modulus is compared with the measured one.
 #pragma once
 
 #include <filesystem>
@@ -11,19 +11,20 @@ namespace palpate {
 
 struct PictureFit {
   double young_modulus = 0, sigma_modulus = 0;  // [Pa]
-  double prestress = 0;                         // the scene's; a dome's goes with the modulus [N/m]
-  double offset = 0, sigma_offset = 0;          // of the measured forces [N]
-  double rms = 0;                               // of the forces, over the largest [-]
-  int samples = 0, pressed = 0;                 // with a force that is known and valid; not zero
-  int passes = 0;                               // through the pictures
+  double prestress = 0;  // prestress of the scene; for a dome proportional to the modulus [N/m]
+  double offset = 0, sigma_offset = 0;  // of the measured forces [N]
+  double rms = 0;                       // of the forces, over the largest [-]
+  int samples = 0, pressed = 0;         // with a force that is known and valid; not zero
+  int passes = 0;                       // number of passes through the images
 };
 
-// `file`: a row a sample with `sequence`, from 1 (absent: row by row), and `force` or fx,fy,fz [N]:
-// its size counts. Least squares of measured = s felt + offset over samples whose felt force is
-// valid, again with s times the modulus until s is 1. Of a domed membrane tension goes with the
-// modulus, which leaves the deflection's shape as it is. Throws InputError `file:line: ...`;
-// std::invalid_argument: nothing is recorded; what MakeSensingPipeline throws; std::runtime_error:
-// fewer than three valid presses, all of one force, no modulus found. Stopped: as far as it came.
+// `file` has one row per sample with `sequence`, from 1 (absent: row number), and `force` or
+// fx,fy,fz [N]; the magnitude is used. Least squares of measured = s estimated + offset over
+// samples with a valid estimate, repeated with s times the modulus until s is 1. For a domed
+// membrane the tension is proportional to the modulus, which keeps the shape of the deflection.
+// Throws InputError `file:line: ...`; std::invalid_argument: the scene has no recording; what
+// MakeSensingPipeline throws; std::runtime_error: fewer than three valid contacts, all of one
+// force, or no modulus found. If stopped, returns the result so far.
 PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop);
 

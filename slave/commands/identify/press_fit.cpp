@@ -55,7 +55,8 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, double width) 
                               .prescribed_O = read(moves, dz)});
     press.forces.push_back(read(loads, fz));
   }
-  if (presses.empty()) throw InputError(file.string() + ": no press: accepted is a row or more");
+  if (presses.empty())
+    throw InputError(file.string() + ": no contact: accepted is one row or more");
   return presses;
 }
 
@@ -80,7 +81,7 @@ VectorXd Answer(Scene scene, double nu, const std::vector<Press>& presses, std::
     model->Reset();
     model->Respond(press.contacts, responses);
     if (responses.front().validity == Validity::kFailed) {
-      throw std::runtime_error("identify: the model has no answer to a press: " +
+      throw std::runtime_error("identify: the model has no solution for a contact: " +
                                std::string(model->failure()));
     }
     for (const ContactResponse& r : responses) {
@@ -125,7 +126,7 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
                   bool seek_poisson, Progress* progress) {
   if (MovesInTime(scene) || !scene.model.fem.gravity_O.isZero(0)) {
     throw std::invalid_argument(
-        "press: accepted is a model at rest without gravity, whose forces go with E");
+        "press: accepted is a static model without gravity, whose forces are proportional to E");
   }
   const std::vector<Press> presses = ReadPresses(file, width);
   const VectorXd measured = Stacked(presses);

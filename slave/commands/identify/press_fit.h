@@ -1,5 +1,5 @@
-// Young's modulus, and Poisson's ratio if asked for, of a scene's object from presses with a known
-// force: in statics every force goes with E, so that one solution per press decides it.
+// Young's modulus, and optionally Poisson's ratio, of a scene's object from contacts with a known
+// force. Static forces are proportional to E, so one solution per contact is enough.
 #pragma once
 
 #include <filesystem>
@@ -20,9 +20,9 @@ struct PressFit {
   std::string kind;          // of the model
 };
 
-// `file`: rows `case,x,y,z,dx,dy,dz,fx,fy,fz[,width]` as `solve` writes them, frame O, SI; other
-// columns are passed over. `width` [m]: of rows without. Throws InputError `file:line: ...`,
-// std::invalid_argument, Interrupted; std::runtime_error: the model has no answer.
+// `file` has rows `case,x,y,z,dx,dy,dz,fx,fy,fz[,width]` as `solve` writes them, frame O, SI; other
+// columns are ignored. `width` [m] applies to rows without one. Throws InputError `file:line: ...`,
+// std::invalid_argument, Interrupted; std::runtime_error: the model has no solution.
 PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double width,
                   bool seek_poisson, Progress* progress);
 

@@ -48,8 +48,8 @@ void RefuseOptions(const ProcessOptions& options) {
     return;
   }
   throw std::invalid_argument(options.scene.string() +
-                              ": with a recording --out alone is accepted: it holds its scene, and "
-                              "nothing is drawn");
+                              ": accepted with a recording is --out only: a recording contains its "
+                              "scene, and no images are drawn");
 }
 
 // A recording that cannot be used is an unusable argument.
@@ -73,14 +73,14 @@ SlaveRecorder::SlaveRecorder(const ServeOptions& options, const Scene& scene)
       recording_(scene, options.overrides, FileOptions(options, scene)),
       sink_(std::make_shared<RecordingSink>(&recording_)) {
   spdlog::default_logger()->sinks().push_back(sink_);
-  spdlog::info("recording to {}, at most {}", file_.string(), options.record_limit);
+  spdlog::info("recording to {}, size limit {}", file_.string(), options.record_limit);
 }
 
 SlaveRecorder::~SlaveRecorder() {
   std::erase(spdlog::default_logger()->sinks(), sink_);
   recording_.Finish();
   const Recording::Stats stats = recording_.stats();
-  spdlog::info("recorded {:.1f} MB, {} messages to {}", 1e-6 * static_cast<double>(stats.bytes),
+  spdlog::info("recorded {:.1f} MB in {} messages to {}", 1e-6 * static_cast<double>(stats.bytes),
                stats.messages, file_.string());
   if (!stats.trouble.empty()) spdlog::warn("{}", stats.trouble);
 }
@@ -103,9 +103,9 @@ int RunProcessRecording(const ProcessOptions& options, const std::stop_token& st
 int RunExportRecording(const RecordingExport& options, const std::stop_token& stop) {
   const RecordingCounts counts =
       Reading([&] { return ExportRecording(options.file, options.out, stop); });
-  fmt::print("{} states, {} pictures, {} tactile samples\n", counts.states, counts.pictures,
+  fmt::print("{} states, {} images, {} tactile samples\n", counts.states, counts.pictures,
              counts.tactile);
-  if (!counts.damage.empty()) fmt::print("not whole: {}\n", counts.damage);
+  if (!counts.damage.empty()) fmt::print("incomplete: {}\n", counts.damage);
   fmt::print("written: {}\n", options.out.string());
   return 0;
 }

@@ -1,4 +1,4 @@
-// What `palpate-slave` does with recordings (FILE.mcap): makes them, and makes their states anew.
+// Recordings (FILE.mcap) of `palpate-slave`: writes them and recomputes their states.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,8 @@ namespace palpate {
 // By its name.
 bool IsRecording(const std::filesystem::path& file);
 
-// While a slave serves: its sense and its log go to the file. Ends with a sentence in the log.
+// While a slave serves, its sensing and its log are written to the file. Ends with a line in the
+// log.
 class SlaveRecorder {
  public:
   // Throws std::invalid_argument or std::runtime_error: the options, the file cannot be written.
@@ -42,7 +43,7 @@ struct RecordingExport {
   std::filesystem::path file, out;
 };
 
-// Writes what ExportRecording does. 0: done. Throws as RunProcessRecording.
+// Runs ExportRecording. 0: done. Throws as RunProcessRecording.
 int RunExportRecording(const RecordingExport& options, const std::stop_token& stop);
 
 }  // namespace palpate

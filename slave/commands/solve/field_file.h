@@ -48,9 +48,10 @@ class NodalFieldFile final : public FieldFile {
   std::vector<std::size_t> vertices_;  // per point, in field_mesh()
 };
 
-// Displacement and stress on and inside a planar body. Points: the boundary elements' midpoints,
-// joined by lines along each loop, then a grid inside the body that keeps an element's length from
-// the boundary. Every case adds two arrays: displacement [m] and stress xx, yy, xy [Pa].
+// Displacement and stress on and inside a planar body. Points: the midpoints of the boundary
+// elements, joined by lines along each loop, then a grid inside the body at least an element's
+// length from the boundary. Every case adds two arrays: displacement [m] and stress xx, yy, xy
+// [Pa].
 class PlanarFieldFile final : public FieldFile {
  public:
   // Keeps a reference to the model.

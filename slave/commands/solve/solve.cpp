@@ -91,10 +91,10 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   }
   const auto steps = static_cast<long>(std::floor(end / step + kRounding));
   if (steps < 1) {
-    throw std::invalid_argument("case " + rows[one.front()].case_name +
-                                ": the history ends before the first step of time: accepted is "
-                                "rows up to t = " +
-                                std::to_string(step) + " s or later");
+    throw std::invalid_argument(
+        "case " + rows[one.front()].case_name +
+        ": the history ends before the first time step: accepted is rows up to t = " +
+        std::to_string(step) + " s or later");
   }
   const auto contacts_at = [&](double t) {
     std::vector<Contact> contacts;
@@ -120,7 +120,7 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
       answers->push_back({rows[one.front()].case_name, contacts[i], t, responses[i], solve_us});
     }
     if (!solved) return false;
-    if (!progress->Report("steps of time", static_cast<double>(k) / static_cast<double>(steps))) {
+    if (!progress->Report("time steps", static_cast<double>(k) / static_cast<double>(steps))) {
       throw Interrupted();
     }
   }
@@ -149,9 +149,11 @@ Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::
 }
 
 void PrintModelInfo(const ModelInfo& info) {
-  std::fprintf(stderr, "solve: %s, %zu dof, precomputed in %.3g s, %.3g MB kept", info.kind.c_str(),
-               info.dof, info.precompute_s, 1e-6 * static_cast<double>(info.memory_bytes));
-  if (info.condition > 0) std::fprintf(stderr, ", condition %.3g", info.condition);
+  std::fprintf(stderr,
+               "solve: %s, %zu degrees of freedom, precomputed in %.3g s, %.3g MB of memory",
+               info.kind.c_str(), info.dof, info.precompute_s,
+               1e-6 * static_cast<double>(info.memory_bytes));
+  if (info.condition > 0) std::fprintf(stderr, ", condition number %.3g", info.condition);
   if (info.update_us > 0) std::fprintf(stderr, ", about %.3g us per update", info.update_us);
   if (!info.remark.empty()) std::fprintf(stderr, "; %s", info.remark.c_str());
   std::fputc('\n', stderr);
@@ -213,7 +215,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   } catch (const Interrupted&) {
     all_solved = false;
     progress.Clear();
-    std::fprintf(stderr, "solve: interrupted; what was solved is written\n");
+    std::fprintf(stderr, "solve: interrupted; the rows solved so far are written\n");
   }
   progress.Clear();
   ReportFlags(dynamic ? answers : rows);

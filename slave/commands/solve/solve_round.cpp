@@ -55,7 +55,7 @@ void RequireAlone(const std::vector<SolveRow>& rows) {
   for (const SolveRow& row : rows) {
     if (row.radius > 0 && rows_of[row.case_name] > 1) {
       throw InputError("solve: case " + row.case_name +
-                       ": a round tool and other rows: accepted is a case of its own");
+                       ": a round tool together with other rows: accepted is a separate case");
     }
   }
 }

@@ -1,4 +1,4 @@
-// Rows of a contacts file that press with a round tool (contracts, `solve`, column `radius`).
+// Rows of a contacts file with a round tool (contracts, `solve`, column `radius`).
 #pragma once
 
 #include <vector>
@@ -15,8 +15,8 @@ class RoundTools {
   // Both must outlive this.
   RoundTools(const Scene& scene, const ObjectMesh& mesh) : scene_(scene), mesh_(mesh) {}
 
-  // The row's place is where the apex first touches; the tool's axis is the surface's normal there.
-  // Throws std::invalid_argument: see RoundIndenter.
+  // The row's position is the first contact of the apex; the tool's axis is the surface normal
+  // there. Throws std::invalid_argument: see RoundIndenter.
   [[nodiscard]] ContactResponse Press(const SolveRow& row, DeformationModel* model) const;
 
  private:

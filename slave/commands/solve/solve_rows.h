@@ -25,26 +25,26 @@ struct SolveRow {
 };
 
 // Appends the rows of `file` (contracts, `solve`). A column `t` is read if `dynamic`. Throws
-// InputError: what CsvTable refuses, a place that cannot be touched, a negative width or time, a
-// value along an axis that the object does not have, a history in time of a body at rest.
+// InputError: what CsvTable rejects, a position without a surface, a negative width or time, a
+// value along an axis that the object does not have, a history for a static model.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
                 bool dynamic, std::vector<SolveRow>* rows);
 
-// Says on stderr how many rows are extrapolated and why: a line per reason, with the first such
-// row.
+// Prints on standard error how many rows are extrapolated and why: one line per reason, with the
+// first such row.
 void ReportFlags(const std::vector<SolveRow>& rows);
 
-// Writes one line per row with 17 significant digits, with `t` if they have one. False: the file
+// Writes one line per row with 17 significant digits, including `t` if present. False: the file
 // cannot be written.
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows);
 
-// What acts on one place of a body over time.
+// Load history of one position.
 class PlaceHistory {
  public:
-  // The first row of a place; its width and kind go with it.
+  // The first row of a position; it defines width and kind.
   explicit PlaceHistory(const SolveRow& first);
 
-  // The row acts at this place, in this way.
+  // The row acts at this position, with this kind.
   [[nodiscard]] bool Takes(const SolveRow& row) const;
   void Add(const SolveRow& row);
 
@@ -55,10 +55,11 @@ class PlaceHistory {
 
  private:
   Contact contact_;
-  std::vector<std::pair<double, Eigen::Vector3d>> values_;  // by time, then as the rows came
+  std::vector<std::pair<double, Eigen::Vector3d>>
+      values_;  // sorted by time, then in the order of the file
 };
 
-// The rows `of_case` of `rows`, by place, in the order of their first rows.
+// The rows `of_case` of `rows`, grouped by position, in the order of their first rows.
 std::vector<PlaceHistory> HistoriesOf(const std::vector<SolveRow>& rows,
                                       std::span<const std::size_t> of_case);
 

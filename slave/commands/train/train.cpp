@@ -32,7 +32,8 @@ std::vector<std::string> Architectures(const std::vector<std::string>& networks)
   }
   if (chosen.empty()) chosen.emplace_back("rnn_21");
   if (chosen.size() > 1 && std::ranges::find(chosen, kLocaliser) != chosen.end()) {
-    throw std::invalid_argument("--network localiser: accepted is by itself, its data is other");
+    throw std::invalid_argument(
+        "--network localiser: accepted is without other networks, because its data differ");
   }
   return chosen;
 }
@@ -70,18 +71,19 @@ void RequireOtherThanInputs(const TrainOptions& options) {
 }  // namespace
 
 const char* const kTrainHelp = R"(DATA is one of
-  TACTILE.csv              with force columns fx,fy,fz (or fx_N,fy_N,fz_N) in newtons
-  TACTILE.csv+WRENCH.csv   the force from a file of its own, interpolated to the tactile times
-  simulated                presses on the simulated fingertip, 0 to 5 N
-either file with @FROM:TO behind it: only these seconds. Forces are those of the fingertip on the
-object in the fingertip's frame (x to the tip, pad towards -z: a press has fz < 0); a sensor under
-the object measures that up to its alignment. Rest values are the mean of the recording's first
-samples, the force's offset that of its first half second: start recordings untouched.
+  TACTILE.csv              with force columns fx,fy,fz (or fx_N,fy_N,fz_N) [N]
+  TACTILE.csv+WRENCH.csv   force from a second file, interpolated to the tactile times
+  simulated                contacts of the simulated fingertip, 0 to 5 N
+A file may end with @FROM:TO to use these seconds only. The force is that of the fingertip on the
+object, in the fingertip frame: x points to the tip and a contact on the pad has fz < 0. A force
+sensor under the object measures this force if it is aligned with that frame. The baseline is the
+mean of a recording's first samples. The force offset is the mean of its first half second. Start
+every recording without contact.
 
-A fifth of the contacts is for the test, a fifth of the others decides when to stop: by whole
-recordings where there are five or more, else by whole presses. Windows lie wholly in their slice.
-With --from only a gain is fitted, which cannot see what is not there: slices begin and end
-untouched, with the rest around their presses.
+A fifth of the contacts is used for the test. A fifth of the others is used for validation. With
+five or more recordings the split is by whole recordings, otherwise by whole contacts. Every window
+lies inside its slice. With --from only a gain is fitted. Its slices must begin and end without
+contact, because it uses the rest before and after each contact.
 
 Examples:
   palpate-slave train simulated --network all --out build/fingertip

@@ -12,29 +12,28 @@
 namespace palpate {
 
 struct TrainOptions {
-  std::vector<std::string> data;      // see DataArgument, or `simulated`
+  std::vector<std::string> data;      // see DataArgument; or `simulated`
   std::vector<std::string> test;      // the same; empty: a fifth of the data
   std::vector<std::string> networks;  // rnn_21 (empty), others of kArchitectures, all | localiser
-  std::filesystem::path out;          // folder, made if it is not there
+  std::filesystem::path out;          // folder, created if missing
   std::filesystem::path from;         // a known network: only its gain is fitted
   std::string finger;                 // of recordings with several
   int rest = 50;                      // samples whose mean is the rest value
   std::string optimiser = "adam";     // or sgd
-  double rate = 0;                    // learning rate; 0: the optimiser's own
+  double rate = 0;                    // learning rate; 0: default of the optimiser
   int epochs = 60, patience = 20, batch = 128;
   std::int64_t seed = 1;  // >= 0
   int threads = 2;
   int presses = 1500;                 // of `simulated`
-  std::filesystem::path electrodes;   // localiser: layout file, or `simulated`; wanted
+  std::filesystem::path electrodes;   // localiser: layout file, or `simulated`; required
   std::optional<double> contact_pdc;  // localiser: contact is above it [counts]
-  std::string normals = "auto";       // localiser: how nx, ny, nz stand in frame F
+  std::string normals = "auto";       // localiser: axes of nx, ny, nz in frame F
 };
 
-extern const char* const kTrainHelp;  // what --help says below the options
+extern const char* const kTrainHelp;  // text of --help below the options
 
-// 0: trained, or stopped with something learnt (the files hold it); 1: nothing learnt or not
-// written. Throws std::invalid_argument for options and data that cannot be used, and what writing
-// throws.
+// 0: trained, or stopped with a result (the files contain it); 1: no result, or not written. Throws
+// std::invalid_argument for unusable options and data, and exceptions of writing.
 int RunTrain(const TrainOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

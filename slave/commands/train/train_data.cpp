@@ -41,7 +41,7 @@ void WarnOfOverlap(const TrainingData& data) {
   for (const LabelledRecording& test : data.test) {
     for (const LabelledRecording& train : data.data) {
       if (!Overlap(test, train)) continue;
-      std::fprintf(stderr, "train: warning: %s and %s share samples: the test flatters\n",
+      std::fprintf(stderr, "train: warning: %s and %s share samples: the test error is too small\n",
                    test.name.c_str(), train.name.c_str());
     }
   }
@@ -68,7 +68,7 @@ void RefuseRepetitions(std::span<const std::string> data) {
     for (std::size_t k = 0; k < i; ++k) {
       if (!ShareSamples(data[k], data[i])) continue;
       throw std::invalid_argument(data[k] + " and " + data[i] +
-                                  " share samples: accepted is every sample once");
+                                  " share samples: accepted is each sample once");
     }
   }
 }
@@ -128,8 +128,8 @@ std::string ForceTable(std::span<const TestedNetwork> networks) {
 
 std::string AlongNormal(const ForceErrors& errors) {
   return fmt::format(
-      "fz: RMSE {:.1f} mN, SMSE {}, correlation {}, peak {:.3f} N met within {:.1f} mN ({:.1f} %), "
-      "largest error {:.1f} mN, {} samples",
+      "fz: RMSE {:.1f} mN, SMSE {}, correlation {}, peak {:.3f} N with an error of {:.1f} mN "
+      "({:.1f} %), largest error {:.1f} mN, {} samples",
       1e3 * errors.rmse.z(), Cell(errors.smse.z(), 0, 4), Cell(errors.correlation.z(), 0, 4),
       errors.peak.z(), 1e3 * errors.at_peak.z(),
       errors.peak.z() > 0 ? 100 * errors.at_peak.z() / errors.peak.z() : 0.0,

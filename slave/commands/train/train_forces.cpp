@@ -150,7 +150,7 @@ Comparison Compare(const ForceNetwork& network, std::span<const LabelledRecordin
   }
   const std::vector<Window> windows = WindowsOf(stretches, network.info().window);
   if (windows.empty()) {
-    throw std::invalid_argument("too few samples: the network looks back over " +
+    throw std::invalid_argument("too few samples: the network has a window of " +
                                 std::to_string(network.info().window));
   }
   return {EstimateForces(network, recordings, windows), MeasuredForces(recordings, windows)};
@@ -184,7 +184,7 @@ void RefuseUnlike(const ForceErrors& errors, const TrainOptions& options) {
   if (errors.correlation.z() >= kLeastCorrelation) return;
   throw std::invalid_argument(fmt::format(
       "{}: fz of the network and of the recording have correlation {:.2f}: accepted is {:g} or "
-      "more. Another finger, another sensor, or a slice without rest around its presses?",
+      "more. Check the finger, the sensor, and that the slice has rest around its contacts",
       NamesOf(options.data), errors.correlation.z(), kLeastCorrelation));
 }
 
@@ -224,7 +224,7 @@ int TrainForceGain(const TrainOptions& options) {
   };
   const ForceErrors own = errors(data.data);
   RefuseUnlike(own, options);
-  std::printf("gain %.4f, learnt up to %.3f N\nfitted on %s\n  %s\n", known.info.gain,
+  std::printf("gain %.4f, trained up to %.3f N\nfitted on %s\n  %s\n", known.info.gain,
               known.info.learnt_force, NamesOf(options.data).c_str(), AlongNormal(own).c_str());
   ForceErrors tested = own;
   if (!data.test.empty()) {

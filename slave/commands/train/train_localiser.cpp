@@ -53,7 +53,7 @@ Samples Read(std::span<const std::string> arguments, const TrainOptions& options
   }
   if (refused.empty()) return samples;
   if (samples.change.empty()) throw std::invalid_argument(refused);
-  std::fprintf(stderr, "train: warning: left out: %s\n", refused.c_str());
+  std::fprintf(stderr, "train: warning: not used: %s\n", refused.c_str());
   return samples;
 }
 
@@ -87,9 +87,9 @@ NormalErrors Test(const char* what, const LocaliserWeights& weights, const Sampl
 void RefuseNonsense(const NormalErrors& one, const NormalErrors& other) {
   if (std::min(one.median, other.median) <= kLargestMedian) return;
   throw std::invalid_argument(fmt::format(
-      "nothing written: neither half of the data tells the other half's normals (median angles "
-      "{:.1f} and {:.1f} deg; accepted is {:g} deg in one of them): are --electrodes those of this "
-      "sensor, nx, ny, nz the contact's normals and --normals their axes?",
+      "nothing written: neither half of the data predicts the normals of the other half (median "
+      "angles {:.1f} and {:.1f} deg; accepted is {:g} deg in one of them). Check that --electrodes "
+      "belongs to this sensor, that nx, ny, nz are contact normals, and --normals",
       one.median / kDegree, other.median / kDegree, kLargestMedian / kDegree));
 }
 
@@ -97,8 +97,8 @@ ElectrodeLayout LayoutOf(const TrainOptions& options) {
   if (options.electrodes == "simulated") return SimulatedLayout(kFingerRadius);
   if (!options.electrodes.empty()) return ReadElectrodeLayout(options.electrodes);
   throw std::invalid_argument(
-      "--network localiser: where the electrodes are is wanted: accepted is --electrodes FILE with "
-      "rows NAME,x,y,z,nx,ny,nz in mm, or --electrodes simulated for the simulated fingertip's");
+      "--network localiser: needs the electrode positions: accepted is --electrodes FILE with rows "
+      "NAME,x,y,z,nx,ny,nz in mm, or --electrodes simulated for the simulated fingertip");
 }
 
 // Turns the measured normals into frame F, as the options say or as the formula finds it.
@@ -143,7 +143,7 @@ int TrainLocaliser(const TrainOptions& options) {
   if (!options.test.empty()) Test("all fitted, test recordings", weights, lesson.test);
   const std::filesystem::path file = options.out / "localiser.json";
   WriteLocaliser(weights, file);
-  std::printf("%s: %d samples, %.2f deg where left out\n", file.c_str(), weights.samples,
+  std::printf("%s: %d samples, %.2f deg in cross-validation\n", file.c_str(), weights.samples,
               weights.median_error / kDegree);
   return 0;
 }

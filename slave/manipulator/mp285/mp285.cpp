@@ -24,17 +24,17 @@ constexpr std::size_t kPlaceBytes = 12;  // x, y, z, four bytes each, the lowest
 const char* ErrorInWords(char code) {
   switch (code) {
     case '0':
-      return "a character came before the last was read (error 0)";
+      return "a character arrived before the previous one was read (error 0)";
     case '1':
       return "a character without a stop bit (error 1)";
     case '2':
-      return "too much without an end (error 2)";
+      return "input without an end character (error 2)";
     case '4':
-      return "a command that it does not know (error 4)";
+      return "unknown command (error 4)";
     case '8':
       return "a move was interrupted (error 8)";
     default:
-      return "an answer that is none";
+      return "a malformed answer";
   }
 }
 
@@ -86,7 +86,7 @@ bool IsBetween(const Steps& steps, const Steps& a, const Steps& b) {
 Mp285::Mp285(const std::string& port, Patience patience) : port_(port), patience_(patience) {
   if (Open()) return;
   throw std::runtime_error("manipulator.port = " + port +
-                           ": no serial line: " + std::strerror(errno));
+                           ": cannot open the serial port: " + std::strerror(errno));
 }
 
 Mp285::~Mp285() {
@@ -144,7 +144,7 @@ bool Mp285::Send(std::string_view bytes) {
     pollfd ready{line_, POLLOUT, 0};
     if (!bytes.empty()) poll(&ready, 1, 1);
   }
-  return bytes.empty() || Fail("the line takes nothing");
+  return bytes.empty() || Fail("the serial port accepts no data");
 }
 
 std::optional<std::string> Mp285::Read(std::size_t bytes, Patience patience) {
@@ -175,9 +175,9 @@ std::optional<Steps> Mp285::QuerySteps() {
   if (!Send(std::string{'c', kEnd})) return std::nullopt;
   const auto answer = Read(kPlaceBytes + 1, patience_);
   if (!answer) {
-    Fail("no whole answer to where it is");
+    Fail("no complete answer to the position query");
   } else if (answer->back() != kEnd || !IsWithinTravel(FromBytes(*answer), known_)) {
-    Fail("an answer to where it is that is none");
+    Fail("a malformed answer to the position query");
   } else {
     heard_at_ = SteadyClock::now();
     return FromBytes(*answer);
@@ -188,16 +188,19 @@ std::optional<Steps> Mp285::QuerySteps() {
 bool Mp285::Find() {
   at_.reset();
   was_away_ = was_away_ || SteadyClock::now() - heard_at_ > kAway * patience_;
-  if (line_ < 0 && !Open()) return Fail("its line is gone: " + std::string(std::strerror(errno)));
+  if (line_ < 0 && !Open())
+    return Fail("the serial port is gone: " + std::string(std::strerror(errno)));
   if (!Send(std::string(1, kInterrupt))) return false;
   Empty();
   const auto once = QuerySteps(), again = once ? QuerySteps() : std::nullopt;
   if (!again) return false;
   if (*once != *again)
-    return Fail("it says two places, " + InWords(*once) + " and " + InWords(*again));
+    return Fail("it reports two different positions, " + InWords(*once) + " and " +
+                InWords(*again));
   if (was_away_ && known_ && !IsBetween(*again, *known_, *sent_)) {
-    return Fail("it was at " + InWords(*known_) + " and says " + InWords(*again) +
-                ": switched off and on, or moved meanwhile; accepted is a new start at home");
+    return Fail("its position was " + InWords(*known_) + " and is now " + InWords(*again) +
+                ": it was switched off and on, or moved by hand; accepted is a restart of the "
+                "slave at home");
   }
   fault_.clear();
   return Know(*again);
@@ -206,11 +209,11 @@ bool Mp285::Find() {
 bool Mp285::MoveTo(const Steps& steps, Patience takes) {
   if (!at_) return false;
   if (!IsWithinTravel(steps, known_))
-    return Fail(InWords(steps) + " lies beyond its travel of 25 mm");
+    return Fail(InWords(steps) + " is beyond its travel of 25 mm");
   sent_ = steps;
   if (!Send(std::string(1, 'm') + ToBytes(steps) + kEnd)) return false;
   const auto done = Read(1, takes + patience_);
-  if (!done) return Fail("a move does not end");
+  if (!done) return Fail("a move did not finish");
   if (done->front() != kEnd) return Fail(ErrorInWords(done->front()));
   const auto there = QuerySteps();
   if (!there) return false;
@@ -218,7 +221,7 @@ bool Mp285::MoveTo(const Steps& steps, Patience takes) {
     const auto again = QuerySteps();
     if (!again) return false;
     if (*again != steps) {
-      return Fail("it stands at " + InWords(*again) + ", sent to " + InWords(steps));
+      return Fail("its position is " + InWords(*again) + ", commanded was " + InWords(steps));
     }
   }
   return Know(steps);
@@ -231,7 +234,7 @@ bool Mp285::Poll() {
   if (*once == *at_) return true;
   const auto again = QuerySteps();
   if (!again) return false;
-  if (*again != *once) return Fail("it says two places");
+  if (*again != *once) return Fail("it reports two different positions");
   return Know(*again);
 }
 

@@ -1,5 +1,5 @@
-// The serial line of a Sutter MP-285 or MP-225: where the micromanipulator is, and moves. Each
-// answer is believed only where it is whole and is what it must be; the line has no checksum.
+// Serial protocol of a Sutter MP-285 or MP-225: reads the position and moves the micromanipulator.
+// The protocol has no checksum, so each answer is accepted only if it is complete and plausible.
 #pragma once
 
 #include <array>
@@ -14,45 +14,47 @@ namespace palpate {
 // Microsteps along the axes of the drive, from the origin that is set at it: of either sign.
 using Steps = std::array<std::int32_t, 3>;
 
-// One thread. After whatever goes wrong, `fault` says what, nothing moves, and the place is unknown
-// until Find succeeds. A line that is unplugged is opened again by its name.
+// For one thread. After an error, `fault` describes it, nothing moves, and the position is unknown
+// until Find succeeds. An unplugged port is opened again by its name.
 class Mp285 {
  public:
   static constexpr double kStep = 0.0625e-6;        // [m]
   static constexpr std::int32_t kTravel = 400'000;  // 25 mm
   using Patience = std::chrono::milliseconds;
 
-  // Opens `port` at 9600 baud, 8 bits, no parity. `patience`: for an answer, beyond what a move
-  // takes. Throws std::runtime_error: there is no such line, or it is not permitted.
+  // Opens `port` at 9600 baud, 8 bits, no parity. `patience`: longest wait for an answer, in
+  // addition to the duration of a move. Throws std::runtime_error: there is no such port, or no
+  // permission.
   explicit Mp285(const std::string& port, Patience patience = Patience(250));
   ~Mp285();
   Mp285(const Mp285&) = delete;
   Mp285& operator=(const Mp285&) = delete;
 
-  // Interrupts whatever moves, empties the line and asks twice where it is. False: fault; also
-  // where it was silent for longer than four answers take, or unplugged, and is neither where it
-  // stood nor on the way to where it was sent: one that was switched off counts from elsewhere.
+  // Interrupts a move, discards pending data and reads the position twice. False: fault. It is also
+  // a fault if the device was silent for longer than four answers take, or unplugged, and is now
+  // neither at its last position nor on the way to its target: after a power cycle it uses another
+  // origin.
   bool Find();
-  // Goes there, `takes` being how long that takes, and asks where it is. False: fault. Places
-  // beyond the travel are refused.
+  // Moves to the position within `takes` and reads the position. False: fault. Positions beyond the
+  // travel are rejected.
   bool MoveTo(const Steps& steps, Patience takes);
-  // Asks where it is; another place than before is believed when it is said twice. False: fault.
+  // Reads the position. A changed position is accepted only if it is read twice. False: fault.
   bool Poll();
 
-  // Where it stands; nullopt: not known.
+  // Present position; nullopt: unknown.
   [[nodiscard]] const std::optional<Steps>& at() const { return at_; }
   [[nodiscard]] const std::string& fault() const { return fault_; }  // empty: none
 
  private:
   bool Fail(const std::string& why);
-  bool Open();  // false: there is no such line; errno says why
+  bool Open();  // false: there is no such port; errno has the reason
   void Close();
-  void Lose();  // unplugged: as long as it is held, it would come back under another name
+  void Lose();  // unplugged: while the descriptor is open, the port would get another name
   bool Know(const Steps& at);
   bool Send(std::string_view bytes);
-  // nullopt: it did not come in time.
+  // nullopt: no answer in time.
   std::optional<std::string> Read(std::size_t bytes, Patience patience);
-  // One answer to `c`; nullopt: none, or not whole: fault.
+  // One answer to `c`; nullopt: no complete answer: fault.
   std::optional<Steps> QuerySteps();
   void Empty();
 
@@ -61,7 +63,7 @@ class Mp285 {
   int line_ = -1;  // -1: gone
   std::optional<Steps> at_;
   std::optional<Steps> known_, sent_;  // where it stood last, and where it may have gone since
-  std::chrono::steady_clock::time_point heard_at_;  // its last whole answer
+  std::chrono::steady_clock::time_point heard_at_;  // the last complete position
   bool was_away_ = false;                           // since then
   std::string fault_;
 };

@@ -1,5 +1,5 @@
-// A micromanipulator on a serial line as an arm of ours: small moves at the pace of the line, after
-// each of which it says where it is.
+// A micromanipulator on a serial port as Manipulator: small moves at the rate of the port, each
+// followed by a position query.
 #pragma once
 
 #include <mutex>
@@ -14,12 +14,12 @@
 
 namespace palpate {
 
-// Its axes lie along those of S; where it stands at the start is manipulator.home. While its place
-// is not known it has a fault, nothing moves, and it is looked for.
+// Its axes are parallel to those of S; its position at the start is manipulator.home. While the
+// position is unknown, it has a fault, nothing moves, and it keeps querying.
 class SerialManipulator final : public Manipulator {
  public:
-  // Opens the line and asks where it is. Throws std::runtime_error naming manipulator.port where
-  // nothing answers, and as TipFollower does.
+  // Opens the port and reads the position. Throws std::runtime_error naming manipulator.port
+  // without an answer, and as TipFollower does.
   SerialManipulator(const ManipulatorOptions& options, OnStep on_step,
                     Mp285::Patience patience = Mp285::Patience(250));
 
@@ -34,7 +34,7 @@ class SerialManipulator final : public Manipulator {
 
  private:
   void Run(const std::stop_token& stop);
-  // One round trip over the line; false: fault.
+  // One round trip over the port; false: fault.
   bool Round();
   [[nodiscard]] Steps ToSteps(const Eigen::Vector3d& p_S) const;
   [[nodiscard]] Eigen::Vector3d FromSteps(const Steps& steps) const;
@@ -45,7 +45,7 @@ class SerialManipulator final : public Manipulator {
   const Steps origin_;
   Time stepped_at_ = Clock::now();  // the thread's
 
-  mutable std::mutex mutex_;  // guards what follows; never held over a round trip
+  mutable std::mutex mutex_;  // guards the members below; never locked during a round trip
   TipFollower follower_;
   Eigen::Vector3d p_S_tip_;
   bool follows_ = false;

@@ -109,7 +109,7 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
   for (const auto& contact : contacts) {
     if (Acceptable(contact)) continue;
-    return Fail("a value is not finite, out of the plane or absurdly large");
+    return Fail("a value is not finite, out of the plane or too large");
   }
   if (!SameSet(contacts) && !PrepareSet(contacts)) return false;
   prescribed_.resize(2 * contacts.size());
@@ -121,13 +121,13 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i + 1] = contacts[i].prescribed_O.y() / unit;
   }
   if (!Solve()) {
-    return Fail(MovesWhatIsHeld() ? "an element that the scene holds is moved or loaded"
+    return Fail(MovesWhatIsHeld() ? "an element that the scene fixes is moved or loaded"
                                   : "loads on a body that is free to move do not balance");
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     responses[i] = ResponseOf(contacts[i], static_cast<int>(i));
     if (responses[i].validity == Validity::kFailed) {
-      return Fail("the answer is not finite or absurdly large");
+      return Fail("the solution is not finite or too large");
     }
   }
   return true;
@@ -167,17 +167,16 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
     nodes_.resize(contacts.size());
   }
   for (const auto& contact : contacts) {
-    if (!AppendPatch(contact)) return Fail("no element at a contact's place");
+    if (!AppendPatch(contact)) return Fail("no element at a contact point");
     set_.push_back({contact.kind, contact.element, contact.width, contact.p_O.head<2>(),
                     DirectionOf(contact)});
   }
   moving_knows_ = moving_.Prepare(patches_);
   prepared_ = moving_knows_ || solver_.Prepare(patches_);
-  return prepared_ ||
-         Fail(
-             "a contact shares an element with another or with a load, or contacts leave a body "
-             "that nothing holds free to move, or displacements are prescribed all around an "
-             "incompressible body");
+  return prepared_ || Fail(
+                          "a contact shares an element with another contact or a load, or a body "
+                          "without fixed boundary remains free to move, or displacements are "
+                          "prescribed on the whole boundary of an incompressible body");
 }
 
 bool Bem2dModel::Solve() noexcept {

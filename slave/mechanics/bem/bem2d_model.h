@@ -28,28 +28,28 @@ class Bem2dModel final : public DeformationModel {
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
   };
 
-  // Tells `progress`, if there is one, what to expect and how far it is. Throws
+  // Reports expected cost and progress to `progress`, if there is one. Throws
   // std::invalid_argument: see GreensFunctions; modulus, thickness or range not positive;
   // Interrupted.
   Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
 
   // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
   // along the outward normal at the patch's middle element) and leave the traction across it zero:
-  // answers of several add up only where each keeps its direction.
-  // A contact on held elements must have a zero displacement there and reports the reaction. Loads
-  // on a body that nothing holds must balance to 1e-6. Displacements beyond 1e6 larger sides, and
-  // forces that would need such, are absurd: kFailed.
-  // kExtrapolated too where the elements of a contact's width are so much longer or shorter than
-  // it that the stiffness is off by more than a tenth.
-  // A place is found by a walk over all elements if `element` is -1: give it where time counts.
+  // answers of several add up only where each keeps its direction. A contact on fixed elements must
+  // have a zero displacement there and reports the reaction. Loads on a body without fixed nodes
+  // must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that would need such,
+  // are absurd: kFailed. kExtrapolated too where the elements of a contact's width are so much
+  // longer or shorter than it that the stiffness is off by more than a tenth. A place is found by a
+  // walk over all elements if `element` is -1: give it where time counts.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // The mean of what both elements at a vertex say, the shorter one's word counting more; where
-  // elements are constant that is the straight line between their midpoints. Off by O(h^2) on
-  // smooth boundary, O(h^3) with quadratic elements, one order less in corners of constant ones.
+  // The weighted mean of the values of both elements at a vertex, with the larger weight for the
+  // shorter one; for constant elements that is the straight line between their midpoints. The error
+  // is O(h^2) on smooth boundary, O(h^3) with quadratic elements, one order less in corners of
+  // constant ones.
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
 
-  // The mean of both elements at a vertex, what supports hold apart.
+  // The mean of both elements at a vertex, what supports fix apart.
   void Tractions(std::vector<float>* pascals) override;
 
   // Under the contacts of the last Respond; zero where it failed.

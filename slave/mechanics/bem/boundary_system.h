@@ -38,8 +38,8 @@ struct ReferenceProblem {
 struct BoundaryNode {
   Eigen::Vector2d p_O;  // [m]
   int element = 0;
-  double length =
-      0;  // of the boundary it stands for: its weight times the element's [length units]
+  double length = 0;  // length of the boundary that belongs to it: its weight times the element's
+                      // [length units]
 };
 
 // Element by element, along the boundary.

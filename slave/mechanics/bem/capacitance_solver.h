@@ -38,14 +38,14 @@ class CapacitanceSolver {
 
   // Prepares a set of patches; `nodes` are copied. O(m^3 + m^2 M), m prescribed components, M
   // patches. Loads add up where they overlap. False: a node of a contact in another patch, or a
-  // system without a unique answer (a body that is not held and whose contacts leave a rigid motion
-  // free; displacements on the whole boundary near nu = 0.5 in plane strain).
+  // system without a unique solution (a body that is not fixed and whose contacts leave a rigid
+  // motion free; displacements on the whole boundary near nu = 0.5 in plane strain).
   bool Prepare(std::span<const ContactPatch> patches);
 
   // `prescribed`: per patch x, y of the displacement or, for kLoad, of the total force. `answer`:
   // the total force or, for kLoad, the displacement averaged over the patch. O(M^2). False: a
   // nonzero value along a component that the reference problem holds, loads out of balance on a
-  // body that nothing holds.
+  // body without fixed nodes.
   bool Respond(std::span<const double> prescribed, std::span<double> answer) const noexcept;
 
   // d answer / d prescribed of one patch, all other patches as they are prescribed.

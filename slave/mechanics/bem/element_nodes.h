@@ -3,7 +3,7 @@
 // of.
 //
 // Elements are discontinuous: no node is shared, none lies in a corner. At every node the boundary
-// is smooth and has one normal, so that corners, the ends of what is held, contacts that begin
+// is smooth and has one normal, so that corners, the ends of what is fixed, contacts that begin
 // between two elements, and any number of loops need no rule of their own; a contact on an element
 // moves that element and no other. The price is two nodes per linear element where continuous ones
 // have one. At Gauss's points the nodes' weights integrate a traction exactly, and displacements

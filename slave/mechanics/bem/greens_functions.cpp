@@ -48,8 +48,8 @@ void RequireUsable(const ReferenceProblem& problem) {
   if (problem.plane == Plane::kStrain && AllHeld(problem) &&
       problem.nu > GreensFunctions::kLargestNuAllHeld) {
     RefuseValue("poisson_ratio", problem.nu,
-                "at most 0.499 in plane strain for a body held on its whole boundary (the boundary "
-                "integrals lose the pressure near 0.5)");
+                "at most 0.499 in plane strain for a body whose whole boundary is fixed (the "
+                "boundary integrals do not determine the pressure near 0.5)");
   }
 }
 

@@ -5,7 +5,7 @@
 // nodes: the midpoint of constant elements, two or three points of linear and quadratic ones. The
 // columns of H and G are sorted by what is unknown in the reference problem, A_0 Y + Abar_0 Ybar =
 // 0, and E = -A_0^-1 Abar_0 maps what is prescribed to what is not: tractions to displacements
-// where the body is free, displacements to reactions where it is held.
+// where the body is free, displacements to reactions where it is fixed.
 //
 // Nondimensional inside: lengths by the mesh's length unit, tractions by E.
 #pragma once
@@ -32,7 +32,7 @@ class GreensFunctions {
   // the pressure level is then known only through 1 / (1 - 2 nu).
   static constexpr double kLargestNuAllHeld = 0.499;
 
-  // Assembles and solves: O(N^3), N nodes. Tells `progress`, if there is one, how far it is. Throws
+  // Assembles and solves: O(N^3), N nodes. Reports to `progress`, if there is one. Throws
   // std::invalid_argument: fewer than three elements, elements without length, nu out of range or
   // too near 0.5 (see above), a system that is singular to working precision; Interrupted.
   explicit GreensFunctions(ReferenceProblem problem, Progress* progress = nullptr);
@@ -46,7 +46,7 @@ class GreensFunctions {
            4 * (static_cast<std::size_t>(j) * stride_ + static_cast<std::size_t>(i));
   }
 
-  // A body that is not held against all rigid motions gets two more blocks, [size(),
+  // A body that is not fixed against all rigid motions gets two more blocks, [size(),
   // block_count()): prescribed are the mean rigid motions (zero in the reference), unknown the
   // balancing tractions, amplitude by mode, that a load which is not balanced would need.
   [[nodiscard]] int size() const { return static_cast<int>(nodes_.size()); }
@@ -54,7 +54,7 @@ class GreensFunctions {
   // The displacement at `p_O` [m] by a unit amplitude of each rigid motion that is left free, one
   // column each, zero beyond free_motions().
   [[nodiscard]] Eigen::Matrix<double, 2, 3> RigidModes(const Eigen::Vector2d& p_O) const noexcept;
-  // 0: the body is held. An element that is held counts with both its ends, so that a single one
+  // 0: the body is fixed. An element that is fixed counts with both its ends, so that a single one
   // holds against rotation too.
   [[nodiscard]] int free_motions() const { return free_motions_; }
 
@@ -66,7 +66,7 @@ class GreensFunctions {
   [[nodiscard]] const BoundaryNode& node(int i) const {
     return nodes_[static_cast<std::size_t>(i)];
   }
-  // Of the boundary that a node stands for: the whole element's where it has one node.
+  // Length of the boundary that belongs to a node: the whole element's if it has one node.
   [[nodiscard]] const std::vector<double>& lengths() const { return lengths_; }  // [length units]
   [[nodiscard]] bool held(int i, int component) const {
     return problem_

@@ -1,5 +1,5 @@
 // Contacts that come, go and move one at a time, answered by an inverse of the capacitance matrix
-// that is updated rather than made anew.
+// that is updated rather than made again.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 namespace palpate {
 
 // Nondimensional, as CapacitanceSolver is, and what it does: displacements prescribed on single
-// elements of a body that the scene holds. Everything else is CapacitanceSolver's.
-// Not thread-safe. Memory only grows.
+// elements of a body that the scene fixes. Everything else is CapacitanceSolver's. Not thread-safe.
+// Memory only grows.
 class MovingContacts {
  public:
   // Below so many contacts a factorisation costs no more than an update.
@@ -26,8 +26,9 @@ class MovingContacts {
   explicit MovingContacts(const GreensFunctions& greens);
 
   // Prepares a set of patches of one element each. What is new since the last set is appended, what
-  // is gone removed, O(m^2) each; or the matrix is factorised anew, O(m^3), where that is faster or
-  // the updates have drifted. False: not what this class is for, or no unique answer; no set then.
+  // is gone removed, O(m^2) each; or the matrix is factorised again, O(m^3), where that is faster
+  // or the updates have drifted. False: not what this class is for, or no unique answer; no set
+  // then.
   bool Prepare(std::span<const ContactPatch> patches);
 
   // The next set is prepared from nothing.
@@ -77,7 +78,7 @@ class MovingContacts {
   const GreensFunctions& greens_;
   int nodes_per_patch_ = 1;
   int components_ = 2;             // unknown at each node: 1 without friction
-  std::size_t free_elements_ = 0;  // those that nothing holds
+  std::size_t free_elements_ = 0;  // elements that are not fixed
   UpdatedInverse inverse_{false};
   std::vector<Slot> slots_;
   std::vector<int> slot_at_;        // per element; -1: none

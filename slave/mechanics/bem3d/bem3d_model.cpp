@@ -79,7 +79,7 @@ std::string_view Bem3dModel::Refuse(std::span<const Contact> contacts) const noe
   const bool moved = std::ranges::any_of(
       contacts, [](const Contact& c) { return c.kind == Contact::Kind::kDisplacement; });
   if (!moved) return {};
-  return "displacements are prescribed on a body that is free to move: accepted are loads";
+  return "displacements are prescribed on a body without fixed boundary: accepted are loads";
 }
 
 // The loads do no work on the motions that are left free.

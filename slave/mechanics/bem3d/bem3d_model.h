@@ -41,13 +41,13 @@ class Bem3dModel final : public DeformationModel {
              const Options& options, Progress* progress = nullptr);
 
   // See ComplianceSolver and SurfaceTrianglePlaces. A body that is free to move takes loads only;
-  // they must balance to 1e-6, and the answer has no mean displacement nor turn of the surface,
-  // weighted by area.
-  // A place is found by a walk over all triangles if `element` is -1 and the contact changed.
+  // they must balance to 1e-6, and the solution has no mean displacement nor turn of the surface,
+  // weighted by area. A place is found by a walk over all triangles if `element` is -1 and the
+  // contact changed.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
-  // The corners' displacements with which the boundary integrals themselves were taken (CornerFit):
-  // what is linear in space is met exactly, the rest to O(h^2).
+  // The corners' displacements that the boundary integrals used (CornerFit): exact for linear
+  // fields, otherwise to O(h^2).
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
     return failure_.empty() ? solver_.failure() : failure_;

@@ -49,7 +49,7 @@ void RequireNodes(const SurfaceMesh& mesh) {
 void RequireArea(int i, const FlatTriangle& triangle) {
   const double longest = *std::ranges::max_element(triangle.lengths);
   if (!(triangle.area > kThinnest * longest * longest)) {
-    Refuse(i, "it has no area: its corners lie on a line");
+    Refuse(i, "it has no area: its corners are collinear");
   }
 }
 
@@ -72,7 +72,7 @@ Edges CollectEdges(const SurfaceMesh& mesh) {
       const auto [other, is_new] = edges.try_emplace(edge, i);
       if (is_new) continue;
       Refuse(i, "it runs along the edge from node " + std::to_string(edge.first) + " to node " +
-                    std::to_string(edge.second) + " like triangle " +
+                    std::to_string(edge.second) + " in the same direction as triangle " +
                     std::to_string(other->second) +
                     ": accepted are neighbours of one orientation, two at an edge");
     }
@@ -134,7 +134,7 @@ bool FindCavities(const ClosedSurface& surface, const std::vector<int>& part) {
   for (const auto& [first, volume] : volumes) {
     if (first == body) continue;
     if (!IsInside(surface, part, body, surface.elements[Index(first)].centroid)) {
-      Refuse(first, "a part begins here that is inside out and no cavity of the body");
+      Refuse(first, "a part begins here that is inside out and is not a cavity of the body");
     }
   }
   return volumes.size() > 1;

@@ -44,8 +44,8 @@ class CornerFit {
   // The displacement of a node is the weighted sum of those of some triangles.
   using Shares = std::vector<Share>;
 
-  // The triangles at a node; where they do not tell its position (a box's corner) also those around
-  // them, and a direction in which they hardly extend is not extrapolated along. O(N).
+  // The triangles at a node; if they do not determine its position (a box's corner) also those
+  // around them. A direction in which they hardly extend is not extrapolated along. O(N).
   CornerFit(const SurfaceMesh& mesh, const ClosedSurface& surface);
 
   [[nodiscard]] int nodes() const { return static_cast<int>(shares_.size()); }

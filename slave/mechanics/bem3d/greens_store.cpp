@@ -153,7 +153,7 @@ bool GreensStore::OpenLog() {
     return false;
   }
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-    remark_ = "another process computes the same";
+    remark_ = "another process computes the same functions";
     log_.reset();
     return false;
   }

@@ -3,7 +3,7 @@
 //
 // A 64-bit hash of the inputs names the files; the inputs themselves stand within and are compared
 // number by number, so that two bodies of the same hash cost a computation, never a wrong answer.
-// Every section carries its size and checksum. What does not fit is ignored and written anew; a
+// Every section carries its size and checksum. What does not fit is ignored and written again; a
 // folder that cannot be written to costs only what it would have saved (see remark()).
 #pragma once
 
@@ -20,7 +20,7 @@ namespace palpate {
 
 struct GreensData {
   std::vector<double> blocks;     // 9 by triangle by loaded triangle, see Compliance::Column
-  std::vector<double> reactions;  // tractions at held components by loaded component
+  std::vector<double> reactions;  // tractions at fixed components by loaded component
   double condition = 0;
 };
 

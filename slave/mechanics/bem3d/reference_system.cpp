@@ -45,14 +45,14 @@ void ReferenceSystem::RequireCompressible() const {
   const auto refuse = [&](double largest, const std::string& accepted) {
     if (nu_ <= largest) return;
     RefuseValue("poisson_ratio", nu_,
-                accepted + " (the boundary integrals lose the pressure near 0.5)");
+                accepted + " (the boundary integrals do not determine the pressure near 0.5)");
   };
   if (surface_.has_cavities) {
     refuse(kLargestNuWithCavities, "at most 0.45 for a body with cavities");
   }
   const bool all_held =
       std::ranges::all_of(held_, [](const auto& h) { return h[0] && h[1] && h[2]; });
-  if (all_held) refuse(kLargestNuAllHeld, "at most 0.499 for a body held on its whole surface");
+  if (all_held) refuse(kLargestNuAllHeld, "at most 0.499 for a body whose whole surface is fixed");
 }
 
 Eigen::Matrix<double, 3, 6> ReferenceSystem::RigidModes(const Vector3d& p) const {

@@ -1,12 +1,12 @@
-// The boundary element system of a body under the reference boundary conditions: held components
+// The boundary element system of a body under the reference boundary conditions: fixed components
 // stand still, everything else is free of traction (paper A, eqs. 3-6, for solids).
 //
 // Tractions are constant on each triangle, displacements linear: their values at the centroids are
 // the unknowns, those at the corners follow from the triangles around (CornerFit). Collocated at
 // the centroids: H P = G V, H = I / 2 + principal values of the traction kernel. The columns of H
-// and G are sorted by what is unknown, A_0 Y + Abar_0 Ybar = 0. A body that is not held against all
-// rigid motions gets six more unknowns and rows, as in 2D: the amplitudes of balancing tractions,
-// and zero mean displacement and turn, weighted by area.
+// and G are sorted by what is unknown, A_0 Y + Abar_0 Ybar = 0. A body that is not fixed against
+// all rigid motions gets six more unknowns and rows, as in 2D: the amplitudes of balancing
+// tractions, and zero mean displacement and turn, weighted by area.
 //
 // Nondimensional: lengths by the surface's length unit, tractions by E.
 #pragma once
@@ -26,7 +26,7 @@ class ReferenceSystem {
  public:
   // Largest Poisson ratios of bodies whose pressure the boundary integrals lose near 0.5, as in 2D
   // (GreensFunctions): with cavities (a thick shell under inner pressure is off by 8 % with 360
-  // triangles, by 3 % with 1000; at 0.49 by 66 and 17 %), and held all around.
+  // triangles, by 3 % with 1000; at 0.49 by 66 and 17 %), and fixed all around.
   static constexpr double kLargestNuWithCavities = 0.45;
   static constexpr double kLargestNuAllHeld = 0.499;
 
@@ -42,7 +42,7 @@ class ReferenceSystem {
   // integrals.
   [[nodiscard]] Eigen::MatrixXd Matrix(const std::function<void(int)>& before) const;
   // -Abar_0 by a unit force, spread evenly, along each component of the triangles [begin, end):
-  // three columns each, zero where it is held.
+  // three columns each, zero where it is fixed.
   [[nodiscard]] Eigen::MatrixXd Loads(int begin, int end) const;
 
   // The corners of a triangle, counted as in CornerFit, and what the displacements at the centroids
@@ -53,8 +53,8 @@ class ReferenceSystem {
   [[nodiscard]] Eigen::Vector3d AtCorner(int corner,
                                          const std::vector<Eigen::Vector3d>& displacement) const;
 
-  // A held triangle counts with its centroid: a single one does not hold against turning.
-  // 0: the body is held.
+  // A fixed triangle counts with its centroid: a single one does not hold against turning. 0: the
+  // body is fixed.
   [[nodiscard]] int free_motions() const { return free_motions_; }
   // Displacement at `p` (nondimensional) by a unit amplitude of each rigid motion that is left
   // free, one column each, zero beyond free_motions().
@@ -79,7 +79,7 @@ class ReferenceSystem {
   ClosedSurface surface_;
   CornerFit fit_;
   HeldNodes held_;
-  HeldNodes held_nodes_;  // those of held triangles
+  HeldNodes held_nodes_;  // those of fixed triangles
   double nu_;
   KelvinSolidConstants constants_;
   Eigen::Vector3d mean_{0, 0, 0};  // of the surface

@@ -1,6 +1,6 @@
-// Green's functions of a solid's free surface by boundary elements: what a unit force, spread
-// evenly over one triangle, does to the centroid of every other one while the held components stand
-// still (paper A, eqs. 3-6; James and Pai 2003).
+// Green's functions of a solid's free surface by boundary elements: displacement of every
+// triangle's centroid under a unit force, spread evenly over one triangle, with the fixed
+// components at zero (paper A, eqs. 3-6; James and Pai 2003).
 #pragma once
 
 #include <filesystem>
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// Places are triangles; those that are held have zero blocks. Not symmetric: collocation keeps
+// Places are triangles; those that are fixed have zero blocks. Not symmetric: collocation keeps
 // Betti's reciprocity only as the mesh gets finer. A body that is free to move answers loads that
 // balance, with zero mean displacement and turn of its surface, weighted by area; to a load that
 // does not it adds the tractions, linear in space, that balance it.
@@ -46,7 +46,7 @@ class SurfaceGreens final : public Compliance {
     return data_.blocks.data() +
            9 * static_cast<std::size_t>(place) * static_cast<std::size_t>(places());
   }
-  // Traction over E at the held components of `triangle` (zero at others) by `force`, over E and
+  // Traction over E at the fixed components of `triangle` (zero at others) by `force`, over E and
   // the length unit squared, on `place`.
   [[nodiscard]] Eigen::Vector3d Reaction(int triangle, int place,
                                          const Eigen::Vector3d& force) const;

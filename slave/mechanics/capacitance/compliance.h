@@ -1,4 +1,4 @@
-// What a unit force on the free surface of a held body does to every place of it: the Green's
+// What a unit force on the free surface of a fixed body does to every place of it: the Green's
 // functions that contacts in 3D are answered with (James and Pai 2003; paper A, eqs. 5-7, in the
 // form of a compliance: a surface that is free of traction in the reference problem needs no other
 // block of E); and the forces that contacts must find, with the blocks of a compliance between
@@ -23,20 +23,20 @@ class Compliance {
   Compliance(const Compliance&) = delete;
   Compliance& operator=(const Compliance&) = delete;
 
-  // Places that can be touched: surface nodes (fem-green) or triangles (bem3d).
+  // Points of contact: surface nodes (fem-green) or triangles (bem3d), called places.
   [[nodiscard]] virtual int places() const = 0;
   // Betti: block(i, j) = block(j, i)^T to working precision. Then contacts are factorised by
   // Cholesky's method.
   [[nodiscard]] virtual bool symmetric() const = 0;
   // 9 numbers per place i: entry 3 c + r is the displacement along r at i by a unit force along c
-  // at `place`. Columns may be computed when first asked for: milliseconds then, and memory;
-  // nullptr never. The pointer stays good.
+  // at `place`. Columns may be computed at the first request, which needs milliseconds and memory;
+  // never nullptr. The pointer stays valid.
   virtual const double* Column(int place) = 0;
   [[nodiscard]] virtual double length_unit() const = 0;  // [m]
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };
 
-// An unknown force, shared out over at most three places; frame O, nondimensional.
+// An unknown force, distributed over at most three places; frame O, nondimensional.
 struct ForceUnknown {
   struct Share {
     const double* column = nullptr;  // of the compliance
@@ -51,12 +51,12 @@ struct ForceUnknown {
   Eigen::Matrix3d basis = Eigen::Matrix3d::Identity();  // columns 0 to count: their directions
 };
 
-// The block of the compliance at a share's place by a unit force at another's.
+// The block of the compliance at a place of one share by a unit force at a place of another.
 inline Eigen::Map<const Eigen::Matrix3d> BlockAt(const double* column, int place) {
   return Eigen::Map<const Eigen::Matrix3d>(column + 9 * static_cast<long>(place));
 }
 
-// Displacement, weighted, at the places of `at` by unit forces `by`, all three components.
+// Weighted displacement at the places of `at` by unit forces `by`, all three components.
 inline Eigen::Matrix3d FullBlock(const ForceUnknown& at, const ForceUnknown& by) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int b = 0; b < by.share_count; ++b) {

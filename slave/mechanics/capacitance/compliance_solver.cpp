@@ -58,7 +58,7 @@ void ComplianceSolver::Respond(std::span<const Contact> contacts,
   } catch (const std::bad_alloc&) {
     answered_ = Fail("out of memory");
   } catch (const std::exception&) {
-    answered_ = Fail("the Green's functions of a touched place could not be computed");
+    answered_ = Fail("the Green's functions of a contact point could not be computed");
   }
   if (!answered_) std::ranges::fill(responses, ContactResponse{});
 }
@@ -91,7 +91,7 @@ bool ComplianceSolver::Fail(std::string_view why) {
 bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
                                   std::span<ContactResponse> responses) {
   for (const auto& contact : contacts) {
-    if (!Acceptable(contact)) return Refuse("a value is not finite or absurdly large");
+    if (!Acceptable(contact)) return Refuse("a value is not finite or too large");
   }
   if (!Prepare(contacts)) return false;
   if (!stiffness_known_ && std::ranges::any_of(contacts, &Contact::wants_stiffness)) {
@@ -102,7 +102,7 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     responses[Index(i)] = ResponseOf(set_.slots()[Index(i)], contacts[Index(i)]);
     if (responses[Index(i)].validity == Validity::kFailed) {
-      return Refuse("the answer is not finite or absurdly large");
+      return Refuse("the solution is not finite or too large");
     }
   }
   return true;
@@ -125,7 +125,7 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   const bool little = outcome == ContactSet::Outcome::kChanged && LittleChanged();
   const bool changed = little && inverse_.inverted() && InvertChanged();
   if (!changed && !AnswerAgain(little)) {
-    return Fail("contacts overlap: what one prescribes follows from the others");
+    return Fail("contacts overlap: their prescribed displacements are dependent");
   }
   if (inverse_.padded() > vector_room_) {
     vector_room_ = inverse_.padded() + inverse_.padded() / 4;
@@ -134,8 +134,7 @@ bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
     }
   }
   if (!loads_.Fill(set_, inverse_.padded())) {
-    return Fail(
-        "the Green's functions of a loaded place are not there: the memory for them is used up");
+    return Fail("the Green's functions of a loaded point are not stored: their memory is used up");
   }
   SoftenLoads();
   return true;
@@ -320,7 +319,7 @@ bool ComplianceSolver::Prescribe(std::span<const Contact> contacts) {
   for (std::size_t i = 0; i < slots.size(); ++i) {
     const ContactSlot& slot = slots[i];
     if (MovesWhatIsHeld(slot, contacts[i])) {
-      return Refuse("a place that a support holds is moved or loaded");
+      return Refuse("a fixed point is moved or loaded");
     }
     if (slot.load >= 0) {
       load_forces_[Index(slot.load)] = contacts[i].prescribed_O / force_unit_;

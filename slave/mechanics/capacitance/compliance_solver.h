@@ -5,7 +5,7 @@
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
 // compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
 // and triangles (bem3d) are answered alike. Where few contacts changed, the inverse of C is up- and
-// downdated; where many did, C is factorised anew.
+// downdated; where many did, C is factorised again.
 #pragma once
 
 #include <array>
@@ -44,17 +44,16 @@ class ComplianceSolver {
   ComplianceSolver(Compliance& compliance, ContactPlaces& places, const Params& params);
 
   // As DeformationModel::Respond. Frictionless contacts prescribe the displacement along the
-  // outward normal at their place and are free across it; the response repeats what was prescribed.
-  // kFailed: a place that is not found or has no column, a held place that is moved or loaded (its
-  // compliance is zero), contacts that share a place, a load that lies wholly under contacts,
-  // values that are not finite or beyond 1e6 larger sides. Components that are held and not moved
-  // are no unknowns: their force stays with the support.
-  // Stiffness is found when it is first wanted.
-  // O(m^2) where nothing or little changed, O(m^3) otherwise, m unknown components.
+  // outward normal at their place and are free across it; the response repeats the prescribed
+  // value. kFailed: a place that is not found or has no column, a fixed place that is moved or
+  // loaded (its compliance is zero), contacts that share a place, a load that lies completely under
+  // contacts, values that are not finite or beyond 1e6 larger sides. Fixed components that are not
+  // moved are no unknowns: the support carries their force. Stiffness is computed when it is first
+  // requested. O(m^2) if nothing or little changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
   // What a moved contact costs [us]: the contacts in turn, on a solver of their own; 0: one of them
-  // has no answer.
+  // has no solution.
   static double MeasureUpdate(Compliance& compliance, ContactPlaces& places, const Params& params,
                               const std::array<Contact, 2>& contacts);
   [[nodiscard]] const Params& params() const { return params_; }
@@ -65,7 +64,7 @@ class ComplianceSolver {
   // What the contacts of the last Respond touch.
   [[nodiscard]] std::span<const ContactSlot> slots() const { return set_.slots(); }
   // Every force on a place under the contacts of the last Respond, contacts and loads; a place may
-  // appear more than once. Empty where it failed.
+  // appear more than once. Empty if it failed.
   void Forces(std::vector<PlaceForce>* forces) const;
   // Displacement of every place of the compliance [m], by its columns. O(N S).
   void Displacement(std::vector<Eigen::Vector3d>* displacement_O);

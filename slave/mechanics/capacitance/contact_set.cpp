@@ -36,7 +36,7 @@ void AddToLoad(const ForceUnknown& by, int place, double weight, double* row, lo
 }  // namespace
 
 constexpr double kOnEdge = 1e-9;  // barycentric weight
-constexpr std::string_view kInnerNode = "a node inside the body is no place on its surface";
+constexpr std::string_view kInnerNode = "a node inside the body is not on its surface";
 
 ContactSet::Outcome ContactSet::Fail(std::string_view why) {
   if (failure_.empty()) failure_ = why;
@@ -57,9 +57,9 @@ ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
     anew = true;
     found = FindAsTheyAre(contacts);
   }
-  if (!found) return Fail("no place is known there");
+  if (!found) return Fail("no boundary point is there");
   known_ = true;
-  if (!Number()) return Fail("no answer is known there");
+  if (!Number()) return Fail("no Green's functions are known there");
   return anew ? Outcome::kRestarted : Outcome::kChanged;
 }
 
@@ -168,7 +168,7 @@ bool ContactSet::Number() {
   }
   for (const auto& slot : slots()) {
     if (slot.load >= 0 && LiesUnderContacts(slot)) {
-      return Refuse("a load lies wholly under contacts whose displacement is prescribed");
+      return Refuse("a load lies completely under contacts with a prescribed displacement");
     }
   }
   for (auto& change : changes_) {
@@ -194,7 +194,7 @@ bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* sl
     const double* column = compliance_.Column(places[p].place);
     if (column == nullptr) {
       return Refuse(
-          "the Green's functions of a touched place are not there: the memory for them is used up");
+          "the Green's functions of a contact point are not stored: their memory is used up");
     }
     unknown.shares[p] = {column, places[p].place, alone ? 1 : places[p].weight};
   }
@@ -236,7 +236,7 @@ bool ContactSet::SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block) 
     *block = touched.self;
   }
   const bool good = (*block)(0, 0) >= 0 && (*block)(1, 1) >= 0 && (*block)(2, 2) >= 0;
-  return good || Refuse("the compliance of a touched place is not positive");
+  return good || Refuse("the compliance of a contact point is not positive");
 }
 
 // Places with an unknown of their own cannot be moved twice.
@@ -245,7 +245,7 @@ bool ContactSet::MarkMoved(const ContactSlot& slot) {
   if (slot.footprint.point && places.size() > 1) return true;
   for (const auto& [place, weight] : places) {
     int& set = touched_[Index(place)].set;
-    if (set == set_) return Refuse("two contacts overlap: they share a place");
+    if (set == set_) return Refuse("two contacts overlap: they share a boundary point");
     set = set_;
   }
   return true;

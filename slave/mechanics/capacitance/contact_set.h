@@ -1,6 +1,5 @@
-// The contacts that act together: what they touch, which forces are unknown, and what changed since
-// the last time. Which places of a compliance a contact touches, and with what share, is the
-// convention of a model's boundary (nodes or triangles).
+// A set of contacts: the places of each, the unknown forces, and the changes since the last set.
+// The boundary of the model (nodes or triangles) defines the places of a contact and their shares.
 #pragma once
 
 #include <array>
@@ -24,8 +23,8 @@ class ContactPlaces {
   virtual ~ContactPlaces() = default;
 
   // Finds what `contact` touches; its kind, p_O, element and width count, its value does not.
-  // Empty: found; otherwise why not, one clause that lives on. Allocates nothing where `footprint`
-  // has room already. Called only for contacts that changed; the contact is finite.
+  // Empty: found; otherwise why not, one clause with static lifetime. Allocates nothing where
+  // `footprint` has room already. Called only for contacts that changed; the contact is finite.
   virtual std::string_view Find(const Contact& contact, ContactFootprint* footprint) = 0;
   // Whether contacts that are too narrow for the mesh get wider discs (SurfaceFootprints)
   // from now on, as they do at first.
@@ -35,7 +34,7 @@ class ContactPlaces {
 // Places are the surface's nodes (fem-green).
 class SurfaceNodePlaces final : public ContactPlaces {
  public:
-  // `place_of_node`: -1 for nodes that are none. `held`: see SurfaceFootprints.
+  // `place_of_node`: -1 for nodes that are not places. `held`: see SurfaceFootprints.
   SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node,
                     std::vector<char> held = {})
       : footprints_(std::move(surface), std::move(held)),
@@ -64,12 +63,12 @@ class SurfaceTrianglePlaces final : public ContactPlaces {
 
 // One contact of the set.
 struct ContactSlot {
-  Contact contact;  // its value is that of the set it came with
+  Contact contact;  // its value is that of the set in which it was added
   ContactFootprint footprint;
   int unknown = 0, unknowns = 0;  // in unknowns(); none for loads
   int row = 0, rows = 0;          // their components in the capacitance matrix
   int load = -1;                  // number among the loads; -1: none
-  std::array<bool, 3> held{};     // components that a support holds somewhere under the contact
+  std::array<bool, 3> held{};     // components that a support fixes somewhere under the contact
   bool on_support = false;        // see kOnSupport (mesh_resolution.h)
 };
 
@@ -90,8 +89,8 @@ class ContactSet {
         law_(law),
         touched_(static_cast<std::size_t>(compliance.places())) {}
 
-  // Values of the contacts are not looked at. kChanged: changes() says what, provided the caller
-  // kept up with every outcome before. kFailed: the set is forgotten, failure() says why.
+  // Ignores the values of the contacts. kChanged: changes() lists the changes, provided the caller
+  // processed every earlier outcome. kFailed: the set is cleared, failure() is the reason.
   Outcome Update(std::span<const Contact> contacts);
   void Forget() { known_ = false; }
 
@@ -103,7 +102,7 @@ class ContactSet {
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
  private:
-  // By place: what is asked often, close together.
+  // Indexed by place: values that are read often, stored together.
   struct Touched {
     int set = 0;  // the last in which a contact moved it
     bool known = false;
@@ -122,7 +121,7 @@ class ContactSet {
   [[nodiscard]] bool IsSame(std::span<const Contact> contacts) const;
   [[nodiscard]] bool IsCrowded() const;
   bool Find(const Contact& contact, ContactSlot* slot);
-  // Patches wander from slot to slot as contacts come and go: where one fits, it fits everywhere.
+  // Contacts move from slot to slot: storage that fits one fits all.
   void MakeRoom() {
     for (auto& slot : slots_) slot.footprint.places.reserve(most_places_);
   }
@@ -148,12 +147,12 @@ class ContactSet {
   std::string_view failure_;
 };
 
-// What loads do to the places of contacts, to their own and to each other's. Nondimensional.
+// Effect of loads on the places of contacts, on their own and on each other's. Nondimensional.
 class LoadCoupling {
  public:
   explicit LoadCoupling(Compliance& compliance) : compliance_(compliance) {}
 
-  // False: a column is not to be had. O(unknowns times loaded places). Memory only grows.
+  // False: a column is not available. O(unknowns times loaded places). Memory only grows.
   bool Fill(const ContactSet& set, int padded_rows);
 
   // Displacement of the unknown components by a unit force `c` of a load: padded, zeros behind.
@@ -168,7 +167,7 @@ class LoadCoupling {
   [[nodiscard]] const Eigen::Matrix3d& between(int at, int by) const {
     return between_[static_cast<std::size_t>(at * loads_ + by)];
   }
-  // A load's own places move by so much more.
+  // Additional displacement of a load's own places.
   void Soften(int load, const Eigen::Matrix3d& compliance) {
     between_[static_cast<std::size_t>(load * (loads_ + 1))] += compliance;
   }

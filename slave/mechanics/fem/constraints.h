@@ -1,8 +1,8 @@
 // Which motions of a body's nodes are possible: supports, contacts that hold nodes or points, and,
-// in statics, rigid motions that nothing holds and that are left out by a zero mean.
+// in statics, rigid motions that no support prevents, which are removed by a zero mean.
 //
-// With C u = d for what is held and Z the free rigid motions (Z^T M Z = I) the possible changes are
-// the range of P = (I - Z Z^T M) P_C, P_C the orthogonal projector on the kernel of C. Contacts
+// With C u = d for what is fixed and Z the free rigid motions (Z^T M Z = I) the possible changes
+// are the range of P = (I - Z Z^T M) P_C, P_C the orthogonal projector on the kernel of C. Contacts
 // share no node, so C's rows are orthogonal and P_C costs what C has entries.
 #pragma once
 
@@ -24,7 +24,7 @@ class Constraints {
 
   // Back to the supports.
   void Clear();
-  // Each adds one contact, numbered from 0. False: a node is held by another contact already.
+  // Each adds one contact, numbered from 0. False: a node is fixed by another contact already.
   // Nodes that move alike.
   [[nodiscard]] bool HoldNodes(std::span<const int> nodes);
   // The point sum_k weights[k] u_node[k] of a triangle.
@@ -32,7 +32,7 @@ class Constraints {
   // Finds the rigid motions that are free. False: more than 24 of them.
   [[nodiscard]] bool FindFreeMotions();
 
-  // What contact k is moved to. False: not zero along a component that supports hold.
+  // What contact k is moved to. False: not zero along a component that supports fix.
   [[nodiscard]] bool Move(int k, const Eigen::Vector3d& displacement);
 
   // lift = the least change of u that brings the contacts to `share` of where they are moved to,
@@ -49,9 +49,9 @@ class Constraints {
  private:
   struct Contact {
     std::size_t begin = 0, end = 0;  // in nodes_
-    int sum = -1;                    // in held_.sums; -1: all nodes are held
+    int sum = -1;                    // in held_.sums; -1: all nodes are fixed
     Eigen::Vector3d target{0, 0, 0};
-    NodeValue blocked;  // per component: 1 where supports hold it
+    NodeValue blocked;  // per component: 1 where supports fix it
   };
 
   bool Take(std::span<const int> nodes);

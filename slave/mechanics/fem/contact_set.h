@@ -32,8 +32,8 @@ class ContactSet {
   // The last set is not to be trusted.
   void Forget() { ready_ = false; }
 
-  // Adds loads to f and moves what is held; values in SI, f and u in units of the body.
-  // False: a support is asked to move.
+  // Adds loads to f and moves prescribed nodes; values in SI, f and u in units of the body. False:
+  // a contact moves a fixed node.
   bool Apply(std::span<const Contact> contacts, double length_unit, double force_unit,
              Constraints& constraints, NodeVector& f) const noexcept;
   // The mean displacement of contact k weighted as its load is, or of the nodes it moves.
@@ -56,7 +56,7 @@ class ContactSet {
   };
   struct Place {
     std::vector<PlaceWeight> nodes;  // of the body
-    bool point = false;              // the weighted mean is held, not each node
+    bool point = false;              // the weighted mean is fixed, not each node
     int hold = -1;
     bool coarse = false;  // IsPatchCoarse
     bool on_support = false;

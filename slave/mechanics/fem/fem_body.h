@@ -31,7 +31,7 @@ class FemBody {
   // nodes that are not finite or do not exist, an element without positive volume.
   FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& params);
 
-  // Nodes [0, moving()) have a component that is not held; the others come after them.
+  // Nodes [0, moving()) have a component that is not fixed; the others come after them.
   [[nodiscard]] int moving() const { return pattern_.rows(); }
   [[nodiscard]] int size() const { return static_cast<int>(points_.size()); }
   [[nodiscard]] int element_count() const { return elements_.size(); }
@@ -45,7 +45,7 @@ class FemBody {
     return mesh_element_[static_cast<std::size_t>(element)];
   }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
-  // 1 free, 0 held, per node and component; nodes of no element count as held.
+  // 1 free, 0 fixed, per node and component; nodes of no element count as fixed.
   [[nodiscard]] const NodeVector& free() const { return free_; }
   [[nodiscard]] bool Dangling(int node) const { return Volume(node) == 0; }
   [[nodiscard]] const EliminationTree& tree() const { return tree_; }

@@ -60,7 +60,7 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
   RequirePositive("young_modulus", material.young_modulus);
   if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5)) {
     RefuseValue("poisson_ratio", material.poisson_ratio,
-                "-1 < nu < 0.5 with linear tetrahedra whose pressure comes from the displacement");
+                "-1 < nu < 0.5 with linear tetrahedra without a pressure unknown");
   }
   const bool weighs = options.gravity_O != Vector3d::Zero();
   const bool finite = material.density >= 0 && std::isfinite(material.density);
@@ -130,7 +130,7 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
   }
   Reset();
   Describe(mesh);
-  ReportProgress(progress, "trying one answer", 0.8);
+  ReportProgress(progress, "first solution", 0.8);
   Rehearse(mesh);
   NotePrecompute();
   ReportProgress(progress, "ready", 1);
@@ -156,7 +156,7 @@ void FemModel::Describe(const SolidMesh& mesh) {
   info_.range = params_.range > 0 ? params_.range : Linear(params_.options) ? kLinearRange : 0;
   info_.step = stepper_ ? params_.options.step : 0;
   if (params_.material.poisson_ratio > kLocks) {
-    remark_ = "linear tetrahedra lock at this Poisson ratio: far too stiff";
+    remark_ = "linear tetrahedra lock at this Poisson ratio: the model is far too stiff";
   }
   info_.remark.reserve(kTextSize);
   failure_text_.reserve(kTextSize);
@@ -210,7 +210,7 @@ void FemModel::Respond(std::span<const Contact> contacts,
   failure_ = {};
   std::fill(responses.begin(), responses.end(), ContactResponse{});
   if (contacts.size() != responses.size()) {
-    Fail("as many responses as contacts are wanted");
+    Fail("the number of responses and contacts must be equal");
     return;
   }
   bool answered = false;
@@ -231,14 +231,14 @@ bool FemModel::TryRespond(std::span<const Contact> contacts) {
   if (!Locate(contacts)) return false;
   f_ext_ = gravity_;
   if (!contacts_.Apply(contacts, length_unit_, force_unit_, constraints_, f_ext_)) {
-    return Fail("a contact moves what supports hold");
+    return Fail("a contact moves fixed nodes");
   }
   if (stepper_) {
     if (stepper_->Step(f_ext_, constraints_)) return true;
-    return Fail("the step of time did not converge");
+    return Fail("the time step did not converge");
   }
   if (constraints_.Imbalance(f_ext_) > kBalanced) {
-    return Fail("the loads are out of balance on an object that nothing holds");
+    return Fail("the loads do not balance on an object without fixed boundary");
   }
   if (equilibrium_->Solve(f_ext_, constraints_)) return true;
   return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
@@ -250,7 +250,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
     const double size = contacts[k].prescribed_O.norm() / (force ? force_unit_ : length_unit_);
     if (size <= kAbsurd || !std::isfinite(size)) continue;
     return Fail(force ? "the force is beyond a million times E times the larger side squared"
-                      : "the displacement is beyond a million larger sides",
+                      : "the displacement is beyond a million times the larger side",
                 static_cast<int>(k));
   }
   const auto found = contacts_.Update(contacts, constraints_);
@@ -272,7 +272,7 @@ bool FemModel::Locate(std::span<const Contact> contacts) {
   equilibrium_->Renew();
   if (constraints_.FindFreeMotions()) return true;
   contacts_.Forget();
-  return Fail("more than four pieces that nothing holds");
+  return Fail("more than four parts without fixed nodes");
 }
 
 // Why the last answer is extrapolated; nullopt: it is not, but for single patches.
@@ -281,7 +281,7 @@ std::optional<std::string_view> FemModel::FlagReason(std::span<const Contact> co
   if (params_.material.poisson_ratio >= kLocks)
     return "linear tetrahedra lock at this Poisson ratio";
   if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) return kBeyondRange;
-  if (stepper_ && stepper_->gained_energy()) return "the step of time gained energy from nowhere";
+  if (stepper_ && stepper_->gained_energy()) return "the time step gained energy";
   // In equilibrium under nothing, what is left of strain is the residual's.
   const bool acts = stepper_ || params_.options.gravity_O != Vector3d::Zero() ||
                     std::ranges::any_of(contacts, [](const Contact& contact) {

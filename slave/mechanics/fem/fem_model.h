@@ -34,18 +34,18 @@ class FemModel final : public DeformationModel {
     double range = 0;
   };
 
-  // `held`: the components that supports hold, per node. Nodes of no element stay where they are.
-  // Throws std::invalid_argument: a parameter, an element of no positive volume, a mesh that is no
-  // mesh; Interrupted. In statics `progress` must outlive the model: searches for equilibrium that
-  // take longer than a tenth of a second tell it how far they are, and fail when told to stop.
+  // `held`: the components that supports fix, per node. Nodes without an element stay in place.
+  // Throws std::invalid_argument: a parameter, an element without positive volume, an invalid mesh;
+  // Interrupted. In statics `progress` must outlive the model: searches for equilibrium that take
+  // longer than a tenth of a second report their progress to it, and fail when stopped.
   FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
            Progress* progress = nullptr);
 
   // Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes
   // of its patch, or the weighted point of the triangle there, and reports what that takes; on
   // supports it must be zero and reports the reaction (in motion: its elastic part). In statics an
-  // object that nothing holds takes balanced loads (to 1e-6) and moves without mean displacement
-  // and rotation.
+  // object without fixed boundary takes balanced loads (to 1e-6) and moves without mean
+  // displacement and rotation.
   //
   // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
   // law out of range, a step of time that gained energy from nowhere, a mesh too coarse for a patch

@@ -32,9 +32,9 @@ class LinearSolver {
   };
   LinearSolver(const FemBody& body, const Params& params);
 
-  // The next Solve factors anew: the matrix is another one.
+  // The next Solve factors again: the matrix is another one.
   void Renew() noexcept { due_ = true; }
-  // As after construction: what is held, too, is another.
+  // As after construction: the set of fixed components has changed as well.
   void Reset() noexcept;
   // A x = b: `r` is P^T (b - A x) on entry and exit, x changes within the possible motions until
   // the norm of r is at most `target`. Allocation-free.

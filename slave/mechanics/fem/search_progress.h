@@ -1,4 +1,4 @@
-// How far a search for equilibrium is, for whoever waits for it and may want it to stop.
+// Progress of a search for equilibrium, for callers that display it or stop it.
 #pragma once
 
 #include <algorithm>
@@ -9,14 +9,14 @@
 
 namespace palpate::fem {
 
-// Silent for its first tenth of a second and told ten times a second after it, so that quick
-// searches stay free of whatever the telling costs.
+// Silent during the first tenth of a second, then ten reports per second, so that quick searches
+// have no overhead.
 class SearchProgress {
  public:
   // `progress` may be null, else it must outlive this. `linear`: one linear system is the search.
   SearchProgress(Progress* progress, bool linear) : progress_(progress), linear_(linear) {}
 
-  // A search begins, or begins anew from another start.
+  // A search begins, or begins again from another start.
   void Begin() noexcept {
     stopped_ = false;
     first_ = 0;
@@ -31,7 +31,7 @@ class SearchProgress {
     if (digits <= 0) return;
     done_ = std::max(done_, std::clamp(std::log(first_ / residual) / digits, 0., 1.));
   }
-  // The same of a linear system on the way.
+  // The same for a linear system on the way.
   void ReachInner(double residual, double target) noexcept {
     if (linear_) Reach(residual, target);
   }
@@ -55,7 +55,7 @@ class SearchProgress {
     told_ = now;
     try {
       stopped_ = !progress_->Report(stage, done);
-    } catch (...) {  // a search is not worth less for not being told of
+    } catch (...) {  // a search whose report fails continues
     }
     return !stopped_;
   }

@@ -4,8 +4,8 @@
 //
 // Newton's method on the rotation vector: w = axial(S - S^T), H = tr(S) I - sym(S), S = R^T F,
 // R <- R exp([H^-1 w]). A stationary rotation with H > 0 is the only maximum (of the four
-// stationary quaternions just one is), so the answer is checked, not hoped for. What is kept is the
-// unit quaternion (s, v) and E = S - I, so that tiny strains keep all their digits.
+// stationary quaternions just one is), so the solution is checked, not hoped for. What is kept is
+// the unit quaternion (s, v) and E = S - I, so that tiny strains keep all their digits.
 #pragma once
 
 #include <array>

@@ -23,10 +23,10 @@ class StaticEquilibrium {
 
   // As after construction: at rest.
   void Reset() noexcept;
-  // What is held has changed.
+  // Call when the fixed components have changed.
   void Renew() noexcept { solver_.Reset(); }
   // Finds u for the forces and constraints, from the last one or, should that fail, from rest in
-  // steps. False: not found, or told to stop; the last equilibrium is kept.
+  // steps. False: not found, or stopped; the last equilibrium is kept.
   bool Solve(const NodeVector& f_ext, const Constraints& constraints) noexcept;
 
   [[nodiscard]] bool interrupted() const { return progress_.stopped(); }

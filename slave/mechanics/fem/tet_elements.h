@@ -23,7 +23,7 @@ struct Lame {
   double mu = 0, lambda = 0;
 };
 
-// What an evaluation finds besides forces.
+// Further results of an evaluation.
 struct ElementSummary {
   double energy = 0;
   int inverted = 0;         // elements with det F <= 0

@@ -34,7 +34,7 @@ class TimeStepper {
 
   // At rest; `f_ext` acts from then on.
   void Reset(const NodeVector& f_ext) noexcept;
-  // What is held has changed.
+  // Call when the fixed components have changed.
   void Renew() noexcept {
     solver_.Renew();
     history_.Clear();

@@ -8,7 +8,7 @@
 namespace palpate::fem {
 
 // Does `work(first, last)` on pieces of [0, count) until all is done. What an index computes must
-// not depend on the others; then neither does the answer on the number of threads.
+// not depend on the others; then neither does the solution on the number of threads.
 class WorkerTeam {
  public:
   // `threads` >= 1, the calling one included.

@@ -26,7 +26,7 @@ constexpr double kWider = 1.15;    // from one disc that is tried to the next
 constexpr double kPlane = 0.01;    // of a disc's area and rim
 
 constexpr std::string_view kNoPlace =
-    "no surface is met there: farther from it than half the longest edge of the nearest triangle";
+    "no surface is there: the distance is more than half the longest edge of the nearest triangle";
 
 }  // namespace
 

@@ -33,24 +33,25 @@ struct ContactFootprint {
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
   bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
-  // Where the places stand for a wider disc (SurfaceFootprints): its radius [m]; and by how
-  // much the contact's own disc gives way more, in DiscCompliance over E: 1 / radius less that of
-  // a disc which gives way as the places do [1/m]. Else 0.
+  // If the places represent a wider disc (SurfaceFootprints): its radius [m]; and the additional
+  // compliance of the contact's own disc, in DiscCompliance over E: 1 / radius minus that of a disc
+  // as compliant as the places [1/m]. Else 0.
   double reach = 0, narrower = 0;
   SurfacePlace at;  // where the contact's centre meets the surface
 };
 constexpr int kMostPointPlaces = 3;
 
-// Contacts on one surface, from tables: what FindPlace and PatchAt tell, O(1) where a contact names
-// its triangle and has no width. Both answer empty: found, or why not, one clause that lives on;
-// both allocate nothing where the footprint has room already and patches of that size were seen.
-// The contact is finite; its kind, p_O, element and width count, its value does not.
+// Contacts on one surface, from tables: the results of FindPlace and PatchAt, O(1) if a contact
+// names its triangle and has no width. Both return empty: found, or the reason, one clause with
+// static lifetime. Both allocate nothing if the footprint has room already and contacts of that
+// size occurred before. The contact is finite; its kind, p_O, element and width count, its value
+// does not.
 class SurfaceFootprints {
  public:
   // With `held`, one per node (OnNodes) or triangle (OnTriangles), a contact whose width the mesh
   // is too coarse for has the places of the narrowest disc around it which the mesh follows, where
   // all of that lies on a plane part of the surface, on a body that is as thick there as the disc
-  // is wide, and touches nothing held: on that disc's scale the body is a half-space, whose discs
+  // is wide, and touches nothing fixed: on that disc's scale the body is a half-space, whose discs
   // are known (disc_compliance.h).
   explicit SurfaceFootprints(SurfaceMesh surface, std::vector<char> held = {});
   void MayWiden(bool may) { may_widen_ = may; }

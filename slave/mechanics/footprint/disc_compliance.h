@@ -1,4 +1,5 @@
-// How a disc on an elastic half-space gives way: what a mesh lacks that is coarser than a contact.
+// Compliance of a disc on an elastic half-space: the part that a mesh coarser than the contact
+// lacks.
 #pragma once
 
 #include <Eigen/Core>

@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 
 constexpr double kMostPulled = 0.3;  // part of the largest pull at which a place lets go
 constexpr std::string_view kTooCoarse =
-    "the round tool's contact is finer than the mesh shows: more elements there";
+    "the round tool's contact is smaller than the elements: use more elements there";
 
 }  // namespace
 
@@ -55,7 +55,7 @@ std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh) {
 RoundIndenter::RoundIndenter(std::vector<TouchablePlace> places, double radius, ContactLaw law)
     : places_(std::move(places)), radius_(radius), law_(law) {
   RequirePositive("radius", radius);
-  if (places_.empty()) throw std::invalid_argument("no place that a tool could touch");
+  if (places_.empty()) throw std::invalid_argument("no boundary point that a tool could touch");
   is_planar_ = std::ranges::all_of(places_, [](const auto& at) { return at.p_O.z() == 0; });
   contacts_.reserve(places_.size());
   responses_.reserve(places_.size());

@@ -26,20 +26,20 @@
 
 namespace palpate {
 
-// Where a model can be touched singly, at rest. Frame O.
+// Where a model can be in contact at a single place, at rest. Frame O.
 struct TouchablePlace {
   Eigen::Vector3d p_O{0, 0, 0};  // [m]
   int element = -1;              // Contact::element there
 };
 // The elements of an outline by their midpoints, the triangles of a surface by their centroids
-// (bem3d), or the surface's nodes (fem and what is made from it).
+// (bem3d), or the surface's nodes (fem and derived models).
 std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh);
 std::vector<TouchablePlace> TouchableTriangles(const SurfaceMesh& mesh);
 std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh);
 
 // Where the tool is. Frame O.
 struct ToolIndentation {
-  Eigen::Vector3d p_O{0, 0, 0};             // where its apex first touched, at rest [m]
+  Eigen::Vector3d p_O{0, 0, 0};             // first contact point of its apex, at rest [m]
   Eigen::Vector3d normal_O{0, 1, 0};        // outward there, unit: the tool's axis
   Eigen::Vector3d displacement_O{0, 0, 0};  // of the apex since then [m]
 };
@@ -49,22 +49,22 @@ class RoundIndenter {
   // With fewer places under the tool its force is kExtrapolated: the mesh is too coarse for it.
   static constexpr int kFewest = 3;
 
-  // `radius` of the tool [m], > 0. Throws std::invalid_argument: not so, or no place.
+  // `radius` of the tool [m], > 0. Throws std::invalid_argument: another radius, or no place.
   RoundIndenter(std::vector<TouchablePlace> places, double radius, ContactLaw law);
 
-  // Force of the tool on the object and its derivative by the apex's displacement as long as the
-  // same places touch. A tool out of contact has no force; its stiffness is that of the place
-  // nearest to the apex, which is also all that a tool touches that lies between places. `model` is
-  // asked several times, last with the contact as it is.
+  // Force of the tool on the object and its derivative by the apex's displacement while the same
+  // places are in contact. A tool out of contact has no force; its stiffness is that of the place
+  // nearest to the apex, which is also the only contact of a tool between places. `model` is
+  // queried several times, last with the contact as it is.
   [[nodiscard]] ContactResponse Press(const ToolIndentation& press,
                                       DeformationModel* model) noexcept;
 
-  // Of the last press: what it touches, each with its force.
+  // For the last contact: its places, each with its force.
   [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
   [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
   [[nodiscard]] double radius() const { return radius_; }
-  // Of the last press: moment of the tool's force on the object about `p_O`, the places where the
-  // tool has moved them [N m] (paper A's torque).
+  // For the last contact: moment of the tool's force on the object about `p_O`, with the displaced
+  // places [N m] (paper A's torque).
   [[nodiscard]] Eigen::Vector3d MomentAbout(const Eigen::Vector3d& p_O) const noexcept;
 
  private:
@@ -82,7 +82,7 @@ class RoundIndenter {
   bool is_planar_ = false;
   std::vector<Contact> contacts_;
   std::vector<ContactResponse> responses_;
-  std::vector<Eigen::Vector3d> moved_;  // of the contacts, while the stiffness is asked for [m]
+  std::vector<Eigen::Vector3d> moved_;  // variation of the contacts for the stiffness [m]
 };
 
 }  // namespace palpate

@@ -31,7 +31,7 @@ PALPATE_DECLARE(d, double)
 
 namespace palpate::blas {
 
-// Every program that computes has it: true once the library was told so, before main.
+// Set in every program that computes: true after the library was configured, before main.
 extern const bool uses_one_thread;
 
 template <typename Scalar, typename Single, typename Double>

@@ -14,7 +14,7 @@ namespace palpate {
 //
 // in tiles of eight, W with unit tiles on its diagonal (Crout; Golub and Van Loan, Matrix
 // Computations (2013), 3.2). Rows are not exchanged: for matrices whose symmetric part is positive
-// definite, as compliances are; check the answer where that is not certain. Where the matrix is
+// definite, as compliances are; check the solution where that is not certain. Where the matrix is
 // symmetric, L_ik is the transpose of L_kk W_ki, and half of the work is saved.
 class DenseFactor {
  public:

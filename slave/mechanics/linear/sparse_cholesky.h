@@ -14,14 +14,14 @@
 
 namespace palpate::fem {
 
-// What the factor replaces in its matrix: rows and columns of components that are held get ones on
-// the diagonal, and a weighted sum of a component that is held gets a penalty.
+// What the factor replaces in its matrix: rows and columns of components that are fixed get ones on
+// the diagonal, and a weighted sum of a component that is fixed gets a penalty.
 struct HeldComponents {
   struct Sum {
     int node[3] = {-1, -1, -1};
     NodeValue weight[3];  // per component
   };
-  NodeVector free;        // per node and component: 1 free, 0 held
+  NodeVector free;        // per node and component: 1 free, 0 fixed
   std::vector<Sum> sums;  // of nodes that share an element
   double shift = 0;       // added to the diagonal, relative to it: where rigid motions are free
 };
@@ -37,7 +37,7 @@ class SparseCholesky {
   void Reserve();
 
   // Factors scale * matrix; the scale brings its diagonal near one. False: not positive definite in
-  // this precision, or told to stop by `go_on`, which hears what share is done; may be empty.
+  // this precision, or stopped by `go_on`, which hears what share is done; may be empty.
   bool Factor(const BlockMatrix& matrix, double scale, const HeldComponents& held,
               const std::function<bool(double)>& go_on) noexcept;
   // z = (scale A)^-1 r on the rows of the matrix.

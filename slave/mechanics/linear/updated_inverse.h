@@ -21,7 +21,7 @@ class UpdatedInverse {
   // Symmetric matrices are read in their lower triangle only.
   explicit UpdatedInverse(bool symmetric) : symmetric_(symmetric) {}
 
-  // Starts anew: the matrix is to be filled by row(), then Invert() or Factorise(). Memory only
+  // Starts again: the matrix is to be filled by row(), then Invert() or Factorise(). Memory only
   // grows.
   void Reset(int order);
   // False: singular, nearly so, or not finite; the state is then that after Reset.
@@ -33,7 +33,7 @@ class UpdatedInverse {
   [[nodiscard]] bool inverted() const { return inverted_; }
 
   // Takes out `removed` unknowns at `first` and makes room for `inserted` there: fill their rows
-  // (not symmetric: and columns), then Border() them. False: no room, or drifted; start anew.
+  // (not symmetric: and columns), then Border() them. False: no room, or drifted; start again.
   bool Splice(int first, int removed, int inserted);
   // Several spliced ranges are bordered one after the other.
   bool Border(int first, int count);

@@ -39,7 +39,7 @@ Ellipsoid EllipsoidOf(const Quadric& q) {
   const double level = 1 + ellipsoid.centre.dot(square * ellipsoid.centre);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(square / level);
   if (!(ellipsoid.centre.allFinite() && axes.eigenvalues()[0] > 0)) {
-    throw std::invalid_argument("membrane: the points at rest lie on no ellipsoid");
+    throw std::invalid_argument("membrane: the points at rest do not lie on an ellipsoid");
   }
   ellipsoid.semi_axes = axes.operatorInverseSqrt();
   return ellipsoid;

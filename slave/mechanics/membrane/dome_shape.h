@@ -1,4 +1,4 @@
-// Shapes of membranes: a flat disc, and what is left of an ellipsoid above the plane of its rim.
+// Shapes of membranes: a flat disc, and the part of an ellipsoid above the plane of its rim.
 #pragma once
 
 #include <span>
@@ -15,20 +15,20 @@ struct Ellipsoid {
   Eigen::Matrix3d semi_axes = Eigen::Matrix3d::Identity();  // symmetric, eigenvalues > 0 [m]
 };
 
-// The ellipsoid through `points`, by least squares of their algebraic distance, those that stand
-// out weighted down (Huber, at `scatter` [m] from the surface). Throws std::invalid_argument: fewer
-// than nine points, scatter not positive, or what fits is no ellipsoid.
+// The ellipsoid through `points`, by least squares of their algebraic distance, with robust weights
+// (Huber, at `scatter` [m] from the surface). Throws std::invalid_argument: fewer than nine points,
+// scatter not positive, or the fit is not an ellipsoid.
 Ellipsoid FitEllipsoid(std::span<const Eigen::Vector3d> points, double scatter);
 // How far `p` is outside [m], to first order in the distance.
 double DistanceOutside(const Ellipsoid& ellipsoid, const Eigen::Vector3d& p);
 
 // Flat, in the plane z = 0, normal along z; `rings` of triangles about the centre, 6 rings^2 in
-// all, the outermost nodes held. Throws std::invalid_argument: radius not positive, rings not in 1
+// all, the outermost nodes fixed. Throws std::invalid_argument: radius not positive, rings not in 1
 // to 1000.
 MembraneShape MeshFlatMembrane(double radius, int rings);
-// The part of the ellipsoid where p . axis > rim, seen from the centre; `axis` is a unit vector,
-// the rim is held. Throws std::invalid_argument: as MeshFlatMembrane, or where the plane passes the
-// ellipsoid by.
+// The part of the ellipsoid where p . axis > rim, relative to the centre; `axis` is a unit vector,
+// the rim is fixed. Throws std::invalid_argument: as MeshFlatMembrane, or if the plane does not
+// intersect the ellipsoid.
 MembraneShape MeshDomedMembrane(const Ellipsoid& ellipsoid, const Eigen::Vector3d& axis, double rim,
                                 int rings);
 

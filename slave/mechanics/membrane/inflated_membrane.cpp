@@ -52,13 +52,14 @@ std::vector<char> CheckShape(const MembraneShape& shape) {
   const auto nodes = static_cast<int>(mesh.nodes.size());
   if (mesh.triangles.empty()) Refuse("no triangle");
   for (int i = 0; i < nodes; ++i) {
-    if (!mesh.nodes[Index(i)].allFinite()) Refuse("node " + std::to_string(i) + " is nowhere");
+    if (!mesh.nodes[Index(i)].allFinite()) Refuse("node " + std::to_string(i) + " is not finite");
   }
   std::vector<char> used(mesh.nodes.size(), 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double longest = 0;
     for (const int node : mesh.triangles[t]) {
-      if (node < 0 || node >= nodes) Refuse("triangle " + std::to_string(t) + " has no such node");
+      if (node < 0 || node >= nodes)
+        Refuse("triangle " + std::to_string(t) + " has a node that does not exist");
       used[Index(node)] = 1;
     }
     for (std::size_t k = 0; k < 3; ++k) {
@@ -72,7 +73,7 @@ std::vector<char> CheckShape(const MembraneShape& shape) {
   }
   std::vector<char> held(mesh.nodes.size(), 0);
   for (const int node : shape.held) {
-    if (node < 0 || node >= nodes) Refuse("held node " + std::to_string(node) + " does not exist");
+    if (node < 0 || node >= nodes) Refuse("fixed node " + std::to_string(node) + " does not exist");
     held[Index(node)] = 1;
   }
   for (int i = 0; i < nodes; ++i) {
@@ -161,7 +162,7 @@ InflatedMembrane::InflatedMembrane(MembraneShape shape, const Params& params)
     unknown_.push_back(held != 0 ? -1 : unknowns);
     unknowns += held != 0 ? 0 : 3;
   }
-  if (unknowns == 0) Refuse("every node is held");
+  if (unknowns == 0) Refuse("every node is fixed");
   FindNormals();
   Assemble();
 }
@@ -228,7 +229,7 @@ void InflatedMembrane::Assemble() {
   stiffness *= factor_->scale;
   factor_->cholesky.compute(stiffness);
   if (factor_->cholesky.info() != Eigen::Success) {
-    Refuse("not stable at a pressure of " + std::to_string(pressure_) +
+    Refuse("unstable at a pressure of " + std::to_string(pressure_) +
            " Pa: accepted is less pressure, or more tension or modulus");
   }
   factor_->volume.resize(unknowns);

@@ -1,5 +1,5 @@
-// An elastic skin without bending stiffness, held at its rim, under tension and with air behind it:
-// how it gives to small loads, about the shape that it has at rest.
+// An elastic skin without bending stiffness, fixed at its rim, under tension and with air behind
+// it: how it gives to small loads, about the shape that it has at rest.
 //
 //   K u = f,   K = E h K_e + T K_t - p H_V + k v v^T
 //
@@ -50,7 +50,7 @@ class MembraneTriangle {
   Eigen::Matrix3d gradients_;  // column k: of node k's shape function [1/m]
 };
 
-// The surface that one looks at, and the nodes of its rim.
+// The outer surface, and the nodes of its rim.
 struct MembraneShape {
   SurfaceMesh surface;    // at rest, triangles counter-clockwise seen from outside
   std::vector<int> held;  // nodes that do not move
@@ -64,17 +64,17 @@ class InflatedMembrane {
     double poisson_ratio = 0.5;        // -1 < nu <= 0.5
     double tension = 0;                // T [N/m], >= 0; it or the modulus > 0
     std::optional<double> pressure{};  // p, inside less outside [Pa]; absent: what T balances best
-    double air_stiffness = 0;          // k: pressure per volume pressed out [Pa/m^3], >= 0
+    double air_stiffness = 0;          // k: pressure per displaced volume [Pa/m^3], >= 0
   };
-  // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node that
-  // nothing holds; or that the rest shape is not stable at this pressure.
+  // Throws std::invalid_argument naming what is wrong: the parameter, a triangle, a node without
+  // support; or that the rest shape is not stable at this pressure.
   InflatedMembrane(MembraneShape shape, const Params& params);
   ~InflatedMembrane();
   InflatedMembrane(InflatedMembrane&&) noexcept;
   InflatedMembrane& operator=(InflatedMembrane&&) noexcept;
 
   // Displacements of the nodes [m] under `forces` on them [N], and what the air's pressure rises by
-  // [Pa]. Both as many as nodes; what acts on held nodes is ignored.
+  // [Pa]. Both as many as nodes; what acts on fixed nodes is ignored.
   double Displace(std::span<const Eigen::Vector3d> forces,
                   std::vector<Eigen::Vector3d>* displacements) const;
   // nodes x nodes, symmetric [m/N]: displacement of node i along its normal under a unit force on
@@ -100,7 +100,7 @@ class InflatedMembrane {
   MembraneShape shape_;
   Params params_;
   std::vector<char> held_;
-  std::vector<int> unknown_;  // first component of a node; -1: held
+  std::vector<int> unknown_;  // first component of a node; -1: fixed
   std::vector<Eigen::Vector3d> normals_;
   std::vector<double> areas_;
   double pressure_ = 0;

@@ -46,7 +46,7 @@ class PrivateFolder {
   PrivateFolder() {
     std::string pattern = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
     if (mkdtemp(pattern.data()) == nullptr) {
-      throw std::runtime_error(pattern + ": no temporary folder can be made");
+      throw std::runtime_error(pattern + ": no temporary folder can be created");
     }
     path_ = pattern;
   }
@@ -248,14 +248,14 @@ class Mesher {
     }
     // A second run finds the triangles that cut each other, the usual reason.
     const ProgramEnd why = Run({"-d", "in.smesh"});
-    Fail("cannot fill the surface (it may cut itself)", end.output + " " + why.output);
+    Fail("cannot fill the surface (it may intersect itself)", end.output + " " + why.output);
   }
 
   SolidMesh ByGmsh(const SurfaceMesh& surface, double edge) {
     WriteGmshInput(folder_.path() / "in.geo", surface, edge);
     const ProgramEnd end = Run({"-3", "-format", "msh41", "-o", "out.msh", "in.geo"});
     if (end.status != 0 || !std::filesystem::exists(folder_.path() / "out.msh")) {
-      Fail("cannot fill the surface (it may cut itself)", end.output);
+      Fail("cannot fill the surface (it may intersect itself)", end.output);
     }
     return Read("out.msh", end.output);
   }
@@ -265,9 +265,9 @@ class Mesher {
       MeshFile file = ReadMeshFile(folder_.path() / name, 1);
       if (auto* solid = std::get_if<SolidMesh>(&file.mesh)) return std::move(*solid);
     } catch (const std::invalid_argument& error) {
-      Fail(std::string("left a file that cannot be read (") + error.what() + ")", output);
+      Fail(std::string("wrote a file that cannot be read (") + error.what() + ")", output);
     }
-    Fail("left no tetrahedra (the surface may cut itself)", output);
+    Fail("made no tetrahedra (the surface may intersect itself)", output);
   }
 
   const FillOptions& options_;
@@ -293,12 +293,12 @@ SolidMesh FillSurface(const SurfaceMesh& surface, const FillOptions& options,
   DropUnused(&mesh.nodes, &mesh.tets);
   for (auto& p : mesh.nodes) p = asked.low_O + unit * p;
   const MeshReport made = CheckMesh(mesh, {}, true);
-  if (!made.refusals.empty()) mesher.Fail("left an unusable mesh", made.refusals.front());
+  if (!made.refusals.empty()) mesher.Fail("made an unusable mesh", made.refusals.front());
   if (!(std::abs(made.volume / asked.volume - 1) <= kVolumeSlack)) {
-    mesher.Fail(
-        "filled another volume",
-        Brief(made.volume) + " m^3 instead of the surface's " + Brief(asked.volume) +
-            " m^3: accepted is 2 % (does the surface cut itself, or bend within the resolution?)");
+    mesher.Fail("filled another volume",
+                Brief(made.volume) + " m^3 instead of the surface's " + Brief(asked.volume) +
+                    " m^3: accepted is a difference of 2 % (check whether the surface intersects "
+                    "itself, or curves within the resolution)");
   }
   return mesh;
 }

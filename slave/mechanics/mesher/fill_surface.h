@@ -23,7 +23,7 @@ struct FillOptions {
 };
 
 // Triangles may face either way. TetGen keeps the surface's nodes, as the first ones, and adds to
-// them; Gmsh divides the surface anew if it has edges much longer than `resolution`. The mesh is
+// them; Gmsh divides the surface again if it has edges much longer than `resolution`. The mesh is
 // checked, its volume is the surface's within 2 %, every tetrahedron is positive and every node
 // used.
 //

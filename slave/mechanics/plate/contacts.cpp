@@ -25,18 +25,18 @@ std::string_view WhyNot(const Contact& contact, const Geometry& geometry) {
   }
   if (contact.width < 0) return "a contact's width is negative";
   if (contact.prescribed_O.x() != 0 || contact.prescribed_O.y() != 0) {
-    return "a plate is moved and loaded along its normal only: x and y must be 0";
+    return "a plate is displaced and loaded along its normal only: x and y must be 0";
   }
   if (moved && std::abs(contact.prescribed_O.z()) > kAbsurd * a) {
-    return "a displacement is absurdly large";
+    return "a displacement is too large";
   }
   if (std::abs(contact.p_O.z()) > geometry.thickness / 2 + kSlack * a) {
-    return "a contact's place is off the plate: |z| > thickness / 2";
+    return "a contact point is off the plate: |z| > thickness / 2";
   }
   const double r = contact.p_O.head<2>().stableNorm() / a;
-  if (!(r <= 1 + kSlack)) return "a contact's place is off the plate: beyond the rim";
-  if (!(r + contact.width / 2 / a <= 1 + kSlack)) return "a contact's patch reaches over the rim";
-  if (moved && r > 1 - kRim) return "a place on the clamped rim cannot be moved";
+  if (!(r <= 1 + kSlack)) return "a contact point is off the plate: beyond the rim";
+  if (!(r + contact.width / 2 / a <= 1 + kSlack)) return "a contact reaches over the rim";
+  if (moved && r > 1 - kRim) return "a point on the clamped rim cannot be displaced";
   return {};
 }
 
@@ -66,7 +66,7 @@ std::string_view Check(std::span<const Contact> contacts, const Geometry& geomet
     touch.disc = {contact.p_O.head<2>() / geometry.radius, contact.width / 2 / geometry.radius};
     touch.value = -contact.prescribed_O.z() / (touch.moved() ? geometry.radius : 1);
     for (std::size_t j = 0; j < i; ++j) {
-      if (Clash(touch, (*touches)[j])) return "a moved patch overlaps with another contact";
+      if (Clash(touch, (*touches)[j])) return "a displaced contact overlaps with another contact";
     }
   }
   return {};

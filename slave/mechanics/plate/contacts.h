@@ -14,13 +14,13 @@
 
 namespace palpate::plate {
 
-// Frame O: origin at the plate's centre, z along the outward normal, so that a press is along -z.
+// Frame O: origin at the plate's centre, z along the outward normal; an indentation is along -z.
 struct Geometry {
   double radius = 0;     // a [m]
   double thickness = 0;  // t [m]
 };
 
-// One contact; deflections and forces count along the press, -z.
+// One contact; deflections and forces are positive along -z.
 struct Touch {
   Contact::Kind kind = Contact::Kind::kDisplacement;
   Disc disc;         // by the radius a
@@ -29,10 +29,10 @@ struct Touch {
   [[nodiscard]] bool moved() const { return kind == Contact::Kind::kDisplacement; }
 };
 
-// Turns contacts into `touches` (resized; no allocation once it was as large). Empty if all are
-// possible, else why not: a value not finite; across the normal; a place off the disc; a patch over
-// the rim; a moved place on the rim, where nothing moves; overlapping patches of which one is
-// moved; deflections beyond 1e6 radii.
+// Converts contacts to `touches` (resized; no allocation once it was as large). Empty if all are
+// possible, else the reason: a value that is not finite; a component across the normal; a point off
+// the disc; a contact over the rim; a displaced point on the rim; overlapping contacts of which one
+// is displaced; deflections beyond 1e6 radii.
 std::string_view Check(std::span<const Contact> contacts, const Geometry& geometry,
                        std::vector<Touch>* touches);
 
@@ -49,13 +49,13 @@ class MovedContacts {
   void Add(Eigen::Index contact) { contacts_.push_back(contact); }
   [[nodiscard]] const std::vector<Eigen::Index>& contacts() const { return contacts_; }
 
-  // `compliance`: of all contacts, deflection at the row's by a load of one at the column's. False:
-  // singular to working precision (condition beyond 1e12 after scaling): places too close to be
-  // told apart, or one that cannot move. No allocation for known sizes.
+  // `compliance`: deflection at the row's contact by a unit load at the column's. False: singular
+  // to working precision (condition beyond 1e12 after scaling): points too close to be
+  // distinguished, or one that cannot move. No allocation for known sizes.
   bool Factorise(const Eigen::MatrixXd& compliance) noexcept;
-  // Forces, in the order of contacts(), for deflections: in place.
+  // Forces, in the order of contacts(), for deflections; in place.
   void Solve(Eigen::VectorXd& deflections) noexcept;
-  // d force / d deflection of one contact while the others keep what is prescribed for them; 0: it
+  // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
   // cannot move.
   [[nodiscard]] double Stiffness(const Eigen::MatrixXd& compliance,
                                  Eigen::Index contact) const noexcept;

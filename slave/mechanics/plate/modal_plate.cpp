@@ -281,7 +281,8 @@ ShortWaves::ShortWaves(int order, double nu, double prestress, double load_radiu
       ModalPlate& plate = *modal[level];
       const std::array force = {exact.force()};
       solved = solved && plate.Solve(force);
-      if (!solved) throw std::runtime_error("the plate's response to a central press is not found");
+      if (!solved)
+        throw std::runtime_error("the plate's response to a central indentation is not found");
       levels_[level].entries.push_back({exact.force(),
                                         {exact.deflection() - plate.deflections()[0],
                                          1 / exact.stiffness() - plate.compliance()(0, 0)}});

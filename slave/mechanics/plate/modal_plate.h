@@ -41,8 +41,8 @@ class ShortWaves {
   // For loads over discs of one radius on a plate with modes of this order, up to deflections of
   // about 200 thicknesses. Tens of milliseconds. Throws std::runtime_error: no convergence.
   ShortWaves(int order, double nu, double prestress, double load_radius);
-  // The same, worked out once for all plates of this program that are alike; the sixteen that were
-  // asked for last are kept. Thread-safe.
+  // The same, computed once for all equal plates of this program; the sixteen that were last
+  // requested are kept. Thread-safe.
   static std::shared_ptr<const ShortWaves> Of(int order, double nu, double prestress,
                                               double load_radius);
 
@@ -78,24 +78,24 @@ class ModalPlate {
   // Keeps a reference to the modes. D: bending stiffness; prestress N0 >= 0.
   ModalPlate(const PlateModes& modes, double D, double prestress);
 
-  // Where they press, in a frame in which `symmetry` holds.
+  // Positions of the loads, in a frame in which `symmetry` holds.
   void Place(std::span<const Press> presses, Symmetry symmetry);
-  // Newton from the last answer, else in steps from rest. `values`: as many as were placed. False:
-  // no answer; then at rest. Allocation-free for known sizes.
+  // Newton from the last solution, else in steps from rest. `values`: as many as were placed.
+  // False: no solution; then at rest. Allocation-free for known sizes.
   bool Solve(std::span<const double> values) noexcept;
   void Reset() noexcept;
 
   [[nodiscard]] const Eigen::VectorXd& forces() const { return forces_; }
   // At the contacts' centres.
   [[nodiscard]] const Eigen::VectorXd& deflections() const { return deflections_; }
-  // d deflection at a contact / d force at another, at the answer.
+  // d deflection at a contact / d force at another, at the solution.
   [[nodiscard]] const Eigen::MatrixXd& compliance() const { return compliance_; }
-  // d force / d deflection of one contact while the others keep what is prescribed for them; 0: it
+  // d force / d deflection of one contact with the prescribed values of the others fixed; 0: it
   // cannot move.
   [[nodiscard]] double Stiffness(Eigen::Index contact) const noexcept {
     return moved_.Stiffness(compliance_, contact);
   }
-  // At a place, in the frame of Place(). No allocation.
+  // At a position, in the frame of Place(). No allocation.
   [[nodiscard]] double Deflection(const Eigen::Vector2d& x) noexcept;
   [[nodiscard]] const std::vector<Press>& presses() const { return presses_; }
 

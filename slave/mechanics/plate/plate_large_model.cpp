@@ -23,7 +23,7 @@ constexpr double kLargest = 1000;       // |w| / t that is attempted
 constexpr double kLargestForce = 1e11;  // E t^4 / a^2 that is attempted
 // Nondimensional: below it intermediate results lose digits, as do subnormal numbers.
 constexpr double kLeastValue = 1e-290;
-constexpr std::string_view kDigitsLost = "the value is so small that digits are lost";
+constexpr std::string_view kDigitsLost = "the value is too small for the numerical precision";
 constexpr std::size_t kMostTools = 64;  // diameters remembered
 
 bool IsSubnormal(double value) {
@@ -69,7 +69,7 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   const double slenderness = params_.thickness / params_.radius;
   force_unit_ =
       params_.young_modulus * params_.thickness * params_.thickness * slenderness * slenderness;
-  ReportProgress(progress, "central press", 0.7);
+  ReportProgress(progress, "central indentation", 0.7);
   ToolOf(0);
   info_.kind = "plate-large";
   info_.dof = static_cast<std::size_t>(modes_.deflections(Symmetry::kNone));
@@ -78,10 +78,10 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
                           plate::DeflectionOfExcess(kLawsLargest, slenderness)}) /
                 2;
   info_.remark =
-      "bends and stretches, without shear; the force at a depth of a / 8 is high by 7 % at the "
-      "centre, 9 % at 0.5 a, 13 % at 0.7 a (t = a / 39)";
+      "bending and stretching, without shear; the force at a depth of a / 8 is too high by 7 % at "
+      "the centre, 9 % at 0.5 a, 13 % at 0.7 a (t = a / 39)";
   NotePrecompute();
-  if (progress != nullptr) progress->Report("central press", 1);
+  if (progress != nullptr) progress->Report("central indentation", 1);
 }
 
 void PlateLargeModel::Respond(std::span<const Contact> contacts,
@@ -97,7 +97,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
     values_[i] = moved ? touches_[i].value * (params_.radius / params_.thickness)
                        : touches_[i].value / force_unit_;
     if (!(std::abs(values_[i]) <= (moved ? kLargest : kLargestForce))) {
-      return Fail(moved ? "a deflection beyond 1000 thicknesses" : "a load is absurdly large");
+      return Fail(moved ? "a deflection beyond 1000 thicknesses" : "a load is too large");
     }
   }
   if (!IsSameSet()) Prepare();
@@ -108,7 +108,7 @@ bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     responses[i] = ResponseOf(contacts[i], static_cast<Index>(i));
     if (responses[i].validity == Validity::kFailed) {
-      return Fail("the answer is not finite or absurdly large");
+      return Fail("the solution is not finite or too large");
     }
   }
   return true;

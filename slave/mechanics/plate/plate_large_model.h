@@ -37,18 +37,18 @@ class PlateLargeModel final : public PlateSurface {
     double poisson_ratio = 0;  // nu [-], -1 < nu <= 0.5
     double prestress = 0;      // tension at rest N0 [N/m], >= 0
     int order = 12;            // of the modes: even, 2 to 40; cost of an update about order^4
-    // Largest |w| / t before `extrapolated` for a contact near the centre; at the place p [radii]
-    // (1 - p^2)^2 of it, the share of the plate's compliance there; at the very centre ten times
-    // it.
+    // Largest |w| / t that is not `extrapolated` for a contact near the centre; at the radius p
+    // [radii] (1 - p^2)^2 of it, the share of the plate's compliance there; at the very centre ten
+    // times it.
     double range = 20;
   };
 
   // Throws std::invalid_argument naming the parameter, its value and what is accepted; Interrupted.
   explicit PlateLargeModel(const Params& params, Progress* progress = nullptr);
 
-  // Newton's method from the last answer. Beyond |w| = 0.3 a rotations are not moderate any more:
-  // kExtrapolated; likewise where the law's error in the answer, a force or the deflection under a
-  // force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
+  // Newton's method from the last solution. Beyond |w| = 0.3 a rotations are not moderate any more:
+  // kExtrapolated; the same where the law's error in the solution, a force or the deflection under
+  // a force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
   // memory.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
@@ -56,7 +56,7 @@ class PlateLargeModel final : public PlateSurface {
   [[nodiscard]] const Params& params() const { return params_; }
 
  private:
-  struct Tool {  // what is known of loads over discs of one radius
+  struct Tool {  // precomputed data of loads over discs of one radius
     std::shared_ptr<const plate::ShortWaves> waves;
     plate::RoundPress central;
   };
@@ -80,7 +80,7 @@ class PlateLargeModel final : public PlateSurface {
   Eigen::Vector2d axis_{1, 0};  // x axis of the frame of modal_, in O
   plate::Symmetry symmetry_ = plate::Symmetry::kMirror;
   Tool* central_ = nullptr;  // one contact at the centre: its tool
-  bool shaped_ = false;      // modal_ has solved for the press at the centre
+  bool shaped_ = false;      // modal_ has solved the contact at the centre
 };
 
 }  // namespace palpate

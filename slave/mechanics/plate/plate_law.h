@@ -4,7 +4,7 @@
 // The solid: neo-Hookean, nu 0.45, clamped at radius a, under an even round load of a / 10; t of
 // a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the radius
 // (tests/slave/site/stereo/membrane_laws_test.cpp). Bending without shear makes the plate too stiff
-// where it is thick or held near the load, moderate rotations and linear elasticity where it is
+// where it is thick or fixed near the load, moderate rotations and linear elasticity where it is
 // steep. Wider loads differ by less, narrower ones by more.
 #pragma once
 
@@ -30,8 +30,8 @@ double DeflectionOfExcess(double excess, double slenderness) noexcept;
 // What was measured is within twice of it wherever the plate's answer is valid.
 double LawsSigma(const Dent& dent) noexcept;
 
-// Largest |w| / t at a place [radii] up to which modes of order 12 find the force from the shape as
-// those of order 20 do, within 1 %: 6 (1 - p^2)^2.
+// Largest |w| / t at a radius [radii] up to which modes of order 12 find the force from the shape
+// as those of order 20 do, within 1 %: 6 (1 - p^2)^2.
 double ResolvedDeflection(double place) noexcept;
 
 }  // namespace palpate::plate

@@ -32,7 +32,8 @@ PlateModel::PlateModel(const Params& params)
   info_.kind = "plate";
   info_.dof = 1;
   info_.range = params_.range * slenderness / 2;
-  info_.remark = "small deflection: the force is 10 % low at half the thickness, 30 % at one";
+  info_.remark =
+      "small deflections: the force is 10 % too low at half the thickness, 30 % at one thickness";
 }
 
 void PlateModel::Respond(std::span<const Contact> contacts,
@@ -43,8 +44,8 @@ void PlateModel::Respond(std::span<const Contact> contacts,
 bool PlateModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
   if (!IsSameSet()) prepared_ = Prepare();
-  if (!prepared_) return Fail("moved places are too close to be told apart");
-  if (!SolveForces()) return Fail("the answer is not finite or absurdly large");
+  if (!prepared_) return Fail("displaced points are too close to be distinguished");
+  if (!SolveForces()) return Fail("the solution is not finite or too large");
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const auto touch = static_cast<Index>(i);
     ContactResponse& response = responses[i];

@@ -26,9 +26,9 @@ class PlateModel final : public PlateSurface {
   explicit PlateModel(const Params& params);
 
   // Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
-  // displacement counts at the centre, prescribed and answered alike; places in |z| <= t / 2, on
-  // the disc. Only z components act: others must be 0. O(S^2), with a new set of moved places
-  // O(S^3).
+  // displacement is that of the centre, as input and output; positions in |z| <= t / 2, on the
+  // disc. Only z components are allowed: others must be 0. O(S^2), with a new set of displaced
+  // positions O(S^3).
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
 

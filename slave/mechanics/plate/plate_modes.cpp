@@ -73,7 +73,8 @@ double Wave(int m, bool sine, double angle) {
 // Rows of A become orthonormal in `gram`: the inverse of its Cholesky factor.
 MatrixXd Orthonormaliser(const MatrixXd& gram) {
   const Eigen::LLT<MatrixXd> factor(gram);
-  if (factor.info() != Eigen::Success) throw std::runtime_error("plate modes are dependent");
+  if (factor.info() != Eigen::Success)
+    throw std::runtime_error("the plate modes are linearly dependent");
   return factor.matrixL().solve(MatrixXd::Identity(gram.rows(), gram.cols()));
 }
 

@@ -19,7 +19,7 @@
 
 namespace palpate::plate {
 
-// Which modes take part: only round ones, those symmetric to the x axis, all. They come in this
+// The modes in use: only axisymmetric ones, those symmetric to the x axis, all. They come in this
 // order.
 enum class Symmetry { kRound, kMirror, kNone };
 

@@ -1,5 +1,5 @@
-// A clamped round plate whose shape under its contacts can be asked for anywhere, and the nodes on
-// which it is given.
+// Interface of a clamped round plate whose shape under its contacts is available anywhere, and the
+// nodes on which it is given.
 #pragma once
 
 #include <algorithm>
@@ -21,8 +21,8 @@ namespace palpate {
 // +z, all edges about a / 24 long. Frame O at the centre, z = 0 [m].
 SurfaceMesh MembraneGrid(double radius);
 
-// Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is a
-// press.
+// Frame O: origin at the plate's centre, z along the outward normal: a displacement along -z is an
+// indentation.
 class PlateSurface : public DeformationModel {
  public:
   // Of the nodes of MembraneGrid().
@@ -45,7 +45,7 @@ class PlateSurface : public DeformationModel {
   // The same at `x` [radii].
   [[nodiscard]] virtual double DisplacementAt(const Eigen::Vector2d& x) noexcept = 0;
 
-  // Respond: checks the contacts, then asks `answer`, a bool, to fill the responses.
+  // Respond: checks the contacts, then calls `answer`, which returns a bool, to fill the responses.
   template <class Answer>
   void RespondBy(std::span<const Contact> contacts, std::span<ContactResponse> responses,
                  const Answer& answer) noexcept {
@@ -57,11 +57,11 @@ class PlateSurface : public DeformationModel {
       answered_ = prepared_ = Fail("out of memory");
     } catch (const std::runtime_error&) {
       answered_ = prepared_ =
-          Fail("the plate's response to a central press of this width is not found");
+          Fail("the plate's response to a central indentation of this width is not found");
     }
     if (!answered_) std::ranges::fill(responses, ContactResponse{});
   }
-  // What is prepared is for contacts in the same places.
+  // The preparation is valid for contacts at the same positions.
   [[nodiscard]] bool IsSameSet() const noexcept;
 
   bool answered_ = false, prepared_ = false;

@@ -60,8 +60,8 @@ class RoundPress {
   // -1 < nu <= 0.5; load over a disc of radius 0 (a point) to 1; prestress N0 >= 0.
   RoundPress(double nu, double load_radius, double prestress = 0);
 
-  // Newton from the last answer, else in steps from rest. False: no answer to 1e-9; then at rest.
-  // No allocation.
+  // Newton from the last solution, else in steps from rest. False: no solution to 1e-9; then at
+  // rest. No allocation.
   bool SolveDeflection(double w_centre) noexcept { return Solve({false, w_centre}); }
   bool SolveForce(double force) noexcept { return Solve({true, force}); }
   void Reset() noexcept;

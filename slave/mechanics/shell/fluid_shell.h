@@ -1,5 +1,5 @@
 // A thin spherical shell filled with a liquid that does not give way, pressed at its pole by a
-// rigid disc and held by a cap on the other side: what an egg is, where a solid disc of the same
+// rigid disc and fixed by a cap on the other side: what an egg is, where a solid disc of the same
 // modulus bounds its stiffness from above.
 //
 // The shell of wall h stretches and bends, by as much as it likes, and stays a surface of
@@ -32,7 +32,7 @@ class FluidShell {
     double young_modulus = 0;  // E [Pa], > 0
     double poisson_ratio = 0;  // nu [-], -1 < nu <= 0.5
     double tool_radius = 0;    // of the disc [m], 0 < tool_radius <= R / 2
-    double held_angle = 0;     // half angle of the held cap from the centre [rad], 0.05 to 2
+    double held_angle = 0;     // half angle of the fixed cap from the centre [rad], 0.05 to 2
     int pieces = 320;          // of the meridian, 20 to 4000
     bool filled = true;        // false: empty, the volume is free
   };
@@ -48,8 +48,8 @@ class FluidShell {
   // Throws std::invalid_argument naming the parameter, its value and what is accepted.
   explicit FluidShell(const Params& params);
 
-  // From the last place to `depth` [m], >= 0, in as many steps as it takes. False: no equilibrium
-  // is found on the way; the state is the last one that was.
+  // Moves from the last depth to `depth` [m], >= 0, in as many steps as needed. False: no
+  // equilibrium is found on the way; the state is the last equilibrium.
   bool PressTo(double depth);
   [[nodiscard]] const State& state() const { return state_; }
   // Within the free part of the wall, now [m^3].

@@ -1,5 +1,5 @@
-// Energy of the pieces of a shell's meridian with its derivatives, see FluidShell. Lengths in parts
-// of the sphere's radius R, energy in parts of E h R^2, pressure of E h / R.
+// Energy of the pieces of a shell's meridian with its derivatives, see FluidShell. Lengths relative
+// to the sphere's radius R, energy to E h R^2, pressure to E h / R.
 #pragma once
 
 #include <cmath>
@@ -17,8 +17,8 @@ struct Local {
   Eigen::Matrix<double, N, N> hessian;
 };
 
-// `energy(x)` of a vector of N scalars. The Hessian by central differences of exact gradients: the
-// iteration that uses it does not ask for more.
+// `energy(x)` of a vector of N scalars. The Hessian by central differences of exact gradients,
+// which is sufficient for the iteration that uses it.
 template <int N, typename Energy>
 Local<N> Derive(const Eigen::Matrix<double, N, 1>& at, const Energy& energy) {
   using Vector = Eigen::Matrix<double, N, 1>;

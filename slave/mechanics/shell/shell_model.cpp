@@ -20,8 +20,8 @@ constexpr double kOpposite = 0.2;    // of the tool's and the holder's direction
 constexpr double kAcross = 0.2;      // of the displacement that may lie across the normal
 constexpr double kSameWidth = 1e-9;  // relative
 constexpr std::string_view kAside =
-    "the tool moves along the surface, of which a shell tells nothing";
-constexpr std::string_view kPulled = "the tool pulls, of which a shell tells little";
+    "the tool moves along the surface, which the shell does not model";
+constexpr std::string_view kPulled = "the tool pulls, which the shell models poorly";
 constexpr std::string_view kNotOpposite = "the tool does not press opposite to the holder";
 
 }  // namespace
@@ -40,7 +40,7 @@ ShellModel::ShellModel(BoundaryMesh mesh, const Params& params)
   info_.dof = 2 * Index(params.shell.pieces - 1) + 1;
   info_.elements = mesh_.size();
   info_.range = params.range;
-  info_.remark = "a surface of revolution about the tool's way; a wall that folds is softer";
+  info_.remark = "a surface of revolution about the tool's direction; a wall that folds is softer";
   NotePrecompute();
 }
 
@@ -86,7 +86,7 @@ void ShellModel::Respond(std::span<const Contact> contacts,
   std::ranges::fill(responses, ContactResponse{});
   if (contacts.size() != 1 || responses.size() != 1 ||
       contacts.front().kind != Contact::Kind::kDisplacement) {
-    Fail("a shell takes one displacement at a time");
+    Fail("a shell accepts one displacement at a time");
     return;
   }
   try {
@@ -107,7 +107,7 @@ bool ShellModel::Answer(const Contact& contact, ContactResponse* response) {
   shown_ = &table;
   const double at = std::max(0.0, depth_) / table.step;
   const auto row = static_cast<std::size_t>(at);
-  if (row + 1 >= table.force.size()) return Fail("deeper than the shell is solved");
+  if (row + 1 >= table.force.size()) return Fail("deeper than the solved range of the shell");
   // The cubic through both rows' forces and slopes.
   const double s = at - static_cast<double>(row), h = table.step;
   const double f0 = table.force[row], f1 = table.force[row + 1];

@@ -1,6 +1,6 @@
-// `shell`: a fluid-filled thin shell beside the solid disc, for one rigid tool that presses along
-// the normal, opposite to what holds it. What FluidShell solves is tabulated once per width of the
-// tool; the outline that is seen is the shell's meridian.
+// `shell`: a fluid-filled thin shell as alternative to the solid disc, for one rigid tool that
+// moves along the normal, opposite to the holder. The solutions of FluidShell are tabulated once
+// per width of the tool; the visible outline is the shell's meridian.
 #pragma once
 
 #include <span>
@@ -18,7 +18,7 @@ class ShellModel final : public DeformationModel {
  public:
   struct Params {
     FluidShell::Params shell;   // its tool_radius is not read
-    double held_direction = 0;  // of the held cap's middle from the centre [rad]
+    double held_direction = 0;  // of the fixed cap's middle from the centre [rad]
     double tool_width = 0;      // tabulated at once [m]; 0: none
     double range = 0.1;         // largest |displacement| / diameter before `extrapolated` [-]
   };
@@ -28,14 +28,14 @@ class ShellModel final : public DeformationModel {
   ShellModel(BoundaryMesh mesh, const Params& params);
 
   // One contact that prescribes a displacement; others fail. Across the normal the shell gives no
-  // force, and a tool that moves there, pulls, or presses elsewhere than opposite to the holder is
-  // kExtrapolated. A width that was not tabulated takes a second or some: Prefetch.
+  // force. A tool that moves across, pulls, or is not opposite to the holder gives kExtrapolated. A
+  // width that was not tabulated takes about a second: Prefetch.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Prefetch(std::span<const Contact> contacts) override;
 
-  // Force inwards at `depth` [m], >= 0, under a tool of `width` [m]; NaN: beyond what is solved.
+  // Force inwards at `depth` [m], >= 0, under a tool of `width` [m]; NaN: beyond the solved range.
   [[nodiscard]] double ForceAt(double depth, double width);
 
  private:
@@ -53,7 +53,7 @@ class ShellModel final : public DeformationModel {
   BoundaryMesh mesh_;
   Params params_;
   std::vector<Table> tables_;
-  // Of the last answer.
+  // Of the last solution.
   const Table* shown_ = nullptr;
   double depth_ = 0;  // [m]
   Eigen::Vector2d normal_O_{0, 1};

@@ -41,7 +41,7 @@ std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace,
 
 Frame FirstPicture(FrameSource& source) {
   std::optional<Frame> first = source.Next({});
-  if (!first) throw std::runtime_error(source.description() + ": no picture came");
+  if (!first) throw std::runtime_error(source.description() + ": no image received");
   return *std::move(first);
 }
 
@@ -267,15 +267,15 @@ void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& ch
 SenseInfo CameraSense::info() const {
   SenseInfo info;
   info.source = source_->description();
-  info.samples = "pictures";
+  info.samples = "images";
   info.tip_resolution = kResolved * pixel_;
   info.model = estimator_->touch().info();
   info.reason = reason_;
   info.remarks.emplace_back(plane_ == Plane::kStress ? "in plane stress" : "in plane strain");
   const Registration& found = estimator_->registration();
   if (found.measured) {
-    info.remarks.push_back(fmt::format(
-        "rest surface found in the picture: {} points, {:.3f} px rms", found.points, found.rms_px));
+    info.remarks.push_back(fmt::format("rest surface found in the image: {} points, {:.3f} px rms",
+                                       found.points, found.rms_px));
   }
   info.changeable = {ObjectClass::kOutline, kMostElements, true, true};
   return info;

@@ -1,4 +1,4 @@
-// Feeling with one camera that sees the tool and the object's outline (paper A).
+// Sensing with one camera that sees the tool and the object's outline (paper A).
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace palpate {
 
 class CameraSense final : public SensingPipeline {
  public:
-  // Opens the source, finds tool and object in the first picture, precomputes the model. Throws as
+  // Opens the source, finds tool and object in the first image, precomputes the model. Throws as
   // MakeSensingPipeline does.
   CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
 
@@ -23,7 +23,7 @@ class CameraSense final : public SensingPipeline {
     return estimator_->MakePatch(p_S_tip - motion().offset, patch);
   }
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }
-  // Vertices of the boundary. Forces of the tool on the touched place's two.
+  // Vertices of the boundary. Forces of the tool act on the two vertices at the contact point.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
@@ -53,7 +53,7 @@ class CameraSense final : public SensingPipeline {
   std::string reason_;
   std::unique_ptr<Estimator> estimator_;
   ContactEstimate felt_;
-  std::optional<double> arm_lag_;  // nullopt: the pictures do not show the manipulator's tool
+  std::optional<double> arm_lag_;  // nullopt: the images do not show the manipulator's tool
 };
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// One picture in, one felt state out: frame -> observation -> contact -> response. One direction,
-// no back and forth; the only place that knows both pictures and forces.
+// From one image to one contact estimate: frame -> observation -> contact -> response. Only this
+// class combines images and forces.
 #pragma once
 
 #include <memory>
@@ -30,7 +30,7 @@
 
 namespace palpate {
 
-// Times per picture.
+// Times per image.
 struct StageHistograms {
   LatencyHistogram vision, checks, contact, mechanics, total;
 };
@@ -38,30 +38,29 @@ struct StageHistograms {
 // One thread at a time.
 class Estimator {
  public:
-  // `first`: a picture in which the object rests. `p_S_tip_reported`: where the manipulator says
-  // the tip is. Throws std::runtime_error or std::invalid_argument naming what cannot be used: see
+  // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.
+  // Throws std::runtime_error or std::invalid_argument naming what cannot be used: see
   // TipAndContourTracker, MakeModel.
   Estimator(const Scene& scene, const Frame& first,
             std::optional<Eigen::Vector3d> p_S_tip_reported);
   ~Estimator();
 
-  // Never throws; what cannot be known is flagged. As if the object had not moved: `motion` says
-  // how far it has.
+  // Never throws; unknown values are flagged. The estimate is relative to the object at rest:
+  // `motion` is the object's motion.
   const ContactEstimate& Estimate(const Frame& frame,
                                   const std::optional<EncoderReading>& said = {}) noexcept;
-  // The contact that the master renders for a tip at p_S_tip [m] now, between pictures too: before
-  // it touches, the plane at the nearest place of the outline; that plane stays from where the tip
-  // comes in until it has come out.
+  // The plane that the master renders for a tip at p_S_tip [m] now, also between images: before
+  // contact at the nearest point of the outline; it is fixed during a contact.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
-  // The outline around the tip and how it gives way, see SensingPipeline::MakePatch.
+  // The outline around the tip and its compliance, see SensingPipeline::MakePatch.
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   // Precomputes a replacement for `scene`'s model options; may be called from another thread.
   // Throws like the constructor.
   [[nodiscard]] std::unique_ptr<TouchModel> Prepare(const Scene& scene,
                                                     Progress* progress = nullptr) const;
-  // Puts it to work; a contact goes on from the place where it began.
+  // Activates it; a contact continues from the point where it began.
   void Adopt(std::unique_ptr<TouchModel> touch, const Scene& scene);
-  // Tracker and contact start anew.
+  // Resets tracker and contact.
   void Reset() noexcept;
 
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
@@ -71,10 +70,10 @@ class Estimator {
   [[nodiscard]] TouchModel& touch() { return *touch_; }
   [[nodiscard]] const TouchModel& touch() const { return *touch_; }
   [[nodiscard]] const Observation& observation() const { return *observation_; }
-  // Of the object since the first picture, S; none where what moves is the camera, or where nobody
-  // says where the tool is.
+  // Motion of the object since the first image, S; zero if the camera moves, or if the tool
+  // position is unknown.
   [[nodiscard]] const SurfaceMotion& motion() const { return object_.motion(); }
-  // Of the last picture; null: the scene follows no contour, so that nothing checks the tip.
+  // For the last image; null: the scene tracks no contour, so nothing checks the tip.
   [[nodiscard]] const ObjectSighting* sighting() const {
     return watch_ ? &watch_->sighting() : nullptr;
   }
@@ -82,7 +81,7 @@ class Estimator {
 
  private:
   void ResumeContact() noexcept;
-  // What the object's edge measured goes to the details.
+  // Adds the measurements of the object's edge to the details.
   void ReportSighting() noexcept;
   Eigen::Vector2d CompensatedTip(const TipObservation& tip) noexcept;
   bool CompareWithEncoders(const Eigen::Vector3d& p_S_tip, const EncoderReading& said) noexcept;
@@ -104,18 +103,18 @@ class Estimator {
   ArmConsistencyCheck arm_in_picture_,
       arm_on_object_;  // one parts where the camera moves, one the object
   MovingObject object_;
-  ObjectRegistrationMonitor::Bar tool_;  // in the last picture
+  ObjectRegistrationMonitor::Bar tool_;  // in the last image
   IndentationCheck dent_;
-  Eigen::Vector2d dent_O_{0, 0};  // expected, of the last picture [px]
-  double tip_sigma_ = 0;          // with that of the picture's motion [px]
+  Eigen::Vector2d dent_O_{0, 0};  // expected in the last image [px]
+  double tip_sigma_ = 0;          // including the compensated image motion [px]
   Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
-  Eigen::Vector3d parting_{0, 0, 0};  // of eyes and arm, that nothing explains, S [m]
-  int regained_ = 0;                  // pictures until what was lost and is seen again is believed
+  Eigen::Vector3d parting_{0, 0, 0};  // unexplained difference of camera and encoders, S [m]
+  int regained_ = 0;                  // images until a found tip is trusted again
   FrozenPicture last_;
   InterlaceDetector comb_;
-  FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first picture
-  bool is_noisy_ = false;                        // the first picture has noise
-  double checks_us_ = 0;                         // of this picture
+  FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first image
+  bool is_noisy_ = false;                        // the first image has noise
+  double checks_us_ = 0;                         // in this image
   BoundaryPlace pressed_place_;                  // that the model answered last for the tool
   Eigen::Vector3d pressed_by_{0, 0, 0};          // displacement there, frame O [m]
   EstimateBuilder rules_;

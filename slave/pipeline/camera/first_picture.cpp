@@ -40,21 +40,21 @@ void RequireCredible(const Scene& scene, const OutlineFit& fit, std::size_t poin
   const double least = std::max(Limits::kMostScale, kScaleSigmas * fit.scale_sigma);
   if (std::abs(larger) > least && std::abs(larger) < kOtherObject) {
     refuse(
-        fmt::format("the object in the first picture is {:.1f} % {} than it says: accepted is "
-                    "{:g} %: check camera.pixel ({:g} um would fit) and its sizes",
+        fmt::format("the object in the first image is {:.1f} % {} than in the scene: accepted is "
+                    "{:g} %: check camera.pixel ({:g} um would fit) and the sizes",
                     100 * std::abs(larger), larger > 0 ? "larger" : "smaller",
                     100 * Limits::kMostScale, 1e6 * scene.sense.Find<Camera>()->pixel / fit.scale));
   }
   if (!fit.found) {
-    refuse(fmt::format(
-        "the outline seen in the first picture does not fit it ({} of {} contour points agree): "
-        "check object.pose, camera.pixel and sense.contour.start",
-        fit.inliers, points));
+    refuse(
+        fmt::format("the outline in the first image does not fit it ({} of {} contour points "
+                    "agree): check object.pose, camera.pixel and sense.contour.start",
+                    fit.inliers, points));
   }
   if (fit.rms_px > Limits::kMostResidual) {
     refuse(
-        fmt::format("the outline seen in the first picture is {:.1f} px rms away from it: "
-                    "accepted is {:g} px: check its shape and sense.contour.start",
+        fmt::format("the outline in the first image deviates from it by {:.1f} px rms: accepted is "
+                    "{:g} px: check its shape and sense.contour.start",
                     fit.rms_px, Limits::kMostResidual));
   }
 }

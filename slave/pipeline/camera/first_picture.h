@@ -1,4 +1,4 @@
-// What the first picture tells of the object and of the tool, held against the scene.
+// Checks of object and tool in the first image against the scene.
 #pragma once
 
 #include <optional>
@@ -15,9 +15,9 @@
 
 namespace palpate {
 
-// How the rest surface was found in the first picture.
+// How the rest surface was found in the first image.
 struct Registration {
-  bool measured = false;  // false: the scene's pose is taken as it is
+  bool measured = false;                                   // false: the scene's pose is used
   Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // pose in force
   double rms_px = 0;            // of the contour points about the outline
   int points = 0;               // that the fit used
@@ -30,8 +30,8 @@ struct Registration {
 // which would make every force wrong.
 Registration RegisterObject(const Scene& scene, CurveView contour_I, const CameraView& view);
 
-// What the first picture shows of the tool against what scene and manipulator say of it. `d_I`:
-// along which it points; zero: nobody knows. `width_px`: as the scene says.
+// Compares the tool in the first image with scene and encoders. `d_I`: direction of the tool; zero:
+// unknown. `width_px`: width in the scene.
 FailedCheck CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
                       const Eigen::Vector2d& d_I, double width_px);
 

@@ -1,4 +1,4 @@
-// The same picture again, to the last bit: where there is noise no camera takes that twice.
+// Detects a repeated image, bit for bit: with noise no camera takes it twice.
 #pragma once
 
 #include <cstring>

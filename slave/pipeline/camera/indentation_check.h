@@ -1,5 +1,5 @@
-// Does the dent that the object's edge shows agree with the dent that the model computes for the
-// tip, and is the picture one to believe at all?
+// Compares the indentation of the object's edge with the one that the model computes for the tip,
+// and checks the image quality.
 #pragma once
 
 #include <vector>
@@ -15,33 +15,34 @@
 
 namespace palpate {
 
-// One thread; allocation-free once the first dent was expected.
+// One thread; allocation-free after the first expected indentation.
 class IndentationCheck {
  public:
   // Sigma of the tip from which on it is only roughly known [px].
   static constexpr double kRoughTip = 0.4;
 
-  // What is to be judged: a force told for a tip, once its contact is known.
+  // Input of the check: an estimate with its contact.
   struct Prediction {
-    Eigen::Vector2d dent_O{0, 0};  // displacement of the contact's patch as the tip tells it [px]
-    double sigma_px = 0;           // of the tip, with that of the picture's motion
+    Eigen::Vector2d dent_O{0, 0};  // displacement of the contact according to the tip [px]
+    double sigma_px = 0;           // of the tip, including that of the image motion
     double covered = 0;            // part of the tip's template [-]
   };
 
-  // Tells the watch how the outline moves with the patch at `place`, while the tool is there or
-  // comes near. A round tool's dent changes its shape as it deepens.
+  // Gives the monitor the expected motion of the outline per motion of the contact at `place`,
+  // while the tool is there or comes near. The indentation of a round tool changes its shape with
+  // depth.
   void Expect(const BoundaryPlace& place, const ObjectRegistrationMonitor::Bar& tool,
               const Eigen::Isometry3d& X_SO, const CameraView& view, TouchModel* touch,
               ObjectRegistrationMonitor* watch) noexcept;
   [[nodiscard]] bool expects() const noexcept { return element_ >= 0; }
-  // Of a dent as the model tells it, relative [-].
+  // Error of the model's indentation, relative [-].
   [[nodiscard]] double sigma() const noexcept { return sigma_; }
 
-  // Doubts the force just told where the object's edge says otherwise.
+  // Flags the estimate if the object's edge contradicts it.
   void Check(const Prediction& prediction, const ObjectSighting& seen,
              ContactEstimate* felt) noexcept;
 
-  // Another model answers from now on.
+  // Uses another model from now on.
   void Adopt() noexcept { element_ = -1; }
   void Reset() noexcept { distrust_ = unconfirmed_ = 0; }
 
@@ -50,12 +51,12 @@ class IndentationCheck {
   [[nodiscard]] bool Agrees(const Prediction& prediction,
                             const ObjectSighting& seen) const noexcept;
 
-  int element_ = -1;  // whose dent the watch knows; -1: none
+  int element_ = -1;  // element whose indentation the monitor uses; -1: none
   double sigma_ = 0;
   double depth_ = 0;  // at which a round tool's was taken [m]
   std::vector<Eigen::Vector3d> along_n_, along_t_, along_x_, along_y_;
-  int unconfirmed_ = 0;  // pictures since the dent was seen last
-  int distrust_ = 0;     // pictures until a dent is believed again
+  int unconfirmed_ = 0;  // images since the indentation was last detected
+  int distrust_ = 0;     // images until an indentation is trusted again
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// How an object's place goes on: the straight line through the last few pictures.
+// Extrapolates an object's position: a straight line through the last few images.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@ namespace palpate {
 // Allocation-free. Frame S.
 class MotionTrend {
  public:
-  // `place` [m] with its error, one standard deviation in all [m].
+  // `place` [m] with its error, one standard deviation in total [m].
   void Add(Time at, const Eigen::Vector3d& place, double sigma) noexcept {
-    if (count_ > 0 && at <= seen_[At(count_ - 1)].at) return;  // the same picture
+    if (count_ > 0 && at <= seen_[At(count_ - 1)].at) return;  // repeated image
     seen_[At(count_++)] = {at, place};
     const std::size_t n = std::min(count_, kPictures);
     velocity_.setZero();
@@ -36,14 +36,14 @@ class MotionTrend {
       velocity_ += t * (Seen(i).place - mean);
     }
     velocity_ /= square;
-    // What bends is no line: how far its ends are off tells by how much the slope is.
+    // For a curved path the deviation at the ends gives the error of the slope.
     double bent = 0;
     for (const std::size_t i : {std::size_t{0}, n - 1}) {
       const double t = SecondsBetween(at, Seen(i).at) - t_mean;
       bent = std::max(bent, (Seen(i).place - mean - t * velocity_).norm() / std::abs(t));
     }
     error_ = std::hypot(sigma / std::sqrt(square), kBends * bent);
-    // A jump is no line either: what is not known better than this is not foretold.
+    // A jump is not a line either: a position with a larger error is not extrapolated.
     if (error_ > kKnown * velocity_.norm()) velocity_.setZero();
   }
   [[nodiscard]] const Eigen::Vector3d& velocity() const noexcept { return velocity_; }  // [m/s]
@@ -54,7 +54,7 @@ class MotionTrend {
   static constexpr std::size_t kPictures = 12, kFewest = 4;
   static constexpr double kKnown = 0.5;  // error, of the velocity [-]
   static constexpr double kBends =
-      3;  // slope of a parabola at its end over that of its ends' errors
+      3;  // slope of a parabola at its end relative to the errors of its ends
   struct Sight {
     Time at{};
     Eigen::Vector3d place{0, 0, 0};

@@ -1,5 +1,4 @@
-// The object's own motion since the first picture, where the manipulator's word tells it from the
-// camera's.
+// Motion of the object since the first image, if the encoders distinguish it from camera motion.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,8 +13,8 @@ namespace palpate {
 // Allocation-free. Frame S.
 class MovingObject {
  public:
-  // Of one picture [m]: where the tip is seen, and where it is on an object that rests; how well
-  // the motion between both is known, one standard deviation; `still`: what is no motion.
+  // For one image [m]: the measured tip, and the tip relative to an object at rest; sigma of the
+  // motion between both; `still`: smallest motion.
   void Update(Time at, const Eigen::Vector3d& p_S_seen, const Eigen::Vector3d& p_S_on_object,
               double sigma, double still, const EncoderReading& said) noexcept {
     owner_.Update(p_S_seen, p_S_on_object, said, still);
@@ -25,7 +24,7 @@ class MovingObject {
     motion_.velocity = trend_.velocity();
     motion_.velocity_error = trend_.error();
   }
-  // None where what moves is the camera, or where nobody says where the tool is.
+  // Zero if the camera moves, or if the tool position is unknown.
   [[nodiscard]] const SurfaceMotion& motion() const noexcept { return motion_; }
   void Reset() noexcept { *this = {}; }
 

@@ -1,5 +1,5 @@
-// Is the object where its rest surface says, and is it dented as the model says? Told by its edge,
-// seen anew in every picture.
+// Checks in every image by the object's edge whether the object is at its rest surface and indented
+// as the model computes.
 #pragma once
 
 #include <optional>
@@ -15,30 +15,30 @@
 
 namespace palpate {
 
-// What one picture shows of the object.
+// Result for one image.
 struct ObjectSighting {
   bool known = false;      // enough of the edge, in every direction
-  PictureMotion motion;    // of the first picture into this one; the last one where not known
+  PictureMotion motion;    // from the first image into this one; the last one if unknown
   double sigma_px = 0;     // of the motion, where the tip is, both directions together
-  double residual_px = 0;  // of the places that agree, rms
+  double residual_px = 0;  // residual of the points that agree, rms
   int places = 0, agreeing = 0;
-  int apart = 0;  // places in a row whose edge lies off to one side: something is there
-  // Of the edges along x or along y, the worse: 1: as in the first picture; and there 1: sharp.
+  int apart = 0;  // consecutive points whose edge deviates to one side: an occlusion
+  // Width of the edges along x or y, the larger: 1: as in the first image; and there 1: sharp.
   double sharpness = 1, sharpness_at_rest = 1;
   double exposure = 0;  // RestEdge::exposure, the median
-  // Of the contact's patch, as the edge beside it shows it: displacement in O [px], with its
-  // covariance [px^2]. Not where it is hidden, nor with the tool far from the surface.
+  // Displacement of the contact according to the edge next to it, in O [px], with its covariance
+  // [px^2]. Absent if it is hidden, and with the tool far from the surface.
   bool dent_known = false;
   Eigen::Vector2d dent_O{0, 0};
   Eigen::Matrix2d dent_covariance = Eigen::Matrix2d::Zero();
-  // Of the place of the tip: of the motion where that is put right, else by what it may be [px^2].
+  // Uncertainty of the tip position due to image motion, compensated or not [px^2].
   Eigen::Matrix2d motion_covariance = Eigen::Matrix2d::Zero();
 };
 
 // One thread.
 class ObjectRegistrationMonitor {
  public:
-  // What hides the edge: a bar of `width` [px] that ends at `p_I_tip` and points along the unit
+  // Occlusion of the edge: a bar of `width` [px] that ends at `p_I_tip` and points along the unit
   // vector `d_I`.
   struct Bar {
     Eigen::Vector2d p_I_tip{0, 0}, d_I{0, 1};
@@ -69,18 +69,18 @@ class ObjectRegistrationMonitor {
   void Reset() noexcept;
 
  private:
-  static constexpr int kUnknowns = 6;  // shift x, y, turn, growth, dent x, y [px]
+  static constexpr int kUnknowns = 6;  // shift x, y, rotation, growth, indentation x, y [px]
   using Vector = Eigen::Matrix<double, kUnknowns, 1>;
   using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-  struct Anchor {                  // of a place on the mesh
+  struct Anchor {                  // normal of a point on the mesh
     std::size_t from = 0, to = 0;  // vertices
     double s = 0;                  // of the way between them [0, 1]
     bool on_outline = true;
-    double dent_sigma = 0;  // of its motion as the model tells it, relative [-]
-    Eigen::Matrix2d dent_I = Eigen::Matrix2d::Zero();  // place's motion in I per dent [-]
+    double dent_sigma = 0;                             // error of the modelled motion, relative [-]
+    Eigen::Matrix2d dent_I = Eigen::Matrix2d::Zero();  // motion of a point in I per indentation [-]
   };
-  struct Sight {  // of a place in this picture
+  struct Sight {  // of a point in this image
     std::size_t place = 0;
     double offset = 0;     // of the edge from the prediction, along the normal [px]
     bool along_x = false;  // its normal
@@ -101,17 +101,17 @@ class ObjectRegistrationMonitor {
   CameraView view_;
   Eigen::Isometry3d X_SO_;
   RestEdge edge_;
-  Eigen::Vector2d centre_{0, 0};  // of the places [px]
+  Eigen::Vector2d centre_{0, 0};  // spread of the points [px]
   double size_ = 1;               // from there to the farthest [px]
   Eigen::Matrix2d to_image_;      // direction in O -> direction in I, same length
-  std::vector<Anchor> anchors_;   // per place
+  std::vector<Anchor> anchors_;   // per point
   bool has_dent_ = false;
   double sharpness_at_rest_ = 0;  // 0: not known yet
 
   Vector prior_, last_;
   std::vector<Sight> looks_;
   std::vector<double> sorted_;
-  int in_view_ = 0;  // places that should have been seen
+  int in_view_ = 0;  // points that should be visible
   int agreeing_ = 0;
   Matrix covariance_;
   ObjectSighting sighting_;

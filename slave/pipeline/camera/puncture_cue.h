@@ -4,42 +4,45 @@
 // Three things come together. Overshoot: the tip is at least so deep behind the rest surface as the
 // scene says that membranes break. Velocity: the tool was driven in, or stands where it was driven;
 // a tool that retreats breaks nothing. Force residual: what a model makes of the surface's shape.
-// With a linear model the force is proportional to the dent, so the dent that is seen, in parts of
-// the dent that the tip's place asks for, is the part of the force that is still there.
+// With a linear model the force is proportional to the indentation, so the indentation that is
+// seen, in parts of the indentation that the tip's place asks for, is the part of the force that is
+// still there.
 #pragma once
 
 namespace palpate {
 
 class PunctureCue {
  public:
-  static constexpr double kGone = 0.4;      // part of the force at which it is gone
-  static constexpr double kSigmas = 2;      // by which it must be less
-  static constexpr double kLeastDent = 8;   // that is to be expected [px]
-  static constexpr double kRetreat = 0.15;  // of the deepest place: a tool so far back retreats
-  static constexpr int kUnseenDent = 2;     // pictures that must agree if no dent was seen before
+  static constexpr double kGone = 0.4;     // part of the force at which it is gone
+  static constexpr double kSigmas = 2;     // by which it must be less
+  static constexpr double kLeastDent = 8;  // that is to be expected [px]
+  static constexpr double kRetreat =
+      0.15;  // of the largest depth: a tool that is so much shallower retreats
+  static constexpr int kUnseenDent =
+      2;  // images that must agree if no indentation was detected before
 
-  // What one picture shows of a tool in contact. Along the surface's normal, inwards.
+  // Measurements of one image with a tool in contact. Along the surface's normal, inwards.
   struct Sample {
     double depth = 0;         // of the tip behind the rest surface [m]
-    double expected_px = 0;   // dent that follows from it [px]
-    bool dent_known = false;  // the edge beside the tool tells the dent
-    double seen_px = 0;       // that dent [px]
-    double sigma_px = 0;      // of it [px]
+    double expected_px = 0;   // indentation that follows from it [px]
+    bool dent_known = false;  // the edge next to the tool shows the indentation
+    double seen_px = 0;       // measured indentation [px]
+    double sigma_px = 0;      // sigma of the measured indentation [px]
   };
 
-  // `from`: depth from which membranes break [m]; 0: nobody looks.
+  // `from`: depth from which membranes may break [m]; 0: no check.
   void Adopt(double from) noexcept { from_ = from; }
-  // The tool left, or everything starts anew.
+  // The tool left, or the sensing was reset.
   void Reset() noexcept { deepest_ = 0, gone_ = 0, was_dented_ = false; }
-  // Whether a dent may be gone for which `depth` [m] asks: worth a second look.
+  // Whether the indentation at `depth` [m] may have vanished: requests a second check.
   [[nodiscard]] bool IsArmed(double depth) const noexcept { return from_ > 0 && depth >= from_; }
-  // Once per picture in contact. True: the membrane is broken.
+  // Once per image in contact. True: the membrane is punctured.
   [[nodiscard]] bool Broke(const Sample& look) noexcept;
 
  private:
   double from_ = 0;
   double deepest_ = 0;       // in this contact [m]
-  int gone_ = 0;             // pictures in a row without the dent
+  int gone_ = 0;             // consecutive images without the indentation
   bool was_dented_ = false;  // in this contact
 };
 

@@ -1,4 +1,4 @@
-// What whole boundary elements in the place of a flat tool do to its force, put right.
+// What whole boundary elements in the place of a flat tool do to its force, compensated.
 //
 // A patch holds each element whose midpoint the tool covers: it is as wide as these are, not as the
 // tool, and a little less, since the elements at its ends carry less than the traction there, which
@@ -16,14 +16,14 @@ namespace palpate {
 
 class ToolWidth {
  public:
-  // Keeps a reference to the mesh. Walls (`model.wall`) take the tool as it is.
+  // Keeps a reference to the mesh. With `model.wall` the width is not corrected.
   ToolWidth(const BoundaryMesh& mesh, const Scene& scene);
 
   struct Share {
     double factor = 1;  // by which the patch's force and stiffness are to be multiplied
-    double sigma = 0;   // of what is then left, a share of the force [-]
+    double sigma = 0;   // remaining error, as share of the force [-]
   };
-  // Asks the model for two patches at `place` unless it was the last one. No allocation.
+  // Queries the model for two contacts at `place` unless it is the last one. No allocation.
   Share At(const BoundaryPlace& place, DeformationModel* model) noexcept;
 
  private:
@@ -33,9 +33,9 @@ class ToolWidth {
   [[nodiscard]] Share Find(const BoundaryPlace& place, DeformationModel* model) const noexcept;
 
   const BoundaryMesh* mesh_;
-  double width_;         // of the tool [m]; 0: nothing is put right
+  double width_;         // width of the tool [m]; 0: no correction
   double ends_;          // a above
-  BoundaryPlace place_;  // of the last answer; element -1: none
+  BoundaryPlace place_;  // element of the last result; -1: none
   Share last_;
 };
 

@@ -1,4 +1,4 @@
-// How the outline that one camera sees answers the tool, flat or round.
+// Response of the outline to a flat or round tool, for one camera.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,13 @@ namespace palpate {
 
 // The part that SetModel replaces as a whole. One thread at a time; frame O.
 struct TouchModel final : PreparedModel {
-  // `seen`: the outline found in the picture, for `contour: from-image`. Throws like MakeModel.
+  // `seen`: the outline found in the image, for `contour: from-image`. Throws like MakeModel.
   TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress);
 
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
-  // The tool's patch, or a round tool's apex, at `place` moved by `displacement_O` [m].
+  // The contact of the tool, or of a round tool's apex, at `place` with displacement
+  // `displacement_O` [m].
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
                                         const Eigen::Vector3d& displacement_O) noexcept;
   // Displacements of the outline's vertices for the same [m]. False: not known. Across the normal a
@@ -33,8 +34,8 @@ struct TouchModel final : PreparedModel {
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
                std::vector<Eigen::Vector3d>* field) noexcept;
   [[nodiscard]] ToolWidth::Share WidthAt(const BoundaryPlace& place) noexcept;
-  // That share of the stiffness which at this depth gives this force, of a round tool whose contact
-  // was smaller before; 1 of a flat one [-].
+  // Share of the stiffness that gives the force of a round tool at this depth, whose contact was
+  // smaller before; 1 for a flat tool [-].
   [[nodiscard]] double SecantPart(const ContactResponse& response,
                                   const BoundaryPlace& place) const noexcept;
 
@@ -43,7 +44,7 @@ struct TouchModel final : PreparedModel {
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
   std::unique_ptr<BoundaryContact> contact;
-  std::unique_ptr<BoundaryContact> probe;  // finds the nearest place of any point
+  std::unique_ptr<BoundaryContact> probe;  // finds the nearest boundary point of any point
   std::vector<std::uint32_t> held;         // vertices of the outline
 
  private:
@@ -54,13 +55,13 @@ struct TouchModel final : PreparedModel {
   std::optional<ToolWidth> width_;  // of a flat tool
 };
 
-// Of a vector in the plane of the picture.
+// Projection of a vector into the image plane.
 inline Eigen::Vector3d Planar(const Eigen::Vector2d& v) {
   return {v.x(), v.y(), 0};
 }
 
 // A passive contact has a symmetric stiffness; collocation leaves a small skew part, which would
-// create energy in the operator's hand. Frame S [N/m]; zero where the model failed.
+// create energy at the operator. Frame S [N/m]; zero if the model failed.
 [[nodiscard]] Eigen::Matrix3d StiffnessInSlave(const ContactResponse& response,
                                                const Eigen::Isometry3d& X_SO) noexcept;
 

@@ -73,7 +73,7 @@ void FingerContact::WatchRest(const SurfaceContact& surface, const Isometry3d& X
   if (begins) rested_pressed_ = false;
   if (takes_rest_ && !rested_pressed_) rested_pressed_ = DepthOf(surface, X_OF, radius_) > kApart;
   if (rested_pressed_) {
-    Flag(FailedCheck::kRestDrift, "the pose had it in the object while rest values were taken");
+    Flag(FailedCheck::kRestDrift, "the pose was inside the object while the baseline was taken");
   }
 }
 
@@ -84,7 +84,7 @@ void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isomet
   const bool is_apart = *touch.stirs ? depth < -kApart : depth > kApart;
   is_late_ = is_apart || (is_late_ && (*touch.stirs || depth > 0));
   if (is_late_ && why_.empty()) {
-    Flag(FailedCheck::kPose, "the touch begins or ends elsewhere than the pose says");
+    Flag(FailedCheck::kPose, "the contact begins or ends at another depth than the pose implies");
   }
 }
 
@@ -108,13 +108,14 @@ void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isom
   if (!touch.touching && !stays) {
     LetGo();
     if (centre && centre->inside) {
-      Flag(FailedCheck::kPose, "the pose puts the fingertip into the object, unfelt");
+      Flag(FailedCheck::kPose,
+           "the pose puts the fingertip inside the object, but no force is measured");
     }
     return;
   }
   if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
     LetGo();
-    Flag(FailedCheck::kPose, "the fingertip touches, but nothing lies within the gate");
+    Flag(FailedCheck::kPose, "the fingertip is in contact, but no surface is within the gate");
     return;
   }
   if (touch.touching) TakeForce(X_OF, touch, largest_force);
@@ -163,7 +164,7 @@ void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
   force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
   if (force_O_.norm() <= largest_force) return;
   has_force_ = false;
-  Flag(FailedCheck::kModelRange, "the force is more than the object can take");
+  Flag(FailedCheck::kModelRange, "the force is beyond the range of the model");
 }
 
 void FingerContact::ActByForce() noexcept {

@@ -1,4 +1,4 @@
-// Where a fingertip meets the object's mesh and what acts there (paper B, III.B, equations 5 to 7).
+// Contact of a fingertip with the object's mesh, and its load (paper B, III.B, equations 5 to 7).
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ namespace palpate {
 //
 // A touch must begin and end where the pose has it: a fingertip that is deep in the object and
 // feels nothing, or feels something well off it, is not where its pose says, or feels late. Such a
-// contact is doubted until it is over. A fingertip that is in the object while its rest values are
-// taken is doubted until they are taken anew.
+// contact is flagged until it is over. A fingertip that is in the object while its baseline is
+// measured is flagged until it is measured again.
 //
 // Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
 // lasts until the pose lets go: samples in which the contact is not felt change nothing.
@@ -44,12 +44,12 @@ class FingerContact {
   // There is something to act on the mesh: `contact()`.
   [[nodiscard]] bool acts() const { return acts_; }
   [[nodiscard]] const Contact& contact() const { return contact_; }
-  // The place is known: `p_O`, at rest.
+  // The contact point is known: `p_O`, at rest.
   [[nodiscard]] bool has_place() const { return has_place_; }
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
   [[nodiscard]] const Eigen::Vector3d& n_O() const { return n_O_; }
   [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
-  // kExtrapolated where pose and touch do not fit the object; `why` says how.
+  // kExtrapolated if pose and contact do not fit the object; `why` is the reason.
   [[nodiscard]] Validity validity() const {
     return why_.empty() ? Validity::kValid : Validity::kExtrapolated;
   }
@@ -73,12 +73,12 @@ class FingerContact {
 
   double radius_, gate_;
   bool holds_;
-  Contact contact_;  // p_O, element and width: the place
+  Contact contact_;  // p_O, element and width of the contact
   Eigen::Vector3d n_O_{0, 0, 0}, weights_{0, 0, 0};
-  Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point that the place was found for [m]
+  Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point for which it was found [m]
   Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
   bool is_late_ = false;
-  bool takes_rest_ = false, rested_pressed_ = false;  // now; when rest values were taken last
+  bool takes_rest_ = false, rested_pressed_ = false;  // now; when the baseline was last measured
   bool has_place_ = false, has_force_ = false, acts_ = false;
   std::string_view why_;
   FailedCheck check_ = FailedCheck::kNone;

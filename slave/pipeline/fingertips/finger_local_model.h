@@ -1,5 +1,5 @@
-// The contact that the master renders by itself, for a fingertip: the plane it meets, before it
-// touches too, and the object's stiffness there.
+// The local contact model of a fingertip: the plane it will touch, also before contact, and the
+// object's stiffness there.
 #pragma once
 
 #include <algorithm>
@@ -31,37 +31,37 @@ class FingerLocalModel {
  public:
   explicit FingerLocalModel(const Scene& scene);
 
-  // What the fingertip feels.
+  // The estimated contact of the fingertip.
   struct FeltForce {
     Eigen::Vector3d force_S{0, 0, 0};  // of the object on it [N]
     double sigma = 0;                  // rms that it may be off by [N]
   };
-  // `model` becomes that of the fingertip at `X_SF`; it keeps its plane while the pose is not
-  // finite. `felt`: absent where it touches nothing or the force is not to be relied on.
+  // Sets `model` for the fingertip at `X_SF`; it keeps its plane while the pose is not finite.
+  // `felt`: absent without contact or with an unreliable force.
   void Update(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, const std::optional<FeltForce>& felt, LocalModel* model) noexcept;
-  // The same between samples, from which nothing is learnt, and fast: `model` stays where the
-  // stiffness of the place has not been computed yet.
+  // The same between samples, without learning, and fast: `model` is unchanged while the stiffness
+  // there is not computed yet.
   void Follow(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
               bool in_contact, LocalModel* model) noexcept;
-  // The surface around the fingertip and how it gives way at the full depth; the law over depth.
-  // Places whose stiffness has not been computed yet go by those next to them. See
+  // The surface around the fingertip and its compliance at the full depth, and the force-depth
+  // curve. Points without a computed stiffness use that of their neighbours. See
   // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
                  SurfacePatch* patch) noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
-  // The place of the surface at rest, frame O [m].
+  // Contact point on the surface at rest, frame O [m].
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return place_.p_O; }
-  // What the object's model says of the force at this depth, along the plane's normal: least and
-  // most, with the hand's other fingers and without them [N].
+  // The model's force at this depth along the plane's normal: least and largest, with and without
+  // the other fingers [N].
   [[nodiscard]] std::pair<double, double> modelled() const {
     return std::minmax({modelled_, modelled_alone_});
   }
-  // Felt over modelled force at the present depth [-].
+  // Ratio of estimated to modelled force at the present depth [-].
   [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
-  // The plane is looked for anew, nothing was felt.
+  // Searches the plane again and clears the ratio.
   void Forget() noexcept {
     place_.triangle = -1;
     scale_.Forget();

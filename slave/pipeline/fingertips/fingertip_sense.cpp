@@ -55,7 +55,7 @@ class FingertipOfflineReport final : public OfflineReport {
     const int rest = sense_.scene().sense.Find<Tactile>()->rest_samples;
     if (samples >= static_cast<std::uint64_t>(rest)) return;
     throw std::runtime_error(
-        fmt::format("{}: {} samples are fewer than the {} of `rest`: nothing can be said",
+        fmt::format("{}: {} samples are fewer than the {} of `rest`: no force can be estimated",
                     sense_.info().source, samples, rest));
   }
 
@@ -142,13 +142,13 @@ SenseInfo FingertipSense::info() const {
   info.samples = "samples";
   info.tip_resolution = kPoseResolution;
   info.model.kind = "none";
-  info.reason = "nothing says where the fingertips are, so nothing deforms";
+  info.reason = "the scene has no poses of the fingertips, so the object is not deformed";
   if (estimator_.body() != nullptr) {
     info.model = estimator_.body()->info();
     info.reason = ChooseModel(scene_).reason;
   }
   info.remarks.push_back(fmt::format(
-      "rest values come from the first {} samples: nothing may touch the fingertips yet",
+      "the baseline comes from the first {} samples: nothing may touch the fingertips until then",
       scene_.sense.Find<Tactile>()->rest_samples));
   info.changeable = {ObjectClass::kVolume, 0, false, true};
   return info;

@@ -13,8 +13,8 @@ namespace palpate {
 
 class FingertipSense final : public SensingPipeline {
  public:
-  // Loads the network, precomputes the object's model, opens the source; the first samples are rest
-  // values, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
+  // Loads the network, precomputes the object's model, opens the source; the first samples are the
+  // baseline, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
   FingertipSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
   // The same with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
@@ -51,7 +51,7 @@ class FingertipSense final : public SensingPipeline {
   Scene scene_;
   std::unique_ptr<TactileSource> source_;
   TactileEstimator estimator_;
-  std::optional<double> arm_lag_;  // of its word [samples]
+  std::optional<double> arm_lag_;  // delay of the encoder reading [samples]
   TactileFrame next_;              // acquired
 };
 

@@ -1,4 +1,4 @@
-// The object under fingertips: where they meet it and what answers.
+// The object in a scene with fingertips: its surface and its model.
 #pragma once
 
 #include <cstdint>
@@ -20,24 +20,24 @@ struct TactileBody final : PreparedModel {
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 
   SurfaceMesh surface;  // at rest, frame O; inner nodes too
-  // Ends searches for equilibrium that take longer than a sample can wait: they hear of it after a
-  // tenth of a second, and fail.
+  // Ends searches for equilibrium that take longer than a sample can wait: they stop after a tenth
+  // of a second, and fail.
   PrecomputeProgress limit{false};
   std::unique_ptr<DeformationModel> deformation;
   std::unique_ptr<SurfaceContact> contact;
   std::unique_ptr<ContactStiffness> stiffness;
-  // The surface without inner nodes, for those who watch it: its nodes by their numbers in
-  // `surface`, its triangles by those in `skin`.
+  // The surface without inner nodes, for observers: its nodes by their numbers in `surface`, its
+  // triangles by those in `skin`.
   std::vector<int> skin;
   std::vector<std::uint32_t> skin_triangles;
-  std::vector<std::uint32_t> skin_held;  // what the scene holds of it, by its number in `skin`
+  std::vector<std::uint32_t> skin_held;  // its fixed nodes, by their number in `skin`
   double larger_side = 0;                // of the bounding box [m]
   double largest_force = 0;              // that is believed: E times the larger side squared [N]
   bool moves_in_time = false;            // a Respond is one sample's period
 };
 
-// `time: dynamic` steps once per sample, whatever model.step says. Throws std::invalid_argument: an
-// object that is no volume; see MeshObject, MakeModel.
+// `time: dynamic` steps once per sample, independent of model.step. Throws std::invalid_argument:
+// an object that is not a volume; see MeshObject, MakeModel.
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress = nullptr);
 // The scene with the time step that fingertips need.
 Scene InStepWithSamples(const Scene& scene);

@@ -50,10 +50,10 @@ void RequireSignals(const Tactile& tactile, const ForceNetwork& network) {
   for (const RecordedFinger& finger : ReadTactileFingers(tactile.file, wanted)) {
     const std::string missing = finger.MissingColumn();
     if (missing.empty()) continue;
-    throw std::runtime_error(fmt::format(
-        "{}: no column {}: {} takes E1 to E19, pac0 and pdc (accepted without: a network of the "
-        "electrodes alone)",
-        tactile.file.string(), missing, tactile.network.string()));
+    throw std::runtime_error(
+        fmt::format("{}: no column {}: {} needs E1 to E19, pac0 and pdc (accepted without them: a "
+                    "network that uses only the electrodes)",
+                    tactile.file.string(), missing, tactile.network.string()));
   }
 }
 
@@ -312,7 +312,7 @@ void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
   finger->sigma = 0;
   finger->validity = Worse(finger->validity, Validity::kTrackingLost);
   finger->check = FailedCheck::kPose;
-  finger->why = "the poses file tells no pose for this time";
+  finger->why = "the poses file has no pose for this time";
 }
 
 // The first fingertip is the tool.
@@ -366,7 +366,7 @@ void TactileEstimator::CompareStiffness() noexcept {
   const double normal = first.force->dot(felt_.local_model.normal);
   const auto [lower, upper] = local_touch_->modelled();
   if (normal + first.sigma > least * lower && normal - first.sigma < most * upper) return;
-  Flag(0, FailedCheck::kTransfer, "the force is not that of the object at this depth");
+  Flag(0, FailedCheck::kTransfer, "the force does not match that of the model at this depth");
 }
 
 // A sample that shows the fingertip where the arm was before tells the force of then.
@@ -376,7 +376,7 @@ void TactileEstimator::CompareWithEncoders(const EncoderReading& said) noexcept 
   const bool agree = arm_.Agree(first.p_S_apex, said, kArmApart);
   arm_doubts_ = agree ? std::max(arm_doubts_ - 1, 0) : kArmForgives;
   for (std::size_t i = 0; arm_doubts_ > 0 && i < fingertips_.size(); ++i) {
-    Flag(i, FailedCheck::kArm, "the fingertips are not where the arm says");
+    Flag(i, FailedCheck::kArm, "the fingertips are not where the encoders report them");
   }
   if (!first.force || !(arm_.apart() > 0)) return;
   const Vector3d& n = felt_.local_model.normal;

@@ -26,7 +26,7 @@ std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeomet
   const ModelKind& kind = KindOf(scene);
   if (kind.object != ObjectClass::kMembrane) {
     throw std::invalid_argument("model.kind = " + std::string(kind.name) +
-                                ": accepted for a membrane under the eyes is " +
+                                ": accepted for a membrane in front of cameras is " +
                                 KindsFor(ObjectClass::kMembrane));
   }
   if (!kind.takes_tension && scene.model.prestress > 0) {

@@ -20,16 +20,16 @@ namespace palpate {
 struct SurfaceLoad {
   Eigen::Vector3d p_O{0, 0, 0};  // its centre, at rest [m]
   Eigen::Vector3d n_O{0, 0, 1};  // outward normal there
-  double force = 0;              // along n_O, of the tool on the object [N]: negative presses
+  double force = 0;              // along n_O, of the tool on the object [N]: negative pushes
   double depth = 0;              // of the surface under it, along -n_O [m]
   double sigma_force = 0;        // [N]
   double sigma_place = 0;        // the larger of the two along the surface [m]
   double residual = 0;           // rms of (measured - fitted) / sigma; about 1 if all is well
   Validity validity = Validity::kFailed;
-  std::string_view why;                    // it is not kValid, one clause; lives on
-  FailedCheck check = FailedCheck::kNone;  // likewise
+  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
+  FailedCheck check = FailedCheck::kNone;  // covariance of position and force
 
-  // Numbers stay, but may not be believed; the last doubt is told.
+  // Flags the load, numbers stay; the last flag is reported.
   void Flag(FailedCheck failed, std::string_view clause) noexcept {
     validity = Worse(validity, Validity::kExtrapolated);
     check = failed;
@@ -44,18 +44,17 @@ class LoadIdentifier : public PreparedModel {
   LoadIdentifier(const LoadIdentifier&) = delete;
   LoadIdentifier& operator=(const LoadIdentifier&) = delete;
   // Never throws; allocation-free after the first call with as many points, for large volumes once
-  // the nodes around the load's place are known. Points in frame O.
-  // Nothing that stands out of the noise: force 0 with its sigma, kValid.
+  // the nodes around the load are known. Points in frame O. If nothing exceeds the noise: force 0
+  // with its sigma, kValid.
   virtual SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept = 0;
-  // Stiffness along the normal at the place p_O of the surface [N/m] and force [N] under the
-  // scene's tool pressed in by `depth` [m], as the model has it: what the master renders. Never
-  // throws.
+  // Normal stiffness at the surface point p_O [N/m] and force [N] of the scene's tool at
+  // indentation `depth` [m], according to the model, for the local contact model. Never throws.
   struct Press {
     double force = 0, stiffness = 0;  // size of the force, d force / d depth
     bool valid = false;
   };
   virtual Press PressAt(const Eigen::Vector3d& p_O, double depth) noexcept = 0;
-  // Nearest place of the surface at rest and its outward normal.
+  // Nearest point of the surface at rest and its outward normal.
   virtual void Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
                        Eigen::Vector3d* n_O) const noexcept = 0;
   [[nodiscard]] virtual const SurfaceMesh& surface() const = 0;  // at rest, frame O
@@ -66,26 +65,25 @@ class LoadIdentifier : public PreparedModel {
 };
 
 // plate and plate-large for flat membranes, membrane for domed ones; fem, fem-hyperelastic,
-// fem-green, bem3d for volumes. Throws std::invalid_argument naming the key; Interrupted, as
-// `progress` wants it.
+// fem-green, bem3d for volumes. Throws std::invalid_argument naming the key; Interrupted, if
+// `progress` requests a stop.
 std::unique_ptr<LoadIdentifier> MakeLoadIdentifier(const Scene& scene,
                                                    Progress* progress = nullptr);
 
-// A load over a disc as forces on the nodes of a surface.
-// Spreads `force_O` [N] evenly over the disc of diameter `width` [m], 0: a point, around the
-// surface's place p_O with normal n_O: at places of the disc, each taken to the nodes of its
-// triangle, so that force and centre are kept. The forces are `f_O`, one per node. O(nodes).
+// A load over a disc as forces on the nodes of a surface. Spreads `force_O` [N] evenly over the
+// disc of diameter `width` [m], 0: a point, around the surface point p_O with normal n_O: each
+// point of the disc is distributed to the nodes of its triangle, which preserves force and centre.
+// The forces are `f_O`, one per node. O(nodes).
 void SpreadLoad(const SurfaceMesh& surface, const Eigen::Vector3d& p_O, const Eigen::Vector3d& n_O,
                 double width, const Eigen::Vector3d& force_O, std::vector<Eigen::Vector3d>* f_O);
 
-// Volumes under the eyes: `fem`, `fem-hyperelastic`, `fem-green`, `bem3d`.
-// One load along the surface's normal, by least squares in all three components of all visible
-// points. Its place is looked for over all nodes of the surface, then within the triangles there,
-// where three nodal forces of one sign, a linear problem, are one load between the nodes. The
-// search uses the body's Green's functions at rest; where the model is not linear the force is
-// refined through the model itself. The first observation costs three solves per point.
-// `width`: diameter of the load [m]. Throws std::invalid_argument naming the key: no volume, a
-// model that moves in time; see MeshObject, MakeModel.
+// Volumes in front of cameras: `fem`, `fem-hyperelastic`, `fem-green`, `bem3d`. One load along the
+// surface normal, by least squares in all three components of all visible points. Its position is
+// searched over all nodes of the surface, then within the triangles there, where three nodal forces
+// of one sign, a linear problem, form one load between the nodes. The search uses the body's
+// Green's functions at rest; for a nonlinear model the force is refined with the model itself. The
+// first observation needs three solutions per point. `width`: diameter of the load [m]. Throws
+// std::invalid_argument naming the key: not a volume, a dynamic model; see MeshObject, MakeModel.
 std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, double width,
                                                          Progress* progress);
 

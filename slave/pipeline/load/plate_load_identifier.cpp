@@ -107,7 +107,7 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
 void PlateLoadIdentifier::CheckFit(const RobustPlateFit::Answer& answer,
                                    SurfaceLoad* load) const noexcept {
   if (load->validity == Validity::kExtrapolated && load->why.empty()) {
-    load->Flag(FailedCheck::kModelRange, "the press is beyond the plate model's range");
+    load->Flag(FailedCheck::kModelRange, "the indentation is beyond the plate model's range");
   } else if (!load->why.empty()) {
     load->check = FailedCheck::kMisfit;
   }
@@ -119,17 +119,19 @@ void PlateLoadIdentifier::CheckFit(const RobustPlateFit::Answer& answer,
   } else if (answer.left_out > kMostLeftOut * answer.points) {
     load->Flag(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
   } else if (answer.cluster > 0) {
-    load->Flag(FailedCheck::kMisfit, "neighbouring points lie off the load's shape to one side");
+    load->Flag(FailedCheck::kMisfit,
+               "neighbouring points deviate from the fitted shape to one side");
   } else if (LiesOff(answer)) {
-    load->Flag(FailedCheck::kMisfit, "the points lie off the load's shape farther than at rest");
+    load->Flag(FailedCheck::kMisfit,
+               "the points deviate from the fitted shape by more than at rest");
   } else if (answer.moved && !answer.put_right) {
     load->Flag(FailedCheck::kCameraMotion,
-               "the eyes or the membrane's rim have moved since the rest picture");
+               "the cameras or the membrane's rim have moved since the rest images");
   } else if (answer.grown) {
-    load->Flag(FailedCheck::kScale, "the points have moved apart or together since rest: zoom");
+    load->Flag(FailedCheck::kScale, "the distances of the points have changed since rest: zoom");
   } else if (!answer.flat) {
     load->Flag(FailedCheck::kRestShape,
-               "the membrane was not flat in the rest frame: domed, or pressed already");
+               "the membrane was not flat at rest: bulging, or already in contact");
   }
 }
 
@@ -164,7 +166,7 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
   load->sigma_force = std::hypot(load->sigma_force, std::min(doubt, std::abs(load->force) / 2));
   if (std::abs(sought.force) * tension_sure_ > kTensionShare * std::abs(load->force)) {
     load->Flag(FailedCheck::kMisfit,
-               "the dent is wider or narrower than one of the scene's prestress");
+               "the width of the indentation does not fit the scene's prestress");
   }
 }
 

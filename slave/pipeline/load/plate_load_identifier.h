@@ -1,4 +1,4 @@
-// Clamped round membranes under the eyes: `plate` and `plate-large`.
+// Clamped round membranes in front of cameras: `plate` and `plate-large`.
 #pragma once
 
 #include <memory>
@@ -24,10 +24,9 @@ namespace palpate {
 class PlateLoadIdentifier final : public LoadIdentifier {
  public:
   // `width`: diameter of the load [m], 0: a point. Throws std::invalid_argument,
-  // std::runtime_error: see LoadFitter, PressTable.
-  // `finer`: the same plate in more modes for what `plate` does not resolve, nullptr: none.
-  // `tighter`: the same at `more` tension [N/m], by which is seen whether the tension at rest is
-  // the scene's; nullptr: nobody asks. `prestress` [N/m]: of `plate`.
+  // std::runtime_error: see LoadFitter, PressTable. `finer`: the same plate with more modes for
+  // loads that `plate` does not resolve, nullptr: none. `tighter`: the same at `more` tension
+  // [N/m], to check the scene's tension at rest; nullptr: no check. `prestress` [N/m]: of `plate`.
   PlateLoadIdentifier(std::unique_ptr<PlateSurface> plate, double width,
                       std::unique_ptr<PlateSurface> finer = nullptr,
                       std::unique_ptr<PlateSurface> tighter = nullptr, double more = 0,
@@ -59,16 +58,16 @@ class PlateLoadIdentifier final : public LoadIdentifier {
 
   std::unique_ptr<PlateSurface> plate_, finer_, tighter_;
   double width_;         // [m]
-  double told_tension_;  // before any dent has told of it, one sigma [N/m]
+  double told_tension_;  // before the first indentation, one sigma [N/m]
   PressTable table_;
   RobustPlateFit fit_;
   SurfaceMesh surface_;
   SurfaceLoad load_;  // the last one
-  // Of pictures past: how much more tension than the scene's their dents had, as least squares have
-  // it.
+  // Least-squares estimate of the tension beyond the scene's, from the indentations of earlier
+  // images.
   double tension_information_ = 0, tension_score_ = 0, tension_law_ = 0;
   double tension_sure_ = 0, tension_likely_ = 0;  // [N/m]
-  double rest_square_ = 0;  // mean square of the residuals while nothing pressed [m^2]; 0: unknown
+  double rest_square_ = 0;  // mean square of the residuals without contact [m^2]; 0: unknown
 };
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// A plate's load from points of which some may be wrong and whose frame may have moved: what the
-// least squares of LoadFitter need around them where eyes err.
+// A plate's load from points with outliers and a moved frame: the robust part around the least
+// squares of LoadFitter.
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,20 @@
 
 namespace palpate {
 
-// Few points instead of many, spread evenly over a round plate: what a fit costs grows with their
-// number, what it gains from neighbours that tell the same soon does not.
-// One thread; allocation-free after the first call with as many points.
+// A subset of points, spread evenly over a round plate: the cost of a fit grows with their number,
+// its accuracy hardly does beyond some density. One thread; allocation-free after the first call
+// with as many points.
 class GridSubsample {
  public:
   static constexpr int kMost = 128;  // points that are taken as they are; beyond, at most so many
-  static constexpr int kNone = -1;   // of a square none of whose points is seen
+  static constexpr int kNone = -1;   // index of a square without a visible point
 
   // `radius` of the plate about the origin of O [m].
   explicit GridSubsample(double radius) : radius_(radius) {}
 
-  // Indices of points on the plate, frame O. Where more than kMost rest there: of each square of a
-  // grid over it, the point seen nearest to its middle, or kNone; their number depends on the
-  // places at rest alone.
+  // Indices of points on the plate, frame O. With more than kMost points: for each square of a grid
+  // the visible point nearest to its middle, or kNone; their number depends only on the positions
+  // at rest.
   const std::vector<int>& Of(const std::vector<SurfacePoint>& points_O);
 
  private:
@@ -51,12 +51,12 @@ struct TighterPlate {
 // One thread; allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
-  // Of a rig or membrane that moves as a whole, what is put right [m]: along the plate, across it,
-  // and at the rim by a tilt. Eyes that turn about themselves raise nothing.
+  // Limits of compensated rigid motion of rig or membrane [m]: along the plate, normal to it, and
+  // at the rim by a tilt. Rotation of the cameras about themselves raises nothing.
   static constexpr double kMostSlide = 4e-3, kMostRise = 0.3e-3, kMostTilt = 1.5e-3;
 
-  // Keeps references to the plates; see LoadFitter. `tighter`: the answer tells how much of that
-  // tension the points ask for.
+  // Keeps references to the plates; see LoadFitter. `tighter`: the result states how much of that
+  // tension fits the points.
   RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr,
                  TighterPlate tighter = {})
       : plate_(plate),
@@ -67,34 +67,34 @@ class RobustPlateFit {
 
   struct Answer {
     LoadFit load;
-    int points = 0;    // on the plate, seen and chosen
+    int points = 0;    // points on the plate, visible and selected
     int left_out = 0;  // of them: they contradict the others
-    // The rim or the eyes have moved since rest; the load is free of it. A motion along the plate
-    // is one that no load makes: one as small as kMostSlide, kMostRise and kMostTilt is put right.
+    // The rim or the cameras have moved since rest; the load does not include it. Motion along the
+    // plate is caused by no load: motion up to kMostSlide, kMostRise and kMostTilt is compensated.
     bool moved = false, put_right = false;
-    double cluster = 0;  // largest mean residual of neighbouring points that stands out of noise
-                         // and law together, by the largest deflection; 0: none does
-    // LoadFitter::Seek for the plate's tension at rest, and what the plate's law may make of it
+    double cluster = 0;  // largest mean residual of neighbouring points beyond noise and model
+                         // error, relative to the largest deflection; 0: none
+    // LoadFitter::Seek for the plate's tension at rest, and the error of the plate model in it
     // [N/m].
     LoadFitter::Sought tension;
     double sigma_of_law = 0;
-    bool flat = true;             // at rest
-    double off = 0, deepest = 0;  // rms of the kept residuals, largest deflection fitted [m]
-    bool grown = false;  // all points have moved apart or together along the plate, by more than
-                         // noise and a press make of them
+    bool flat = true;  // at rest
+    double off = 0,
+           deepest = 0;  // rms of the residuals of the used points, largest fitted deflection [m]
+    bool grown = false;  // the points have moved apart or together along the plate by more than
+                         // noise and a contact cause
   };
-  // Points in frame O, of many an even choice; those not seen, off the plate, not finite or without
-  // a sigma do not count. A point more than five standard deviations (of the points' own scatter)
-  // and a twentieth of the largest deflection from the fit is left out and the load fitted anew.
-  // The displacement of a point is that of its own place at rest: a point that moved sideways is
-  // used where it rests.
+  // Points in frame O, of which a subset is used; invisible points, points off the plate, not
+  // finite or without a sigma do not count. A point more than five standard deviations (of the
+  // points' scatter) and a twentieth of the largest deflection from the fit is excluded, and the
+  // load is fitted again. A point is used at its position at rest, also if it moved sideways.
   Answer Fit(const std::vector<SurfacePoint>& points_O) noexcept;
   void Reset() noexcept {
     fitter_.Reset();
     slid_ = false;
     rest_frames_ = 0;
   }
-  // The plate that gave the last answer, as it is pressed.
+  // The plate of the last result, in its deformed state.
   [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
 
  private:
@@ -133,12 +133,12 @@ class RobustPlateFit {
   GridSubsample choice_;
   std::vector<Seen> seen_;
   int usable_ = 0, kept_ = 0;
-  bool slid_ = false;  // the points together, when they were seen last
-  // Of the rim since rest, by pictures without a load since the points slid: a free rim bends the
-  // plate as a load does, and takes some of its force.
+  bool slid_ = false;  // the points when they were last visible
+  // Motion of the rim since rest, from images without a load since the points slid: a free rim
+  // bends the plate as a load does, and takes some of its force.
   Eigen::Vector3d rim_motion_{0, 0, 0};
-  int rest_frames_ = 0;  // such pictures
-  bool held_ = false;    // there, in the last answer
+  int rest_frames_ = 0;  // number of such images
+  bool held_ = false;    // visible in the last result
   double deepest_ = 0;   // of the fitted points [m]
   double scatter_ = 1;   // of the residuals by sigma
   std::vector<Eigen::Vector2d> places_;

@@ -1,5 +1,5 @@
-// Where a body is loaded and how hard, by its Green's functions at rest: three nodal forces of one
-// sign along the normal of a triangle, which are one load between its nodes.
+// Position and size of a load from the body's Green's functions at rest: three nodal forces of one
+// sign along the normal of a triangle form one load between its nodes.
 #pragma once
 
 #include <array>
@@ -15,17 +15,16 @@
 
 namespace palpate {
 
-// How a body's seen points move under a load on any node of its surface: Green's functions by
-// reciprocity, from loads on the points.
-// Small strain, at rest. Frame O.
+// Motion of a body's visible points under a load on any node of its surface: Green's functions by
+// reciprocity, from loads on the points. Small strain, at rest. Frame O.
 class PointGreens {
  public:
-  // `load`: size of a force so small that the model's answer is linear [N]; `patch`: diameter of
-  // the discs over which a node's load is spread [m].
+  // `load`: a force small enough for a linear response [N]; `patch`: diameter of the discs over
+  // which a node's load is spread [m].
   PointGreens(const SurfaceMesh& surface, double load, double patch);
 
-  // Three Responds per point whose place at rest is not that of the last call; else nothing. A
-  // point that the model does not answer for: false from Knows(). Allocates where points are new.
+  // Three Responds per point whose position at rest differs from the last call. A point without a
+  // solution: false from Knows(). Allocates for new points.
   void Update(DeformationModel& model, const SurfaceContact& contact,
               const std::vector<Eigen::Vector3d>& p_O_rest);
   [[nodiscard]] bool Knows(std::size_t point) const { return known_[point]; }
@@ -67,13 +66,13 @@ class TriangleSearch {
   // Keeps a reference to `surface`. `load`, `patch`: see PointGreens.
   TriangleSearch(const SurfaceMesh& surface, double load, double patch);
 
-  // Takes the points for what follows; new ones cost three solves each. Allocates where their
+  // Sets the points for the calls below; new ones need three solutions each. Allocates if their
   // number is new; may throw std::bad_alloc.
   void Read(DeformationModel& model, const SurfaceContact& contact,
             const std::vector<SurfacePoint>& points_O);
-  // Points that stand out of the scatter are left out, kLeastPoints stay.
+  // Excludes points beyond the scatter; at least kLeastPoints stay.
   TriangleLoad FindAndSift() noexcept;
-  // By the points that are kept.
+  // Uses the remaining points.
   TriangleLoad Find() noexcept;
 
   [[nodiscard]] int usable() const noexcept { return usable_; }
@@ -83,12 +82,12 @@ class TriangleSearch {
   [[nodiscard]] const Eigen::Vector3d& normal(int triangle) const {
     return normals_[static_cast<std::size_t>(triangle)];
   }
-  // Squares of what was measured, by sigma: what the best load had to explain.
+  // Sum of squared measurements, in sigma, that the best load had to explain.
   [[nodiscard]] double measured() const noexcept { return square_; }
   // Of a point under the load, as at rest [m].
   [[nodiscard]] Eigen::Vector3d Displacement(const TriangleLoad& load,
                                              std::size_t point) const noexcept;
-  // What the point moves beyond that [m]: taken off its displacement from now on, till Read.
+  // Further motion of the point [m]: subtracted from its displacement until Read.
   void TakeOff(std::size_t point, const Eigen::Vector3d& beyond) { seen_[point].beyond = beyond; }
 
  private:

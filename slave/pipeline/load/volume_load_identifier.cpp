@@ -170,9 +170,11 @@ void VolumeLoadIdentifier::CheckFit(const TriangleLoad& best, SurfaceLoad* load)
     flag("the deflection is beyond the model's range");
   }
   if (doubt_ == kStiffInBending) flag(kStiffInBending);
-  if (unsolved_) flag("the model finds no equilibrium under this load: it is that of small strain");
+  if (unsolved_)
+    flag("the model finds no equilibrium under this load: the small-strain solution is used");
   if (load->residual > kGoodFit) {
-    flag("one load of this width leaves more than the points' noise", FailedCheck::kMisfit);
+    flag("the residual of one load of this width exceeds the noise of the points",
+         FailedCheck::kMisfit);
   }
   if (search_.usable() - search_.kept() > kMostLeftOut * search_.usable()) {
     flag("more than a quarter of the points contradict the others", FailedCheck::kMisfit);
@@ -264,12 +266,12 @@ std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, dou
                                                          Progress* progress) {
   if (!IsVolume(scene.object.geometry)) {
     throw std::invalid_argument(
-        "object.geometry: accepted under two eyes or a depth camera is a membrane or a volume: "
+        "object.geometry: accepted for a stereo pair or depth camera is a membrane or a volume: "
         "box or mesh");
   }
   if (MovesInTime(scene)) {
     throw std::invalid_argument(
-        "model.time = dynamic: accepted for points seen by the eyes is static");
+        "model.time = dynamic: accepted for points measured by cameras is static");
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);

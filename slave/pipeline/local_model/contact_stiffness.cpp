@@ -90,7 +90,7 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
   try {
     greens_ = std::make_unique<Greens>(Greens{MakeModel(green, *solid)});
   } catch (const std::invalid_argument& error) {
-    spdlog::info("the local stiffness is that of a half-space: {}", error.what());
+    spdlog::info("the local stiffness is that of an elastic half-space: {}", error.what());
     return;
   }
   std::size_t on_surface = 0;

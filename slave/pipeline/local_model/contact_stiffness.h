@@ -21,8 +21,8 @@ struct Contact;
 Eigen::Matrix3d DiscStiffness(const Material& material, double radius,
                               const Eigen::Vector3d& n) noexcept;
 
-// The rigid disc that takes the same force as a sphere of radius R pressed in by d (Hertz),
-// F = 4/3 E* R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
+// The rigid disc with the same force as a sphere of radius R at indentation d (Hertz), F = 4/3 E*
+// R^1/2 d^3/2: a = 2/3 (R d)^1/2 [m].
 double DiscOfSphere(double sphere_radius, double depth) noexcept;
 
 // The mesh tells how the body gives way as a whole: the stiffness of patches of nodes that it
@@ -31,7 +31,7 @@ double DiscOfSphere(double sphere_radius, double depth) noexcept;
 //
 //   K^-1 = K_mesh(a_patch)^-1 + K_disc(a)^-1 - K_disc(a_patch)^-1.
 //
-// Where the mesh cannot tell (on supports, a body that nothing holds, a surface without a volume,
+// Where the mesh cannot tell (on supports, a body without fixed nodes, a surface without a volume,
 // nu near 1/2) the half-space answers alone. Small strain. Nodes are computed when first asked for
 // and kept; small meshes ahead of time. Not thread-safe.
 //

@@ -1,5 +1,5 @@
-// A law of force over place, learnt from what was felt: for senses that feel forces and know no
-// object, such as a network behind a fingertip that nobody has placed.
+// A force-position curve learnt from estimated forces, for sensing without an object model, such as
+// a network of a fingertip without a pose.
 #pragma once
 
 #include <array>
@@ -10,24 +10,24 @@
 
 namespace palpate {
 
-// Along one direction, that of the forces felt in the mean: the force at places kSpacing apart,
-// linear between them, each the mean of what was felt near it; what was learnt long ago counts less
-// (kMemory). Where nothing was felt yet a straight line through the newest forces and places stands
-// for it, which forgets in kLineMemory. Allocation-free.
+// Along the mean direction of the forces: the force at positions kSpacing apart, linear between
+// them, each the mean of the estimates near it; old estimates have less weight (kMemory). Positions
+// without an estimate use a straight line through the newest forces and positions, which forgets in
+// kLineMemory. Allocation-free.
 class ForceLaw {
  public:
-  // `depth`: over which the law is told [m], > 0; `period` of the samples [s].
+  // `depth`: range of the curve [m], > 0; `period` of the samples [s].
   ForceLaw(double depth, double period);
 
   // The force of the object on the tool at `p_S` [m], one standard deviation `sigma` [N].
   void AddSample(const Eigen::Vector3d& p_S, const Eigen::Vector3d& force_S, double sigma) noexcept;
-  // Something that presses was felt often enough.
+  // Enough contact forces were estimated.
   [[nodiscard]] bool known() const noexcept { return line_.n >= kEnough; }
   // Size of the force at `p_S` [N], >= 0.
   [[nodiscard]] double At(const Eigen::Vector3d& p_S) const noexcept {
     return AtPlace(PlaceOf(p_S));
   }
-  // The plane of one node at which the force begins, and the law over depth below it.
+  // The plane of one node at which the force begins, and the curve over depth below it.
   void Export(SurfacePatch* patch, PatchLaw* law) const noexcept;
 
  private:
@@ -35,8 +35,8 @@ class ForceLaw {
   static constexpr double kEnough = 3;        // samples
   static constexpr double kMemory = 3;        // [s]
   static constexpr double kLineMemory = 0.5;  // [s]
-  static constexpr double kPrior = 0.3;       // samples that the line counts for
-  static constexpr double kTouch = 5;         // sigmas of a force that presses
+  static constexpr double kPrior = 0.3;       // number of samples in the line
+  static constexpr double kTouch = 5;         // sigmas of a contact force
 
   struct Line {
     double n = 0, x = 0, f = 0, xx = 0, xf = 0;

@@ -1,36 +1,36 @@
-// What a felt force says of a modelled one: their ratio, which sizes the contact that the master
-// renders by itself.
+// Ratio of estimated to modelled force, which scales the local contact model.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace palpate {
 
-inline constexpr double kTellingDepth = 0.1;  // of the full depth: shallower says nothing of it
+inline constexpr double kTellingDepth =
+    0.1;  // share of the full depth: a smaller depth gives no information
 
-// What one sample says of the ratio felt / modelled [-].
+// Information of one sample about the ratio estimated / modelled [-].
 struct RatioSample {
   double ratio = 1;  // within 0.25 to 4: more is a wrong model or a wrong pose, not a stiffness
-  double error = 0;  // three standard deviations of the felt force, by that force
+  double error = 0;  // three standard deviations of the estimated force, relative to that force
   bool tells = false;
 };
 
-// `felt`, `modelled`: sizes of the force [N]; `sigma` of the felt one. Only finite forces above
-// zero tell.
+// `felt`, `modelled`: magnitudes of the force [N]; `sigma` of the estimated one. Only finite forces
+// above zero count.
 RatioSample CompareForces(double felt, double sigma, double modelled) noexcept;
 
-// Of the way to what one sample says, at `rate` samples a second, so that 1 / e is left after
-// `time` [s].
+// Step towards the value of one sample, at `rate` samples per second, so that 1 / e of the
+// difference is left after `time` [s].
 double LearningRate(double time, double rate);
 
-// The ratio as a function of depth, which a law that stiffens too much or too little needs. Values
-// at depths 0 to full_depth, linear between them and constant beyond, by a Kalman filter:
-// neighbours are taken to be alike until they are felt themselves, a sample has the less say the
-// larger its error, never more than `learning_rate`; what was learnt long ago counts less.
+// The ratio as a function of depth, for models that stiffen too much or too little. Values at
+// depths 0 to full_depth, linear between and constant beyond, by a Kalman filter: neighbours are
+// assumed alike until they are measured, a sample has less weight the larger its error, never more
+// than `learning_rate`, and old samples have less weight.
 class StiffnessScale {
  public:
-  // `full_depth` [m] > 0; `learning_rate` in (0, 1]; `spread` > 0: the ratio's standard deviation
-  // about 1 before anything was felt.
+  // `full_depth` [m] > 0; `learning_rate` in (0, 1]; `spread` > 0: initial standard deviation of
+  // the ratio about 1.
   StiffnessScale(double full_depth, double learning_rate, double spread) noexcept;
 
   void Learn(double depth, const RatioSample& sample) noexcept;
@@ -38,8 +38,8 @@ class StiffnessScale {
     double ratio = 1, slope = 0;  // [-], by depth [1/m]
   };
   [[nodiscard]] Value At(double depth) const noexcept;
-  // A modelled press of this force [N] and stiffness [N/m], sized as it was felt at its depth:
-  // force and slope there, the latter not less than half of what the ratio alone makes of it.
+  // A modelled force [N] and stiffness [N/m], scaled by the estimate at its depth: force and slope
+  // there, the latter at least half of what the ratio alone gives.
   struct Press {
     double force = 0, stiffness = 0;
   };
@@ -53,7 +53,7 @@ class StiffnessScale {
   [[nodiscard]] Values Weights(double depth) const noexcept;
 
   double full_depth_, learning_rate_;
-  Covariance before_;  // of the ratios before anything was felt
+  Covariance before_;  // initial covariance of the ratios
   Values ratios_;
   Covariance covariance_;
 };

@@ -33,8 +33,8 @@ std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
   const std::unique_ptr<SimulatedEnvironment> environment = MakeSimulatedEnvironment(scene);
   if (!environment) {
     throw std::invalid_argument(scene.file.string() +
-                                ": --end-to-end: accepted is a scene whose source is simulated: "
-                                "no other knows the true force");
+                                ": --end-to-end: accepted is a scene with a simulated source, "
+                                "because only it knows the true force");
   }
   const std::unique_ptr<SensingPipeline> sense =
       MakeSensingPipeline(scene, {.is_live = false}, environment.get());
@@ -107,14 +107,15 @@ class Ticks {
     budget.parts = {
         {fingertips ? "touch" : "vision", vision_.Over(count_), false,
          fingertips ? "a network trained on more contacts of this kind"
-                    : "a sharper picture: smaller pixels, less noise"},
+                    : "a sharper image: smaller pixels, less noise"},
         {"contact", contact_.Over(count_), false,
-         "a rest surface known better: a sharper first picture, an outline as the object's"},
+         "a more accurate rest surface: a sharper first image, an outline that fits the object"},
         {"model", model_.Over(count_), false, "a finer model (`model.kind: auto`, `elements`)"},
-        {"rendering", rendering_.Over(count_), false, "more samples a second, a slower hand"},
-        {"link", link_.Over(count_), false, "a shorter way between hand and slave"},
+        {"rendering", rendering_.Over(count_), false,
+         "a higher sample rate, slower motion of the operator"},
+        {"link", link_.Over(count_), false, "a shorter delay between master and slave"},
         {"material", scene.object.material.young_modulus_tolerance * truth_.Over(count_), true,
-         "a modulus that was measured (`palpate-slave identify`)"}};
+         "a measured modulus (`palpate-slave identify`)"}};
     return budget;
   }
 

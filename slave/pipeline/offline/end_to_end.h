@@ -1,5 +1,5 @@
-// Where the error of the force that a hand feels comes from: vision, contact, model, rendering and
-// link, at a simulated site, which knows the truth.
+// Error budget of the rendered force: vision, contact, model, rendering and link, with a simulator
+// that knows the truth.
 #pragma once
 
 #include <filesystem>
@@ -11,36 +11,37 @@
 
 namespace palpate {
 
-// One stage's own share of the error: what it adds to what came before it.
+// Contribution of one stage to the error, beyond the stages before it.
 struct BudgetPart {
   std::string name;      // vision, contact, model, rendering, link; material
   double rms = 0;        // over the ticks in contact [N]
-  bool is_told = false;  // from what the scene says: at the site it is known exactly
-  std::string lowers;    // what would make it smaller, one clause
+  bool is_told = false;  // from the scene's tolerance: the simulator knows it exactly
+  std::string lowers;    // measure that reduces it, one clause
 };
 
 struct EndToEndBudget {
   std::string scene;
   double peak = 0;   // the largest true force [N]
-  double total = 0;  // of the felt force, rms over the ticks in contact [N]
+  double total = 0;  // error of the rendered force, rms over the ticks in contact [N]
   double delay = 0;  // of the link [s]
   std::vector<BudgetPart> parts;
 
   [[nodiscard]] const BudgetPart& largest() const;
 };
 
-// Presses as the scene's scripted hand does and renders what the slave tells at 1 kHz, `delay` [s]
-// after it was sensed. At a tick at place p, with the newest sample i, the felt force R less the
-// truth F is
+// Simulates the scene's contact by the simulated operator and the rendering at 1 kHz, `delay` [s]
+// after each sample. At a tick at position p, with the newest sample i, the rendered force R minus
+// the true force F is
 //
 //   R(p) - F(p) = (E_i - M_i) + (M_i - F_i) + (R0(p) - F(p) - E_i + F_i) + (R(p) - R0(p)):
 //
-// what is sensed (E: told, M: the model's at the true depth), model, rendering (R0: without delay)
-// and link; the parts add up to the error tick by tick. Of one camera M is the model's force at the
-// true depth, and vision is the tip's error times the stiffness, the rest is the contact's: where
-// the surface is. Two eyes sense a shape: M is what they tell of pictures without noise. Fingertips
-// sense the force itself: no model is between. Sizes of forces; sensor and link are ideal clocks.
-// Throws std::invalid_argument: no simulated site, a delay that is not 0 to 1 s; and as RunOffline.
+// sensing (E: estimate, M: the model's force at the true depth), model, rendering (R0: without
+// delay) and link; the parts add up to the error tick by tick. For one camera M is the model's
+// force at the true depth, vision is the tip's error times the stiffness, and the rest of sensing
+// is contact: the position of the surface. A stereo pair measures a shape: M is its result for
+// images without noise. Fingertips measure the force itself, without a model. Magnitudes of forces;
+// sensor and link are ideal clocks. Throws std::invalid_argument: no simulator, a delay that is not
+// 0 to 1 s; and as RunOffline.
 EndToEndBudget MeasureEndToEnd(const Scene& scene, double delay, const std::stop_token& stop);
 
 // Writes end_to_end.json and end_to_end.svg; throws std::runtime_error: not writable.

@@ -33,17 +33,16 @@ std::string InWords(const EndToEndBudget& budget, double force) {
 
 std::string Sentence(const EndToEndBudget& budget) {
   const BudgetPart& largest = budget.largest();
-  return fmt::format("{} is the largest part; {} would lower it", largest.name, largest.lowers);
+  return fmt::format("the largest part is {}; it is reduced by {}", largest.name, largest.lowers);
 }
 
 std::string Draw(const EndToEndBudget& budget) {
   const double height = kTop + kRow * static_cast<double>(budget.parts.size()) + 56;
-  Svg svg(kWidth, height, "Where the felt force's error comes from: " + budget.scene, kStyle);
+  Svg svg(kWidth, height, "Error budget of the rendered force: " + budget.scene, kStyle);
   svg.Rectangle({0, 0}, {kWidth, height}, "paper");
-  svg.Text({20, 28}, budget.scene + ": where the felt force's error comes from", "ink heading");
+  svg.Text({20, 28}, budget.scene + ": error budget of the rendered force", "ink heading");
   svg.Text({20, 50},
-           fmt::format("rms while the scripted press touches, peak {:.3g} N, link {:g} ms; all "
-                       "together {}",
+           fmt::format("rms during the scripted contact, peak {:.3g} N, link {:g} ms; total {}",
                        budget.peak, 1e3 * budget.delay, InWords(budget, budget.total)),
            "soft");
   const double most = std::max(budget.largest().rms, 1e-300);
@@ -55,7 +54,8 @@ std::string Draw(const EndToEndBudget& budget) {
     const std::string style = is_largest ? "largest" : "part";
     svg.Rectangle({kLeft, y}, {length, 20}, style + (part.is_told ? " told" : ""));
     svg.Text({kLeft + length + 8, y + 14},
-             InWords(budget, part.rms) + (part.is_told ? ", as the scene tells" : ""), "ink small");
+             InWords(budget, part.rms) + (part.is_told ? ", as stated in the scene" : ""),
+             "ink small");
     y += kRow;
   }
   svg.Text({20, y + 20}, Sentence(budget), "ink");
@@ -69,10 +69,10 @@ std::string ToTable(const EndToEndBudget& budget) {
                                  1e3 * budget.delay);
   for (const BudgetPart& part : budget.parts) {
     text += fmt::format("  {:<10} {}{}\n", part.name, InWords(budget, part.rms),
-                        part.is_told ? ", as the scene tells" : "");
+                        part.is_told ? ", as stated in the scene" : "");
   }
   return text +
-         fmt::format("  {:<10} {}\n{}\n", "felt", InWords(budget, budget.total), Sentence(budget));
+         fmt::format("  {:<10} {}\n{}\n", "total", InWords(budget, budget.total), Sentence(budget));
 }
 
 void WriteBudget(const EndToEndBudget& budget, const std::filesystem::path& folder) {

@@ -1,5 +1,5 @@
-// What a run without an operator keeps of one sense: the rows of states.csv, its own keys of
-// summary.json, and how far it was from the truth where the site knows it.
+// Results of a run without an operator: the rows of states.csv, keys of summary.json, and the error
+// where a simulator knows the truth.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@
 
 namespace palpate {
 
-// Where the force error comes from, at a site that knows the truth: what the model would say of the
-// true indentation is the model's error, the rest is that of sensing.
-// The forces on one tool or fingertip in one sample, any one frame [N].
+// Split of the force error, with a simulator that knows the truth: the difference of the model's
+// force at the true indentation is the model's error, the rest is that of sensing. The forces on
+// one tool or fingertip in one sample, any one frame [N].
 struct ComparedForces {
   Eigen::Vector3d estimated{0, 0, 0};  // not finite: unknown
   Eigen::Vector3d truth{0, 0, 0};
-  // Size of what the model has at the true indentation; NaN: it tells none.
+  // Magnitude of the model's force at the true indentation; NaN: none.
   double model_at_truth = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -57,8 +57,7 @@ ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared);
 // key that counts them, contact_`samples`.
 nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samples);
 
-// What runs without an operator write row by row: states.csv.
-// Frame S. What is not finite or not there is an empty field.
+// Writes states.csv row by row. Frame S. Values that are absent or not finite are empty fields.
 struct StateRow {
   double t = 0;  // [s]
   std::uint64_t sequence = 0;
@@ -72,15 +71,15 @@ struct StateRow {
   CheckDetails details;
 };
 
-// What a camera's tool felt; `start`: of the run.
+// The estimate for a camera's tool; `start`: of the run.
 StateRow RowOf(const ContactEstimate& felt, Time start,
                const std::optional<Eigen::Vector3d>& true_force);
 
 // Rows are flushed one by one, so that the file stays readable whatever happens.
 class StatesFile {
  public:
-  // Makes `folder` if missing and FOLDER/states.csv in it, removes an older summary.json. Throws
-  // std::runtime_error: not writable.
+  // Creates `folder` if missing and FOLDER/states.csv in it, and removes an older summary.json.
+  // Throws std::runtime_error: not writable.
   StatesFile(const std::filesystem::path& folder, bool has_truth);
   void Write(const StateRow& row);
 
@@ -105,7 +104,7 @@ struct OfflineSummary {
   SenseInfo sense;
   ErrorBudget budget;              // of the force, where the truth is known
   nlohmann::ordered_json own;      // keys of this sense only
-  std::vector<std::string> lines;  // what is to be said besides, for people
+  std::vector<std::string> lines;  // further lines for people
 
   [[nodiscard]] double rate() const;  // [1/s]
 };
@@ -117,18 +116,18 @@ class OfflineReport {
   OfflineReport(const OfflineReport&) = delete;
   OfflineReport& operator=(const OfflineReport&) = delete;
 
-  // The rows of the estimate just made; `start`: of the run. `truth`: null where nobody knows it.
+  // The rows of the present estimate; `start`: of the run. `truth`: null if unknown.
   virtual std::vector<StateRow> Add(Time start, const Truth* truth) = 0;
-  // Makes room in `folder` for samples as they came; Write adds the newest one. Throw
-  // std::runtime_error: not writable; std::invalid_argument: other samples are there.
+  // Prepares `folder` for source samples; Write adds the newest one. Throw std::runtime_error: not
+  // writable; std::invalid_argument: other samples are there.
   virtual void OpenFrames(const std::filesystem::path& /*folder*/) {}
   virtual void WriteFrame(const std::filesystem::path& /*folder*/) const {}
   // From here on Add writes the points that are followed. Throws std::runtime_error: not writable;
   // std::invalid_argument: this sense follows none.
   virtual void OpenPoints(const std::filesystem::path& /*file*/) {
-    throw std::invalid_argument("--points: accepted for two cameras and depth pictures");
+    throw std::invalid_argument("--points: accepted for a stereo pair or depth images");
   }
-  // Throws std::runtime_error where `samples`, all there were, are too few to say anything.
+  // Throws std::runtime_error if `samples`, the number of all samples, are too few for an estimate.
   virtual void RequireComplete(std::uint64_t /*samples*/) const {}
   virtual void Finish(OfflineSummary* summary) const = 0;
   // The forces added so far, where the truth is known.

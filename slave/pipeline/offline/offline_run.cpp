@@ -162,19 +162,18 @@ class Run {
     json["closest_m"] =
         is_near ? nlohmann::ordered_json(insertion_.closest) : nlohmann::ordered_json();
     summary_.lines.push_back(
-        is_near
-            ? fmt::format("punctured in picture {}, {}; {:.1f} um from the target",
-                          insertion_.punctured,
-                          insertion_.told > 0 ? fmt::format("told in picture {}", insertion_.told)
-                                              : "never told (model.puncture)",
-                          1e6 * insertion_.closest)
-            : "nothing was punctured");
+        is_near ? fmt::format(
+                      "puncture in image {}, {}; {:.1f} um from the target", insertion_.punctured,
+                      insertion_.told > 0 ? fmt::format("detected in image {}", insertion_.told)
+                                          : "not detected (model.puncture)",
+                      1e6 * insertion_.closest)
+                : "no puncture");
   }
 
   void RequireComplete() const {
     if (summary_.frames == 0) {
       throw std::runtime_error(
-          fmt::format("{}: no {} came", summary_.sense.source, summary_.sense.samples));
+          fmt::format("{}: no {} received", summary_.sense.source, summary_.sense.samples));
     }
     offline_report_->RequireComplete(summary_.frames);
   }

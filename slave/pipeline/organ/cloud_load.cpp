@@ -40,8 +40,9 @@ constexpr double kMostMoved = 0.5;  // of the larger side, by the place pressed
 
 constexpr std::string_view kFew = "too few points lie on the part of the surface that is in view";
 constexpr std::string_view kOtherLoad =
-    "one patch leaves more than the points' noise: more than one load, or another body";
-constexpr std::string_view kUnseen = "the load lies where the surface is not in view";
+    "the residual of one contact exceeds the noise of the points: more than one load, or another "
+    "object";
+constexpr std::string_view kUnseen = "the load is on a part of the surface that is not in view";
 constexpr std::string_view kTooStiff =
     "four-node tetrahedra are too stiff for a material that hardly changes its volume";
 constexpr std::string_view kTooFar = "the displacement is beyond small strain";

@@ -38,7 +38,7 @@ struct CloudForce {
   int used = 0;      // points
   Validity validity = Validity::kFailed;
   FailedCheck check = FailedCheck::kNone;
-  std::string_view why;  // it is not kValid; lives on
+  std::string_view why;  // reason if it is not kValid, with static lifetime
 };
 
 // Measured (liver_registration, remeshed, patch not told, one scale from three frames): 5.8 % mean
@@ -71,8 +71,8 @@ class CloudLoad {
   void Reset() noexcept { known_ = false; }
 
  private:
-  // Of what does not change from cloud to cloud, at the patch as it stands: the mean of the clouds'
-  // information and information vector.
+  // Quantities that are constant from cloud to cloud, for the present patch: the mean of the
+  // clouds' information and information vector.
   static constexpr int kStill = kLoadUnknowns - 3;
   using StillVector = Eigen::Matrix<double, kStill, 1>;
   using StillMatrix = Eigen::Matrix<double, kStill, kStill>;
@@ -116,7 +116,7 @@ class CloudLoad {
   // Of the last step.
   CloudSquares squares_;
   LoadMatrix posterior_ = LoadMatrix::Zero();  // information, times one over share_
-  double share_ = 1;                           // of this cloud in what is known of what stays
+  double share_ = 1;                           // weight of this cloud in these means
   Eigen::Matrix<double, 3, kStill> by_ = Eigen::Matrix<double, 3, kStill>::Zero();
   Eigen::Matrix3d force_information_ = Eigen::Matrix3d::Zero();
 };

@@ -1,5 +1,5 @@
 // The nearest place of a surface whose nodes move: a tree of boxes that is built once and fitted
-// anew to every shape.
+// again to every shape.
 #pragma once
 
 #include <array>

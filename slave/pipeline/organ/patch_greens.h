@@ -40,7 +40,7 @@ class PatchGreens {
 
   // The first 1 + kShifts columns: a sparse solution for twelve right-hand sides.
   void Press(LoadPatch* patch, Field* field);
-  // The others, of the patch last pressed: 36 right-hand sides.
+  // The others, for the patch of the last load: 36 right-hand sides.
   void Soften(Field* field);
   // Column 0 alone of several patches: a vector each.
   [[nodiscard]] std::vector<Eigen::VectorXf> PressEach(std::vector<LoadPatch>* patches);

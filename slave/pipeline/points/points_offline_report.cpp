@@ -24,7 +24,7 @@ nlohmann::ordered_json ErrorJson(const ErrorOfPoints& error) {
 
 void AddLine(const ErrorOfPoints& error, const char* what, std::vector<std::string>* lines) {
   if (error.count() == 0) return;
-  lines->push_back(fmt::format("{}: rms {:.3f} mm, largest {:.3f} mm, over {} places", what,
+  lines->push_back(fmt::format("{}: rms {:.3f} mm, largest {:.3f} mm, over {} points", what,
                                1e3 * error.rms(), 1e3 * error.peak(), error.count()));
 }
 
@@ -32,8 +32,8 @@ void AddLine(const ErrorOfPoints& error, const char* what, std::vector<std::stri
 void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lines) {
   if (steps.empty()) return;
   lines->push_back(fmt::format("  {:>10} {:>12} {:>13} {:>12} {:>7} {:>21}", "depth [mm]",
-                               "true [N]", "estimated [N]", "worst [N]", "[%]",
-                               "worst point [mm]"));
+                               "true [N]", "estimated [N]", "error [N]", "[%]",
+                               "point error [mm]"));
   for (const PressStep& step : steps) {
     const double share = step.true_force > 0 ? 100 * step.force_error / step.true_force : 0;
     lines->push_back(fmt::format("  {:>10.2f} {:>12.4f} {:>13.4f} {:>12.4f} {:>7.1f} {:>21.3f}",
@@ -69,7 +69,7 @@ class Comparison {
   }
   void AppendLines(std::vector<std::string>* lines) const {
     AddLine(displacement_, "error of the points' displacements", lines);
-    AddLine(place_, "error of the points' places since the first pair", lines);
+    AddLine(place_, "error of the points' positions since the first pair", lines);
     AddLines(steps_.steps(), lines);
   }
 
@@ -163,10 +163,10 @@ class PointsOfflineReport final : public OfflineReport {
   void OpenFrames(const std::filesystem::path& folder) override {
     std::filesystem::create_directories(folder / "left");
     if (!std::filesystem::is_empty(folder / "left")) {
-      throw std::invalid_argument(fmt::format(
-          "--frames: {} holds pictures of another run, which would mix with these: accepted is "
-          "another --out, or that folder emptied",
-          (folder / "left").string()));
+      throw std::invalid_argument(
+          fmt::format("--frames: {} contains images of another run: accepted is another --out, or "
+                      "an empty folder",
+                      (folder / "left").string()));
     }
     if (!sense_.scene().sense.Find<StereoCameras>()) return;
     std::filesystem::create_directories(folder / "right");
@@ -191,9 +191,10 @@ class PointsOfflineReport final : public OfflineReport {
     const std::string source = sense_.info().source;
     throw std::runtime_error(
         samples < static_cast<std::uint64_t>(eyes.rest_pictures())
-            ? fmt::format("{}: {} are fewer than the {} of the rest frame: nothing can be said",
-                          source, samples, eyes.rest_pictures())
-            : fmt::format("{}: {}, and was never complete in these {}: {}", source,
+            ? fmt::format(
+                  "{}: {} are fewer than the {} of the rest shape: no force can be estimated",
+                  source, samples, eyes.rest_pictures())
+            : fmt::format("{}: {}; it was not complete in any of these {}: {}", source,
                           RestInWords(eyes), samples, WhyNotFound(sense_.scene())));
   }
 
@@ -210,7 +211,7 @@ class PointsOfflineReport final : public OfflineReport {
       summary->lines.push_back(fmt::format("  {} times: {}", count, why));
     }
     summary->lines.push_back(fmt::format(
-        "{} of {} points followed, {} never seen; {} times one of those followed was not", followed,
+        "{} of {} points tracked, {} never detected; a tracked point was missed {} times", followed,
         points, points - followed, tally_.missed()));
     if (comparison_) comparison_->AppendLines(&summary->lines);
   }

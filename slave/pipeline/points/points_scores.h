@@ -15,10 +15,10 @@
 
 namespace palpate {
 
-// How far the points that the eyes tell lie from where a simulated site knows them.
+// Errors of the measured points against the positions that a simulator knows.
 class ErrorOfPoints {
  public:
-  // `error`: told minus true, of one point in one pair [m].
+  // `error`: measured minus true, of one point in one pair [m].
   void Add(const Eigen::Vector3d& error) {
     ++count_;
     squares_ += error.squaredNorm();
@@ -35,7 +35,7 @@ class ErrorOfPoints {
   double squares_ = 0, peak_ = 0;
 };
 
-// How many of the eyes' points were followed over a run, and how well.
+// How many of the cameras' points were followed over a run, and how well.
 class TrackingCounts {
  public:
   // `counts`: a point that is not seen was missed; otherwise, while the rest frame is taken, it may
@@ -69,13 +69,12 @@ class TrackingCounts {
   std::vector<Row> rows_;
 };
 
-// A press that halts at depth after depth, as paper C's experiment (5.1, figures 5 and 6): what was
-// felt at each halt beside what was true.
-// One halt.
+// One halt of a contact that halts at depth after depth, as in paper C's experiment (5.1, figures 5
+// and 6): estimated and true values.
 struct PressStep {
   double depth = 0;        // true, of the tool [m]
   double true_force = 0;   // size [N]
-  int pairs = 0;           // of pictures with a known force
+  int pairs = 0;           // of images with a known force
   double force = 0;        // estimated, mean of their sizes [N]
   double force_error = 0;  // the largest |estimated - true| of a pair [N]
   ErrorOfPoints displacement;
@@ -84,7 +83,7 @@ struct PressStep {
 // Sorts pairs into steps: those in a row at one true depth.
 class PressSteps {
  public:
-  // The points' errors of the pair that Add() tells next.
+  // The points' errors of the pair for the next Add().
   void Add(const Eigen::Vector3d& displacement_error) { points_.push_back(displacement_error); }
   // `force`: size [N]; nullopt: unknown.
   void Add(double depth, double true_force, const std::optional<double>& force);

@@ -22,8 +22,9 @@ std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace,
   const bool goes_on = environment != nullptr && environment->target();
   if (pace.duration > 0 && !goes_on) {
     throw std::invalid_argument(fmt::format(
-        "--duration: accepted for a simulated target that goes on; {} of {} end by themselves",
-        environment != nullptr ? "the scripted presses" : "the files", scene.file.string()));
+        "--duration: accepted for a simulated target that moves on a path; {} of {} end on their "
+        "own",
+        environment != nullptr ? "the scripted contacts" : "the files", scene.file.string()));
   }
   if (environment != nullptr) return environment->OpenPair(scene, pace);
   if (pace.pictures != nullptr) return pace.pictures->OpenPairs();
@@ -47,22 +48,22 @@ SurfaceMesh FollowedSurface(const Scene& scene) {
 
 // Of a rig: what decides how well it sees depth.
 std::string InWords(const StereoRig& rig) {
-  return fmt::format("two cameras {:.3g} mm apart, focal length {:.0f} px, {} x {} px",
+  return fmt::format("stereo pair, baseline {:.3g} mm, focal length {:.0f} px, {} x {} px",
                      1e3 * rig.baseline(), rig.left.fx, rig.left.size[0], rig.left.size[1]);
 }
 
 std::string InWords(const PointTracking& points) {
   switch (points.track) {
     case PointTracking::Track::kDots:
-      return fmt::format("an array of {} dots is followed", points.count);
+      return fmt::format("an array of {} dots is tracked", points.count);
     case PointTracking::Track::kTexture:
-      return fmt::format("{} windows of texture are followed",
+      return fmt::format("{} windows of texture are tracked",
                          points.at.empty() ? fmt::format("up to {}", points.count)
                                            : fmt::format("{}", points.at.size()));
     case PointTracking::Track::kSurface:
       break;
   }
-  return "the surface is followed where depth pictures show it";
+  return "the surface is tracked in the depth images";
 }
 
 }  // namespace
@@ -172,12 +173,14 @@ void PointsSense::Reset() {
 }
 
 std::string_view PointsSense::why() const {
-  if (felt_ == &before_rest_) return sees_rest_ ? "the rest frame is taken" : WhyNotFound(scene_);
+  if (felt_ == &before_rest_)
+    return sees_rest_ ? "the rest shape is being measured" : WhyNotFound(scene_);
   if (felt_->validity == Validity::kValid) return {};
   if (felt_->validity == Validity::kTrackingLost && !(seen_->found && estimator_)) {
-    return "the points are not seen";
+    return "the points are not detected";
   }
-  return estimator_ ? estimator_->load().why : "nothing holds the object: its force is unknown";
+  return estimator_ ? estimator_->load().why
+                    : "the object has no fixed boundary: its force is unknown";
 }
 
 SenseInfo PointsSense::info() const {
@@ -188,13 +191,13 @@ SenseInfo PointsSense::info() const {
   info.model.kind = "none";
   if (estimator_) info.model = estimator_->body().info();
   info.reason = estimator_ ? ChooseModel(scene_).reason
-                           : "the object is followed, nothing presses it: no force is told";
+                           : "the object is tracked without a model: no force is estimated";
   if (scene_.sense.Find<StereoCameras>()) info.remarks.push_back(InWords(rig_));
   info.remarks.push_back(InWords(*scene_.sense.Find<PointTracking>()));
-  info.remarks.push_back(fmt::format(
-      "the rest frame comes from the first {}: nothing may touch the object yet",
-      eyes_->rest_pictures() == 1 ? "pair of pictures"
-                                  : fmt::format("{} pictures", eyes_->rest_pictures())));
+  info.remarks.push_back(
+      fmt::format("the rest shape comes from the first {}: nothing may touch the object until then",
+                  eyes_->rest_pictures() == 1 ? "pair of images"
+                                              : fmt::format("{} images", eyes_->rest_pictures())));
   if (!estimator_) info.remarks.push_back(info.reason);
   if (estimator_) info.changeable.object = ClassOf(scene_.object.geometry);
   return info;

@@ -1,4 +1,4 @@
-// Feeling with points on the object that two cameras, or depth pictures, show (paper C): dots,
+// Sensing with points on the object that a stereo pair or depth camera measures (paper C): dots,
 // texture or the surface itself.
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace palpate {
 
-// Whether a force can be told: a tool presses an object that something holds. What moves as a whole
-// is followed only.
+// Whether a force can be estimated: a tool touches an object with a fixed boundary. An object
+// without one is only tracked.
 bool EstimatesForce(const Scene& scene);
 
 class PointsSense final : public SensingPipeline {
@@ -27,7 +27,7 @@ class PointsSense final : public SensingPipeline {
   // The same with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
 
-  // Throws std::runtime_error, too, where the first pictures are not the rig's.
+  // Throws std::runtime_error also if the first images do not fit the rig.
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
@@ -40,13 +40,13 @@ class PointsSense final : public SensingPipeline {
   void LearnLaw(PatchLaw* law) noexcept override {
     if (estimator_) estimator_->LearnLaw(law);
   }
-  // Triangles of the model's surface; where no force is told, those of the scene's mesh moved as a
-  // whole.
+  // Triangles of the model's surface; without force estimation those of the scene's mesh, moved as
+  // a rigid body.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::string_view doubt() const override {
     return felt_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
-  // The left picture.
+  // The left image.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {
@@ -67,11 +67,11 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] const StereoPair& pair() const { return shown_; }
   [[nodiscard]] const SurfaceObservation& observation() const { return *seen_; }
   [[nodiscard]] const ContactEstimate& felt() const { return *felt_; }
-  // Whether the eyes saw what they take the rest frame from, and nothing else can be told yet.
+  // Whether the points for the rest shape were detected, and no estimate is possible yet.
   [[nodiscard]] bool takes_rest() const { return felt_ == &before_rest_ && sees_rest_; }
   // Why felt() is not kValid, one clause; empty: it is.
   [[nodiscard]] std::string_view why() const;
-  // Null: no force is told.
+  // Null: no force is estimated.
   [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
 
  private:
@@ -82,16 +82,16 @@ class PointsSense final : public SensingPipeline {
   StereoRig rig_;
   std::unique_ptr<SurfacePointTracker> eyes_;
   std::unique_ptr<SurfaceEstimator> estimator_;
-  RigidTranslation place_;  // stands for the estimator where no force is told
-  SurfaceMesh followed_;    // frame O; empty where a force is told or the scene has no mesh
+  RigidTranslation place_;  // replaces the estimator if no force is estimated
+  SurfaceMesh followed_;    // frame O; empty if a force is estimated or the scene has no mesh
   std::vector<std::uint32_t> held_;  // nodes of the estimator's surface
-  std::optional<double> arm_lag_;    // nullopt: the pictures do not show the manipulator's tool
+  std::optional<double> arm_lag_;    // nullopt: the images do not show the manipulator's tool
   ContactEstimate before_rest_;
   bool sees_rest_ = false;
   const ContactEstimate* felt_ = &before_rest_;
 
   StereoPair next_;          // acquired
-  bool rest_known_ = false;  // before it was looked at
+  bool rest_known_ = false;  // estimate before the rest shape is known
   const SurfaceObservation* seen_ = nullptr;
   double look_us_ = 0;
   LatencyHistogram look_times_, check_times_, total_times_;

@@ -20,10 +20,11 @@ using Eigen::Vector3d;
 constexpr std::string_view kPulls =
     "the load pulls outward: check the sides (left, right), the rig and the object's pose";
 constexpr std::string_view kOtherDepth =
-    "the surface is not as deep as the manipulator has its tip: the pictures are late, or one "
-    "moved";
+    "the surface is less deep than the tip by the encoders: image latency, or a camera or the "
+    "manipulator has moved";
 constexpr std::string_view kOtherPlace =
-    "the manipulator presses where the surface is not pressed: an eye or the arm has moved";
+    "the manipulator is in contact where the surface is not indented: a camera or the manipulator "
+    "has moved";
 // How far the two may part: of the larger side, of the depth. Doubted is what makes so much of the
 // force and is so much of the larger side; pictures that must agree again.
 constexpr double kArmParts = 0.0012, kArmShare = 0.02;

@@ -1,5 +1,5 @@
-// One observation of the surface in, one felt state out: from all visible points the place of the
-// load, the load and the deformed shape, by least squares through the object's model (paper C, 4).
+// From one observation of the surface to one contact estimate: position of the load, load and
+// deformed shape by least squares over all visible points with the object's model (paper C, 4).
 #pragma once
 
 #include <limits>
@@ -29,24 +29,23 @@ class SurfaceEstimator {
  public:
   explicit SurfaceEstimator(const Scene& scene);
 
-  // `p_S_tip`: where the manipulator says that the hand has its tip. A load that pulls outward by
-  // more than its sigma is no press: kExtrapolated. Never throws; allocation-free after the first
-  // observations.
-  // `arm_lag`: how far the manipulator's instant may be from the pictures' [their periods];
-  // nullopt: they do not show the manipulator's tool, so that it is no witness of the depth.
+  // `p_S_tip`: tip position from the encoders. A load that pulls outward by more than its sigma is
+  // not a contact: kExtrapolated. Never throws; allocation-free after the first observations.
+  // `arm_lag`: largest time between encoder reading and images [image periods]; nullopt: the images
+  // do not show the manipulator's tool, so its depth is not checked.
   const ContactEstimate& Estimate(const SurfaceObservation& seen, const Eigen::Vector3d& p_S_tip,
                                   std::optional<double> arm_lag = {}) noexcept;
-  // The contact that the master renders for a tip at p_S_tip now, between pictures too: the plane
-  // at the membrane's own place under it, tangent at its depth to the model's force times what was
-  // felt by what the model has at that depth (StiffnessScale): learnt from valid loads under the
-  // tip over tenths of a second, the slower the less the force stands out of its error and the
-  // faster the tip moves, and kept for the next contact.
+  // The plane that the master renders for a tip at p_S_tip now, also between images: at the
+  // membrane's point under it, tangent at its depth to the model's force times the ratio of
+  // estimated to modelled force there (StiffnessScale). The ratio is learnt from valid loads under
+  // the tip over tenths of a second, slower with a larger error of the force and a faster tip, and
+  // kept for the next contact.
   [[nodiscard]] LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
-  // The surface around the tip, as stiff along its normals as it begins; and the law over depth as
-  // the model and what was felt have it at the tip's last place. See SensingPipeline.
+  // The surface around the tip, with its initial stiffness along the normals, and the force-depth
+  // curve of model and estimates at the tip's last position. See SensingPipeline.
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   void LearnLaw(PatchLaw* law) noexcept;
-  // Puts a replacement to work; made by MakeLoadIdentifier, in another thread if need be.
+  // Activates a replacement that MakeLoadIdentifier made, if necessary in another thread.
   void Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene);
   void Reset() noexcept;
 
@@ -73,42 +72,42 @@ class SurfaceEstimator {
   Eigen::Isometry3d X_SO_, X_OS_;
   double larger_side_ = 0;    // [m]
   double valid_radius_ = 0;   // of local models [m]
-  double full_depth_ = 0;     // of a press, by the scene [m]
+  double full_depth_ = 0;     // indentation of a contact, from the scene [m]
   double telling_depth_ = 0;  // [m]
 
   std::vector<SurfacePoint> points_O_;
   SurfaceLoad load_;
   ContactEstimate felt_;
   StiffnessScale felt_ratio_;
-  double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last picture [m]
-  double arm_depth_ = 0;                                          // likewise, as the arm says [m]
-  int distrust_ = 0;                  // pictures until eyes and arm are believed again
-  LocalModel local_;                  // the last one told
+  double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last image [m]
+  double arm_depth_ = 0;              // the same according to the encoders [m]
+  int distrust_ = 0;                  // images until cameras and encoders are trusted again
+  LocalModel local_;                  // the last estimate
   std::optional<double> last_force_;  // that was known, outward [N]
   double last_change_ = 0;            // from the one before it [N]
   LatencyHistogram times_;
   EstimateBuilder rules_;
 };
 
-// The place of a moving object whose force nobody can tell, because the scene has no model of how
-// it is touched: paper C's second experiment (5.2).
-// The points that the first observation shows stand for the object. Its place is their mean at
-// rest, carried by the mean displacement of those that are seen: exact for a body that does not
-// turn, whichever of them are hidden.
+// Position of a moving object whose force is unknown, because the scene has no model of its
+// contact: paper C's second experiment (5.2). The points of the first observation represent the
+// object. Its position is their mean at rest plus the mean displacement of the visible ones: exact
+// for a body that does not rotate, whichever points are hidden.
 class RigidTranslation {
  public:
-  // The place is told as tip and as contact. The force is unknown: kFailed while the object is
-  // followed, kTrackingLost while it is not. Never throws; allocates in the first observation only.
+  // The position is reported as tip and as contact. The force is unknown: kFailed while the object
+  // is tracked, kTrackingLost while it is not. Never throws; allocates in the first observation
+  // only.
   const ContactEstimate& Estimate(const SurfaceObservation& seen) noexcept;
   void Reset() noexcept { first_.clear(); }
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
-  // From the place at rest [m]; while it is lost that of before.
+  // Displacement from the position at rest [m]; while it is lost the last one.
   [[nodiscard]] const Eigen::Vector3d& moved() const { return moved_; }
 
  private:
   void Start(const SurfaceObservation& seen) noexcept;
 
-  std::vector<char> first_;  // per point: in the first observation; empty: nothing was seen yet
+  std::vector<char> first_;  // per point: in the first observation; empty: none yet
   Eigen::Vector3d p_S_rest_{0, 0, 0}, moved_{0, 0, 0};
   ContactEstimate felt_;
 };

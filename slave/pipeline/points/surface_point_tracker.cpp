@@ -27,7 +27,7 @@ namespace {
 const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
 constexpr int kLearntFrom = 10;  // pairs that show what the rays and pictures are like at rest
-constexpr std::string_view kFrozen = "a camera shows the same picture again: it stands still";
+constexpr std::string_view kFrozen = "a camera repeats the same image: it is frozen";
 
 // What rays may pass each other by at rest: a simulated pair's rig is exactly what the scene tells.
 double MostAtRest(const Scene& scene) {
@@ -215,9 +215,9 @@ class DepthPointTracker final : public SurfacePointTracker {
 };
 
 constexpr const char* kNoWindow =
-    "no window of texture was found in both pictures: they may show too little texture, or one "
-    "that repeats; be swapped (left, right), or not taken by this rig; or show what is too near to "
-    "be in both";
+    "no window of texture was found in both images: they may show too little texture, or a "
+    "repeating one; left and right may be exchanged; the rig may be wrong; or the object may be "
+    "too near";
 
 std::string Size(const std::array<int, 2>& size) {
   return fmt::format("{} x {}", size[0], size[1]);
@@ -237,9 +237,8 @@ std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
 std::string RestInWords(const SurfacePointTracker& eyes) {
   const int pictures = eyes.rest_pictures();
   return pictures == 1
-             ? "the rest frame takes one picture that shows the untouched object"
-             : fmt::format("the rest frame takes {} pictures that show the untouched object",
-                           pictures);
+             ? "the rest shape needs one image of the untouched object"
+             : fmt::format("the rest shape needs {} images of the untouched object", pictures);
 }
 
 double FarthestDepth(const Scene& scene) {
@@ -254,14 +253,14 @@ std::string_view WhyFewWindows() {
 
 std::string_view WhyNotFound(const Scene& scene) {
   if (scene.sense.Find<DepthPictures>()) {
-    return "the depth pictures show too little of a surface within reach: check the pictures and "
-           "their unit";
+    return "the depth images show too little of a surface within range: check the images and their "
+           "unit";
   }
   if (scene.sense.Find<PointTracking>()->track == PointTracking::Track::kTexture) {
     return kNoWindow;
   }
-  return "the dots were not found as an array of this size in both pictures: check the sides "
-         "(left, right), the rig and the layout";
+  return "no array of dots of this size was found in both images: check the sides (left, right), "
+         "the rig and the layout";
 }
 
 StereoRig RigOf(const Scene& scene) {
@@ -296,7 +295,7 @@ void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& 
     const std::array<int, 2> size{picture.cols, picture.rows};
     if (size == lens.size) return;
     throw std::runtime_error(
-        fmt::format("{}: the {} pictures are {} px: accepted is {} px, for which {} was made",
+        fmt::format("{}: the {} images are {} px: accepted is {} px, the size in {}",
                     scene.file.string(), side, Size(size), Size(lens.size),
                     scene.sense.Find<StereoCameras>()->rig.empty()
                         ? "the rig"

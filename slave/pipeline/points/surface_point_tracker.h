@@ -1,5 +1,5 @@
-// From a pair of pictures, or a depth picture, to points of the surface: dots, texture or depth as
-// the scene says.
+// From a pair of images, or a depth image, to points of the surface: dots, texture or depth, as the
+// scene defines.
 #pragma once
 
 #include <memory>
@@ -23,45 +23,43 @@ class SurfacePointTracker {
   SurfacePointTracker() = default;
   SurfacePointTracker(const SurfacePointTracker&) = delete;
   SurfacePointTracker& operator=(const SurfacePointTracker&) = delete;
-  // Never throws; allocation-free after the first pictures. Valid until the next call.
+  // Never throws; allocation-free after the first images. Valid until the next call.
   virtual const SurfaceObservation& Process(const StereoPair& pair) noexcept = 0;
-  // The rest frame is taken anew: nothing must touch the object.
+  // Measures the rest shape again: nothing must touch the object.
   virtual void Reset() = 0;
   [[nodiscard]] virtual bool at_rest_known() const = 0;
-  // Where point `i` of the last observation is in the left picture [px]; not finite: unseen.
+  // Position of point `i` of the last observation in the left image [px]; not finite: not visible.
   [[nodiscard]] virtual Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept = 0;
-  // Where p_S [m] would be in the left picture [px], whether or not it lies inside; nullopt: behind
-  // the camera.
+  // Projection of p_S [m] into the left image [px], inside or not; nullopt: behind the camera.
   [[nodiscard]] virtual std::optional<Eigen::Vector2d> Project(
       const Eigen::Vector3d& p_S) const noexcept = 0;
-  // Radius that the followed points have in the left picture, about [px]: half a window's edge.
+  // Approximate radius of the tracked points in the left image [px]: half a window's edge.
   [[nodiscard]] virtual double radius_px() const = 0;
-  // Pictures before the rest frame is known, at least.
+  // Smallest number of images before the rest shape is known.
   [[nodiscard]] virtual int rest_pictures() const = 0;
-  // What the checks of the last picture took, part of Process [us].
+  // Time of the checks of the last image, part of Process [us].
   [[nodiscard]] virtual double checks_us() const = 0;
   // Name of the stage in reports: dots, texture, depth.
   [[nodiscard]] virtual std::string stage() const = 0;
 };
 
-// `rig`: as the source has it; unused for depth pictures. Throws std::runtime_error or
+// `rig`: that of the source; unused for depth images. Throws std::runtime_error or
 // std::invalid_argument naming the key.
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig);
-// How many pictures of what the rest frame takes, one clause.
+// How many images the rest shape needs, one clause.
 std::string RestInWords(const SurfacePointTracker& eyes);
-// Beyond this depth [m] pictures show no object: twice as far as its origin, 1 m at least. For
-// scenes of depth pictures.
+// Depths beyond this [m] are not used: twice the distance of the object's origin, 1 m at least. For
+// scenes with depth images.
 double FarthestDepth(const Scene& scene);
-// What may be wrong where the scene's eyes do not find what they look for, one clause; lives on.
+// Possible reasons why the points are not found, one clause with static lifetime.
 std::string_view WhyNotFound(const Scene& scene);
-// What may be wrong with the pictures where few windows of texture are found, likewise.
+// Possible reasons why few windows of texture are found, one clause with static lifetime.
 std::string_view WhyFewWindows();
-// The rig that the scene names, or that of its simulated pair. Throws std::invalid_argument naming
-// the key.
+// The rig of the scene, or that of its simulated pair. Throws std::invalid_argument naming the key.
 StereoRig RigOf(const Scene& scene);
-// Throws std::runtime_error where pictures of `pair` have not the size that the rig was calibrated
-// for; both sizes are named. Depth pictures of any size fit.
+// Throws std::runtime_error if images of `pair` have another size than the rig; both sizes are
+// named. Depth images of any size fit.
 void RequireRigFits(const Scene& scene, const StereoRig& rig, const StereoPair& pair);
 
 }  // namespace palpate

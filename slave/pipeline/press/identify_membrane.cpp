@@ -42,7 +42,7 @@ Misfit MisfitOf(MembranePress* press, std::span<const PressSample> samples) {
   }
   if (count < 3) {
     throw std::invalid_argument(std::to_string(count) +
-                                " presses stand out of the noise: accepted is at least 3");
+                                " contacts exceed the noise: accepted is at least 3");
   }
   misfit.absolute /= count;
   misfit.relative /= count;
@@ -84,7 +84,7 @@ StiffnessFit FitStiffness(std::span<const KnownPress> presses, bool with_offset)
   const std::size_t unknowns = with_offset ? 2 : 1;
   if (presses.size() <= unknowns) {
     throw std::invalid_argument(std::to_string(presses.size()) +
-                                " presses of known force: accepted is at least " +
+                                " contacts with a known force: accepted is at least " +
                                 std::to_string(unknowns + 1));
   }
   const auto count = static_cast<double>(presses.size());
@@ -105,7 +105,7 @@ StiffnessFit FitStiffness(std::span<const KnownPress> presses, bool with_offset)
     total += press.own_force * press.own_force;
   }
   if (!(own_own > 1e-12 * total && std::isfinite(own_force))) {
-    throw std::invalid_argument("presses of known force: accepted are different ones");
+    throw std::invalid_argument("contacts with a known force: accepted are different forces");
   }
   StiffnessFit fit;
   fit.stiffness = own_force / own_own;

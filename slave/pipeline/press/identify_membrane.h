@@ -1,9 +1,9 @@
 // What a membrane is made of, from presses whose force and air pressure were measured.
 //
 // Two steps, because the numbers show in different things. How tight the skin is, T / (E h), shows
-// in the shape of the deflection: a tight skin makes a pointed dent, a slack one that stands by its
-// curvature a wide one with a rim; forces take no part in it. How stiff it all is shows in the
-// force alone.
+// in the shape of the deflection: a tight skin makes a pointed indentation, a slack one that stands
+// by its curvature a wide one with a rim; forces take no part in it. How stiff it all is shows in
+// the force alone.
 #pragma once
 
 #include <span>
@@ -13,9 +13,9 @@
 
 namespace palpate {
 
-// How stiff a membrane really is, from presses whose force is known.
-// One press: what its deflection says at the model's own stiffness and what the air adds
-// (MembranePress::Reading), beside the force measured.
+// Stiffness of a real membrane from contacts with a known force. One contact: the force from its
+// deflection at the model's own stiffness, the part of the air (MembranePress::Reading), and the
+// measured force.
 struct KnownPress {
   double own_force = 0;  // [N]
   double air_force = 0;  // A dp [N]
@@ -30,8 +30,8 @@ struct StiffnessFit {
   double scatter = 0;          // rms of measured less fitted [N]
 };
 
-// Least squares. Throws std::invalid_argument: fewer presses than unknowns and one more, or presses
-// that do not tell the stiffness (none, or all the same where there is an offset).
+// Least squares. Throws std::invalid_argument: fewer contacts than one more than the unknowns, or
+// contacts that do not determine the stiffness (none, or all the same if there is an offset).
 StiffnessFit FitStiffness(std::span<const KnownPress> presses, bool with_offset);
 
 struct PressSample {
@@ -46,12 +46,12 @@ struct IdentifiedMembrane {
   double tension_share = 0;  // T / (E h) [-]
   double misfit = 0;         // of the deflections, rms over the samples in contact [m]
   StiffnessFit fit;          // of modulus 1 N/m
-  int in_contact = 0;        // samples whose deflection stands out of the noise
+  int in_contact = 0;        // samples whose deflection exceeds the noise
 };
 
-// `with_offset`: a constant force beside the press is allowed for; samples without contact then
-// tell it. Throws std::invalid_argument: fewer than three samples in contact, or what
-// InflatedMembrane and FitStiffness refuse.
+// `with_offset`: a constant force in addition to the contact is allowed; samples without contact
+// then determine it. Throws std::invalid_argument: fewer than three samples in contact, or data
+// that InflatedMembrane and FitStiffness reject.
 IdentifiedMembrane IdentifyMembrane(const MembraneShape& shape, double poisson_ratio,
                                     const MembranePress::Params& press,
                                     std::span<const PressSample> samples, bool with_offset);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kStandsOut = 5;  // sigmas, of a force that counts as contact
 constexpr std::string_view kOtherRest =
-    "the membrane at rest is not the scene's: its size, pose or inflation is another";
+    "the membrane at rest differs from the scene: check its size, pose and inflation";
 constexpr double kAtmosphere = 101'325;            // [Pa]
 constexpr int kFewestRings = 10, kMostRings = 24;  // of triangles about the top
 constexpr double kTrianglesUnderTool = 3;
@@ -72,7 +72,7 @@ MembraneBody::MembraneBody(InflatedMembrane membrane, double patch, std::optiona
   info_.dof = 3 * (surface().nodes.size() - press_.membrane().held().size());
   info_.elements = static_cast<int>(surface().triangles.size());
   info_.memory_bytes = sizeof(double) * surface().nodes.size() * surface().nodes.size();
-  info_.remark = "linear about the shape at rest";
+  info_.remark = "linear about the rest shape";
 }
 
 SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
@@ -105,15 +105,16 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
 void MembraneBody::CheckFit(const std::vector<SurfacePoint>& points_O) noexcept {
   const auto& reading = press_.reading();
   if (load_.depth > patch_ / 2) {
-    load_.Flag(FailedCheck::kModelRange, "the dent is deeper than half the tool's contact is wide");
+    load_.Flag(FailedCheck::kModelRange,
+               "the indentation is deeper than half the width of the tool's contact");
   }
   if (reading.residual >
       std::max(2 * MembranePress::Params().model_error, kTrueDent * load_.depth)) {
-    load_.Flag(FailedCheck::kMisfit, "no load on this membrane gives the surface seen");
+    load_.Flag(FailedCheck::kMisfit, "no load on this membrane explains the measured surface");
   }
   if (load_.force != 0 && ComesOut(points_O)) {
     load_.Flag(FailedCheck::kRestShape,
-               "the surface comes out: something pressed it while the rest frame was taken");
+               "the surface moves outward: it was in contact while the rest shape was measured");
   }
   if (!HasRestShape(points_O)) {
     load_.Flag(FailedCheck::kRestShape, kOtherRest);
@@ -216,10 +217,10 @@ std::unique_ptr<LoadIdentifier> MakeMembraneBody(const Scene& scene) {
   const double width = scene.tool ? scene.tool->width : 0;
   const double across = kTrianglesUnderTool * HalfArc(dome) / width;
   if (!(across <= 1.5 * kMostRings)) {
-    throw std::invalid_argument(fmt::format(
-        "tool.width = {:.3g} m: accepted under a domed membrane of this size is {:.3g} m or more, "
-        "which its triangles resolve",
-        width, kTrianglesUnderTool * HalfArc(dome) / (1.5 * kMostRings)));
+    throw std::invalid_argument(
+        fmt::format("tool.width = {:.3g} m: accepted for a domed membrane of this size is {:.3g} m "
+                    "or more, which its triangles resolve",
+                    width, kTrianglesUnderTool * HalfArc(dome) / (1.5 * kMostRings)));
   }
   const int rings = std::clamp(static_cast<int>(std::ceil(across)), kFewestRings, kMostRings);
   const Ellipsoid ellipsoid = EllipsoidOf(dome);

@@ -1,4 +1,4 @@
-// An air-filled membrane under the eyes: the body of a SurfaceEstimator.
+// An air-filled membrane under the cameras: the body of a SurfaceEstimator.
 #pragma once
 
 #include <memory>
@@ -23,9 +23,9 @@ inline constexpr double kTrueDent = 0.15;
 // sensor is read. Loads are even pressures on the tool's round patch; what pulls is no load.
 class MembraneBody final : public LoadIdentifier {
  public:
-  // `patch`: diameter of the tool's contact [m], > 0; dents deeper than half of it turn the surface
-  // by more than the linear model counts and are extrapolated. Throws std::invalid_argument naming
-  // the parameter. `rest`: points at rest must lie on it, where it is known.
+  // `patch`: diameter of the tool's contact [m], > 0; indentations deeper than half of it turn the
+  // surface by more than the linear model counts and are extrapolated. Throws std::invalid_argument
+  // naming the parameter. `rest`: points at rest must lie on it, where it is known.
   MembraneBody(InflatedMembrane membrane, double patch, std::optional<Ellipsoid> rest = {});
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;

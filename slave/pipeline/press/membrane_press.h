@@ -34,7 +34,7 @@ class MembranePress {
     double model_error = 0.1e-3;  // of a point's way, beside its own sigma [m]
   };
   struct Reading {
-    bool found = false;            // enough points to say anything
+    bool found = false;            // enough points for an estimate
     int points = 0;                // that took part
     Eigen::Vector3d p_O{0, 0, 0};  // the patch's centre, at rest [m]
     Eigen::Vector3d n_O{0, 0, 1};  // outward normal there
@@ -46,7 +46,7 @@ class MembranePress {
     double depth = 0;              // of the surface as it is explained there, along -n_O [m]
     double sigma_own_force = 0;    // [N]
     double sigma_place = 0;        // the larger of the two along the surface [m]
-    double deflection = 0;         // rms of what is measured, y [m]
+    double deflection = 0;         // rms of the measurements y [m]
     double residual = 0;           // rms of (measured - explained) [m]
     double relative_residual = 0;  // the same in sigmas, with the model's own error [-]
     // Size of the force of the tool on the membrane, along -n_O [N].
@@ -60,7 +60,8 @@ class MembranePress {
 
   // Points in frame O. Points that lie farther from the surface at rest than half a triangle are
   // left out. Never throws. Points with other names or rest places than in the last call are placed
-  // anew, O(points nodes) with allocation; else O(points nodes) without. Valid until the next call.
+  // again, O(points nodes) with allocation; else O(points nodes) without. Valid until the next
+  // call.
   const Reading& Fit(const std::vector<SurfacePoint>& points_O) noexcept;
   [[nodiscard]] const Reading& reading() const { return reading_; }
 

@@ -1,6 +1,6 @@
-// Pictures that show another moment than their stamps tell, as those that wait in a driver's queue
-// do: what moves in them is held against the arm that moves it. A force that is right for its
-// pictures is wrong for their stamps, by what it changes meanwhile.
+// Detects images that show another time than their timestamps, for example after waiting in a
+// driver's queue, by comparing their motion with the encoders. A wrong timestamp assigns a correct
+// force to the wrong time; the error is the change of force in between.
 #pragma once
 
 #include <algorithm>
@@ -15,14 +15,14 @@
 
 namespace palpate {
 
-// Of a real arm. Wherever its frame begins and however large its steps are: what counts is how far
-// the one follows the other. Not thread-safe, allocation-free.
+// For a real manipulator. Independent of the origin and step size of its encoders: it compares the
+// two motions. Not thread-safe, allocation-free.
 class ImageLatencyEstimator {
  public:
-  static constexpr double kMost = 0.1;  // what is later is doubted [s]
+  static constexpr double kMost = 0.1;  // larger latency is flagged [s]
 
-  // One estimate, which is widened and doubted. `seen`: what moves, as the pictures show it; `arm`:
-  // as the arm says, at the picture's stamp [m]; `sigma`: of `seen` [m].
+  // Widens and flags one estimate. `seen`: position in the image; `arm`: encoder reading at the
+  // image's timestamp [m]; `sigma`: of `seen` [m].
   void Update(const Eigen::Vector3d& seen, const Eigen::Vector3d& arm, double sigma,
               ContactEstimate* felt) noexcept {
     Go(felt->sensed_at);
@@ -41,7 +41,8 @@ class ImageLatencyEstimator {
       }
       const Eigen::Vector3d change = seen - last_->seen, apart = change - scale * way;
       const double floor = kLeapSigmas * sigma;
-      // No time closes what is open: pictures that stand stay apart from an arm that stands, too.
+      // No latency explains a constant difference: the images and the manipulator are both
+      // stationary.
       const bool follows = way.norm() > floor && apart.norm() < kFollows * way.norm();
       gap_ = (distrust_ > 0 && !follows ? 1 : kept) * gap_ + apart;
       const bool leaps =
@@ -54,7 +55,7 @@ class ImageLatencyEstimator {
     if (!follows_) EstimateBuilder::Flag(FailedCheck::kArm, felt);
     last_ = Last{seen, arm, felt->sensed_at};
   }
-  // Nothing that moves is seen in a picture of then.
+  // No moving object is visible in an image of this time.
   void Miss(Time at) noexcept {
     Go(at);
     last_.reset();
@@ -65,28 +66,29 @@ class ImageLatencyEstimator {
 
  private:
   static constexpr double kMemory = 0.5;    // [s]
-  static constexpr double kGap = 0.5;       // without a picture: all is forgotten [s]
-  static constexpr double kLeap = 0.06;     // of the arm's way, between two pictures [s]
-  static constexpr double kOpenGap = 0.12;  // of it, over kMemory [s]
-  static constexpr double kLeapSigmas = 8;  // besides
+  static constexpr double kGap = 0.5;       // time without an image after which all is cleared [s]
+  static constexpr double kLeap = 0.06;     // path of the manipulator between two images [s]
+  static constexpr double kOpenGap = 0.12;  // path of the manipulator over kMemory [s]
+  static constexpr double kLeapSigmas = 8;  // in addition
   static constexpr double kDistrust = 0.7;  // after a leap, till it is known how late they are [s]
   static constexpr double kUnknown = 0.02;  // before it has moved to and fro: one sigma [s]
-  static constexpr double kFollows = 0.5;   // of the arm's way, what is seen goes at least
-  static constexpr double kOpen = 2e-3;     // beside what is found [s]
+  static constexpr double kFollows =
+      0.5;  // least share of the manipulator's path that the images show
+  static constexpr double kOpen = 2e-3;  // margin in addition to the estimate [s]
 
   struct Last {
     Eigen::Vector3d seen, arm;
     Time at{};
   };
 
-  // Of a driver that went and came back nothing is known.
+  // After a driver reconnects the latency is unknown.
   void Go(Time at) noexcept {
     if (SecondsBetween(at_, at) > kGap) *this = {};
     at_ = at;
   }
 
-  // By how far the arm may have gone in or out since. It slows down where it turns back, and what
-  // is not touched yet may be.
+  // Change of the manipulator's depth since the image, inwards or outwards. It slows down where it
+  // reverses, and a free tool may touch.
   void Widen(ContactEstimate* felt) noexcept {
     const LocalModel& local = felt->local_model;
     if (!felt->force || !local.known()) return;
@@ -95,14 +97,15 @@ class ImageLatencyEstimator {
     felt->sigma = std::hypot(felt->sigma, gone * local.normal.dot(local.stiffness * local.normal));
   }
 
-  Time at_{};  // of the last picture
+  Time at_{};  // of the last image
   ArmFit fit_{kMemory};
   std::optional<Last> last_;
-  Eigen::Vector3d gap_{0, 0, 0};           // of what is seen from the arm, of late [m]
-  double open_ = 0;                        // what of that is more than noise [m]
+  Eigen::Vector3d gap_{0, 0, 0};           // recent difference of images and encoders [m]
+  double open_ = 0;                        // part of it beyond the noise [m]
   double late_ = kUnknown, distrust_ = 0;  // [s]
   bool follows_ = true;
-  double speed_ = 0, in_speed_ = 0;  // the arm's largest of late, that along the normal [m/s]
+  double speed_ = 0,
+         in_speed_ = 0;  // largest recent speed of the manipulator, along the normal [m/s]
 };
 
 }  // namespace palpate

@@ -15,9 +15,9 @@ constexpr std::size_t kMaxAlarms = 16;
 constexpr std::size_t kTracesKept = 256;
 
 std::string Silence(double age) {
-  return "the sensor has sent nothing for " +
+  return "no sample from the sensor for " +
          (age < 1 ? std::string("a moment") : std::to_string(std::lround(age)) + " s") +
-         ": is its driver alive, its cable in?";
+         ": check its driver and cable";
 }
 
 }  // namespace

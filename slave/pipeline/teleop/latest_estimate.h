@@ -1,5 +1,5 @@
-// The newest felt state, where the sensor's thread leaves it and everybody else finds it: with the
-// events since they were last asked for, alarms, and how often something comes.
+// The newest contact estimate, shared between the sensing thread and all others, with events since
+// the last query, alarms and the sample rate.
 #pragma once
 
 #include <atomic>
@@ -20,19 +20,18 @@ namespace palpate {
 // Thread-safe; every call is short.
 class LatestEstimate {
  public:
-  // `sensor_rate` [Hz] decides when it is stale: after three periods, or 60 ms if that is longer
-  // (contracts, wire).
-  // `p_S_tip`: where the tip is before anything was sensed [m].
+  // `sensor_rate` [Hz] defines when it is stale: after three periods, or 60 ms if that is longer
+  // (contracts, wire). `p_S_tip`: tip position before the first sample [m].
   LatestEstimate(double sensor_rate, const Eigen::Vector3d& p_S_tip);
 
-  // `trace`: when it came so far; the rest is filled in.
+  // `trace`: timing so far; this function adds the rest.
   void Put(const ContactEstimate& felt, SampleTrace trace = {});
   void Add(Event event);
-  // Logs it too; only the first few are kept.
+  // Logs it as well; only the first few are kept.
   void RaiseAlarm(const std::string& text);
-  // From now on a sample comes so much later than the sensor could bring it [s], on purpose.
+  // From now on samples are delayed intentionally by this time [s].
   void SetNap(double nap) { nap_ = nap; }
-  // Those that wait look again.
+  // Wakes waiting threads.
   void Wake() { changed_.notify_all(); }
 
   [[nodiscard]] ContactEstimate Get() const;
@@ -40,11 +39,11 @@ class LatestEstimate {
   [[nodiscard]] ContactEstimate Fresh(Time now) const;
   // The tool or a fingertip touches the object.
   [[nodiscard]] bool Touches() const;
-  // The newest few hundred at most, see Slave.
+  // At most the newest few hundred, see Slave.
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const;
   Events TakeEvents();
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience);
-  // What was felt and what the operator does, as of `now`; no sequence, events or true force.
+  // Estimate and operator state as of `now`; without sequence, events and true force.
   [[nodiscard]] SlaveState Compose(const OperatorPort& port, Time now) const;
   // Validity, counts, rate and alarms.
   void Describe(SlaveStatus* status) const;
@@ -52,7 +51,7 @@ class LatestEstimate {
  private:
   const double stale_after_;    // [s]
   std::atomic<double> nap_{0};  // [s]
-  mutable std::mutex mutex_;    // guards what follows
+  mutable std::mutex mutex_;    // guards the members below
   std::condition_variable changed_;
   ContactEstimate felt_;
   Events events_;

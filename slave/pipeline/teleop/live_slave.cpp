@@ -32,7 +32,7 @@ void RefuseLongMaking(int elements) {
   const double takes = kOfThousand * thousands * thousands * thousands;
   if (takes <= kLongest) return;
   throw std::invalid_argument(fmt::format(
-      "elements = {}: about {:.0f} s to make: accepted is what takes at most {} s, {:.0f}",
+      "elements = {}: takes about {:.0f} s to build: accepted is what takes at most {} s, {:.0f}",
       elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
 }
 
@@ -94,14 +94,14 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> e
   const bool is_fed = sense_->inbox() != nullptr || sense_->pictures() != nullptr;
   if (!is_fed && !ProcessSample({})) {
     throw std::runtime_error(
-        fmt::format("{}: no {} came", sense_info_.source, sense_info_.samples));
+        fmt::format("{}: no {} received", sense_info_.source, sense_info_.samples));
   }
   stages_ = sense_->Stages();
   watchdog_.emplace(port_, [this] { return ContactStateNow(); });
   if (choose && !scene.model.decision.reason.empty()) {
     model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
                                                   const std::stop_token& stop) {
-      newest_.RaiseAlarm(breach.words + ": auto decides anew");
+      newest_.RaiseAlarm(breach.words + ": auto chooses the model again");
       const std::string outcome = RechooseModel(breach.depth, choose, stop);
       if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
     });
@@ -216,7 +216,7 @@ void LiveSlave::Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S
 void LiveSlave::ReportExtrapolation() {
   const std::string_view doubt = sense_->doubt();
   if (!doubt.empty() && told_doubts_.insert(doubt).second) {
-    newest_.RaiseAlarm("the model's answer is extrapolated: " + std::string(doubt));
+    newest_.RaiseAlarm("the model's solution is extrapolated: " + std::string(doubt));
   }
 }
 
@@ -363,22 +363,26 @@ std::string LiveSlave::RechooseModel(double depth, const ModelChooser& choose,
   constexpr std::chrono::milliseconds kLookAgain(20);
   const std::uint32_t revision = settings_revision_;
   Scene changed = scene();
-  if (changed.model.decision.reason.empty()) return "the model stays: SetModel asked for it";
+  if (changed.model.decision.reason.empty())
+    return "the model is unchanged: it was set by SetModel";
   Scene asked = changed;
   asked.operator_options.press_depth = depth;
   const auto decided = choose(asked, stop);
-  if (!decided) return "the model stays: none answered with a known error";
+  if (!decided) return "the model is unchanged: no model has a known error";
   changed.model = decided->model;
   const std::string& why = changed.model.decision.reason;
-  if (IsSameModel(changed.model, asked.model)) return "the model stays; " + why;
+  if (IsSameModel(changed.model, asked.model)) return "the model is unchanged; " + why;
   if (!IsSameMesh(*decided, asked)) {
-    return "the model stays: a mesh changes at a start only (operator.press.depth); " + why;
+    return "the model is unchanged: a mesh can change only at a start (operator.press.depth); " +
+           why;
   }
   std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, nullptr);
   while (!stop.stop_requested() && !TryAdopt(changed, revision, &prepared)) {
     std::this_thread::sleep_for(kLookAgain);
   }
-  return IsSameModel(scene().model, changed.model) ? why : "the model stays: settings have changed";
+  return IsSameModel(scene().model, changed.model)
+             ? why
+             : "the model is unchanged: settings have changed";
 } catch (const std::exception& error) {
   return error.what();
 }
@@ -404,7 +408,7 @@ void LiveSlave::SetModel(const ModelChange& change, Progress* progress) {
   changed.model = Changed(changed.model, change, sense_info_.changeable);
   Rebuild(changed, progress);
   const std::lock_guard lock(settings_mutex_);
-  sense_info_.reason = "asked for by SetModel";
+  sense_info_.reason = "set by SetModel";
   ++settings_revision_;
 }
 

@@ -1,5 +1,5 @@
-// The slave: an operator who moves a tool, a sense that feels what it touches, settings that change
-// while it runs. Which sense, which site and which arm, it does not know.
+// The slave: an operator who moves a tool, a sensing that estimates its contact, and settings that
+// change while it runs. It is independent of the kind of sensing, environment and manipulator.
 #pragma once
 
 #include <atomic>
@@ -30,19 +30,19 @@
 
 namespace palpate {
 
-// The scene with the model that `kind: auto` takes for it; it may take seconds. nullopt: no model
-// answers with a known error. Throws as MakeModel does.
+// Returns the scene with the model that `kind: auto` selects; it may take seconds. nullopt: no
+// model has a known error. Throws as MakeModel does.
 using ModelChooser = std::function<std::optional<Scene>(const Scene&, const std::stop_token&)>;
 
-// Threads: one senses, one moves the tool, one watches the operator, one chooses another model when
-// auto's no longer holds. `sense_mutex_` guards what the first one shares with callers beyond the
-// latest estimate.
+// Threads: one senses, one moves the tool, one watches the operator, one selects another model when
+// auto's is no longer suitable. `sense_mutex_` guards the data that the first one shares with
+// callers, except the latest estimate.
 class LiveSlave final : public Slave {
  public:
-  // Feels the first sample, where one comes by itself, and starts. `environment`: that in which
-  // `sense` senses and `manipulator` moves; null: the real one. Throws std::runtime_error: nothing
-  // came, or what cannot be used. `choose`: asked again where what it decided for `scene` turns out
-  // not to hold; empty: that is never looked at.
+  // Estimates the first sample, if one is available, and starts. `environment`: the simulated
+  // environment of `sense` and `manipulator`; null: the real one. Throws std::runtime_error: no
+  // sample, or one that cannot be used. `choose`: called again when its decision for `scene` is no
+  // longer suitable; empty: never.
   LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> environment,
             std::unique_ptr<Manipulator> manipulator, std::unique_ptr<SensingPipeline> sense,
             const ModelChooser& choose = {});
@@ -51,7 +51,7 @@ class LiveSlave final : public Slave {
   void BeginOperating() override { port_.BeginOperating(); }
   bool Command(const OperatorCommand& command) noexcept override;
   void EndOperating() override { port_.EndOperating(); }
-  // The local model follows the hand between samples.
+  // Between samples the local model follows the device.
   [[nodiscard]] SlaveState Compose(Time now) override;
   Events TakeEvents() override;
   bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
@@ -64,14 +64,14 @@ class LiveSlave final : public Slave {
   void Reset() override;
   void ReinitializeTracking() override;
   void EmergencyStop(const std::string& reason) override;
-  // An emergency stop is kept in `folder` from now on, and one that is kept there holds. Throws
-  // std::runtime_error: nothing can be kept there.
+  // From now on an emergency stop is saved in `folder`, and a saved one is active. Throws
+  // std::runtime_error: the folder is not writable.
   void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   void SetWatched(bool is_watched) override;
-  // From now on, while nobody watches, a sample is taken every half second only. For a sense that
-  // finds again in one sample what it knew before.
+  // From now on only one sample per half second is processed while no client watches. For sensing
+  // that recovers its state in one sample.
   void AllowRest() { may_rest_ = true; }
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return newest_.TracesSince(sensed_at);
@@ -83,21 +83,21 @@ class LiveSlave final : public Slave {
 
  private:
   void Sensing(const std::stop_token& stop);
-  // Waits for somebody who watches, or for the time of the next sample that nobody does.
+  // Waits for a watching client, or for the time of the next sample without one.
   void Rest(const std::stop_token& stop);
   // One sample; false: the source has ended.
   bool ProcessSample(const std::stop_token& stop);
   void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
   void HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept;
   void ReportExtrapolation();
-  // The sense has its first sample and knows what it is.
+  // The sensing has its first sample and its description is complete.
   void ReadSenseInfo();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   void Rebuild(const Scene& changed, Progress* progress);
   void Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared);
-  // What `choose` says now takes the model's place as soon as settings may change, and not before:
-  // under a hand that follows or touches, force and stiffness would jump. Returns what came of it.
+  // The new decision of `choose` becomes active only while the operator is disengaged and the tool
+  // is free, because force and stiffness would jump. Returns the outcome as text.
   std::string RechooseModel(double depth, const ModelChooser& choose, const std::stop_token& stop);
   // False: not now. Settings of another revision drop it.
   bool TryAdopt(const Scene& changed, std::uint32_t revision,
@@ -105,42 +105,42 @@ class LiveSlave final : public Slave {
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] ContactState ContactStateNow() const;
-  // By the newest local model, which knows nothing of places far aside.
+  // From the newest local model, which is valid only near it.
   void CarryOn(ContactState* contact) const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
-  // The largest force that the hand can show, at the tool [N].
+  // The largest force that the device can render, at the tool [N].
   [[nodiscard]] double FullScale() const;
 
   const Time started_at_ = Clock::now();
   const std::unique_ptr<SimulatedEnvironment> environment_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;
-  const bool shows_arm_;                 // a real one, in live pictures
+  const bool shows_arm_;                 // a real manipulator in live images
   ImageLatencyEstimator image_latency_;  // the sensing thread's
   OperatorPort port_;
   LatestEstimate newest_;
   std::optional<TipRegistration>
       tip_registration_;                    // the sensing thread's; none: nothing to measure
-  std::set<std::string_view> told_doubts_;  // likewise; an alarm each, once
+  std::set<std::string_view> told_doubts_;  // already reported; each raises one alarm, once
   std::atomic<bool> reset_wanted_{false};
   std::atomic<std::uint32_t> settings_revision_{1};
   StopRecord stop_record_;
 
-  std::mutex change_mutex_;  // one change of settings at a time; held while a model is made
-  mutable std::mutex settings_mutex_;  // never held long; guards the next two
+  std::mutex change_mutex_;  // one change of settings at a time; locked while a model is built
+  mutable std::mutex settings_mutex_;  // never locked long; guards the next two
   Scene scene_;                        // with the parameters in force
   SenseInfo sense_info_;
 
-  // Urgent: whoever asks for a shape holds it for as long as that takes, and sensing waits.
+  // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.
   mutable PriorityInheritanceMutex sense_mutex_;
-  // The tip when it was last sensed, and what the arm said then, S [m]; under sense_mutex_.
+  // The last measured tip and the encoder reading at that time, S [m]; under sense_mutex_.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
   PatchPublisher patch_;                          // updated under sense_mutex_
   mutable PriorityInheritanceMutex local_mutex_;  // guards the next three
   LocalModel newest_local_;
-  // A place of the tip that it goes by, and what the arm said there, S [m].
+  // A tip position and the encoder reading at that time, S [m].
   Eigen::Vector3d p_S_local_{0, 0, 0}, p_S_local_arm_{0, 0, 0};
 
   std::atomic<bool> may_rest_{false};
@@ -154,9 +154,9 @@ class LiveSlave final : public Slave {
   std::jthread sensing_;
 };
 
-// The slave of the scene: its site, its arm and its sense. Throws as they do. `state_folder`: see
-// KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of the sense, outlives
-// the slave; null: nobody. `choose`: see LiveSlave.
+// Creates the slave of the scene with environment, manipulator and sensing. Throws as they do.
+// `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
+// the sensing, outlives the slave; null: none. `choose`: see LiveSlave.
 std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
                                      const std::filesystem::path& state_folder = {},
                                      SenseRecorder* recorder = nullptr,

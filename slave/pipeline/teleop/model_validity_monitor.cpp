@@ -36,10 +36,12 @@ void ModelValidityMonitor::Update(const ContactEstimate& felt, bool touches, dou
   if (IsBroken()) {
     const bool deeper = deepest_ > kDeeper * studied_;
     const std::string words =
-        deeper ? Formatted("pressed %.3g mm deep, where auto's model was studied to %.3g mm",
-                           1e3 * deepest_, 1e3 * studied_)
-               : Formatted("%d of %d updates took longer than the %.3g ms of the rate asked for",
-                           late_, kWindow, 1e3 * budget_);
+        deeper ? Formatted(
+                     "indentation of %.3g mm, but the model chosen by auto was studied to %.3g mm",
+                     1e3 * deepest_, 1e3 * studied_)
+               : Formatted(
+                     "%d of %d updates took longer than %.3g ms, the period of the requested rate",
+                     late_, kWindow, 1e3 * budget_);
     if (deeper)
       studied_ = kReserve * deepest_;
     else

@@ -1,4 +1,4 @@
-// Whether what `model.kind: auto` took a model for still holds while it runs.
+// Checks while running whether the assumptions of `model.kind: auto` for its choice still hold.
 #pragma once
 
 #include <condition_variable>
@@ -14,21 +14,21 @@
 
 namespace palpate {
 
-// Held against what is felt: the depth that the model was studied to, and the time that an update
-// may take. What is broken is told once, when the object has been let go: nothing can change before
-// that, and by then the deepest place is known.
+// Compares the depth that was studied and the time limit of an update with the estimates. A
+// violation is reported once, after the contact ends: nothing can change before, and then the
+// largest depth is known.
 class ModelValidityMonitor {
  public:
   struct Breach {
-    double depth = 0;   // to decide for anew [m]
-    std::string words;  // what was broken, a sentence
+    double depth = 0;   // depth for the new decision [m]
+    std::string words;  // the violation, one sentence
   };
-  // Called by a thread of the watch's own, after everything else in the machine; throws nothing.
+  // Called by a thread of the monitor with the lowest priority; must not throw.
   using Remedy = std::function<void(const Breach&, const std::stop_token&)>;
 
   ModelValidityMonitor(const Scene& scene, Remedy remedy);
 
-  // Of each sample. `update`: from what was seen to the force [s]. One thread.
+  // For each sample. `update`: time from observation to force [s]. One thread.
   void Update(const ContactEstimate& felt, bool touches, double update);
 
  private:
@@ -36,13 +36,13 @@ class ModelValidityMonitor {
   [[nodiscard]] bool IsBroken() const noexcept;
 
   const double budget_;           // of an update [s]
-  double late_from_;              // an update that takes longer counts [s]
+  double late_from_;              // a longer update counts [s]
   double studied_;                // to that depth [m]
-  double deepest_ = 0;            // of this press [m]
+  double deepest_ = 0;            // of this contact [m]
   int updates_ = 0, slow_ = 0;    // with the object touched, of this window
   int late_ = 0;                  // the slow ones of the last whole window
   std::mutex mutex_;              // guards the next one
-  std::optional<Breach> breach_;  // that nobody has seen to
+  std::optional<Breach> breach_;  // the violation that is not yet handled
   std::condition_variable_any told_;
   const Remedy remedy_;
   std::jthread thread_;

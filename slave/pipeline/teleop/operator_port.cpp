@@ -288,7 +288,8 @@ void OperatorPort::SetScales(std::optional<double> position_scale,
                              std::optional<double> force_scale) {
   const std::lock_guard lock(mutex_);
   if (view_.phase == Phase::kFollowing) {
-    throw std::logic_error("a scale changes only while nobody follows: open the clutch first");
+    throw std::logic_error(
+        "a scale can change only while the operator is disengaged: open the clutch first");
   }
   // Going on in the old epoch would move the tool by the change.
   if (view_.phase == Phase::kHold) needs_new_epoch_ = true;
@@ -340,9 +341,12 @@ CommandWatchdog::CommandWatchdog(OperatorPort& port, std::function<ContactState(
 
 void RefuseUnlessFree(const OperatorPort& port, bool touches) {
   if (port.view().phase == Phase::kFollowing) {
-    throw std::logic_error("nothing changes while somebody follows: open the clutch first");
+    throw std::logic_error(
+        "settings can change only while the operator is disengaged: open the clutch first");
   }
-  if (touches) throw std::logic_error("nothing changes while the object is touched: let go first");
+  if (touches)
+    throw std::logic_error(
+        "settings can change only while the tool is free: end the contact first");
 }
 
 void CheckRanges(const ParameterChange& change) {

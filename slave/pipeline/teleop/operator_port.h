@@ -20,31 +20,31 @@
 
 namespace palpate {
 
-// A gap that is shorter, beyond the silence after which the tool holds, ends by itself when
-// commands come again; after a longer one the operator engages anew.
+// After a gap up to this length, beyond the silence after which the tool holds, motion resumes when
+// commands arrive; after a longer one the operator must engage again.
 inline constexpr double kLongestCommandGap = 0.220;  // [s]
-// An operator whose commands tell of no newer state for so long feels nothing: the tool holds.
+// An operator whose commands report no newer state for this time gets no force: the tool holds.
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
-// What the arm goes at its full speed in this time is as far as a command may lead [s].
+// A command may lead by the distance that the manipulator travels at full speed in this time [s].
 inline constexpr double kLeapTime = 0.2;
-// A hand that moves so many times faster than the arm can is none.
+// Speed ratio to the manipulator beyond which a command is rejected.
 inline constexpr double kFastest = 2;
 
-// What the tool feels at this moment, as far as it is known. Frame S.
+// The present contact, as far as it is known. Frame S.
 struct ContactState {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
   double depth = 0;                      // of the tool in the object [m]
   Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
-  // Where the arm has come since that was sensed, by the local model: size of the force [N], depth
-  // [m]; 0: unknown.
+  // Values at the present tip position by the local model: magnitude of the force [N], depth [m];
+  // 0: unknown.
   double force_by_now = 0, depth_by_now = 0;
 };
 
 // Thread-safe; every call is short. The manipulator must outlive the port.
 //
-// Two frames meet here. The eyes define S; the manipulator's encoders may disagree by a constant,
-// the registration offset `eyes_minus_encoders`, which the pipeline measures while the tool stands.
-// Targets are given in S.
+// Two frames meet here. The cameras define S; the manipulator's encoders may disagree by a
+// constant, the registration offset `eyes_minus_encoders`, which the pipeline measures while the
+// tool stands. Targets are given in S.
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
@@ -61,16 +61,15 @@ class OperatorPort {
   void EndOperating();
   // See Slave::Command.
   bool Command(const OperatorCommand& command, Time now) noexcept;
-  // Call at least every few milliseconds: holds the tool when commands have stopped, and counts
+  // Call at least every few milliseconds: holds the tool when commands have stopped, and integrates
   // energy.
   void Watch(Time now, const ContactState& contact) noexcept;
   void EmergencyStop() noexcept;
   void Reset() noexcept;
-  // Waits while nobody operates, no tool retreats, and what the last motion did was seen: there is
-  // nothing to watch.
+  // Waits while there is no operator, no tool retreats, and the last motion is accounted for.
   void AwaitOperator(const std::stop_token& stop);
 
-  // Throws std::logic_error while somebody follows.
+  // Throws std::logic_error while an operator is engaged.
   void SetScales(std::optional<double> position_scale, std::optional<double> force_scale);
   void SetRegistration(const Eigen::Vector3d& eyes_minus_encoders) noexcept;
 
@@ -81,10 +80,9 @@ class OperatorPort {
   Events TakeEvents() noexcept;
 
  private:
-  // Whether the operator may say so at all.
+  // Whether the command is acceptable.
   [[nodiscard]] bool IsPermitted(const OperatorCommand& command) const noexcept;
-  // How far `p_S`, as the encoders have it, or the next place in the workspace, is from the tip
-  // [m].
+  // Distance of `p_S` (encoder frame), or of the nearest point in the workspace, from the tip [m].
   [[nodiscard]] double WayTo(const Eigen::Vector3d& p_S) const noexcept;
   [[nodiscard]] Eigen::Vector3d TargetOf(const OperatorCommand& command) const noexcept {
     return transform_.ToSlave(command.p_M) - eyes_minus_encoders_;
@@ -94,14 +92,14 @@ class OperatorPort {
   void Engage(const OperatorCommand& command) noexcept;
   void Stand(Phase phase) noexcept;
   void HoldUntilEngaged(Event why) noexcept;
-  // Longer than the tool may move without its force being known: no epoch makes it.
+  // The force was unknown for longer than the tool may move without it: no epoch is accepted.
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
   void CountEnergy(const ContactState& contact) noexcept;
   void Guard(Time now, const ContactState& contact) noexcept;
   void Retreat(Time now, const ContactState& contact) noexcept;
   void ContinueRetreat(Time now) noexcept;
-  // How long the operator has told of no newer state [s]. Who tells of none, as scripts may, is not
-  // judged.
+  // Time since the operator reported a newer state [s]. Not checked for clients that report none,
+  // such as scripts.
   [[nodiscard]] double UnfeltFor(Time now) const noexcept;
 
   Manipulator& manipulator_;
@@ -117,23 +115,23 @@ class OperatorPort {
   bool engaged_ = false;  // the clutch is closed in the newest command
   bool needs_new_epoch_ = false;
   std::optional<Eigen::Vector3d>
-      outward_;  // no deeper than now, seen against it: a guard is reached
+      outward_;  // set when a guard is reached: targets move outwards only
   std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
-  std::uint32_t retreat_frame_ = 0;         // the arm's, of that place
+  std::uint32_t retreat_frame_ = 0;         // of the manipulator at that position
   Time retreat_until_{};
   Time followed_at_{};   // last
-  bool unseen_ = false;  // what that did, by the guards
-  // The force, while somebody operated: who comes again is not given as long again [s].
+  bool unseen_ = false;  // the guards have not yet checked the effect of the last motion
+  // Time with an unknown force while an operator is engaged; a reconnection does not reset it [s].
   double unknown_for_ = 0;
   Time watched_at_{};
-  std::uint64_t state_sequence_ = 0;  // of the newest state that the operator tells of
-  Time newer_at_{};                   // when that one was told first
+  std::uint64_t state_sequence_ = 0;  // of the newest state that the operator reports
+  Time newer_at_{};                   // time of its first report
   std::uint64_t taken_ = 0, refused_ = 0;
   Events events_;
 };
 
-// Looks after the operator's port every few milliseconds: the watchdog that holds the tool when
-// commands stop, and the energies.
+// Watchdog of the operator port, every few milliseconds: holds the tool when commands stop, and
+// integrates the energies.
 class CommandWatchdog {
  public:
   // `contact` is thread-safe. Both must outlive the watch, which ends with this object.
@@ -143,34 +141,33 @@ class CommandWatchdog {
   std::jthread thread_;
 };
 
-// Throws std::logic_error: somebody follows or the object is touched, so that nothing may change
-// under the hand.
+// Throws std::logic_error: an operator is engaged or the object is in contact, so nothing may
+// change.
 void RefuseUnlessFree(const OperatorPort& port, bool touches);
-// Throws std::invalid_argument naming what is out of its range, and the range.
+// Throws std::invalid_argument naming the value out of range, and the range.
 void CheckRanges(const ParameterChange& change);
 
-// The eyes and the manipulator's encoders disagree by a constant (camera mounting, tool length).
-// Measured whenever the tool stands, so that the operator, the local model and the pictures share
-// one frame S.
+// Constant offset between cameras and encoders (camera mounting, tool length). Measured whenever
+// the tool is stationary, so that operator, local model and images share one frame S.
 class TipRegistration {
  public:
-  // `still`: smallest motion between two pictures that counts as motion [m], > 0.
+  // `still`: smallest motion between two images that counts as motion [m], > 0.
   explicit TipRegistration(double still) : still_(still) {}
 
-  // One picture's tip, as seen and as the encoders said when it was taken, S [m].
+  // The tip in one image, measured and from the encoders at its time, S [m].
   void Add(const Eigen::Vector3d& p_S_seen, const Eigen::Vector3d& p_S_encoders) noexcept {
     if (last_encoders_ && (p_S_encoders - *last_encoders_).norm() < still_) {
-      // A running mean at first, then a slow average: one noisy picture must not move the tool.
+      // A running mean at first, then a slow average: one noisy image must not move the tool.
       count_ = count_ < kAverage ? count_ + 1 : kAverage;
       offset_ += (p_S_seen - p_S_encoders - offset_) / count_;
     }
     last_encoders_ = p_S_encoders;
   }
-  // Eyes minus encoders, S [m]; zero until the tool has stood for two pictures.
+  // Cameras minus encoders, S [m]; zero until the tool was stationary for two images.
   [[nodiscard]] const Eigen::Vector3d& offset() const { return offset_; }
 
  private:
-  static constexpr double kAverage = 32;  // [pictures]
+  static constexpr double kAverage = 32;  // [images]
   double still_;
   double count_ = 0;
   std::optional<Eigen::Vector3d> last_encoders_;

@@ -1,4 +1,4 @@
-// The slave as the service sees it: commands in, states out. Tests of the service use a fake of it.
+// Interface of the slave for the service: commands in, states out. Tests of the service use a fake.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@
 
 namespace palpate {
 
-// What runs, for GetScene, GetCapabilities and `check`.
+// Description for GetScene, GetCapabilities and `check`.
 struct SlaveDescription {
   Scene scene;  // with the parameters now in force
   std::uint32_t settings_revision = 0;
@@ -34,15 +34,15 @@ struct SlaveStatus {
   std::vector<StageTimes> stages;
   std::vector<std::string> alarms;
   std::optional<ArmHealth> arm;         // nullopt: it exists only here
-  std::optional<CameraHealth> cameras;  // nullopt: no images come live
+  std::optional<CameraHealth> cameras;  // nullopt: no live images
 };
 
-// A change of SetParameters; absent: as it is.
+// A change of SetParameters; absent: unchanged.
 struct ParameterChange {
   std::optional<double> position_scale, force_scale, force_limit, young_modulus;
 };
 
-// A surface around the contact, and what of it has changed since.
+// A surface around the contact, and its changes since.
 struct PatchSnapshot {
   std::shared_ptr<const SurfacePatch> patch;  // null: none
   PatchLaw law;
@@ -55,7 +55,7 @@ struct JpegPicture {
 };
 
 inline constexpr double kMaxPositionScale = 100, kMaxForceScale = 1e9;
-// Of scales and the force limit, as of numbers in scenes: what they divide stays finite.
+// Limits of scales and the force limit, so that quotients stay finite.
 inline constexpr double kLeastSetting = 1e-15;
 
 class TactileInbox;
@@ -67,45 +67,44 @@ class Slave {
   Slave(const Slave&) = delete;
   Slave& operator=(const Slave&) = delete;
 
-  // --- the operator. One at a time; the service holds the lease.
-  // A lease begins: command sequences and epochs start anew, energies are zero, the tool stands
-  // until engaged.
+  // --- the operator. One at a time; the service manages the lease. When a lease begins, command
+  // sequences and epochs start again, energies are zero, and the tool is stationary until engaged.
   virtual void BeginOperating() = 0;
-  // Takes a command. False: refused, not finite, absurd or beyond the arm (it is counted and
-  // flagged, the tool holds). Older than one already taken: dropped, true.
+  // Processes a command. False: rejected, because it is not finite, too large or beyond the
+  // manipulator (it is counted and flagged, the tool holds). Older than an accepted one: dropped,
+  // true.
   virtual bool Command(const OperatorCommand& command) noexcept = 0;
-  // The lease ends: the tool stands.
+  // The lease ends: the tool is stationary.
   virtual void EndOperating() = 0;
 
-  // --- states. All thread-safe.
-  // The newest state as of `now`, without sequence number and events: sent_at, echo and true force
-  // are those of `now`.
+  // --- states. All thread-safe. The newest state as of `now`, without sequence number and events:
+  // sent_at, echo and true force are those of `now`.
   [[nodiscard]] virtual SlaveState Compose(Time now) = 0;
   // Events since the last call; one caller (the publisher).
   virtual Events TakeEvents() = 0;
   // Waits until something newer than `sensed_at` was sensed, or for `patience`; true: there is.
   virtual bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) = 0;
 
-  // Whether anybody reads states; somebody, until told otherwise. Who is not watched may rest, and
-  // returns from SetWatched(true) awake. One caller (the publisher).
+  // Whether a client reads states; true until set. Without one the slave may idle, and is awake
+  // again when SetWatched(true) returns. One caller (the publisher).
   virtual void SetWatched(bool /*is_watched*/) {}
 
   // --- settings and health. Throw std::invalid_argument (what is accepted) or std::logic_error
-  // (not now, why). What makes a model tells `progress`, if there is one, and throws Interrupted
-  // where it says so: everything is as it was then.
+  // (not now, why). Builds of a model report to `progress`, if there is one, and throw Interrupted
+  // if it requests a stop: nothing has changed then.
   [[nodiscard]] virtual SlaveDescription Describe() const = 0;
   [[nodiscard]] virtual SlaveStatus Status() const = 0;
   virtual void SetModel(const ModelChange& change, Progress* progress = nullptr) = 0;
   virtual void SetParameters(const ParameterChange& change, Progress* progress = nullptr) = 0;
-  // Of an emergency stop; where there is none, finds anew.
+  // Clears an emergency stop; without one, reinitializes the tracking.
   virtual void Reset() = 0;
-  // The sense starts anew with its next sample: tip, template and rest. A stop stays.
+  // With the next sample, tip, template and baseline are measured again. A stop stays.
   virtual void ReinitializeTracking() = 0;
   virtual void EmergencyStop(const std::string& reason) = 0;
 
-  // --- bulk, computed only when asked for.
+  // --- bulk data, computed only on request.
   [[nodiscard]] virtual BoundaryShape Shape(bool nodal_forces) = 0;
-  // nullopt: the scene has no camera, or nothing was seen yet.
+  // nullopt: the scene has no camera, or no image yet.
   [[nodiscard]] virtual std::optional<JpegPicture> Picture(bool overlays, int quality) = 0;
 
   // Of the samples after the one of `sensed_at`, the oldest first; of many, the newest.
@@ -114,14 +113,14 @@ class Slave {
     return {};
   }
 
-  // The model of the contact as of now: kept up while it is asked for. Null: none is made.
+  // The present local contact model: kept up to date while it is requested. Null: none.
   virtual PatchSnapshot Patch() { return {}; }
 
-  // Where streamed tactile samples go; null: the scene takes none.
+  // Receiver of streamed tactile samples; null: none.
   [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }
-  // Where streamed pictures go; null: the scene takes none.
+  // Receiver of streamed images; null: none.
   [[nodiscard]] virtual PictureInbox* picture_inbox() { return nullptr; }
-  // The arm that a client drives; null: the scene's is none.
+  // The manipulator that a client drives; null: none.
   [[nodiscard]] virtual DrivenArm* driven_arm() { return nullptr; }
 };
 

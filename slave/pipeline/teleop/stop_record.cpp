@@ -63,8 +63,7 @@ std::string Span(std::chrono::system_clock::duration span) {
 bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   file_ = folder / "emergency-stop";
   if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
-    throw std::runtime_error(file_.string() +
-                             ": an emergency stop is kept there, accepted is a file");
+    throw std::runtime_error(file_.string() + ": accepted is a file that keeps an emergency stop");
   }
   RequireWritable(file_);
   if (!std::filesystem::exists(file_)) {
@@ -101,9 +100,7 @@ std::string StopRecord::Begin(const std::string& reason) noexcept {
     return {};
   } catch (const std::exception& error) {
     changed_.notify_all();
-    return std::string(
-               "the emergency stop will not outlive this process unless it can be "
-               "kept later: ") +
+    return std::string("the emergency stop is not saved and would be lost at a restart: ") +
            error.what();
   }
 }
@@ -117,7 +114,7 @@ void StopRecord::KeepTrying(const std::stop_token& stop) {
     try {
       KeepFile(file_, Reason() + "\n");
       is_kept_ = true;
-      spdlog::warn("the emergency stop outlives this process now: {}", file_.string());
+      spdlog::warn("the emergency stop is now saved: {}", file_.string());
     } catch (const std::exception&) {  // it was told, and is tried again
     }
   }

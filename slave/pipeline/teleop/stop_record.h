@@ -1,5 +1,5 @@
-// Why and since when the tool stands: told to whoever asks, and kept in a file, so that an
-// emergency stop outlives the process.
+// Reason and time of the emergency stop: reported on request, and saved in a file, so that it
+// persists across a restart.
 #pragma once
 
 #include <chrono>
@@ -14,11 +14,11 @@ namespace palpate {
 
 class StopRecord {
  public:
-  // Kept in `folder` from now on. True: a stop is kept there already, which goes on. Throws
-  // std::runtime_error: nothing can be kept there.
+  // Saved in `folder` from now on. True: a saved stop exists and is active. Throws
+  // std::runtime_error: the folder is not writable.
   bool KeepIn(const std::filesystem::path& folder);
-  // Thread-safe, as the rest. Empty, or why it does not outlive the process yet: a stop that cannot
-  // be kept still stops, and is tried to be kept every `again` until it is or ends.
+  // Thread-safe, as the others. Returns empty, or why it is not saved yet: such a stop is active,
+  // and saving is retried every `again` until it succeeds or the stop ends.
   std::string Begin(const std::string& reason) noexcept;
   // Throws std::filesystem::filesystem_error: the file stays, and so does the stop.
   void End();
@@ -32,16 +32,16 @@ class StopRecord {
   void KeepTrying(const std::stop_token& stop);
   [[nodiscard]] std::string Reason() const;
 
-  std::filesystem::path file_;  // empty: it is not kept
+  std::filesystem::path file_;  // empty: not saved
   std::chrono::milliseconds again_{100};
-  std::mutex file_mutex_;  // held while the file is written or removed; guards what follows
+  std::mutex file_mutex_;  // locked while the file is written or removed; guards the members below
   bool is_kept_ = true;
   std::condition_variable_any changed_;
-  mutable std::mutex mutex_;  // never held for longer; guards what follows
+  mutable std::mutex mutex_;  // never locked longer; guards the members below
   bool stands_ = false;
   std::string reason_;
   Clock::time_point since_{};
-  std::jthread trying_;  // sleeps until one could not be kept
+  std::jthread trying_;  // sleeps until saving has failed
 };
 
 }  // namespace palpate

@@ -410,7 +410,7 @@ void Acceptor::Room::CutUntrusted() {
   }
   std::erase_if(guests_, [this](const Guest& guest) {
     if (!guest.trusted || guest.trusted()) return false;
-    spdlog::warn("audit: {} was cut: its certificate does not hold any more", guest.peer);
+    spdlog::warn("audit: {} was disconnected: its certificate is no longer valid", guest.peer);
     Cut(guest, TurnedAway::kUntrusted);
     return true;
   });
@@ -448,7 +448,7 @@ bool Acceptor::Room::TurnAway(int fd, TurnedAway why) {
   close(fd);
   const std::uint64_t count = ++door_.turned_away_[static_cast<std::size_t>(why)];
   if (count % kTurnsToTell == 1) {
-    spdlog::warn("audit: connections turned away, {}: {} since the start", ToString(why), count);
+    spdlog::warn("audit: connections rejected, {}: {} since the start", ToString(why), count);
   }
   return true;
 }

@@ -1,5 +1,5 @@
-// The slave's door, before gRPC: how many come in, whether they begin as our clients do, and who
-// sends more than anyone needs.
+// Admission control in front of gRPC: limits the number of connections, requires a valid protocol
+// preface, and limits what a connection may send.
 #pragma once
 
 #include <array>
@@ -24,17 +24,17 @@ namespace palpate {
 // How a connection begins.
 enum class Greeting : std::uint8_t { kHttp2, kTls };
 
-// Whether `bytes`, the first that came, are one, or may become one.
+// Whether `bytes`, the first that arrived, are a valid preface, or may become one.
 enum class Greets : std::uint8_t { kYes, kNotYet, kNo };
 Greets CheckGreeting(Greeting greeting, std::string_view bytes);
 
 // Why connections were not handed on, or were cut.
 enum class TurnedAway : std::uint8_t {
   kSaidNothing,  // no greeting in time, or too many others waited with theirs
-  kSaidOther,    // what came is no greeting
+  kSaidOther,    // the first bytes were not a valid preface
   kTooMany,      // of this address, or in all
-  kTooMuch,      // bytes: see ConnectionBudget
-  kUntrusted,    // not any more: see KeepWhile
+  kTooMuch,      // bytes exceeded: see ConnectionBudget
+  kUntrusted,    // no longer trusted: see KeepWhile
 };
 inline constexpr std::size_t kTurnedAwayCount = 5;
 std::string_view ToString(TurnedAway why);
@@ -43,7 +43,7 @@ struct AcceptorCounts {
   std::uint64_t accepted = 0;  // handed on
   std::array<std::uint64_t, kTurnedAwayCount> turned_away{};
   std::uint64_t open = 0, waiting = 0;  // now: handed on; with their greeting
-  double unseen = 0;                    // since somebody was last looked for [s]
+  double unseen = 0;                    // time since the last poll [s]
 };
 
 class Acceptor {
@@ -51,14 +51,15 @@ class Acceptor {
   struct Limits {
     std::size_t connections = 512;  // handed on, in all; fewer where descriptors are few
     std::size_t per_address = 128;  // IPv6: of a /64
-    std::size_t waiting = 256;      // with their greeting; then the eldest goes
+    std::size_t waiting = 256;      // limit with a valid preface; beyond it the oldest is closed
     std::chrono::milliseconds greeting{3000};
-    double idle = 5;      // [s] without a byte either way: may be cut where others have no place
-    double closed = 0.5;  // [s] to an address that sent too much
-    double share = 1;     // of ConnectionBudget's
+    double idle =
+        5;  // [s] without a byte in either direction, after which it may be closed for others
+    double closed = 0.5;            // [s] to an address that sent too much
+    double share = 1;               // of ConnectionBudget's
     double rate = 50, burst = 256;  // handed on of an address: [1/s], at once
   };
-  // Takes over a connection: open, not blocking. Called from the acceptor's thread.
+  // Takes over a connection: open, non-blocking. Called from the acceptor's thread.
   using HandOn = std::function<void(int fd)>;
 
   // Listens. Throws as ListenAt does.
@@ -70,15 +71,15 @@ class Acceptor {
 
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }  // the real port
   [[nodiscard]] AcceptorCounts counts() const;                          // thread-safe
-  // Cuts the connection of `peer`, as gRPC names it, when `trusted` is false: asked once a second,
-  // by the acceptor's thread. Nothing where no such connection is open. Thread-safe.
+  // Closes the connection of `peer` (gRPC's name) when `trusted` returns false. It is called once
+  // per second by the acceptor's thread. No effect if there is no such connection. Thread-safe.
   void KeepWhile(const std::string& peer, std::function<bool()> trusted);
-  // The connection of `peer` carries pictures or meshes: while somebody operates from another one,
-  // what is sent there is paced, as BulkPace has it. Thread-safe.
+  // Marks the connection of `peer` as a stream of images or meshes. While an operator uses another
+  // connection, its rate is limited by BulkPace. Thread-safe.
   void Pace(const std::string& peer);
-  // A state's way to the operator at `peer` and back took so long [s]. Thread-safe, short.
+  // Reports a measured round-trip time of the operator at `peer` [s]. Thread-safe, short.
   void HearRoundTrip(const std::string& peer, double round_trip);
-  // Nobody comes in any more; who is in stays. Idempotent.
+  // Accepts no new connections; existing ones stay. Idempotent.
   void Stop();
 
  private:
@@ -92,9 +93,9 @@ class Acceptor {
   std::array<std::atomic<std::uint64_t>, kTurnedAwayCount> turned_away_{};
   std::atomic<std::uint64_t> accepted_{0}, open_{0}, waiting_{0};
   std::atomic<Time> looked_{Clock::now()};
-  PriorityInheritanceMutex mutex_;                        // guards what follows
-  std::map<std::string, std::function<bool()>> trusted_;  // of peers, not looked at yet
-  std::vector<std::string> paced_;                        // likewise
+  PriorityInheritanceMutex mutex_;                        // guards the members below
+  std::map<std::string, std::function<bool()>> trusted_;  // new peers, not yet processed
+  std::vector<std::string> paced_;                        // new peers, not yet processed
   std::string operator_;                                  // the newest one's connection
   BulkPace pace_;
   std::jthread thread_;

@@ -1,5 +1,5 @@
-// How fast pictures and meshes may go while somebody operates: as fast as the line takes them
-// without a queue, which the operator's states would wait in.
+// Rate limit for images and meshes while an operator is connected: as much as the link carries
+// without a queue that would delay the operator's states.
 #pragma once
 
 #include <algorithm>
@@ -10,22 +10,23 @@
 
 namespace palpate {
 
-// Delay-based, as LEDBAT (RFC 6817) is, but by the operator's round trips, not by those of the
-// connections that are paced: a queue counts in a relay, too, and one that the operator does not
-// wait in costs nobody anything. What else fills the line has it: watchers keep `kLeast`.
+// Delay-based, like LEDBAT (RFC 6817), but with the operator's round-trip time instead of that of
+// the limited connections. It also detects queues in a relay, and ignores queues that do not delay
+// the operator. Watchers keep at least `kLeast`.
 class BulkPace {
  public:
   static constexpr double kUnbound = std::numeric_limits<double>::infinity();
-  // Of all watchers together [bytes/s]; first, too, so that the line's own round trip is seen.
+  // Rate of all watchers together [bytes/s]; also the initial rate, so that the base round-trip
+  // time is measured.
   static constexpr double kLeast = 128e3;
-  static constexpr double kPeriod = 0.05;  // of a decision, or the line's round trip [s]
+  static constexpr double kPeriod = 0.05;  // time of a decision, or the round-trip time [s]
 
-  // A state's way to the operator and back took so long [s].
+  // Reports a round-trip time of the operator [s].
   void Hear(double round_trip) {
     if (round_trip >= 0) shortest_ = std::min(shortest_, round_trip);  // nor NaN
   }
-  // What all watchers together may send [bytes/s], `dt` [s] after the last time, since when `sent`
-  // [bytes] of theirs were acknowledged. kUnbound: nobody operates.
+  // Rate limit of all watchers together [bytes/s]. `dt` [s]: time since the last call, in which
+  // `sent` [bytes] were acknowledged. kUnbound: no operator.
   double Update(double sent, double dt) {
     since_ += dt;
     sent_ += sent;
@@ -46,9 +47,9 @@ class BulkPace {
 
  private:
   static constexpr double kStanding = 3e-3;  // that the shortest trip of a period waited [s]
-  static constexpr double kShaken = 0.1;     // of a line's own round trip, by itself
+  static constexpr double kShaken = 0.1;     // base round-trip time of the link
   static constexpr double kMore = 1.05, kLess = 0.85;
-  static constexpr double kSilence = 5;  // nobody operates [s]
+  static constexpr double kSilence = 5;  // time without an operator [s]
 
   double rate_ = kUnbound;
   double since_ = 0, sent_ = 0, shortest_ = kUnbound;  // of this period

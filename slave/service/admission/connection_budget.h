@@ -1,4 +1,4 @@
-// What one connection may send before it is cut: bytes a second, and bytes that nothing answers.
+// Limit of what one connection may send: bytes per second, and bytes without a solution.
 #pragma once
 
 #include <algorithm>
@@ -8,19 +8,19 @@ namespace palpate {
 
 class ConnectionBudget {
  public:
-  // An operator sends 80 kB/s, five fingertips as much; a line that stalled for seconds delivers
-  // that at once. Floods of HTTP/2 frames make gRPC keep several times what they send.
-  static constexpr double kRate = 256e3;                    // [bytes/s]
-  static constexpr double kBurst = 512e3;                   // [bytes]
-  static constexpr double kStart = 8e3;                     // of that, for who just came [bytes]
+  // An operator sends 80 kB/s, five fingertips as much; after a stall of seconds the link delivers
+  // all of it at once. For floods of HTTP/2 frames gRPC uses several times their size in memory.
+  static constexpr double kRate = 256e3;   // [bytes/s]
+  static constexpr double kBurst = 512e3;  // [bytes]
+  static constexpr double kStart = 8e3;    // initial allowance of a new connection [bytes]
   static constexpr std::uint64_t kUnanswered = 512 * 1024;  // [bytes]
 
-  // `share`: of all of these, more than 1 where scenes take more.
+  // `share`: factor on all limits, more than 1 for scenes that accept images.
   explicit ConnectionBudget(double share = 1) : share_(share) {}
 
-  // What the socket counted since it was opened, `dt` [s] after the last time. False: beyond the
-  // budget. Headers without end are answered by nothing; every stream of ours is, by states or by
-  // room for more.
+  // Updates with the socket's counters since it was opened, `dt` [s] after the last call. False:
+  // beyond the budget. Endless headers get no answer; every stream of our clients does, by states
+  // or window updates.
   bool Update(std::uint64_t received, std::uint64_t answered, double dt) {
     const std::uint64_t came = received - received_;
     unanswered_ = answered == answered_ ? unanswered_ + came : 0;

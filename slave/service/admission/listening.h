@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// Open until it goes.
+// Open until destruction.
 class ListeningSocket {
  public:
   explicit ListeningSocket(int fd) : fd_(fd) {}

@@ -1,5 +1,5 @@
-// An incremental constrained Delaunay triangulation (Bowyer 1981, Watson 1981), the ground on which
-// the site's meshes are refined. Coordinates of order one. Not thread-safe.
+// An incremental constrained Delaunay triangulation (Bowyer 1981, Watson 1981), the basis of the
+// simulator's graded meshes. Coordinates of order one. Not thread-safe.
 #pragma once
 
 #include <array>
@@ -35,10 +35,10 @@ class Delaunay {
   // Throws std::runtime_error: coinciding points, crossing segments.
   Delaunay(const std::vector<Eigen::Vector2d>& points, const std::vector<Segment>& segments);
 
-  // Looks for the place of `p`, walking from triangle `from`. Returns false where a segment stands
-  // in the way (then `blocking_segment()`), else prepares the cavity that `p` would make.
+  // Locates `p`, walking from triangle `from`. Returns false if a segment blocks the way (then
+  // `blocking_segment()`), else prepares the cavity of `p`.
   bool Prepare(const Eigen::Vector2d& p, int from);
-  // After Prepare: segments on the rim of the cavity whose diametral circle holds the point.
+  // After Prepare: segments on the rim of the cavity whose diametral circle contains the point.
   [[nodiscard]] const std::vector<int>& encroached() const { return encroached_; }
   [[nodiscard]] int blocking_segment() const { return blocking_segment_; }
   // Puts the prepared point in; the new triangles are `created()`.

@@ -1,5 +1,5 @@
-// What is true of an embryo beside its elasticity: how its membrane stiffens, when it breaks, and
-// where the substance is to go (paper A, 4.2). Drawn by the scene's seed; known to reports alone.
+// Properties of a simulated embryo beyond elasticity: stiffening of the membrane, puncture, and the
+// target of the injection (paper A, 4.2). Drawn by the scene's seed; used by reports only.
 #pragma once
 
 #include <cstdint>

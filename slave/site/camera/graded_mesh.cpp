@@ -200,7 +200,8 @@ TriangleMesh MakeGradedMesh(const std::vector<Point>& points, const std::vector<
   TriangleMesh mesh = Collect(delaunay);
   const double wanted = SurroundedArea(points, segments);
   if (mesh.triangles.empty() || !(std::abs(Area(mesh) - wanted) <= 1e-9 * wanted)) {
-    throw std::runtime_error("mesh: the triangles do not fill the outline; does it cross itself?");
+    throw std::runtime_error(
+        "mesh: the triangles do not fill the outline; check that it does not intersect itself");
   }
   return mesh;
 }

@@ -1,4 +1,4 @@
-// Triangles of guaranteed quality, as small as a size field asks: Delaunay refinement after
+// Triangles of guaranteed quality, as small as a size field requires: Delaunay refinement after
 // Ruppert, "A Delaunay refinement algorithm for quality 2-dimensional mesh generation", J.
 // Algorithms 18 (1995). Coordinates of order one.
 #pragma once
@@ -12,7 +12,7 @@
 
 namespace palpate::site {
 
-// Wanted edge length: `largest` far away, `seed.size + growth * distance` around each seed.
+// Requested edge length: `largest` far away, `seed.size + growth * distance` around each seed.
 struct SizeField {
   struct Seed {
     Eigen::Vector2d place;

@@ -1,5 +1,5 @@
-// What a microscope shows beside embryo and pipette: the glass capillary that holds the embryo,
-// debris that drifts in the liquid, and a focus that wanders.
+// Further contents of a microscope image: the glass capillary that holds the embryo, debris that
+// drifts in the liquid, and a varying focus.
 #pragma once
 
 #include <cstdint>
@@ -19,20 +19,20 @@ class Microscope {
  public:
   static constexpr double kWall = 9e-6;                     // of the capillary [m]
   static constexpr float kGlass = 0.62F;                    // light that its wall lets through
-  static constexpr double kFocusPeriod = 97;                // [pictures]
-  static constexpr double kSlowest = 0.05, kFastest = 0.5;  // of debris [px per picture]
+  static constexpr double kFocusPeriod = 97;                // [images]
+  static constexpr double kSlowest = 0.05, kFastest = 0.5;  // of debris [px per image]
 
-  // `X_IO`: O [m] -> picture [px]. The capillary grips the arc that the scene holds, if it does.
+  // `X_IO`: O [m] -> image [px]. The capillary grips the arc that the scene fixes, if it does.
   Microscope(const Scene& scene, const TrueBody& body, const Eigen::Affine2d& X_IO,
              const cv::Size& size);
 
-  // Lays glass and debris over `seen` (CV_32F, the picture's size) and takes it out of focus.
-  // Debris drifts on and the focus wanders with each call.
+  // Draws glass and debris over `seen` (CV_32F, the image's size) and blurs it. Debris drifts and
+  // the focus changes with each call.
   void Show(cv::Mat* seen);
 
  private:
   struct Particle {
-    Eigen::Vector2d p_I, v_I;  // [px], [px per picture]
+    Eigen::Vector2d p_I, v_I;  // [px], [px per image]
     double radius = 0;         // [px]
     float light = 1;           // that it lets through in its middle
   };

@@ -23,14 +23,14 @@ constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
 const Camera& CameraOf(const Scene& scene) {
   if (!scene.sense.Find<Camera>()) {
-    throw std::invalid_argument("sense.camera: missing; the simulated site shows itself to one");
+    throw std::invalid_argument("sense.camera: missing; the simulator needs a camera");
   }
   const Camera& camera = *scene.sense.Find<Camera>();
   if (camera.size[0] < 16 || camera.size[1] < 16 || camera.size[0] > 16384 ||
       camera.size[1] > 16384) {
     throw std::invalid_argument("sense.camera.size = [" + std::to_string(camera.size[0]) + ", " +
                                 std::to_string(camera.size[1]) +
-                                "]: accepted by the simulated site is 16 to 16384 px each");
+                                "]: accepted by the simulator is 16 to 16384 px each");
   }
   if (!(camera.pixel > 0)) {
     throw std::invalid_argument("sense.camera.pixel = " + std::to_string(camera.pixel) +
@@ -58,8 +58,7 @@ std::optional<LensWarp> LensOf(const Camera& camera) {
   const Lens lens = ReadLens(camera.lens);
   if (lens.size != camera.size) {
     throw std::invalid_argument(fmt::format(
-        "sense.camera.intrinsics = {}: its pictures have {} x {} px: accepted is "
-        "sense.camera.size, "
+        "sense.camera.intrinsics = {}: its images have {} x {} px: accepted is sense.camera.size, "
         "{} x {}",
         camera.lens.string(), lens.size[0], lens.size[1], camera.size[0], camera.size[1]));
   }

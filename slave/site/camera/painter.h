@@ -1,6 +1,6 @@
-// Paints what the site's camera sees: a bright plain ground, the textured body as it is deformed,
-// the dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up
-// to the last rounding.
+// Renders the simulated camera image: a bright plain background, the textured deformed body, the
+// dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up to
+// the last rounding.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@
 
 namespace palpate::site {
 
-// What is to be seen. Frame O [m].
+// Contents of the image. Frame O [m].
 struct Pose {
   Eigen::Vector2d p_O_tip{0, 0};
   std::shared_ptr<const PatchSolution> contact;  // nullptr: the body rests
@@ -38,11 +38,11 @@ class Painter {
   // pixel size, a lens of another size; std::runtime_error: its file cannot be read.
   Painter(const Scene& scene, const TrueBody& body);
 
-  // 8 bit grey. The same sequence of calls gives the same pictures. One thread at a time.
+  // 8 bit grey. The same sequence of calls gives the same images. One thread at a time.
   cv::Mat Paint(const Pose& pose);
 
  private:
-  // A part of the picture: grey where `alpha` (0 to 1, coverage) says how much.
+  // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
   struct Layer {
     cv::Rect window;
     cv::Mat grey, alpha;  // CV_32F, the window's size
@@ -58,7 +58,7 @@ class Painter {
   const TrueBody& body_;
   cv::Size size_;
   double pixel_;            // [m]
-  Eigen::Affine2d X_IO_;    // O [m] -> picture [px]
+  Eigen::Affine2d X_IO_;    // O [m] -> image [px]
   double tool_width_;       // [m]
   double tool_radius_;      // of its end; 0: flat [m]
   Eigen::Vector2d tool_O_;  // along which the tool points
@@ -68,7 +68,7 @@ class Painter {
   Layer body_layer_, tool_layer_;
   bool body_painted_ = false;
   Pose painted_;         // what body_layer_ shows
-  cv::Mat seen_;         // CV_32F: the world before light and noise
+  cv::Mat seen_;         // CV_32F: the image before light and noise
   cv::Rect seen_dirty_;  // where it is not plain ground
   std::optional<Microscope> microscope_;
   std::optional<LensWarp> lens_;

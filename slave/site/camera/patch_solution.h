@@ -21,8 +21,8 @@ namespace palpate::site {
 
 struct RoundTouch;
 
-// How fine the solution is, in parts of the body's larger side unless it says otherwise.
-// The defaults give the contact stiffness within 1e-3 (tests/slave/site).
+// Resolution of the solution, relative to the body's larger side unless stated otherwise. The
+// defaults give the contact stiffness within 1e-3 (tests/slave/site).
 struct Fineness {
   double largest = 0.15;       // elements far from everything
   double growth = 0.4;         // of the element size with the distance from a seed
@@ -36,8 +36,8 @@ struct PatchSolution {
   Eigen::Matrix2d stiffness{};  // K / (E t) [-]: force of the tool on the body per displacement, O
   std::vector<int> boundary{};  // nodes along the loops, one loop after another
   std::vector<std::size_t> loop_begin{};  // loops + 1 entries
-  // Under a round tool: nodes and columns of `displacement` are as it says, two unit cases per node
-  // that may touch; `stiffness` is not known. nullptr: a flat tool.
+  // For a round tool: nodes and columns of `displacement` as defined there, two unit cases per node
+  // that may touch; `stiffness` is unknown. nullptr: a flat tool.
   std::shared_ptr<const RoundTouch> round{};
 };
 // Fills boundary and loop_begin from the mesh, every loop starting where its first edge was found.
@@ -47,15 +47,15 @@ void OrderBoundary(PatchSolution& solution);
 // Cost: 10 to 30 ms.
 PatchSolution SolvePatch(const TrueBody& body, double poisson_ratio, Plane plane,
                          const BoundaryPlace& place, double width, const Fineness& fineness = {});
-// The same tool without friction: every place of the patch moves along the unit vector `way_O`
-// alike, nothing acts across it. Force along it per displacement along it, K / (E t) [-]. Throws
-// std::runtime_error, too, where a support leaves one component free.
+// The same tool without friction: every point of the contact moves along the unit vector `way_O` by
+// the same amount, without force across it. Force along it per displacement along it, K / (E t)
+// [-]. Throws std::runtime_error also if a support leaves one component free.
 double SlidingStiffness(const TrueBody& body, double poisson_ratio, Plane plane,
                         const BoundaryPlace& place, double width, const Eigen::Vector2d& way_O,
                         const Fineness& fineness = {});
 
-// Solves contacts before they happen: while the tool comes near, a thread of its own computes the
-// solution for the place where it will touch, so that the instant of contact costs nothing.
+// Solves contacts in advance: while the tool approaches, a separate thread computes the solution
+// for the expected contact point, so that the start of contact costs nothing.
 class SolutionsAhead {
  public:
   // `body` must outlive this. `width` and, of a round tool, `radius` [m].
@@ -63,10 +63,10 @@ class SolutionsAhead {
                  double radius = 0);
   ~SolutionsAhead();
 
-  // A contact near `place` is to be expected. Returns at once; the newest request wins.
+  // Requests a solution near `place`. Returns at once; the newest request counts.
   void Expect(const BoundaryPlace& place);
-  // The solution nearest to `place` on the raster of places, waiting for it if need be (10 to 40
-  // ms). nullptr: it could not be solved.
+  // The solution nearest to `place` on the raster of contact points; waits for it if necessary (10
+  // to 40 ms). nullptr: it could not be solved.
   std::shared_ptr<const PatchSolution> Await(const BoundaryPlace& place);
 
  private:

@@ -1,6 +1,5 @@
-// The truth of a round tool's contact: bonded where it touches, and it pulls nowhere. All nodes
-// that it may touch are condensed into one matrix; which of them touch is found for every place of
-// the tool.
+// True contact of a round tool: bonded where it touches, without tension. All nodes that it may
+// touch are condensed into one matrix; the contact set is determined for every tool position.
 #pragma once
 
 #include <vector>
@@ -16,7 +15,7 @@ struct RoundEnd {
   double width = 0, radius = 0;
 };
 
-// `nodes`: that may touch, as they lie from the place where the apex first touched, at rest [m].
+// `nodes`: that may touch, relative to the first contact point of the apex, at rest [m].
 struct RoundTouch {
   Eigen::MatrixXd stiffness;  // K / (E t) [-]: force on node i (x, y) by displacement of j (x, y)
   std::vector<Eigen::Vector2d> nodes;
@@ -28,8 +27,8 @@ struct RoundTouch {
 PatchSolution SolveUnderRound(const TrueBody& body, double poisson_ratio, Plane plane,
                               const BoundaryPlace& place, const RoundEnd& tool);
 
-// What the nodes do under an apex that has moved by `displacement_O` [m] since it touched. Both of
-// 2 entries (x, y) per node, O.
+// Displacements of the nodes under an apex that has moved by `displacement_O` [m] since its first
+// contact. Both of 2 entries (x, y) per node, O.
 struct RoundState {
   Eigen::VectorXd displacement;  // [m]
   Eigen::VectorXd force;         // of the tool on the body / (E t) [m]; zero where nothing touches
@@ -39,7 +38,7 @@ struct RoundState {
 };
 RoundState Touched(const RoundTouch& touch, const Eigen::Vector2d& displacement_O);
 
-// What `wide` comes to at this displacement [m], not zero: a solution as of a flat tool whose
+// Equivalent of `wide` at this displacement [m], not zero: a solution as of a flat tool whose
 // displacements and force are those of the round one there.
 PatchSolution SecantAt(const PatchSolution& wide, const Eigen::Vector2d& displacement_O);
 

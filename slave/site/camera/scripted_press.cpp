@@ -17,14 +17,15 @@ double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
   const Eigen::Vector2d home_O =
       body.X_SO().inverse() * Eigen::Vector2d(scene.manipulator.home.head<2>());
   if (body.Contains(home_O)) {
-    throw std::invalid_argument("manipulator.home: inside the body; accepted is a place outside");
+    throw std::invalid_argument(
+        "manipulator.home: inside the object; accepted is a position outside");
   }
   const double far = 2 * body.larger_side() + (body.Nearest(home_O).p_O - home_O).norm();
   const Eigen::Vector2d direction_O = body.X_SO().linear().transpose() * direction_S;
   const auto entry = body.Entry(home_O, home_O + far * direction_O);
   if (!entry) {
     throw std::invalid_argument(
-        "tool.direction: from manipulator.home the tool does not point at the body");
+        "tool.direction: from manipulator.home the tool does not point at the object");
   }
   return (entry->p_O - home_O).norm();
 }
@@ -36,7 +37,7 @@ constexpr int kStepsPerPicture =
 
 ScriptedPress::ScriptedPress(const Scene& scene, int presses) : home_(scene.manipulator.home) {
   if (!scene.tool || !(scene.tool->direction.norm() > 0)) {
-    throw std::invalid_argument("tool: missing; a press needs one that points somewhere");
+    throw std::invalid_argument("tool: missing; a contact needs a tool with a direction");
   }
   const PressRequest press(scene);
   Eigen::Vector2d direction = scene.tool->direction.normalized();
@@ -77,7 +78,7 @@ std::optional<Frame> ScriptedCamera::Next(const std::stop_token& stop) {
 }
 
 std::string ScriptedCamera::description() const {
-  return fmt::format("simulated site, scripted press, camera at {:g} Hz", rate_);
+  return fmt::format("simulated camera, scripted contact, {:g} Hz", rate_);
 }
 
 }  // namespace palpate

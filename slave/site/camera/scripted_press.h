@@ -1,5 +1,5 @@
-// The motion of the tool for runs without an operator: straight ahead from home into the body, a
-// hold, and back, as often as asked.
+// Motion of the tool for runs without an operator: straight ahead from home into the body, a hold,
+// and back, repeated as requested.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,8 +25,8 @@ class ScriptedPress {
   static constexpr double kRest = 0.5;  // [s]
 
   // Throws std::invalid_argument naming the key: no tool, nothing in front of it, home inside the
-  // body, depth or speed not positive; see also TrueBody.
-  // Into an embryo it goes straight to the target, whatever the depth.
+  // body, depth or speed not positive; see also TrueBody. With an embryo it moves straight to the
+  // target, independent of the depth.
   explicit ScriptedPress(const Scene& scene, int presses = 1);
 
   // Where the tip is at `t` [s] after the start, S [m]; home before, after, and for NaN.
@@ -34,7 +34,7 @@ class ScriptedPress {
     return home_ + motion_.At(t) * way_;
   }
   [[nodiscard]] double duration() const noexcept { return motion_.duration(); }  // [s]
-  // Of the first press, from the start [s].
+  // For the first contact, from the start [s].
   [[nodiscard]] double contact_begin() const noexcept { return motion_.ramp * touch_; }
   [[nodiscard]] double contact_end() const noexcept {
     return 2 * motion_.ramp + motion_.hold - motion_.ramp * touch_;
@@ -51,11 +51,11 @@ class ScriptedPress {
   PressMotion motion_;
 };
 
-// A simulated site that presses by itself, picture after picture on a clock of its own: what
-// `process` runs over when nothing was recorded.
+// A simulator with scripted contacts, image after image on its own clock: the source of `process`
+// without a recording.
 class ScriptedCamera : public FrameSource {
  public:
-  // `site` of that scene must outlive this. Throws what ScriptedPress throws.
+  // `site` of that scene must outlive this. Throws the exceptions of ScriptedPress.
   ScriptedCamera(SimulatedSite& site, const Scene& scene);
   std::optional<Frame> Next(const std::stop_token& stop) override;
   [[nodiscard]] std::string description() const override;

@@ -31,7 +31,7 @@ constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts o
 const Scene& Checked(const Scene& scene) {
   if (!scene.tool || !(scene.tool->width > 0)) {
     throw std::invalid_argument(
-        "tool.width: missing; accepted by the simulated site is the width of the contact, > 0");
+        "tool.width: missing; accepted by the simulator is the width of the contact, > 0");
   }
   if (!(scene.tool->direction.norm() > 0)) {
     throw std::invalid_argument("tool.direction = [0, 0]: accepted is a direction");
@@ -85,8 +85,8 @@ struct SimulatedSite::State {
     pose.p_O_tip = ToBody(p_S_tip);
     if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
       throw std::invalid_argument(
-          "object.geometry: accepted by the simulated site is an outline that does not cross "
-          "itself and can be filled with triangles");
+          "object.geometry: accepted by the simulator is an outline that does not cross itself and "
+          "can be filled with triangles");
     }
   }
 
@@ -254,7 +254,7 @@ std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const
   if (!pace.is_live) return std::make_unique<ScriptedCamera>(*this, scene);
   const double rate = scene.sense.Find<Camera>()->rate;
   return std::make_unique<LiveSource<FrameSource, Frame>>(
-      rate, 0, fmt::format("simulated site, camera at {:g} Hz", rate),
+      rate, 0, fmt::format("simulated camera at {:g} Hz", rate),
       [this, lamp = scene.site.lamp, sequence = std::uint64_t{0}](Time now) mutable {
         const double light = LampLight(lamp, Clock::now());
         cv::Mat picture = TakePicture();

@@ -1,5 +1,5 @@
-// A body's edges as the meshes are made from them: divided where the tool's patch ends, each piece
-// marked by what holds or moves it.
+// A body's edges for meshing: divided at the ends of the tool's contact, each piece marked as
+// fixed, moved or free.
 #pragma once
 
 #include <utility>

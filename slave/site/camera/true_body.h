@@ -1,4 +1,4 @@
-// The body as it really lies at the site: its outline, what holds it, and where it is in S. Plane
+// The true geometry of the simulated body: its outline, fixed parts, and pose in S. Plane
 // coordinates of frame O [m] unless a name says otherwise.
 #pragma once
 
@@ -13,8 +13,8 @@
 
 namespace palpate::site {
 
-// A place on the boundary: loop 0 is the outer one, then the holes; `s` is the way along the loop
-// from its first corner [m], the body on the left.
+// A point on the boundary: loop 0 is the outer one, then the holes; `s` is the arc length from the
+// first corner of the loop [m], the body on the left.
 struct BoundaryPlace {
   int loop = 0;
   double s = 0;
@@ -24,7 +24,7 @@ struct BoundaryPlace {
 
 class TrueBody {
  public:
-  // One straight piece of a loop, held or free over its whole length.
+  // One straight piece of a loop, fixed or free over its whole length.
   struct Edge {
     int loop = 0;
     double s = 0;  // where it begins
@@ -37,9 +37,9 @@ class TrueBody {
     }
   };
 
-  // Throws std::invalid_argument naming the key: an outline that only a picture knows, a pose that
-  // leaves the plane, no part of the boundary held, nodes held by number (they belong to a model's
-  // mesh, which the site does not share).
+  // Throws std::invalid_argument naming the key: an outline that needs an image, a pose that leaves
+  // the plane, no part of the boundary fixed, nodes fixed by number (they belong to a model's mesh,
+  // which the simulator does not share).
   explicit TrueBody(const Scene& scene);
 
   [[nodiscard]] const std::vector<Edge>& edges() const { return edges_; }  // loop after loop
@@ -54,11 +54,10 @@ class TrueBody {
   [[nodiscard]] std::optional<BoundaryPlace> Entry(const Eigen::Vector2d& from,
                                                    const Eigen::Vector2d& to) const noexcept;
   [[nodiscard]] BoundaryPlace Nearest(const Eigen::Vector2d& p) const noexcept;
-  // The place at `s` along `loop`; s is taken modulo the loop's length.
+  // The point at `s` along `loop`; s is taken modulo the loop's length.
   [[nodiscard]] BoundaryPlace PlaceAt(int loop, double s) const noexcept;
-  // What a rigid tool of `width` [m] centred at `place` touches, from and to along the loop. It
-  // goes round gentle bends and ends at corners sharper than 30 degrees, where a real tool
-  // overhangs.
+  // Contact of a rigid tool of `width` [m] centred at `place`, from and to along the loop. It
+  // follows gentle bends and ends at corners sharper than 30 degrees, where a real tool overhangs.
   [[nodiscard]] std::pair<double, double> Patch(const BoundaryPlace& place, double width) const;
 
  private:

@@ -1,4 +1,4 @@
-// The fingers of a scene as rigid bodies that move with one hand.
+// The fingers of a scene as rigid bodies that move together with the manipulator.
 #pragma once
 
 #include <vector>
@@ -22,13 +22,13 @@ struct RigidFinger {
   [[nodiscard]] double Distance(const Eigen::Vector3d& p_F) const noexcept;
   // Outward unit normal of the surface nearest to a point.
   [[nodiscard]] Eigen::Vector3d Normal(const Eigen::Vector3d& p_F) const noexcept;
-  // Where an inner point leaves the finger if the finger came by moving along `direction_F` (unit):
-  // it is pushed ahead. Zero: the nearest point of the surface.
+  // Exit of an inner point from the finger if the finger arrived along `direction_F` (unit): it is
+  // pushed ahead. Zero: the nearest point of the surface.
   [[nodiscard]] Eigen::Vector3d PushOut(const Eigen::Vector3d& p_F,
                                         const Eigen::Vector3d& direction_F) const noexcept;
 };
 
-// Frame O. The hand's displacement from home is h_O; fingers never turn.
+// Frame O. The displacement from home is h_O; fingers never rotate.
 struct FingerHand {
   struct OneFinger {
     Eigen::Isometry3d X_OF_home = Eigen::Isometry3d::Identity();
@@ -36,11 +36,11 @@ struct FingerHand {
   };
   std::vector<OneFinger> fingers;
   RigidFinger shape;
-  Eigen::Vector3d approach_O{0, 0, -1};  // unit vector in which the hand presses
+  Eigen::Vector3d approach_O{0, 0, -1};  // unit vector of the approach
 
   // Of finger `f`.
   [[nodiscard]] Eigen::Isometry3d PoseOf(std::size_t f, const Eigen::Vector3d& h_O) const;
-  // All fingers after the hand went `s` along its approach, beside it by `lateral_O`.
+  // All fingers after motion by `s` along the approach, with the offset `lateral_O`.
   [[nodiscard]] std::vector<FingerPlacement> Placements(const Eigen::Vector3d& lateral_O,
                                                         double s) const;
   // The way along the approach at which finger `f` meets the first of `nodes_O`; infinity: it meets

@@ -1,5 +1,5 @@
-// A press solved in steps ahead of time: what fingers and body do at rising depths of one approach,
-// and in between by interpolation.
+// A contact solved in advance in steps: loads of fingers and body at increasing depths of one
+// approach, with interpolation in between.
 #pragma once
 
 #include <array>
@@ -21,15 +21,15 @@ namespace palpate::site {
 
 // One step of a ladder. Immutable once made.
 struct LoadStep {
-  double s = 0;  // way of the hand along its approach [m]
+  double s = 0;  // motion along the approach [m]
   std::array<FingerTouch, kMaxFingers> touches{};
   std::vector<Eigen::Vector3f> displacements_O;  // of all nodes [m]
 };
 using Rungs = std::vector<std::shared_ptr<const LoadStep>>;  // s rising
 
-// What the rungs say of one finger at `s`: forces by monotone cubics between rungs (Fritsch and
-// Carlson 1980), the rest linear. Nothing touches before the first rung; beyond the last one, force
-// and depth go on as between the last two. `slope`: d |force| / d s [N/m].
+// Interpolated load of one finger at `s`: forces by monotone cubics between steps (Fritsch and
+// Carlson 1980), the rest linear. No contact before the first step; beyond the last one, force and
+// depth are extrapolated from the last two. `slope`: d |force| / d s [N/m].
 struct TouchBetween {
   FingerTouch touch;
   double slope = 0;
@@ -39,9 +39,9 @@ TouchBetween TouchAt(const Rungs& rungs, int finger, double s) noexcept;
 // Of every node, linear between rungs, zero before the first; beyond the last one as at it.
 void DisplacementsAt(const Rungs& rungs, double s, std::vector<Eigen::Vector3d>* displacement_O);
 
-// Solves presses before they happen: a thread of its own works out the ladder for the place that
-// the hand is over, step by step, so that a press only reads it.
-// What is known of presses at one place so far. Rungs and body belong together.
+// Solves contacts in advance: a separate thread computes the steps for the present position, one by
+// one, so that a contact only reads them. Known contacts at one position. Steps and body belong
+// together.
 struct SolvedPress {
   std::shared_ptr<const RestBody> body;
   std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
@@ -49,18 +49,19 @@ struct SolvedPress {
 
 class LoadPathCache {
  public:
-  // Places beside the approach, in multiples of the raster: hands nearer than half of it share a
-  // ladder.
+  // Positions beside the approach, in multiples of the raster: positions nearer than half of it
+  // share the steps.
   using Key = std::pair<int, int>;
   static constexpr double kRaster = 5e-3;  // [m]
 
-  // The object must outlive this. `deepest` [m]: how far beyond the first touch a ladder goes.
+  // The object must outlive this. `deepest` [m]: largest depth beyond the first contact.
   LoadPathCache(const TrueObject& object, double deepest);
   ~LoadPathCache();
 
   [[nodiscard]] Key KeyOf(const Eigen::Vector3d& h_O) const;
-  // A press here is to be expected: the newest wish is worked on. The way along the approach at
-  // which the first finger touches; infinity: none does. Milliseconds for a new place, else short.
+  // Requests a contact here: the newest request is processed. Returns the motion along the approach
+  // until the first finger touches; infinity: none does. Milliseconds for a new position, else
+  // short.
   double Expect(const Key& key);
   // The ladder here, as far as way `s` at least if there is one so far, waiting for it if need be
   // (a third of a second or so per millimetre of depth). May be shorter where no equilibrium was

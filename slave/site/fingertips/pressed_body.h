@@ -16,10 +16,10 @@
 
 namespace palpate::site {
 
-// Where a finger is and how it came there.
+// Pose of a finger and its direction of motion.
 struct FingerPlacement {
   Eigen::Isometry3d X_OF = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d approach_O{0, 0, 0};  // unit vector of its motion; zero: it stands
+  Eigen::Vector3d approach_O{0, 0, 0};  // unit vector of its motion; zero: stationary
 };
 
 // What one finger does to the body. Frame O.
@@ -28,12 +28,12 @@ struct FingerTouch {
   Eigen::Vector3d force_O{0, 0, 0};  // of the finger on the body [N]
   Eigen::Vector3d p_F{0, 0, 0};      // middle of the pressure, on the finger's surface [m]
   double radius = 0;                 // of the disc with a sphere's pressure that spreads as far [m]
-  double depth = 0;                  // farthest that a touched node was moved ahead [m]
+  double depth = 0;                  // largest displacement of a touched node [m]
 };
 
 class PressedBody {
  public:
-  using Held = std::vector<std::array<bool, 3>>;  // components held, per node
+  using Held = std::vector<std::array<bool, 3>>;  // fixed components, per node
 
   // Throws std::invalid_argument: an element without volume, no element.
   PressedBody(const SiteMesh& mesh, const Held& held, double young_modulus, double poisson_ratio,

@@ -18,7 +18,7 @@ ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
   const PressRequest press(scene);
   if (!std::isfinite(site_.gap())) {
     throw std::invalid_argument(
-        "sense.tactile: the fingertips do not meet the object on the way of their hand");
+        "sense.tactile: the fingertips do not meet the object on their path");
   }
   const double way = site_.gap() + press.depth;
   way_ = way * site_.approach();
@@ -37,8 +37,8 @@ std::optional<TactileFrame> ScriptedTouch::Next(const std::stop_token& stop) {
 }
 
 std::string ScriptedTouch::description() const {
-  return fmt::format("simulated fingertips, {} scripted press{}, {:g} Hz", motion_.presses,
-                     motion_.presses == 1 ? "" : "es", rate_);
+  return fmt::format("simulated fingertips, {} scripted contact{}, {:g} Hz", motion_.presses,
+                     motion_.presses == 1 ? "" : "s", rate_);
 }
 
 }  // namespace palpate

@@ -1,6 +1,5 @@
-// A fingertip of our own in the manner of the BioTac: skin over conductive fluid over nineteen
-// electrodes, laid out as SimulatedLayout says. What it reads is never computed by what estimates
-// from it.
+// A simulated fingertip similar to the BioTac: skin over conductive fluid over nineteen electrodes,
+// arranged as in SimulatedLayout. No estimator shares its computation.
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@
 
 namespace palpate {
 
-// What presses on the fingertip. Frame F.
+// Loads on the fingertip. Frame F.
 struct FingertipLoad {
   Eigen::Vector3d p_F{0, 0, 0};  // on its surface [m]
   Eigen::Vector3d f_F{0, 0, 0};  // of the object on the fingertip [N]
@@ -23,7 +22,7 @@ struct FingertipLoad {
 
 class SimulatedFingertip {
  public:
-  // `seed` decides rest values, noise and drift: another one is another start.
+  // `seed` decides the baseline, noise and drift: another one is another start.
   explicit SimulatedFingertip(std::uint32_t seed);
   ~SimulatedFingertip();
   SimulatedFingertip(SimulatedFingertip&&) noexcept;
@@ -41,9 +40,9 @@ class SimulatedFingertip {
 
 namespace palpate::site {
 
-// The skin of the simulated fingertip as points that carry an area each.
-// Frame F. The electrodes' places on the skin come first and carry no area; the others divide the
-// half sphere at the tip and the cylinder behind it among themselves.
+// The skin of the simulated fingertip as points with an area. Frame F. The electrodes' positions on
+// the skin come first and have no area; the others share the half sphere at the tip and the
+// cylinder behind it.
 struct SkinSurface {
   static constexpr std::size_t kCylinderRings = 8, kSphereRings = 5, kAround = 16;
   static constexpr std::size_t kCount = kElectrodeCount + (kCylinderRings + kSphereRings) * kAround;

@@ -167,8 +167,8 @@ std::vector<LabelledRecording> SimulatePresses(const SimulatedPresses& options) 
   if (options.presses < 1 || options.per_start < 1 || options.rest_samples < 1 ||
       !(options.largest_force > 0)) {
     throw std::invalid_argument(
-        "simulated presses: accepted are 1 or more presses, 1 or more per "
-        "start, 1 or more rest samples, a largest force > 0");
+        "simulated contacts: accepted are 1 or more contacts, 1 or more per start, 1 or more rest "
+        "samples, a largest force > 0");
   }
   std::vector<LabelledRecording> recordings;
   for (int done = 0; done < options.presses; done += options.per_start) {

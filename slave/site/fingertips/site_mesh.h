@@ -1,5 +1,5 @@
-// Meshes of the true body, finer where fingers come, and none that an estimator uses: quadratic
-// hexahedra of boxes, cubic tetrahedra of what files hold.
+// Meshes of the simulated body, finer near the fingers, and none that an estimator uses: quadratic
+// hexahedra for boxes, cubic tetrahedra for mesh files.
 #pragma once
 
 #include <array>
@@ -35,9 +35,9 @@ struct SiteMesh {
   std::vector<std::array<int, 3>> triangles{};  // between the nodes of the surface, outward
 };
 
-// Ends of hexahedra from 0 to `length`, as near to each other as `resolution` says around
-// `focuses`, which they meet where those lie inside, as they do `others`. `hexahedra`: exactly so
-// many, 0: as many as it takes. Fewer than the places to be met: as many as those.
+// Ends of hexahedra from 0 to `length`, spaced as `resolution` requires around `focuses`. They
+// include those focuses that lie inside, and `others`. `hexahedra`: exactly this number, 0: as many
+// as needed. Fewer than the required ends: as many as those.
 struct AxisGrading {
   double length = 0;  // [m], > 0
   std::vector<double> focuses, others;

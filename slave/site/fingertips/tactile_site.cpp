@@ -194,7 +194,8 @@ void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience /*patience*/) {
 void TactileSite::SolveAhead() {
   const double way = gap() + state_->press_depth;
   if (std::isfinite(way)) {
-    spdlog::info("the simulated site solves a press of {:.3g} mm ahead", 1e3 * state_->press_depth);
+    spdlog::info("the simulator precomputes an indentation of {:.3g} mm",
+                 1e3 * state_->press_depth);
     MoveTool(home() + way * approach());
   }
   MoveTool(home());

@@ -55,7 +55,7 @@ constexpr double kTouching = 1e-3;  // radii that a fingertip at home may be ins
 
 const Tactile& CheckedTactile(const Scene& scene) {
   if (!scene.sense.Find<Tactile>()) {
-    Refuse("sense.tactile: missing; a simulated site with fingertips needs it");
+    Refuse("sense.tactile: missing; the simulator of fingertips needs it");
   }
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   if (tactile.fingers.empty() || tactile.fingers.size() > kMaxFingers) {
@@ -81,15 +81,16 @@ const Tactile& CheckedTactile(const Scene& scene) {
 
 void CheckObject(const Object& object) {
   if (!IsVolume(object.geometry)) {
-    Refuse("object.geometry: accepted by a site with fingertips is a volume: box or mesh");
+    Refuse("object.geometry: accepted by the simulator of fingertips is a volume: box or mesh");
   }
   if (object.fixed.empty()) {
-    Refuse("object.fixed: missing; a site with fingertips holds the object somewhere");
+    Refuse("object.fixed: missing; the simulator of fingertips needs a fixed part");
   }
   for (const Fixed& fixed : object.fixed) {
     if (!std::holds_alternative<FixedNodes>(fixed.where)) continue;
     Refuse(
-        "object.fixed.nodes: accepted by a site with fingertips is a plane; its mesh is another");
+        "object.fixed.nodes: accepted by the simulator of fingertips is a plane, because its mesh "
+        "differs");
   }
   const double E = object.material.young_modulus, nu = object.material.poisson_ratio;
   if (!(E > 0 && std::isfinite(E))) {
@@ -97,8 +98,8 @@ void CheckObject(const Object& object) {
   }
   if (!(nu > -1 && nu < TrueObject::kMostPoisson)) {
     Refuse(
-        fmt::format("object.material.poisson_ratio = {:g}: accepted by a site with fingertips is "
-                    "-1 < nu < {:g}",
+        fmt::format("object.material.poisson_ratio = {:g}: accepted by the simulator of fingertips "
+                    "is -1 < nu < {:g}",
                     nu, TrueObject::kMostPoisson));
   }
 }
@@ -126,7 +127,7 @@ RayHit Ahead(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& di
     d = (CentreOf(surface) - p_O).normalized();
     hit = FirstHit(surface, p_O, d);
   }
-  if (!hit) Refuse("sense.tactile: the object lies nowhere ahead of a fingertip");
+  if (!hit) Refuse("sense.tactile: the object is not in front of a fingertip");
   *place_O = p_O + hit->distance * d;
   return *hit;
 }

@@ -1,5 +1,5 @@
-// The object of a scene with fingertips as it really is: what it is made of, where it is held, the
-// fingers around it, and meshes of it that are fine where they press.
+// The true object of a scene with fingertips: material, fixed parts, the fingers around it, and
+// meshes that are fine near the contacts.
 #pragma once
 
 #include <array>
@@ -43,17 +43,17 @@ struct RestBody {
 
 class TrueObject {
  public:
-  // Throws std::invalid_argument naming the key: no fingertips, an object that is no volume or held
-  // nowhere, a fingertip inside it, a first finger that does not move with the hand, a Poisson's
-  // ratio for which elements lock.
+  // Throws std::invalid_argument naming the key: no fingertips, an object that is not a volume or
+  // has no fixed part, a fingertip inside it, a first finger that does not move with the
+  // manipulator, a Poisson's ratio for which elements lock.
   TrueObject(const Scene& scene, const SiteResolution& resolution);
   static constexpr double kMostPoisson = 0.49;
 
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
   [[nodiscard]] const FingerHand& hand() const { return hand_; }
   [[nodiscard]] const Material& material() const { return scene_.object.material; }
-  // Meshed for presses beside the approach by `lateral_O`: boxes are fine there, with the same
-  // triangles everywhere; mesh files are the same everywhere.
+  // Mesh for contacts with the offset `lateral_O` from the approach: boxes are fine there, with the
+  // same triangles everywhere; mesh files are the same everywhere.
   [[nodiscard]] std::shared_ptr<const RestBody> BodyFor(const Eigen::Vector3d& lateral_O) const;
 
  private:
@@ -68,7 +68,7 @@ class TrueObject {
   SiteResolution resolution_;
   Eigen::Isometry3d X_SO_;
   FingerHand hand_;
-  SurfaceMesh plain_;               // as the scene says it
+  SurfaceMesh plain_;               // as in the scene
   std::array<int, 3> hexahedra_{};  // of a box; zero: not counted yet
   std::shared_ptr<const RestBody> file_body_;
 };

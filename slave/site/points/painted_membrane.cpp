@@ -61,7 +61,7 @@ PrintedDots DotsOn(const MembraneGeometry& membrane, const PointTracking& points
   for (const Vector2d& p_O : dots.places_O) {
     if (p_O.norm() + dots.radius < membrane.radius) continue;
     throw std::invalid_argument(
-        fmt::format("sense.points: the dot at [{:g}, {:g}] m is not wholly on the membrane: "
+        fmt::format("sense.points: the dot at [{:g}, {:g}] m is not completely on the membrane: "
                     "accepted are dots within {:g} m of its centre",
                     p_O.x(), p_O.y(), membrane.radius - dots.radius));
   }

@@ -31,8 +31,7 @@ struct MembraneView {
   [[nodiscard]] cv::Mat PlainFace() const;
 };
 
-// Dark dots on the inner face of a membrane, as one camera sees them.
-// Frame O.
+// Dark dots on the inner face of a membrane, for one camera. Frame O.
 struct PrintedDots {
   std::vector<Eigen::Vector2d> places_O;  // at rest [m]
   double radius = 0;                      // [m]
@@ -46,15 +45,15 @@ class DottedMembrane {
 
   // `exposure` must outlive this.
   DottedMembrane(const MembraneView& view, const PrintedDots& dots, const Exposure& exposure);
-  // The world as the optics blur it: CV_32F of the lens's size, valid until the next call. Dots
-  // are small stiff discs: each moves with the membrane's point in its middle and tilts as the
-  // surface does there, and covers its exact share of each pixel. (Ink that bends with the rubber
-  // would show the mean of the surface under it: under the middle of a tool as wide as the dots,
-  // 5 mm deep, 0.2 mm less than the point in the dot's middle, elsewhere hundredths.)
+  // The blurred image: CV_32F of the lens's size, valid until the next call. Dots are small stiff
+  // discs: each moves with the membrane's point at its middle, tilts with the surface there, and
+  // covers its exact share of each pixel. (Ink that bends with the rubber would show the mean of
+  // the surface under it: under the middle of a tool as wide as the dots, 5 mm deep, 0.2 mm less
+  // than the point at the dot's middle, elsewhere hundredths.)
   const cv::Mat& Paint(const Dent& dent);
 
  private:
-  // Corners of the outline of the disc at p_O in the picture [px]; false: not all are seen.
+  // Corners of the outline of the disc at p_O in the image [px]; false: not all are visible.
   bool Outline(const Eigen::Vector2d& p_O, const Dent& dent,
                std::vector<Eigen::Vector2d>* outline) const;
 
@@ -65,7 +64,7 @@ class DottedMembrane {
   cv::Mat seen_, covered_;  // CV_32F
 };
 
-// A fine texture printed on the inner face of a membrane, as one camera sees it.
+// A fine texture printed on the inner face of a membrane, for one camera.
 class TexturedMembrane {
  public:
   static constexpr double kGrains = 65;  // of the texture across the membrane: 1.2 mm of 78

@@ -15,8 +15,7 @@ Lens LensOf(const StereoCameras& cameras) {
   const auto [width, height] = cameras.size;
   if (width < 16 || height < 16 || width > 8192 || height > 8192) {
     throw std::invalid_argument(
-        fmt::format("sense.camera.size = [{}, {}]: accepted by the simulated site is 16 to 8192 px "
-                    "each",
+        fmt::format("sense.camera.size = [{}, {}]: accepted by the simulator is 16 to 8192 px each",
                     width, height));
   }
   if (!(cameras.focal > 0 && cameras.focal < 1e6)) {
@@ -52,14 +51,14 @@ StereoRig SimulatedRig(const Scene& scene) {
   if (!scene.sense.Find<StereoCameras>() ||
       scene.sense.Find<StereoCameras>()->source != StereoCameras::Source::kSimulated) {
     throw std::invalid_argument(
-        "sense.camera: accepted by the simulated site of a membrane or a textured target is a "
-        "simulated pair");
+        "sense.camera: accepted by the simulator of a membrane or a textured target is a simulated "
+        "pair");
   }
   const StereoCameras& cameras = *scene.sense.Find<StereoCameras>();
   const Vector3d p_L = cameras.X_SL.inverse() * scene.object.X_SO.translation();
   const double distance = p_L.norm();
   if (!(distance > 0 && distance < 1e6)) {
-    throw std::invalid_argument("sense.camera.pose: accepted is a place away from the object");
+    throw std::invalid_argument("sense.camera.pose: accepted is a position away from the object");
   }
   if (!(cameras.baseline > 0 && cameras.baseline < 1.5 * distance)) {
     throw std::invalid_argument(
@@ -72,7 +71,7 @@ StereoRig SimulatedRig(const Scene& scene) {
   rig.X_RL = Verged(cameras.baseline, distance);
   if (!IsInPicture(rig.left, p_L) || !IsInPicture(rig.right, rig.X_RL * p_L)) {
     throw std::invalid_argument(
-        "sense.camera.pose: accepted by the simulated site is one from which both cameras see the "
+        "sense.camera.pose: accepted by the simulator is a pose from which both cameras see the "
         "origin of the object's frame");
   }
   return rig;

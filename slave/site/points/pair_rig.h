@@ -6,13 +6,13 @@
 
 namespace palpate {
 
-// Two equal lenses without distortion, their principal points in the middle of the picture. The
+// Two equal lenses without distortion, their principal points in the middle of the image. The
 // left camera stands where sense.camera.pose says. Both stand at the same distance d from the
 // origin of O, `baseline` b apart, and are turned towards each other by the vergence 2 asin(b / 2d)
 // about y: where the left one looks at the origin of O, so does the right one.
 //
 // Throws std::invalid_argument naming the key: no pair, numbers out of range, the origin of O not
-// in both pictures.
+// in both images.
 StereoRig SimulatedRig(const Scene& scene);
 
 }  // namespace palpate

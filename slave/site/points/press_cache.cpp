@@ -208,8 +208,8 @@ std::shared_ptr<const MembranePress> PressCache::Grow(Ladder* ladder) const noex
 
 void PressCache::Announce(const Ladder& ladder) {
   spdlog::info(
-      "the simulated site solves a press {:.3g} mm from the membrane's axis; until it has, its "
-      "pictures there are a guess and the true force is not told",
+      "the simulator computes a contact {:.3g} mm from the membrane's axis; until it is done, its "
+      "images there are approximate and the true force is absent",
       1e3 * ladder.radius);
 }
 

@@ -26,27 +26,27 @@ class PressCache {
     MembraneGeometry geometry;
     Material material;
     double width = 0;        // of the tool [m]
-    double home_radius = 0;  // one of the radii at which presses are solved [m]
-    double press_depth = 0;  // rungs are a fifth of it apart, finer at first [m]
+    double home_radius = 0;  // one of the radii at which contacts are solved [m]
+    double press_depth = 0;  // steps are a fifth of it apart, finer at first [m]
     double prestress = 0;    // tension at rest [N/m]
     MembraneResolution resolution;
   };
-  static constexpr double kDeeper = 1.6;       // rungs go so many press depths deep,
-  static constexpr double kDeepest = 0.5;      // but not deeper than this part of the radius
-  static constexpr double kFarthest = 0.75;    // radii of presses, in those of the membrane
-  static constexpr double kRaster = 1.0 / 13;  // between them, likewise
+  static constexpr double kDeeper = 1.6;     // steps reach this number of press depths,
+  static constexpr double kDeepest = 0.5;    // but not deeper than this part of the radius
+  static constexpr double kFarthest = 0.75;  // radii of contacts, relative to that of the membrane
+  static constexpr double kRaster = 1.0 / 13;  // between them, the same
 
-  // The first press is made here, the rungs follow in the thread. Throws std::invalid_argument as
-  // PressedMembrane does.
+  // The first contact is created here, its steps follow in the thread. Throws std::invalid_argument
+  // as PressedMembrane does.
   explicit PressCache(const Plan& plan);
   ~PressCache();
 
-  // The largest radius at which presses are solved [m].
+  // The largest radius at which contacts are solved [m].
   [[nodiscard]] double farthest() const { return ladders_.back()->radius; }
-  // A press at `radius` (0 to farthest()) is to be expected. Short.
+  // Requests a contact at `radius` (0 to farthest()). Short.
   void Expect(double radius);
-  // From now on presses are solved at all radii, those nearest to home first, unless the tool is
-  // over others; by a thread that gives way to all others.
+  // From now on contacts are solved at all radii, those nearest to home first, except under the
+  // tool; by a thread with the lowest priority.
   void SolveEverywhere();
   [[nodiscard]] bool is_solved_everywhere() const;
 
@@ -54,8 +54,8 @@ class PressCache {
     std::array<Dent::Part, 2> parts;
     bool solved = true;  // false: not those around the radius, as deep as they can be
   };
-  // The presses around `radius`, as deep as `depth` at least, waiting for them if need be; less
-  // deep where no equilibrium was found or the ladder ends.
+  // The contacts around `radius`, at least as deep as `depth`; waits for them if necessary. Less
+  // deep if no equilibrium was found or the steps end.
   Presses Await(double radius, double depth);
   // Short: until those are solved, the nearest ones on either side that are deep enough; on one
   // side only where there are none on the other; the deepest of all if none is deep enough.
@@ -69,7 +69,7 @@ class PressCache {
     std::shared_ptr<const MembranePress> press;  // as far as it is solved
     std::unique_ptr<PressedMembrane> membrane;   // while it grows; the thread's only
     bool complete = false;
-    bool missed = false;     // a press was to be read here before it was solved
+    bool missed = false;     // a contact was requested here before it was solved
     bool announced = false;  // that it is being solved; the thread's only
   };
   struct Around {
@@ -96,7 +96,7 @@ class PressCache {
   mutable std::mutex mutex_;  // guards what follows
   std::condition_variable_any changed_;
   std::vector<std::unique_ptr<Ladder>> ladders_;  // radii rising; they themselves never change
-  double focus_ = 0;                              // radius that is wanted
+  double focus_ = 0;                              // requested radius
   bool everywhere_ = false;
   std::jthread thread_;  // last: it uses everything above
 };

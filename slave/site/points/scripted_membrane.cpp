@@ -44,7 +44,7 @@ void ScriptedMembrane::ScriptPress(const Scene& scene, const MembraneScript& scr
   if (!(p_O_home.z() > 0 && p_O_home.head<2>().norm() < radius)) {
     throw std::invalid_argument(
         fmt::format("manipulator.home: [{:g}, {:g}, {:g}] m in the membrane's frame: accepted is a "
-                    "place over it, z > 0 and less than {:g} m from its axis",
+                    "position above it, z > 0 and less than {:g} m from its axis",
                     p_O_home.x(), p_O_home.y(), p_O_home.z(), radius));
   }
   depths_ = StepsTo(scene.operator_options.press_depth);
@@ -77,9 +77,9 @@ std::optional<StereoPair> ScriptedMembrane::Next(const std::stop_token& stop) {
 
 std::string ScriptedMembrane::description() const {
   if (site_.target()) {
-    return fmt::format("simulated pair of cameras, textured target on its path, {:g} Hz", rate_);
+    return fmt::format("simulated stereo pair, textured target on its path, {:g} Hz", rate_);
   }
-  return fmt::format("simulated pair of cameras, scripted press in {} steps, {:g} Hz",
+  return fmt::format("simulated stereo pair, scripted contact in {} steps, {:g} Hz",
                      depths_.size() - 1, rate_);
 }
 

@@ -1,5 +1,5 @@
-// A simulated site whose tool presses by itself, pair after pair on a clock of its own: what
-// `process` runs over when nothing was recorded.
+// A simulator with scripted contacts, pair after pair on its own clock: the source of `process`
+// without a recording.
 #pragma once
 
 #include <cstdint>
@@ -11,21 +11,21 @@
 namespace palpate {
 
 struct MembraneScript {
-  int rest = 15;               // pairs before the tool comes: the rest frame
+  int rest = 15;               // pairs before the contact: the rest shape
   int dwell = 6;               // pairs at each step on the way in; one on the way back
   double target_seconds = 10;  // of a textured target's path
 };
 
-// The tool waits at manipulator.home, then goes straight down at the place under it: touching, and
+// The tool waits at manipulator.home, then moves straight down to the point below it: contact, and
 // on in steps of 0.5 mm to operator.press.depth; back in the same steps, and home. A press depth
-// under 1 mm or over 50 mm is divided into ten steps. A textured target needs no tool: its path is
-// followed for `target_seconds`.
+// under 1 mm or over 50 mm is divided into ten steps. A textured target needs no tool: its path
+// lasts `target_seconds`.
 class ScriptedMembrane final : public StereoSource {
  public:
   static constexpr double kStep = 0.5e-3;  // [m]
 
-  // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: a membrane
-  // that home is not over.
+  // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: home is
+  // not above the membrane.
   ScriptedMembrane(StereoSite& site, const Scene& scene, const MembraneScript& script = {});
 
   // As fast as it can be computed; sensed_at counts from Time{}.

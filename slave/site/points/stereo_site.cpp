@@ -147,7 +147,7 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
   const auto* geometry = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (points.track == Track::kSurface) {
     throw std::invalid_argument(
-        "sense.points.track = surface: accepted by the simulated site is dots or texture");
+        "sense.points.track = surface: accepted by the simulator is dots or texture");
   }
   if (points.track == Track::kTexture && !geometry) {
     return std::make_unique<TargetStage>(scene, rig, exposure);
@@ -160,8 +160,7 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
   }
   if (!geometry) {
     throw std::invalid_argument(
-        "object.geometry: accepted by the simulated site for sense.points.track = dots is a "
-        "membrane");
+        "object.geometry: accepted by the simulator for sense.points.track = dots is a membrane");
   }
   const site::PrintedDots dots = site::DotsOn(*geometry, points);
   return std::make_unique<MembraneStage<site::DottedMembrane>>(
@@ -217,7 +216,8 @@ void StereoSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
 
 void StereoSite::SolveAhead() {
   if (!target()) {
-    spdlog::info("the simulated site solves a press of {:.3g} mm ahead", 1e3 * state_->press_depth);
+    spdlog::info("the simulator precomputes an indentation of {:.3g} mm",
+                 1e3 * state_->press_depth);
     MoveTool(state_->p_S_deepest);
   }
   MoveTool(state_->p_S_home);
@@ -265,7 +265,7 @@ std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pac
     return std::make_unique<ScriptedMembrane>(*this, scene, script);
   }
   return std::make_unique<LiveSource<StereoSource, StereoPair>>(
-      state_->rate, 1, fmt::format("simulated pair of cameras at {:g} Hz", state_->rate),
+      state_->rate, 1, fmt::format("simulated stereo pair at {:g} Hz", state_->rate),
       [this, sequence = std::uint64_t{0}](Time now) mutable {
         auto [left, right] = TakePictures();
         StereoPair pair;

@@ -1,5 +1,5 @@
-// The simulated site of a scene with two cameras: a membrane under a large-strain law on a mesh of
-// its own, or a textured target on its path. It shows itself through pictures only.
+// The simulator of a scene with a stereo pair: a membrane with a large-strain constitutive model on
+// its own mesh, or a textured target on its path. It is visible only through images.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct StereoPictures {
 //   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
 // - anything else with `track: texture`: the textured target of paper C's second experiment on its
 //   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
-//   on by 1 / rate from one pair of pictures to the next.
+//   on by 1 / rate from one pair of images to the next.
 class StereoSite final : public SimulatedEnvironment {
  public:
   // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
@@ -39,23 +39,21 @@ class StereoSite final : public SimulatedEnvironment {
   explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
   ~StereoSite() override;
 
-  // Patience::kWaits: short, unless the press is deeper than what is solved so far. A target is not
-  // touched.
-  // Patience::kNone, for a hand that must not be held up: never waits. Where the presses around the
-  // tool are not solved as deep as it is, or it is nearer to the rim than presses are solved, they
-  // are solved next (a log line tells, once per radius), and until they are, truth().solved is
-  // false: the pictures show the nearest ones, carried to the tool's place, and the force is
-  // theirs, beyond their depth extrapolated. When they are, the membrane jumps from what was
-  // guessed to what is true.
+  // Patience::kWaits: short, unless the contact is deeper than what is solved so far. A target is
+  // not touched. Patience::kNone, for an operator who must not be delayed: never waits. If the
+  // contacts around the tool are not solved to its depth, or it is nearer to the rim than contacts
+  // are solved, they are solved next (with a log line, once per radius). Until then truth().solved
+  // is false: the images and the force are those of the nearest solved contact, extrapolated beyond
+  // its depth. Afterwards the membrane jumps to the true solution.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
-  // What is not solved yet is guessed: the scene's own press, to its full depth, is solved now,
-  // those elsewhere in the background from here on.
+  // Contacts that are not yet solved are approximated. The scene's own contact is solved now to its
+  // full depth, those elsewhere in the background from here on.
   void SolveAhead() override;
-  // From now on presses are solved all over the membrane, in the background, nearest to home first
-  // but those under the tool before all. About a second each, a dozen of them.
+  // From now on contacts are solved all over the membrane, in the background, nearest to home
+  // first, but under the tool before all. About a second each, a dozen of them.
   void SolveEverywhere();
   [[nodiscard]] bool is_solved_everywhere() const;
-  // How often MoveTool waited for a press.
+  // How often MoveTool waited for a contact.
   [[nodiscard]] std::uint64_t waits() const;
   [[nodiscard]] Truth truth() const override;
   // nullopt: a membrane.
@@ -63,8 +61,8 @@ class StereoSite final : public SimulatedEnvironment {
   // Of the membrane's point that rests at p_O [m] on the inner face.
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override;
   std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) override;
-  // Both cameras at once, noise, blur and light as the scene's `site` says. One thread; the same
-  // calls in the same order give the same pictures.
+  // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same
+  // calls in the same order give the same images.
   StereoPictures TakePictures();
   // The pair as it really is.
   [[nodiscard]] const StereoRig& rig() const;

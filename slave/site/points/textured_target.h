@@ -15,7 +15,7 @@
 
 namespace palpate::site {
 
-// (10 cos t, 10 sin t, 10 (cos t + sin t)) mm with t = `pace` x seconds: 17.3 mm/s at most with
+// (10 cos t, 10 sin t, 10 (cos t + sin t)) mm with t = `pace` x seconds: at most 17.3 mm/s with
 // pace 1. (The paper says 50 mm/s: pace 3 has 52.)
 Eigen::Vector3d HeartPath(double seconds, double pace);
 
@@ -37,7 +37,7 @@ class TexturedTarget {
   // corners: within one, perspective bends the texture by less than 0.01 px at 250 mm.
   void Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::Mat& canvas) const;
 
-  // The point of the surface seen at p_I, frame B [m]. nullopt: the body is not there.
+  // The point of the surface visible at p_I, frame B [m]. nullopt: the body is not there.
   [[nodiscard]] std::optional<Eigen::Vector3d> PointAt(const Lens& lens,
                                                        const Eigen::Isometry3d& X_CB,
                                                        const Eigen::Vector2d& p_I) const;

@@ -19,14 +19,14 @@ constexpr double kNear = 1.5;      // of the centre: presses are expected within
 const MembraneGeometry& GeometryOf(const Scene& scene) {
   const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
   if (membrane) return *membrane;
-  throw std::invalid_argument("object.geometry: accepted by the simulated site is a membrane");
+  throw std::invalid_argument("object.geometry: accepted by the simulator is a membrane");
 }
 
 PressCache::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
                         const MembraneResolution& resolution) {
   if (!scene.tool || !(scene.tool->width > 0)) {
     throw std::invalid_argument(
-        "tool.width: missing; accepted by the simulated site is the diameter of the tool, > 0");
+        "tool.width: missing; accepted by the simulator is the diameter of the tool, > 0");
   }
   const double depth = scene.operator_options.press_depth;
   if (!(depth > 0 && std::isfinite(depth))) {

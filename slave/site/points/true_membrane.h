@@ -24,8 +24,8 @@ class TrueMembrane {
     Dent dent;
   };
 
-  // Throws std::invalid_argument naming the key: no membrane, no tool, no press depth, what
-  // PressedMembrane refuses.
+  // Throws std::invalid_argument naming the key: no membrane, no tool, no press depth, scenes that
+  // PressedMembrane rejects.
   TrueMembrane(const Scene& scene, const MembraneResolution& resolution);
 
   // See StereoSite. Thread-safe.

@@ -67,11 +67,14 @@ int Nearest(const std::vector<Region>& regions, const Distance& distance) {
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint) {
   if (segmentation.size.empty())
-    return {{}, "the cloud has no region (where every point is the object's: --segment no)", false};
+    return {{},
+            "the cloud has no region (if every point belongs to the object, use --segment no)",
+            false};
   if (hint.at) return {{NearestTo(*hint.at, cloud, segmentation)}, "nearest to the given point"};
   const std::vector<Region> regions = Regions(cloud, segmentation, hint);
   if (hint.colour && cloud.colours.empty()) {
-    throw std::invalid_argument("--colour: accepted is a cloud with colours (rgb), this has none");
+    throw std::invalid_argument(
+        "--colour: accepted is a cloud with colours (rgb); this one has none");
   }
   if (hint.colour) {
     const auto& [r, g, b] = *hint.colour;
@@ -81,7 +84,7 @@ ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentat
     });
     return {{best}, "nearest to the given colour"};
   }
-  ObjectChoice choice{{}, "where the scene has the object"};
+  ObjectChoice choice{{}, "at the position of the object in the scene"};
   for (std::size_t k = 0; k < regions.size(); ++k) {
     if (regions[k].inside > 0.5 * regions[k].points) choice.regions.push_back(static_cast<int>(k));
   }
@@ -89,7 +92,9 @@ ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentat
   const int best = Nearest(regions, [&](const Region& region) {
     return (hint.X_BD * (region.place / region.points) - hint.box.center()).norm();
   });
-  return {{best}, "nothing is where the scene has the object; this is nearest to there", false};
+  return {{best},
+          "nothing is at the position of the object in the scene; this region is nearest to it",
+          false};
 }
 
 PointCloud Chosen(const PointCloud& cloud, const Segmentation& segmentation,

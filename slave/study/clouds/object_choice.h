@@ -18,7 +18,8 @@ namespace palpate::study {
 struct ObjectHint {
   std::optional<Eigen::Vector3d> at;                  // a point on it, frame of the cloud [m]
   std::optional<std::array<std::uint8_t, 3>> colour;  // its colour
-  // Where the scene says it is: a box, and the pose of the cloud's frame in the box's frame.
+  // Position of the object in the scene: a box, and the pose of the cloud's frame in the box's
+  // frame.
   Eigen::AlignedBox3d box;
   Eigen::Isometry3d X_BD = Eigen::Isometry3d::Identity();
 };
@@ -29,10 +30,10 @@ struct ObjectChoice {
   bool sure = true;          // false: nothing is where the object should be; the nearest was taken
 };
 
-// `at`: the region of the segmented point nearest to it. `colour`: the region whose mean colour is
-// nearest to it. Throws std::invalid_argument: no segmented point within 5 cm of `at`; `colour` for
-// a cloud without colours. Otherwise every region that lies in the box for the most part (fingers
-// cut what is seen of an object into several), or else the region nearest to the box's centre.
+// `at`: the region of the segmented point nearest to it. `colour`: the region with the nearest mean
+// colour. Throws std::invalid_argument: no segmented point within 5 cm of `at`; `colour` for a
+// cloud without colours. Otherwise every region that is mostly inside the box (fingers may split
+// the visible object into several), or else the region nearest to the box's centre.
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint);
 

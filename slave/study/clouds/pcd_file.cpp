@@ -54,9 +54,8 @@ Columns ColumnsOf(const std::filesystem::path& file, const PcdHeader& header) {
   if (!columns.colour) columns.colour = header.Find("rgba");
   for (const PcdField* field : {columns.x, columns.y, columns.z}) {
     if (!field || field->type != 'F') {
-      throw std::invalid_argument(file.string() +
-                                  ": FIELDS: accepted is x, y and z of TYPE F, beside "
-                                  "others");
+      throw std::invalid_argument(
+          file.string() + ": FIELDS: accepted is x, y and z of TYPE F, and optionally others");
     }
   }
   if (columns.colour && (columns.colour->size != 4 || columns.colour->type == 'I')) {

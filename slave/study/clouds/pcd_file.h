@@ -11,19 +11,19 @@
 
 namespace palpate::study {
 
-// LZF, the compression of PCD files. The stream is a row of runs. A control byte below 32 is
-// followed by that many and one more bytes as they are; any other says in its upper three bits how
-// many bytes, and in its lower five and the next byte from how far back, are repeated (seven: one
-// more byte adds to the length). nullopt: the stream does not make exactly `size` bytes. Allocates
-// no more than `size`.
+// LZF, the compression of PCD files: a sequence of runs. A control byte below 32 is followed by
+// that many and one more literal bytes. Any other gives in its upper three bits the number of
+// repeated bytes, and in its lower five and the next byte their distance (seven: one more byte adds
+// to the length). nullopt: the stream does not make exactly `size` bytes. Allocates no more than
+// `size`.
 std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t size);
 
-// No depth camera sees farther; what says so is no measurement.
+// The range of depth cameras: larger values are not measurements.
 inline constexpr double kFarthestPoint = 500;  // [m]
 
 struct PcdCloud {
   PointCloud cloud;         // in the file's frame, that of the camera: z forward, x right, y down
-  std::size_t dropped = 0;  // points without a finite place, and such farther away than 500 m
+  std::size_t dropped = 0;  // points without a finite position, or farther away than 500 m
   std::size_t too_far = 0;  // of these, the latter
 };
 

@@ -1,4 +1,4 @@
-// What stands above the points of a PCD file.
+// The header of a PCD file.
 #pragma once
 
 #include <cstddef>

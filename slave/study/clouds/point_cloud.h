@@ -15,9 +15,9 @@ namespace palpate::study {
 
 // Every point is finite; `colours` and `labels` have one entry per point, or none at all.
 struct PointCloud {
-  std::vector<Eigen::Vector3d> points;               // [m], in whose frame the user of it says
+  std::vector<Eigen::Vector3d> points;               // [m]; the user defines the frame
   std::vector<std::array<std::uint8_t, 3>> colours;  // red, green, blue
-  std::vector<std::uint32_t> labels;                 // which object a point is said to belong to
+  std::vector<std::uint32_t> labels;                 // label of the object that contains the point
 
   [[nodiscard]] std::size_t size() const { return points.size(); }
 };
@@ -30,7 +30,7 @@ Eigen::Vector3d CornerOf(std::uint64_t cell, double edge) noexcept;
 
 // A cloud thinned out: one point for each occupied cell of a cubic grid.
 struct VoxelCloud {
-  PointCloud cloud;                    // mean place and colour of each cell's points; no labels
+  PointCloud cloud;                    // mean position and colour of each cell's points; no labels
   std::vector<std::size_t> voxel_of;   // per point of the cloud that was thinned out
   std::vector<std::size_t> points_in;  // per voxel
 };
@@ -64,11 +64,11 @@ class PointTree {
   std::unique_ptr<Tree> tree_;
 };
 
-// What the neighbours of a point say of the surface there.
+// Surface properties from the neighbours of a point.
 struct NeighbourhoodShape {
-  // Where the neighbours' centroid lies, as a share of the radius: beside the point, 0 to 1, 0.42
-  // on a straight edge where the surface ends; in front of it along the normal, which points to the
-  // pupil, -1 to 1, 0.30 in a right-angled groove, negative on ridges.
+  // Offset of the neighbours' centroid, relative to the radius: tangential, 0 to 1, 0.42 on a
+  // straight edge where the surface ends; along the normal, which points to the camera, -1 to 1,
+  // 0.30 in a right-angled groove, negative on ridges.
   double beside = 0, before = 0;
   std::size_t neighbours = 0;
 };

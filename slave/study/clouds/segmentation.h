@@ -34,7 +34,7 @@ struct Segmentation {
   std::vector<int> region_of;     // per point, from 0 for the largest region; -1: none
   std::vector<std::size_t> size;  // points of each region
   double voxel = 0;               // that was used [m]
-  std::vector<bool> in_support;   // per point: it lies in a supporting plane; empty: not asked
+  std::vector<bool> in_support;   // per point: it lies in a supporting plane; empty: not computed
 };
 
 // Frame of the cloud: the camera's, pupil at the origin, z forward. The same cloud gives the same

@@ -1,4 +1,4 @@
-// The table, the floor, the wall: what an object stands on or before.
+// Finds the planes that support an object: table, floor, wall.
 #pragma once
 
 #include <span>
@@ -19,12 +19,12 @@ struct SupportPlaneOptions {
                         // their longer direction, of points no farther than three times the
                         // median distance from their middle
   double share = 0.1;   // of all points that must lie in it
-  int planes = 3;       // looked for, at most
+  int planes = 3;       // largest number of planes
 };
 
-// Which points lie in supporting planes: the largest plane, then the largest of what is left.
-// Frame: the camera's, z forward. Found by RANSAC with a fixed seed: the same points give the same
-// answer. Strays that lie far out change neither tolerance nor extent.
+// Points in supporting planes: the largest plane, then the largest of the rest. Frame: the
+// camera's, z forward. Found by RANSAC with a fixed seed: the same points give the same result.
+// Distant outliers change neither tolerance nor extent.
 std::vector<bool> InSupportPlanes(std::span<const Eigen::Vector3d> points,
                                   const SupportPlaneOptions& options);
 

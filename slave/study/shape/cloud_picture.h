@@ -1,4 +1,4 @@
-// Clouds, surfaces and boxes as pictures.
+// Clouds, surfaces and boxes as images.
 #pragma once
 
 #include <array>
@@ -20,25 +20,25 @@ namespace palpate::study {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-// Well distinguishable on white; goes round.
+// Colours that are distinguishable on white, used cyclically.
 Rgb RegionColour(int region);
 
 // Looks along z of V, x right, y down, from V's origin.
 struct PictureView {
   Eigen::Isometry3d X_SV = Eigen::Isometry3d::Identity();
   double focal = 500;                 // [px]
-  Eigen::Vector2d centre{320, 240};   // where z meets the picture [px]
+  Eigen::Vector2d centre{320, 240};   // where z meets the image [px]
   std::array<int, 2> size{640, 480};  // [px]
 };
-// From where `X_SD` stands, aimed and zoomed so that `points_S` fill the picture; `turn` [rad] goes
-// round their middle first, about S's vertical z, or, for who looks down or up, over the top. No
-// points: straight ahead.
+// From the position of `X_SD`, aimed and zoomed so that `points_S` fill the image. `turn` [rad]
+// first rotates around their middle, about S's vertical z, or, for a view from above or below, over
+// the top. No points: straight ahead.
 PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Eigen::Vector3d> points_S,
                    double turn = 0);
 
 // The cloud in its colours, or by depth where it has none. PNG.
 std::string PictureOfCloud(const PictureView& view, const PointCloud& cloud_S);
-// Every region in a colour of its own, what belongs to none in grey.
+// Every region in a different colour, points without a region in grey.
 std::string PictureOfRegions(const PictureView& view, const PointCloud& cloud_S,
                              const Segmentation& segmentation);
 // Fingers in grey, measured points, near ones dark, and the wires of the estimate.

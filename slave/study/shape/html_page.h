@@ -1,4 +1,4 @@
-// A report that opens in any browser and is one file: pictures are inside.
+// A report that opens in any browser and is one file: images are inside.
 #pragma once
 
 #include <string>
@@ -15,10 +15,10 @@ class HtmlPage {
  public:
   explicit HtmlPage(std::string_view title);
 
-  // All words are escaped.
+  // All text is escaped.
   void Heading(std::string_view words);
   void Paragraph(std::string_view words);
-  // `align` left; numbers stand better right.
+  // `align` left; numbers are aligned right.
   void Table(const std::vector<std::string>& head,
              const std::vector<std::vector<std::string>>& rows);
   struct Figure {
@@ -48,7 +48,7 @@ std::string LabelWords(const LabelScore& label);
 // A table of distances.
 std::vector<std::string> DistanceHead(std::string first);
 std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
-// What is not known is null.
+// Unknown values are null.
 nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
 nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
 

@@ -58,9 +58,9 @@ void RequireMetres(const MeasuredQuestion& question) {
   const std::string what =
       far ? fmt::format("most of its points are farther than {:g} m", kFarthestPoint)
           : fmt::format("it spans {:.3g} m", cloud);
-  throw std::invalid_argument(
-      fmt::format("{}: {}, the object {:.3g} m: units look wrong: accepted is a cloud in metres",
-                  question.file, what, object));
+  throw std::invalid_argument(fmt::format(
+      "{}: {}, the object {:.3g} m: the units look wrong: accepted is a cloud in metres",
+      question.file, what, object));
 }
 
 using Json = nlohmann::ordered_json;
@@ -119,9 +119,9 @@ std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
   const auto here = Eigen::Isometry3d::Identity();
   const PictureView wide = ViewOf(here, cloud.points);
   std::vector<HtmlPage::Figure> figures{
-      {PictureOfCloud(wide, cloud), "What the camera measured"},
+      {PictureOfCloud(wide, cloud), "Points that the camera measured"},
       {PictureOfRegions(wide, cloud, answer.segmentation),
-       "Its regions, the largest blue; grey: support and rest"},
+       "Regions of the cloud, the largest blue; grey: support and other points"},
       {PictureOfCloud(ViewOf(here, answer.object.points), answer.object), "The object's points"}};
   if (!question.camera || answer.simulated_S.empty()) return figures;
   const Eigen::Isometry3d& X_SD = question.camera->X_SD;
@@ -130,11 +130,10 @@ std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
   const PictureView aside = ViewOf(X_SD, both, kTurn);
   figures.push_back(
       {PictureOfShapes(aside, answer.measured_S, question.estimate_S, question.fingers_S),
-       "The object's points, near ones dark, and the estimate's mesh"});
-  figures.push_back(
-      {PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
-       "One of the eight octrees of the measured points; simulated points green inside "
-       "its leaves, red outside"});
+       "Points of the object (near ones dark) and the mesh of the estimate"});
+  figures.push_back({PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
+                     "One of the eight octrees of the measured points; simulated points are green "
+                     "inside its leaves, red outside"});
   return figures;
 }
 
@@ -191,7 +190,7 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
     answer.choice = ChooseObject(cloud, answer.segmentation, WithBox(question));
   } else {
     answer.segmentation = Everything(cloud.size());
-    answer.choice = {{0}, "every point is said to be the object's"};
+    answer.choice = {{0}, "every point belongs to the object, as requested"};
   }
   answer.labels = ScoreLabels(cloud, answer.segmentation);
   answer.object = Chosen(cloud, answer.segmentation, answer.choice.regions);

@@ -22,7 +22,7 @@ struct MeasuredQuestion {
   PcdCloud measured;                  // frame D of the camera
   std::optional<DepthCamera> camera;  // absent: nothing is scored
   SurfaceMesh rest_S, estimate_S;     // the object's surface [m]
-  std::string state;                  // in words, how the estimate came about
+  std::string state;                  // origin of the estimate, as text
   std::vector<Occluder> fingers_S;
   bool segment = true;  // false: every point is the object's
   SegmentationOptions segmentation;
@@ -36,13 +36,13 @@ struct MeasuredAnswer {
   ObjectChoice choice;
   PointCloud object;                         // frame D
   std::vector<Eigen::Vector3d> measured_S;   // the object's points
-  std::vector<Eigen::Vector3d> simulated_S;  // what the camera would see of the estimate
+  std::vector<Eigen::Vector3d> simulated_S;  // points of the estimate that the camera would see
   ShapeScore score;
 };
 
-// Fewer than two points, or nothing that the camera sees of the estimate: `score.octree` is NaN.
-// Throws std::invalid_argument: see ChooseObject; a cloud that spans more than 20 m about an object
-// below 1 m, which is not in metres.
+// Fewer than two points, or no part of the estimate in view: `score.octree` is NaN. Throws
+// std::invalid_argument: see ChooseObject; a cloud that spans more than 20 m for an object below 1
+// m, which is not in metres.
 MeasuredAnswer Evaluate(const MeasuredQuestion& question);
 
 // Writes report.json, report.html, object.pcd and segmentation.pcd (frame D; `label` is 1 + region,

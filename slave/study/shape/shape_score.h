@@ -85,9 +85,10 @@ ShapeScore Score(std::span<const Eigen::Vector3d> measured,
 struct LabelScore {
   std::uint32_t label = 0;
   std::size_t points = 0;
-  int region = -1;       // that shares most with it; -1: none does
-  double iou = 0;        // intersection over union with that region [-]
-  bool support = false;  // more than half of it lies in supporting planes: no object, not scored
+  int region = -1;  // that shares most with it; -1: none does
+  double iou = 0;   // intersection over union with that region [-]
+  bool support =
+      false;  // more than half of it lies in supporting planes: not an object, not scored
 };
 
 // One row per label, ascending. Empty: the cloud has no labels.

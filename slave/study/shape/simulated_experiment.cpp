@@ -142,11 +142,11 @@ class Experiment {
   void RequireComplete() const {
     for (const ShapeState& state : object_.states) {
       if (static_cast<int>(state.scores.size()) == options_.repetitions) continue;
-      throw std::invalid_argument(scene_.name + ": the " + state.name + " state came about " +
+      throw std::invalid_argument(scene_.name + ": the " + state.name + " state occurred " +
                                   std::to_string(state.scores.size()) + " times in " +
                                   std::to_string(options_.repetitions) +
-                                  " presses: accepted is a scene whose fingertips have forces, "
-                                  "rest off the object and press it");
+                                  " contacts: accepted is a scene whose fingertips measure forces "
+                                  "and both leave and touch the object");
     }
   }
 
@@ -188,9 +188,9 @@ SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& optio
                                 "simulated");
   }
   if (!scene.sense.depth_camera) {
-    throw std::invalid_argument(scene.file.string() +
-                                ": sense.depth_camera: missing: accepted is {pose: {...}}, where "
-                                "the object is seen from");
+    throw std::invalid_argument(
+        scene.file.string() +
+        ": sense.depth_camera: missing: accepted is {pose: {...}}, the pose of the virtual camera");
   }
   if (options.repetitions < 1) {
     throw std::invalid_argument("--repetitions " + std::to_string(options.repetitions) +

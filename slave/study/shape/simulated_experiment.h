@@ -1,5 +1,5 @@
-// Paper B, IV.C, with a simulated hand, object and camera: what the fingertips alone tell of the
-// shape, against the truth (figures 10 and 13).
+// Paper B, IV.C, with simulated contacts, object and camera: the shape estimated from fingertips,
+// compared with the truth (figures 10 and 13).
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ Scene MadeOf(const Foam& foam, Scene scene);
 // One state of the object, as often as it was brought about.
 struct ShapeState {
   std::string name;  // unoccluded, occluded, deformed
-  // One per repetition; measured: what the camera sees of the truth.
+  // One per repetition; measured: the cloud of the true shape.
   std::vector<ShapeScore> scores;
   std::vector<double> undeformed;  // octree scores of the estimate at rest: of knowing nothing
   DistanceSummary error;           // of the last one: true surface's nodes to the estimate
@@ -54,17 +54,17 @@ struct SimulatedObject {
 };
 
 struct ExperimentOptions {
-  int repetitions = 5;  // presses, at least 1
+  int repetitions = 5;  // contacts, at least 1
   double leaf = 0.01;   // [m]
   // Called with the share done; false: stop.
   std::function<bool(double)> progress;
 };
 
-// Presses the scene's object by its simulated site; the estimator has the tactile samples and the
-// fingertips' poses, nothing else. Three pictures of each press: before it, without the hand
-// (unoccluded); at the last sample before it touches (occluded); in the middle of the hold
-// (deformed). The same scene gives the same answer. Throws std::invalid_argument: not simulated
-// fingertips, no sense.depth_camera, what ScriptedTouch and TactileEstimator refuse; Interrupted.
+// Simulated contacts of the scene; the estimator uses only the tactile samples and the poses of the
+// fingertips. Three states of each contact: before it, without the fingers (unoccluded); at the
+// last sample before contact (occluded); in the middle of the hold (deformed). The same scene gives
+// the same result. Throws std::invalid_argument: not simulated fingertips, no sense.depth_camera,
+// scenes that ScriptedTouch and TactileEstimator reject; Interrupted.
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options);
 
 // One line per object and state: octree score with its spread, distances.
@@ -73,7 +73,7 @@ std::string ToTable(const std::vector<SimulatedObject>& objects);
 // the highest repetition; rings for what the shape at rest would score in the deformed state. An
 // SVG document.
 std::string DrawScores(const std::vector<SimulatedObject>& objects);
-// Writes report.json and report.html with the pictures of all states. False: cannot be written.
+// Writes report.json and report.html with the images of all states. False: cannot be written.
 bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCamera& camera,
                     double leaf, const std::filesystem::path& folder);
 

@@ -82,8 +82,8 @@ const std::vector<std::string>& Head() {
   static const std::vector<std::string> head{"object",
                                              "state",
                                              "octree score",
-                                             "of the repetitions",
-                                             "of the shape at rest",
+                                             "range of repetitions",
+                                             "score of the rest shape",
                                              "measured to estimate, rms",
                                              "true deformation",
                                              "its error, mean",
@@ -119,12 +119,12 @@ std::vector<HtmlPage::Figure> Figures(const SimulatedObject& object, const Depth
   for (const ShapeState& state : object.states) {
     figures.push_back({PictureOfShapes(aside, state.measured_S, state.estimate_S, state.fingers_S),
                        NameOf(object) + ", " + state.name +
-                           ": measured points, near ones dark, and the estimate's mesh"});
+                           ": measured points (near ones dark) and the mesh of the estimate"});
     figures.push_back(
         {PictureOfLeaves(aside, state.measured_S, state.simulated_S, leaf),
          NameOf(object) + ", " + state.name + ": octree score " +
              Percent(state.scores.back().octree) +
-             "; simulated points green inside the leaves of one of its octrees, red outside"});
+             "; simulated points are green inside the leaves of one of its octrees, red outside"});
   }
   return figures;
 }
@@ -158,7 +158,7 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects) {
                  state.name + " " + Percent(state.mean_octree()));
     }
     const double rest = std::max(low, objects[k].states[2].mean_undeformed());
-    svg.Circle({x + 28, y(rest)}, 5, "rest", "shape at rest " + Percent(rest));
+    svg.Circle({x + 28, y(rest)}, 5, "rest", "rest shape " + Percent(rest));
   }
   for (std::size_t s = 0; s < 3 && !objects.empty(); ++s) {
     const Vector2d at(kLeft + 6 + 110 * static_cast<double>(s), kTop + kHeight + 54);
@@ -167,7 +167,7 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects) {
   }
   const Vector2d at(kLeft + 336, kTop + kHeight + 54);
   svg.Circle(at, 5, "rest");
-  svg.Text(at + Vector2d(10, 4), "deformed, against the shape at rest", "ink");
+  svg.Text(at + Vector2d(10, 4), "deformed, compared with the rest shape", "ink");
   return svg.Document();
 }
 
@@ -198,12 +198,13 @@ std::string ToTable(const std::vector<SimulatedObject>& objects) {
 bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCamera& camera,
                     double leaf, const std::filesystem::path& folder) {
   Json json{{"leaf_m", leaf}, {"objects", Json::array()}};
-  HtmlPage page("Shapes that fingertips tell, against the truth");
+  HtmlPage page("Shapes estimated from fingertips, compared with the true shape");
   page.Paragraph(
-      "Octree score: share of what a virtual depth camera sees of the estimated shape that lies in "
-      "the leaves of an octree around what it sees of the true one, both with its noise (paper B, "
-      "figure 13), mean over eight lattices half a leaf apart, which move with the measured cloud. "
-      "The estimate knows tactile samples and the fingertips' poses only.");
+      "Octree score: share of the estimated shape's points that lie in the leaves of an octree "
+      "around the true shape's points (paper B, figure 13). A virtual depth camera with noise "
+      "measures both. The score is the mean over eight lattices half a leaf apart, aligned with "
+      "the measured cloud. The estimate uses only tactile samples and the poses of the "
+      "fingertips.");
   page.Drawing(DrawScores(objects));
   page.Table(Head(), Rows(objects));
   for (const SimulatedObject& object : objects) {
@@ -212,8 +213,7 @@ bool WriteSimulated(const std::vector<SimulatedObject>& objects, const DepthCame
     page.Paragraph("Deformed against unoccluded: " + LossOf(object) +
                    ". Force of the first "
                    "fingertip " +
-                   Newtons(object.estimated_force) + ", in truth " + Newtons(object.true_force) +
-                   ".");
+                   Newtons(object.estimated_force) + ", true " + Newtons(object.true_force) + ".");
     page.Figures(Figures(object, camera, leaf));
   }
   return TryWrite(folder / "report.json", json.dump(2) + "\n") &&

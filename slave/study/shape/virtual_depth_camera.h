@@ -1,4 +1,4 @@
-// What a depth camera would see of a surface (paper B, IV.C: the virtual Kinect).
+// A virtual depth camera for surfaces (paper B, IV.C: the virtual Kinect).
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,19 @@
 
 namespace palpate::study {
 
-// A capsule that stands in the view, a finger's occlusion: frame S [m].
+// A capsule in the view, the occlusion by a finger: frame S [m].
 struct Occluder {
   Eigen::Vector3d a{0, 0, 0}, b{0, 0, 0};  // ends of the capsule's axis
   double radius = 0;
 };
 
-// Points of the surface that `camera` sees, one ray through each pixel's centre, the first hit
+// Points of the surface in view of `camera`: one ray through each pixel's centre, the first hit
 // counts, hits on occluders are not reported; Gaussian noise along the ray. Frame S [m]. The same
 // seed gives the same cloud. `camera.X_SD` etc. as in the scene.
 std::vector<Eigen::Vector3d> ScanSurface(const DepthCamera& camera, const SurfaceMesh& surface,
                                          std::span<const Occluder> occluders, std::uint32_t seed);
 
-// What a finger hides from a camera. How much is seen of a finger behind its tip [m].
+// Occlusion by a finger: visible length of a finger behind its tip [m].
 inline constexpr double kFingerLength = 0.06;
 
 // From the sphere of the tip back along the finger; `radius` [m] of both, frame S.

@@ -90,7 +90,7 @@ DirectionMean::DirectionMean(const ElectrodeLayout& layout, double radius) : sur
     const auto p_F = surface_.Project(layout.p_F[i]);
     if (!p_F) {
       throw std::invalid_argument(std::string("E").append(std::to_string(i + 1)) +
-                                  " sits on the finger's axis: it has no direction");
+                                  " is on the finger's axis: it has no direction");
     }
     n_F_[i] = surface_.Normal(*p_F);
     axis_x_[i] = std::min(p_F->x(), 0.0);

@@ -1,5 +1,5 @@
-// A contact's direction from a sample: which electrodes can be believed, what the contact does to
-// each, and the mean of their directions.
+// A contact's direction from a sample: valid electrodes, the intensity of each, and the mean of
+// their directions.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace palpate {
 
 // Which electrodes of a sample can be believed.
 struct SignalFlaws {
-  bool finite = true;      // false: nothing can be said
+  bool finite = true;      // false: no direction
   bool saturated = false;  // an electrode reads the end of its 12 bits
   std::array<bool, kElectrodeCount> dead{};
   bool any_dead = false;
@@ -27,10 +27,10 @@ class SignalCheck {
   // `threshold`: change of an active electrode [counts].
   SignalCheck(const ElectrodeLayout& layout, double threshold);
 
-  // An electrode is taken for dead that reads its rest value to the last digit while the two
-  // nearest to it have moved by four thresholds and most others at all. Where readings and rest are
-  // whole counts, an electrode that passes its rest value looks the same for a sample: 2 % of the
-  // samples of presses on a plate. Allocation-free.
+  // An electrode counts as dead if it reads exactly its baseline while the two nearest to it have
+  // moved by four thresholds and most others at all. If readings and baseline are whole counts, an
+  // electrode that passes its baseline looks the same for a sample: 2 % of the samples of contacts
+  // on a plate. Allocation-free.
   [[nodiscard]] SignalFlaws Check(const TactileSignals& change,
                                   const FingerReading& raw) const noexcept;
 
@@ -62,12 +62,12 @@ struct Intensities {
   }
 };
 
-// Active: x_i < -threshold; intensity |x_i| [counts]. What is dead is left out, here and below.
+// Active: x_i < -threshold; intensity |x_i| [counts]. Dead electrodes are not used, here and below.
 Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& flaws,
                              double threshold) noexcept;
 
-// Active: |x_i| > threshold, whichever way they moved; intensity (|x_i| / (2 full_scale))^2, at
-// most 1. The square keeps the many that rise a little from outvoting the few that fall a lot.
+// Active: |x_i| > threshold, in either direction; intensity (|x_i| / (2 full_scale))^2, at most 1.
+// The square reduces the weight of the many electrodes that rise a little.
 Intensities PolarityFree(const TactileSignals& change, const SignalFlaws& flaws, double threshold,
                          double full_scale) noexcept;
 
@@ -93,10 +93,9 @@ class DirectionMean {
   // nullopt: no intensity, or directions that cancel.
   [[nodiscard]] std::optional<ContactDirection> Mean(const Intensities& intensities) const noexcept;
 
-  // The place of the surface where a contact with this outward normal is. The tip's sphere has one
-  // for every elevation above the plane x = 0; the cylinder has the same normal all along, so that
-  // there the mean along the axis decides. Between elevation 0 and kBlend one passes into the
-  // other.
+  // The surface point with this outward normal. The sphere at the tip has one for every elevation
+  // above the plane x = 0; the cylinder has the same normal along its length, so there the mean
+  // along the axis decides. Between elevation 0 and kBlend both are blended.
   [[nodiscard]] Eigen::Vector3d PlaceOf(const ContactDirection& direction) const noexcept;
 
   [[nodiscard]] const FingerSurface& surface() const noexcept { return surface_; }

@@ -71,13 +71,13 @@ class LayoutReader {
  private:
   std::string Place(std::size_t electrode, const Row& row) {
     const std::string name = NameOf(electrode);
-    if (known_[electrode]) return name + " comes twice: accepted is one row each";
+    if (known_[electrode]) return name + " occurs twice: accepted is one row each";
     const Eigen::Vector3d p(row[0], row[1], row[2]), n(row[3], row[4], row[5]);
     if (p.stableNorm() > kFarthest) {
       return name + " is farther than 1 m from the origin: accepted are millimetres";
     }
     if (!(std::abs(n.stableNorm() - 1) < kUnitTolerance)) {
-      return name + ": nx,ny,nz is no unit vector";
+      return name + ": nx,ny,nz is not a unit vector";
     }
     layout_.p_F[electrode] = kMillimetre * p;
     layout_.n_F[electrode] = n.normalized();

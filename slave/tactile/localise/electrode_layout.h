@@ -21,7 +21,7 @@ struct FingerSurface {
   [[nodiscard]] Eigen::Vector3d Normal(const Eigen::Vector3d& p_F) const noexcept;
 };
 
-// Where a fingertip's electrodes sit on its rigid core. Frame F (see Finger): axis x, tip at +x,
+// Positions of a fingertip's electrodes on its rigid core. Frame F (see Finger): axis x, tip at +x,
 // pad towards -z, origin at the centre of the tip's sphere.
 struct ElectrodeLayout {
   std::array<Eigen::Vector3d, kElectrodeCount> p_F;  // [m]
@@ -32,7 +32,7 @@ struct ElectrodeLayout {
 // are ignored. Throws std::runtime_error `file:line: ...`.
 ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file);
 
-// The simulated fingertip's: nineteen electrodes in an arrangement of our own under a skin of
+// Layout of the simulated fingertip: nineteen electrodes in our own arrangement under a skin of
 // `radius` [m].
 ElectrodeLayout SimulatedLayout(double radius);
 

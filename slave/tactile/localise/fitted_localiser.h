@@ -48,27 +48,26 @@ struct FitLocaliserOptions {
 // (Kabsch 1976).
 Eigen::Matrix3d BestRotation(const Eigen::Matrix3d& measured_by_found);
 
-// Fits to samples in the order in which they were recorded: changes (counts minus rest) and outward
-// unit normals of the contact, frame F (n = -(normal of the touched plate); from places on the
-// surface: FingerSurface::Normal). Samples under which the formula finds no contact are passed
-// over. How stiff the regression is, is chosen by leaving out stretches of these samples, so
-// nothing else is needed or looked at. Deterministic; below a second for 10 000 samples. Throws
-// std::invalid_argument: as many normals as samples are wanted, finite, of length 1; at least ten
-// samples per fold in contact.
+// Fits to samples in the order of recording: changes (counts minus baseline) and outward unit
+// normals of the contact, frame F (n = -(normal of the touched plate); from surface points:
+// FingerSurface::Normal). Samples without a contact by the formula are skipped. The stiffness of
+// the regression is chosen by cross-validation over stretches of these samples. Deterministic;
+// below a second for 10 000 samples. Throws std::invalid_argument: needs as many normals as
+// samples, finite, of length 1, and at least ten samples per fold in contact.
 LocaliserWeights FitLocaliser(std::span<const TactileSignals> changes,
                               std::span<const Eigen::Vector3d> normals_F,
                               const ElectrodeLayout& layout, const FitLocaliserOptions& options);
 
 // The file of `tactile.localise`: JSON, `format: palpate-localiser/1`, members as above, rows of
-// matrices as lists. Throws std::runtime_error `file: what is wrong`.
+// matrices as lists. Throws std::runtime_error `file: error`.
 void WriteLocaliser(const LocaliserWeights& weights, const std::filesystem::path& file);
 LocaliserWeights ReadLocaliser(const std::filesystem::path& file);
 
 // Throws std::invalid_argument: an electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeFittedLocaliser(LocaliserWeights weights, double finger_radius);
 
-// What fitting and locating share.
-// u: which electrodes moved how, whatever the strength.
+// Shared by fitting and locating. u: pattern of the electrode changes, independent of their
+// magnitude.
 using SignalShape = Eigen::Matrix<double, kElectrodeCount, 1>;
 
 SignalShape ShapeOf(const TactileSignals& change, double quiet) noexcept;

@@ -26,7 +26,7 @@ struct TouchPlace {
   Status status = Status::kNoContact;
   Eigen::Vector3d p_F{0, 0, 0};  // on the fingertip's surface [m]
   Eigen::Vector3d n_F{0, 0, 0};  // its outward unit normal there
-  double sigma = 0;              // one sigma of the place along the surface [m]; 0: not known
+  double sigma = 0;              // one sigma of the contact point along the surface [m]; 0: unknown
   int active = 0;                // electrodes used
   // Electrodes are saturated or dead. Where nothing is found, that may be why.
   bool is_flawed = false;
@@ -42,29 +42,31 @@ class Localiser {
   Localiser() = default;
   Localiser(const Localiser&) = delete;
   Localiser& operator=(const Localiser&) = delete;
-  // `change`: counts minus rest; `raw`: as read, for what is saturated or dead. Allocation-free.
+  // `change`: counts minus baseline; `raw`: counts, to detect saturated or dead electrodes.
+  // Allocation-free.
   [[nodiscard]] virtual TouchPlace Locate(const TactileSignals& change,
                                           const FingerReading& raw) const noexcept = 0;
-  // `polarity-free`, say.
+  // Name, for example `polarity-free`.
   [[nodiscard]] virtual std::string_view name() const = 0;
 };
 
-// The variant that `tactile.localise` names, with its thresholds; `auto` is the best of the formula
-// variants, pressure-weighted. A fitted file brings its own layout and threshold. Throws
-// std::runtime_error: a fitted file that cannot be used, std::invalid_argument: an unknown name, an
-// electrode on the finger's axis.
+// The variant of `tactile.localise`, with its thresholds; `auto` is the best of the formula
+// variants, pressure-weighted. A fitted file contains its own layout and threshold. Throws
+// std::runtime_error: an unusable fitted file; std::invalid_argument: an unknown name, an electrode
+// on the finger's axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
-// How localisers answer.
+// Shared output of the localisers.
 inline TouchPlace NoPlace(TouchPlace::Status status, bool is_flawed = false) noexcept {
   return {.status = status, .is_flawed = is_flawed};
 }
 
-// Without one electrode the median error is up to 1.6 times what it is with all (measured by
-// leaving out each of them in turn).
+// Without one electrode the median error is up to 1.6 times that with all (measured by leaving out
+// each of them in turn).
 inline constexpr double kFlawedSigma = 1.6;
 
-// At `p_F` on the surface; `sigma_angle` [rad] is what it is about the sphere's centre or the axis.
+// Contact point `p_F` on the surface; `sigma_angle` [rad]: its sigma about the sphere's centre or
+// the axis.
 inline TouchPlace FoundPlace(const FingerSurface& surface, const Eigen::Vector3d& p_F,
                              double sigma_angle, bool is_flawed, int active) noexcept {
   return {.status = is_flawed ? TouchPlace::Status::kFlawed : TouchPlace::Status::kFound,

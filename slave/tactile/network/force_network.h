@@ -13,20 +13,20 @@
 
 namespace palpate {
 
-// What a network says of itself.
+// Properties of a network.
 struct NetworkInfo {
   std::string architecture;  // rnn_21 rnn_19 dnn_21 dnn_19 tnn_21 tnn_19 or onnx
   int inputs = 0;            // 21: E1 to E19, pac0, pdc; 19: the electrodes alone
-  int window = 1;            // samples it looks back over, this one included
+  int window = 1;            // window size in samples, the present one included
   int outputs = 0;    // the first three are the force of the fingertip on the object, frame F [N]
   double rate = 100;  // of the samples it was trained on [Hz]
   double gain = 1;    // its outputs are multiplied by it
   Eigen::Vector3d sigma{0, 0, 0};  // rms error on contacts not trained on [N]; 0: not known
-  double rest_sigma = 0;           // likewise of the vector, where nothing touches [N]
-  ForceErrorLaw error;             // and where something does, besides
+  double rest_sigma = 0;           // one sigma of the force vector without contact [N]
+  ForceErrorLaw error;             // additional sigma in contact
   double learnt_force = 0;         // largest |force| it was trained on [N]; 0: not known
   SignalPattern pattern;           // of the signals it was trained on
-  std::string origin;              // where it comes from, one clause
+  std::string origin;              // origin of the network, one clause
 };
 
 // One fingertip's force, sample by sample. Allocation-free.
@@ -36,15 +36,15 @@ class ForceEstimate {
   ForceEstimate() = default;
   ForceEstimate(const ForceEstimate&) = delete;
   ForceEstimate& operator=(const ForceEstimate&) = delete;
-  // Forgets what was seen.
+  // Clears the window.
   virtual void Reset() noexcept = 0;
-  // Takes the next sample, counts minus rest. True: the window is full and `outputs` are set
-  // (outputs.size() == NetworkInfo::outputs, gain applied). Not finite samples: false, and the
-  // window starts anew.
+  // Processes the next sample, counts minus baseline. True: the window is full and `outputs` are
+  // set (outputs.size() == NetworkInfo::outputs, gain applied). Not finite samples: false, and the
+  // window starts again.
   virtual bool Push(const TactileSignals& change, std::span<double> outputs) noexcept = 0;
 };
 
-// Immutable; estimates of it may live in several threads.
+// Immutable; its estimators may run in several threads.
 class ForceNetwork {
  public:
   virtual ~ForceNetwork() = default;
@@ -62,10 +62,10 @@ class ForceNetwork {
   [[nodiscard]] virtual std::unique_ptr<ForceEstimate> CarryingState() const = 0;
 };
 
-// A folder with palpate's `network.json`, a folder in the layout in which the authors' weights
-// survive (`tensors.json`), or an ONNX file. Throws std::runtime_error naming the file and what is
-// wrong: missing, not readable, a tensor of the wrong shape (which, expected), a number that is not
-// finite, an ONNX operator that is not supported (its name).
+// Loads a folder with palpate's `network.json`, a folder in the layout of the authors' weights
+// (`tensors.json`), or an ONNX file. Throws std::runtime_error naming the file and the error:
+// missing, unreadable, a tensor of the wrong shape (which, expected), a number that is not finite,
+// an unsupported ONNX operator (its name).
 std::unique_ptr<ForceNetwork> LoadForceNetwork(const std::filesystem::path& path);
 
 }  // namespace palpate

@@ -1,24 +1,24 @@
-// The inner loop of LSTM layers: one step of many independent copies of a layer, the lanes, that
-// stand side by side so that each instruction serves several of them.
+// The inner loop of LSTM layers: one step of many independent copies of a layer (lanes), stored
+// side by side so that each instruction serves several of them.
 #pragma once
 
 #include <span>
 
 namespace palpate {
 
-// One step of one layer. Arrays `rows x stride` hold one row per unit and one column per lane; rows
+// One step of one layer. Arrays `rows x stride` have one row per unit and one column per lane; rows
 // begin at multiples of the kernel's width.
 struct LstmStep {
   long units = 0;
   long lanes = 0;                   // a multiple of the kernel's width
   long stride = 0;                  // >= lanes, a multiple of the kernel's width
-  const double* base = nullptr;     // 4 units, unit by unit i j f o: what all lanes have in common
+  const double* base = nullptr;     // 4 units, unit by unit i j f o: the part that all lanes share
   const double* weights = nullptr;  // units x (below_rows + units) x 4 gates
   long below_rows = 0;
-  const double* below = nullptr;  // below_rows x stride: what the layer below has just put out
+  const double* below = nullptr;  // below_rows x stride: present output of the layer below
   const double* own = nullptr;    // units x stride: h before the step
-  double* next = nullptr;         // units x stride: h after it; not `own`
-  double* cell = nullptr;         // units x stride: c, in place
+  double* next = nullptr;         // units x stride: output h of this step; not `own`
+  double* cell = nullptr;         // units x stride: c, updated in place
 };
 
 // Weights and base are scaled so that the exponentials are powers of two: gates i, f, o by
@@ -27,7 +27,7 @@ struct LstmStep {
 struct LstmKernel {
   const char* name;    // of its instructions
   long width;          // lanes per instruction
-  long weight_copies;  // how often each weight stands in LstmStep::weights, one beside the other
+  long weight_copies;  // number of copies of each weight in LstmStep::weights, side by side
   void (*step)(const LstmStep&) noexcept;
 };
 

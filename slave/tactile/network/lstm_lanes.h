@@ -49,8 +49,8 @@ class LstmPlan {
   [[nodiscard]] const std::vector<Layer>& layers() const { return layers_; }
   [[nodiscard]] int inputs() const { return static_cast<int>(mean_.size()); }
 
-  // What the first layer's lanes have in common when they take the sample `change` (inputs() counts
-  // minus rest): `base`, 4 units. Real-time safe.
+  // The part that the first layer's lanes share for the sample `change` (inputs() counts minus
+  // baseline): `base`, 4 units. Real-time safe.
   void Project(const TactileSignals& change, double* base) const noexcept;
 
  private:
@@ -60,9 +60,9 @@ class LstmPlan {
   std::vector<double> projection_;  // inputs x 4 units of the first layer
 };
 
-// Copies of a recurrent network that take the same samples and differ in when they began: one for
-// each window that a sample belongs to. All of them advance together, and each sample goes through
-// the input weights once. Real-time safe once constructed.
+// Copies of a recurrent network for the same samples that differ in their start: one for each
+// window that contains a sample. All of them advance together, and each sample passes the input
+// weights once. Real-time safe once constructed.
 class LstmLanes {
  public:
   LstmLanes(std::shared_ptr<const LstmPlan> plan, int lanes);
@@ -70,7 +70,7 @@ class LstmLanes {
   // The state of zero, for all lanes or for one.
   void Restart() noexcept;
   void Restart(int lane) noexcept;
-  // All lanes take the next sample: counts minus rest, the network's inputs of them finite.
+  // All lanes process the next sample: counts minus baseline, finite inputs of the network.
   void Step(const TactileSignals& change) noexcept;
   // The last layer's h of a lane, one number per unit.
   void Output(int lane, double* h) const noexcept;

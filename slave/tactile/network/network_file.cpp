@@ -285,7 +285,7 @@ NetworkFile Assemble(const Tensors& tensors) {
   info.window = kWindow;
   info.architecture = "rnn_" + std::to_string(info.inputs);
   info.learnt_force = kLearntForce;
-  info.origin = "weights of the authors of paper B, learnt from forces of 0.1 to 1.0 N (IV.A)";
+  info.origin = "weights by the authors of paper B, trained on forces of 0.1 to 1.0 N (IV.A)";
   if (InputsOf(info.architecture) == 0) {
     throw std::runtime_error("the network takes " + std::to_string(info.inputs) +
                              " inputs and gives " + std::to_string(info.outputs) +
@@ -324,7 +324,7 @@ std::unique_ptr<ForceNetwork> LoadForceNetwork(const std::filesystem::path& path
   if (!std::filesystem::is_directory(path, ignored)) return LoadOnnxNetwork(path);
   const bool own = std::filesystem::exists(path / kNetworkFileName, ignored);
   if (!own && !std::filesystem::exists(path / kTensorsFileName, ignored)) {
-    throw std::runtime_error(path.string() + ": holds neither " + kNetworkFileName + " nor " +
+    throw std::runtime_error(path.string() + ": contains neither " + kNetworkFileName + " nor " +
                              kTensorsFileName);
   }
   const NetworkFile file = own ? ReadForceNetwork(path) : ImportTensors(path);

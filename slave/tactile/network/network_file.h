@@ -17,7 +17,7 @@ inline constexpr const char* kNetworkFileName = "network.json";
 struct NetworkFile {
   NetworkInfo info;
   NetworkWeights weights;
-  std::string training = "{}";  // how it came about: text of a JSON object, kept as it is
+  std::string training = "{}";  // training summary: text of a JSON object, unchanged
 };
 
 // Writes DIR/network.json, making DIR where it is missing; every number round-trips exactly. The
@@ -27,10 +27,10 @@ struct NetworkFile {
 void WriteForceNetwork(const std::filesystem::path& dir, const NetworkInfo& info,
                        const NetworkWeights& weights, const std::string& training = "{}");
 
-// Throws std::runtime_error naming the file and what is wrong with it, as LoadForceNetwork does.
+// Throws std::runtime_error naming the file and the error, as LoadForceNetwork does.
 NetworkFile ReadForceNetwork(const std::filesystem::path& dir);
 
-// Weights in the layout in which those of paper B's authors survive: `tensors.json`, see FORMAT.md.
+// Weights in the layout of those of paper B's authors: `tensors.json`, see FORMAT.md.
 inline constexpr const char* kTensorsFileName = "tensors.json";
 
 struct Tensor {
@@ -39,20 +39,21 @@ struct Tensor {
 };
 using Tensors = std::map<std::string, Tensor>;
 
-// Of any shapes. Throws std::runtime_error naming file, tensor and what is wrong: data that does
-// not fill the shape, a number that is not finite.
+// Tensors of any shape. Throws std::runtime_error naming file, tensor and error: data that do not
+// fill the shape, a number that is not finite.
 Tensors ReadTensors(const std::filesystem::path& file);
 
-// The network that DIR/tensors.json holds. Its error is not known: sigma and learnt_force are 0.
-// Throws std::runtime_error naming the file and what is wrong: as ReadTensors; a tensor missing or
-// of the wrong shape (which, expected); not 21 or 19 inputs.
+// The network in DIR/tensors.json. Its error is unknown: sigma and learnt_force are 0. Throws
+// std::runtime_error naming the file and the error: as ReadTensors; a tensor missing or of the
+// wrong shape (which, expected); not 21 or 19 inputs.
 NetworkFile ImportTensors(const std::filesystem::path& dir);
 
 // An ONNX file, run by OpenCV: a model with one input, [1, n] or [1, window, n] with n = 21 or 19
-// counts minus rest and at most 1000 samples (window 50 where the model leaves it open), whose
-// first output holds one row of 3 or more numbers, the force of the fingertip on the object, frame
-// F [N], first. Its estimates allocate: OpenCV does. Throws std::runtime_error naming the file and
-// what is wrong: no ONNX, cut off, other shapes, an operator that OpenCV does not run (its name).
+// counts minus baseline and at most 1000 samples (window 50 if the model leaves it open). Its first
+// output must be one row of 3 or more numbers that begins with the force of the fingertip on the
+// object, frame F [N]. Its estimates allocate memory in OpenCV. Throws std::runtime_error naming
+// the file and the error: not ONNX, truncated, other shapes, an operator that OpenCV does not
+// support (its name).
 std::unique_ptr<ForceNetwork> LoadOnnxNetwork(const std::filesystem::path& file);
 
 }  // namespace palpate

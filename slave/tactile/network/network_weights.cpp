@@ -20,7 +20,7 @@ std::string FaultOfVector(const std::string& name, const Eigen::VectorXf& vector
     return name + " has " + std::to_string(vector.size()) + " numbers, expected " +
            std::to_string(expected);
   }
-  return vector.allFinite() ? "" : name + " holds a number that is not finite";
+  return vector.allFinite() ? "" : name + " contains a number that is not finite";
 }
 
 std::string FaultOfKernel(const std::string& name, const WeightMatrix& kernel, Eigen::Index rows,
@@ -29,14 +29,14 @@ std::string FaultOfKernel(const std::string& name, const WeightMatrix& kernel, E
     return name + " is " + Shape(kernel.rows(), kernel.cols()) + ", expected " +
            Shape(rows, columns);
   }
-  return kernel.allFinite() ? "" : name + " holds a number that is not finite";
+  return kernel.allFinite() ? "" : name + " contains a number that is not finite";
 }
 
 std::string FaultOfScale(const std::string& name, const Eigen::VectorXf& mean,
                          const Eigen::VectorXf& scale, Eigen::Index expected) {
   std::string fault = FaultOfVector(name + ".mean", mean, expected);
   if (fault.empty()) fault = FaultOfVector(name + ".scale", scale, expected);
-  if (fault.empty() && (scale.array() == 0).any()) fault = name + ".scale holds a 0";
+  if (fault.empty() && (scale.array() == 0).any()) fault = name + ".scale contains a 0";
   return fault;
 }
 
@@ -62,8 +62,10 @@ std::string FaultOfInfo(const NetworkInfo& info) {
   }
   if (!positive(info.rate)) return "rate is not a positive number";
   if (!std::isfinite(info.gain) || info.gain == 0) return "gain is 0 or not a number";
-  if (!info.sigma.allFinite() || (info.sigma.array() < 0).any()) return "sigma is not three errors";
-  if (!std::isfinite(info.learnt_force) || info.learnt_force < 0) return "learnt_force is no force";
+  if (!info.sigma.allFinite() || (info.sigma.array() < 0).any())
+    return "sigma is not three standard deviations";
+  if (!std::isfinite(info.learnt_force) || info.learnt_force < 0)
+    return "learnt_force is not a force";
   return "";
 }
 
@@ -127,7 +129,8 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
   std::string fault = FaultOfInfo(info);
   if (!fault.empty()) return fault;
   if (IsRecurrent(info.architecture) == weights.lstm.empty()) {
-    return info.architecture + (weights.lstm.empty() ? " without an lstm layer" : " has no lstm");
+    return info.architecture +
+           (weights.lstm.empty() ? " without an lstm layer" : " must have no lstm layer");
   }
   if (weights.dense.empty()) return "there is no dense layer that gives the outputs";
   fault = FaultOfScale("input", weights.input_mean, weights.input_scale, info.inputs);

@@ -49,11 +49,11 @@ struct NetworkWeights {
   HiddenActivation activation = HiddenActivation::kTanh;
   Eigen::VectorXf output_mean, output_scale;  // NetworkInfo::outputs [N]
 
-  // 0 and 1: for networks that take counts and give newtons.
+  // 0 and 1: for networks that map counts to newtons.
   void LeaveUnscaled(int inputs, int outputs);
 };
 
-// What is wrong with it, naming tensor, value and what is expected; empty: nothing.
+// The error, naming tensor, value and what is expected; empty: none.
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights);
 
 // 21 or 19 for rnn_21 dnn_21 tnn_21, rnn_19 dnn_19 tnn_19; 0 for others.

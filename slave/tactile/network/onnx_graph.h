@@ -1,4 +1,4 @@
-// What an ONNX file says of its graph, as far as one must know before a library runs it.
+// The graph of an ONNX file, as far as it must be known before a library runs it.
 #pragma once
 
 #include <string>
@@ -18,8 +18,8 @@ struct OnnxGraph {
   std::vector<std::string> operators;  // of the nodes, in their order
 };
 
-// Throws std::runtime_error: the bytes are no ONNX model; a Gemm with attributes of which OpenCV
-// takes no notice (alpha, beta, transA) or that it does not run (transB = 0).
+// Throws std::runtime_error: the bytes are not an ONNX model; a Gemm with attributes that OpenCV
+// ignores (alpha, beta, transA) or does not support (transB = 0).
 OnnxGraph ReadOnnxGraph(std::string_view bytes);
 
 }  // namespace palpate

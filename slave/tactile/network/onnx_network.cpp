@@ -91,7 +91,7 @@ std::string Complaint(const std::string& what, const OnnxGraph& graph) {
   for (const std::string& name : graph.operators) {
     const bool meant = what.find("[" + name + "@") != std::string::npos ||
                        what.find("of type \"" + name + "\"") != std::string::npos;
-    if (meant) subject = "operator " + name + " is none that OpenCV runs here: ";
+    if (meant) subject = "operator " + name + " is not supported by this OpenCV: ";
   }
   const std::size_t begin = what.rfind("error: ");
   if (begin == std::string::npos) return subject + what;

@@ -1,6 +1,6 @@
-// What a fingertip's signals are and were, in parts of their size: skin creeps for seconds and
-// fluid flows, so one sample does not tell the force; and contacts that differ in force alone look
-// alike.
+// Present and past signals of a fingertip, normalised by their size. Skin creeps for seconds and
+// fluid flows, so one sample does not determine the force; contacts that differ only in force have
+// similar normalised signals.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Time constants of the running means that go with each sample, for `rate` [Hz]. [s]
+// Time constants of the running means in the features, for `rate` [Hz]. [s]
 inline constexpr std::array kTraceTimes{0.02, 0.06, 0.3, 1.0, 3.0};
 
 // Of `inputs` signals: 1 + kTraceTimes.size() times as many features.
@@ -32,9 +32,9 @@ class SignalTraces {
 
   void Reset() noexcept { means_.setZero(); }
 
-  // Takes the next sample, counts minus rest over their scale, all finite. Fills `features` and
-  // returns the size that they are parts of [-]: the force is this size times a function of them.
-  // Allocation-free.
+  // Processes the next sample, counts minus baseline over their scale, all finite. Fills `features`
+  // and returns the size by which they are normalised [-]: the force is this size times a function
+  // of them. Allocation-free.
   float Take(const Eigen::Ref<const Eigen::VectorXf>& now,
              Eigen::Ref<Eigen::VectorXf> features) noexcept {
     const Eigen::Index inputs = means_.rows();
@@ -50,7 +50,7 @@ class SignalTraces {
   }
 
  private:
-  static constexpr float kLeast = 0.1F;  // smaller signals are told by their size too
+  static constexpr float kLeast = 0.1F;  // below this size the features include the size
   Eigen::MatrixXf means_;                // inputs x traces
   std::array<float, kTraceTimes.size()> shares_{};
 };

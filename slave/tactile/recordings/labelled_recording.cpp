@@ -100,8 +100,8 @@ std::vector<Stretch> TakeParts(std::vector<Stretch>* stretches) {
 }
 
 std::string Count(std::size_t n, bool recordings) {
-  const char* many = recordings ? " recordings" : " presses";
-  const char* one = recordings ? " recording" : " press";
+  const char* many = recordings ? " recordings" : " contacts";
+  const char* one = recordings ? " recording" : " contact";
   return std::to_string(n) + (n == 1 ? one : many);
 }
 
@@ -147,7 +147,7 @@ Split SplitContacts(std::span<const LabelledRecording> recordings, bool test_is_
   Shuffle(&units, seed);
 
   Split split;
-  std::string test = "a set of its own", validation;
+  std::string test = "a separate set", validation;
   const bool test_by_unit = !test_is_apart && units.size() > 1;
   if (test_by_unit) {
     const std::size_t before = units.size();
@@ -164,13 +164,13 @@ Split SplitContacts(std::span<const LabelledRecording> recordings, bool test_is_
   for (const Unit& unit : units) std::ranges::copy(unit, std::back_inserter(split.train));
   if (!test_by_unit && !test_is_apart) {
     split.test = TakeParts(&split.train);
-    test = "parts of the same press (there is only one: the figures flatter)";
+    test = "parts of the same contact (there is only one: the errors are too small)";
   }
   if (!validate_by_unit) {
     split.validation = TakeParts(&split.train);
     validation = "parts of the same";
   }
-  split.how = "by whole " + std::string(by_recording ? "recordings" : "presses") + ": train " +
+  split.how = "by whole " + std::string(by_recording ? "recordings" : "contacts") + ": train " +
               Count(left, by_recording) + ", validation " + validation + ", test " + test;
   return split;
 }

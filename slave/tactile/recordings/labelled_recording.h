@@ -1,5 +1,4 @@
-// Tactile samples whose force is known: what networks learn from and are measured by, and which of
-// them for which.
+// Tactile samples with a known force, for training and testing of networks, and their split.
 #pragma once
 
 #include <cstddef>
@@ -24,13 +23,13 @@ struct LabelledRecording {
   std::vector<double> t = {};               // [s], as in the file
   std::vector<TactileSignals> change = {};  // counts minus rest
   std::vector<Eigen::Vector3f> force = {};  // of the fingertip on the object, frame F [N]
-  // The instants that are wanted, [begin, end). Windows may look back before `begin`.
+  // The selected instants, [begin, end). Windows may begin before `begin`.
   std::size_t begin = 0, end = 0;
   std::string missing_column = {};  // pac0 or pdc where the file lacks it; those read 0
 };
 
-// Instants [begin, end) of a recording that belong together, a whole press as a rule. Windows that
-// end there contain no sample before `look_back`.
+// Instants [begin, end) of a recording that belong together, usually one contact. Windows that end
+// there contain no sample before `look_back`.
 struct Stretch {
   std::size_t recording = 0;
   std::size_t begin = 0, end = 0;
@@ -44,23 +43,23 @@ struct Window {
 // Every window of `steps` samples that ends in one of the stretches and stays within its look-back.
 std::vector<Window> WindowsOf(std::span<const Stretch> stretches, int steps);
 
-// The presses of the wanted instants: stretches of contact, each with half of the quiet time around
-// it. Contact: |force| above 5 % of the largest of all; pauses below half a second are part of it.
-// A recording without contact is one stretch of rest and is left out.
+// The contacts of the selected instants: stretches of contact, each with half of the quiet time
+// around it. Contact: |force| above 5 % of the largest of all; pauses below half a second are part
+// of it. A recording without contact is one stretch of rest and is not used.
 std::vector<Stretch> FindPresses(std::span<const LabelledRecording> recordings);
 
-// Which contacts are learnt from, which decide when to stop, and which are only measured. No sample
-// is in more than one part.
+// Contacts for training, validation and test. No sample is in more than one part.
 struct Split {
   std::vector<Stretch> train, validation, test;
-  std::string how;  // in words, for the summary
+  std::string how;  // description for the summary
 };
 
-// The paper's split (IV.A): 80 % to train and 20 % to test, 20 % of the first to validate, by whole
-// recordings where there are at least five, else by whole presses; what goes where is drawn by
-// `seed`. Fewer than four presses leave none to validate, and one alone none to test: those parts
-// are then parts of a press, as `how` says. `test_is_apart`: the test recordings are others,
-// nothing is set aside for them. Throws std::invalid_argument: there is no contact.
+// The split of the paper (IV.A): 80 % for training and 20 % for the test, 20 % of the first for
+// validation, by whole recordings if there are at least five, else by whole contacts; `seed`
+// selects them. With fewer than four contacts there is no separate validation, with one no separate
+// test: these parts are then parts of a contact, as `how` states. `test_is_apart`: the test
+// recordings are separate and no contacts are reserved for them. Throws std::invalid_argument: no
+// contact.
 Split SplitContacts(std::span<const LabelledRecording> recordings, bool test_is_apart,
                     std::uint64_t seed);
 

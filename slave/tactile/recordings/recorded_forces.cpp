@@ -126,7 +126,7 @@ std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
   for (const TactileInstant& i : instants) rest.Take(FrameAt(recording, i).fingers[0]);
   if (!rest.known()) {
     throw std::runtime_error(data.tactile.string() + ": " + std::to_string(instants.size()) +
-                             " samples: too few for rest values from the first " +
+                             " samples: too few for a baseline from the first " +
                              std::to_string(options.rest_samples));
   }
   std::vector<LabelledRecording> labelled;

@@ -52,8 +52,9 @@ double FindContactPdc(const DataArgument& data, const std::vector<FingerReading>
   const auto rest = static_cast<double>(Quantile(pdc, kRestShare));
   const double range = static_cast<double>(Quantile(pdc, kTopShare)) - rest;
   if (range < kLeastRange) {
-    throw std::runtime_error(data.tactile.string() + ": pdc varies by " + std::to_string(range) +
-                             " counts only: no contact, or say with --contact-pdc where it begins");
+    throw std::runtime_error(
+        data.tactile.string() + ": pdc varies by " + std::to_string(range) +
+        " counts only: no contact, or set the start of contact with --contact-pdc");
   }
   return rest + kContactShare * range;
 }
@@ -70,7 +71,7 @@ FingerReading RestOf(const DataArgument& data, const std::vector<FingerReading>&
   }
   if (values[0].empty()) {
     throw std::runtime_error(data.tactile.string() + ": no sample without contact (pdc <= " +
-                             std::to_string(contact_pdc) + "): rest values are not known");
+                             std::to_string(contact_pdc) + "): the baseline is unknown");
   }
   FingerReading rest;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) rest.electrodes[i] = Quantile(values[i], 0.5);
@@ -147,7 +148,8 @@ ContactNormals ReadContactNormals(const DataArgument& data, const std::string& f
   const TactileRecording recording = ReadRecordedFinger(data, finger);
   const RecordedFinger& recorded = recording.fingers[0];
   if (!recorded.has_pdc) {
-    throw std::runtime_error(data.tactile.string() + ": no column pdc, which tells contact");
+    throw std::runtime_error(data.tactile.string() +
+                             ": no column pdc, which is needed to detect contact");
   }
   const std::vector<Eigen::Vector3d> normals = NormalsOf(data, recording);
   ContactNormals contact;

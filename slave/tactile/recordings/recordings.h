@@ -1,5 +1,4 @@
-// Recordings of a fingertip with measured forces or contact normals, as the command line names
-// them.
+// Recordings of a fingertip with measured forces or contact normals, as named on the command line.
 #pragma once
 
 #include <filesystem>
@@ -18,15 +17,15 @@ namespace palpate {
 
 // TACTILE.csv[+WRENCH.csv][@FROM:TO]
 struct DataArgument {
-  std::string text;  // as it was given
+  std::string text;  // unchanged text
   std::filesystem::path tactile;
-  std::filesystem::path wrench;  // empty: the force stands in the tactile file
+  std::filesystem::path wrench;  // empty: the tactile file contains the force
   double from = -std::numeric_limits<double>::infinity();  // [s], of the tactile file's clock
   double to = std::numeric_limits<double>::infinity();
 };
 
-// FROM or TO may be left out. A file whose own name contains + or @ is found as it is. Throws
-// std::invalid_argument: a slice that is none, an empty name.
+// FROM or TO may be omitted. A file whose own name contains + or @ is found as well. Throws
+// std::invalid_argument: an invalid slice, an empty name.
 DataArgument ParseDataArgument(const std::string& text);
 
 // One finger of a recording. `finger`: its name; empty: the recording's only one. Throws
@@ -38,12 +37,12 @@ struct RecordedForceOptions {
   int rest_samples = 50;  // the first ones of the recording, whose mean is the rest value; >= 1
 };
 
-// One recording, or more where it has gaps or the force is not known for a while. Force columns
-// fx, fy, fz or fx_N, fy_N, fz_N [N], of the fingertip on the object, in the tactile file or in the
-// wrench file, which is interpolated to the tactile times; the mean of the force's first half
-// second is its offset and taken off. Rest values and offset are those of the whole files, whatever
-// slice is wanted. Samples at another rate than that of the networks are resampled, a quarter of it
-// is the slowest. Throws std::runtime_error naming file (and line) and what is wrong with it.
+// One recording, or more if it has gaps or the force is unknown for a while. Force columns fx, fy,
+// fz or fx_N, fy_N, fz_N [N], of the fingertip on the object, in the tactile file or in the wrench
+// file, which is interpolated to the tactile times. The mean of the force's first half second is
+// subtracted as its offset. Baseline and offset are those of the whole files, independent of the
+// slice. Samples at another rate than the networks' are resampled; the slowest rate is a quarter of
+// it. Throws std::runtime_error naming file (and line) and the error.
 std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
                                                   const RecordedForceOptions& options);
 
@@ -57,10 +56,10 @@ struct ContactNormals {
   double contact_pdc = 0;                // contact is above it [counts]
 };
 
-// Columns nx, ny, nz beside a finger's electrodes and pdc. Contact: pdc above `contact_pdc`; where
-// that is not given, above its level at rest (the second percentile) by a twentieth of its range.
-// Rest values: medians of all rows without contact, the slice's or not. Throws std::runtime_error
-// naming file (and line) and what is wrong with it.
+// Columns nx, ny, nz in addition to a finger's electrodes and pdc. Contact: pdc above
+// `contact_pdc`; if absent, above its level at rest (the second percentile) by a twentieth of its
+// range. Baseline: medians of all rows without contact, in the slice or not. Throws
+// std::runtime_error naming file (and line) and the error.
 ContactNormals ReadContactNormals(const DataArgument& data, const std::string& finger,
                                   std::optional<double> contact_pdc);
 

@@ -100,7 +100,7 @@ TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
     throw std::invalid_argument("signals or forces are not finite");
   }
   if (!(variance.sum() > 1e-12 * forces.sum() / count)) {
-    throw std::invalid_argument("the force is the same in all training samples: nothing to learn");
+    throw std::invalid_argument("the force is the same in all training samples");
   }
   const float electrodes = rms.head(kElectrodeCount).norm() / std::sqrt(float{kElectrodeCount});
   if (!(electrodes > 0)) {

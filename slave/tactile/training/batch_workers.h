@@ -1,5 +1,5 @@
-// A step of training: windows of samples as it reads them, loss and gradient of a batch of them on
-// several threads, and how that changes the weights.
+// A training step: windows of samples, loss and gradient of a batch on several threads, and the
+// update of the weights.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 
 namespace palpate {
 
-// Signals and forces are divided by these; rest, which is 0, stays 0. Errors of networks of traces
-// count in parts of the force, or a gentle hand would get what is left of a hard one.
+// Signals and forces are divided by these; the baseline, 0, stays 0. Errors of networks of traces
+// are relative to the force, so that small forces are not neglected.
 struct TrainingScales {
   Eigen::VectorXf signals;  // E1 to E19[, pac0, pdc] [counts]
   Eigen::Vector3f forces;   // [N]
   float gentle = 1;         // of forces below it errors count nearly alike [N]
-  float weight = 1;         // what makes WeightOf 1, rms over the windows
+  float weight = 1;         // normalises WeightOf to 1, rms over the windows
 
   // Of an error where the force is this one [N].
   [[nodiscard]] float WeightOf(const Eigen::Vector3f& force) const {
@@ -36,10 +36,10 @@ struct TrainingScales {
 TrainingScales ScalesOf(std::span<const LabelledRecording> recordings,
                         std::span<const Window> windows, int inputs);
 
-// What a network reads of a window.
+// Network input of a window.
 enum class Reading : std::uint8_t {
   kSignals,  // the signals of its samples
-  kTraces,   // the features of SignalTraces at its last one, made unlike each other by mix()
+  kTraces,   // the features of SignalTraces at its last sample, decorrelated by mix()
 };
 
 class ScaledWindows {
@@ -47,7 +47,7 @@ class ScaledWindows {
   ScaledWindows(std::span<const LabelledRecording> recordings, const TrainingScales& scales,
                 Reading reading = Reading::kSignals);
 
-  // Inputs are mix() x, x what is read; symmetric. Signals: empty.
+  // Inputs are mix() x for features x; symmetric. For signals: empty.
   [[nodiscard]] const Eigen::MatrixXf& mix() const { return mix_; }
 
   // Fills `batch` (one matrix windows x inputs per step, the last one the present), `forces`
@@ -66,8 +66,8 @@ class ScaledWindows {
   std::vector<Eigen::VectorXf> weights_;  // per recording, of each sample
 };
 
-// Cuts batches into chunks of a fixed size and adds what they give in their order: the sum does not
-// depend on the number of threads.
+// Cuts batches into chunks of a fixed size and adds their results in order: the sum does not depend
+// on the number of threads.
 class BatchWorkers {
  public:
   // `make`: called once per thread. `windows` is only referred to.

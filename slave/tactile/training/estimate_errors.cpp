@@ -235,7 +235,7 @@ Eigen::Matrix3d ParseAxes(const std::string& text) {
   for (const Eigen::Matrix3d& axes : AllAxes()) {
     if (AxesText(axes) == text) return axes;
   }
-  throw std::invalid_argument(text + ": accepted is three different axes like x,y,z or -x,y,-z");
+  throw std::invalid_argument(text + ": accepted is three different axes such as x,y,z or -x,y,-z");
 }
 
 Eigen::Matrix3d NearestAxes(const Eigen::Matrix3d& rotation) {

@@ -1,5 +1,5 @@
-// What networks and localisers say of recordings whose force or contact normals are known, and how
-// good that is (paper B, table I).
+// Errors of networks and localisers on recordings with known forces or contact normals (paper B,
+// table I).
 #pragma once
 
 #include <cmath>
@@ -19,20 +19,20 @@
 namespace palpate {
 
 // The force at the windows' ends [N]: the exact windowed evaluation, sample by sample through every
-// recording from its start. A window before the network's own is full: NaN.
+// recording from its start. NaN before the network's window is full.
 std::vector<Eigen::Vector3f> EstimateForces(const ForceNetwork& network,
                                             std::span<const LabelledRecording> recordings,
                                             std::span<const Window> windows);
-// What was measured there [N].
+// The measured force there [N].
 std::vector<Eigen::Vector3f> MeasuredForces(std::span<const LabelledRecording> recordings,
                                             std::span<const Window> windows);
 
 // How good force estimates are. Per axis, frame F.
 struct ForceErrors {
   std::size_t count = 0;
-  Eigen::Vector3d rmse{0, 0, 0};         // [N]
-  Eigen::Vector3d smse{0, 0, 0};         // mean squared error / variance of what was measured;
-                                         // NaN: that did not vary
+  Eigen::Vector3d rmse{0, 0, 0};  // [N]
+  Eigen::Vector3d smse{
+      0, 0, 0};  // mean squared error / variance of the measured values; NaN: no variation
   Eigen::Vector3d correlation{0, 0, 0};  // NaN: one of them did not vary
   Eigen::Vector3d peak{0, 0, 0};         // largest |measured| [N]
   Eigen::Vector3d at_peak{0, 0, 0};      // |error| at that instant [N]
@@ -45,8 +45,8 @@ struct ForceErrors {
 // is by the share of the errors that lie within it.
 class ErrorLawFit {
  public:
-  // Of one sample the error's square [N^2] and the size of the force [N], > 0. What is not finite
-  // is left out: no window was full.
+  // For one sample the squared error [N^2] and the magnitude of the force [N], > 0. Values that are
+  // not finite are not used: the window was not full.
   void Take(double square, double size) {
     if (std::isfinite(square)) taken_.push_back({square, size});
   }
@@ -62,32 +62,32 @@ class ErrorLawFit {
   std::vector<Sample> taken_;
 };
 
-// `estimated` and `measured` are of the same length, [N]. Empty ones give count 0.
+// `estimated` and `measured` have the same length, [N]. Empty ones give count 0.
 ForceErrors CompareForces(std::span<const Eigen::Vector3f> estimated,
                           std::span<const Eigen::Vector3f> measured);
 
-// One number that fits a known network to another fingertip. The gain g that makes g fz_estimated
-// closest to fz_measured, least squares through the origin. Throws std::invalid_argument: nothing
-// to fit, not finite, or not positive (the force is that of the object on the fingertip, say).
+// The gain that adapts a known network to another fingertip: g that makes g fz_estimated closest to
+// fz_measured, least squares through the origin. Throws std::invalid_argument: no data, not finite,
+// or not positive (for example the force of the object on the fingertip).
 double FitForceGain(std::span<const Eigen::Vector3f> estimated,
                     std::span<const Eigen::Vector3f> measured);
 
 // How good found contact normals are.
 struct NormalErrors {
-  std::size_t found = 0;  // samples with a place; the others are left out
+  std::size_t found = 0;  // number of samples with a contact point; others are not used
   double median = 0;      // angle between found and measured normals [rad]
-  // The same after the one rotation of all found normals that is best: what is left where the
-  // measurement's axes are not quite the fingertip's.
+  // The same after the best common rotation of all found normals: the part that is not due to
+  // misaligned axes of the measurement.
   double aligned_median = 0;
 };
 
-// `normals_F`: measured, unit, one per sample. No sample with a place: found is 0.
+// `normals_F`: measured, unit, one per sample. No sample with a contact point: found is 0.
 NormalErrors CompareNormals(const Localiser& localiser, std::span<const TactileSignals> changes,
                             std::span<const Eigen::Vector3d> normals_F);
 
-// How the axes in which normals were measured stand in the fingertip's frame: `-x,y,-z`, say: x of
-// frame F is minus the measured x, and so on. Throws std::invalid_argument: not three different
-// axes, each with a sign or without.
+// Axes of the measured normals in the fingertip's frame, for example `-x,y,-z`: x of frame F is
+// minus the measured x, and so on. Throws std::invalid_argument: not three different axes, each
+// with or without a sign.
 Eigen::Matrix3d ParseAxes(const std::string& text);
 std::string AxesText(const Eigen::Matrix3d& axes);
 

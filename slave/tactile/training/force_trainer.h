@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-inline constexpr int kNetworkWindow = 50;  // samples that recurrent networks look back over
+inline constexpr int kNetworkWindow = 50;  // window size of recurrent networks
 inline constexpr int kLstmUnits = 20;      // per layer, two layers
 inline constexpr int kTraceUnits = 64;     // per hidden layer of networks of traces, two layers
 inline constexpr int kDenseUnits = 38;     // per hidden layer, two layers: twice 19 (Su et al.)
@@ -28,7 +28,7 @@ struct ForceTrainingOptions {
   int patience = 20;       // epochs without a better validation before it stops, >= 1
   int batch = 128;         // windows per step, >= 1
   int epoch_size = 16384;  // windows per epoch, drawn in turn from all of them; >= 1
-  std::uint64_t seed = 1;  // the same seed gives the same weights, whatever `threads` is
+  std::uint64_t seed = 1;  // the same seed gives the same weights, independent of `threads`
   int threads = 2;         // >= 1
 };
 
@@ -38,7 +38,7 @@ struct TrainingEpoch {
   double validation_loss = 0;
 };
 
-// What has been learnt.
+// The result of training.
 struct LearntForce {
   NetworkInfo info;        // sigma is to be set from a test
   NetworkWeights weights;  // of the best epoch
@@ -48,10 +48,11 @@ struct LearntForce {
   bool stopped = false;  // on request, before its time
 };
 
-// Trains on the split's stretches. Signals are scaled by their size in training, rest stays 0.
-// `progress` names the architecture; where it says so training stops and gives the best so far.
-// Throws std::invalid_argument: an option (which, what is accepted), too few windows, signals or
-// forces that do not vary or are not finite; Interrupted: stopped before the first epoch was over.
+// Trains on the split's stretches. Signals are scaled by their size in training, the baseline stays
+// 0. `progress` reports the architecture; if it requests a stop, training returns the best weights
+// so far. Throws std::invalid_argument: an option (which, what is accepted), too few windows,
+// signals or forces that do not vary or are not finite; Interrupted: stopped before the end of the
+// first epoch.
 LearntForce TrainForce(std::span<const LabelledRecording> recordings, const Split& split,
                        const ForceTrainingOptions& options, Progress& progress);
 

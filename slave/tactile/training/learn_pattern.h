@@ -1,4 +1,4 @@
-// Learns how the signals of a fingertip go together (SignalPattern).
+// Learns the correlation of a fingertip's signals (SignalPattern).
 #pragma once
 
 #include <span>
@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-// From the samples of `windows` whose signals stand well out of their noise. Unknown where these
-// are fewer than a hundred times the signals.
+// Uses the samples of `windows` whose signals are well above their noise. Unknown if there are
+// fewer than a hundred times the number of signals.
 SignalPattern LearnPattern(std::span<const LabelledRecording> recordings,
                            std::span<const Window> windows);
 
-// Measures how wrong the network's forces are of contacts of each kind: `estimated` at the ends of
-// `windows`, which it did not learn from, beside what was measured there [N]. A kind that has too
-// few of them stays as it is.
+// Measures the error of the network's forces for each kind of contact: `estimated` at the ends of
+// `windows`, which were not used for training, against the measured values [N]. A kind with too few
+// windows is unchanged.
 void LearnErrors(std::span<const LabelledRecording> recordings, std::span<const Window> windows,
                  std::span<const Eigen::Vector3f> estimated,
                  std::span<const Eigen::Vector3f> measured, SignalPattern* pattern);

@@ -1,5 +1,5 @@
-// Whether a calibration may be trusted: a small residual says that the numbers fit these pictures,
-// not that other pictures would have given the same ones.
+// Decides whether a calibration is accepted: a small residual shows that the numbers fit these
+// images, not that other images would give the same ones.
 #pragma once
 
 #include <array>
@@ -12,21 +12,21 @@
 
 namespace palpate {
 
-// A quantity estimated from each half of the pictures alone: first the odd against the even ones,
-// then halves drawn at random (fixed seed). Pictures in which the board stands nearly where it
-// stood in an earlier one are of one opinion: they count as one and go to the same half.
+// A quantity estimated from each half of the images alone: first odd and even ones, then random
+// halves (fixed seed). Images with nearly the same pose of the board are not independent: they
+// count as one and go to the same half.
 struct HalvesCheck {
   double odd_even = 0;         // |a - b|, relative to the estimate from all
   std::vector<double> random;  // the same for 20 random halves, sorted
-  int failed = 0;              // halves that give no estimate at all
-  std::size_t distinct = 0;    // pictures, or pairs, that differ
+  int failed = 0;              // number of halves without an estimate
+  std::size_t distinct = 0;    // number of different images or pairs
   // One standard deviation of the estimate from all: a half has twice its variance, the difference
   // of two halves four times.
   [[nodiscard]] double sigma() const;
   [[nodiscard]] double worst() const;
 };
 constexpr int kRandomHalves = 20;
-constexpr std::size_t kFewestForHalves = 4;  // pictures, or pairs, that differ
+constexpr std::size_t kFewestForHalves = 4;  // number of different images or pairs
 
 // Of the baseline. Pairs as used for `rig`, from which the halves are refined.
 HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
@@ -35,23 +35,23 @@ HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal);
 
-// Column and row of a cell of the picture.
+// Column and row of a cell of the image.
 constexpr int kCoverageColumns = 8, kCoverageRows = 6;
 using CoverageCell = std::pair<int, int>;
 // Adds the cells in which `corners` lie.
 void CoverCells(const Corners& corners, const std::array<int, 2>& size,
                 std::set<CoverageCell>* cells);
-// Part of the picture's cells in which a corner was ever seen.
+// Share of the image's cells in which a corner was detected.
 double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size);
 
 struct CalibrationVerdict {
   std::vector<std::string> reasons;   // why not; empty: it may be trusted
-  std::vector<std::string> warnings;  // what is weak and does not forbid it
+  std::vector<std::string> warnings;  // weak points that do not cause a rejection
 };
 
 struct CalibrationEvidence {
-  const char* quantity = "baseline";  // what the halves estimate
-  const char* things = "pairs";       // of what
+  const char* quantity = "baseline";  // quantity estimated from the halves, as text
+  const char* things = "pairs";       // kind of samples, as text
   std::size_t used = 0, given = 0;    // of them, with a board
   double rms_px = 0;
   double sigma_focal = 0;  // relative
@@ -60,7 +60,7 @@ struct CalibrationEvidence {
 };
 CalibrationVerdict EvaluateCalibration(const CalibrationEvidence& question);
 
-// The camera given as the right one stands left of the other.
+// The camera given as the right one is to the left of the other.
 bool AreSidesExchanged(const StereoRig& rig);
 // The same pair with left and right exchanged.
 StereoRig Exchanged(const StereoRig& rig);

@@ -128,7 +128,7 @@ cv::Mat BoardGrey(const cv::Mat& picture) {
   const bool is_known = (picture.depth() == CV_8U || picture.depth() == CV_16U) &&
                         (picture.channels() == 1 || picture.channels() == 3);
   if (picture.empty() || !is_known) {
-    throw std::runtime_error("is no picture of 8 or 16 bit, grey or colour");
+    throw std::runtime_error("is not an image of 8 or 16 bit, grey or colour");
   }
   cv::Mat grey = picture;
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
@@ -179,7 +179,7 @@ Lens LensOf(const cv::Mat& camera_matrix, const cv::Mat& distortion,
                          std::all_of(lens.distortion.begin(), lens.distortion.end(),
                                      [](double d) { return std::isfinite(d); });
   if (!is_finite || !(lens.fx > 0) || !(lens.fy > 0)) {
-    throw std::runtime_error("the pictures define no lens: no focal length fits them");
+    throw std::runtime_error("the images do not determine a lens: no focal length fits");
   }
   return lens;
 }
@@ -192,13 +192,13 @@ Eigen::Isometry3d PoseOf(const cv::Mat& rotation, const cv::Mat& translation) {
     X.translation()[i] = translation.ptr<double>()[i];
     for (int j = 0; j < 3; ++j) X.linear()(i, j) = R.at<double>(i, j);
   }
-  if (!X.matrix().allFinite()) throw std::runtime_error("the pictures define no pose");
+  if (!X.matrix().allFinite()) throw std::runtime_error("the images do not determine a pose");
   return X;
 }
 
 LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& views,
                               const std::array<int, 2>& size) {
-  if (views.size() < 2) throw std::runtime_error("fewer than two pictures define no lens");
+  if (views.size() < 2) throw std::runtime_error("fewer than two images do not determine a lens");
   const std::vector<std::vector<cv::Point3f>> boards(views.size(), BoardPoints(UnitBoard(board)));
   cv::Mat K, D, sigmas, sigmas_of_poses, per_view;
   std::vector<cv::Mat> rotations, translations;
@@ -213,7 +213,8 @@ LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& vi
       out.view_rms_px.push_back(per_view.at<double>(static_cast<int>(i)));
     }
   } catch (const cv::Exception&) {
-    throw std::runtime_error("the pictures define no lens: the board stands too much alike in all");
+    throw std::runtime_error(
+        "the images do not determine a lens: the poses of the board are too similar");
   }
   out.sigma_focal =
       std::max(sigmas.at<double>(0) / out.lens.fx, sigmas.at<double>(1) / out.lens.fy);

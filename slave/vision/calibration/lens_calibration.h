@@ -1,4 +1,4 @@
-// One camera's lens from pictures of a board, and the board in a picture.
+// Calibration of one camera's lens from images of a board, and detection of the board.
 #pragma once
 
 #include <array>
@@ -31,11 +31,11 @@ using Corners = std::vector<cv::Point2f>;  // [px], in the order of BoardPoints
 
 // One per corner, row after row [m]: x along a row, z = 0.
 std::vector<cv::Point3f> BoardPoints(const Board& board);
-// Width and height of what BoardPoints spans [m].
+// Width and height of the points of BoardPoints [m].
 cv::Size2d BoardExtent(const Board& board);
 
-// A turn of the board about its normal that carries every corner to a corner: a finder cannot tell
-// it from no turn.
+// A rotation of the board about its normal that maps every corner to a corner: a detector cannot
+// distinguish it.
 struct BoardSymmetry {
   std::vector<std::size_t> order;  // corner i lies where corner order[i] was
   Eigen::Isometry3d X_BB = Eigen::Isometry3d::Identity();
@@ -44,32 +44,33 @@ struct BoardSymmetry {
 std::vector<BoardSymmetry> SymmetriesOf(const Board& board);
 Corners Reordered(const Corners& corners, const BoardSymmetry& symmetry);
 
-// 8 or 16 bit, 1 or 3 channels -> 8 bit grey. Throws std::runtime_error for any other picture.
+// 8 or 16 bit, 1 or 3 channels -> 8 bit grey. Throws std::runtime_error for any other image.
 cv::Mat BoardGrey(const cv::Mat& picture);
 
-// The corners in the order of BoardPoints up to a symmetry, x to y turning as in the picture;
-// refined below the pixel over a window of about a fifth of the distance to the neighbours. Circles
-// at the centres of their blobs, dark on bright or bright on dark. nullopt: not all of them are
-// seen.
+// The corners in the order of BoardPoints up to a symmetry, with x to y oriented as in the image;
+// refined to sub-pixel accuracy over a window of about a fifth of the distance to the neighbours.
+// For circles the centres of their blobs, dark on bright or bright on dark. nullopt: not all of
+// them are visible.
 std::optional<Corners> FindBoard(const cv::Mat& grey, const Board& board);
 
 struct LensCalibration {
   Lens lens;
   double rms_px = 0;
   double sigma_focal = 0;               // relative, as the corners' scatter has it
-  std::vector<double> view_rms_px;      // one per picture
-  std::vector<Eigen::Isometry3d> X_CB;  // of the board, one per picture [m]
+  std::vector<double> view_rms_px;      // one per image
+  std::vector<Eigen::Isometry3d> X_CB;  // poses of the board, one per image [m]
 };
 
-// Least squares of reprojection, k1 k2 p1 p2; k3 stays 0: boards seldom reach the picture's
-// corners, which alone tell it from k2. Throws std::runtime_error in words where the pictures
-// define no lens.
+// Least squares of the reprojection, k1 k2 p1 p2; k3 stays 0, because boards seldom reach the image
+// corners, which are needed to distinguish it from k2. Throws std::runtime_error with a sentence if
+// the images determine no lens.
 LensCalibration CalibrateLens(const Board& board, const std::vector<Corners>& views,
                               const std::array<int, 2>& size);
 
 struct CameraCalibration {
-  LensCalibration fit;            // of what is used
-  std::vector<std::size_t> used;  // of the views given, rising; fit's lists are in this order
+  LensCalibration fit;  // of the used views
+  std::vector<std::size_t>
+      used;  // indices of the used views, rising; the lists of fit have this order
   struct Dropped {
     std::size_t view = 0;
     double miss_px = 0;  // rms
@@ -85,11 +86,11 @@ CameraCalibration CalibrateCamera(const Board& board, const std::vector<Corners>
 double Median(std::vector<double> values);  // not empty; the upper one of two
 // The worst of `misses`, if it contradicts the rest: three times their median, and `pixels`.
 std::optional<std::size_t> Outlier(const std::vector<double>& misses, double pixels);
-constexpr double kCornerPixels = 0.6;  // rms; an honest picture's are less
+constexpr double kCornerPixels = 0.6;  // limit of the rms; correct images have less
 
-// OpenCV iterates until the norm of all parameters settles, focal lengths of hundreds of pixels
-// among them: places count for something in it where the unit is a square, and the answer does not
-// hang on the unit.
+// OpenCV iterates until the norm of all parameters converges, including focal lengths of hundreds
+// of pixels. With the square as unit, positions have a comparable weight, and the result does not
+// depend on the unit.
 Board UnitBoard(Board board);
 cv::TermCriteria Settled();
 // OpenCV's forms of a lens.

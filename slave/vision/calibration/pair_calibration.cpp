@@ -150,7 +150,7 @@ Refined Refine(const Board& board, const std::vector<PairView>& pairs, const Ste
         D_R, {start.left.size[0], start.left.size[1]}, R, T, E, F, out.per_view,
         cv::CALIB_USE_INTRINSIC_GUESS | cv::CALIB_FIX_K3, Settled());
   } catch (const cv::Exception&) {
-    throw std::runtime_error("the pictures define no pair of cameras");
+    throw std::runtime_error("the images do not determine a stereo pair");
   }
   out.rig.left = LensOf(K_L, D_L, start.left.size);
   out.rig.right = LensOf(K_R, D_R, start.right.size);
@@ -170,8 +170,8 @@ PairCalibration Without(PairCalibration calibration, std::size_t k) {
 void RequireEnough(const PairCalibration& calibration) {
   if (calibration.used.size() >= kFewestPairs) return;
   throw std::runtime_error(
-      "no three pairs agree on how the cameras stand to each other: accepted is a rigid pair and a "
-      "board that does not move between the two shots");
+      "no three pairs agree on the relative pose of the cameras: accepted is a rigid pair and a "
+      "board that does not move between the two exposures");
 }
 
 // A baseline of nothing cannot be checked by its halves, and sees no depth.
@@ -183,9 +183,8 @@ void RequireApart(const PairFit& fit) {
   }
   if (fit.rig.baseline() > kLeast * distance) return;
   throw std::runtime_error(
-      "both cameras stand at the same place: accepted are pictures of two cameras side by side, "
-      "not "
-      "the same pictures twice");
+      "both cameras have the same position: accepted are images of two cameras side by side, not "
+      "the same images twice");
 }
 
 // A pair that is torn pulls the common pose towards itself and tears at the others: it is compared

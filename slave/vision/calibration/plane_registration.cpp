@@ -80,7 +80,7 @@ CameraRegistration RegisterPlane(const std::array<int, 2>& size,
   if (const auto mirrored = FitPlane(size, places, -1)) {
     if (RegistrationOf(*mirrored, false).rms < 0.3 * out.rms && used.size() > kFewest) {
       out.reasons.emplace_back(
-          "the picture is a mirror image of S: accepted is a camera that looks along -z of S");
+          "the image is a mirror image of S: accepted is a camera that looks along -z of S");
     }
   }
   CheckPlaces(extents, kFewest, &out);
@@ -95,7 +95,7 @@ CameraRegistration RegisterLensPlane(const Lens& lens, const std::vector<TipPlac
     const auto at = Straight(lens, places[i].left_I);
     if (!at) {
       throw std::runtime_error(fmt::format(
-          "place {}: u, v = {:g}, {:g}: accepted is a pixel of the lens's picture, {} x {}", i + 1,
+          "row {}: u, v = {:g}, {:g}: accepted is a pixel of the lens's image, {} x {}", i + 1,
           places[i].left_I.x(), places[i].left_I.y(), lens.size[0], lens.size[1]));
     }
     straight[i].left_I = *at;

@@ -90,11 +90,11 @@ void CheckOtherPose(const std::vector<LensPose>& poses, CameraRegistration* r) {
   // Accepted: the other one misses by three sigma more.
   const double limit = poses[0].sum_of_squares * (1 + 9 / std::max(spare, 1.0)) + 1e-12;
   if (angle < kSame || poses[1].sum_of_squares > limit) return;
-  r->reasons.push_back(fmt::format(
-      "a second pose, turned by {:.3g} deg, fits nearly as well ({:.3g} px rms): places that do "
-      "not lie on a plane, or nearer to the camera, tell them apart",
-      angle * 180 / std::numbers::pi,
-      std::sqrt(poses[1].sum_of_squares / static_cast<double>(UsedOf(*r).size()))));
+  r->reasons.push_back(
+      fmt::format("a second pose, rotated by {:.3g} deg, fits nearly as well ({:.3g} px rms): use "
+                  "positions that are not coplanar, or nearer to the camera",
+                  angle * 180 / std::numbers::pi,
+                  std::sqrt(poses[1].sum_of_squares / static_cast<double>(UsedOf(*r).size()))));
 }
 
 // The tips as the pair sees them; noise along the view counts several times that across it.

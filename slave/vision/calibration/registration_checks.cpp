@@ -59,17 +59,17 @@ CameraRegistration RegistrationOf(const RobustFit& fit, bool in_pixels) {
 void CheckPlaces(const Eigen::Vector3d& extents, std::size_t fewest, CameraRegistration* r) {
   const std::size_t used = UsedOf(*r).size();
   if (used <= fewest) {
-    r->reasons.push_back(
-        fmt::format("{} places leave nothing to check them by: accepted is {}", used, fewest + 1));
+    r->reasons.push_back(fmt::format("{} positions are too few to check the result: accepted is {}",
+                                     used, fewest + 1));
   }
   if (static_cast<double>(used) < kUsed * static_cast<double>(r->used.size())) {
     r->reasons.push_back(
-        fmt::format("only {} of {} places agree with each other", used, r->used.size()));
+        fmt::format("only {} of {} positions agree with each other", used, r->used.size()));
   }
   if (!(extents[1] > kWidth * extents[2])) {
     r->reasons.push_back(
-        "the places lie on a line: the turn about it is not defined, and nothing tells a mirror "
-        "image");
+        "the positions are collinear: the rotation about the line is not determined, and a mirror "
+        "image is not detected");
   }
 }
 
@@ -79,8 +79,8 @@ void CheckMirror(double mirrored_rms, const std::vector<TipPlace>& places, Camer
   constexpr double kExact = 1e-9;  // [m] or [px]: both fit without any miss
   if (kAlike * mirrored_rms + kExact < r->rms) {
     r->reasons.push_back(
-        "the places are a mirror image of what is seen: the sign of a column x, y or z is wrong, "
-        "or two columns are exchanged");
+        "the positions are a mirror image of the image points: the sign of a column x, y or z is "
+        "wrong, or two columns are exchanged");
     return;
   }
   if (mirrored_rms > kAlike * r->rms + kExact) return;
@@ -89,25 +89,26 @@ void CheckMirror(double mirrored_rms, const std::vector<TipPlace>& places, Camer
   const Eigen::Vector3d camera = r->X_SC.translation() - cloud.mean;
   const bool is_greater = camera.dot(cloud.normal) * cloud.normal[axis] > 0;
   const char name = "xyz"[axis];
-  r->warnings.push_back(fmt::format(
-      "the places lie on a plane, where a table with a wrong sign or exchanged columns fits as "
-      "well and puts the camera on the plane's other side: make sure that it stands {:.3g} mm from "
-      "the plane where {} of S is {}, and looks towards {}{}",
-      1e3 * std::abs(camera.dot(cloud.normal)), name, is_greater ? "greater" : "smaller",
-      is_greater ? '-' : '+', name));
+  r->warnings.push_back(
+      fmt::format("the positions are coplanar: a table with a wrong sign or exchanged columns fits "
+                  "as well, with the camera on the other side. Check that the camera is {:.3g} mm "
+                  "from the plane, on the side where {} of S is {}, and looks towards {}{}",
+                  1e3 * std::abs(camera.dot(cloud.normal)), name,
+                  is_greater ? "greater" : "smaller", is_greater ? '-' : '+', name));
 }
 
 void CheckScatter(double rms_m, const Eigen::Vector3d& extents, CameraRegistration* r) {
   if (!(r->sigma_angle <= kAngle)) {
     r->reasons.push_back(
-        fmt::format("the camera's direction is uncertain by {:.2g} deg (one sigma): accepted is "
-                    "{:.2g}; spread the places wider",
+        fmt::format("the camera's direction has a sigma of {:.2g} deg: accepted is {:.2g}; use "
+                    "positions that are farther apart",
                     r->sigma_angle * 180 / std::numbers::pi, kAngle * 180 / std::numbers::pi));
   }
   if (!(rms_m <= kScatter * extents[2])) {
-    r->reasons.push_back(fmt::format(
-        "the places are off by {:.3g} mm rms, more than {:.0f} % of their spread of {:.3g} mm",
-        1e3 * rms_m, 100 * kScatter, 1e3 * extents[2]));
+    r->reasons.push_back(
+        fmt::format("the residual of the positions is {:.3g} mm rms, more than {:.0f} % of their "
+                    "spread of {:.3g} mm",
+                    1e3 * rms_m, 100 * kScatter, 1e3 * extents[2]));
   }
 }
 
@@ -118,10 +119,10 @@ Indices AllIndices(std::size_t count) {
 }
 
 void RefuseTooFew(std::size_t usable, std::size_t fewest) {
-  throw std::runtime_error(fmt::format(
-      "places that can be used: {}; they define no camera pose: accepted is {} or more that do not "
-      "lie on a line",
-      usable, fewest + 1));
+  throw std::runtime_error(
+      fmt::format("usable positions: {}; they do not determine a camera pose: accepted is {} or "
+                  "more that are not collinear",
+                  usable, fewest + 1));
 }
 
 void CheckHeights(const Indices& used, const std::vector<TipPlace>& places,
@@ -129,9 +130,8 @@ void CheckHeights(const Indices& used, const std::vector<TipPlace>& places,
   double highest = 0;
   for (const std::size_t i : used) highest = std::max(highest, std::abs(places[i].p_S.z()));
   if (highest <= kScatter * extents[2]) return;
-  r->reasons.push_back(fmt::format(
-      "a place is {:.3g} mm off the plane z = 0 of S that the camera is to look down on",
-      1e3 * highest));
+  r->reasons.push_back(
+      fmt::format("a position is {:.3g} mm off the plane z = 0 of S", 1e3 * highest));
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Least squares that leaves out what contradicts the rest, and how uncertain a fitted pose is.
+// Least squares with exclusion of outliers, and the uncertainty of a fitted pose.
 #pragma once
 
 #include <functional>
@@ -17,20 +17,20 @@ struct CameraGuess {
 
 struct RobustFit {
   CameraGuess guess;
-  std::vector<double> residuals;  // of every place
+  std::vector<double> residuals;  // for every position
   std::vector<bool> used;
 };
 
 using Indices = std::vector<std::size_t>;
-// The best guess from some places; nullopt: they define none.
+// The best guess from some positions; nullopt: they determine none.
 using SolveFor = std::function<std::optional<CameraGuess>(const Indices&)>;
-// How far place `i` is off; NaN where it cannot say.
+// Residual of position `i`; NaN if unknown.
 using MissOf = std::function<double(const CameraGuess&, std::size_t i)>;
 
-// Least median of squares over subsets of `fewest` of the `usable` places (fixed seed), then least
-// squares of what lies within three robust sigma (Rousseeuw and Leroy, Robust Regression and
-// Outlier Detection, 1987, ch. 5). With fewer than fewest + 2 usable places all of them are used.
-// nullopt: they define no guess.
+// Least median of squares over subsets of `fewest` of the `usable` positions (fixed seed), then
+// least squares of those within three robust sigma (Rousseeuw and Leroy, Robust Regression and
+// Outlier Detection, 1987, ch. 5). With fewer than fewest + 2 usable positions all of them are
+// used. nullopt: they determine no guess.
 std::optional<RobustFit> FitRobustly(std::size_t count, const Indices& usable, std::size_t fewest,
                                      const SolveFor& solve, const MissOf& miss);
 
@@ -47,14 +47,14 @@ class PoseNoise {
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 3, 6>;
   using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
 
-  // One place: its two or three residuals' Jacobian and covariance but for the variance.
+  // One position: Jacobian of its two or three residuals, and their covariance up to the variance.
   void Add(const Jacobian& J, const Covariance& C);
 
   struct Sigmas {
     double angle = 0;  // of the least certain axis [rad]
     double place = 0;  // in the least certain direction [m]
   };
-  // Infinite where the places define no pose, or no more than that.
+  // Infinite if the positions determine no pose, or have no redundancy.
   [[nodiscard]] Sigmas Of(double sum_of_squares) const;
 
  private:
@@ -65,9 +65,9 @@ class PoseNoise {
   double trace_ = 0, square_trace_ = 0;
 };
 
-// Half the width of the interval that holds 68.3 % of Student's distribution (Abramowitz and
-// Stegun, Handbook of Mathematical Functions, 26.7.5, at one sigma): 2 % low at one degree of
-// freedom, exact to 1 % from two on.
+// Half width of the interval with 68.3 % of Student's distribution (Abramowitz and Stegun, Handbook
+// of Mathematical Functions, 26.7.5, at one sigma): 2 % low at one degree of freedom, exact to 1 %
+// from two on.
 double StudentOneSigma(double degrees_of_freedom);
 
 }  // namespace palpate

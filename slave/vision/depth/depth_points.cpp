@@ -66,7 +66,7 @@ RestDepth MakeRest(const DepthPoints::Params& params) {
   const double lowest = std::max(1.0, std::ceil(params.nearest / unit));
   const double highest = std::min(kLargest, std::floor(params.farthest / unit));
   Require(lowest <= highest, "nearest", params.nearest,
-          "below what a picture can tell, " + std::to_string(kLargest * unit) + " m");
+          "less than the largest depth of an image, " + std::to_string(kLargest * unit) + " m");
   // A pixel at the edge of a hole or of the object jumps by many sigma from picture to picture.
   constexpr double kFlicker = 12;  // [sigma]
   return {params.rest_pictures, static_cast<int>(lowest), static_cast<int>(highest),

@@ -1,4 +1,4 @@
-// Depth pictures as points of the surface: a grid of cells that keep their places in the picture.
+// Surface points from depth images: a grid of cells with fixed positions in the image.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@
 
 namespace palpate {
 
-// A plane over the picture: one over the depth is linear in the rays' slopes, 1/z = m . (x, y, 1).
+// A plane over the image: a plane in space is linear in the slopes of the rays, 1/z = m . (x, y,
+// 1).
 using InverseDepth = Eigen::Vector3d;  // [1/m]
 
 // A square of pixels, named by its upper left one [px].
@@ -22,18 +23,18 @@ struct DepthCell {
   int column = 0, row = 0, edge = 0;
 };
 
-// What a depth camera sees while nothing touches the surface, pixel by pixel.
+// The depths of the surface without contact, pixel by pixel.
 class RestDepth {
  public:
-  // Depths are counted in fractions of the picture's unit.
+  // Depths are counted in fractions of the image's unit.
   static constexpr int kFractions = 16;
 
-  // Counts from `lowest` to `highest` are measurements. A pixel whose depths differ by more than
-  // `flicker` counts has no rest depth, nor has one that half of the pictures do not see.
+  // Counts from `lowest` to `highest` are measurements. A pixel has no rest depth if its depths
+  // differ by more than `flicker` counts, or if it is invalid in half of the images.
   RestDepth(int pictures, int lowest, int highest, double flicker);
 
-  // One picture, CV_16U. False: it cannot be used (empty, another type or size than the first, no
-  // measurement at all) and is not counted. Allocates at the first.
+  // Adds one image, CV_16U. False: it cannot be used (empty, another type or size than the first,
+  // no measurement at all) and is not counted. Allocates at the first.
   bool Add(const cv::Mat& depth);
   [[nodiscard]] bool Fits(const cv::Mat& depth) const noexcept;
   [[nodiscard]] bool known() const { return taken_ >= pictures_; }
@@ -49,8 +50,8 @@ class RestDepth {
     return count >= lowest_ && count <= highest_;
   }
 
-  // The plane through the rest depths of a cell inside the picture, those that stand out left out;
-  // `unit` of a count [m]. nullopt: fewer than `least` pixels, or all about on a line.
+  // The plane through the rest depths of a cell inside the image, without outliers; `unit` of a
+  // count [m]. nullopt: fewer than `least` pixels, or all nearly on a line.
   struct Pinhole {
     double fx, fy, cx, cy;  // [px]
   };
@@ -78,8 +79,8 @@ class CellShift {
   // `edge` of the largest cell [px]; `sigma` of one depth [counts].
   CellShift(int edge, double sigma);
 
-  // The mean of the changes that lie within three sigma of their median, or three times their own
-  // spread where that is wider. nullopt: fewer than `least` pixels. Allocation-free.
+  // The mean of the changes within three sigma of their median, or three times their own spread if
+  // that is wider. nullopt: fewer than `least` pixels. Allocation-free.
   [[nodiscard]] std::optional<Mean> Of(const cv::Mat& depth, const RestDepth& rest,
                                        const DepthCell& cell, int least) noexcept;
 
@@ -92,7 +93,7 @@ class CellShift {
 // rest: the slope of the surface across the cell cancels pixel by pixel. The cell's point at rest
 // is where its middle ray meets the plane through its rest depths; it moves along that ray.
 //
-// A depth picture does not tell which piece of the surface it sees, only where the surface is: a
+// A depth image does not tell which piece of the surface it sees, only where the surface is: a
 // point's covariance is that of its way from rest along the normal, and a cell's width along the
 // surface.
 //
@@ -104,7 +105,7 @@ class DepthPoints {
     int cell = 16;                     // edge of a cell [px]
     int rest_pictures = 5;             // the rest frame is their mean
     double least_full = 0.5;           // share of a cell's pixels that must have a depth
-    double nearest = 0, farthest = 1;  // along the ray's z [m]: what lies outside is no measurement
+    double nearest = 0, farthest = 1;  // along the ray's z [m]: depths outside are not measurements
     // Depths err alike within patches of this edge [px]: a cell of n pixels has only
     // n / correlation^2 independent ones. 10 px: a stereo depth camera at 0.1 m, measured.
     double correlation = 10;
@@ -112,15 +113,15 @@ class DepthPoints {
   // Throws std::invalid_argument naming the parameter.
   explicit DepthPoints(const Params& params);
 
-  // One picture: CV_16U, 0: no measurement. One point per cell that had a depth at rest; a cell's
-  // identity is its place in the picture, counted in rows. `found` is false while the rest frame is
-  // taken (anew where memory runs out), for pictures that cannot be used (empty, another type or
-  // size than the first), and where fewer than three points or a tenth of them are seen. Valid
+  // Processes one image: CV_16U, 0: no measurement. One point per cell with a rest depth; a cell's
+  // identity is its position in the image, counted in rows. `found` is false while the rest shape
+  // is measured (again after out of memory), for images that cannot be used (empty, another type or
+  // size than the first), and if fewer than three points or a tenth of them are visible. Valid
   // until the next call.
   const SurfaceObservation& Observe(const cv::Mat& depth, std::uint64_t sequence,
                                     Time sensed_at) noexcept;
   [[nodiscard]] bool at_rest_known() const { return rest_.known(); }
-  // The rest frame is taken anew from the next pictures, of any size.
+  // Measures the rest shape again from the next images, of any size.
   void Reset() noexcept;
 
   // Of point `i` of the observation: the middle of its cell [px], and the unit normal of the

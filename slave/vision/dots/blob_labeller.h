@@ -1,5 +1,4 @@
-// Regions of a picture that differ from their ground: the grey level that parts them, and which
-// pixels belong together.
+// Regions of an image that differ from their background: local threshold and connected regions.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +8,18 @@
 
 namespace palpate {
 
-// The grey level that parts dots from their ground, tile by tile: light that falls across the
-// picture does not move it. Half way between the darkest and the lightest of a tile and its eight
-// neighbours where these differ enough; elsewhere (inside a large dot, on plain ground) what the
-// nearest such tiles have.
+// The grey level that separates dots from their background, tile by tile, independent of the
+// illumination across the image. Half way between the darkest and the lightest level of a tile and
+// its eight neighbours if these differ enough; elsewhere (inside a large dot, on a plain
+// background) that of the nearest such tiles.
 class ThresholdMap {
  public:
   static constexpr int kTile = 16;  // [px]
 
-  // `image`: 8 bit grey. `min_contrast`: levels between dot and ground that count. False: nowhere
-  // in the picture is there so much. Allocates only when the size grows.
+  // `image`: 8 bit grey. `min_contrast`: least levels between dot and background. False: no part of
+  // the image has this contrast. Allocates only when the size grows.
   bool Fit(const cv::Mat& image, int min_contrast);
-  // One level per tile of the tile row in which picture row `y` lies.
+  // One level per tile of the tile row that contains image row `y`.
   [[nodiscard]] const std::uint8_t* Row(int y) const {
     return levels_.data() + static_cast<std::ptrdiff_t>(y / kTile) * columns_;
   }
@@ -38,22 +37,22 @@ class ThresholdMap {
   std::vector<int> front_, next_front_;                         // tiles with a level, at the edge
 };
 
-// Connected regions of a two-valued picture, from the runs of its rows.
-// One region's sums over its pixels, and its bounding box (last row and column included).
+// Connected regions of a binary image, from the runs of its rows. For each region the sums over its
+// pixels, and its bounding box (last row and column included).
 struct Blob {
   std::int64_t area = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
   int left = 0, right = 0, top = 0, bottom = 0;
 };
 
 // Which of a row's pixels are darker than their tile's threshold: bit x of the words. `thresholds`:
-// one per 16 pixels. `bits`: (width + 63) / 64 words; those beyond the row are zero.
+// one per 16 pixels. `bits`: (width + 63) / 64 words; bits beyond the row are zero.
 void DarkBits(const std::uint8_t* row, int width, const std::uint8_t* thresholds,
               std::uint64_t* bits) noexcept;
 
-// Rows are given from top to bottom; pixels that share an edge belong together.
+// Rows are passed from top to bottom; pixels that share an edge are connected.
 class BlobLabeller {
  public:
-  // In a picture that is all speckles, regions that begin after so many are left out.
+  // In an image full of speckles, regions beyond this count are ignored.
   static constexpr std::size_t kMaxRegions = 1 << 15;
 
   // Allocates only when the width grows.

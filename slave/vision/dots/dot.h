@@ -1,4 +1,4 @@
-// A dot as one picture shows it, and how a region of pixels becomes one.
+// A dot in one image, and its measurement from a region of pixels.
 #pragma once
 
 #include <cstdint>
@@ -33,12 +33,12 @@ struct DotShapeLimits {
 // sqrt(det) of these. nullopt: outside `limits`, or not elliptical.
 std::optional<Dot> EllipseOf(const Blob& blob, const DotShapeLimits& limits) noexcept;
 
-// The grey-weighted centroid. The ground is a plane fitted to a ring around the dot, so that light
-// that changes across the dot does not pull, without the part of the ring in which an edge passes
-// by. Each pixel weighs what it differs from the ground, within 2 px of the dot's edge or as far as
-// its blur reaches; less far towards that edge and opposite to it. `dot` is what EllipseOf says.
-// nullopt: too little contrast, half the ring is not ground, no picture around it, an edge that
-// leaves the ellipse by a pixel or more.
+// The grey-weighted centroid. The background is a plane fitted to a ring around the dot, so that a
+// gradient of light does not shift the result; parts of the ring with another edge are excluded.
+// The weight of a pixel is its difference from the background, within 2 px of the dot's edge or as
+// far as its blur reaches; less far towards another edge and opposite to it. `dot` is the result of
+// EllipseOf. nullopt: too little contrast, half the ring is not background, no image around it, an
+// edge that deviates from the ellipse by a pixel or more.
 std::optional<Dot> RefineDot(const cv::Mat& image, const Dot& dot, int threshold, DotTone tone,
                              const DotShapeLimits& limits) noexcept;
 

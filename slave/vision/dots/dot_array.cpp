@@ -45,7 +45,7 @@ DotArray::DotArray(std::vector<Eigen::Vector2d> layout, const Params& params)
     throw std::invalid_argument(std::to_string(n) + " dots: accepted is 3 to 400");
   }
   for (const Eigen::Vector2d& p : layout_) {
-    if (!p.allFinite()) throw std::invalid_argument("a dot of the layout has no finite place");
+    if (!p.allFinite()) throw std::invalid_argument("a dot of the layout has no finite position");
   }
   Require(params.gate > 0 && params.gate < 0.5, "gate", params.gate, "0 < gate < 0.5");
   if (!(params.least_seen > 0 && params.least_seen <= 1 && params.area_ratio > 1)) {
@@ -57,7 +57,7 @@ DotArray::DotArray(std::vector<Eigen::Vector2d> layout, const Params& params)
   neighbours_ = NearestNeighbours(layout_, kNeighbours);
   for (std::size_t k = 0; k < n; ++k) {
     if (!(Spacing(k, layout_) > 0)) {
-      throw std::invalid_argument("two dots of the layout lie at one place");
+      throw std::invalid_argument("two dots of the layout have the same position");
     }
   }
   for (const std::size_t anchor : SpreadAnchors(layout_, kMostAnchors)) {

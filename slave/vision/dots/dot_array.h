@@ -1,4 +1,4 @@
-// Which dot of a picture is which dot of a known array: paper C, 3.2, where it is left open.
+// Assigns the dots of an image to the dots of a known array: paper C, 3.2, which leaves this open.
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@
 
 namespace palpate {
 
-// An array is any arrangement of three dots or more, regular or not, given in a plane of its own
-// (any unit). A picture may show it turned, shifted, tilted and bent, with dots missing and others
-// added: only neighbours must keep their order.
+// An array is any arrangement of three dots or more, regular or not, in its own plane (any unit).
+// An image may show it rotated, shifted, tilted and bent, with missing and additional dots: only
+// neighbours must keep their order.
 class DotArray {
  public:
-  // How x and y of the array's plane turn in the picture: kAsDrawn x to y as the picture's do (y
-  // down: the membrane from inside), kMirrored against that.
+  // Orientation of x and y of the array's plane in the image: kAsDrawn as the image's x and y (y
+  // down: the membrane from inside), kMirrored opposite.
   enum class Handedness : std::uint8_t { kAsDrawn, kMirrored, kEither };
   struct Params {
     Handedness handedness = Handedness::kAsDrawn;
@@ -30,28 +30,29 @@ class DotArray {
   };
   static constexpr int kNobody = -1;
 
-  // `layout`: places in the array's plane; the index is the dot's identity. Throws
-  // std::invalid_argument: fewer than 3 or more than 400, two at one place, all nearly on one line,
-  // a parameter out of range.
+  // `layout`: positions in the array's plane; the index is the dot's identity. Throws
+  // std::invalid_argument: fewer than 3 or more than 400, two at the same position, all nearly
+  // collinear, a parameter out of range.
   DotArray(std::vector<Eigen::Vector2d> layout, const Params& params);
 
-  // Finds the array anew. `picks` gets for each dot of the array the index in `dots`, or kNobody.
-  // A symmetric array fits in several ways: the one nearest to `hint` (a place per dot of the
-  // array [px]) is taken; without one (empty) that whose x runs most to the right. Returns how many
-  // were found; 0: the array is not there. Bounded: at most 5 * 56 growths per candidate (5 * 132
-  // among 13 or fewer), for 256 candidates: those nearest to the hint, or first.
+  // Searches the array without earlier positions. `picks` gets for each dot of the array the index
+  // in `dots`, or kNobody. A symmetric array fits in several ways: the one nearest to `hint` (a
+  // position per dot of the array [px]) is selected; without one (empty) the one whose x points
+  // most to the right. Returns the number of found dots; 0: not found. Bounded: at most 5 * 56
+  // growths per candidate (5 * 132 among 13 or fewer), for 256 candidates: those nearest to the
+  // hint, or first.
   int Match(std::span<const Dot> dots, std::span<const Eigen::Vector2d> hint,
             std::vector<int>* picks) noexcept;
-  // In time: the dots nearest to `places`, one each, within the gate and with an area within a
-  // factor of 2.5 of `areas` (0: any). Places that are not finite get kNobody.
+  // Tracks the array: the dots nearest to `places`, one each, within the gate and with an area
+  // within a factor of 2.5 of `areas` (0: any). Positions that are not finite get kNobody.
   int Follow(std::span<const Dot> dots, std::span<const Eigen::Vector2d> places,
              std::span<const double> areas, std::vector<int>* picks) noexcept;
-  // Where dot `k` should be, from its seen neighbours' moves (an affine map of up to six of them)
-  // since they were at `before`. NaN where nobody is seen.
+  // Expected position of dot `k`, from the motion of its visible neighbours (an affine map of up to
+  // six of them) since `before`. NaN without a visible neighbour.
   [[nodiscard]] Eigen::Vector2d Expect(std::size_t k, std::span<const Eigen::Vector2d> before,
                                        std::span<const Eigen::Vector2d> now,
                                        std::span<const char> seen) const noexcept;
-  // Distance to the nearest neighbour of the array, were the array at `places` [px].
+  // Distance to the nearest neighbour of the array at `places` [px].
   [[nodiscard]] double Spacing(std::size_t k,
                                std::span<const Eigen::Vector2d> places) const noexcept;
 
@@ -61,7 +62,7 @@ class DotArray {
   [[nodiscard]] const std::vector<int>& neighbours(std::size_t k) const { return neighbours_[k]; }
 
  private:
-  // A candidate's neighbours in the picture.
+  // A candidate's neighbours in the image.
   struct Around {
     static constexpr std::size_t kMost = 12;
     int count = 0;
@@ -76,7 +77,7 @@ class DotArray {
            int to_beat) noexcept;
   [[nodiscard]] bool Better(int found, double cost, int best, double best_cost,
                             bool hinted) const noexcept;
-  // [px^2]; infinite where the dots found are no picture of the layout.
+  // [px^2]; infinite if the found dots do not fit the layout
   [[nodiscard]] double Cost(std::span<const Dot> dots,
                             std::span<const Eigen::Vector2d> hint) const noexcept;
 
@@ -85,7 +86,7 @@ class DotArray {
   int least_ = 0;
   std::vector<std::vector<int>> neighbours_;
   std::vector<Growth> growths_;
-  // Of the picture at hand.
+  // for the present image
   std::vector<int> candidates_;  // indices of `dots`
   std::vector<Around> around_;   // of each candidate
   DotIndex index_;
@@ -93,7 +94,7 @@ class DotArray {
   // Of one growth.
   std::vector<Eigen::Vector2d> places_;  // per dot of the array [px]
   std::vector<int> trial_;               // as `picks`
-  std::vector<int> taken_;               // per dot of the picture: in which round, by whom
+  std::vector<int> taken_;  // per dot of the image: the round and the dot that claimed it
   int round_ = 0;
 };
 

@@ -71,7 +71,7 @@ GrowthStep StepTo(const Places& layout, int dot, const std::vector<int>& there) 
   step.parents = 4;  // the nearest, and the first three, which do not lie on one line
   step.parent = {nearest[0], there[0], there[1], there[2]};
   if (!Weigh(layout, place, kBarelySpread, &step)) {
-    throw std::invalid_argument("the dots of the layout lie nearly on one line");
+    throw std::invalid_argument("the dots of the layout are nearly collinear");
   }
   return step;
 }
@@ -89,7 +89,7 @@ Growth GrowthFrom(const Places& layout, std::size_t anchor) {
       there.push_back(order[i]);
     }
   }
-  if (there.size() < 3) throw std::invalid_argument("the dots of the layout lie on one line");
+  if (there.size() < 3) throw std::invalid_argument("the dots of the layout are collinear");
   Growth growth(3);
   for (std::size_t i = 0; i < 3; ++i) growth[i].dot = there[i];
   std::vector<char> done(layout.size(), 0);

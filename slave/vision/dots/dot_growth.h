@@ -1,5 +1,5 @@
-// How an array is found in a picture: in which order, from three neighbours outwards; which dot is
-// near a place; where a point goes when its neighbours move.
+// Search of an array in an image: the order from three neighbours outwards, the dot near a
+// position, and extrapolation from neighbours.
 #pragma once
 
 #include <array>
@@ -23,9 +23,9 @@ struct GrowthStep {
   std::array<int, kMostParents> parent{};
   std::array<double, kMostParents> weight{};
 };
-using Growth = std::vector<GrowthStep>;  // the first three, not on one line, have no parents
+using Growth = std::vector<GrowthStep>;  // the first three, not collinear, have no parents
 
-// Places are finite and differ. Throws std::invalid_argument: all nearly on one line.
+// Positions are finite and differ. Throws std::invalid_argument: all nearly collinear.
 Growth GrowthFrom(const std::vector<Eigen::Vector2d>& layout, std::size_t anchor);
 // The dot in the middle, then up to `most` in all, far from each other.
 std::vector<std::size_t> SpreadAnchors(const std::vector<Eigen::Vector2d>& layout,
@@ -34,7 +34,7 @@ std::vector<std::size_t> SpreadAnchors(const std::vector<Eigen::Vector2d>& layou
 std::vector<std::vector<int>> NearestNeighbours(const std::vector<Eigen::Vector2d>& layout,
                                                 std::size_t most);
 
-// The dots of one picture by place.
+// The dots of one image, indexed by position.
 class DotIndex {
  public:
   // Allocates only when there are more dots than ever before.
@@ -52,7 +52,7 @@ class DotIndex {
   double cell_ = 1;  // [px]
 };
 
-// Where a point goes when its neighbours move: least squares of an affine map.
+// Extrapolates a point from its neighbours' motion: least squares of an affine map.
 class AffineMove {
  public:
   // `point`: where it was.
@@ -69,8 +69,8 @@ class AffineMove {
     move_d_ += weight * move * d.transpose();
   }
   [[nodiscard]] int count() const { return count_; }
-  // Where the point is now. Neighbours on one line, or fewer than three: nothing is said across
-  // them, so across them they shift as one. Nobody: NaN.
+  // The present position of the point. Collinear neighbours, or fewer than three, determine no
+  // motion across their line: there they shift as one. No neighbour: NaN.
   [[nodiscard]] Eigen::Vector2d Carry() const noexcept {
     if (count_ == 0) {
       return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());

@@ -1,5 +1,5 @@
-// One eye on an array of dots: finds dots in its pictures, and each dot of the array keeps its
-// identity from picture to picture.
+// Tracks an array of dots with one camera: detects dots in its images and keeps each dot's identity
+// from image to image.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@
 
 namespace palpate {
 
-// Where a dot is expected, and what it looked like.
+// Expected position and appearance of a dot.
 struct ExpectedDot {
-  Eigen::Vector2d place{0, 0};   // [px]; not finite: not looked for
+  Eigen::Vector2d place{0, 0};   // [px]; not finite: no search
   Eigen::Vector2d extent{8, 8};  // half its width and height [px]
   double area = 0;               // [px^2]; 0: any
-  double search = 8;             // how far from `place` it may be, along each axis [px]
+  double search = 8;             // largest distance from `place` along each axis [px]
 };
 
 struct SightedDot {
@@ -28,8 +28,8 @@ struct SightedDot {
   Dot dot;
 };
 
-// Finds dots in 8-bit pictures: all of them, or those near predicted places. Not thread-safe.
-// Allocates only when pictures grow.
+// Detects dots in 8-bit images: all of them, or those near predicted positions. Not thread-safe.
+// Allocates only when images grow.
 class DotFinder {
  public:
   struct Params {
@@ -40,10 +40,10 @@ class DotFinder {
   // Throws std::invalid_argument naming the parameter.
   explicit DotFinder(const Params& params);
 
-  // Every dot of the picture. False, and no dots: not 8-bit grey, empty, or out of memory. Dots cut
-  // by the picture's edge are left out.
+  // All dots of the image. False, and no dots: not 8-bit grey, empty, or out of memory. Dots cut by
+  // the image border are not used.
   bool Find(const cv::Mat& image, std::vector<Dot>* dots) noexcept;
-  // One answer per expected dot: the nearest to its place with an area within a factor of 2.
+  // One result per expected dot: the nearest to its position with an area within a factor of 2.
   bool Track(const cv::Mat& image, const std::vector<ExpectedDot>& expected,
              std::vector<SightedDot>* sighted) noexcept;
 
@@ -60,31 +60,31 @@ class DotFinder {
   std::vector<std::uint8_t> one_threshold_;  // the same for all of a window
 };
 
-// Follows an array from picture to picture. Not thread-safe. Allocates in the first pictures only.
+// Tracks an array from image to image. Not thread-safe. Allocates in the first images only.
 class DotTracker {
  public:
-  // kNear looks about the last places and searches the whole picture when dots are missing (every
-  // eighth picture, at once when many are lost); kWhole searches it every time.
+  // kNear searches near the last positions, and the whole image when dots are missing (every eighth
+  // image, at once when many are lost); kWhole searches the whole image every time.
   enum class Search { kNear, kWhole };
   struct Params {
     DotFinder::Params finder;
-    bool any_tone = true;  // take the tone that shows the array, whatever `finder` says
+    bool any_tone = true;  // use the polarity that shows the array, independent of `finder`
     DotArray::Params array;
     Search search = Search::kNear;
   };
   // Throws as DotFinder and DotArray do.
   DotTracker(std::vector<Eigen::Vector2d> layout, const Params& params);
 
-  // About where the array is in the first picture, a place per dot [px]; tells the ways apart in
-  // which a symmetric array can be seen.
+  // Approximate positions in the first image, one per dot [px]; they select one of the orientations
+  // of a symmetric array.
   void Hint(std::vector<Eigen::Vector2d> places);
-  // Looks at the next picture. False: the array is not there, or the picture is no 8-bit grey one
-  // with something in it.
+  // Processes the next image. False: the array was not found, or the image is not 8-bit grey or is
+  // empty.
   bool Process(const cv::Mat& image) noexcept;
-  // Forgets all but the places: the next picture is matched anew.
+  // Clears all but the positions: the next image is matched without them.
   void Lose() noexcept { found_ = false; }
 
-  // One per dot of the layout; where not seen, `dot.centre` is where it should be, from its
+  // One per dot of the layout; if not visible, `dot.centre` is the position expected from its
   // neighbours, and may be NaN.
   [[nodiscard]] const std::vector<SightedDot>& dots() const { return dots_; }
   [[nodiscard]] int seen() const { return seen_; }
@@ -110,7 +110,7 @@ class DotTracker {
   int pictures_missing_ = 0;             // in a row, with a dot missing
   std::vector<Eigen::Vector2d> places_;  // last known, or hinted; empty: nothing known
   std::vector<Eigen::Vector2d> start_;   // where the dots were when the array was matched
-  std::vector<double> areas_;            // last seen
+  std::vector<double> areas_;            // last visible position
   std::vector<SightedDot> dots_;
   // Work space.
   std::vector<Dot> all_;

@@ -29,15 +29,16 @@ struct GroundPlane {
   [[nodiscard]] double At(double dx, double dy) const { return level0 + gx * dx + gy * dy; }
 };
 
-// The ring, cut into sectors. An edge that passes by, such as a membrane's clamp, lies in sectors
-// next to each other: the plane is that of the longest arc of sectors which one plane explains. A
-// least-squares plane of the whole ring would tilt towards the edge, and a robust one of single
-// pixels too, as an edge on one side looks much like light that falls.
+// The ring, cut into sectors. Another edge, such as a membrane's clamp, lies in adjacent sectors:
+// the plane is that of the longest arc of sectors that one plane explains. A least-squares plane of
+// the whole ring would tilt towards the edge, as would a robust one of single pixels, because an
+// edge on one side resembles a gradient of light.
 class GroundRing {
  public:
   static constexpr int kSectors = 16;
 
-  // Of the direction (p, q), counted as it turns; opposite ones differ by kSectors / 2.
+  // Of the direction (p, q), counted in the sense of rotation; opposite ones differ by kSectors
+  // / 2.
   static int SectorOf(double p, double q) noexcept {
     const double tan_22_5 = 0.41421356237309503;
     const double a = p < 0 ? -p : p, b = q < 0 ? -q : q;
@@ -57,8 +58,8 @@ class GroundRing {
   // Bit s: sector s is left out, or the one opposite to it.
   [[nodiscard]] std::uint32_t left_out() const { return left_out_; }
   [[nodiscard]] bool LeavesOut(int sector) const { return (left_out_ >> sector & 1U) != 0; }
-  // Variance of the sectors' means about the plane, by what pixels that err each for itself would
-  // have: about 1 for noise, more for light that is no plane, compression, stripes.
+  // Variance of the sectors' means about the plane, relative to that of independent pixel errors:
+  // about 1 for noise, more for light that is not a plane, compression, stripes.
   [[nodiscard]] double unevenness() const noexcept;
 
  private:

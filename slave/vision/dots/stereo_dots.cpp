@@ -18,9 +18,9 @@ namespace {
 // little, but an array taken for its own shifted copy lies at another depth, and has another size.
 constexpr double kSizeTolerance = 0.12;
 constexpr std::string_view kOtherSize =
-    "the dots are not as far apart as the layout says: check the rig and the layout";
+    "the distances of the dots differ from the layout: check the rig and the layout";
 constexpr std::string_view kElsewhere =
-    "the dots do not lie where the layout has them: check the pose and the layout";
+    "the positions of the dots differ from the layout: check the pose and the layout";
 
 bool Fits(const cv::Mat& image, const Lens& lens) {
   return image.dims == 2 && image.type() == CV_8UC1 && image.data != nullptr &&

@@ -1,4 +1,5 @@
-// Two eyes on an array of dots: where each dot is in space, and how far from rest.
+// An array of dots seen by a stereo pair: position of each dot in space and its displacement from
+// rest.
 #pragma once
 
 #include <array>
@@ -15,34 +16,36 @@
 
 namespace palpate {
 
-// Not thread-safe. Allocates in the first pictures only.
+// Not thread-safe. Allocates in the first images only.
 class StereoDots {
  public:
-  // What is not doubted at rest: forces rise with the third power of what is seen.
+  // Deviations at rest that are not flagged: forces rise with the third power of the scale.
   static constexpr double kTrueSize = 0.015;  // of the array's size by the layout's
-  static constexpr double kTruePlace = 0.25;  // of it along the plane, by the neighbours' distance
+  static constexpr double kTruePlace =
+      0.25;  // along the plane, relative to the distance of neighbours
 
   struct Params {
     StereoRig rig;
     Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();
-    Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();  // about: where the array is looked for
-    std::vector<Eigen::Vector2d> layout;                     // of the dots, frame O [m]
-    double dot_radius = 0.002;                               // [m]
-    double sigma_px = 0.1;   // least one-sigma of a dot's place in a picture, per axis [px]
+    Eigen::Isometry3d X_SO =
+        Eigen::Isometry3d::Identity();    // approximate pose, where the array is searched
+    std::vector<Eigen::Vector2d> layout;  // of the dots, frame O [m]
+    double dot_radius = 0.002;            // [m]
+    double sigma_px = 0.1;   // least sigma of a dot's position in an image, per axis [px]
     int rest_pictures = 10;  // the rest frame is their mean
     double miss_px = 3;      // the two rays of a dot pass no farther from each other [px]
     DotTracker::Search search = DotTracker::Search::kNear;
     DotFinder::Params finder;
   };
   // Throws std::invalid_argument naming the parameter: a lens without focal length or size, no
-  // baseline, the array not in view of both cameras, what DotTracker refuses.
+  // baseline, the array not in view of both cameras, parameters that DotTracker rejects.
   explicit StereoDots(const Params& params);
 
-  // One pair: 8-bit grey, of the lenses' sizes. One point per dot, in the order of the layout.
-  // `found` is false while the rest frame is taken, when the array is not in both pictures, when
-  // what is seen has not the layout's size, and for bad pictures. A dot that was not seen while the
-  // rest frame was taken never is. Doubted: an array that at rest has another size than the layout,
-  // or lies elsewhere in O. Valid until the next call.
+  // Processes one pair: 8-bit grey, of the lenses' sizes. One point per dot, in the order of the
+  // layout. `found` is false while the rest shape is measured, if the array is not in both images,
+  // if its size differs from the layout, and for unusable images. A dot that was not visible while
+  // the rest shape was measured is never visible. Flagged: an array whose size or position in O at
+  // rest differs from the layout. Valid until the next call.
   const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right,
                                     Time sensed_at) noexcept;
 

@@ -21,13 +21,13 @@ constexpr double kNoMore = 1.1;       // than the noise that pictures say: what 
 constexpr double kNoLess = 0.2;       // likewise: what stands still shows no noise
 
 constexpr std::string_view kMoved =
-    "the two eyes' rays pass each other by more than at rest: one camera has moved";
+    "the distance between left and right rays is larger than at rest: one camera has moved";
 constexpr std::string_view kOtherRig =
-    "the two eyes' rays pass each other at rest: check the sides (left, right) and the rig";
+    "the left and right rays do not meet at rest: check the sides (left, right) and the rig";
 constexpr std::string_view kWrongStamps =
-    "the left and the right picture are of other instants than their stamps tell";
+    "the left and the right image were taken at other times than their timestamps";
 constexpr std::string_view kLate =
-    "the left and the right picture are of different instants, or one camera stands still";
+    "the left and the right image were taken at different times, or one camera is frozen";
 
 // Of points in one picture: what they moved and miss, by sigma.
 struct Share {

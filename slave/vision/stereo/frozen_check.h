@@ -1,5 +1,5 @@
-// Whether a camera has stopped while its pictures go on coming, or parts of them are old: the same
-// grey levels again, which noise never gives.
+// Detects a frozen camera, or old parts of an image: the same grey levels repeat, which noise
+// prevents.
 #pragma once
 
 #include <array>
@@ -13,21 +13,21 @@ namespace palpate {
 // One thread; no allocation after the first pair.
 class FrozenCheck {
  public:
-  // `learning`: the first pairs; where each of them repeats the one before, the source has no
-  // noise, and a repeat says nothing. Where parts of them repeat, as compression has them, a part
-  // says nothing, unless it is the first picture's more often than the last one's.
+  // `learning`: number of first pairs; if each of them repeats the previous one, the source has no
+  // noise and repetition is no evidence. If parts of them repeat, as with compression, a repeated
+  // part is no evidence, unless it repeats the first image more often than the last one.
   explicit FrozenCheck(int learning) : learning_(learning) {}
 
-  // True: one of the two shows what it showed in the last pair, to the grey level (in every eighth
-  // row), though the source has noise; or parts of it are as in the last or in the first pair, as
-  // a line that loses blocks leaves them. An empty picture is none.
+  // True: an image repeats its grey levels of the last pair (in every eighth row), although the
+  // source has noise; or parts of it are those of the last or the first pair, as after lost blocks
+  // on a link. An empty image is not checked.
   bool Check(const cv::Mat& left, const cv::Mat& right) noexcept;
 
  private:
   static constexpr int kLeastParts = 4;  // pieces of a row; less may be an accident
   struct Digests {
     std::uint64_t whole = 0;
-    std::vector<std::uint64_t> parts;  // 0: says nothing, since it is even or at the scale's end
+    std::vector<std::uint64_t> parts;  // 0: no evidence, because it is uniform or saturated
   };
   struct Eye {
     Digests first, last, now;

@@ -72,8 +72,8 @@ LensWarp LensWarp::Distorting(const Lens& lens) {
 
 cv::Mat LensWarp::Apply(const cv::Mat& picture) const {
   if (picture.size() != whole_.size()) {
-    throw std::runtime_error("the lens is of pictures of " + std::to_string(whole_.cols) + " x " +
-                             std::to_string(whole_.rows) + " px, this one has " +
+    throw std::runtime_error("the lens is for images of " + std::to_string(whole_.cols) + " x " +
+                             std::to_string(whole_.rows) + " px, but this image has " +
                              std::to_string(picture.cols) + " x " + std::to_string(picture.rows));
   }
   cv::Mat warped;
@@ -84,8 +84,9 @@ cv::Mat LensWarp::Apply(const cv::Mat& picture) const {
 Lens ReadLens(const std::filesystem::path& file) {
   const StereoRig rig = ReadRig(file);
   if (rig.baseline() > 0) {
-    throw std::runtime_error(file.string() +
-                             ": is of two cameras: accepted is the file of one (calibrate --left)");
+    throw std::runtime_error(
+        file.string() +
+        ": is for two cameras: accepted is the file of one camera (calibrate --left)");
   }
   return rig.left;
 }

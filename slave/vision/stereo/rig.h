@@ -1,5 +1,4 @@
-// A camera's lens, a pair of cameras, and what a point seen by them says of its place (paper C,
-// 3.1).
+// A camera's lens, a stereo pair, and triangulation of points (paper C, 3.1).
 #pragma once
 
 #include <array>
@@ -24,7 +23,7 @@ struct Lens {
 struct StereoRig {
   Lens left, right;
   Eigen::Isometry3d X_RL = Eigen::Isometry3d::Identity();  // p_R = X_RL p_L [m]
-  double rms_px = 0;  // reprojection over all pictures of the calibration; 0: not known
+  double rms_px = 0;  // reprojection residual over all images of the calibration; 0: unknown
   [[nodiscard]] double baseline() const { return X_RL.translation().stableNorm(); }
 };
 
@@ -32,7 +31,7 @@ struct StereoRig {
 // the file of one camera. Throws std::runtime_error `file: ...`: unreadable, a key missing (which),
 // numbers that make no lens.
 StereoRig ReadRig(const std::filesystem::path& file);
-// `more`: what other programs read from the file, by name.
+// `more`: entries for other programs, by name.
 struct NamedMatrix {
   std::string name;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> value;
@@ -40,32 +39,32 @@ struct NamedMatrix {
 void WriteRig(const std::filesystem::path& file, const StereoRig& rig, bool one_camera = false,
               const std::vector<NamedMatrix>& more = {});
 
-// Picture -> ray: (x/z, y/z) in the camera's frame, without distortion. nullopt: outside the lens's
+// Image -> ray: (x/z, y/z) in the camera's frame, without distortion. nullopt: outside the lens's
 // invertible range, or not finite.
 std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_I) noexcept;
-// Camera frame [m] -> picture [px], with distortion. nullopt: behind the camera, or so far off axis
+// Camera frame [m] -> image [px], with distortion. nullopt: behind the camera, or so far off axis
 // that the distortion folds back and another ray has that pixel.
 std::optional<Eigen::Vector2d> Project(const Lens& lens, const Eigen::Vector3d& p_C) noexcept;
 
 struct Triangulated {
   Eigen::Vector3d p_L{0, 0, 0};                          // [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // [m^2]
-  // How far the rays pass each other, in pixels of the left picture; > 0: the left ray lies towards
+  // Distance of the two rays in pixels of the left image; > 0: the left ray lies towards
   // AcrossEpipolar.
   double miss_px = 0;
 };
-// The point whose pictures are nearest to both, with its covariance for `sigma_px` per axis.
+// The point whose projections are nearest to both, with its covariance for `sigma_px` per axis.
 // nullopt: rays that do not meet in front of both cameras, parallel rays, not finite.
 std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vector2d& left_I,
                                         const Eigen::Vector2d& right_I, double sigma_px) noexcept;
 
-// Unit direction in the left picture across the epipolar line through `left_I`, the same way for
-// all points: downwards where the right camera stands to the right. Distortion is left out of it.
+// Unit direction in the left image across the epipolar line through `left_I`, with the same sense
+// for all points: downwards if the right camera is to the right. Without distortion.
 Eigen::Vector2d AcrossEpipolar(const StereoRig& rig, const Eigen::Vector2d& left_I) noexcept;
 
-// The distortion of a Lens and its derivative, for what inverts or fits it. OpenCV's model: with
-// r^2 = x^2 + y^2, x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), y' = y
-// (...) + p1 (r^2 + 2 y^2) + 2 p2 x y; `ray` = (x, y) = (X/Z, Y/Z).
+// The distortion of a Lens and its derivative, for inversion and fitting. OpenCV's model: with r^2
+// = x^2 + y^2, x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), y' = y (...) +
+// p1 (r^2 + 2 y^2) + 2 p2 x y; `ray` = (x, y) = (X/Z, Y/Z).
 struct Distorted {
   Eigen::Vector2d ray{0, 0};
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Identity();  // d ray' / d ray
@@ -79,8 +78,8 @@ bool IsInvertibleOutTo(const Lens& lens, const Eigen::Vector2d& ray) noexcept;
 bool ProjectWithJacobian(const Lens& lens, const Eigen::Vector3d& p_C, Eigen::Vector2d* p_I,
                          Eigen::Matrix<double, 2, 3>* jacobian) noexcept;
 
-// Where the middle of a tilted dot's picture lies, which is not the picture of its middle: centroid
-// of the picture of a flat disc minus the picture of its centre [px]. A line l of the picture (a
+// Where the middle of a tilted dot's image lies, which is not the image of its middle: centroid
+// of the image of a flat disc minus the image of its centre [px]. A line l of the image (a
 // plane through the eye with normal l) touches the disc's edge where
 //   (l . c)^2 = r^2 (l . l - (l . n)^2),
 // so the dual conic is c c' - r^2 (I - n n'), and the ellipse's centre is its last column. For a

@@ -1,5 +1,5 @@
-// Points of the object's surface as the eyes see them: what dots, texture and depth pictures have
-// in common, and what force is estimated from.
+// Measured points of the object's surface: the common output of dots, texture and depth images, and
+// the input of the force estimation.
 #pragma once
 
 #include <cstdint>
@@ -15,39 +15,39 @@ namespace palpate {
 
 // One point with an identity that lasts. Frame S.
 struct SurfacePoint {
-  int id = -1;                                           // the same point keeps it
-  bool seen = false;                                     // false: the last place is repeated
+  int id = -1;                                           // identity, kept by the same point
+  bool seen = false;                                     // false: the last position is repeated
   Eigen::Vector3d p_S_rest{0, 0, 0};                     // in the rest frame [m]
   Eigen::Vector3d p_S{0, 0, 0};                          // now [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of p_S [m^2]
-  // What two eyes add; sigma 0: it was not seen by two.
-  Eigen::Vector2d left_I{0, 0}, right_I{0, 0};  // in their pictures [px]
-  double sigma_px = 0;                          // of these, per axis, as the pictures show it [px]
-  double miss_px = 0;                           // Triangulated::miss_px
-  // It scatters at rest as that noise says, so that what scatters is all that errs: errors that are
-  // fixed to the pixels, as compression's, need not.
+  // For stereo pairs; sigma 0: not measured by a pair.
+  Eigen::Vector2d left_I{0, 0}, right_I{0, 0};  // image points [px]
+  double sigma_px = 0;  // sigma of the image points, per axis, from the images [px]
+  double miss_px = 0;   // Triangulated::miss_px
+  // Its scatter at rest equals that noise, so that scatter is its only error. Errors that are fixed
+  // to the pixels, as of compression, do not scatter.
   bool errs_by_noise_alone = true;
 };
 
 struct SurfaceObservation {
   std::uint64_t sequence = 0;
   Time sensed_at{};
-  bool found = false;  // enough points to say anything
+  bool found = false;  // enough points for an estimate
   std::vector<SurfacePoint> points;
-  // What speaks against what the points tell, and in words: one clause that lives on.
+  // The failed check of the points, and its reason: one clause with static lifetime.
   FailedCheck check = FailedCheck::kNone;
   std::string_view why;
-  double epipolar_px = 0;  // rms of the rays' misses less those at rest [px]; 0: not of two eyes
+  double epipolar_px =
+      0;  // rms of the ray distances minus those at rest [px]; 0: not a stereo pair
   double scale_error = 0;  // by which their distances may be wrong, a share [-]
-  // The first doubt stays.
+  // The first flag stays.
   void Flag(FailedCheck failed, std::string_view clause) noexcept {
     if (check != FailedCheck::kNone) return;
     check = failed;
     why = clause;
   }
-  double skew = 0;  // of two eyes' pictures, right minus left, as their stamps tell [s]
-  // One sigma of how far their moment may be from what the stamps tell [times from pair to pair];
-  // 0: not of two eyes.
+  double skew = 0;  // time between right and left image by their timestamps [s]
+  // One sigma of the time relative to the timestamps [pair periods]; 0: not a stereo pair.
   double moment_sigma = 0;
 };
 

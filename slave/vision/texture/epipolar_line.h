@@ -1,5 +1,5 @@
-// Where the other camera of a pair may see what is seen at one pixel: the pixel's ray, walked from
-// infinity towards the cameras.
+// Search line in the other camera's image for one pixel: the pixel's ray, from infinity towards the
+// cameras.
 #pragma once
 
 #include <optional>
@@ -11,20 +11,21 @@
 
 namespace palpate {
 
-// Depths need no bounds: the walk goes from infinity to where the line leaves the other picture. A
-// place of the line is told by q = baseline / depth, which makes pictures of it nearly evenly
+// Depths need no bounds: the search goes from infinity to where the line leaves the other image. A
+// position on the line is given by q = baseline / depth, whose projections are nearly evenly
 // spaced. Real-time safe. The lenses must outlive it.
 class EpipolarLine {
  public:
-  // `p_F` in the picture of `from` [px]; X_TF: p_to = X_TF p_from.
+  // `p_F` in the image of `from` [px]; X_TF: p_to = X_TF p_from.
   EpipolarLine(const Lens& from, const Lens& to, const Eigen::Isometry3d& X_TF,
                const Eigen::Vector2d& p_F) noexcept;
 
-  // To a place of the other picture about `step` [px] nearer, the first time to infinity. False:
-  // the line shows no more of itself.
+  // Advances to a position about `step` [px] nearer, the first time to infinity. False: the end of
+  // the line.
   bool Next(double step) noexcept;
   [[nodiscard]] double q() const { return q_; }
-  // Of the ray at this q [px]; nullopt: the lens cannot show it. It may be outside the picture.
+  // Projection of the ray at this q [px]; nullopt: outside the lens's range. It may be outside the
+  // image.
   [[nodiscard]] const std::optional<Eigen::Vector2d>& place() const { return place_; }
   [[nodiscard]] bool in_picture() const { return place_ && IsInside(*place_); }
   // Of the ray through a neighbour of the pixel, as far away [px].
@@ -44,19 +45,19 @@ class EpipolarLine {
   double q_ = 0, dq_ = 0;
 };
 
-// The smallest depth on the left camera's axis that the right one shows too [m]: a disparity of
-// half the picture where the axes are parallel. nullopt: it shows nothing of that axis.
+// The smallest depth on the left camera's axis that the right one sees too [m]: a disparity of half
+// the image if the axes are parallel. nullopt: it sees nothing of that axis.
 std::optional<double> NearestInBoth(const StereoRig& rig) noexcept;
 
-// Where a window seen by one camera is in the other: along the line of places its ray may have.
+// Finds a window of one camera in the other's image: along the possible projections of its ray.
 struct EpipolarOptions {
   double least_correlation = 0.7;  // at the coarse level
-  double least_margin = 0.03;      // over the best elsewhere: what looks alike twice is refused
+  double least_margin = 0.03;  // ratio to the best score elsewhere: ambiguous matches are rejected
 };
 
-// `seen` in the picture of `from`; its window, as `window` has it on `level`, is looked for in
-// `picture`, taken by `to`, from infinity to as near as both cameras can see; X_TF: p_to = X_TF
-// p_from. nullopt: not there, or there twice. Real-time safe.
+// `seen` in the image of `from`; its window on `level` is searched in `picture`, taken by `to`,
+// from infinity to the nearest depth that both cameras see; X_TF: p_to = X_TF p_from. nullopt: not
+// found, or ambiguous. Real-time safe.
 std::optional<WindowWarp> SearchEpipolar(const Lens& from, const Lens& to,
                                          const Eigen::Isometry3d& X_TF, const WindowWarp& seen,
                                          WindowTemplate& window, const PicturePyramid& picture,

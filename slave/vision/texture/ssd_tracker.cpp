@@ -67,7 +67,7 @@ SsdTracker SsdTracker::InOtherCamera(const cv::Mat& picture) const {
   other.now_ = PicturePyramid(picture, levels);
   other.before_ = PicturePyramid(picture, levels);
   if (other.now_.levels() < levels) {
-    throw std::invalid_argument("the other camera's picture is too small for the pyramid");
+    throw std::invalid_argument("the other camera's image is too small for the pyramid");
   }
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     if (windows_[i].state != WindowState::kNoTexture) other.Lose(i);

@@ -1,10 +1,10 @@
-// Follows windows of texture through the pictures of one camera (paper C, 5.2).
+// Follows windows of texture through the images of one camera (paper C, 5.2).
 //
-// A window is always looked for as it was in the first picture, from coarse to fine, so that its
+// A window is always looked for as it was in the first image, from coarse to fine, so that its
 // place does not drift. Beside that template a recent one is kept for when the look has changed too
 // far; it is cut only where the first still matches, so at most one link lies between them. Each
-// find must lead back to where the window was in the picture before. What is lost is searched for
-// around its last place, wider with every picture.
+// find must lead back to where the window was in the image before. What is lost is searched for
+// around its last place, wider with every image.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,18 @@ struct SsdOptions {
   int window = 31;                  // edge [px], odd, 9 to 255
   int levels = 3;                   // of the pyramid, 1 to 6
   double least_correlation = 0.8;   // of a window that is still the same, (0, 1)
-  double refind_correlation = 0.9;  // of one that was lost, (0, 1)
-  double most_return_miss = 0.5;    // of the way back, in pixels of the picture before [px]
-  int search_radius = 96;           // of lost windows, at most [px]
+  double refind_correlation = 0.9;  // score of a window that was lost, (0, 1)
+  double most_return_miss =
+      0.5;                 // distance after tracking back, in pixels of the previous image [px]
+  int search_radius = 96;  // of lost windows, at most [px]
 };
 
 enum class WindowState : std::uint8_t {
   kTracked,     // by the first template
   kBridged,     // by the recent template: as good as one link
-  kNoTexture,   // the first picture shows no structure there, or the window leaves it
-  kLost,        // covered, left the picture, or changed
-  kBadPicture,  // not of the first picture's size and type
+  kNoTexture,   // the first image has no structure there, or the window leaves it
+  kLost,        // covered, outside the image, or changed
+  kBadPicture,  // not of the first image's size and type
 };
 
 struct TrackedWindow {
@@ -46,8 +47,8 @@ struct TrackedWindow {
 
 class SsdTracker {
  public:
-  // `at`: centres in the first picture [px]. Throws std::invalid_argument: options, or a picture
-  // that is not 8 bit grey or BGR. A window without texture is kept, kNoTexture for ever.
+  // `at`: centres in the first image [px]. Throws std::invalid_argument: options, or an image that
+  // is not 8 bit grey or BGR. A window without texture stays kNoTexture.
   SsdTracker(const cv::Mat& first, const std::vector<Eigen::Vector2d>& at,
              const SsdOptions& options);
 
@@ -55,17 +56,17 @@ class SsdTracker {
   const std::vector<TrackedWindow>& Track(const cv::Mat& picture) noexcept;
   [[nodiscard]] const std::vector<TrackedWindow>& windows() const { return windows_; }
 
-  // The same templates, looked for by another camera whose first picture is `picture`: all windows
-  // are lost until Place() says where they are, and lost ones are not searched for: who knows both
-  // cameras knows better where. Throws std::invalid_argument as the constructor.
+  // The same templates for another camera whose first image is `picture`: all windows are lost
+  // until Place() sets their positions, and lost ones are not searched, because the caller knows
+  // the epipolar geometry. Throws std::invalid_argument as the constructor.
   [[nodiscard]] SsdTracker InOtherCamera(const cv::Mat& picture) const;
-  // Looks for window `i` near `start` in the last picture and follows it from there; false: not
-  // there. Real-time safe.
+  // Searches window `i` near `start` in the last image and tracks it from there; false: not found.
+  // Real-time safe.
   bool Place(std::size_t i, const WindowWarp& start) noexcept;
-  // The caller knows better: window `i` is not where it was found. Real-time safe.
+  // Overrides the result: window `i` was not found. Real-time safe.
   void Lose(std::size_t i) noexcept;
 
-  // Window `i` as the first picture shows it on a level, 0 <= level < picture().levels().
+  // Window `i` in the first image on a level, 0 <= level < picture().levels().
   [[nodiscard]] WindowTemplate& Template(std::size_t i, int level) noexcept {
     return memories_[i].first[static_cast<std::size_t>(level)];
   }
@@ -76,9 +77,9 @@ class SsdTracker {
   using Templates = std::vector<WindowTemplate>;  // one per level, fine first
   struct Memory {
     Templates first, recent;
-    Eigen::Vector2d velocity{0, 0};  // [px/picture]
-    int since_cut = 0;               // pictures since `recent` was cut
-    int lost_for = 0;                // pictures
+    Eigen::Vector2d velocity{0, 0};  // [px/image]
+    int since_cut = 0;               // images since `recent` was cut
+    int lost_for = 0;                // images
   };
 
   bool Cut(Templates& templates, const WindowWarp& warp) noexcept;
@@ -99,8 +100,8 @@ class SsdTracker {
   PicturePyramid now_, before_;
   std::vector<TrackedWindow> windows_;
   std::vector<Memory> memories_;
-  Templates back_;               // cut anew for every way back
-  std::size_t next_search_ = 0;  // lost windows take turns
+  Templates back_;               // cut again for every tracking back
+  std::size_t next_search_ = 0;  // index of the next lost window to search
 };
 
 }  // namespace palpate

@@ -1,8 +1,8 @@
 // Windows of texture seen by two cameras: points of a surface in space (paper C, 5.2).
 //
-// The left camera's first picture gives the templates; both cameras look for the same ones, so that
+// The left camera's first image gives the templates; both cameras look for the same ones, so that
 // the two places belong to one point. A pair counts where the two rays meet, at any distance, where
-// each picture leads to the other, and where nothing else along the line looks alike.
+// each image leads to the other, and where nothing else along the line looks alike.
 #pragma once
 
 #include <memory>
@@ -20,10 +20,11 @@
 namespace palpate {
 
 struct StereoTextureOptions {
-  std::vector<Eigen::Vector2d> at;  // windows in the first left picture [px]; empty: chosen
-  int count = 31;                   // of chosen windows, at most; 1 to 10000
-  double sigma = 0.1;               // of a place in a picture, at least [px], > 0
-  double most_miss = 1.5;           // of the two rays, in pixels of the left picture [px], > 0
+  std::vector<Eigen::Vector2d>
+      at;                  // windows in the first left image [px]; empty: selected automatically
+  int count = 31;          // of chosen windows, at most; 1 to 10000
+  double sigma = 0.1;      // least sigma of a position in an image [px], > 0
+  double most_miss = 1.5;  // distance of the two rays, in pixels of the left image [px], > 0
   SsdOptions ssd;
   EpipolarOptions search;
 
@@ -37,11 +38,11 @@ class StereoTexture {
                 const StereoTextureOptions& options);
   ~StereoTexture();
 
-  // The first pair on which at least one window is seen by both cameras starts the tracking and is
-  // the rest frame (a window seen by both only later rests where it was then seen first). Pictures
-  // that cannot be used (not 8 bit, of another size) leave all points unseen, and `found` false.
-  // noexcept but for the start, which allocates and may throw std::invalid_argument: pictures too
-  // small for the pyramid. After that it has not started.
+  // The first pair with at least one window visible to both cameras starts the tracking and defines
+  // the rest shape (a window that both see only later is at rest at its first position). Unusable
+  // images (not 8 bit, of another size) give no visible points, and `found` false. noexcept except
+  // the start, which allocates and may throw std::invalid_argument: images too small for the
+  // pyramid. Then it has not started.
   const SurfaceObservation& Process(const cv::Mat& left, const cv::Mat& right,
                                     std::uint64_t sequence, Time sensed_at);
 
@@ -61,10 +62,10 @@ class StereoTexture {
   Eigen::Isometry3d X_RL_, X_LR_, X_SL_;
   StereoTextureOptions options_;
   std::unique_ptr<SsdTracker> left_, right_;
-  std::unique_ptr<WindowTemplate> back_;  // cut anew for every way back
+  std::unique_ptr<WindowTemplate> back_;  // cut again for every tracking back
   int level_ = 0;  // of the pyramid, on which one camera searches the other's
   std::vector<bool> has_rest_;
-  std::size_t next_search_ = 0;  // windows that one camera lost take turns
+  std::size_t next_search_ = 0;  // index of the next window that one camera lost
   SurfaceObservation observation_;
 };
 

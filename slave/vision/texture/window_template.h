@@ -1,5 +1,4 @@
-// Windows of texture: where they lie, which are worth tracking, how they find themselves in another
-// picture.
+// Windows of texture: their selection, pose and alignment in another image.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +9,12 @@
 
 namespace palpate {
 
-// Where a window lies in a picture: the pixel u of the window (from its centre) is at A u + p.
+// Pose of a window in an image: pixel u of the window (from its centre) is at A u + p.
 struct WindowWarp {
   Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
   Eigen::Vector2d p{0, 0};  // the centre [px]; (0, 0) is the centre of the upper left pixel
 
-  // The same window on a picture shrunk by two, `level` times over.
+  // The same window in an image that is `level` times reduced by two.
   [[nodiscard]] WindowWarp OnLevel(int level) const {
     const double scale = 1.0 / (1 << level);
     return {A, ((p.array() + 0.5) * scale - 0.5).matrix()};
@@ -26,15 +25,15 @@ struct WindowWarp {
   }
 };
 
-// A grey picture and its halves, quarters, ...: what windows of texture are looked for in, coarse
-// to fine.
+// A grey image and its reductions by two: the pyramid in which windows are searched from coarse to
+// fine.
 class PicturePyramid {
  public:
-  // `levels` >= 1; fewer where the picture would shrink below 32 px. Throws std::invalid_argument:
-  // not 8 bit, neither grey nor BGR, smaller than 32 px.
+  // `levels` >= 1; fewer if the image would become smaller than 32 px. Throws
+  // std::invalid_argument: not 8 bit, neither grey nor BGR, smaller than 32 px.
   PicturePyramid(const cv::Mat& first, int levels);
 
-  // Takes a picture in, of the first one's size and type; false (and nothing changed) otherwise.
+  // Loads an image of the first one's size and type; false (and nothing changed) otherwise.
   // Real-time safe.
   bool Read(const cv::Mat& picture) noexcept;
 
@@ -48,15 +47,14 @@ class PicturePyramid {
   std::vector<cv::Mat> levels_;
 };
 
-// Windows worth tracking, where nobody named any: centres [px] of at most `count` windows of `edge`
-// px whose structure tensor (sum of grad grad^T over the window) has the largest lesser
-// eigenvalues: J. Shi and C. Tomasi, CVPR 1994. At least `apart` from each other and a window
-// inside the picture; best first. Empty: no texture, or nothing to read (not 8 bit, neither grey
-// nor BGR).
+// Automatic selection of windows: centres [px] of at most `count` windows of `edge` px whose
+// structure tensor (sum of grad grad^T over the window) has the largest smaller eigenvalues: J. Shi
+// and C. Tomasi, CVPR 1994. At least `apart` from each other, with a window inside the image; best
+// first. Empty: no texture, or an unusable image (not 8 bit, neither grey nor BGR).
 std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, int edge,
                                            double apart);
 
-// A window of texture that finds itself in another picture.
+// A window of texture that finds itself in another image.
 //
 // Sum of squared differences over an affine warp, with gain a and offset b of the light:
 //   sum w (I(A u + p) - a T(u) - b)^2 -> min
@@ -64,7 +62,7 @@ std::vector<Eigen::Vector2d> ChooseWindows(const cv::Mat& picture, int count, in
 // and offset drop out (inverse compositional form: S. Baker and I. Matthews, IJCV 56, 2004). Paper
 // C tracks shifts only; an approaching or turning organ needs the affine part. The weights w are a
 // Gaussian about the centre, whose place is asked for: where the surface bends, what lies further
-// out pulls the answer away.
+// out pulls the solution away.
 class WindowTemplate {
  public:
   enum class Freedom : unsigned char { kShift, kAffine };
@@ -72,7 +70,7 @@ class WindowTemplate {
   struct Match {
     bool converged = false;
     WindowWarp warp;
-    double correlation = -1;  // of window and picture, [-1, 1]
+    double correlation = -1;  // correlation of window and image, [-1, 1]
     // Of warp.p, from the residual [px^2].
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   };
@@ -80,16 +78,16 @@ class WindowTemplate {
   // `edge` odd, 5 to 255 [px]; throws std::invalid_argument. No texture until Cut().
   explicit WindowTemplate(int edge);
 
-  // Takes the texture under `warp`. False, and no texture, where the window leaves the picture or
-  // has too little structure to have a place (also where a shift along it changes nothing).
+  // Stores the texture under `warp`. False, and no texture, if the window leaves the image or has
+  // too little structure for a unique position (also if a shift along it changes nothing).
   // Real-time safe.
   bool Cut(const cv::Mat& grey, const WindowWarp& warp,
            Freedom freedom = Freedom::kAffine) noexcept;
 
-  // From within a few pixels of the answer. Real-time safe; not thread-safe (it keeps the
+  // Aligns from within a few pixels of the result. Real-time safe; not thread-safe (it stores the
   // interpolated pixels).
   Match Align(const cv::Mat& grey, const WindowWarp& start, Freedom freedom) noexcept;
-  // Correlation at one place; -1 outside the picture or where there is no contrast.
+  // Correlation at one position; -1 outside the image or without contrast.
   double Score(const cv::Mat& grey, const WindowWarp& warp) noexcept;
 
   [[nodiscard]] int edge() const { return edge_; }

@@ -39,7 +39,7 @@ TEST_F(DepthCameraTest, ItsPicturesAreNoMirrorsView) {
 
 TEST_F(DepthCameraTest, WhatIsNotThereOrMeasuresNoDepthIsSaid) {
   const auto is_said = testing::ThrowsMessage<std::runtime_error>(
-      HasSubstr("OpenNI2 depth camera 0: no such camera or stream, or not permitted"));
+      HasSubstr("OpenNI2 depth camera 0: no such camera or stream, or no permission"));
   TheFakeOpenNi().cameras = 0;
   EXPECT_THAT([] { Open(); }, is_said);
   TheFakeOpenNi() = {.has_depth = false};
@@ -52,7 +52,7 @@ TEST_F(DepthCameraTest, AnotherUnitThanTheScenesIsRefused) {
   TheFakeOpenNi().unit = 1e-4;
   EXPECT_THAT([] { Open(1e-3); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr(
-                  "a count is 0.1 mm: accepted is that as sense.camera.unit, which is 1 mm")));
+                  "one count is 0.1 mm: accepted is the value of sense.camera.unit, 1 mm")));
   EXPECT_NO_THROW(Open(1e-4));
 }
 

@@ -132,7 +132,7 @@ TEST(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {
     source->Next({});
     FAIL() << "the damaged picture came through";
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("f2.png: picture 3"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("f2.png: image 3"));
   }
 }
 
@@ -180,10 +180,10 @@ TEST(FrameSourceTest, VideosGiveEveryPicture) {
 TEST(FrameSourceTest, WhatCannotBeOpenedIsNamed) {
   const Scratch scratch;
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kFiles, "*.png", scratch)),
-              testing::HasSubstr("no picture matches"));
-  scratch.Write("bad0.png", "no picture");
+              testing::HasSubstr("no image matches"));
+  scratch.Write("bad0.png", "no image");
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kFiles, "bad%d.png", scratch)),
-              testing::HasSubstr("bad0.png: picture 1"));
+              testing::HasSubstr("bad0.png: image 1"));
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kVideo, "none.avi", scratch)),
               testing::HasSubstr("none.avi: no such video"));
   scratch.Write("bad.avi", "no video");
@@ -193,7 +193,7 @@ TEST(FrameSourceTest, WhatCannotBeOpenedIsNamed) {
   scene.sense.Find<Camera>()->device = 63;
   EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("camera 63: no such camera"));
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kSimulated, "", scratch)),
-              testing::HasSubstr("simulated site"));
+              testing::HasSubstr("opened by the simulator"));
   scene.sense = {};
   EXPECT_THAT(OpeningMessage(scene), testing::HasSubstr("has no camera"));
 }

@@ -116,7 +116,7 @@ TEST(LiveCamerasTest, ACameraThatIsNotThereIsSaidAtOnce) {
         FramesOf({{"camera 3", [] { return std::unique_ptr<Film>(); }}}, {});
       },
       testing::ThrowsMessage<std::runtime_error>(
-          HasSubstr("camera 3: no such camera or stream, or not permitted, or no answer")));
+          HasSubstr("camera 3: no such camera or stream, or no permission, or no answer")));
 }
 
 // A server that takes the call and says nothing: OpenCV alone would wait for 30 s.
@@ -159,7 +159,7 @@ TEST(LiveCamerasTest, OneThatIsUnpluggedComesBackByItself) {
   ASSERT_TRUE(source->Next({}));
   camera.Unplug();
   while (source->health()->trouble.empty()) std::this_thread::yield();
-  EXPECT_THAT(source->health()->trouble, HasSubstr("camera 0: gone; it is looked for again"));
+  EXPECT_THAT(source->health()->trouble, HasSubstr("camera 0: disconnected; reconnecting"));
   camera.PlugIn();
   camera.Show(2);
   EXPECT_EQ(LevelOf(source->Next({})->image), 2);
@@ -174,8 +174,8 @@ TEST(LiveCamerasTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
   const Ending ending({&camera});
   camera.Show(1);
   EXPECT_THAT([&] { source->Next({}); },
-              testing::ThrowsMessage<std::runtime_error>(
-                  HasSubstr("camera 0: 6 x 4 px: accepted is 640 x 480 px, as the scene")));
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr(
+                  "camera 0: 6 x 4 px: accepted is 640 x 480 px, the size in the scene")));
 }
 
 TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore) {
@@ -188,8 +188,8 @@ TEST(LiveCamerasTest, WhatTurnsIntoAnotherSizeIsLeftOutAndToldUntilItIsAsBefore)
   camera.Show(2);
   while (source->health()->trouble.empty()) std::this_thread::yield();
   EXPECT_THAT(source->health()->trouble,
-              HasSubstr("camera 0: 8 x 4 px, 1 channel of 8 bit: accepted is what the first one "
-                        "was, 6 x 4 px, 1 channel of 8 bit"));
+              HasSubstr("camera 0: 8 x 4 px, 1 channel of 8 bit: accepted is the format of the "
+                        "first image, 6 x 4 px, 1 channel of 8 bit"));
   camera.set_size({6, 4});
   camera.Show(3);
   EXPECT_EQ(LevelOf(source->Next({})->image), 3);
@@ -202,7 +202,7 @@ TEST(LiveCamerasTest, WhereNothingComesTheStartSaysSo) {
                    std::chrono::seconds(1));  // which opening them may take, too
   const Ending ending({&left, &right});
   EXPECT_THAT([&] { eyes.Next({}); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr("camera 0: no picture came")));
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("camera 0: no image received")));
 }
 
 TEST(LiveCamerasTest, TwoThatComeTogetherAreAPair) {
@@ -255,7 +255,7 @@ TEST(LiveCamerasTest, WhatIsNoPairAndNoDepthIsSaid) {
   };
   EXPECT_THAT(refusal({grey}, PairLayout::kDepth), HasSubstr("one channel of 16 bit"));
   EXPECT_THAT(refusal({grey, deep}, PairLayout::kTwoCameras), HasSubstr("accepted for a pair"));
-  EXPECT_THAT(refusal({grey, wide}, PairLayout::kTwoCameras), HasSubstr("pictures of one size"));
+  EXPECT_THAT(refusal({grey, wide}, PairLayout::kTwoCameras), HasSubstr("images of one size"));
   EXPECT_EQ(refusal({deep}, PairLayout::kDepth), "");
 }
 

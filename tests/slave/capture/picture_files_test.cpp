@@ -109,10 +109,10 @@ TEST(ListPicturesTest, WhatIsWrongIsNamed) {
   const auto list = [&](const std::string& pattern) {
     return Message([&] { ListPictures(pattern, scratch.path()); });
   };
-  EXPECT_THAT(list("."), testing::HasSubstr("the directory holds no picture"));
-  EXPECT_THAT(list("*.png"), testing::HasSubstr("*.png: no picture matches"));
-  EXPECT_THAT(list("f%03d.png"), testing::HasSubstr("f%03d.png: no picture matches"));
-  EXPECT_THAT(list("one.png"), testing::HasSubstr("one.png: no picture matches"));
+  EXPECT_THAT(list("."), testing::HasSubstr("the directory contains no image"));
+  EXPECT_THAT(list("*.png"), testing::HasSubstr("*.png: no image matches"));
+  EXPECT_THAT(list("f%03d.png"), testing::HasSubstr("f%03d.png: no image matches"));
+  EXPECT_THAT(list("one.png"), testing::HasSubstr("one.png: no image matches"));
   EXPECT_THAT(list("away/f%d.png"), testing::HasSubstr("no such directory"));
   EXPECT_THAT(list("f%s.png"), testing::HasSubstr("malformed pattern"));
   EXPECT_THAT(list("f%d_%d.png"), testing::HasSubstr("malformed pattern"));
@@ -209,8 +209,8 @@ TEST(ReadPictureTest, DamagedPicturesAreRefusedByNameAndNumber) {
       EXPECT_THAT(message, testing::HasSubstr("picture 12")) << part;
     }
   }
-  EXPECT_THAT(Message([&] { ReadPicture(scratch.Write("text.png", "not a picture"), 3); }),
-              testing::HasSubstr("picture 3 is not a picture"));
+  EXPECT_THAT(Message([&] { ReadPicture(scratch.Write("text.png", "not an image"), 3); }),
+              testing::HasSubstr("image 3 is not an image"));
   EXPECT_THAT(Message([&] { ReadPicture(scratch.path() / "none.png", 4); }),
               testing::HasSubstr("picture 4 cannot be opened"));
 }

@@ -166,8 +166,8 @@ TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
               HasSubstr("data of 100 bytes: accepted is 3072 for 64 x 48 px of GREY8"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, wide_)),
               HasSubstr("80 x 48 px: accepted is the scene's 64 x 48 px"));
-  EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, cut)), HasSubstr("accepted is a whole PNG"));
-  EXPECT_THAT(refused(Mono(), Push(Encoding::kJpeg, png_)), HasSubstr("no JPEG"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kPng, cut)), HasSubstr("accepted is a complete PNG"));
+  EXPECT_THAT(refused(Mono(), Push(Encoding::kJpeg, png_)), HasSubstr("not a JPEG"));
   EXPECT_THAT(refused(Mono(), Push(Encoding::kGrey8, grey_, 2'000'000, 2'000'000)),
               HasSubstr("accepted is at least one and at most 100000000 pixels"));
   EXPECT_THAT(refused(Pair(), Push(Encoding::kPng, png_)), HasSubstr("accepted is a pair"));
@@ -176,21 +176,21 @@ TEST_F(PictureInboxTest, WhatIsNotTheScenesIsRefusedInWords) {
   PictureInbox inbox(Mono());
   PushedSample two = Sample(Push(Encoding::kPng, png_));
   two.right = two.picture;
-  EXPECT_THAT(Feed(inbox, two), HasSubstr("accepted is one picture"));
+  EXPECT_THAT(Feed(inbox, two), HasSubstr("accepted is one image"));
 }
 
 TEST_F(PictureInboxTest, OneThatIsUnlikeTheFirstIsRefused) {
   PictureInbox inbox(Mono());
   EXPECT_EQ(Feed(inbox, Sample(Push(Encoding::kPng, png_))), "");
   EXPECT_THAT(Feed(inbox, Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight))),
-              HasSubstr("1 channel of 8 bit: accepted is what the first one was"));
+              HasSubstr("1 channel of 8 bit: accepted is the format of the first image"));
 }
 
 TEST_F(PictureInboxTest, OrderAndPaceAreKept) {
   PictureInbox inbox(Mono());
   const PushedSample first = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
   EXPECT_EQ(Feed(inbox, first), "");
-  EXPECT_THAT(Feed(inbox, first), HasSubstr("accepted is a clock that goes forward"));
+  EXPECT_THAT(Feed(inbox, first), HasSubstr("accepted is a time that increases"));
   PushedSample old = Sample(first.picture);
   old.sequence = 1;
   EXPECT_THAT(Feed(inbox, old), HasSubstr("sequence = 1: accepted is one above the last"));
@@ -207,7 +207,7 @@ TEST_F(PictureInboxTest, OneSenderAtATimeAndTheNextBeginsAnew) {
   PictureInbox inbox(Mono());
   const PushedPicture grey = Push(Encoding::kGrey8, grey_, kWidth, kHeight);
   EXPECT_EQ(Feed(inbox, Sample(grey)), "");
-  EXPECT_THAT(Feed(inbox, Sample(grey), kOther), HasSubstr("is fed already"));
+  EXPECT_THAT(Feed(inbox, Sample(grey), kOther), HasSubstr("is already fed"));
   inbox.Leave(kDriver);
   PushedSample anew = Sample(grey);
   anew.sequence = 1;

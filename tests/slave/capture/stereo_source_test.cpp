@@ -168,9 +168,9 @@ TEST(StereoFilesTest, WhatMatchesNothingIsNamed) {
   const Scratch scratch;
   WritePairs(scratch, 1);
   EXPECT_THAT(Message(PairScene(scratch, "l%d.png", "q*.png")),
-              HasSubstr("q*.png: no picture matches"));
+              HasSubstr("q*.png: no image matches"));
   EXPECT_THAT(Message(PairScene(scratch, "away/l%d.png")), HasSubstr("no such directory"));
-  EXPECT_THAT(Message(DepthScene(scratch, "d*.png")), HasSubstr("d*.png: no picture matches"));
+  EXPECT_THAT(Message(DepthScene(scratch, "d*.png")), HasSubstr("d*.png: no image matches"));
 }
 
 TEST(StereoFilesTest, SizesThatDifferNameTheFile) {
@@ -178,7 +178,7 @@ TEST(StereoFilesTest, SizesThatDifferNameTheFile) {
   WritePairs(scratch, 3);
   Write(scratch, "r0.png", 0, CV_8UC1, 40);
   EXPECT_THAT(Message(PairScene(scratch)),
-              AllOf(HasSubstr("r0.png: picture 1: 40 x 24 px"), HasSubstr("left picture's size")));
+              AllOf(HasSubstr("r0.png: picture 1: 40 x 24 px"), HasSubstr("left image's size")));
   Write(scratch, "r0.png", 0);
   Write(scratch, "l2.png", 0, CV_8UC1, 48);
   EXPECT_THAT(Message(PairScene(scratch)),
@@ -201,7 +201,7 @@ TEST(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
 TEST(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
   const Scratch scratch;
   WritePairs(scratch, 3);
-  scratch.Write("r2.png", "no picture");
+  scratch.Write("r2.png", "no image");
   EXPECT_THAT(Message(PairScene(scratch)), AllOf(HasSubstr("reading: "), HasSubstr("r2.png")));
   scratch.Write("l0.png", "");
   EXPECT_THAT(Message(PairScene(scratch)), HasSubstr("l0.png: picture 1 is empty"));
@@ -211,7 +211,7 @@ TEST(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
   const Scratch scratch;
   for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
   const auto source = OpenStereo(DepthScene(scratch, "d*.png"), false);
-  EXPECT_THAT(source->description(), EndsWith("(3 depth pictures)"));
+  EXPECT_THAT(source->description(), EndsWith("(3 depth images)"));
   for (int k = 0; k < 3; ++k) {
     const auto pair = source->Next({});
     ASSERT_TRUE(pair);

@@ -295,9 +295,9 @@ TEST(TactileInboxTest, SaysWhatItRefuses) {
     const auto refusal = inbox.Feed(finger, sequence, At(t), reading, At(2));
     return refusal ? refusal->why : "taken";
   };
-  EXPECT_EQ(why("rf", 8, 2, Reading(2)), "is no finger of this scene: accepted is ff, th");
-  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("sensed_at: accepted is a clock that does"));
-  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("went back by 0.5"));
+  EXPECT_EQ(why("rf", 8, 2, Reading(2)), "is not a finger of this scene: accepted is ff, th");
+  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("sensed_at: accepted is a time that does"));
+  EXPECT_THAT(why("ff", 8, 0.5, Reading(2)), HasSubstr("decreased by 0.5"));
   EXPECT_EQ(why("ff", 7, 2, Reading(2)), "sequence = 7: accepted is one above the last, 7");
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e30F}) {
@@ -348,12 +348,12 @@ TEST(TactileInboxTest, AFingerHasOneSenderUntilItIsSilentForASecond) {
   for (std::uint64_t i = 1; i <= 20; ++i) {
     EXPECT_EQ(feed(i, 0.01 * static_cast<double>(i), 7), "taken");
   }
-  EXPECT_THAT(feed(1, 0.21, 8), HasSubstr("is fed already: accepted is one stream"));
+  EXPECT_THAT(feed(1, 0.21, 8), HasSubstr("is already fed by a stream: accepted is one stream"));
   inbox.Leave("rf", 8);  // not its own
   EXPECT_EQ(feed(21, 0.22, 7), "taken");
-  EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is fed already"));
+  EXPECT_THAT(feed(1, 1.21, 8), HasSubstr("is already fed"));
   EXPECT_EQ(feed(1, 1.23, 8), "taken");  // whatever the sequence and clock of the other
-  EXPECT_THAT(feed(22, 1.24, 7), HasSubstr("is fed already"));
+  EXPECT_THAT(feed(22, 1.24, 7), HasSubstr("is already fed"));
   inbox.Leave("rf", 8);
   EXPECT_EQ(feed(1, 1.25, 9), "taken");
 }

@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
                      {},
                      "1: no time: accepted is a column rel_time_s, time_s, t, time or timestamp"},
         BadRecording{
-            "NoElectrodes", "t,pdc\n0,1\n", {}, "1: no electrodes: accepted is columns E1"},
+            "NoElectrodes", "t,pdc\n0,1\n", {}, "1: no electrodes: accepted are columns E1"},
         BadRecording{"ElectrodeMissing",
                      "t," + Electrodes("rf_E", 18) + "\n",
                      {"rf"},
@@ -216,7 +216,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadRecording{"ClockBack",
                      kHead + "0.02," + Counts(0) + "\n# here\n0.01," + Counts(0) + "\n",
                      {},
-                     "4: t = 0.01: accepted is a clock that does not go back, from 0.02"},
+                     "4: t = 0.01: accepted is a time that does not decrease, from 0.02"},
         BadRecording{"ClockInNanoseconds",
                      kHead + "1581073084690542596," + Counts(0) + "\n",
                      {},
@@ -492,7 +492,7 @@ TEST(FingerPosesTest, OfAnotherTimeAltogetherAreRefused) {
     ADD_FAILURE();
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("poses.csv: poses from 1000 to 1040 s: accepted are poses "
-                                        "on the recording's clock, 1 to 1.04 s"));
+                                        "in the time base of the recording, 1 to 1.04 s"));
   }
 }
 

@@ -209,7 +209,7 @@ TEST_F(EvaluateTest, WhereNothingCanBeScoredItFailsAndSaysWhy) {
   const auto fails = [&](const study::PointCloud& cloud, const char* words) {
     ASSERT_TRUE(study::WritePcd(options_.cloud, cloud));
     const auto report = Run(1);
-    EXPECT_THAT(complained_, HasSubstr("nothing was scored: the cloud has "));
+    EXPECT_THAT(complained_, HasSubstr("no score: the cloud has "));
     EXPECT_THAT(complained_, HasSubstr(words));
     EXPECT_EQ(report["object"]["points"], 0);
     EXPECT_TRUE(report["score"]["octree"].is_null());

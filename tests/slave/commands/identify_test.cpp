@@ -146,7 +146,7 @@ TEST_F(IdentifyCommand, SaysWhatForcesOfPicturesMustBe) {
   EXPECT_THAT(refusal("a,b\n1,2\n"), HasSubstr("forces.csv:1: no column force"));
   EXPECT_THAT(refusal("sequence,force\n1,2\n1,3\n"), HasSubstr(":3: sequence: accepted is each"));
   EXPECT_THAT(refusal("sequence,force\n1.5,2\n"), HasSubstr(":2: sequence: accepted is a whole"));
-  EXPECT_THAT(refusal("force\n1\n", false), HasSubstr("accepted is a scene of recorded"));
+  EXPECT_THAT(refusal("force\n1\n", false), HasSubstr("accepted is a scene with recorded"));
   EXPECT_THAT(Refusal({.data = {"pictures=forces.csv"}}), HasSubstr("needs --scene"));
 }
 

@@ -165,7 +165,7 @@ TEST_F(SolveTest, SaysThatAHeldElementIsMoved) {
   const Outcome outcome = RunContacts(std::string(kHeader) + "A,0.044,0,0,0,-0.001,0\n");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.message,
-              HasSubstr("case A failed: an element that the scene holds is moved"));
+              HasSubstr("case A failed: an element that the scene fixes is moved"));
 }
 
 // As tables write what a row does not have.
@@ -220,7 +220,8 @@ TEST_F(SolveTest, SaysWhereAFileIsWrong) {
       {"case,x,y,dx,dy\nA,0.044,0.088,,0\n", "dx = : accepted is a finite number"},
       {"case,x,y,dx,dy\n,0.044,0.088,0,0\n", "case = : accepted is a name"},
       {"case,x,y,dx,dy\nA,0.044,0.088,1mm,0\n", "dx = 1mm"},
-      {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n", "contacts.csv:2: x = 0.044: accepted is a place on"},
+      {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n",
+       "contacts.csv:2: x = 0.044: accepted is a position on"},
       {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: accepted is a width >= 0"},
       {"case,x,y,z,dx,dy\nA,0.044,0.088,0.1,0,0\n", "z = 0.1: accepted is 0"},
       {"case,x,y,dx,dy,dz\nA,0.044,0.088,0,0,1e-3\n", "dz = 1e-3: accepted is 0"}};
@@ -286,10 +287,9 @@ model: {kind: fem-green}
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.rows.at(0).at("validity"), "valid");
   EXPECT_EQ(outcome.rows.at(1).at("validity"), "extrapolated");
-  EXPECT_THAT(
-      outcome.message,
-      HasSubstr("1 of 3 rows are extrapolated, first row 2 (case edge at 0.058, 0.03, 0.06): "
-                "the mesh is too coarse for a patch of this width here"));
+  EXPECT_THAT(outcome.message,
+              HasSubstr("1 of 3 rows are extrapolated, first row 2 (case edge at 0.058, 0.03, "
+                        "0.06): the mesh is too coarse for a contact of this width here"));
   EXPECT_EQ(outcome.rows.at(2).at("validity"), "valid");
   const double G = 3800 / (2 * 1.15), a = 0.001, nu = 0.15;
   EXPECT_NEAR(std::stod(outcome.rows.at(2).at("fz")) /
@@ -432,7 +432,7 @@ TEST_F(SolveTest, HistoriesThatCannotBeAreRefused) {
   options_.scene = Write("cube.yaml", kCube);
   const std::string head = "case,x,y,z,fx,fy,fz,t\nA,0.03,0.03,0.06,0,0,-0.01,";
   for (const auto& [text, message] :
-       {std::pair{head + "0.01\n", "ends before the first step"},
+       {std::pair{head + "0.01\n", "ends before the first time step"},
         std::pair{head + "-1\n", "a time >= 0"},
         std::pair{head + "1e9\n", "more than ten million rows"},
         std::pair{std::string("case,x,y,z,fx,fy,fz\nA,0.03,0.03,0.06,0,0,-0.01\n"),

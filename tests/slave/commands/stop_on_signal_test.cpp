@@ -35,7 +35,7 @@ TEST(StopOnSignalTest, WhatTakesTooLongToEndIsEnded) {
         stop.ExpectAnswer();
         EndSlowly(&stop);
       },
-      testing::ExitedWithCode(kFailed), "stopped before it was done");
+      testing::ExitedWithCode(kFailed), "stopped before completion");
 }
 
 // A recording's pictures wait to be packed where processors are busy.

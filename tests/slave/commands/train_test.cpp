@@ -245,7 +245,7 @@ TEST_F(TrainCommandTest, OfSeveralLocaliserRecordingsTheUsableOnesAreTaken) {
   options_.data = {bad, good};
   testing::internal::CaptureStderr();
   EXPECT_THAT(Run(), HasSubstr("400 samples in contact"));
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("warning: left out: " + bad));
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("warning: not used: " + bad));
   options_.data = {bad, Write("worse.csv", "")};
   EXPECT_THAT(Complaint(), testing::AllOf(HasSubstr("bad.csv"), HasSubstr("worse.csv")));
 }

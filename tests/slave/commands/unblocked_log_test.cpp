@@ -60,8 +60,8 @@ TEST_F(UnblockedLogTest, WhatNobodyReadsIsLostAndCounted) {
   EXPECT_LT(kept, kLines);
   log_->warn("somebody reads again");
   EXPECT_EQ(Read(), "warning " + std::to_string(kLines - kept) +
-                        " lines of this log are lost: nobody read it\nwarning somebody reads "
-                        "again\n");
+                        " lines of this log are lost: the reader did not keep up\nwarning somebody "
+                        "reads again\n");
 }
 
 TEST_F(UnblockedLogTest, ALineThatIsTooLongIsShortened) {

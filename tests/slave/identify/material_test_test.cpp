@@ -46,7 +46,8 @@ TEST(MaterialTest, WhatNoIsotropicLawDoesIsNamed) {
   }
   EXPECT_EQ(AgainstIsotropy(test), "");
   test.rows[2].measured[1] = 700;
-  EXPECT_NE(AgainstIsotropy(test).find("BT: stretched by 1.3 both ways"), std::string::npos);
+  EXPECT_NE(AgainstIsotropy(test).find("BT: the stretch is 1.3 in both directions"),
+            std::string::npos);
 }
 
 // A foam's free faces carry nothing: its lateral stretch is the law's own.

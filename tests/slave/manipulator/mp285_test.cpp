@@ -53,13 +53,13 @@ TEST(Mp285Test, NothingIsFartherFromWhereItStoodThanItsTravel) {
   ASSERT_TRUE(drive.Find()) << drive.fault();
   fake.Place({250'001, 0, 0});
   EXPECT_FALSE(drive.Poll());
-  EXPECT_THAT(drive.fault(), HasSubstr("an answer to where it is that is none"));
+  EXPECT_THAT(drive.fault(), HasSubstr("a malformed answer to the position query"));
 }
 
 TEST(Mp285Test, ALineThatIsNotThereIsSaid) {
   EXPECT_THAT([] { Mp285 drive("/dev/no-such-line"); },
               testing::ThrowsMessage<std::runtime_error>(
-                  HasSubstr("manipulator.port = /dev/no-such-line: no serial line")));
+                  HasSubstr("manipulator.port = /dev/no-such-line: cannot open the serial port")));
 }
 
 TEST(Mp285Test, BeyondTheTravelNothingMoves) {
@@ -77,7 +77,7 @@ TEST(Mp285Test, AMuteLineIsAFaultAndComesBackWhenItIsFound) {
   ASSERT_TRUE(drive.Find());
   fake.set_mute(true);
   EXPECT_FALSE(drive.MoveTo({1, 2, 3}, kShort));
-  EXPECT_THAT(drive.fault(), HasSubstr("a move does not end"));
+  EXPECT_THAT(drive.fault(), HasSubstr("a move did not finish"));
   EXPECT_FALSE(drive.at());
   EXPECT_FALSE(drive.MoveTo({4, 5, 6}, kShort)) << "not before it is found";
   fake.set_mute(false);
@@ -109,7 +109,7 @@ TEST(Mp285Test, SwitchedOffAndOnItIsNotBelievedUntilItStandsWhereItStood) {
   for (int k = 0; k < 100 && drive.fault().find("switched off") == std::string::npos; ++k) {
     ASSERT_FALSE(drive.Find());
   }
-  EXPECT_THAT(drive.fault(), HasSubstr("switched off and on, or moved meanwhile"));
+  EXPECT_THAT(drive.fault(), HasSubstr("it was switched off and on, or moved by hand"));
   fake.Place({200'000, 200'000, 200'000});
   for (int k = 0; k < 100 && !drive.at(); ++k) drive.Find();
   EXPECT_TRUE(drive.at()) << drive.fault();
@@ -126,7 +126,7 @@ TEST(Mp285Test, AnUnpluggedLineIsOpenedAgainByItsName) {
   fake.reset();
   EXPECT_FALSE(drive.Poll());
   EXPECT_FALSE(drive.Find());
-  EXPECT_THAT(drive.fault(), HasSubstr("its line is gone: No such file"));
+  EXPECT_THAT(drive.fault(), HasSubstr("the serial port is gone: No such file"));
   fake = std::make_unique<FakeMp285>();
   std::filesystem::create_symlink(fake->port(), port);
   for (int k = 0; k < 100 && !drive.at(); ++k) drive.Find();

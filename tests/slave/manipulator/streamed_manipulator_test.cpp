@@ -65,7 +65,7 @@ TEST_F(StreamedManipulatorTest, WithoutADriverItHasAFaultAndFollowsNobody) {
   EXPECT_TRUE(arm_.is_faulty());
   EXPECT_FALSE(arm_.Command({0.01, 0, 0}));
   EXPECT_EQ(arm_.Aim(test_time).motion, Motion::kHold);
-  EXPECT_THAT(arm_.health()->fault, HasSubstr("nobody drives the arm"));
+  EXPECT_THAT(arm_.health()->fault, HasSubstr("no driver of the manipulator is connected"));
 }
 
 TEST_F(StreamedManipulatorTest, ItIsHeldWhereItStandsUntilItIsCommanded) {
@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
                     FaultyReading{"Leap", [](ArmReading* r) { r->p_S_tip.y() += 0.02; },
                                   "20 mm from"},
                     FaultyReading{"Outside", [](ArmReading* r) { r->p_S_tip.x() = 0.15; },
-                                  "outside the manipulator's workspace"}),
+                                  "outside its workspace"}),
     [](const auto& info) { return info.param.name; });
 
 struct Refused {
@@ -211,7 +211,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Refused{"OldSequence", [](ArmReading* r) { r->sequence = 1; },
                             "sequence = 1: accepted is one above the last"},
                     Refused{"ClockBack", [](ArmReading* r) { r->measured_at -= Seconds(1); },
-                            "measured_at: accepted is a clock that goes forward"}),
+                            "measured_at: accepted is a time that increases"}),
     [](const auto& info) { return info.param.name; });
 
 TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
@@ -219,7 +219,7 @@ TEST_F(StreamedManipulatorTest, OneDriverAtATime) {
   Pass(kPeriod);
   ArmReading other = Reading(tip_);
   EXPECT_THAT(arm_.Take(kOther, "b", other, test_time).value_or(""),
-              HasSubstr("the arm is driven by a driver"));
+              HasSubstr("the manipulator is driven by a driver"));
   arm_.Leave(kDriver);
   EXPECT_TRUE(arm_.is_faulty());
   other.sequence = 1;  // of its own stream

@@ -67,7 +67,7 @@ TEST(MakeModel, AutoIsBem2dAndSaysThatNoStudyExists) {
   EXPECT_EQ(ChooseModel(scene).kind, "bem2d");
   EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("no study"));
   scene.model.kind = "bem2d";
-  EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("asked for"));
+  EXPECT_THAT(ChooseModel(scene).reason, testing::HasSubstr("set by"));
 }
 
 Scene PressedMembraneScene(double depth, double tolerance) {
@@ -92,11 +92,14 @@ TEST(MakeModel, AutoBendsAMembraneOnlyWhereThatIsEnough) {
 }
 
 TEST(MakeModel, AutoSaysHowDeepAMembraneIsPressed) {
-  EXPECT_THAT(ChooseModel(PressedMembraneScene(0.2e-3, 0.05)).reason,
-              testing::HasSubstr("a press 0.2 thicknesses deep, where bending alone is 1.8 % low"));
+  EXPECT_THAT(
+      ChooseModel(PressedMembraneScene(0.2e-3, 0.05)).reason,
+      testing::HasSubstr(
+          "an indentation of 0.2 thicknesses, where the force of bending alone is 1.8 % too low"));
   EXPECT_THAT(
       ChooseModel(PressedMembraneScene(5e-3, 0.05)).reason,
-      testing::HasSubstr("a press 5 thicknesses deep, where bending alone is far too soft"));
+      testing::HasSubstr(
+          "an indentation of 5 thicknesses, where the force of bending alone is far too low"));
   Scene untold = PressedMembraneScene(5e-3, 0.05);
   untold.operator_options.press_told = false;
   EXPECT_EQ(ChooseModel(untold).kind, "plate");

@@ -124,7 +124,7 @@ TEST_F(RecordedRunTest, AStateThatDiffersIsNamedWithItsDifference) {
   EXPECT_EQ(run.differences.first, sample);
   EXPECT_NEAR(run.differences.force, 0.125, 1e-12);
   EXPECT_NEAR(run.differences.tip, 0.5, 1e-12);
-  EXPECT_THAT(InWords(run)[1], HasSubstr("1 differ from those recorded, first of sample"));
+  EXPECT_THAT(InWords(run)[1], HasSubstr("1 differ from the recorded states, first at sample"));
 }
 
 TEST_F(RecordedRunTest, WhatIsAskedBetweenPicturesLeavesItsMark) {
@@ -161,7 +161,7 @@ TEST_F(RecordedRunTest, ARecordingWithAGapIsProcessedUpToIt) {
   EXPECT_GT(run.differences.states, 0U);
   EXPECT_LT(run.differences.states, whole);
   EXPECT_EQ(run.differences.different, 0U);
-  EXPECT_THAT(run.damage, HasSubstr("a picture is missing"));
+  EXPECT_THAT(run.damage, HasSubstr("an image is missing"));
 }
 
 TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
@@ -193,9 +193,9 @@ TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {
                 if (step->has_pictures()) step->mutable_pictures()->set_sensed_at_ns(5);
               })),
-              HasSubstr("no picture came"));
+              HasSubstr("no image received"));
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) { step->mutable_law(); })),
-              HasSubstr("no picture came"));
+              HasSubstr("no image received"));
 }
 
 }  // namespace

@@ -201,7 +201,7 @@ TEST_F(RecordedSamplesTest, AMastersRecordingIsNone) {
     const RecordedBeginning beginning(file_);
     FAIL() << "it was taken";
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("accepted is a slave's recording (serve --record)"));
+    EXPECT_THAT(error.what(), HasSubstr("accepted is a recording by a slave (serve --record)"));
   }
 }
 

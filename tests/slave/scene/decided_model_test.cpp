@@ -65,7 +65,7 @@ TEST(DecidedModelTest, SaysWhichWhyAndWhatWasRejected) {
               testing::ElementsAre("auto: fem",
                                    "not bem3d, 6 x 6 x 6 cells: misses the tolerance (10 % error, "
                                    "1 us an update, 0.2 s of precompute)",
-                                   "and 1 more were not taken"));
+                                   "and 1 more were not chosen"));
 }
 
 }  // namespace

@@ -84,11 +84,11 @@ const BadScene kCameras[] = {
      "9: sense.camera.pair.baseline = 1 m: accepted is less than 1.5 times the distance"},
     {"BackToTheMembrane",
      Camera("{source: simulated, pair: {}, pose: {translation: [0, 0, 250 mm]}}"),
-     "9: sense.camera.pose = {translation: [0, 0, 250 mm]}: accepted is one that has the object's "
-     "origin before the camera"},
+     "9: sense.camera.pose = {translation: [0, 0, 250 mm]}: accepted is a pose with the object's "
+     "origin in front of the camera"},
     {"DepthFromBehind",
      Camera("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, 0]}}"),
-     "9: sense.camera.pose = {translation: [0, 0, 0]}: accepted is one that has the object's"},
+     "9: sense.camera.pose = {translation: [0, 0, 0]}: accepted is a pose with the object's"},
     {"BaselineInPixels", Camera("{source: simulated, pair: {baseline: 60 px}}"),
      "9: sense.camera.pair.baseline = 60 px: accepted is a length"},
     {"NoFocal", Camera("{source: simulated, pair: {focal: 0 px}}"),
@@ -106,11 +106,11 @@ const BadScene kCameras[] = {
     {"SourceIsWord", Camera("{source: real, pair: {}}"),
      "9: sense.camera.source = real: accepted is simulated"},
     {"PairBesideFile", Camera("{file: pairs, pair: {}}"),
-     "9: sense.camera.pair = {}: accepted is nothing beside `file`"},
+     "9: sense.camera.pair = {}: accepted is nothing with `file`"},
     {"PairBesideStereo",
      Camera("{stereo: {left: pairs, right: pairs, rig: rig.yaml}, pair: {}, pose: {translation: "
             "[0, 0, 0]}}"),
-     "9: sense.camera.pair = {}: accepted is nothing beside `stereo`"},
+     "9: sense.camera.pair = {}: accepted is nothing with `stereo`"},
     {"TwoSources", Camera("{source: simulated, stereo: {}, rate: 30 Hz, pixel: 1 mm}"),
      "9: sense.camera.source = simulated: accepted is exactly one of"},
     {"StereoAndDepth", Camera("{stereo: {}, depth: pairs, fx: 1}"),
@@ -128,22 +128,22 @@ const BadScene kCameras[] = {
     {"NoLeft", Camera("{stereo: {right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}"),
      "9: sense.camera.stereo.left = (missing): accepted is a printf pattern"},
     {"EmptyGlob", Files("pairs/none*.png", "pairs", "rig.yaml"),
-     "9: sense.camera.stereo.left = pairs/none*.png: accepted is a pattern that names a file"},
+     "9: sense.camera.stereo.left = pairs/none*.png: accepted is a pattern that matches a file"},
     {"EmptyPattern", Files("pairs", "empty/%04d.png", "rig.yaml"),
-     "9: sense.camera.stereo.right = empty/%04d.png: accepted is a pattern that names a file"},
+     "9: sense.camera.stereo.right = empty/%04d.png: accepted is a pattern that matches a file"},
     {"NoSuchFolder", Files("nowhere/*.png", "pairs", "rig.yaml"),
-     "9: sense.camera.stereo.left = nowhere/*.png: accepted is a pattern that names a file"},
+     "9: sense.camera.stereo.left = nowhere/*.png: accepted is a pattern that matches a file"},
     {"EvilPattern", Files("pairs/%s%n.png", "pairs", "rig.yaml"),
-     "9: sense.camera.stereo.left = pairs/%s%n.png: accepted is one number like %d"},
+     "9: sense.camera.stereo.left = pairs/%s%n.png: accepted is one number such as %d"},
     {"FolderAsPattern", Files("pairs%d/left.png", "pairs", "rig.yaml"),
-     "9: sense.camera.stereo.left = pairs%d/left.png: accepted is one number like %d"},
+     "9: sense.camera.stereo.left = pairs%d/left.png: accepted is one number such as %d"},
     {"NoRig", Files("pairs", "pairs", ""),
      "9: sense.camera.stereo.rig = (missing): accepted is a file that `calibrate` wrote"},
     {"RigMissing", Files("pairs", "pairs", "none.yaml"),
      "9: sense.camera.stereo.rig = none.yaml: accepted is a file that exists"},
     {"RigOfOneCamera", Files("pairs", "pairs", "left.yaml"),
-     "9: sense.camera.stereo.rig = left.yaml: accepted is a rig of two cameras, as `calibrate "
-     "--left ... --right ...` writes it; this one has no `right`"},
+     "9: sense.camera.stereo.rig = left.yaml: accepted is a rig of two cameras, written by "
+     "`calibrate --left ... --right ...`; this one has no `right`"},
     {"RigOfTheOther", Files("pairs", "pairs", "right.yaml"),
      "9: sense.camera.stereo.rig = right.yaml: accepted is a rig of two cameras"},
     {"RigIsNoYaml", Files("pairs", "pairs", "broken.yaml"),
@@ -202,12 +202,12 @@ const BadScene kPoints[] = {
     {"NoSuchTrack", Points("{track: stripes}"),
      "10: sense.points.track = stripes: accepted is dots or texture or surface"},
     {"SurfaceOfAPair", Points("{track: surface}"),
-     "10: sense.points.track = surface: accepted is dots or texture with two cameras"},
+     "10: sense.points.track = surface: accepted is dots or texture with a stereo pair"},
     {"DotsOfASimulatedTarget", Volume(kPair, "{track: dots, layout: dots.csv}", ""),
-     "10: sense.points.track = dots: accepted is texture: a simulated pair sees dots on a "
+     "10: sense.points.track = dots: accepted is texture: a simulated pair shows dots on a "
      "membrane"},
     {"DotsInDepth", PointsInDepth("{track: dots}"),
-     "10: sense.points.track = dots: accepted is surface with depth pictures"},
+     "10: sense.points.track = dots: accepted is surface with depth images"},
     {"WindowOfDots", Points("{window: 31 px}"), "10: sense.points.window = 31 px: accepted is"},
     {"UnknownKey", Points("{cuont: 31}"),
      "10: sense.points.cuont = 31: accepted is `count` (nearest)"},
@@ -218,9 +218,9 @@ const BadScene kPoints[] = {
     {"NoLayout", Points("{layout: none.csv}"),
      "10: sense.points.layout = none.csv: accepted is a file that exists"},
     {"LayoutOfWords", Points("{layout: words.csv}"),
-     "10: sense.points.layout = words.csv: accepted is a CSV file of places x,y [m]; "},
+     "10: sense.points.layout = words.csv: accepted is a CSV file of positions x,y [m]; "},
     {"LayoutAndCount", Points("{layout: dots.csv, count: 4}"),
-     "10: sense.points.count = 4: accepted is nothing beside `layout`"},
+     "10: sense.points.count = 4: accepted is nothing with `layout`"},
     {"LayoutBeyondTheRim", Points("{layout: wide.csv}"),
      "10: sense.points.layout = wide.csv: accepted is dots that all fit inside"},
     {"LayoutTooClose", Points("{layout: close.csv, radius: 1 mm}"),
@@ -232,16 +232,16 @@ const BadScene kPoints[] = {
     {"NoWindows", PointsInFiles("{track: texture, count: 0}"),
      "10: sense.points.count = 0: accepted is a whole number from 1 to 10000"},
     {"AtNowhere", PointsInFiles("{track: texture, at: []}"),
-     "10: sense.points.at = []: accepted is 1 to 10000 places"},
+     "10: sense.points.at = []: accepted is 1 to 10000 positions"},
     {"AtOutside", PointsInFiles("{track: texture, at: [[300, 200], [640, 100]]}"),
-     "10: sense.points.at = [[300, 200], [640, 100]]: accepted is places whose windows lie inside "
-     "the picture of 640 x 480 px"},
+     "10: sense.points.at = [[300, 200], [640, 100]]: accepted is positions whose windows lie "
+     "inside the image of 640 x 480 px"},
     {"AtTheEdge", PointsInFiles("{track: texture, at: [[14, 100]]}"),
-     "10: sense.points.at = [[14, 100]]: accepted is places whose windows lie inside"},
+     "10: sense.points.at = [[14, 100]]: accepted is positions whose windows lie inside"},
     {"AtInMillimetres", PointsInFiles("{track: texture, at: [[1 mm, 100]]}"),
      "10: sense.points.at.0.0 = 1 mm: accepted is a number of pixels"},
     {"AtAndCount", PointsInFiles("{track: texture, at: [[100, 100]], count: 1}"),
-     "10: sense.points.count = 1: accepted is nothing beside `at`"},
+     "10: sense.points.count = 1: accepted is nothing with `at`"},
     {"SpacingOfTexture", PointsInFiles("{track: texture, spacing: [1 mm, 1 mm]}"),
      "10: sense.points.spacing = [1 mm, 1 mm]: accepted is"},
 };
@@ -250,17 +250,17 @@ INSTANTIATE_TEST_SUITE_P(Points, BadStereoSceneTest, ::testing::ValuesIn(kPoints
 
 const BadScene kRest[] = {
     {"TipBesideAPair", More("  tip: {track: template}\n"),
-     "11: sense.tip = {track: template}: accepted is nothing beside a camera that sees in space"},
+     "11: sense.tip = {track: template}: accepted is nothing with a stereo pair or depth camera"},
     {"ContourBesideAPair", More("  contour: {track: snake}\n"),
-     "11: sense.contour = {track: snake}: accepted is nothing beside"},
+     "11: sense.contour = {track: snake}: accepted is nothing with"},
     {"HomeInside", More("manipulator: {home: [0, 0, -5 mm]}\n"),
-     "11: manipulator.home = [0, 0, -5 mm]: accepted is a place before the membrane"},
+     "11: manipulator.home = [0, 0, -5 mm]: accepted is a position in front of the membrane"},
     {"NegativeTension", Model("{kind: plate-large, prestress: -1 N/m}"),
      "6: model.prestress = -1 N/m: accepted is a tension in N/m mN/m N/mm, >= 0"},
     {"TensionIsAPressure", Model("{kind: plate-large, prestress: 12 Pa}"),
      "6: model.prestress = 12 Pa: accepted is a tension"},
     {"TensionOfAPlate", Model("{kind: plate, prestress: 12 N/m}"),
-     "6: model.prestress = 12 N/m: accepted is nothing with this kind: plate-large"},
+     "6: model.prestress = 12 N/m: accepted is nothing with this kind: use plate-large"},
     {"TensionOfABox",
      {"{stereo: {left: pairs, right: pairs, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}",
       "{}",
@@ -268,7 +268,7 @@ const BadScene kRest[] = {
       "{plane: {axis: z, at: 0 m}}",
       "{prestress: 1}",
       {}},
-     "6: model.prestress = 1: accepted is nothing here: a membrane alone"},
+     "6: model.prestress = 1: accepted is nothing here: only a membrane"},
     {"PlaneSeenByTwo",
      {kPair,
       "{track: texture}",
@@ -279,13 +279,14 @@ const BadScene kRest[] = {
      "3: object.geometry = "},
     {"PaceIsSpeed", More("site: {pace: 3 m/s}\n"), "11: site.pace = 3 m/s: accepted is a number"},
     {"HeldTarget", Volume(kPair, "{}", "{plane: {axis: z, at: 0 m}}"),
-     "5: object.fixed = {plane: {axis: z, at: 0 m}}: accepted is nothing where a textured target"},
+     "5: object.fixed = {plane: {axis: z, at: 0 m}}: accepted is nothing with a simulated textured "
+     "target"},
     {"DotsOfABox", Volume(kFiles, "{track: dots}", "{plane: {axis: z, at: 0 m}}"),
-     "10: sense.points.track = dots: accepted is texture, or dots with their `layout`"},
+     "10: sense.points.track = dots: accepted is texture, or dots with a `layout`"},
     {"DepthOfWhatIsNotHeld",
      Volume("{depth: pairs, fx: 1, fy: 1, cx: 1, cy: 1, pose: {translation: [0, 0, -1]}}", "{}",
             ""),
-     "2: object.fixed = (missing): accepted is where the object is held"},
+     "2: object.fixed = (missing): accepted is the fixed part of the object"},
 };
 INSTANTIATE_TEST_SUITE_P(Rest, BadStereoSceneTest, ::testing::ValuesIn(kRest),
                          [](const auto& row) { return std::string(row.param.name); });
@@ -323,8 +324,8 @@ TEST_F(StereoSceneTest, PointsBesideFingertipsAreRefused) {
     LoadScene(folder_.Write("scene.yaml", text));
     FAIL() << "fingertips see no dots";
   } catch (const SceneError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(":7: sense.points = {track: dots}: accepted is nothing "
-                                        "beside `tactile`"));
+    EXPECT_THAT(error.what(),
+                HasSubstr(":7: sense.points = {track: dots}: accepted is nothing with `tactile`"));
   }
 }
 

@@ -39,8 +39,9 @@ TEST_F(StereoSceneTest, WhatTheSimulatedMembraneCannotPlayIsRefusedWhereItIsWrit
               HasSubstr(":6: model.prestress = 13700: accepted is 0 to 13600 N/m"));
   EXPECT_THAT(with([](Lines& l) { l.more = "operator: {press: {depth: 20 mm}}\n"; }),
               HasSubstr(":11: operator.press.depth = 20 mm: accepted is > 0 to 19.5 mm"));
-  EXPECT_THAT(with([](Lines& l) { l.more = "manipulator: {home: [0, 30 mm, 5 mm]}\n"; }),
-              HasSubstr(":11: manipulator.home = [0, 30 mm, 5 mm]: accepted is a place before"));
+  EXPECT_THAT(
+      with([](Lines& l) { l.more = "manipulator: {home: [0, 30 mm, 5 mm]}\n"; }),
+      HasSubstr(":11: manipulator.home = [0, 30 mm, 5 mm]: accepted is a position in front of"));
   EXPECT_THAT(with([](Lines& l) { l.more = "site: {misplacement: [30 mm, 0]}\n"; }),
               HasSubstr(":11: site.misplacement = "));
   EXPECT_THAT(with([](Lines& l) { l.more = "site: {blur: 21}\n"; }),

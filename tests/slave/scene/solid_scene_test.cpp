@@ -124,7 +124,7 @@ TEST(SolidSceneTest, AMembraneWithSemiAxesIsDomed) {
 
 TEST(SolidSceneTest, ADomeThatIsNoneIsRefused) {
   for (const auto& [membrane, accepted] :
-       {std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 110 mm", "at most one and a half"},
+       {std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 110 mm", "at most 1.5 times"},
         std::pair{"semi_axes: [70 mm, 50 mm, 71 mm], inflation: 1 mm", "at least a twentieth"},
         std::pair{"semi_axes: [70 mm, 5 mm, 71 mm], inflation: 40 mm", "at most 10 to 1"},
         std::pair{"semi_axes: [70 mm, 50 mm], inflation: 40 mm", "semi_axes"},
@@ -195,7 +195,7 @@ const Refusal kRefusals[] = {
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
      "{kind: plate}", "accepted is {side: rim}"},
     {"SideOfABox", kBox, "{side: bottom}", "{kind: fem}",
-     "object.fixed.side = bottom: accepted is no side of a volume"},
+     "object.fixed.side = bottom: accepted is no side, because this is a volume"},
     {"WrongLaw", kBox, kBottom, "{kind: fem, law: rubber}",
      "model.law = rubber: accepted is corotational or linear or neo-hookean"},
     {"OgdenWithoutTerms", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden}", "model.terms"},
@@ -223,7 +223,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SolidRefusalTest, ::testing::ValuesIn(kRefusals
 
 TEST(SolidSceneTest, OneCameraWatchesPlanarObjectsOnly) {
   EXPECT_THAT(MistakesOf(SolidScene(kBox, kBottom, "{kind: fem}"), SceneUse::kFull),
-              HasSubstr("and none for solve, study and check"));
+              HasSubstr("and no sensing for solve, study and check"));
 }
 
 TEST(SolidSceneTest, StudyContactsAreReadWithTheirUnits) {

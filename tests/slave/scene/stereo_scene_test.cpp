@@ -120,14 +120,14 @@ TEST_F(StereoSceneTest, WhatIsNoLivePairIsSaid) {
   EXPECT_THAT(mistake("{left: {device: 0, url: \"http://x\"}, right: {device: 1}, rig: rig.yaml}"),
               HasSubstr("accepted is exactly one of `device: NUMBER`, `file` (a video) and `url`"));
   EXPECT_THAT(mistake("{left: {url: nowhere}, right: {device: 1}, rig: rig.yaml}"),
-              HasSubstr("accepted is an address as rtsp://"));
+              HasSubstr("accepted is an address such as rtsp://"));
   EXPECT_THAT(mistake("{left: {device: 0}, rig: rig.yaml}"), HasSubstr("stereo.right"));
   EXPECT_THAT(mistake("{device: 0, layout: top-bottom, rig: rig.yaml}"), HasSubstr("side-by-side"));
   EXPECT_THAT(mistake("{left: \"pairs/left_%02d.png\", right: \"pairs/right*.png\", sync: 5 ms, "
                       "rig: rig.yaml}"),
               HasSubstr("accepted is nothing with files"));
   EXPECT_THAT(mistake("{left: {device: 1}, right: {device: 1}, rig: rig.yaml}"),
-              HasSubstr("stereo.right = {device: 1}: accepted is another one than `left`"));
+              HasSubstr("stereo.right = {device: 1}: accepted is another camera than `left`"));
   EXPECT_EQ(mistake("{device: 0, layout: side-by-side, sync: 5 ms, rig: rig.yaml}"), "");
 }
 

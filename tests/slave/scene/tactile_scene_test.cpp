@@ -212,9 +212,9 @@ TEST_F(TactileSceneTest, FingertipsTouchVolumesAndNothingElse) {
       Tactile8("source: simulated", "{rectangle: {width: 80 mm, height: 40 mm, thickness: 9 mm}}");
   flat.replace(flat.find("{plane: {axis: z, at: 0 m}}"), 27, "{side: bottom}");
   flat.replace(flat.find("kind: fem"), 9, "kind: auto");
-  EXPECT_THAT(MistakesOf(flat), HasSubstr("3: object.geometry = {rectangle: {width: 80 mm, height: "
-                                          "40 mm, thickness: 9 mm}}: accepted is box or mesh where "
-                                          "fingertips touch"));
+  EXPECT_THAT(MistakesOf(flat),
+              HasSubstr("3: object.geometry = {rectangle: {width: 80 mm, height: 40 mm, thickness: "
+                        "9 mm}}: accepted is box or mesh with fingertips"));
   EXPECT_EQ(MistakesOf(flat, SceneUse::kSolve), "");
 }
 
@@ -274,9 +274,9 @@ const BadTactile kBad[] = {
     {"NoSuchState", "source: stream, state: full",
      "sense.tactile.state = full: accepted is windowed or carried"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",
-     "sense.tactile.finger = rf: accepted is nothing beside `fingers`"},
+     "sense.tactile.finger = rf: accepted is nothing with `fingers`"},
     {"PoseBesideFingers", "source: stream, pose: {}, fingers: {rf: {}}",
-     "sense.tactile.pose = {}: accepted is nothing beside `fingers`"},
+     "sense.tactile.pose = {}: accepted is nothing with `fingers`"},
     {"SixFingers", "source: stream, fingers: {a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}",
      "sense.tactile.fingers = {a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}: accepted is a map of 1 "
      "to "
@@ -299,7 +299,7 @@ const BadTactile kBad[] = {
      "sense.tactile.pose.translation.2 = 5 deg: accepted is a length"},
     {"FingerInside", "source: stream, pose: {translation: [30 mm, 20 mm, 10 mm]}",
      "sense.tactile.pose = {translation: [30 mm, 20 mm, 10 mm]}: accepted is a fingertip whose "
-     "middle lies outside the object"},
+     "centre lies outside the object"},
     {"SecondInside",
      "source: stream, fingers: {a: {}, b: {pose: {translation: [30 mm, 20 mm, 1 mm]}}}",
      "sense.tactile.fingers.b.pose = {translation: [30 mm, 20 mm, 1 mm]}: accepted is a fingertip"},
@@ -312,8 +312,8 @@ TEST_F(TactileSceneTest, HomeIsSaidByThePoseAlone) {
               HasSubstr("9: manipulator.home = [0, 0, 1]: accepted is nothing here"));
   EXPECT_THAT(MistakesOf(Tactile8("source: stream, pose: {translation: [0, 0, 1]}") +
                          "manipulator: {workspace: {max: [1, 1, 0.1]}}\n"),
-              HasSubstr("9: manipulator.workspace = {max: [1, 1, 0.1]}: accepted is one that holds "
-                        "the pad"));
+              HasSubstr("9: manipulator.workspace = {max: [1, 1, 0.1]}: accepted is a workspace "
+                        "that contains the pad"));
 }
 
 TEST_F(TactileSceneTest, CountsAreNoPerCentAndTheThresholdLiesBelowTheFullScale) {
@@ -329,8 +329,8 @@ TEST_F(TactileSceneTest, ASceneSensesInOneWay) {
   const std::string mistakes = MistakesOf(
       Tactile8("source: stream") + "  camera: {source: simulated, pixel: 1 mm}\n  tip: {}\n");
   EXPECT_THAT(mistakes, HasSubstr("9: sense.camera = {source: simulated, pixel: 1 mm}: accepted is "
-                                  "nothing beside `tactile`"));
-  EXPECT_THAT(mistakes, HasSubstr("10: sense.tip = {}: accepted is nothing beside `tactile`"));
+                                  "nothing with `tactile`"));
+  EXPECT_THAT(mistakes, HasSubstr("10: sense.tip = {}: accepted is nothing with `tactile`"));
 }
 
 // The cue sets the model's force to zero, which fingertips do not use.

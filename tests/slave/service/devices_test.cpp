@@ -42,13 +42,13 @@ class DevicesTest : public ServiceTest {
 TEST_F(DevicesTest, ASceneWithoutStreamsRefusesThem) {
   const grpc::Status fed = Feed(*Connect(), {Picture(0)}, &reply_);
   EXPECT_EQ(fed.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(fed.error_message(), HasSubstr("the scene takes no pictures"));
+  EXPECT_THAT(fed.error_message(), HasSubstr("the scene accepts no images"));
   grpc::ClientContext context;
   SetDeadline(&context);
   const auto stub = Connect();
   const grpc::Status driven = stub->DriveTool(&context)->Finish();
   EXPECT_EQ(driven.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(driven.error_message(), HasSubstr("the scene's arm takes no driver"));
+  EXPECT_THAT(driven.error_message(), HasSubstr("the scene accepts no driver"));
 }
 
 class PicturesTest : public DevicesTest {
@@ -154,7 +154,7 @@ TEST_F(ArmTest, OneDriverAtATime) {
   second.Send(second.Report(0));
   const grpc::Status status = second.Finish();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(status.error_message(), HasSubstr("the arm is driven by a driver"));
+  EXPECT_THAT(status.error_message(), HasSubstr("the manipulator is driven by a driver"));
   EXPECT_FALSE(slave_.arm().is_faulty()) << "the first drives on";
 }
 

@@ -137,14 +137,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadSample{"ThreePressures", [](auto* s) { s->add_pressure(1); },
                   "3 pressures: accepted is"},
         BadSample{"NoSuchFinger", [](auto* s) { s->set_finger("mf"); },
-                  "finger mf is no finger of this scene: accepted is rf, th"},
+                  "finger mf is not a finger of this scene: accepted is rf, th"},
         BadSample{"EndlessName", [](auto* s) { s->set_finger(std::string(6000, 'x')); },
-                  "x is no finger of this scene: accepted is rf, th"},
+                  "x is not a finger of this scene: accepted is rf, th"},
         BadSample{"NoStamp", [](auto* s) { s->clear_sensed_at(); }, "sensed_at is absent"},
         BadSample{"StampOfNothing", [](auto* s) { s->mutable_sensed_at()->set_nanos(-1); },
                   "sensed_at = "},
         BadSample{"ClockBack", [](auto* s) { s->mutable_sensed_at()->set_seconds(999'999); },
-                  "finger rf sensed_at: accepted is a clock that does not go back"},
+                  "finger rf sensed_at: accepted is a time that does not decrease"},
         BadSample{"SequenceBack", [](auto* s) { s->set_sequence(1); },
                   "finger rf sequence = 1: acc"},
         BadSample{"HalfAPose", [](auto* s) { s->mutable_p_s_finger()->set_x(1); },
@@ -193,7 +193,8 @@ TEST_F(FeedTactileTest, ASecondStreamOfAFingerIsRefusedWhileTheFirstFeedsIt) {
   second.Send(Sample("rf", 20));
   const grpc::Status status = second.WaitForEnd();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(status.error_message(), HasSubstr("finger rf is fed already: accepted is"));
+  EXPECT_THAT(status.error_message(),
+              HasSubstr("finger rf is already fed by a stream: accepted is"));
   Feed other(Connect());
   ASSERT_TRUE(other.Send(Sample("th", 0)));
   EXPECT_TRUE(other.Finish().ok());

@@ -48,7 +48,7 @@ TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
   EXPECT_TRUE(dismissed.empty());
   std::this_thread::sleep_for(kSilence);
   EXPECT_NE(Take("patient"), 0U);
-  EXPECT_NE(dismissed.find("no command for too long: the lease went to patient"),
+  EXPECT_NE(dismissed.find("no command for too long: the lease was passed to patient"),
             std::string::npos);
   EXPECT_EQ(slave_.ends(), 1);
   EXPECT_EQ(slave_.begins(), 2);

@@ -75,7 +75,7 @@ TEST_F(OperateTest, TheLeaseIsHeldFromTheOpeningOnBeforeAnyCommand) {
   ASSERT_TRUE(ada.Read().has_value());
   const grpc::Status refused = Operator(Connect()).Finish();
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(refused.error_message(), HasSubstr("an operator without a name"));
+  EXPECT_THAT(refused.error_message(), HasSubstr("an unnamed operator"));
 }
 
 TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {

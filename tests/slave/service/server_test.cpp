@@ -128,7 +128,8 @@ TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
   };
   for (const grpc::Status& refused : refusals(*stub)) {
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-    EXPECT_THAT(refused.error_message(), HasSubstr("than the operator, Ada (ipv4:127.0.0.1:"));
+    EXPECT_THAT(refused.error_message(),
+                HasSubstr("only the operator may change settings: Ada (ipv4:127.0.0.1:"));
   }
   EXPECT_FALSE(slave_.parameters().young_modulus.has_value());
   EXPECT_EQ(slave_.reinitialized(), 0);
@@ -158,7 +159,7 @@ TEST_F(ServerTest, ASceneWithoutStreamedFingertipsTakesNoSamples) {
   const grpc::Status status = writer->Finish();
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(status.error_message(),
-            "the scene takes no tactile samples: its sense.tactile.source is no stream");
+            "the scene accepts no tactile samples: its sense.tactile.source is not stream");
 }
 
 TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {

@@ -79,7 +79,7 @@ TEST(AutoModelTest, SaysWhatCannotBeMetAndTheNearestThatCan) {
   EXPECT_FALSE(decided->model.decision.meets);
   const std::string& reason = decided->model.decision.reason;
   EXPECT_THAT(reason, HasSubstr("none is within 0.01 %, the nearest is bem2d"));
-  EXPECT_THAT(reason, HasSubstr("none answers at 1e+09 Hz, the nearest is bem2d"));
+  EXPECT_THAT(reason, HasSubstr("none reaches 1e+09 Hz, the nearest is bem2d"));
 }
 
 // A tool that rests nowhere with room to spare is judged at one place, which the others may not be
@@ -87,7 +87,7 @@ TEST(AutoModelTest, SaysWhatCannotBeMetAndTheNearestThatCan) {
 TEST(AutoModelTest, SaysWhereOnePlaceJudgesForAll) {
   fake::Scenario scenario = Orders();
   Scene scene = Auto(0.06);
-  const char* words = "judged where the tool would meet the object first";
+  const char* words = "evaluated where the tool would first touch the object";
   const auto many = DecideQuickly(scene, scenario.Make());
   ASSERT_TRUE(many);
   EXPECT_THAT(many->model.decision.reason, testing::Not(HasSubstr(words)));
@@ -144,7 +144,7 @@ TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
     EXPECT_EQ(decided->model.fem.time, scene.model.fem.time);
     const auto& rejected = decided->model.decision.rejected;
     EXPECT_TRUE(std::ranges::any_of(rejected, [](const RejectedModel& one) {
-      return one.why == "does not move in time" || one.why == "knows no gravity";
+      return one.why == "is not dynamic" || one.why == "has no gravity";
     }));
   }
 }

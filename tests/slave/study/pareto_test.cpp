@@ -96,13 +96,13 @@ TEST(ParetoTest, RateHoldsForTheSlowestPercent) {
 TEST(ParetoTest, NearestToWhatIsAskedForWhereNothingMeetsBoth) {
   // Error over tolerance, and p99 times rate: 4 and 0.001; 2 and 0.001; 0.2 and 3.
   std::vector<StudyRow> rows{Answered(0.2, 1e-6), Answered(0.1, 1e-6), Answered(0.01, 3e-3)};
-  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("none meets tolerance and rate"));
+  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("no model meets tolerance and rate"));
   EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(1));
   rows.erase(rows.begin() + 1);
   Recommend(0.05, 500, &rows);
   EXPECT_TRUE(rows[1].recommended) << "three times too slow beats four times too wrong";
   rows.clear();
-  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("no model answered"));
+  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("no model has a known error"));
 }
 
 }  // namespace

@@ -219,7 +219,7 @@ TEST(StudyTest, PrecomputeThatWouldNotFitIsRefusedBeforeItStarts) {
   };
   StudyResult study = RunStudy(fake::Square(), settings, scenario.Make());
   EXPECT_EQ(Count(study, Outcome::kSkipped), study.rows.size());
-  EXPECT_THAT(study.rows[0].reason, HasSubstr("more than is left of the budget"));
+  EXPECT_THAT(study.rows[0].reason, HasSubstr("more than the rest of the budget"));
 
   scenario.while_making = [&](Progress* progress) {
     progress->Expect({.seconds = 0, .memory_bytes = std::size_t{1} << 40});
@@ -252,7 +252,7 @@ TEST(StudyTest, EverythingFailingIsAnAnswerToo) {
   scenario.stiffness = [](const Scene&) { return kUnknown; };
   const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
   EXPECT_EQ(Count(study, Outcome::kFailed), study.rows.size());
-  EXPECT_THAT(study.recommendation, HasSubstr("no model answered"));
+  EXPECT_THAT(study.recommendation, HasSubstr("no model has a known error"));
 }
 
 TEST(StudyTest, StopEndsItWithWhatThereIs) {

@@ -289,7 +289,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   for (int i = 1; i <= 9; ++i) {
     Press({0, 0, -0.9}, 1);
     EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated) << i;
-    EXPECT_EQ(fingertip_.touch().why, "a flawed sample in the window") << i;
+    EXPECT_EQ(fingertip_.touch().why, "a faulty sample in the window") << i;
   }
   Press({0, 0, -0.9}, 1);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);

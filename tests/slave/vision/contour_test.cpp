@@ -212,8 +212,8 @@ TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {
   };
   using Circle = ContourTracking::Circle;
   using Polygon = ContourTracking::Polygon;
-  EXPECT_THAT(message(Circle{{600, 300}, 90}, image), testing::HasSubstr("outside the picture"));
-  EXPECT_THAT(message(Circle{{NAN, 300}, 90}, image), testing::HasSubstr("outside the picture"));
+  EXPECT_THAT(message(Circle{{600, 300}, 90}, image), testing::HasSubstr("outside the image"));
+  EXPECT_THAT(message(Circle{{NAN, 300}, 90}, image), testing::HasSubstr("outside the image"));
   EXPECT_THAT(message(Circle{{320, 300}, 2}, image), testing::HasSubstr("too little"));
   EXPECT_THAT(message(Polygon{{{0, 0}, {9, 9}}}, image), testing::HasSubstr("too little"));
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(100));
@@ -222,7 +222,7 @@ TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {
   EXPECT_THAT(message(std::monostate{}, cv::Mat(1, 1, CV_8UC1, cv::Scalar(0))),
               testing::HasSubstr("1 x 1 px"));
   const Polygon eight{{{230, 210}, {410, 390}, {410, 210}, {230, 390}, {150, 300}}};
-  EXPECT_THAT(message(eight, image), testing::HasSubstr("crossed itself"));
+  EXPECT_THAT(message(eight, image), testing::HasSubstr("intersected itself"));
 }
 
 TEST(ContourTrackerTest, AContourThatLosesItsEdgeIsFlaggedAndComesBack) {

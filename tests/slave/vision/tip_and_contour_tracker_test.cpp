@@ -159,7 +159,7 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
   EXPECT_THAT(ConstructionMessage(good, cv::Mat(480, 640, CV_32FC1, cv::Scalar(0)), tip),
               testing::HasSubstr("CV_32FC1"));
   EXPECT_THAT(ConstructionMessage(good, cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)), tip),
-              testing::HasSubstr("outside the picture"));
+              testing::HasSubstr("outside the image"));
   EXPECT_THAT(ConstructionMessage(good, cv::Mat::zeros(480, 640, CV_8UC1), tip),
               testing::HasSubstr("no contrast"));
   EXPECT_THAT(ConstructionMessage(good, first, std::nullopt),
@@ -190,7 +190,7 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
   cv::randu(wide, 0, 255);
   EXPECT_THAT(with_template("eyes-wide.png", wide), testing::HasSubstr("700 x 40 px"));
   EXPECT_THAT(with_template("eyes-high.png", wide.rowRange(0, 30).colRange(0, 500).t()),
-              testing::HasSubstr("larger than the picture"));
+              testing::HasSubstr("larger than the image"));
 }
 
 }  // namespace

@@ -22,9 +22,9 @@ class Hash {
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
 
-// One file per block, FOLDER/NAME-HASH/NUMBER.col: written beside and renamed, so that interrupted
-// work leaves whole blocks. Files that are short, torn, of another machine or another problem count
-// as absent. A folder that cannot be written keeps nothing and harms nobody.
+// One file per block, FOLDER/NAME-HASH/NUMBER.col: written under another name and renamed, so that
+// interrupted work leaves complete blocks. Files that are short, damaged, of another machine or
+// another problem count as absent. If the folder cannot be written, nothing is stored.
 class ColumnCache {
  public:
   // No folder: nothing is kept or found.

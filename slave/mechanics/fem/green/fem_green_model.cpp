@@ -12,11 +12,11 @@ constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of
 
 std::string_view RemarkOf(TetElement element, double nu) {
   if (element == TetElement::kTet4) {
-    return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: much too stiff"
+    return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
                         : "linear tetrahedra are stiff in bending; small strains only";
   }
-  return nu >= kLocks ? "quadratic tetrahedra without a pressure of their own lock a little"
-                      : "small strains only; places without width only";
+  return nu >= kLocks ? "quadratic tetrahedra without a pressure unknown lock slightly"
+                      : "small strains only; contacts without width only";
 }
 
 }  // namespace
@@ -71,7 +71,9 @@ void FemGreenModel::Respond(std::span<const Contact> contacts,
   failure_ = {};
   const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
   if (element_ == TetElement::kTet10 && std::ranges::any_of(contacts, is_patch)) {
-    failure_ = "a patch on tet10: accepted with fem-green are places without width, or tet4";
+    failure_ =
+        "a contact with a width on tet10: accepted with fem-green are contacts without width, or "
+        "tet4";
     std::ranges::fill(responses, ContactResponse{});
     return;
   }
@@ -79,7 +81,7 @@ void FemGreenModel::Respond(std::span<const Contact> contacts,
   for (auto& response : responses) {
     if (locks_ && response.validity == Validity::kValid) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = "tetrahedra without a pressure of their own lock at this Poisson ratio";
+      response.doubt = "tetrahedra without a pressure unknown lock at this Poisson ratio";
     }
   }
   try {

@@ -1,4 +1,4 @@
-// `fem-green`: a held elastic body by surface Green's functions condensed from tetrahedra, and the
+// `fem-green`: a fixed elastic body by surface Green's functions condensed from tetrahedra, and the
 // capacitance of its contacts. Linear: small strains and rotations. A contact costs microseconds
 // whatever the mesh size, once the columns of its places are there; the first touch of a region
 // costs milliseconds to a few tenths of a second (100k tetrahedra).
@@ -38,11 +38,11 @@ class FemGreenModel final : public DeformationModel {
   FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                 double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
-  // Both elements lock as nu approaches 0.5: from 0.49 on answers are kExtrapolated, and so are
-  // those of four nodes where a part bends (mesh_resolution.h; what is first touched there
-  // decides, by three more sparse solutions). Patches are not offered with tet10, whose middle
-  // nodes no contact touches: kFailed. See ComplianceSolver. Give `element` with p_O where time
-  // counts: a place without it is found by a walk over the surface when it changes.
+  // Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those
+  // of four nodes where a part bends (mesh_resolution.h; the first contact there decides, by three
+  // more sparse solutions). Contacts with a width are not available with tet10, because no contact
+  // acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element` with p_O where time
+  // matters: without it a walk over the surface finds a changed position.
   void Respond(std::span<const Contact> contacts,
                std::span<ContactResponse> responses) noexcept override;
   // The columns of their places, and how these bend.

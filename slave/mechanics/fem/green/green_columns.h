@@ -1,4 +1,4 @@
-// Surface Green's functions of a held elastic body, condensed from a finite element stiffness:
+// Surface Green's functions of a fixed elastic body, condensed from a finite element stiffness:
 // column j is K^-1 e_j at the surface nodes. Computed when first asked for.
 //
 // Source: James and Pai (2003), sec. 4 (Green's functions from any linear code).
@@ -54,7 +54,7 @@ class GreenColumns final : public Compliance {
   // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
-  // Likewise by a unit force along each axis, of which each of `places` has the same part.
+  // The same by a unit force along each axis, of which each of `places` has the same part.
   void SolveAxes(std::span<const int> places,
                  std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 

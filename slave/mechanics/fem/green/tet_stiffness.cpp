@@ -142,7 +142,7 @@ void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
   for (int p = 0; p < parts; ++p) {
     if (EigenOf(gram[Index(p)]).values[0] > kFixesMotion) continue;
     throw std::invalid_argument(
-        "object.fixed: fem-green needs supports that hold the body: accepted is what fixes all six "
+        "object.fixed: fem-green needs a fixed body: accepted are supports that prevent all six "
         "rigid motions of every part; the part with node " +
         std::to_string(std::ranges::find(part, p) - part.begin()) + " is free to move");
   }

@@ -1,4 +1,4 @@
-// Stiffness of a linear-elastic tetrahedral mesh with held components left out.
+// Stiffness of a linear-elastic tetrahedral mesh with fixed components left out.
 //
 // Nondimensional: lengths by length_unit, moduli by E, so K = K_SI / (E length_unit). Small strain,
 // displacement formulation: locks as nu -> 0.5 (tet4 from about 0.45 on, tet10 from about 0.49 on).
@@ -24,11 +24,11 @@ struct TetStiffness {
   // Symmetric positive definite, its lower triangle only. Rows go node by node, the nodes of the
   // mesh first, then the middles of edges.
   Eigen::SparseMatrix<double> lower;
-  std::vector<std::array<int, 3>> row;  // per node and component; -1: held, or in no tetrahedron
+  std::vector<std::array<int, 3>> row;  // per node and component; -1: fixed, or in no tetrahedron
   double length_unit = 0;               // larger side of the bounding box [m]
 };
 
-// `held`: per node of the mesh and component; a middle is held where both ends are. Throws
+// `held`: per node of the mesh and component; a middle is fixed where both ends are. Throws
 // std::invalid_argument: counts that do not fit, a tetrahedron without positive volume or with a
 // node that does not exist, nu not in (-1, 0.499], supports that leave a part of the body free to
 // move.

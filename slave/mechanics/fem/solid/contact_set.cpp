@@ -24,7 +24,7 @@ bool SolidContacts::Prepare(std::span<const Contact> contacts) {
   places_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (Find(contacts[i], &places_[i])) continue;
-    return failure_.empty() ? Refuse("no surface at a contact's place") : false;
+    return failure_.empty() ? Refuse("no surface at a contact point") : false;
   }
   if (Overlap(contacts)) return Refuse("a prescribed displacement overlaps with another contact");
   known_ = true;
@@ -37,7 +37,7 @@ bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
       contact.element < -1 || contact.element >= static_cast<int>(mesh_.surface.triangles.size())) {
-    return Refuse("a contact's place, width or triangle is none");
+    return Refuse("a contact's position, width or triangle is invalid");
   }
   Contact here = contact;
   here.p_O /= unit_;

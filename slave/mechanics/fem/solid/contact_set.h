@@ -28,14 +28,14 @@ class SolidContacts {
   // Keeps references. `used`: nodes that belong to an element.
   SolidContacts(const ElementMesh& mesh, const std::vector<bool>& used, double length_unit);
 
-  // Finds the places; false: failure() says why. Does nothing for the same contacts as before,
+  // Finds the positions; false: failure() is the reason. No work for the same contacts as before,
   // whatever their values. O(N) per new contact.
   bool Prepare(std::span<const Contact> contacts);
   // Whether the last Prepare met new places.
   [[nodiscard]] bool changed() const { return changed_; }
   [[nodiscard]] std::span<const ContactPlace> places() const { return places_; }
   [[nodiscard]] std::string_view failure() const { return failure_; }
-  // Prepares anew next time.
+  // Prepares again next time.
   void Forget() { known_ = false; }
 
  private:

@@ -173,7 +173,7 @@ bool Equilibrium::PrepareRows(const Balance& balance) {
   row_factor_.emplace(row_matrix_);
   const auto pivots = row_factor_->vectorD();
   if (!(pivots.minCoeff() > 1e-10 * pivots.maxCoeff())) {
-    return Fail("prescribed displacements contradict each other or what the scene holds");
+    return Fail("prescribed displacements contradict each other or the fixed nodes of the scene");
   }
   return true;
 }
@@ -325,14 +325,14 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
     energy_ = Residual(*balance, *x);
     if (steps_ == 0) start_force_ = residual_.stableNorm();
     relative_ = Weigh(*balance);
-    if (!std::isfinite(energy_) || std::isnan(relative_)) return Fail("the answer is not finite");
+    if (!std::isfinite(energy_) || std::isnan(relative_)) return Fail("the solution is not finite");
     if (!moves && relative_ <= goal && !(counted && steps_ == 0)) return KeepsVolume(*x);
     if (counted && steps_ >= most) return true;
     stalled = relative_ < 0.9 * best || moves ? 0 : stalled + 1;
     best = std::min(best, relative_);
     if (steps_ >= most || (linear() && stalled > 4)) {
       if (relative_ <= options_.residual) return KeepsVolume(*x);
-      return Fail(linear() ? "the linear solver does not reach the residual asked for"
+      return Fail(linear() ? "the linear solver does not reach the requested residual"
                            : "no equilibrium was found: Newton's method did not converge");
     }
     if (!Prepare(*balance, *x)) return false;
@@ -344,7 +344,7 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
       continue;
     }
     if (!Search(*balance, std::min(residual_.dot(step_), 0.0), x)) {
-      return Fail("no equilibrium was found: the energy falls no further");
+      return Fail("no equilibrium was found: the energy does not decrease further");
     }
   }
 }

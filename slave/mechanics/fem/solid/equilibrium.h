@@ -48,10 +48,10 @@ class Equilibrium {
   // Keeps references. The linear law assembles its matrix here.
   Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);
 
-  // Moves x, a state near the answer, to balance. False: failure() says why, x is of no use.
-  // Allocates only when `rows` grow, and what the factorisation takes.
+  // Moves x, a state near the solution, to equilibrium. False: failure() is the reason, x is
+  // unusable. Allocates only when `rows` grow, and for the factorisation.
   bool Solve(Balance* balance, Eigen::VectorXd* x);
-  // To be told when fixed unknowns, rows or inertia are others than in the last Solve.
+  // Call when fixed unknowns, rows or inertia differ from the last Solve.
   void Changed() { factored_ = false; }
 
   // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
@@ -91,7 +91,7 @@ class Equilibrium {
   Options options_;
   SymmetricSolver solver_;
   SparseMatrix stiffness_;  // of the linear law, else of the last tangent, free of constraints
-  SparseMatrix system_;     // what is factored
+  SparseMatrix system_;     // the factorised matrix
   std::optional<Eigen::LDLT<Eigen::MatrixXd>> row_factor_;
   Eigen::MatrixXd row_matrix_, row_columns_;  // C A^-1 C^T, A^-1 C^T
   double row_penalty_ = 0;

@@ -142,8 +142,9 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
-        "pressure = mixed or averaged: accepted while the factor fits; this mesh needs " +
-        std::to_string(equilibrium_.solver().memory_bytes() >> 20U) + " MiB: take a coarser one");
+        "pressure = mixed or averaged: accepted while the factorisation fits in memory; this mesh "
+        "needs " +
+        std::to_string(equilibrium_.solver().memory_bytes() >> 20U) + " MiB: use a coarser mesh");
   }
   const auto& o = params_.options;
   const VectorXd zero = VectorXd::Zero(layout_.size());
@@ -174,7 +175,7 @@ void SolidModel::Describe(Progress* progress) {
   info_.elements = mesh_.element_count();
   info_.range = params_.options.law == Law::kLinear ? params_.range : 0;
   info_.step = dynamic() ? params_.options.step : 0;
-  ReportProgress(progress, "first answer", 0);
+  ReportProgress(progress, "first solution", 0);
   const auto before = std::chrono::steady_clock::now();
   if (params_.options.law == Law::kLinear && !dynamic()) {
     Respond({}, {});
@@ -193,7 +194,7 @@ void SolidModel::Describe(Progress* progress) {
                       : "") +
                  (solver.is_direct() ? ", direct solver" : ", conjugate gradients");
   NotePrecompute();
-  ReportProgress(progress, "first answer", 1);
+  ReportProgress(progress, "first solution", 1);
 }
 
 void SolidModel::Reset() {
@@ -231,7 +232,7 @@ void SolidModel::Respond(std::span<const Contact> contacts,
     contacts_.Forget();
   }
   if (answered) return;
-  if (failure_.empty()) failure_ = "as many responses as contacts are needed";
+  if (failure_.empty()) failure_ = "the number of responses and contacts must be equal";
   std::ranges::fill(responses, ContactResponse{});
   Reset();
 }
@@ -251,7 +252,7 @@ bool SolidModel::Acceptable(std::span<const Contact> contacts) {
     const bool moved = contact.kind == Contact::Kind::kDisplacement;
     const double unit = moved ? unit_ : params_.young_modulus * unit_ * unit_;
     if ((contact.prescribed_O / unit).cwiseAbs().maxCoeff() <= kAbsurd) continue;
-    return Fail("a value is not finite or absurdly large");
+    return Fail("a value is not finite or too large");
   }
   return true;
 }
@@ -298,7 +299,7 @@ bool SolidModel::Prescribe(std::span<const Contact> contacts) {
     }
     const Vector3d moved = contacts[i].prescribed_O / unit_;
     for (const int node : place.moved) {
-      if (supports_.Forbids(node, moved)) return Fail("a node that the scene holds is moved");
+      if (supports_.Forbids(node, moved)) return Fail("a fixed node is moved");
       target_.segment<3>(layout_.first(node)) = moved;
     }
     for (int c = 0; place.moved.empty() && c < 3; ++c) row_target_[row++] = moved[c];
@@ -462,7 +463,7 @@ std::optional<std::string_view> SolidModel::FlagReason(double largest) {
   if (inverted_) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (params_.options.law == Law::kLinear && largest > params_.range) return kBeyondRange;
-  if (dynamic() && grew_) return "the step of time gained energy from nowhere";
+  if (dynamic() && grew_) return "the time step gained energy";
   // In equilibrium under nothing, what is left of strain is the residual's.
   const bool acts = dynamic() || !loads_.isZero(0) || !target_.isZero(0) ||
                     std::ranges::any_of(row_target_, [](double moved) { return moved != 0; });
@@ -487,7 +488,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   for (int node = 0; node < mesh_.node_count(); ++node) {
     largest = std::max(largest, x_.segment<3>(layout_.first(node)).stableNorm());
   }
-  if (!(largest <= kAbsurd)) return Fail("the answer is absurdly large");
+  if (!(largest <= kAbsurd)) return Fail("the solution is too large");
   inverted_ = !(body_.SmallestJacobian(x_) > 0);
   const std::optional<std::string_view> doubt = FlagReason(largest);
   const double force_unit = params_.young_modulus * unit_ * unit_;
@@ -515,7 +516,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
       }
     }
     if (!response.force_O.allFinite() || !response.displacement_O.allFinite()) {
-      return Fail("the answer is not finite");
+      return Fail("the solution is not finite");
     }
     responses[i] = response;
   }

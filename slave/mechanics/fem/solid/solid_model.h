@@ -1,6 +1,7 @@
 // `fem` and `fem-hyperelastic` for accuracy: quadrature-based tetrahedra with four or ten nodes,
-// laws linear, co-rotational and stable neo-Hookean, with or without a pressure of its own, at rest
-// or step by step. What each part does stands in elastic_body.h, material_law.h, equilibrium.h.
+// constitutive models linear, corotational and stable neo-Hookean, with or without a pressure
+// unknown, static or dynamic. The parts are documented in elastic_body.h, material_law.h,
+// equilibrium.h.
 #pragma once
 
 #include <optional>
@@ -35,7 +36,7 @@ class SolidModel final : public DeformationModel {
     SymmetricSolver::Limits limits;
   };
 
-  // `held`: components of every node of `mesh` that stay in place; the middle of an edge is held
+  // `held`: components of every node of `mesh` that stay in place; the middle of an edge is fixed
   // where both its ends are. Throws std::invalid_argument: an impossible parameter or combination,
   // a mesh with bad tetrahedra; Interrupted.
   //

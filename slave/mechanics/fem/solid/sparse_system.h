@@ -1,6 +1,6 @@
-// The sparse symmetric system over the unknowns of a solid's nodes: where they stand, its matrix
-// and its solution. Nodes are in an order that keeps factors sparse, all unknowns of a node
-// together, upper triangle by columns.
+// The sparse symmetric system over the unknowns of a solid's nodes: order, matrix and solution.
+// Nodes are in an order that keeps factors sparse, all unknowns of a node together, upper triangle
+// by columns.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What keeps a body from moving as a whole, and what is done where nothing does.
+// Supports of a body, and the treatment of rigid motions that they do not prevent.
 #pragma once
 
 #include <vector>
@@ -19,12 +19,12 @@ class Supports {
   Supports(const ElementMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
            Eigen::VectorXd volumes);
 
-  // Marks what the scene holds and nodes of no element.
+  // Marks what the scene fixes and nodes of no element.
   void Hold(Balance* balance) const;
-  // Whether moving `node` so would move what the scene holds.
+  // Whether moving `node` so would move what the scene fixes.
   [[nodiscard]] bool Forbids(int node, const Eigen::Vector3d& displacement) const;
-  // Finds the rigid motions that neither fixed unknowns nor rows prevent, and fixes as many
-  // unknowns more, so that the body stands still. O(N).
+  // Finds the rigid motions that neither fixed unknowns nor rows prevent, and fixes as many further
+  // unknowns, so that the body is stationary. O(N).
   void Pin(Balance* balance);
   [[nodiscard]] bool is_free() const { return free_motions_.cols() > 0; }
   // Work of `force` on the free motions over what it would be if all of it worked [-].

@@ -33,7 +33,7 @@ constexpr double kFaint = 4;            // times kStandsOut: the place may be op
 constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
 constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
 constexpr double kNoDirection = 1e-6;   // share of a rim's motion that others do not explain
-constexpr std::string_view kNothing = "no load stands out of the noise";
+constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
 constexpr double kAsWell = 1.1;          // squared misfit by that before
@@ -88,7 +88,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
   if (found) FillResult(guess, &fit);
   if (!refined && fit.validity == Validity::kValid) {
     fit.validity = Validity::kExtrapolated;
-    fit.reason = "the plate in more modes does not find the load";
+    fit.reason = "the plate with more modes does not find the load";
   }
   known_ = found && fit.validity != Validity::kFailed;
   const bool faint = seek.explained < kFaint * kStandsOut * doubt * doubt;
@@ -128,7 +128,7 @@ bool LoadFitter::FitFaint(LoadFit* fit) noexcept {
   fit->covariance.diagonal() << place * place, place * place, force * force / seek.explained;
   fit->residual = std::sqrt(std::max(0.0, values_.squaredNorm() - seek.explained) / Freedom());
   fit->validity = Validity::kExtrapolated;
-  fit->reason = "so small a load that the points leave its place open";
+  fit->reason = "the load is too small for the points to determine its position";
   return true;
 }
 
@@ -396,11 +396,12 @@ void LoadFitter::FillResult(const Guess& guess, LoadFit* fit) noexcept {
   } else if (guess.place.norm() > margin_ - kRim) {
     fit->reason = "the load lies at the rim or beyond";
   } else if (!(vague < kVague)) {
-    fit->reason = "the points do not determine the load's place";
+    fit->reason = "the points do not determine the load's position";
   } else {
     const bool fits = fit->residual <= kGoodFit;
     fit->validity = fits ? pressed_ : Worse(pressed_, Validity::kExtrapolated);
-    if (!fits) fit->reason = "one load of this width leaves more than the points' noise";
+    if (!fits)
+      fit->reason = "the residual of one load of this width exceeds the noise of the points";
   }
 }
 

@@ -1,5 +1,5 @@
-// Where a plate is pressed and how hard, from its measured deflection: the inverse of a plate
-// model. The place of the largest deflection is not the load's: taken for it, it loses 15 % of the
+// Position and force of a load on a plate from its measured deflection: the inverse of a plate
+// model. The position of the largest deflection is not that of the load: using it loses 15 % of the
 // force at half the radius and 36 % at 0.7 of it.
 #pragma once
 
@@ -19,8 +19,8 @@ namespace palpate {
 
 struct LoadFit {
   Eigen::Vector2d p_O{0, 0};  // centre of the load [m]
-  double force = 0;           // along z, of the tool on the plate [N]: negative presses
-  // Of x, y [m] and force [N], from the points' sigmas, linear at the answer.
+  double force = 0;           // along z, of the tool on the plate [N]: negative pushes
+  // Of x, y [m] and force [N], from the points' sigmas, linear at the solution.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   // rms of (measured - fitted) / sigma, by points - 3, or - 6 with Rim::kMayMove; about 1 if all is
   // well.
@@ -29,36 +29,36 @@ struct LoadFit {
   // stay, what of such a motion is left in the residuals: less than the truth, for the load takes a
   // part.
   Eigen::Vector3d rim_motion{0, 0, 0};
-  // kFailed: not identified; kExtrapolated: the plate's range, or a residual beyond 3; see reason.
+  // kFailed: not identified; kExtrapolated: beyond the plate's range, or a residual beyond 3; see
+  // reason.
   Validity validity = Validity::kFailed;
-  bool nothing = false;  // kFailed since no load stands out of the noise
+  bool nothing = false;  // kFailed because no load exceeds the noise
   std::string_view reason;
 };
 
-// Whether the frame that holds the plate is where it was at rest, or may have moved along z and
-// tilted: three more unknowns.
+// Whether the clamped rim is where it was at rest, or may have moved along z and tilted: three more
+// unknowns.
 enum class Rim : std::uint8_t { kStays, kMayMove };
 
-// Weighted nonlinear least squares in (x, y, force) by Levenberg's and Marquardt's method. Starts
-// from the last answer if there is one that fits, else from the best of 91 places spread over the
-// plate with the small-deflection shape, so that no local minimum nearby is taken for the answer.
+// Weighted nonlinear least squares in (x, y, force) by the Levenberg-Marquardt method. Starts from
+// the last solution if it fits, else from the best of 91 positions over the plate with the
+// small-deflection shape, so that no local minimum nearby is taken for the solution.
 class LoadFitter {
  public:
   // Keeps a reference to the plate and uses its Respond. `width`: diameter of the load [m], 0: a
-  // point; < 0.9 of the plate's. `finer`: the same plate in more modes, asked where the first does
-  // not resolve the shape (plate_law.h): from its answer up to three steps with its derivatives, so
-  // at most four answers of the finer plate; the whole fit where these fail. Throws
+  // point; < 0.9 of the plate's. `finer`: the same plate with more modes, used if the first does
+  // not resolve the shape (plate_law.h): up to three steps with its derivatives from the first
+  // solution, so at most four solutions of the finer plate; the whole fit if these fail. Throws
   // std::invalid_argument.
   LoadFitter(PlateSurface& plate, double width, PlateSurface* finer = nullptr);
 
   // The load that explains displacements along z [m] with sigmas [m] > 0 at points [m], all frame
   // O; a point with an infinite sigma does not count. Not identified: fewer than four points (seven
-  // if the rim may move), a point off the plate, values not finite; nothing that stands out of the
-  // noise (five sigma; where the points scatter by much less than their sigmas, of that scatter); a
-  // load at the rim or beyond; a place known to less than a quarter radius. A load that barely
-  // stands out, so that the points leave its place open, is answered where the small-deflection
-  // shape explains them best, kExtrapolated. Allocation-free after the first call with as many
-  // points.
+  // if the rim may move), a point off the plate, values not finite; no load above the noise (five
+  // sigma; if the points scatter by much less than their sigmas, of that scatter); a load at the
+  // rim or beyond; a position with a sigma above a quarter radius. A load so small that the points
+  // do not determine its position is placed where the small-deflection shape fits best,
+  // kExtrapolated. Allocation-free after the first call with as many points.
   [[nodiscard]] LoadFit Fit(std::span<const Eigen::Vector2d> p_O,
                             std::span<const double> displacement, std::span<const double> sigma,
                             Rim rim = Rim::kStays) noexcept;
@@ -66,21 +66,21 @@ class LoadFitter {
   [[nodiscard]] LoadFit FitCoarsely(std::span<const Eigen::Vector2d> p_O,
                                     std::span<const double> displacement,
                                     std::span<const double> sigma, Rim rim) noexcept;
-  // The plate that gave the last answer, as it is pressed.
+  // The plate of the last solution, in its deformed state.
   [[nodiscard]] PlateSurface& answered() noexcept { return *asked_; }
-  // What the last answer's residuals say of something else that shapes the plate, a tension at rest
-  // say: how much of it would explain them, beside another load.
+  // Evidence in the last residuals for another influence on the plate, such as a tension at rest:
+  // the amount that explains them, in addition to another load.
   struct Sought {
-    double amount = 0, sigma = 0;  // 0: the points cannot tell it from another load
+    double amount = 0, sigma = 0;  // 0: the points cannot distinguish it from another load
     double force = 0;              // by which the load would be another, per amount [N]
   };
   // `change`: of the points' displacements under the same load, per amount [m]; as many as points.
   // sigma by the points' own. No allocation.
   [[nodiscard]] Sought Seek(std::span<const double> change) noexcept;
-  // Forgets the last answer.
+  // Forgets the last solution.
   void Reset() { known_ = false; }
-  // From now on, until this is called again, the plates are pressed no more often than so; each
-  // press of the finer one counts as kFinerCost. Then no load explains the points. At first there
+  // Limits the number of plate solutions until the next call of this function; each solution of the
+  // finer plate counts as kFinerCost. Beyond the limit no load explains the points. Initially there
   // is no limit.
   void Allow(long presses) noexcept { allowed_ = presses; }
   static constexpr long kFinerCost = 10;
@@ -125,10 +125,10 @@ class LoadFitter {
   PlateSurface* finer_;
   PlateSurface* asked_;  // one of the two
   double width_;         // [m]
-  double margin_;        // largest |place| [radii]
+  double margin_;        // largest distance from the centre [radii]
   bool known_ = false;
   Guess last_;
-  Validity pressed_ = Validity::kFailed;  // of the last Press
+  Validity pressed_ = Validity::kFailed;  // of the last solution
   long allowed_ = std::numeric_limits<long>::max();
   std::vector<Measured> measured_;
   std::vector<Eigen::Vector2d> places_;  // [radii]

@@ -1,4 +1,4 @@
-// Where a plate is pressed, roughly: the best of 91 places spread over it, by the small-deflection
+// Coarse position of a load on a plate: the best of 91 positions over it, by the small-deflection
 // shape. Nondimensional as in green.h.
 #pragma once
 
@@ -16,26 +16,26 @@ class LoadSearch {
   // Loads over discs of `load_radius`, their centres up to `farthest` from the plate's.
   LoadSearch(double load_radius, double farthest);
 
-  // The shapes at these points; nothing to do where they are those of the last call. Allocates.
+  // The shapes at these points; no work if they are those of the last call. Allocates.
   void SetPoints(std::span<const Eigen::Vector2d> points);
 
   struct Found {
     Eigen::Vector2d place{0, 0};
-    double deflection = 0;  // at the place, in the unit of the values
+    double deflection = 0;  // force at the position, in the unit of the values
     double explained = 0;   // of the sum of squared weighted values
   };
-  // `values` of the deflections at the points times their `weights`. What the orthonormal columns
-  // of `left_out` explain does not count, if there are any. Only places up to `farthest`. No
-  // allocation.
+  // `values` of the deflections at the points times their `weights`. The part that the orthonormal
+  // columns of `left_out` explain does not count, if there are any. Only positions up to
+  // `farthest`. No allocation.
   [[nodiscard]] Found Best(const Eigen::VectorXd& values, const Eigen::VectorXd& weights,
                            const Eigen::Matrix<double, Eigen::Dynamic, 3>* left_out,
                            double farthest) noexcept;
 
  private:
   std::vector<Disc> places_;
-  std::vector<double> under_load_;  // deflection at the place itself under a load of one
+  std::vector<double> under_load_;  // deflection at the position itself under a unit load
   std::vector<Eigen::Vector2d> points_;
-  Eigen::MatrixXd shapes_;  // column per place
+  Eigen::MatrixXd shapes_;  // one column per position
   Eigen::VectorXd shape_;
 };
 

@@ -48,7 +48,8 @@ void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
     const ContactResponse response = plate.RespondTo(kMoved, {r * radius_, 0}, width, -depth);
     Entry& entry = first[row];
     if (response.validity == Validity::kFailed) {
-      if (row == 0) throw std::runtime_error("the plate's answer to a small press is not found");
+      if (row == 0)
+        throw std::runtime_error("the plate's response to a small indentation is not found");
       entry = {first[row - 1].secant + first[row - 1].slope, first[row - 1].slope};
       continue;
     }

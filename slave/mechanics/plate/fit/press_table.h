@@ -1,5 +1,5 @@
-// What one tool feels anywhere on a clamped plate, worked out ahead: answers within a microsecond
-// what the plate's model needs up to a millisecond for.
+// Precomputed table of one tool's force anywhere on a clamped plate: a lookup within a microsecond,
+// where the plate's model needs up to a millisecond.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@ namespace palpate {
 // model up to three quarters of the radius. Const members are thread-safe.
 class PressTable {
  public:
-  // Presses `plate` a few hundred times and leaves it at rest. `width`: diameter of the tool [m].
-  // Throws std::runtime_error: the model finds no answer even for small depths.
+  // Solves `plate` a few hundred times and leaves it at rest. `width`: diameter of the tool [m].
+  // Throws std::runtime_error: the model finds no solution even for small depths.
   PressTable(PlateSurface& plate, double width);
 
   struct Press {
@@ -23,8 +23,9 @@ class PressTable {
     bool valid = false;               // inside the model's range
   };
   // At `radius` [m] from the centre, `depth` [m] below the plane at rest; at depth <= 0 no force
-  // and the stiffness of first touch. Nearer to the rim than largest_radius(): as there. Deeper
-  // than the model answers: along the last tangent. Not finite: no force, not valid. No allocation.
+  // and the stiffness of the first contact. Nearer to the rim than largest_radius(): the value
+  // there. Deeper than the model's range: along the last tangent. Not finite: no force, not valid.
+  // No allocation.
   [[nodiscard]] Press At(double radius, double depth) const noexcept;
   [[nodiscard]] double largest_radius() const noexcept { return largest_radius_; }  // [m]
 

@@ -1,4 +1,4 @@
-// The inner face of a pressed membrane: its nodes and what lies between them.
+// The inner face of a deformed membrane: its nodes and interpolation between them.
 #pragma once
 
 #include <array>

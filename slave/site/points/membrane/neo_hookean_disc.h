@@ -39,7 +39,7 @@ class DiscMesh {
   static constexpr int kElementColumns = (kAcross + 1) * (kAcross + 1);
 
   struct Size {
-    int inner_rings = 0, outer_rings = 0;  // of elements, below the tool and beside it
+    int inner_rings = 0, outer_rings = 0;  // sizes of elements, below the tool and beside it
     int rays = 0;                          // elements in the sector's angle
     int layers = 0;
   };
@@ -59,8 +59,8 @@ class DiscMesh {
   [[nodiscard]] int ray_lines() const { return kAcross * size_.rays + 1; }
   [[nodiscard]] int levels() const { return kThrough * size_.layers + 1; }
   [[nodiscard]] const std::vector<double>& circle_places() const { return s_; }  // s, per line
-  // Columns of nodes through the plate, in the order of their elimination; those that are clamped
-  // come last.
+  // Columns of nodes through the plate, in the order of their elimination; the clamped ones come
+  // last.
   [[nodiscard]] int columns() const { return static_cast<int>(places_.size()); }
   [[nodiscard]] int free_columns() const { return free_columns_; }
   [[nodiscard]] int column(int circle, int ray) const {
@@ -72,7 +72,7 @@ class DiscMesh {
   }
   // Of the elements at (ring, ray): circle by circle outward, on each along the angle.
   [[nodiscard]] std::array<int, kElementColumns> element(int ring, int ray) const;
-  // Components of a column's displacement that the mirror planes hold.
+  // Components of a column's displacement that the mirror planes fix.
   [[nodiscard]] std::array<bool, 3> Held(int circle, int ray) const;
 
  private:
@@ -88,8 +88,8 @@ class DiscMesh {
   std::vector<Eigen::Vector2d> places_;
 };
 
-// Elastic forces and stiffness of a thick plate of neo-Hookean rubber, without any assumption on
-// its kinematics: cubic hexahedra over half of it or a quarter, between mirror planes.
+// Elastic forces and stiffness of a thick plate of neo-Hookean rubber, without any kinematic
+// assumption: cubic hexahedra over half of it or a quarter, between mirror planes.
 class NeoHookeanDisc {
  public:
   using Matrix = NeoHookeanBody::Matrix;
@@ -102,7 +102,8 @@ class NeoHookeanDisc {
   [[nodiscard]] int unknown(int column, int level, int component) const {
     return 3 * (mesh_.levels() * column + level) + component;
   }
-  // As NeoHookeanBody; where the mirror planes hold, forces are zero and the stiffness is one.
+  // As NeoHookeanBody; for components that the mirror planes fix, forces are zero and the stiffness
+  // is one.
   bool Forces(const Eigen::VectorXd& u, Eigen::VectorXd* forces) const;
   bool Linearise(const Eigen::VectorXd& u, Eigen::VectorXd* forces, Matrix* stiffness) const;
   [[nodiscard]] Matrix EmptyMatrix() const { return body_.EmptyMatrix(); }
@@ -112,7 +113,7 @@ class NeoHookeanDisc {
  private:
   const DiscMesh& mesh_;
   NeoHookeanBody body_;
-  Eigen::VectorXd free_;  // 0 for what the mirror planes hold, else 1
+  Eigen::VectorXd free_;  // 0 for components that the mirror planes fix, else 1
 };
 
 }  // namespace palpate::site

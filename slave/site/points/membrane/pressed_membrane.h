@@ -26,11 +26,11 @@ namespace palpate::site {
 // The membrane under the tool at one depth. Frame O; immutable once made.
 struct MembraneRung {
   double depth = 0;  // way of the tool beyond the first touch, along -z [m]
-  double force = 0;  // of the tool on the membrane along z [N]: negative presses
+  double force = 0;  // of the tool on the membrane along z [N]: negative pushes
   std::vector<Eigen::Vector3f> displacements_O;  // of the inner face's nodes [m]
 };
 
-// A press at one place, as far as it is solved.
+// A contact at one position, as far as it is solved.
 struct MembranePress {
   std::vector<Eigen::Vector2d> nodes_O;       // of the inner face (towards -z), at rest [m]
   std::vector<std::array<int, 3>> triangles;  // of the inner face
@@ -38,8 +38,8 @@ struct MembranePress {
   std::shared_ptr<const MembraneFace> face;                // what lies between the nodes
 };
 
-// Force along z [N] at `depth` by monotone cubics between rungs; beyond the last one it goes on as
-// between the last two. Zero at depth <= 0.
+// Force along z [N] at `depth` by monotone cubics between steps; beyond the last one extrapolated
+// from the last two. Zero at depth <= 0.
 double ForceAt(const MembranePress& press, double depth) noexcept;
 // Displacement of the inner face's point that rests at p_O [m], frame O, at `depth`: by cubics
 // between rungs, of the mesh's own order in space; beyond the last rung as at it. Zero outside the
@@ -53,20 +53,20 @@ struct MembraneResolution {
   int through = 0;  // layers through the thickness; 0: as above
 };
 
-// Solves a press of a flat round tool of diameter `width` [m] at p_O, deeper and deeper.
+// Solves a contact of a flat round tool of diameter `width` [m] at p_O with increasing depth.
 class PressedMembrane {
  public:
-  // `prestress`: tension at rest [N/m], from a stretch of the sheet that then had the geometry's
-  // radius and thickness. Throws std::invalid_argument naming the key: no membrane, a place whose
-  // tool does not fit inside the rim, numbers out of range. nu beyond 0.499 is taken for that: its
-  // force is low by less than 0.2 %.
+  // `prestress`: tension at rest [N/m], from a stretch of the sheet to the geometry's radius and
+  // thickness. Throws std::invalid_argument naming the key: no membrane, a position whose tool does
+  // not fit inside the rim, numbers out of range. nu beyond 0.499 is replaced by it: its force is
+  // low by less than 0.2 %.
   PressedMembrane(const MembraneGeometry& geometry, const Material& material, double width,
                   const Eigen::Vector2d& p_O, const MembraneResolution& resolution = {},
                   double prestress = 0);
   ~PressedMembrane();
 
-  // Solves the next rung at `depth`, deeper than the last one. False: no equilibrium was found, or
-  // the depth is beyond half the radius; the press is as it was.
+  // Solves the next step at `depth`, deeper than the last one. False: no equilibrium was found, or
+  // the depth is beyond half the radius; the contact is unchanged.
   bool Deepen(double depth);
   [[nodiscard]] const MembranePress& press() const;
 
@@ -87,16 +87,16 @@ class PressedMembrane {
 struct Dent {
   struct Part {
     std::shared_ptr<const MembranePress> press;
-    double radius = 0;  // of the place at which it was solved [m]
+    double radius = 0;  // of the position at which it was solved [m]
     double share = 0;   // of the blend; the shares' sum is 1
   };
   double rim = 0;                 // radius of the membrane [m]
   Eigen::Vector2d place_O{0, 0};  // of the tool's axis [m]
   double depth = 0;               // of the tool's tip below the rest plane [m]
-  std::array<Part, 2> parts;      // without presses: nothing touches
+  std::array<Part, 2> parts;      // without contacts: a free membrane
 };
 
-// Of the tool on the membrane along z [N]: negative presses.
+// Of the tool on the membrane along z [N]: negative pushes.
 double ForceOf(const Dent& dent) noexcept;
 // Of the inner face's point that rests at p_O [m].
 Eigen::Vector3d DisplacementOf(const Dent& dent, const Eigen::Vector2d& p_O) noexcept;

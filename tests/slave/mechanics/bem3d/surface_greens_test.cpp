@@ -301,7 +301,7 @@ TEST(SurfaceGreens, RefuseWhatThePressureIsLostIn) {
   using ::testing::HasSubstr;
   const SurfaceMesh mesh = Block(1);
   const Held all = solid_bodies::HeldWhere(mesh, [](const Vector3d&) { return true; });
-  EXPECT_THAT(Refusal(mesh, all, 0.5), HasSubstr("held on its whole surface"));
+  EXPECT_THAT(Refusal(mesh, all, 0.5), HasSubstr("whose whole surface is fixed"));
   EXPECT_EQ(Refusal(mesh, Bottom(mesh), 0.5), "");
   const auto shell =
       solid_bodies::WithCavity(solid_bodies::Sphere(2, 1), solid_bodies::Sphere(1, 1));

@@ -252,7 +252,7 @@ TEST(FemGreenModel, FailsInWordsAndRecovers) {
   const Vector3d d(1e-4, 0, 0);
   const std::vector<std::pair<std::vector<Contact>, std::string>> bad{
       {{Move({nan, 0, 0}, d)}, "not finite"},
-      {{Move(top, {1e300, 0, 0})}, "absurdly large"},
+      {{Move(top, {1e300, 0, 0})}, "too large"},
       {{Load(top, {0, nan, 0})}, "not finite"},
       {{Move(top, d, -1)}, "not finite"},
       {{Move({1, 1, 1}, d)}, "no surface"},
@@ -261,7 +261,7 @@ TEST(FemGreenModel, FailsInWordsAndRecovers) {
       {{Load(floor, d)}, "support"},
       {{Move(top, d), Move(top, d)}, "overlap"},
       {{Move(top, d, 0.02), Move(top, d)}, "overlap"},
-      {{Move(top, d), Load(top, d)}, "wholly under"},
+      {{Move(top, d), Load(top, d)}, "completely under"},
       {{Move({0.059, 0.0495, 0.04}, d), Move({0.059, 0.0495, 0.04}, d)}, "overlap"},
   };
   for (std::size_t k = 0; k < bad.size(); ++k) {
@@ -372,7 +372,8 @@ TEST(FemGreenLimits, PatchesOnTenNodesAreRefusedInWords) {
   FemGreenModel model = ModelOf(Cube(0.3), {.element = TetElement::kTet10});
   EXPECT_EQ(Answer(model, {Move({0.5, 0.5, 1}, {0, 0, -1e-3}, 0.6)})[0].validity,
             Validity::kFailed);
-  EXPECT_THAT(std::string(model.failure()), ::testing::HasSubstr("a patch on tet10"));
+  EXPECT_THAT(std::string(model.failure()),
+              ::testing::HasSubstr("a contact with a width on tet10"));
   EXPECT_EQ(Answer(model, {Move({0.5, 0.5, 1}, {0, 0, -1e-3})})[0].validity, Validity::kValid);
   EXPECT_TRUE(model.failure().empty());
 }

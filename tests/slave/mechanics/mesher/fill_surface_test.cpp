@@ -137,8 +137,9 @@ TEST_P(FillSurfaceTest, RefusesASurfaceThatCutsItselfInTheProgramsWords) {
   options_.resolution = 0.3;
   options_.timeout = std::chrono::seconds(20);
   const std::string failure = Failure(Crossing(), options_);
-  EXPECT_THAT(failure, ::testing::AnyOf(HasSubstr("cut itself"), HasSubstr("cuts itself"),
-                                        HasSubstr("unusable"), HasSubstr("cut itself?")));
+  EXPECT_THAT(failure,
+              ::testing::AnyOf(HasSubstr("intersect itself"), HasSubstr("intersects itself"),
+                               HasSubstr("unusable"), HasSubstr("intersects itself")));
   if (GetParam() == Program::kTetgen) {
     EXPECT_THAT(failure, HasSubstr("intersect"));
   }
@@ -209,7 +210,7 @@ TEST_F(FakeMesherTest, EndsOneThatNeverEnds) {
 
 TEST_F(FakeMesherTest, RefusesFilesThatAreDamagedOrAnotherVolume) {
   EXPECT_THAT(FailureOf("echo nonsense > in.1.node; echo > in.1.ele\n"),
-              HasSubstr("left a file that cannot be read"));
+              HasSubstr("wrote a file that cannot be read"));
   EXPECT_THAT(FailureOf("echo '4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1' > in.1.node\n"
                         "echo '1 4 0\n0 0 1 2 3' > in.1.ele\n"),
               HasSubstr("filled another volume"));

@@ -214,7 +214,7 @@ TEST_F(RechosenModelTest, AnotherModelComesOnlyWithTheClutchOpenAndNothingTouche
   EXPECT_EQ(elements(), 120);
   EXPECT_EQ(slave_->Describe().sense.reason, "auto: 120 elements");
   EXPECT_TRUE(slave_->TakeEvents().Has(Event::kModelChanged));
-  EXPECT_TRUE(IsReported("where auto's model was studied to 1 mm"));
+  EXPECT_TRUE(IsReported("the model chosen by auto was studied to 1 mm"));
   Until([&](const SlaveState&) { return IsReported("auto: 120 elements"); }, false);
   ++epoch_;
   Until(Follows);
@@ -229,7 +229,7 @@ TEST_F(RechosenModelTest, WhatSetModelAskedForStays) {
   may_choose_ = true;
   Press();
   Lift();
-  Until([&](const SlaveState&) { return IsReported("SetModel asked for it"); }, false);
+  Until([&](const SlaveState&) { return IsReported("set by SetModel"); }, false);
   EXPECT_EQ(elements(), 80);
   EXPECT_EQ(asked_depth_, 0);
 }

@@ -68,8 +68,9 @@ class StreamedCameraTest : public testing::Test {
 };
 
 TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillDo) {
-  EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("no picture has come yet")));
-  EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("nobody drives the arm")));
+  EXPECT_THAT(slave_->Status().alarms, Contains(HasSubstr("no image received yet")));
+  EXPECT_THAT(slave_->Status().alarms,
+              Contains(HasSubstr("no driver of the manipulator is connected")));
   EXPECT_FALSE(slave_->Compose(Clock::now()).force);
   EXPECT_EQ(slave_->Compose(Clock::now()).check, FailedCheck::kArmFault);
   EXPECT_THROW(slave_->SetParameters({.young_modulus = 1e5}), std::logic_error);
@@ -78,7 +79,7 @@ TEST_F(StreamedCameraTest, SaysWhatItWaitsForAndIsMadeOfTheFirstPictureThatWillD
   const cv::Mat first = camera_->Next({})->image;
   Feed(cv::Mat(first.size(), first.type(), cv::Scalar::all(128)));
   ASSERT_TRUE(Eventually([&] {
-    return slave_->Status().cameras->trouble.find("will not do: ") != std::string::npos;
+    return slave_->Status().cameras->trouble.find("cannot be used: ") != std::string::npos;
   })) << slave_->Status().cameras->trouble;
 
   Feed(first);
@@ -110,7 +111,7 @@ TEST_F(StreamedCameraTest, APressByAStreamedArmGoesThroughTheSameGuards) {
     return slave_->Command(command);
   };
   EXPECT_TRUE(send(0));
-  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "nobody drives";
+  EXPECT_EQ(slave_->Compose(Clock::now()).phase, Phase::kHold) << "no driver of the manipulator";
   ASSERT_TRUE(Eventually([&] {
     Report(0);
     return slave_->Compose(Clock::now()).check != FailedCheck::kArmFault;

@@ -149,8 +149,8 @@ TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   StereoRig rig = RigOf(scene);
   rig.X_RL.translation() *= 1.5;
   WriteRig(folder_ / "rig.yaml", rig);
-  EXPECT_THAT(Refusal(scene), AllOf(HasSubstr("never complete in these 18"),
-                                    HasSubstr("not found as an array of this size in both"),
+  EXPECT_THAT(Refusal(scene), AllOf(HasSubstr("not complete in any of these 18"),
+                                    HasSubstr("no array of dots of this size was found in both"),
                                     HasSubstr("check the sides (left, right), the rig and the")));
   const Rows rows = ReadCsv(folder_ / "out/states.csv");
   ASSERT_EQ(rows.size(), 19U);
@@ -193,7 +193,7 @@ TEST_F(PointsRunTest, FewerPairsThanTheRestFrameTakesAreRefused) {
       fs::remove(folder_ / (side + std::to_string(1000 + i) + ".png"));
     }
   }
-  EXPECT_THAT(Refusal(scene), HasSubstr("7 are fewer than the 10 of the rest frame"));
+  EXPECT_THAT(Refusal(scene), HasSubstr("7 are fewer than the 10 of the rest shape"));
 }
 
 // Reference: the run that made the pictures. The rig's file has all digits; what a pixel of its

@@ -220,7 +220,7 @@ TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
   Until(IsValid);
   environment_->FallSilent();
   Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
-  EXPECT_THAT(slave_->Status().alarms, ElementsAre(HasSubstr("the sensor has sent nothing")));
+  EXPECT_THAT(slave_->Status().alarms, ElementsAre(HasSubstr("no sample from the sensor")));
   environment_->End();
   Until([&](const SlaveState&) { return slave_->Status().alarms.size() == 2; });
   EXPECT_THAT(slave_->Status().alarms.front(), HasSubstr("ended"));

@@ -29,7 +29,7 @@ SlaveStatus StatusAfter(double silence, double nap) {
 TEST(LatestEstimateTest, ASensorThatIsSilentIsAnAlarmInWords) {
   const SlaveStatus status = StatusAfter(10, 0);
   EXPECT_EQ(status.validity, Validity::kStale);
-  EXPECT_THAT(status.alarms, ElementsAre(HasSubstr("sent nothing for 10 s")));
+  EXPECT_THAT(status.alarms, ElementsAre(HasSubstr("no sample from the sensor for 10 s")));
 }
 
 TEST(LatestEstimateTest, NoSamplesTraceIsToldTwiceOrLeftOutOfTheNewest) {
@@ -61,7 +61,8 @@ TEST(LatestEstimateTest, ARestIsNoSilence) {
 }
 
 TEST(LatestEstimateTest, ARestThatNeverEndsIsOne) {
-  EXPECT_THAT(StatusAfter(30, 20).alarms, ElementsAre(HasSubstr("sent nothing for 30 s")));
+  EXPECT_THAT(StatusAfter(30, 20).alarms,
+              ElementsAre(HasSubstr("no sample from the sensor for 30 s")));
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ TEST_F(ModelValidityMonitorTest, UpdatesThatAreLateAreToldWhereTheyAreNoAccident
   LetGo();
   const auto told = WaitForBreaches(1);
   EXPECT_EQ(told[0].depth, 5e-3);
-  EXPECT_THAT(told[0].words, HasSubstr("200 of 200 updates took longer than the 2 ms"));
+  EXPECT_THAT(told[0].words, HasSubstr("200 of 200 updates took longer than 2 ms"));
 
   Press(1e-3, 200, 3.9e-3);  // as late as before, more or less: what was decided stays
   LetGo();

@@ -69,7 +69,7 @@ TEST_F(StopRecordFileTest, IsKeptAsSoonAsItCanBe) {
   record.set_again(std::chrono::milliseconds(5));
   EXPECT_FALSE(record.KeepIn(folder_));
   std::filesystem::remove_all(folder_);
-  EXPECT_THAT(record.Begin("by the operator"), HasSubstr("will not outlive this process unless"));
+  EXPECT_THAT(record.Begin("by the operator"), HasSubstr("is not saved"));
   EXPECT_THAT(record.Words(), HasSubstr("by the operator"));
   std::filesystem::create_directories(folder_);
   for (int i = 0; i < 2000 && !std::filesystem::exists(folder_ / "emergency-stop"); ++i) {
@@ -98,7 +98,7 @@ TEST_F(StopRecordFileTest, AStopThatCannotBeKeptStillStops) {
   StopRecord record;
   EXPECT_FALSE(record.KeepIn(folder_));
   std::filesystem::remove_all(folder_);
-  EXPECT_THAT(record.Begin("by a test"), HasSubstr("will not outlive this process"));
+  EXPECT_THAT(record.Begin("by a test"), HasSubstr("is not saved"));
   EXPECT_THAT(record.Words(), HasSubstr("by a test"));
 }
 

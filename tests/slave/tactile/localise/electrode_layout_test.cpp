@@ -63,7 +63,7 @@ TEST(ElectrodeLayoutTest, SaysWhatIsWrongAndInWhichLine) {
   EXPECT_THAT(ComplaintAbout(scratch, "E3\n"), HasSubstr("accepted is NAME,x,y,z,nx,ny,nz"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,nan,3,0,0,1\n"), HasSubstr("layout.csv:1: E3"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3e4,0,0,1\n"), HasSubstr("farther than 1 m"));
-  EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0,0\n"), HasSubstr("no unit vector"));
+  EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0,0\n"), HasSubstr("not a unit vector"));
   EXPECT_THAT(ComplaintAbout(scratch, ""), HasSubstr("E1 is missing"));
   EXPECT_THAT(Complaint([&] { ReadElectrodeLayout(scratch.path()); }), HasSubstr("cannot be read"));
 }

@@ -147,7 +147,7 @@ TEST(NetworkFileTest, WhatDoesNotFitIsNotWritten) {
 TEST_F(BrokenNetworkTest, WhatIsNotThereIsNamed) {
   EXPECT_SAYS(ErrorOf(scratch_.path() / "elsewhere"), "elsewhere: there is no such file or folder");
   std::filesystem::remove(scratch_.path() / "network.json");
-  EXPECT_SAYS(ErrorOf(scratch_.path()), "holds neither network.json nor tensors.json");
+  EXPECT_SAYS(ErrorOf(scratch_.path()), "contains neither network.json nor tensors.json");
   for (const char* key :
        {"architecture", "inputs", "window", "outputs", "rate", "palpate_force_network"}) {
     EXPECT_SAYS(ErrorAfter([&](json* root) { root->erase(key); }),
@@ -219,7 +219,7 @@ TEST_F(BrokenNetworkTest, NumbersThatAreNoneAreNamed) {
                 std::string(key) + ": accepted is a number >= 0");
   }
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["input"]["scale"][20] = 0; }),
-              "input.scale holds a 0");
+              "input.scale contains a 0");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["palpate_force_network"] = 2; }),
               "palpate_force_network: accepted is 1");
   EXPECT_SAYS(ErrorAfter([](json* root) { (*root)["activation"] = "selu"; }),

@@ -138,7 +138,7 @@ TEST(OnnxNetworkTest, AModelOfAWindowTakesItsSamplesInOrder) {
 TEST(OnnxNetworkTest, AnUnknownOperatorIsNamed) {
   testing::internal::CaptureStderr();
   const std::string error = ErrorOf(TwoLayers(21).Model({1, 21}, "Feel"));
-  EXPECT_NE(error.find("model.onnx: operator Feel is none that OpenCV runs here: "),
+  EXPECT_NE(error.find("model.onnx: operator Feel is not supported by this OpenCV: "),
             std::string::npos)
       << error;
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the error says it";

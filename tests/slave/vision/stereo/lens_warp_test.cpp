@@ -95,7 +95,7 @@ TEST(LensWarpTest, ThePairsFileIsNoLens) {
     ReadLens(folder / "warp-pair.yaml");
     FAIL() << "accepted";
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("is of two cameras"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("is for two cameras"));
   }
 }
 

@@ -60,9 +60,10 @@ TEST(StraighteningTest, ALensOfOtherPicturesIsNamed) {
   const auto file = scratch.path() / "lens.yaml";
   WriteRig(file, Barrel(), true);
   EXPECT_THAT(Message(file, picture), testing::HasSubstr("sense.camera.intrinsics"));
-  EXPECT_THAT(Message(file, picture), testing::HasSubstr("320 x 240 px, this one has 32 x 24"));
+  EXPECT_THAT(Message(file, picture),
+              testing::HasSubstr("320 x 240 px, but this image has 32 x 24"));
   WriteRig(file, Barrel());
-  EXPECT_THAT(Message(file, picture), testing::HasSubstr("is of two cameras"));
+  EXPECT_THAT(Message(file, picture), testing::HasSubstr("is for two cameras"));
   EXPECT_THAT(Message(scratch.path() / "none.yaml", picture), testing::HasSubstr("cannot be read"));
 }
 
