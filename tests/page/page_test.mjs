@@ -437,7 +437,7 @@ describe('its recording is played', () => {
       const view = await stage.page.locator('#view').boundingBox(), bar = await stage.page.locator('.colour-bar i').boundingBox();
       const x = bar.x + bar.width / 2;
       const [top, middle, bottom] = await stage.coloursAt(png, [[x, bar.y + 4], [x, bar.y + bar.height / 2], [x, bar.y + bar.height - 4]]);
-      assert.ok(near(top, [248, 230, 40], 25) && near(middle, [33, 145, 140], 25) && near(bottom, [68, 5, 88], 25), `${top}; ${middle}; ${bottom}`);
+      if (!near(top, [248, 230, 40], 25) || !near(middle, [33, 145, 140], 25) || !near(bottom, [68, 5, 88], 25)) return false;
       const grid = [], places = [];
       for (let i = 1; i < 30; ++i) for (let j = 1; j < 20; ++j) grid.push([view.x + (view.width * i) / 30, view.y + (view.height * j) / 20]);
       const seen = new Set((await stage.coloursAt(png, grid)).map(String));

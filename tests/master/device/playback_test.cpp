@@ -62,7 +62,7 @@ TEST(PlaybackTest, EngagesAfterTheFirstReadingAndLetsGoAtTheEnd) {
 
 TEST(PlaybackTest, SaysWhenItCrossesAGap) {
   const Playback playback(Write("time_s,x,y,z\n0,0,0,0\n0.75,0.1,0,0\n"));
-  EXPECT_THAT(playback.description(), HasSubstr("gap of 0.75 s"));
+  EXPECT_THAT(playback.description(), HasSubstr("gaps up to 0.75 s"));
 }
 
 TEST(PlaybackTest, ErrorsTellFileLineAndWhatIsAccepted) {

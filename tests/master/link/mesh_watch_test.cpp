@@ -168,7 +168,7 @@ TEST_F(MeshWatchTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
   const MeshWatch watch(To(teller.address));
   ASSERT_TRUE(Until([&] { return watch.stats().refused == 2; }));
   EXPECT_EQ(watch.newest(), nullptr);
-  EXPECT_THAT(watch.stats().trouble, HasSubstr("a mesh was refused: rest is absent"));
+  EXPECT_THAT(watch.stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
 }
 
 }  // namespace

@@ -592,7 +592,7 @@ TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {
   SlaveLink link(To(peer.address));
   link.Start(&loop_.states, &loop_.commands, &loop_.settings);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().refused > 3; }));
-  EXPECT_THAT(link.stats().trouble, HasSubstr("a state was refused: p_S_tip.x = nan"));
+  EXPECT_THAT(link.stats().trouble, HasSubstr("a state was rejected: p_S_tip.x = nan"));
   EXPECT_EQ(link.stats().states, 0U);
   EXPECT_EQ(loop_.newest.received_at, Time{});
   EXPECT_FALSE(link.stats().connected);

@@ -67,7 +67,7 @@ TEST(AlarmsTest, EveryChangeOfTheForceHasANextStep) {
     moment.ticks.newest.chain.reasons.Add(static_cast<Reason>(i));
   }
   const std::vector<Alarm> alarms = AlarmsOf(moment);
-  EXPECT_THAT(alarms, Contains(HasText("The force was changed: sensed too long ago.")));
+  EXPECT_THAT(alarms, Contains(HasText("The force was changed: the sample is too old.")));
   for (const Alarm& alarm : alarms) EXPECT_FALSE(alarm.next.empty()) << alarm.text;
 }
 

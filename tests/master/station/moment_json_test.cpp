@@ -79,7 +79,7 @@ TEST(MomentJsonTest, ADiskThatWillBeFullIsSaidBeforeItIs) {
   StationMoment moment;
   const auto is_said = [&moment] {
     return std::ranges::any_of(AlarmsOf(moment), [](const Alarm& alarm) {
-      return alarm.text == "The recording: its disk has 150 MB left.";
+      return alarm.text == "The recording: 150 MB are left on its disk.";
     });
   };
   moment.recording = {true, 12.5, "", 150.0};
@@ -94,7 +94,7 @@ TEST(MomentJsonTest, ClocksThatAreFarApartAreSaid) {
   StationMoment moment;
   const auto is_said = [&moment] {
     return std::ranges::any_of(AlarmsOf(moment), [](const Alarm& alarm) {
-      return alarm.text == "The slave's clock is -3600 s from ours.";
+      return alarm.text == "The slave's clock differs by -3600 s.";
     });
   };
   moment.status.link.clock_offset = -3600;
@@ -153,7 +153,7 @@ TEST(MomentJsonTest, TheLineIsLostConnectedDegradedOrGood) {
   moment.ticks.late_share = 0.05;
   moment.ticks.rate = 780;
   EXPECT_EQ(told("word"), "degraded");
-  EXPECT_EQ(told("why"), "5 % of the states late; the loop at 780 Hz");
+  EXPECT_EQ(told("why"), "5 % of the states late; haptic loop at 780 Hz");
   moment.ticks.newest.state = OperatorState::kDisconnected;
   EXPECT_EQ(told("word"), "connected") << "no states yet";
 }

@@ -139,8 +139,8 @@ TEST_F(ConsoleTest, OnATerminalTheTableOfFingersIsReplacedAsAWhole) {
     console.Show(status, moment.mesh.get());
     console.Print("done");
   }
-  EXPECT_THAT(Screen(Written()), ElementsAre(HasSubstr("FOLLOWING"), HasSubstr("ff       touches"),
-                                             HasSubstr("th       touches"),
+  EXPECT_THAT(Screen(Written()), ElementsAre(HasSubstr("FOLLOWING"), HasSubstr("ff       contact"),
+                                             HasSubstr("th       contact"),
                                              HasSubstr("moved by up to 6 mm"), "done", ""));
 }
 

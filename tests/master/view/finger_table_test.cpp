@@ -25,9 +25,9 @@ TEST(FingerTableTest, TellsOfEachFingerAndOfTheObject) {
   moment.fingers[3].felt.validity = Validity::kTrackingLost;
   EXPECT_THAT(
       FingerTable(moment.fingers, moment.mesh.get()),
-      ElementsAre("  ff       touches     0.423 N  (-0.42 +0 +0.05) N",
+      ElementsAre("  ff       contact     0.423 N  (-0.42 +0 +0.05) N",
                   "  th       free            0 N  (+0 +0 +0) N",
-                  "  a very l touches     0.423 N  (-0.42 +0 +0.05) N  extrapolated",
+                  "  a very l contact     0.423 N  (-0.42 +0 +0.05) N  extrapolated",
                   "  ff       force unknown (tracking lost)", "  object   moved by up to 6 mm"));
 }
 

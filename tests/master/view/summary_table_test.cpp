@@ -24,7 +24,7 @@ TEST(SummaryTableTest, SaysWhatAPersonWantsToKnow) {
   report.seconds_in = {{"FOLLOWING", 17.5}, {"READY", 2.5}};
   const std::string text = FormatSummary(report);
   for (const char* part :
-       {"silicone-block", "20.0 s", "999.5 Hz, missed 10 of 20000", "beside it missed 9",
+       {"silicone-block", "20.0 s", "999.5 Hz, 10 of 20000 periods missed", "bare loop: 9 missed",
         "peak true force", "2.000 N", "rms 0.0500 N = 2.50 % of the peak", "7000 ticks",
         "FOLLOWING 17.5 s, READY 2.5 s", "3, 0"}) {
     EXPECT_THAT(text, HasSubstr(part));

@@ -91,7 +91,7 @@ TEST(CsvRowsTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
                                                                        "a number"));
   EXPECT_THAT(Complaint([&] { rows.Next(); }),
               EndsWith(":4: 1 cells: accepted is 2, as in the header"));
-  EXPECT_THAT(Complaint([] { CsvRows(Write("a,a\n")); }), HasSubstr("column a stands twice"));
+  EXPECT_THAT(Complaint([] { CsvRows(Write("a,a\n")); }), HasSubstr("column a appears twice"));
 }
 
 TEST(CsvTableTest, KnowsItsColumnsInAnyOrder) {

@@ -39,7 +39,7 @@ TEST_F(DepthCameraTest, ItsPicturesAreNoMirrorsView) {
 
 TEST_F(DepthCameraTest, WhatIsNotThereOrMeasuresNoDepthIsSaid) {
   const auto is_said = testing::ThrowsMessage<std::runtime_error>(
-      HasSubstr("OpenNI2 depth camera 0: no such camera or stream, or no permission"));
+      HasSubstr("OpenNI2 depth camera 0: no such camera or stream, no permission"));
   TheFakeOpenNi().cameras = 0;
   EXPECT_THAT([] { Open(); }, is_said);
   TheFakeOpenNi() = {.has_depth = false};

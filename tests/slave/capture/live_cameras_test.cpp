@@ -116,7 +116,7 @@ TEST(LiveCamerasTest, ACameraThatIsNotThereIsSaidAtOnce) {
         FramesOf({{"camera 3", [] { return std::unique_ptr<Film>(); }}}, {});
       },
       testing::ThrowsMessage<std::runtime_error>(
-          HasSubstr("camera 3: no such camera or stream, or no permission, or no answer")));
+          HasSubstr("camera 3: no such camera or stream, no permission, or no answer")));
 }
 
 // A server that takes the call and says nothing: OpenCV alone would wait for 30 s.

@@ -164,7 +164,7 @@ TEST(ReadPictureTest, SizesAreJudgedBeforePixelsTakeMemory) {
   const Scratch scratch;
   const auto huge = scratch.Write("huge.png", PngHeader(16384, 16384));
   EXPECT_THAT(Message([&] { ReadPicture(huge, 2); }),
-              testing::HasSubstr("huge.png: picture 2 is 16384 x 16384 px: accepted are at most"));
+              testing::HasSubstr("huge.png: image 2 is 16384 x 16384 px: accepted are at most"));
   const auto large = scratch.Write("large.png", PngHeader(8192, 8192));
   const AcceptSize refuse = [](const cv::Size& size) {
     throw std::runtime_error("not " + std::to_string(size.width));
@@ -188,7 +188,7 @@ TEST(ReadPictureTest, ATruncatedPngIsRefusedWithoutOtherWords) {
     ::testing::internal::CaptureStderr();
     const std::string message = Message([&] { ReadPicture(file, 8); });
     EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << size;
-    EXPECT_THAT(message, testing::HasSubstr("cut.png: picture 8 is truncated")) << size;
+    EXPECT_THAT(message, testing::HasSubstr("cut.png: image 8 is truncated")) << size;
   }
 }
 
@@ -206,13 +206,13 @@ TEST(ReadPictureTest, DamagedPicturesAreRefusedByNameAndNumber) {
           std::string(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
       const std::string message = Message([&] { ReadPicture(file, 12); });
       EXPECT_THAT(message, testing::HasSubstr("cut" + extension)) << part;
-      EXPECT_THAT(message, testing::HasSubstr("picture 12")) << part;
+      EXPECT_THAT(message, testing::HasSubstr("image 12")) << part;
     }
   }
   EXPECT_THAT(Message([&] { ReadPicture(scratch.Write("text.png", "not an image"), 3); }),
               testing::HasSubstr("image 3 is not an image"));
   EXPECT_THAT(Message([&] { ReadPicture(scratch.path() / "none.png", 4); }),
-              testing::HasSubstr("picture 4 cannot be opened"));
+              testing::HasSubstr("image 4 cannot be opened"));
 }
 
 }  // namespace

@@ -150,9 +150,9 @@ TEST(StereoFilesTest, UnequalCountsSayHowManyOfEach) {
   const Scratch scratch;
   WritePairs(scratch, 3);
   Write(scratch, "l3.png", 3);
-  EXPECT_THAT(Message(PairScene(scratch)),
-              AllOf(HasSubstr("l%d.png are 4 pictures"), HasSubstr("r%d.png are 3"),
-                    HasSubstr("accepted")));
+  EXPECT_THAT(
+      Message(PairScene(scratch)),
+      AllOf(HasSubstr("l%d.png has 4 images"), HasSubstr("r%d.png has 3"), HasSubstr("accepted")));
 }
 
 TEST(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
@@ -178,11 +178,11 @@ TEST(StereoFilesTest, SizesThatDifferNameTheFile) {
   WritePairs(scratch, 3);
   Write(scratch, "r0.png", 0, CV_8UC1, 40);
   EXPECT_THAT(Message(PairScene(scratch)),
-              AllOf(HasSubstr("r0.png: picture 1: 40 x 24 px"), HasSubstr("left image's size")));
+              AllOf(HasSubstr("r0.png: image 1: 40 x 24 px"), HasSubstr("left image's size")));
   Write(scratch, "r0.png", 0);
   Write(scratch, "l2.png", 0, CV_8UC1, 48);
   EXPECT_THAT(Message(PairScene(scratch)),
-              AllOf(HasSubstr("reading: "), HasSubstr("l2.png: picture 3: 48 x 24 px"),
+              AllOf(HasSubstr("reading: "), HasSubstr("l2.png: image 3: 48 x 24 px"),
                     HasSubstr("first one's size, 32 x 24 px")));
 }
 
@@ -191,9 +191,9 @@ TEST(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
   WritePairs(scratch, 2);
   Write(scratch, "r1.png", 1000, CV_16UC1);
   EXPECT_THAT(Message(PairScene(scratch)),
-              AllOf(HasSubstr("r1.png: picture 2: 16 bit"), HasSubstr("accepted")));
+              AllOf(HasSubstr("r1.png: image 2: 16 bit"), HasSubstr("accepted")));
   EXPECT_THAT(Message(DepthScene(scratch, "l*.png")),
-              AllOf(HasSubstr("l0.png: picture 1: 1 channel of 8 bit"), HasSubstr("accepted")));
+              AllOf(HasSubstr("l0.png: image 1: 1 channel of 8 bit"), HasSubstr("accepted")));
   Write(scratch, "c0.png", 1000, CV_16UC3);
   EXPECT_THAT(Message(DepthScene(scratch, "c*.png")), HasSubstr("3 channels of 16 bit"));
 }
@@ -204,7 +204,7 @@ TEST(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
   scratch.Write("r2.png", "no image");
   EXPECT_THAT(Message(PairScene(scratch)), AllOf(HasSubstr("reading: "), HasSubstr("r2.png")));
   scratch.Write("l0.png", "");
-  EXPECT_THAT(Message(PairScene(scratch)), HasSubstr("l0.png: picture 1 is empty"));
+  EXPECT_THAT(Message(PairScene(scratch)), HasSubstr("l0.png: image 1 is empty"));
 }
 
 TEST(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {

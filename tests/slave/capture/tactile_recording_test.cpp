@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(
                      {"ff", "rf"},
                      "1: finger = ff: accepted is a finger of this recording: one without a name"},
         BadRecording{
-            "ColumnTwice", "t,t," + Electrodes("E") + "\n", {}, "1: column t stands twice"},
+            "ColumnTwice", "t,t," + Electrodes("E") + "\n", {}, "1: column t appears twice"},
         BadRecording{"ShortRow",
                      kHead + "0," + Counts(0) + "\n0.01,1,2\n",
                      {},

@@ -101,7 +101,7 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   EXPECT_EQ(outcome.rows[0].at("validity"), "valid");
   EXPECT_GT(Number(outcome, 0, "solve_us"), 0);
   EXPECT_LT(Number(outcome, 0, "fy"), 0) << "the tool pushes down on the object";
-  EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 dof"));
+  EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 degrees of freedom"));
 }
 
 // Reference: linearity; numbers round-trip, so that the sum is exact to rounding.

@@ -182,7 +182,7 @@ TEST_P(FaultyReadingTest, IsAFaultInWordsAndNoPlace) {
 INSTANTIATE_TEST_SUITE_P(
     All, FaultyReadingTest,
     testing::Values(FaultyReading{"Fault", [](ArmReading* r) { r->fault = "axis 3 is hot"; },
-                                  "says: axis 3 is hot"},
+                                  "reports: axis 3 is hot"},
                     FaultyReading{"Leap", [](ArmReading* r) { r->p_S_tip.y() += 0.02; },
                                   "20 mm from"},
                     FaultyReading{"Outside", [](ArmReading* r) { r->p_S_tip.x() = 0.15; },

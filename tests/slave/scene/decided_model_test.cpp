@@ -64,7 +64,7 @@ TEST(DecidedModelTest, SaysWhichWhyAndWhatWasRejected) {
   EXPECT_THAT(LinesOf(Decided().model.decision, 1),
               testing::ElementsAre("auto: fem",
                                    "not bem3d, 6 x 6 x 6 cells: misses the tolerance (10 % error, "
-                                   "1 us an update, 0.2 s of precompute)",
+                                   "1 us per update, 0.2 s of precompute)",
                                    "and 1 more were not chosen"));
 }
 

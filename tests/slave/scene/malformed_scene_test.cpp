@@ -229,7 +229,7 @@ const BadLine kOtherLines[] = {
     {"ArmOfAnotherKind", 11, "  contour: {}\nmanipulator: {source: robot}",
      "12: manipulator.source = robot: accepted is simulated or stream or mp285"},
     {"PortOfNoLine", 11, "  contour: {}\nmanipulator: {port: /dev/ttyUSB0}",
-     "12: manipulator.port = /dev/ttyUSB0: accepted is nothing with a simulated arm"},
+     "12: manipulator.port = /dev/ttyUSB0: accepted is nothing with a simulated manipulator"},
     {"SilenceOfASimulatedArm", 11, "  contour: {}\nmanipulator: {silence: 50 ms}",
      "12: manipulator.silence = 50 ms: accepted is nothing here"},
     {"LongSilence", 11, "  contour: {}\nmanipulator: {source: stream, silence: 1 s}",

@@ -347,18 +347,18 @@ TEST_F(TlsTest, WhatCannotBeUsedIsNamed) {
   EXPECT_EQ(said("key.pem", own), "nothing");
   EXPECT_NE(said("key.pem", key).find("is not the key of"), std::string::npos);
   EXPECT_NE(said("key.pem", cert).find("contains no key"), std::string::npos);
-  EXPECT_NE(said("cert.pem", key).find("cert.pem holds no certificate"), std::string::npos);
-  EXPECT_NE(said("ca.pem", key).find("ca.pem holds no certificate"), std::string::npos);
+  EXPECT_NE(said("cert.pem", key).find("cert.pem contains no certificate"), std::string::npos);
+  EXPECT_NE(said("ca.pem", key).find("ca.pem contains no certificate"), std::string::npos);
 }
 
 TEST_F(TlsTest, WhatDoesNotHoldNowIsNamed) {
   constexpr std::chrono::hours kYear(24 * 366);
   const auto now = std::chrono::system_clock::now();
   EXPECT_EQ(WhyUntimely(At("operator")), "");
-  EXPECT_THAT(WhyUntimely(At("expired")), HasSubstr("expired/cert.pem holds no more, since "));
-  EXPECT_THAT(WhyUntimely(At("operator"), now + kYear), HasSubstr("cert.pem holds no more"));
-  EXPECT_THAT(WhyUntimely(At("operator"), now + 11 * kYear), HasSubstr("ca.pem holds no more"));
-  EXPECT_THAT(WhyUntimely(At("operator"), now - kYear), HasSubstr("ca.pem holds from "));
+  EXPECT_THAT(WhyUntimely(At("expired")), HasSubstr("expired/cert.pem expired on "));
+  EXPECT_THAT(WhyUntimely(At("operator"), now + kYear), HasSubstr("cert.pem expired on"));
+  EXPECT_THAT(WhyUntimely(At("operator"), now + 11 * kYear), HasSubstr("ca.pem expired on"));
+  EXPECT_THAT(WhyUntimely(At("operator"), now - kYear), HasSubstr("ca.pem is valid only from "));
 }
 
 // What goes wrong is said, and nothing is half done.

@@ -315,7 +315,7 @@ TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
               << i << " " << stuck << " " << touch.why;
         }
       }
-      EXPECT_NE(fingertip_.touch().why.find("still"), std::string_view::npos);
+      EXPECT_NE(fingertip_.touch().why.find("constant"), std::string_view::npos);
     }
   }
 }

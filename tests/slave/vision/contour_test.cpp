@@ -214,8 +214,8 @@ TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {
   using Polygon = ContourTracking::Polygon;
   EXPECT_THAT(message(Circle{{600, 300}, 90}, image), testing::HasSubstr("outside the image"));
   EXPECT_THAT(message(Circle{{NAN, 300}, 90}, image), testing::HasSubstr("outside the image"));
-  EXPECT_THAT(message(Circle{{320, 300}, 2}, image), testing::HasSubstr("too little"));
-  EXPECT_THAT(message(Polygon{{{0, 0}, {9, 9}}}, image), testing::HasSubstr("too little"));
+  EXPECT_THAT(message(Circle{{320, 300}, 2}, image), testing::HasSubstr("too small"));
+  EXPECT_THAT(message(Polygon{{{0, 0}, {9, 9}}}, image), testing::HasSubstr("too small"));
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(100));
   EXPECT_THAT(message(Circle{{320, 300}, 90}, flat), testing::HasSubstr("contour"));
   EXPECT_THAT(message(std::monostate{}, flat), testing::HasSubstr("no contour found"));

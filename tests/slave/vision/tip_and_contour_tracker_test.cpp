@@ -181,7 +181,7 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
     if (!image.empty()) cv::imwrite((folder / name).string(), image);
     return ConstructionMessage(named, first, tip);
   };
-  EXPECT_THAT(with_template("eyes-none.png", {}), testing::HasSubstr("eyes-none.png: picture"));
+  EXPECT_THAT(with_template("eyes-none.png", {}), testing::HasSubstr("eyes-none.png: image"));
   EXPECT_THAT(with_template("eyes-flat.png", cv::Mat(20, 20, CV_8UC1, cv::Scalar(7))),
               testing::HasSubstr("eyes-flat.png: the template has no contrast"));
   EXPECT_THAT(with_template("eyes-tiny.png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(7))),

@@ -58,7 +58,7 @@ TEST_F(ModelValidityMonitorTest, ADeeperPressIsToldOnceAndForADepthWithAReserve)
   LetGo();
   const auto told = WaitForBreaches(2);
   EXPECT_EQ(told[0].depth, 10e-3);
-  EXPECT_THAT(told[0].words, HasSubstr("pressed 8 mm deep"));
+  EXPECT_THAT(told[0].words, HasSubstr("indentation of 8 mm"));
   EXPECT_EQ(told[1].depth, 15e-3);
 }
 

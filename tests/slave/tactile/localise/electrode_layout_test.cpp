@@ -57,7 +57,7 @@ TEST(ElectrodeLayoutTest, SaysWhatIsWrongAndInWhichLine) {
   const Scratch scratch;
   EXPECT_THAT(ComplaintAbout(scratch, Rows(7)), HasSubstr("E7 is missing"));
   EXPECT_THAT(ComplaintAbout(scratch, Rows() + "E3,1,2,3,0,0,1\n"),
-              HasSubstr("layout.csv:24: E3 comes twice"));
+              HasSubstr("layout.csv:24: E3 occurs twice"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3,1,2,3,0,0\n"), HasSubstr("layout.csv:1: E3,1,2,3,0,0"));
   EXPECT_THAT(ComplaintAbout(scratch, "\nE3,1,2,3,0,0,1,5\n"), HasSubstr("layout.csv:2: E3"));
   EXPECT_THAT(ComplaintAbout(scratch, "E3\n"), HasSubstr("accepted is NAME,x,y,z,nx,ny,nz"));
