@@ -460,6 +460,8 @@ def argument_text(text):
     if many:
         return f"{many.group(2)} {argument_text(many.group(1))}s"
     kind, _, unit = text.partition(":")
+    if unit == "PORT":  # of HOST:PORT, which is one word
+        return text
     if unit:
         return {"s": "seconds", "DIR": "folder"}.get(unit, unit)
     return {"FLOAT": "number", "INT": "whole number", "TEXT": "text"}.get(kind, kind)
@@ -538,14 +540,15 @@ def self_test():
     fails(lambda: row_of("a.b", [record], meanings.of["a.b"]), "the readers have the default 30 mm")
     told = parse_help(
         "Runs\nUsage: x\n\nPositionals:\n  file TEXT REQUIRED          A file\n\nOptions:\n  --wait FLOAT:s=10           How long\n"
-        "  --slew FLOAT:N/ms=0.2       How fast\n  --slew-limit FLOAT:N/ms=0.2 How fast\n  --view [HOST:PORT]          A page\n"
+        "  --slew FLOAT:N/ms=0.2       How fast\n  --slew-limit FLOAT:N/ms=0.2 How fast\n  --view [HOST:PORT]          A page\n  --listen HOST:PORT=127.0.0.1:50051\n                              Where\n"
         "  --width FLOAT:FLOAT in [0 - 1000]\n                              How wide\n"
         "  --mode TEXT:{a,b}=a ...\n                              The mode\n\nSubcommands:\n  go                          Goes\n\n"
         "DATA is\n  one\n\nExamples:\n  x --wait 3   none\n\nExit codes: 0 done.\n")
     expect([tuple(option) for option in told.options],
            [("`file`", "text", "required", "A file"), ("`--wait`", "seconds", "`10`", "How long"),
             ("`--slew`", "N/ms", "`0.2`", "How fast"), ("`--slew-limit`", "N/ms", "`0.2`", "How fast"),
-            ("`--view`", "HOST:PORT, optional", "", "A page"), ("`--width`", "number from 0 to 1000", "", "How wide"),
+            ("`--view`", "HOST:PORT, optional", "", "A page"),
+            ("`--listen`", "HOST:PORT", "`127.0.0.1:50051`", "Where"), ("`--width`", "number from 0 to 1000", "", "How wide"),
             ("`--mode`", "`a`, `b`, one or more", "`a`", "The mode")], "options")
     expect((told.description, told.commands, told.notes), ("Runs", ["go"], "DATA is\n  one"), "the rest of a help text")
     print("references.py --self-test: passed")
