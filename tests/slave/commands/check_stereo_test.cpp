@@ -206,7 +206,7 @@ TEST(CheckCameraTest, WhatIsPluggedInIsNamed) {
 
 TEST_F(CheckFilesTest, UnequalNumbersOfPicturesAreCounted) {
   EXPECT_THAT(SaidOfFiles("right?.png", "rig.yaml"),
-              AllOf(HasSubstr("are 12 pictures"), HasSubstr("are 10")));
+              AllOf(HasSubstr("has 12 images"), HasSubstr("has 10")));
 }
 
 }  // namespace

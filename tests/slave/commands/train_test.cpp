@@ -141,7 +141,10 @@ TEST_F(TrainCommandTest, WhatCannotBeUsedIsSaid) {
   };
   using O = TrainOptions;
   EXPECT_THAT(complaint([](O* o) { o->networks = {"rnn_20"}; }), HasSubstr("rnn_20"));
-  EXPECT_THAT(complaint([](O* o) { o->networks = {"rnn_21", "localiser"}; }), HasSubstr("itself"));
+  EXPECT_THAT(complaint([](O* o) {
+                o->networks = {"rnn_21", "localiser"};
+              }),
+              HasSubstr("without other networks"));
   EXPECT_THAT(complaint([](O* o) { o->optimiser = "momentum"; }), HasSubstr("adam or sgd"));
   EXPECT_THAT(complaint([](O* o) { o->rest = 0; }), HasSubstr("--rest 0"));
   EXPECT_THAT(complaint([](O* o) { o->presses = 0; }), HasSubstr("--presses 0"));

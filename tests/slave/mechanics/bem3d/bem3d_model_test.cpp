@@ -312,7 +312,7 @@ TEST(Bem3dModel, FreeBodiesTakeLoadsThatBalance) {
   for (const auto& u : model.Surface().displacement) EXPECT_EQ(u, Vector3d::Zero());
 
   EXPECT_EQ(Answer(&model, {Move(3, {0, 0, 1e-3})})[0].validity, Validity::kFailed);
-  EXPECT_THAT(model.failure(), HasSubstr("free to move"));
+  EXPECT_THAT(model.failure(), HasSubstr("without fixed boundary"));
 }
 
 TEST(Bem3dModel, WhatCannotBeAnsweredFailsWithAReason) {

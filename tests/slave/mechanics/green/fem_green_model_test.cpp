@@ -257,8 +257,8 @@ TEST(FemGreenModel, FailsInWordsAndRecovers) {
       {{Move(top, d, -1)}, "not finite"},
       {{Move({1, 1, 1}, d)}, "no surface"},
       {{Move(inside, d)}, "inside"},
-      {{Move(floor, d)}, "support"},
-      {{Load(floor, d)}, "support"},
+      {{Move(floor, d)}, "fixed point"},
+      {{Load(floor, d)}, "fixed point"},
       {{Move(top, d), Move(top, d)}, "overlap"},
       {{Move(top, d, 0.02), Move(top, d)}, "overlap"},
       {{Move(top, d), Load(top, d)}, "completely under"},
@@ -317,7 +317,7 @@ TEST(FemGreenModel, RefusesWhatCannotBeModelled) {
   expect(body, "element 2");
   body = good;
   body.held.pop_back();
-  expect(body, "held");
+  expect(body, "fixed nodes");
 }
 
 TEST(FemGreenModel, FlagsDisplacementsBeyondItsRange) {

@@ -231,7 +231,7 @@ TEST(InflatedMembrane, WhatCannotBeComputedIsRefusedWithItsReason) {
   EXPECT_THAT(refusal([](S s, P) { s->surface.triangles[4][1] = 999; }), HasSubstr("triangle 4"));
   EXPECT_THAT(refusal([](S s, P) { s->surface.triangles[4][1] = s->surface.triangles[4][0]; }),
               HasSubstr("triangle 4 has no area"));
-  EXPECT_THAT(refusal([](S s, P) { s->held.push_back(-1); }), HasSubstr("held node -1"));
+  EXPECT_THAT(refusal([](S s, P) { s->held.push_back(-1); }), HasSubstr("fixed node -1"));
   EXPECT_THAT(refusal([](S s, P) { s->surface.nodes.emplace_back(1, 0, 0); }),
               HasSubstr("belongs to no triangle"));
   // Nothing holds it, or the skin is flat and slack: no stiffness along the normal.
