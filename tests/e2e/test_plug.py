@@ -34,7 +34,6 @@ class Plug(Plugged):
         self.assertLess(error["rms_N"], 0.1 * report["force_peak_N"])
         arm = self.status().arm
         self.assertEqual(arm.driver_name, "fake six-axis arm")
-        self.assertGreaterEqual(arm.lag_s, 0)
         self.assertAlmostEqual(arm.scale, 1, delta=0.1)
         print(json.dumps({"lag_ms": 1e3 * arm.lag_s, "scale": arm.scale}))
 
