@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <climits>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -14,10 +15,15 @@
 #include <string>
 #include <thread>
 
+#include <pwd.h>
+#include <unistd.h>
+
 #include "master/connect_recorder.h"
 #include "master/device/device.h"
 #include "master/doctor/doctor.h"
 #include "master/haptics/session.h"
+#include "master/link/channel.h"
+#include "master/link/evict.h"
 #include "master/link/slave_link.h"
 #include "master/metrics/session_metrics.h"
 #include "master/recording/replay.h"
@@ -51,6 +57,7 @@ struct Arguments {
   std::filesystem::path report, log, record;
   std::string record_limit = "8 GB";
   double record_part = 0;  // [s]; 0: one file
+  std::string reason;      // of evict
   std::string metrics;     // HOST:PORT of the metrics page; empty: none
   std::vector<std::filesystem::path> shapes;
   bool views = false, replay_views = false, terminal = false;
@@ -158,6 +165,14 @@ void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
   AddLineOptions(doctor, &a->link);
 }
 
+void DeclareEvict(CLI::App* app, Arguments* a) {
+  CLI::App* evict = app->add_subcommand(
+      "evict", "End the lease of the slave's operator; with --tls it needs the role admin");
+  Add(evict, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
+  Add(evict, "--reason", &a->reason, "TEXT", "Reason for the operator and the log");
+  AddLineOptions(evict, &a->link);
+}
+
 void DeclareRecordings(CLI::App* app, Arguments* a) {
   CLI::App* replay = app->add_subcommand("replay", "Show a recorded session");
   replay->footer(
@@ -194,6 +209,7 @@ void Declare(CLI::App* app, Arguments* a) {
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master doctor localhost:50051\n"
+      "  palpate-master evict localhost:50051 --reason maintenance\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
       "  palpate-master connect localhost:50051 --tui\n"
       "  palpate-master connect localhost:50051 --record session.mcap\n"
@@ -260,7 +276,9 @@ void Declare(CLI::App* app, Arguments* a) {
                     "Show state, force, link, alarms and keys in the terminal instead of one line");
   connect->callback([a, view] { a->views = view->count() > 0; });
   Add(connect, "--name", &a->link.operator_name, "NAME",
-      "Name of the operator, which the slave shows to other clients");
+      "Name of the operator, which the slave shows to other clients; default: user, machine and "
+      "process");
+  DeclareEvict(app, a);
   DeclareRecordings(app, a);
 }
 
@@ -511,6 +529,26 @@ int ReadRecording(const CLI::App& app, const Arguments& a) {
   return RunExport(a.exported, source.get_token());
 }
 
+int Evict(const Arguments& a) {
+  try {
+    const std::string name = EvictOperator(a.link, a.reason);
+    std::printf("evicted %s\n", name.empty() ? "an unnamed operator" : name.c_str());
+    return kDone;
+  } catch (const std::runtime_error& error) {
+    std::fprintf(stderr, "palpate-master: %s: %s\n", a.link.target.c_str(), error.what());
+    return kFailed;
+  }
+}
+
+// Such as `ada@desk, process 4711`: a name that a reconnecting program has and no other.
+std::string NameOfProcess() {
+  const passwd* user = getpwuid(getuid());
+  std::array<char, HOST_NAME_MAX + 1> host{};
+  gethostname(host.data(), host.size() - 1);
+  return std::string(user != nullptr ? user->pw_name : "operator") + "@" + host.data() +
+         ", process " + std::to_string(getpid());
+}
+
 int Main(int argc, char** argv) {
   Arguments a;
   DoctorArguments doctor;
@@ -529,7 +567,10 @@ int Main(int argc, char** argv) {
       return RunDoctor(doctor.options);
     }
     if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
+    if (app.got_subcommand("evict")) return Evict(a);
     CheckBeforehand(a);
+    if (a.link.operator_name.empty()) a.link.operator_name = NameOfProcess();
+    NameCalls(a.link.operator_name);
     if (!a.metrics.empty()) {
       health.page.emplace(a.metrics, a.link.insecure, [&] { return health.seen.Collect(); });
     }

@@ -1,5 +1,8 @@
 #include "master/link/channel.h"
 
+#include <utility>
+
+#include <grpcpp/client_context.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
@@ -21,7 +24,24 @@ constexpr int kTickWindow = 2 * 200 * 256, kBulkWindow = 65536;
 constexpr std::chrono::milliseconds kSecond(1000), kLongest(30000);
 constexpr int kLargestMesh = 64 << 20;  // [bytes]
 
+class OperatorName final : public grpc::ClientContext::GlobalCallbacks {
+ public:
+  explicit OperatorName(std::string name) : name_(std::move(name)) {}
+  void DefaultConstructor(grpc::ClientContext* context) override {
+    context->AddMetadata("palpate-operator-bin", name_);
+  }
+  void Destructor(grpc::ClientContext* /*context*/) override {}
+
+ private:
+  const std::string name_;
+};
+
 }  // namespace
+
+void NameCalls(const std::string& name) {
+  static OperatorName callbacks(name);
+  grpc::ClientContext::SetGlobalCallbacks(&callbacks);
+}
 
 std::shared_ptr<grpc::Channel> OpenChannel(const std::string& target, Traffic traffic,
                                            const std::filesystem::path& tls,

@@ -30,6 +30,10 @@ std::shared_ptr<grpc::Channel> OpenChannel(
 // without `beyond`.
 std::string PermittedTarget(const std::string& target, bool beyond);
 
+// All calls of this process belong to the operator `name` from now on, for slaves in plain text.
+// Called once, before the first call.
+void NameCalls(const std::string& name);
+
 // Wait before the next attempt: doubles each time, up to a limit.
 class Backoff {
  public:

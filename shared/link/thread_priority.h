@@ -1,4 +1,6 @@
-// Thread priorities: haptic loop first, then link, sensing and everything else.
+// Thread priorities: haptic loop first, then the operator's link, sensing, readers of network data
+// and everything else. Sensing precedes the readers, so that it keeps its period under network
+// load.
 #pragma once
 
 #include <functional>
@@ -7,11 +9,11 @@
 namespace palpate {
 
 // SCHED_FIFO priorities, of 1 to 99.
-inline constexpr int kHapticPriority = 80;   // the 1 kHz loop
-inline constexpr int kLinkPriority = 40;     // commands, states, manipulator, watchdogs
-inline constexpr int kDoorPriority = 35;     // admission control, above readers, against floods
-inline constexpr int kReadingPriority = 30;  // readers of network data
-inline constexpr int kSensingPriority = 20;  // images
+inline constexpr int kHapticPriority = 80;     // the 1 kHz loop
+inline constexpr int kLinkPriority = 40;       // commands, states, manipulator, watchdogs
+inline constexpr int kSensingPriority = 30;    // images and tactile samples
+inline constexpr int kAdmissionPriority = 25;  // admission control, above readers, against floods
+inline constexpr int kReadingPriority = 20;    // readers of network data
 
 // Sets timer slack 1 ns and SCHED_FIFO at `priority` for the calling thread, not for threads that
 // it starts. Returns what the system refused, as text, for example without permission; else empty.

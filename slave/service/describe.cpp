@@ -1,51 +1,16 @@
 // What the slave says of itself, as messages.
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 #include <utility>
-#include <variant>
 
 #include "shared/program/program.h"
 #include "shared/wire/fields.h"
+#include "slave/scene/words.h"
 #include "slave/service/messages.h"
 #include "slave/service/publisher.h"
 
 namespace palpate {
 namespace {
-
-constexpr double kMillimetre = 1e-3;
-
-struct GeometryInWords {
-  std::ostream& out;
-
-  void operator()(const RectangleGeometry& g) const {
-    out << "rectangle " << g.width / kMillimetre << " mm x " << g.height / kMillimetre << " mm";
-  }
-  void operator()(const DiscGeometry& g) const {
-    out << "disc of radius " << g.radius / kMillimetre << " mm";
-  }
-  void operator()(const PolygonGeometry& g) const {
-    out << "polygon of " << g.outline.outer.size() << " points";
-    if (!g.outline.holes.empty()) out << " with " << g.outline.holes.size() << " holes";
-  }
-  void operator()(const ContourFileGeometry& g) const {
-    out << "contour of " << g.outline.outer.size() << " points from " << g.file.filename().string();
-  }
-  void operator()(const ImageContourGeometry&) const { out << "contour found in the image"; }
-  void operator()(const MembraneGeometry& g) const {
-    out << "clamped membrane of radius " << g.radius / kMillimetre << " mm";
-  }
-  void operator()(const DomeGeometry& g) const {
-    out << "air-filled membrane " << g.inflation / kMillimetre << " mm high";
-  }
-  void operator()(const BoxGeometry& g) const {
-    out << "box " << g.size.x() / kMillimetre << " mm x " << g.size.y() / kMillimetre << " mm x "
-        << g.size.z() / kMillimetre << " mm";
-  }
-  void operator()(const MeshFileGeometry& g) const {
-    out << "mesh from " << g.file.filename().string();
-  }
-};
 
 // The last name of a path, for people; `localiser.json`, `rnn_21` of `nets/rnn_21/`.
 std::string NameOf(const std::filesystem::path& path) {
@@ -83,21 +48,12 @@ void Assign(const std::vector<float>& values, Repeated* message) {
   message->Assign(values.begin(), values.end());
 }
 
-// The geometry in words and millimetres, for people.
-std::string Describe(const Geometry& geometry) {
-  std::ostringstream words;
-  std::visit(GeometryInWords{words}, geometry);
-  const double thickness = ThicknessOf(geometry);
-  if (thickness > 0) words << ", " << thickness / kMillimetre << " mm thick";
-  return words.str();
-}
-
 }  // namespace
 
 void ToProto(const SlaveDescription& description, v1::SceneDescription* message) {
   const Scene& scene = description.scene;
   message->set_name(scene.name);
-  message->set_geometry(Describe(scene.object.geometry));
+  message->set_geometry(InWords(scene.object.geometry));
   message->set_source(description.sense.source);
   message->set_units("SI: m, N, s, Pa");
   message->set_settings_revision(description.settings_revision);

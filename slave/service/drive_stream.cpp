@@ -1,7 +1,5 @@
 #include "slave/service/drive_stream.h"
 
-#include <atomic>
-
 #include <spdlog/spdlog.h>
 
 #include "shared/link/thread_priority.h"
@@ -15,18 +13,13 @@ constexpr double kUsualRate = 500, kSlowest = 100, kFastest = 1000;  // of targe
 constexpr int kMostReports = 4000;                                   // per second
 constexpr std::size_t kLongestName = 64;                             // [characters]
 
-DrivenArm::DriverId NewDriver() {
-  static std::atomic<DrivenArm::DriverId> last{0};
-  return ++last;
-}
-
 grpc::Status Refused(const std::string& why) {
   return {grpc::StatusCode::INVALID_ARGUMENT, why};
 }
 
 }  // namespace
 
-DriveStream::DriveStream(DrivenArm* arm) : arm_(arm), driver_(NewDriver()), pace_(kMostReports) {}
+DriveStream::DriveStream(DrivenArm* arm) : arm_(arm), driver_(NewStreamId()), pace_(kMostReports) {}
 
 DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
   if (arm == nullptr) {
@@ -39,7 +32,7 @@ DriveStream::Reactor* DriveStream::Open(DrivenArm* arm, DriveStreams* streams) {
   if (!streams->Add(stream)) {
     stream->End(Stopping());
   } else {
-    stream->ReadNext();
+    stream->Read(&stream->report_);
   }
   return stream.get();
 }
@@ -77,7 +70,7 @@ void DriveStream::OnReadDone(bool ok) {
   if (ok && taken.ok() && is_first) StartAiming();
   Exit();
   if (!ok || !taken.ok()) return End(taken);  // the driver left
-  ReadNext();
+  Read(&report_);
 }
 
 void DriveStream::StartAiming() {
@@ -116,12 +109,6 @@ void DriveStream::OnWriteDone(bool ok) {
     writing_ = false;
   }
   if (!ok) End(grpc::Status::CANCELLED);
-  Exit();
-}
-
-void DriveStream::ReadNext() {
-  if (!Enter()) return;
-  StartRead(&report_);
   Exit();
 }
 

@@ -39,7 +39,6 @@ class DriveStream final
 
   // Why the report that was read cannot be taken; OK: it was.
   grpc::Status Take();
-  void ReadNext();
   void StartAiming();
   void KeepAiming(const std::stop_token& stop);
   void Write(Time now);

@@ -1,42 +1,21 @@
 // FeedPictures. Decoding takes milliseconds: in the call's own thread, which also slows a driver
 // down who sends more than can be looked at.
-#include <atomic>
-
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "slave/service/messages.h"
 #include "slave/service/status.h"
+#include "slave/service/stream_list.h"
 #include "slave/service/teleoperation_service.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kMostFeeds = 4;  // each holds a thread; one is used
-
-PictureInbox::SenderId NewSender() {
-  static std::atomic<PictureInbox::SenderId> last{0};
-  return ++last;
-}
-
-// How many feed at once.
-class Seat {
- public:
-  explicit Seat(std::atomic<int>* taken)
-      : taken_(taken), is_free_(taken->fetch_add(1) < kMostFeeds) {}
-  ~Seat() { --*taken_; }
-  Seat(const Seat&) = delete;
-  Seat& operator=(const Seat&) = delete;
-  explicit operator bool() const { return is_free_; }
-
- private:
-  std::atomic<int>* taken_;
-  bool is_free_;
-};
+constexpr double kPictureRate = 64e6;  // [bytes/s]
 
 // Leaves with the stream.
 class Sender {
  public:
-  explicit Sender(PictureInbox* inbox) : inbox_(inbox), id_(NewSender()) {}
+  explicit Sender(PictureInbox* inbox) : inbox_(inbox), id_(NewStreamId()) {}
   ~Sender() { inbox_->Leave(id_); }
   Sender(const Sender&) = delete;
   Sender& operator=(const Sender&) = delete;
@@ -64,16 +43,17 @@ grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
                                                 grpc::ServerReader<v1::PictureSample>* reader,
                                                 v1::FeedPicturesReply* reply) {
   const OrdinaryPriority ordinary;
-  if (lines_.on_stream) lines_.on_stream(*context);
   PictureInbox* const inbox = slave_.picture_inbox();
+  on_stream_(*context, inbox != nullptr ? kPictureRate : 0);
   if (inbox == nullptr) {
     return {grpc::StatusCode::FAILED_PRECONDITION,
             "the scene accepts no images: the source of its sense.camera is not stream"};
   }
-  const Seat seat(&picture_feeds_);
+  const Seats::Seat seat(&picture_feeds_);
   if (!seat) {
-    return {grpc::StatusCode::FAILED_PRECONDITION,
-            "images are fed by " + std::to_string(kMostFeeds) + " streams: accepted is one"};
+    return {grpc::StatusCode::FAILED_PRECONDITION, "images are fed by " +
+                                                       std::to_string(picture_feeds_.count()) +
+                                                       " streams: accepted is one"};
   }
   Sender sender(inbox);
   const std::uint64_t dropped = inbox->health().dropped;

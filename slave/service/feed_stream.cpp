@@ -1,7 +1,5 @@
 #include "slave/service/feed_stream.h"
 
-#include <atomic>
-
 #include "slave/service/messages.h"
 
 namespace palpate {
@@ -11,15 +9,10 @@ using Reactor = grpc::ServerReadReactor<v1::TactileSample>;
 
 constexpr std::size_t kLongestName = 40;  // [bytes]; no finger of a scene has a longer one
 
-TactileInbox::SenderId NewSender() {
-  static std::atomic<TactileInbox::SenderId> last{TactileInbox::kOnlySender};
-  return ++last;
-}
-
 }  // namespace
 
 FeedStream::FeedStream(TactileInbox* inbox, v1::FeedTactileReply* reply)
-    : inbox_(inbox), sender_(NewSender()), reply_(reply) {}
+    : inbox_(inbox), sender_(NewStreamId()), reply_(reply) {}
 
 Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTactileReply* reply) {
   if (inbox == nullptr) {
@@ -32,7 +25,7 @@ Reactor* FeedStream::Open(TactileInbox* inbox, FeedStreams* streams, v1::FeedTac
   if (!streams->Add(stream)) {
     stream->End(Stopping());
   } else {
-    stream->ReadNext();
+    stream->Read(&stream->sample_);
   }
   return stream.get();
 }
@@ -61,13 +54,7 @@ void FeedStream::OnReadDone(bool ok) {
   Exit();
   if (!ok) return End(grpc::Status::OK);
   if (!reason.empty()) return End({grpc::StatusCode::INVALID_ARGUMENT, reason});
-  ReadNext();
-}
-
-void FeedStream::ReadNext() {
-  if (!Enter()) return;
-  StartRead(&sample_);
-  Exit();
+  Read(&sample_);
 }
 
 // The driver may start anew at once.

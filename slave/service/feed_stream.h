@@ -36,7 +36,6 @@ class FeedStream final : public EndingStream<grpc::ServerReadReactor<v1::Tactile
 
   // The first sentence to report about this sample; empty: it was accepted.
   std::string Feed();
-  void ReadNext();
   void OnQuiet() override;
 
   TactileInbox* const inbox_;

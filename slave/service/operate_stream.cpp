@@ -5,8 +5,10 @@
 #include <spdlog/spdlog.h>
 
 #include "shared/link/tcp_line.h"
+#include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
+#include "slave/service/roles.h"
 
 namespace palpate {
 namespace {
@@ -15,25 +17,39 @@ using Reactor = grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>;
 
 }  // namespace
 
-Reactor* OperateStream::Open(const Host& host, const std::string& peer) {
-  const std::shared_ptr<OperateStream> stream(new OperateStream(host, peer));
-  const auto dismiss = [weak = std::weak_ptr(stream)](const std::string& reason) {
-    if (const auto dismissed = weak.lock()) dismissed->End({grpc::StatusCode::ABORTED, reason});
-  };
-  std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> answer;
-  const grpc::Status asked = Guarded([&] { answer = host.lease.RequestTicket(peer, dismiss); });
-  if (!asked.ok()) return new RefusedStream<Reactor>(asked);
-  if (const auto* held = std::get_if<OperatorLease::HeldBy>(&answer)) {
-    return new RefusedStream<Reactor>(
-        {grpc::StatusCode::FAILED_PRECONDITION,
-         "the lease is held by " + held->who + ": it becomes free when that stream ends"});
-  }
+Reactor* OperateStream::Open(const Host& host, const grpc::ServerContextBase& context) {
+  const std::shared_ptr<OperateStream> stream(new OperateStream(host, context));
   stream->self_ = stream;
-  stream->ticket_ = std::get<OperatorLease::Ticket>(answer);
-  stream->ReadNext();
-  host.publisher.ServeFirst(stream);
+  const grpc::Status refused = stream->RequestLease(OperatorNameOf(context));
+  if (!refused.ok()) {
+    stream->self_.reset();
+    return new RefusedStream<Reactor>(refused);
+  }
+  stream->Read(&stream->command_);
   return stream.get();
 }
+
+grpc::Status OperateStream::RequestLease(const std::optional<std::string>& name) {
+  const auto self = std::static_pointer_cast<OperateStream>(self_);
+  const auto dismiss = [weak = std::weak_ptr(self)](const std::string& reason) {
+    if (const auto dismissed = weak.lock()) dismissed->End({grpc::StatusCode::ABORTED, reason});
+  };
+  OperatorLease::Answer answer;
+  const auto asked = Guarded([&] { answer = host_.lease.RequestTicket(peer_, name, dismiss); });
+  if (!asked.ok()) return asked;
+  if (const auto* refusal = std::get_if<OperatorLease::Refusal>(&answer)) {
+    host_.refused.Add("Operate", client_, refusal->why);
+    return {grpc::StatusCode::FAILED_PRECONDITION, refusal->why};
+  }
+  if (const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer)) {
+    ticket_ = *ticket;
+    host_.publisher.ServeFirst(self);
+  }
+  return grpc::Status::OK;
+}
+
+OperateStream::OperateStream(const Host& host, const grpc::ServerContextBase& context)
+    : host_(host), peer_(context.peer()), client_(ClientOf(context)) {}
 
 void OperateStream::Offer(const SlaveState& state) {
   box_.Put(state);
@@ -59,9 +75,16 @@ void OperateStream::Offer(const SlaveState& state) {
 
 void OperateStream::OnReadDone(bool ok) {
   if (!ok) return End(grpc::Status::OK);  // the operator left
+  if (ticket_ == 0) {
+    if (!Enter()) return;
+    const auto refused =
+        RequestLease(Presentable(command_.operator_name(), OperatorLease::kLongestName));
+    Exit();
+    if (!refused.ok()) return End(refused);
+  }
   if (!host_.lease.Command(ticket_, command_)) host_.publisher.Flag(Event::kCommandRefused);
   if (command_.datagrams() && !std::exchange(datagrams_asked_, true)) OfferDatagrams();
-  ReadNext();
+  Read(&command_);
 }
 
 void OperateStream::OnWriteDone(bool ok) {
@@ -79,6 +102,17 @@ void OperateStream::OnWriteDone(bool ok) {
   } else {
     Exit();
   }
+}
+
+// A broken stream is cancelled before it is done; one that the client half-closed is not.
+void OperateStream::OnCancel() {
+  is_cancelled_ = true;
+  EndingStream::OnCancel();
+}
+
+void OperateStream::OnDone() {
+  if (!is_cancelled_) host_.lease.Leave(ticket_);
+  EndingStream::OnDone();
 }
 
 void OperateStream::OnEnding() {
@@ -134,12 +168,6 @@ DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view plain) {
     told.round_trip = SecondsBetween(sent_at, Clock::now());
   }
   return told;
-}
-
-void OperateStream::ReadNext() {
-  if (!Enter()) return;
-  StartRead(&command_);
-  Exit();
 }
 
 }  // namespace palpate

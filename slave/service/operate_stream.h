@@ -17,6 +17,7 @@
 #include "shared/link/state_mailbox.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
+#include "slave/service/refused_streams.h"
 #include "slave/service/status.h"
 
 namespace palpate {
@@ -29,22 +30,28 @@ class OperateStream final
     OperatorLease& lease;
     Publisher& publisher;
     std::atomic<std::uint64_t>& states_sent;
+    RefusedStreams& refused;
   };
 
-  // Requests the lease for `peer`. Returns the reactor for gRPC, also after a rejection.
+  // Requests the lease for the client of `context`. Returns the reactor for gRPC, also after a
+  // rejection.
   static grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Open(
-      const Host& host, const std::string& peer);
+      const Host& host, const grpc::ServerContextBase& context);
 
   void Offer(const SlaveState& state) override;
   void Close() override { End(Stopping()); }
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
 
  private:
-  OperateStream(const Host& host, std::string peer) : host_(host), peer_(std::move(peer)) {}
+  OperateStream(const Host& host, const grpc::ServerContextBase& context);
 
-  void ReadNext();
+  // Why the lease was refused; OK: this stream has it, or waits for the first command.
+  grpc::Status RequestLease(const std::optional<std::string>& name);
+
   void OnEnding() override;
   void OfferDatagrams();
   DatagramLine::LinkFeedback TakeDatagram(std::string_view plain);
@@ -52,8 +59,10 @@ class OperateStream final
   bool MakeMessage();
 
   const Host host_;
-  const std::string peer_;  // as gRPC names it
-  std::atomic<OperatorLease::Ticket> ticket_{0};
+  const std::string peer_;                        // as gRPC names it
+  const std::string client_;                      // for the log
+  std::atomic<OperatorLease::Ticket> ticket_{0};  // 0: not yet
+  std::atomic<bool> is_cancelled_{false};
   v1::OperatorCommand command_;           // gRPC's while a read is waiting
   v1::SlaveState message_;                // gRPC's while `writing_`
   bool datagrams_asked_ = false;          // used by the reading thread only

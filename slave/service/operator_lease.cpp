@@ -1,34 +1,67 @@
 #include "slave/service/operator_lease.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "shared/text/text.h"
 #include "shared/wire/state_message.h"
 
 namespace palpate {
+namespace {
 
-std::variant<OperatorLease::Ticket, OperatorLease::HeldBy> OperatorLease::RequestTicket(
-    const std::string& peer, Dismiss dismiss) {
+std::string NameOr(const std::string& name) {
+  return name.empty() ? "an unnamed operator" : name;
+}
+
+}  // namespace
+
+OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
+                                                   const std::optional<std::string>& name,
+                                                   Dismiss dismiss) {
   Dismiss dismiss_silent_holder;
   Ticket ticket = 0;
   {
     const std::scoped_lock lock(mutex_);
     const Time now = Clock::now();
     if (holder_.ticket != 0) {
-      if (now - holder_.heard_at < silence_) return HeldBy{DescribeHolder()};
+      const auto silence =
+          holder_.engaged ? silence_ : std::min<Clock::duration>(silence_, kIdleSilence);
+      if (now - holder_.heard_at < silence) {
+        return Refusal{"the lease is held by " + DescribeHolder() +
+                       ": it becomes free when that stream ends"};
+      }
       dismiss_silent_holder = std::move(holder_.dismiss);
       holder_ = {};
       slave_.EndOperating();
     }
+    if (!name && std::max(reserved_.Left(), barred_.Left()) > 0) return NameFirst{};
+    if (const auto why = WhyNot(name.value_or(""))) return Refusal{*why};
+    reserved_ = {};
     slave_.BeginOperating();
     ticket = ++last_ticket_;
-    holder_ = {ticket, "", peer, now, 0, std::move(dismiss)};
+    holder_ = {.ticket = ticket, .known_as = name, .peer = peer, .heard_at = now};
+    holder_.dismiss = std::move(dismiss);
   }
   if (dismiss_silent_holder) {
     dismiss_silent_holder("no command for too long: the lease was passed to " + peer);
   }
   return ticket;
+}
+
+std::optional<std::string> OperatorLease::WhyNot(const std::string& name) const {
+  const double reserved = reserved_.Left(), barred = barred_.Left();
+  if (reserved > 0 && name != reserved_.name) {
+    return fmt::format("the lease is reserved for {}, whose stream broke, for another {:.1f} s",
+                       reserved_.name, reserved);
+  }
+  if (barred > 0 && name == barred_.name) {
+    return fmt::format("{} was evicted: the lease is for others for another {:.1f} s",
+                       NameOr(barred_.name), barred);
+  }
+  return std::nullopt;
 }
 
 bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
@@ -47,6 +80,7 @@ bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
   const bool is_newer = command->sequence > holder_.sequence;
   if (slave_.Command(*command) && is_newer) {
     holder_.heard_at = Clock::now();
+    holder_.engaged = command->engaged;
     holder_.sequence = command->sequence;
     ReportRoundTrip(*command);
   }
@@ -75,8 +109,35 @@ void OperatorLease::RequireHeldBy(const std::string& peer, const std::string& wh
 void OperatorLease::Release(Ticket ticket) {
   const std::scoped_lock lock(mutex_);
   if (ticket == 0 || ticket != holder_.ticket) return;
+  if (const std::string name = NameOfHolder(); !name.empty()) {
+    reserved_ = {ticket, name, Clock::now() + kReserved};
+  }
   holder_ = {};
   slave_.EndOperating();
+}
+
+void OperatorLease::Leave(Ticket ticket) {
+  const std::scoped_lock lock(mutex_);
+  if (ticket == reserved_.ticket) reserved_ = {};
+}
+
+void OperatorLease::Evict(const std::string& reason) {
+  Dismiss dismiss;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (holder_.ticket == 0) throw std::logic_error("there is no operator");
+    barred_ = {holder_.ticket, NameOfHolder(), Clock::now() + kBarred};
+    dismiss = std::move(holder_.dismiss);
+    holder_ = {};
+    slave_.EndOperating();
+  }
+  dismiss("evicted by an administrator: " + reason);
+}
+
+bool OperatorLease::IsHeldBy(const std::string& peer,
+                             const std::optional<std::string>& name) const {
+  const std::scoped_lock lock(mutex_);
+  return holder_.ticket != 0 && (holder_.peer == peer || (name && *name == NameOfHolder()));
 }
 
 std::string OperatorLease::holder_name() const {
@@ -90,8 +151,7 @@ std::uint64_t OperatorLease::malformed() const {
 }
 
 std::string OperatorLease::DescribeHolder() const {
-  const std::string name = holder_.name.empty() ? "an unnamed operator" : holder_.name;
-  return name + " (" + holder_.peer + ")";
+  return NameOr(holder_.name) + " (" + holder_.peer + ")";
 }
 
 }  // namespace palpate

@@ -1,12 +1,14 @@
 // The lease of the only operator. It lasts as long as the stream. A holder that sent no valid newer
 // command for `kSilence` loses it to the next client that requests it, because a silently cut link
-// may not end by itself for minutes.
+// may not end by itself for minutes; one that is not engaged, after `kIdleSilence`. After a broken
+// stream the lease is reserved for the same operator for `kReserved`.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -22,13 +24,17 @@ namespace palpate {
 // Thread-safe. Independent of gRPC.
 class OperatorLease {
  public:
-  static constexpr std::chrono::seconds kSilence{5};
+  static constexpr std::chrono::seconds kSilence{5}, kIdleSilence{1}, kReserved{3};
+  // An evicted operator cannot take the lease for this time.
+  static constexpr std::chrono::seconds kBarred{10};
   static constexpr std::size_t kLongestName = 64;  // [characters]
 
   using Ticket = std::uint64_t;
-  struct HeldBy {
-    std::string who;  // name and peer, for the client that is rejected
+  struct Refusal {
+    std::string why;  // for the client
   };
+  struct NameFirst {};  // whether the client gets the lease depends on its name
+  using Answer = std::variant<Ticket, Refusal, NameFirst>;
   // Called once with a reason if the lease is given to another client.
   using Dismiss = std::function<void(const std::string& reason)>;
 
@@ -41,14 +47,20 @@ class OperatorLease {
                          OnRoundTrip on_round_trip = {})
       : slave_(slave), silence_(silence), on_round_trip_(std::move(on_round_trip)) {}
 
-  // Begins operating for `peer`, or returns the present holder.
-  std::variant<Ticket, HeldBy> RequestTicket(const std::string& peer, Dismiss dismiss);
+  // Begins operating for `peer`, or says why not. `name`: from the certificate, or in plain text
+  // from the client's commands; nullopt: not known yet.
+  Answer RequestTicket(const std::string& peer, const std::optional<std::string>& name,
+                       Dismiss dismiss);
   // Passes on a command. False: malformed, counted, not followed (commands that the slave rejects
   // are flagged by the slave). No effect without the lease. An emergency stop counts regardless of
   // the rest of the command.
   bool Command(Ticket ticket, const v1::OperatorCommand& message);
-  // Ends operating. Idempotent.
+  // Ends operating, and reserves the lease for the same operator. Idempotent.
   void Release(Ticket ticket);
+  // The holder of `ticket` left on purpose: the lease is not reserved.
+  void Leave(Ticket ticket);
+  // Ends the holder's stream because of `reason`. Throws std::logic_error: there is no operator.
+  void Evict(const std::string& reason);
 
   // Throws std::logic_error: another connection than that of `peer` holds the lease. A connection
   // has one certificate, so this identifies the operator.
@@ -56,21 +68,37 @@ class OperatorLease {
   // The same, and also throws without an operator, for actions that only a connected operator may
   // perform: `what`.
   void RequireHeldBy(const std::string& peer, const std::string& what) const;
+  // Whether a call of `peer`, or of a client that is named `name`, is the operator's.
+  [[nodiscard]] bool IsHeldBy(const std::string& peer,
+                              const std::optional<std::string>& name) const;
   [[nodiscard]] std::string holder_name() const;  // empty: none, or not yet named
   [[nodiscard]] std::uint64_t malformed() const;  // commands, since the start
 
  private:
   struct Holder {
-    Ticket ticket = 0;  // 0: no operator
+    Ticket ticket = 0;                    // 0: no operator
+    std::optional<std::string> known_as;  // when it took the lease; nullopt: not known yet
     std::string name, peer;
+    bool engaged = false;        // by the newest command
     Time heard_at{};             // a valid command newer than all before
     std::uint64_t sequence = 0;  // of that command
     Dismiss dismiss;
     std::uint64_t state_sequence = 0;  // the newest acknowledged state
   };
 
-  // With mutex_ held, both functions.
+  // A time in which the lease is for one operator only, or for all others.
+  struct Period {
+    Ticket ticket = 0;
+    std::string name;
+    Time until{};
+    [[nodiscard]] double Left() const { return SecondsBetween(Clock::now(), until); }  // [s]
+  };
+
+  // With mutex_ held, all of these functions.
   [[nodiscard]] std::string DescribeHolder() const;
+  [[nodiscard]] std::string NameOfHolder() const { return holder_.known_as.value_or(holder_.name); }
+  // Why the lease is not for `name` at present; nullopt: it is.
+  [[nodiscard]] std::optional<std::string> WhyNot(const std::string& name) const;
   void ReportRoundTrip(const OperatorCommand& command);
 
   Slave& slave_;
@@ -79,6 +107,7 @@ class OperatorLease {
   mutable PriorityInheritanceMutex
       mutex_;  // guards everything below and the order of calls to slave_
   Holder holder_;
+  Period reserved_, barred_;
   Ticket last_ticket_ = 0;
   std::uint64_t malformed_ = 0;
 };

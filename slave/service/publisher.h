@@ -72,33 +72,32 @@ class Publisher {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-// Largest number of watching streams: each uses a thread.
-class ObserverSeats {
+// Streams that each use a thread, up to a number; beyond it a few more with a privilege.
+class Seats {
  public:
-  static constexpr int kSeats = 64;
+  explicit Seats(int count, int privileged = 0) : count_(count), privileged_(privileged) {}
 
   // A seat that is released at the end of its scope. Empty if all are in use.
   class Seat {
    public:
-    explicit Seat(ObserverSeats* seats)
-        : seats_(seats), seated_(seats->taken_.fetch_add(1) < kSeats) {}
+    explicit Seat(Seats* seats, bool is_privileged = false) : seats_(seats) {
+      seated_ = seats->taken_++ < seats->count_ + (is_privileged ? seats->privileged_ : 0);
+    }
     ~Seat() { --seats_->taken_; }
     Seat(const Seat&) = delete;
     Seat& operator=(const Seat&) = delete;
     explicit operator bool() const { return seated_; }
 
    private:
-    ObserverSeats* seats_;
+    Seats* seats_;
     bool seated_;
   };
 
-  [[nodiscard]] int taken() const { return std::min(taken_.load(), kSeats); }
-  static grpc::Status Full() {
-    return {grpc::StatusCode::RESOURCE_EXHAUSTED,
-            std::to_string(kSeats) + " streams are already open: the limit is reached"};
-  }
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] int taken() const { return std::min(taken_.load(), count_ + privileged_); }
 
  private:
+  const int count_, privileged_;
   std::atomic<int> taken_{0};
 };
 

@@ -15,6 +15,7 @@ constexpr double kMaxStateRate = 1000;                           // [Hz]
 constexpr double kMaxForceLimit = 100;                           // [N]
 constexpr double kMinYoungModulus = 1, kMaxYoungModulus = 1e13;  // [Pa]
 constexpr unsigned kMinElements = 3, kMaxElements = 4000;
+constexpr std::size_t kLongestWord = 40;  // [characters]; no accepted one is longer
 constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
 [[noreturn]] void Refuse(const char* field, const std::string& value, const std::string& accepted) {
@@ -27,12 +28,6 @@ Clock::duration Gap(double rate, double rate_for_zero, double max_rate) {
   }
   if (rate == 0) rate = rate_for_zero;
   return rate > 0 ? Seconds(1 / rate) : Clock::duration::zero();
-}
-
-// Nothing accepted is longer, and whoever is refused needs to read no more.
-std::string Shortened(const std::string& word) {
-  constexpr std::size_t kLongestWord = 40;  // [bytes]
-  return word.size() <= kLongestWord ? word : word.substr(0, kLongestWord) + "...";
 }
 
 double Scale(const char* field, double value, double max) {
@@ -114,8 +109,8 @@ ModelChange ToChange(const v1::SetModelRequest& request) {
   if (elements != 0 && (elements < kMinElements || elements > kMaxElements)) {
     Refuse("elements", std::to_string(elements), "0, or 3 to 4000");
   }
-  return {Shortened(request.kind()), static_cast<int>(elements), Shortened(request.plane()),
-          Shortened(request.contact())};
+  return {Presentable(request.kind(), kLongestWord), static_cast<int>(elements),
+          Presentable(request.plane(), kLongestWord), Presentable(request.contact(), kLongestWord)};
 }
 
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason) {

@@ -20,22 +20,15 @@ constexpr unsigned kOperator = 1, kObserver = 2, kSensor = 4, kArm = 8, kAdmin =
 constexpr unsigned kWatches = kOperator | kObserver | kAdmin;
 constexpr unsigned kAnybody = kWatches | kSensor | kArm;
 
-struct RoleName {
-  std::string_view name;
-  unsigned role;
-};
-constexpr std::array<RoleName, 5> kRoles{{{"operator", kOperator},
-                                          {"observer", kObserver},
-                                          {"sensor", kSensor},
-                                          {"arm", kArm},
-                                          {"admin", kAdmin}}};
+// In the order of the bits.
+constexpr std::array<std::string_view, 5> kRoles{"operator", "observer", "sensor", "arm", "admin"};
 
 struct Rule {
   std::string_view method;  // of ours
   unsigned roles;
   bool is_logged;
 };
-constexpr std::array<Rule, 18> kRules{{{"GetScene", kAnybody, false},
+constexpr std::array<Rule, 19> kRules{{{"GetScene", kAnybody, false},
                                        {"GetStatus", kAnybody, false},
                                        {"GetCapabilities", kAnybody, false},
                                        {"Operate", kOperator, true},
@@ -49,6 +42,7 @@ constexpr std::array<Rule, 18> kRules{{{"GetScene", kAnybody, false},
                                        {"Reset", kOperator | kAdmin, true},
                                        {"ReinitializeTracking", kOperator | kAdmin, true},
                                        {"FindAnew", kOperator | kAdmin, true},
+                                       {"EvictOperator", kAdmin, true},
                                        {"Stop", kAnybody, true},
                                        {"FeedTactile", kSensor, true},
                                        {"FeedPictures", kSensor, true},
@@ -57,8 +51,8 @@ constexpr std::string_view kHealth = "/grpc.health.v1.Health/";
 constexpr std::string_view kReflection = "/grpc.reflection.v1alpha.ServerReflection/";
 
 unsigned RoleOf(std::string_view name) {
-  const auto* found = std::ranges::find(kRoles, name, &RoleName::name);
-  return found == kRoles.end() ? 0 : found->role;
+  const auto* found = std::ranges::find(kRoles, name);
+  return found == kRoles.end() ? 0 : 1U << (found - kRoles.begin());
 }
 
 Rule RuleOf(std::string_view path) {
@@ -118,6 +112,23 @@ Identity IdentityOf(const grpc::AuthContext& context) {
     if (!identity.role.empty()) return identity;
   }
   return {};
+}
+
+std::optional<std::string> OperatorNameOf(const grpc::ServerContextBase& context) {
+  const auto authenticated = context.auth_context();
+  if (authenticated->IsPeerAuthenticated()) {
+    const Identity identity = IdentityOf(*authenticated);
+    return identity.role == "operator" ? std::optional(identity.name) : std::nullopt;
+  }
+  const auto found = context.client_metadata().find(kOperatorMetadata);
+  if (found == context.client_metadata().end()) return std::nullopt;
+  return Presentable({found->second.data(), found->second.size()}, kLongestName);
+}
+
+std::string ClientOf(const grpc::ServerContextBase& context) {
+  const Identity identity = IdentityOf(*context.auth_context());
+  if (identity.role.empty()) return context.peer();
+  return identity.role + " " + identity.name + " (" + context.peer() + ")";
 }
 
 bool MayCall(std::string_view role, std::string_view path) {

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include <grpcpp/security/auth_context.h>
 #include <grpcpp/security/auth_metadata_processor.h>
+#include <grpcpp/server_context.h>
 
 #include "shared/tls/certificate.h"
 
@@ -19,6 +21,13 @@ struct Identity {
 // Role and name of `alternative_name`; empty unless it has this form.
 Identity ParseIdentity(std::string_view alternative_name);
 Identity IdentityOf(const grpc::AuthContext& context);
+
+// Metadata of calls in plain text: the name of the operator that they belong to.
+inline constexpr const char* kOperatorMetadata = "palpate-operator-bin";
+// Name of an operator: from the certificate, or from the metadata in plain text. nullopt: none.
+std::optional<std::string> OperatorNameOf(const grpc::ServerContextBase& context);
+// For the log: role, name and address.
+std::string ClientOf(const grpc::ServerContextBase& context);
 
 // `path`: /package.Service/Method. Unlisted methods are denied.
 bool MayCall(std::string_view role, std::string_view path);

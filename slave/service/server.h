@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -16,18 +15,17 @@ class Server {
   // Listens on `address` (HOST:PORT, [V6]:PORT; port 0: any free one). Without `insecure` only
   // loopback addresses are served, and only they offer reflection. `tls`: folder of our
   // certificate; clients must present one and get its role; empty: plain text. `slave` must outlive
-  // the server. The health service reports the sensing. `on_deaf`: the listener does not respond
-  // any more (empty: the process ends, to be restarted). Throws std::runtime_error: malformed
+  // the server. The health service reports the sensing. Throws std::runtime_error: malformed
   // address, not loopback, port in use (no silent sharing).
   Server(Slave& slave, const std::string& address, bool insecure,
-         const std::filesystem::path& tls = {}, std::function<void()> on_deaf = {});
+         const std::filesystem::path& tls = {});
   // Stops within a second: streams end with UNAVAILABLE.
   ~Server();
 
   // HOST:PORT really listened on.
   [[nodiscard]] const std::string& address() const;
   // Counts of admission control since the start. Thread-safe.
-  [[nodiscard]] AcceptorCounts connections() const;
+  [[nodiscard]] Acceptor::Counts connections() const;
   // Shuts down: health reports NOT_SERVING, streams end, then returns. Idempotent.
   void Stop();
 

@@ -46,21 +46,21 @@ Metric StagesOf(const SlaveStatus& status) {
   return metric;
 }
 
-Metric TurnedAwayOf(const AcceptorCounts& connections) {
+Metric TurnedAwayOf(const Acceptor::Counts& connections) {
   Metric metric{"palpate_slave_connections_turned_away_total",
-                "Connections that were rejected or closed by the slave.",
+                "Connections that were closed by the slave.",
                 Metric::Type::kCounter,
                 {}};
-  for (std::size_t i = 0; i < kTurnedAwayCount; ++i) {
-    metric.samples.push_back({Label("why", ToString(static_cast<TurnedAway>(i))),
-                              static_cast<double>(connections.turned_away[i])});
+  for (std::size_t i = 0; i < kTurnedAwayNames.size(); ++i) {
+    metric.samples.push_back(
+        {Label("why", kTurnedAwayNames[i]), static_cast<double>(connections.turned_away[i])});
   }
   return metric;
 }
 
 }  // namespace
 
-Metrics MetricsOf(const SlaveStatus& status, const AcceptorCounts& connections) {
+Metrics MetricsOf(const SlaveStatus& status, const Acceptor::Counts& connections) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
   return {
       PhaseOf(status),

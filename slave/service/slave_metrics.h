@@ -7,6 +7,6 @@
 
 namespace palpate {
 
-Metrics MetricsOf(const SlaveStatus& status, const AcceptorCounts& connections);
+Metrics MetricsOf(const SlaveStatus& status, const Acceptor::Counts& connections);
 
 }  // namespace palpate

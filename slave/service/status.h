@@ -79,6 +79,14 @@ class EndingStream : public Reactor {
     FinishIfQuiet();
   }
 
+  // Starts the next read into `message`, unless the stream is ending.
+  template <class Message>
+  void Read(Message* message) {
+    if (!Enter()) return;
+    this->StartRead(message);
+    Exit();
+  }
+
   std::shared_ptr<EndingStream> self_;  // until OnDone
   PriorityInheritanceMutex mutex_;      // guards the members below
   std::optional<grpc::Status> ending_;

@@ -1,11 +1,19 @@
 // The open streams of one kind, so that all of them end when the slave stops.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <vector>
 
 namespace palpate {
+
+// Identifies a sender or driver: no other stream of this program has the number.
+inline std::uint64_t NewStreamId() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
 
 // Thread-safe. `Stream` has Close().
 template <class Stream>

@@ -8,6 +8,8 @@
 namespace palpate {
 namespace {
 
+// Of commands or tactile samples: 80 kB/s are usual. Of reports: 4000 of 128 bytes. [bytes/s]
+constexpr double kCommandRate = 256e3, kReportRate = 512e3;
 constexpr std::size_t kLongestReason = 200;  // [characters]; what is longer is cut, never refused
 
 // Answers at once with what `work` made.
@@ -48,6 +50,7 @@ void TeleoperationService::FillStatus(v1::Status* reply) const {
   reply->set_commands(reply->commands() + malformed);
   reply->set_commands_refused(reply->commands_refused() + malformed);
   change_.FillStatus(reply);
+  refused_.FillStatus(reply);
 }
 
 grpc::Status TeleoperationService::SetModel(grpc::ServerContext* context,
@@ -110,6 +113,15 @@ grpc::ServerUnaryReactor* TeleoperationService::FindAnew(
   return ReinitializeTracking(context, request, reply);
 }
 
+grpc::ServerUnaryReactor* TeleoperationService::EvictOperator(
+    grpc::CallbackServerContext* context, const v1::EvictOperatorRequest* request,
+    v1::Status* reply) {
+  return Answer(context, [&] {
+    lease_.Evict(Presentable(request->reason(), kLongestReason));
+    FillStatus(reply);
+  });
+}
+
 grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext* context,
                                                      const v1::StopRequest* request,
                                                      v1::Status* reply) {
@@ -121,19 +133,20 @@ grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext
 
 grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* TeleoperationService::Operate(
     grpc::CallbackServerContext* context) {
-  if (lines_.on_stream) lines_.on_stream(*context);
-  return OperateStream::Open({lease_, publisher_, states_sent_}, context->peer());
+  auto* const stream = OperateStream::Open({lease_, publisher_, states_sent_, refused_}, *context);
+  on_stream_(*context, lease_.IsHeldBy(context->peer(), {}) ? kCommandRate : 0);
+  return stream;
 }
 
 grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
     grpc::CallbackServerContext* context, v1::FeedTactileReply* reply) {
-  if (lines_.on_stream) lines_.on_stream(*context);
+  on_stream_(*context, slave_.tactile_inbox() != nullptr ? kCommandRate : 0);
   return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
 }
 
 grpc::ServerBidiReactor<v1::ArmReport, v1::ArmTarget>* TeleoperationService::DriveTool(
     grpc::CallbackServerContext* context) {
-  if (lines_.on_stream) lines_.on_stream(*context);
+  on_stream_(*context, slave_.driven_arm() != nullptr ? kReportRate : 0);
   return DriveStream::Open(slave_.driven_arm(), &drives_);
 }
 

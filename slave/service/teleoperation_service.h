@@ -16,9 +16,11 @@
 #include "slave/service/change_under_way.h"
 #include "slave/service/drive_stream.h"
 #include "slave/service/feed_stream.h"
+#include "slave/service/observers/bulk_pace.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
+#include "slave/service/refused_streams.h"
 
 namespace palpate {
 
@@ -31,29 +33,25 @@ using CalledBack =
     v1::Teleoperation::WithCallbackMethod_Stop<v1::Teleoperation::WithCallbackMethod_Reset<
         v1::Teleoperation::WithCallbackMethod_ReinitializeTracking<
             v1::Teleoperation::WithCallbackMethod_FindAnew<
-                v1::Teleoperation::WithCallbackMethod_GetStatus<
-                    v1::Teleoperation::WithCallbackMethod_GetScene<
-                        v1::Teleoperation::WithCallbackMethod_GetCapabilities<
-                            v1::Teleoperation::WithCallbackMethod_FeedTactile<
-                                v1::Teleoperation::WithCallbackMethod_DriveTool<
-                                    v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>>;
+                v1::Teleoperation::WithCallbackMethod_EvictOperator<
+                    v1::Teleoperation::WithCallbackMethod_GetStatus<
+                        v1::Teleoperation::WithCallbackMethod_GetScene<
+                            v1::Teleoperation::WithCallbackMethod_GetCapabilities<
+                                v1::Teleoperation::WithCallbackMethod_FeedTactile<
+                                    v1::Teleoperation::WithCallbackMethod_DriveTool<
+                                        v1::Teleoperation::WithCallbackMethod_Operate<
+                                            Base>>>>>>>>>>>;
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
-  // Callbacks for the connections; each may be empty.
-  struct Lines {
-    std::function<void(const grpc::ServerContextBase&)> on_stream;  // one begins on this connection
-    std::function<void(const std::string& peer)>
-        on_bulk;  // connections that stream images or meshes
-    OperatorLease::OnRoundTrip on_round_trip;
-  };
+  // Streams of the Watch calls that may be open, and beyond them the operator's.
+  static constexpr int kSeats = 64, kOperatorSeats = 8;
+  // Called when a stream begins, which may receive `rate` [bytes/s].
+  using OnStream = std::function<void(const grpc::ServerContextBase&, double rate)>;
 
   // `slave` and `publisher` outlive the service.
-  TeleoperationService(Slave& slave, Publisher& publisher, Lines lines)
-      : slave_(slave),
-        publisher_(publisher),
-        lines_(std::move(lines)),
-        lease_(slave, OperatorLease::kSilence, lines_.on_round_trip) {}
+  TeleoperationService(Slave& slave, Publisher& publisher, OnStream on_stream)
+      : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)) {}
 
   grpc::ServerUnaryReactor* GetScene(grpc::CallbackServerContext* context,
                                      const v1::GetSceneRequest* request,
@@ -89,6 +87,9 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   grpc::ServerUnaryReactor* FindAnew(grpc::CallbackServerContext* context,
                                      const v1::ReinitializeTrackingRequest* request,
                                      v1::Status* reply) override;
+  grpc::ServerUnaryReactor* EvictOperator(grpc::CallbackServerContext* context,
+                                          const v1::EvictOperatorRequest* request,
+                                          v1::Status* reply) override;
   grpc::ServerUnaryReactor* Stop(grpc::CallbackServerContext* context,
                                  const v1::StopRequest* request, v1::Status* reply) override;
   grpc::ServerReadReactor<v1::TactileSample>* FeedTactile(grpc::CallbackServerContext* context,
@@ -107,10 +108,11 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   // Serves only the holder of the lease, or an admin.
   grpc::ServerUnaryReactor* AnswerOperator(grpc::CallbackServerContext* context,
                                            const std::function<void()>& act, v1::Status* reply);
-  // Runs a watcher's stream after its request is accepted: takes a seat, subscribes, streams and
-  // leaves. `compose(state, &message)` builds the message of a new state; false: nothing is sent.
-  template <class Message, class Compose>
-  grpc::Status Watch(grpc::ServerContext* context, Clock::duration gap,
+  // Runs a watcher's stream: takes a seat, subscribes, streams and leaves. `prepare()` checks the
+  // request and returns the time between messages. `compose(state, &message)` builds the message of
+  // a new state; false: nothing is sent. `pace`: limits images and meshes; null: unlimited.
+  template <class Message, class Prepare, class Compose>
+  grpc::Status Watch(grpc::ServerContext* context, const Prepare& prepare, BulkPace* pace,
                      grpc::ServerWriter<Message>* writer, const Compose& compose);
 
   // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
@@ -119,13 +121,16 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
 
   Slave& slave_;
   Publisher& publisher_;
-  const Lines lines_;
-  OperatorLease lease_;
+  const OnStream on_stream_;
+  BulkPace bulk_pace_;
+  RefusedStreams refused_;
+  OperatorLease lease_{slave_, OperatorLease::kSilence, [this](const auto& peer, double seconds) {
+                         bulk_pace_.Hear(peer, seconds);
+                       }};
   ChangeUnderWay change_;
-  ObserverSeats seats_;
+  Seats seats_{kSeats, kOperatorSeats}, picture_feeds_{4};  // one picture feed is used
   FeedStreams feeds_;
   DriveStreams drives_;
-  std::atomic<int> picture_feeds_{0};
   std::mutex encoding_;  // guards the next one
   std::map<std::pair<bool, int>, std::shared_ptr<const JpegPicture>> encoded_;  // overlays, quality
   std::atomic<std::uint64_t> states_sent_{0};  // to all readers together

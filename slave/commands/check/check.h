@@ -5,12 +5,11 @@
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
+#include "slave/scene/words.h"
 
 namespace palpate {
 
 void PrintLine(const std::string& what, const std::string& text);
-std::string LengthInWords(double metres);
-std::string InWords(const Geometry& geometry);
 // Name, object and material.
 void PrintObject(const Scene& scene);
 std::string InWords(const Camera& camera);

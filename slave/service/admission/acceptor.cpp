@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <compare>
+#include <cmath>
 #include <cstring>
-#include <map>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 
 #include <fcntl.h>
 #include <linux/tcp.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
@@ -20,487 +21,233 @@
 
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
-#include "shared/state/clock.h"
-#include "slave/service/admission/connection_budget.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kLookSoon(1);  // while somebody is new; at most so often
-constexpr double kNew = 0.2;                       // [s]
-// [bytes] that wait at most for gRPC, of who is new and of others: 500 commands a second for 5 s of
-// round trip.
-constexpr int kFewBytes = 8 * 1024, kManyBytes = 512 * 1024;
-constexpr std::chrono::milliseconds kLook(5);    // between two looks at what everybody sent
-constexpr std::chrono::milliseconds kAlone(50);  // nobody is there; the end must be heard, too
-constexpr int kAtOnce = 64;                      // accepted before others are looked at
-constexpr double kDwell = 3e-3;                  // [s] before the door, whatever the greeting
-constexpr double kSeldom = 50e-3;  // [s] between two looks at who greeted and may not come in yet
-// [s] between two that are handed on, whoever they are: gRPC greets them in the threads that read
-// the operator's commands, which a crowd at once keeps for longer than a hand may wait.
-constexpr double kBetween = 4e-3;
-constexpr double kFewAtFirst = 1;           // come in together after somebody sent too much
-constexpr double kTrustAgain = 1;           // [s] between two looks whether who is in may stay
-constexpr std::size_t kTurnsToTell = 1000;  // once as many more were turned away, the log says so
+constexpr std::chrono::milliseconds kCountPeriod(20);  // between two counts of what arrived
+constexpr double kTrustPeriod = 1;                     // between two checks of certificates [s]
+constexpr double kWindow = 0.2;  // time constant of the rate of a connection [s]
+constexpr double kOwnBurst = 2;  // of a connection with a rate of its own, at that rate [s]
+constexpr int kFirstByte = 3;    // time for it, before the system hands a connection over [s]
+// Between two connections: gRPC opens one in less than a millisecond, in the threads that also read
+// the operator's commands.
+constexpr std::chrono::milliseconds kBetween(1);
+// What a client sends at most before it has the server's settings [bytes]: the initial window of
+// 65 535 bytes (RFC 9113, 6.9.2), and headers.
+constexpr int kMostUnread = 80 * 1024;
+constexpr std::size_t kLogEvery = 1000;  // closed connections per line of the log
 
-// Of a peer: IPv4, or the first half of IPv6, which one machine may have all of.
-struct Address {
-  std::array<std::uint8_t, 16> bytes{};
-  auto operator<=>(const Address&) const = default;
-};
-
-Address AddressOf(const sockaddr_storage& peer) {
-  Address address;
-  if (peer.ss_family == AF_INET) {
-    const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
-    std::memcpy(&address.bytes[12], &v4.sin_addr, sizeof v4.sin_addr);
-  } else if (peer.ss_family == AF_INET6) {
-    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(peer);
-    std::memcpy(address.bytes.data(), &v6.sin6_addr, sizeof v6.sin6_addr / 2);
-  }
-  return address;
+void Set(int fd, int level, int option, int value) {
+  setsockopt(fd, level, option, &value, sizeof value);
 }
 
-// What the system counted of a connection.
-struct Traffic {
-  bool open = false;
-  std::uint64_t received = 0, answered = 0;  // [bytes]
-};
+// A listening socket at `address`, whose port is filled in. -1: errno says why.
+int Listen(sockaddr* address, socklen_t size) {
+  const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return fd;
+  Set(fd, SOL_SOCKET, SO_REUSEADDR, 1);  // of a program that ended, not of one that listens
+  Set(fd, IPPROTO_TCP, TCP_DEFER_ACCEPT, kFirstByte);
+  if (address->sa_family == AF_INET6) Set(fd, IPPROTO_IPV6, IPV6_V6ONLY, 1);
+  if (bind(fd, address, size) == 0 && listen(fd, SOMAXCONN) == 0) {
+    getsockname(fd, address, &size);
+    return fd;
+  }
+  const int error = errno;
+  close(fd);
+  errno = error;
+  return -1;
+}
 
-Traffic TrafficOf(int fd) {
+// Fills in the port where it is 0.
+std::vector<int> ListenAt(Endpoint* endpoint) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  const int unknown = getaddrinfo(endpoint->host.c_str(), nullptr, &hints, &found);
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, freeaddrinfo);
+  std::vector<int> sockets;
+  int error = 0;
+  for (addrinfo* one = found; one != nullptr && error != EADDRINUSE; one = one->ai_next) {
+    // The port is at the same place for both families.
+    auto* address = reinterpret_cast<sockaddr_in6*>(one->ai_addr);
+    address->sin6_port = htons(endpoint->port);
+    const int fd = Listen(one->ai_addr, one->ai_addrlen);
+    if (fd < 0) error = errno;
+    if (fd < 0) continue;
+    sockets.push_back(fd);
+    endpoint->port = ntohs(address->sin6_port);
+  }
+  if (error != EADDRINUSE && !sockets.empty()) return sockets;
+  for (const int fd : sockets) close(fd);
+  throw std::runtime_error("cannot listen on " + ToString(*endpoint) + ": " +
+                           (unknown != 0 ? gai_strerror(unknown) : std::strerror(error)));
+}
+
+// nullopt: the connection is over. Else what it received since it was opened [bytes].
+std::optional<std::uint64_t> ReceivedBy(int fd) {
   tcp_info info{};
   socklen_t size = sizeof info;
-  if (getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return {};
-  constexpr int kEstablished = 1;  // TCP_ESTABLISHED, of a header that does not go with this one
-  return {info.tcpi_state == kEstablished, info.tcpi_bytes_received, info.tcpi_bytes_acked};
+  constexpr int kEstablished = 1;  // TCP_ESTABLISHED of netinet/tcp.h, which excludes linux/tcp.h
+  const bool is_known = getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) == 0;
+  if (!is_known || info.tcpi_state != kEstablished) return std::nullopt;
+  return info.tcpi_bytes_received;
 }
 
-// That came and nobody has read [bytes].
-int UnreadOf(int fd) {
-  int unread = 0;
-  return ioctl(fd, FIONREAD, &unread) == 0 ? unread : 0;
-}
-
-// With all that is still to be read of it, if the system can do that.
-void Disconnect(int fd) {
-  sockaddr nowhere{};
-  nowhere.sa_family = AF_UNSPEC;
-  if (connect(fd, &nowhere, sizeof nowhere) != 0) shutdown(fd, SHUT_RDWR);
-}
-
-std::size_t Affordable(const Acceptor::Limits& limits) {
-  constexpr std::size_t kOthers = 128;  // files, cameras, the listener's own
-  rlimit descriptors{};
-  if (getrlimit(RLIMIT_NOFILE, &descriptors) != 0) return limits.connections;
-  const std::size_t spoken_for = limits.waiting + kOthers;
-  const auto all = static_cast<std::size_t>(descriptors.rlim_cur);
-  return std::min(limits.connections, all > spoken_for ? (all - spoken_for) / 2 : 1);
+// As many connections as descriptors permit, two for each. Raises the soft limit.
+std::size_t Affordable(std::size_t connections) {
+  constexpr rlim_t kOthers = 128;  // files, cameras, gRPC
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+  getrlimit(RLIMIT_NOFILE, &limit);
+  return std::min<std::size_t>(connections, (std::max(limit.rlim_cur, 2 * kOthers) - kOthers) / 2);
 }
 
 }  // namespace
 
-Greets CheckGreeting(Greeting greeting, std::string_view bytes) {
-  using namespace std::string_view_literals;
-  constexpr auto kPreface = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"sv;
-  if (greeting == Greeting::kHttp2) {
-    const std::size_t seen = std::min(bytes.size(), kPreface.size());
-    if (bytes.substr(0, seen) != kPreface.substr(0, seen)) return Greets::kNo;
-    return seen == kPreface.size() ? Greets::kYes : Greets::kNotYet;
-  }
-  // A record of a handshake, TLS 1.x, that begins with a client's hello.
-  constexpr std::size_t kMajor = 1, kHello = 5;
-  const auto differs = [&](std::size_t at, char wanted) {
-    return bytes.size() > at && bytes[at] != wanted;
-  };
-  if (differs(0, '\x16') || differs(kMajor, '\x03') || differs(kHello, '\x01')) return Greets::kNo;
-  return bytes.size() > kHello ? Greets::kYes : Greets::kNotYet;
-}
-
-std::string_view ToString(TurnedAway why) {
-  constexpr std::array<std::string_view, kTurnedAwayCount> kNames{
-      "said_nothing", "said_other", "too_many", "too_much", "untrusted"};
-  return kNames[static_cast<std::size_t>(why)];
-}
-
-// Who is there: the acceptor's thread's own.
-class Acceptor::Room {
- public:
-  explicit Room(Acceptor& door)
-      : door_(door), limits_(door.limits_), most_(Affordable(door.limits_)) {}
-  ~Room();
-
-  void Run(const std::stop_token& stop);
-
- private:
-  struct Waiting {
-    int fd;
-    std::string peer;
-    Address from;
-    Time since;
-    Time looked{};         // at what came
-    bool silent = false;   // not a byte yet when looked at: the system says when there is one
-    bool greeted = false;  // as our clients do
-  };
-  struct Guest {
-    int fd;  // a second name of the one that was handed on: it cannot come to mean another
-    std::string peer;
-    Address from;
-    ConnectionBudget budget;
-    Time since, looked = since;
-    bool is_new = true;
-    std::function<bool()> trusted = {};  // empty: for ever
-    bool is_paced = false;
-    std::uint64_t sent = 0;  // and acknowledged when the pace was last decided [bytes]
-  };
-  struct Visits {
-    double credit;
-    Time closed_until{}, full_until{};
-    std::size_t open = 0;
-  };
-
-  [[nodiscard]] std::chrono::milliseconds Pause() const {
-    if (guests_.empty() && waiting_.empty()) return kAlone;
-    return Clock::now() - newest_at_ < Seconds(kNew) ? kLookSoon : kLook;
-  }
-  void WaitForSomebody();
-  void AcceptAll(int listener);
-  void Greet();
-  // False: it still waits.
-  bool Decide(Waiting* one);
-  bool ReadPreface(Waiting* one);
-  // Whether there is anything to find out: a crowd that waits is not asked again for each newcomer.
-  [[nodiscard]] bool IsToBeLookedAt(const Waiting& one, Time now);
-  // Whether the next one may be of this address, if there is a place.
-  [[nodiscard]] bool IsItsTurn(const Address& from, Time now);
-  bool HandOnIfAllowed(const Waiting& one);
-  bool MakePlace(const Address& from);
-  void CheckConnections(double dt);
-  void Learn();
-  void CutUntrusted();
-  void Pace(double dt);
-  Visits& VisitsOf(const Address& from) {
-    return visits_.try_emplace(from, Visits{limits_.burst}).first->second;
-  }
-  void CloseTo(const Address& from);
-  void Cut(const Guest& guest, TurnedAway why);
-  // False: it is gone.
-  bool Bear(Guest* guest, Time now);
-  bool TurnAway(int fd, TurnedAway why);
-
-  Acceptor& door_;
-  const Limits& limits_;
-  const std::size_t most_;
-  std::vector<Waiting> waiting_;  // eldest first
-  std::vector<Guest> guests_;
-  std::map<Address, Visits> visits_;
-  std::vector<pollfd> polled_;
-  Time trust_again_{}, newest_at_{}, paced_at_ = Clock::now();
-};
-
-Acceptor::Room::~Room() {
-  for (const Waiting& one : waiting_) close(one.fd);
-  for (const Guest& guest : guests_) close(guest.fd);
-}
-
-void Acceptor::Room::Run(const std::stop_token& stop) {
-  MakeThreadRealtime(kDoorPriority);
-  for (Time looked = Clock::now(); !stop.stop_requested();) {
-    WaitForSomebody();
-    // Where a crowd comes, each round is for many of it.
-    std::this_thread::sleep_until(door_.looked_.load() + kLookSoon);
-    for (const ListeningSocket& socket : door_.sockets_) AcceptAll(socket.fd());
-    Greet();
+void Acceptor::Run(const std::stop_token& stop) {
+  MakeThreadRealtime(kAdmissionPriority);
+  std::vector<pollfd> polled;
+  for (const int fd : listening_) polled.push_back({fd, POLLIN, 0});
+  Time counted = Clock::now(), trust_checked{};
+  while (!stop.stop_requested()) {
+    // While too much arrives, nobody new is accepted.
+    const auto count = credit_ < 0 ? 0 : polled.size();
+    const int ready = poll(polled.data(), count, static_cast<int>(kCountPeriod.count()));
+    for (const pollfd& one : polled) {
+      if (ready > 0 && one.revents != 0) AcceptOne(one.fd);
+    }
     const Time now = Clock::now();
-    door_.looked_ = now;
-    door_.waiting_ = waiting_.size();
-    if (now - looked < Pause()) continue;
-    CheckConnections(SecondsBetween(looked, now));
-    looked = now;
-    if (const double dt = SecondsBetween(paced_at_, now); dt >= BulkPace::kPeriod) {
-      Pace(dt);
-      paced_at_ = now;
+    if (now - counted >= kCountPeriod) {
+      ApplyClients();
+      CountBytes(SecondsBetween(std::exchange(counted, now), now));
     }
-    if (now < trust_again_) continue;
-    CutUntrusted();
-    trust_again_ = now + Seconds(kTrustAgain);
-  }
-}
-
-void Acceptor::Room::WaitForSomebody() {
-  polled_.clear();
-  for (const ListeningSocket& socket : door_.sockets_) polled_.push_back({socket.fd(), POLLIN, 0});
-  for (const Waiting& one : waiting_) {
-    if (one.silent) polled_.push_back({one.fd, POLLIN, 0});
-  }
-  if (poll(polled_.data(), polled_.size(), static_cast<int>(Pause().count())) <= 0) return;
-  auto polled = polled_.begin() + static_cast<std::ptrdiff_t>(door_.sockets_.size());
-  for (Waiting& one : waiting_) {
-    if (one.silent) one.silent = (polled++)->revents == 0;
-  }
-}
-
-void Acceptor::Room::AcceptAll(int listener) {
-  for (int i = 0; i < kAtOnce; ++i) {
-    sockaddr_storage peer{};
-    socklen_t size = sizeof peer;
-    const int fd =
-        accept4(listener, reinterpret_cast<sockaddr*>(&peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (fd < 0) {
-      if (errno == EMFILE || errno == ENFILE) std::this_thread::sleep_for(kLook);
-      return;  // nobody, or nothing is left to give: not at once again
+    if (SecondsBetween(trust_checked, now) >= kTrustPeriod) {
+      CutUntrusted();
+      trust_checked = now;
     }
-    if (waiting_.size() >= limits_.waiting) {
-      TurnAway(waiting_.front().fd, TurnedAway::kSaidNothing);
-      waiting_.erase(waiting_.begin());
-    }
-    waiting_.push_back({fd, NameOf(peer), AddressOf(peer), Clock::now()});
+    open_ = connections_.size();
   }
 }
 
-void Acceptor::Room::Greet() {
-  std::erase_if(waiting_, [this](Waiting& one) { return Decide(&one); });
-}
-
-bool Acceptor::Room::Decide(Waiting* one) {
-  const Time now = Clock::now();
-  if (IsToBeLookedAt(*one, now)) {
-    one->looked = now;
-    if (ReadPreface(one)) return true;
+void Acceptor::AcceptOne(int listener) {
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  const int fd =
+      accept4(listener, reinterpret_cast<sockaddr*>(&peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  std::this_thread::sleep_for(kBetween);
+  if (fd < 0) return;
+  int unread = 0;
+  if (ioctl(fd, FIONREAD, &unread) == 0 && unread > kMostUnread) {
+    return Close(fd, TurnedAway::kTooMuch);
   }
-  if (now - one->since < limits_.greeting) return false;
-  return TurnAway(one->fd, one->greeted ? TurnedAway::kTooMany : TurnedAway::kSaidNothing);
+  const int duplicate =
+      connections_.size() < limits_.connections ? fcntl(fd, F_DUPFD_CLOEXEC, 0) : -1;
+  if (duplicate < 0) return Close(fd, TurnedAway::kFull);
+  Set(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  PrepareLine(fd);
+  connections_.push_back({duplicate, NameOf(peer)});
+  ++accepted_;
+  hand_on_(fd);
 }
 
-bool Acceptor::Room::IsToBeLookedAt(const Waiting& one, Time now) {
-  if (one.silent) return false;
-  const bool is_soon = !one.greeted || IsItsTurn(one.from, now);
-  return now - one.looked >= Seconds(is_soon ? kDwell : kSeldom);
-}
-
-bool Acceptor::Room::ReadPreface(Waiting* one) {
-  std::array<char, 24> bytes{};
-  const ssize_t came = recv(one->fd, bytes.data(), bytes.size(), MSG_PEEK | MSG_DONTWAIT);
-  one->silent = came < 0 && errno == EAGAIN;
-  if (one->silent) return false;
-  if (came <= 0) return TurnAway(one->fd, TurnedAway::kSaidNothing);  // it left
-  const Greets greets =
-      CheckGreeting(door_.greeting_, {bytes.data(), static_cast<std::size_t>(came)});
-  if (greets == Greets::kNo) return TurnAway(one->fd, TurnedAway::kSaidOther);
-  one->greeted = greets == Greets::kYes;
-  if (!one->greeted) return false;
-  // Of a crowd that greeted and left, nobody is to take the place of who still waits.
-  if (!TrafficOf(one->fd).open) return TurnAway(one->fd, TurnedAway::kSaidNothing);
-  const Time now = one->looked;
-  // A flood shows before any of it reaches gRPC; who floods on does not keep the door closed.
-  if (UnreadOf(one->fd) > limits_.share * ConnectionBudget::kStart) {
-    if (now >= VisitsOf(one->from).closed_until) CloseTo(one->from);
-    return TurnAway(one->fd, TurnedAway::kTooMuch);
+void Acceptor::ApplyClients() {
+  const std::scoped_lock lock(mutex_);
+  for (auto& [peer, client] : clients_) {
+    const auto one = std::ranges::find(connections_, peer, &Connection::peer);
+    if (one == connections_.end()) continue;
+    if (client.rate > one->client.rate) one->own = kOwnBurst * client.rate;
+    client.rate = std::max(client.rate, one->client.rate);
+    one->client = std::move(client);
   }
-  return now - one->since > Seconds(kDwell) && HandOnIfAllowed(*one);
+  clients_.clear();
 }
 
-bool Acceptor::Room::IsItsTurn(const Address& from, Time now) {
-  const Visits& visits = VisitsOf(from);
-  return visits.credit >= 1 && now >= visits.closed_until && now >= visits.full_until &&
-         now - newest_at_ >= Seconds(kBetween);
-}
-
-bool Acceptor::Room::HandOnIfAllowed(const Waiting& one) {
-  const Time now = one.looked;
-  if (!IsItsTurn(one.from, now)) return false;  // in a while, perhaps
-  Visits& visits = visits_.at(one.from);
-  if (!MakePlace(one.from)) {
-    visits.full_until = now + Seconds(kSeldom);
+// Closes the connections that send most, until the others are within half of the rate.
+void Acceptor::CountBytes(double dt) {
+  credit_ = std::min(limits_.burst, credit_ + limits_.rate * dt);
+  double recent = 0;  // of all
+  std::erase_if(connections_, [&](Connection& one) {
+    const auto total = ReceivedBy(one.fd);
+    if (!total) return close(one.fd) == 0;
+    const auto received = static_cast<double>(*total - std::exchange(one.received, *total));
+    one.own = std::min(kOwnBurst * one.client.rate, one.own + one.client.rate * dt);
+    const double excess = std::max(0.0, received - one.own);
+    one.own = std::max(0.0, one.own - received);
+    one.recent = one.recent * std::exp(-dt / kWindow) + excess;
+    recent += one.recent;
+    credit_ -= excess;
     return false;
-  }
-  const int second_name = fcntl(one.fd, F_DUPFD_CLOEXEC, 0);
-  if (second_name < 0) return TurnAway(one.fd, TurnedAway::kTooMany);
-  const int on = 1;
-  setsockopt(one.fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  PrepareLine(one.fd);
-  --visits.credit;
-  ++visits.open;
-  newest_at_ = now;
-  guests_.push_back({second_name, one.peer, one.from, ConnectionBudget(limits_.share), newest_at_});
-  setsockopt(one.fd, SOL_SOCKET, SO_RCVBUF, &kFewBytes, sizeof kFewBytes);
-  ++door_.accepted_;
-  door_.open_ = guests_.size();
-  door_.hand_on_(one.fd);
-  return true;
-}
-
-// Where all places are taken, of the address or at all, one that is idle gives way.
-bool Acceptor::Room::MakePlace(const Address& from) {
-  const bool own = visits_.at(from).open >= limits_.per_address;
-  if (!own && guests_.size() < most_) return true;
-  auto idlest = guests_.end();
-  for (auto guest = guests_.begin(); guest != guests_.end(); ++guest) {
-    if ((own && guest->from != from) || guest->budget.silent() < limits_.idle) continue;
-    if (idlest == guests_.end() || guest->budget.silent() > idlest->budget.silent()) idlest = guest;
-  }
-  if (idlest == guests_.end()) return false;
-  Cut(*idlest, TurnedAway::kTooMany);
-  guests_.erase(idlest);
-  return true;
-}
-
-void Acceptor::Room::CheckConnections(double dt) {
-  const Time now = Clock::now();
-  std::erase_if(guests_, [&](Guest& guest) { return !Bear(&guest, now); });
-  door_.open_ = guests_.size();
-  for (auto& [address, visits] : visits_) {
-    visits.credit = std::min(limits_.burst, visits.credit + limits_.rate * dt);
-  }
-  std::erase_if(visits_, [&](const auto& entry) {
-    const Visits& visits = entry.second;
-    return visits.open == 0 && visits.credit >= limits_.burst && now >= visits.closed_until;
   });
+  while (credit_ < 0 && recent > limits_.rate * kWindow / 2) {
+    const auto heaviest = std::ranges::max_element(connections_, {}, &Connection::recent);
+    recent -= heaviest->recent;
+    Cut(*heaviest, TurnedAway::kTooMuch);
+    connections_.erase(heaviest);
+  }
 }
 
-bool Acceptor::Room::Bear(Guest* guest, Time now) {
-  // Only who is new may be a flood that gRPC has begun to read.
-  if (!guest->is_new && now - guest->looked < kLook) return true;
-  const Traffic traffic = TrafficOf(guest->fd);
-  const double dt = SecondsBetween(std::exchange(guest->looked, now), now);
-  const bool bears = guest->budget.Update(traffic.received, traffic.answered, dt);
-  if (guest->is_new && now - guest->since > Seconds(kNew)) {
-    guest->is_new = false;
-    setsockopt(guest->fd, SOL_SOCKET, SO_RCVBUF, &kManyBytes, sizeof kManyBytes);
-  }
-  if (traffic.open && bears) return true;
-  if (traffic.open) {
-    CloseTo(guest->from);
-    Cut(*guest, TurnedAway::kTooMuch);
-  } else {
-    close(guest->fd);
-    --VisitsOf(guest->from).open;
-  }
-  return false;
-}
-
-void Acceptor::Room::CloseTo(const Address& from) {
-  Visits& visits = VisitsOf(from);
-  visits.closed_until = Clock::now() + Seconds(limits_.closed);
-  visits.credit = std::min(visits.credit, kFewAtFirst);
-}
-
-void Acceptor::Room::Cut(const Guest& guest, TurnedAway why) {
-  Disconnect(guest.fd);
-  TurnAway(guest.fd, why);
-  --visits_.at(guest.from).open;
-}
-
-// With the door's mutex held.
-void Acceptor::Room::Learn() {
-  for (const std::string& peer : std::exchange(door_.paced_, {})) {
-    const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
-    if (guest != guests_.end()) guest->is_paced = true;
-  }
-  for (auto& [peer, trusted] : door_.trusted_) {
-    const auto guest = std::ranges::find(guests_, peer, &Guest::peer);
-    if (guest != guests_.end()) guest->trusted = std::move(trusted);
-  }
-  door_.trusted_.clear();
-}
-
-void Acceptor::Room::CutUntrusted() {
-  {
-    const std::scoped_lock lock(door_.mutex_);
-    Learn();
-  }
-  std::erase_if(guests_, [this](const Guest& guest) {
-    if (!guest.trusted || guest.trusted()) return false;
-    spdlog::warn("audit: {} was disconnected: its certificate is no longer valid", guest.peer);
-    Cut(guest, TurnedAway::kUntrusted);
+void Acceptor::CutUntrusted() {
+  std::erase_if(connections_, [this](const Connection& one) {
+    if (!one.client.trusted || one.client.trusted()) return false;
+    spdlog::warn("audit: {} was disconnected: its certificate is no longer valid", one.peer);
+    Cut(one, TurnedAway::kUntrusted);
     return true;
   });
 }
 
-// Who is paced shares what there is with those who also sent since the last time. The operator's
-// own connection is not: its states would wait with the rest.
-void Acceptor::Room::Pace(double dt) {
-  double sent = 0, rate = 0;
-  std::uint64_t busy = 0;
-  std::string operator_peer;
-  {
-    const std::scoped_lock lock(door_.mutex_);
-    Learn();
-    operator_peer = WithoutBrackets(door_.operator_);
-    for (Guest& guest : guests_) {
-      const std::uint64_t before = std::exchange(guest.sent, guest.budget.answered());
-      if (!guest.is_paced || guest.peer == operator_peer || guest.sent == before) continue;
-      sent += static_cast<double>(guest.sent - before);
-      ++busy;
-    }
-    rate = door_.pace_.Update(sent, dt);
-  }
-  const double share = rate / static_cast<double>(std::max<std::uint64_t>(busy, 1));
-  for (const Guest& guest : guests_) {
-    if (!guest.is_paced) continue;
-    const double most = guest.peer == operator_peer ? BulkPace::kUnbound : share;
-    constexpr unsigned kUnbound = ~0U;
-    const unsigned told = most < kUnbound ? static_cast<unsigned>(most) : kUnbound;
-    setsockopt(guest.fd, SOL_SOCKET, SO_MAX_PACING_RATE, &told, sizeof told);
-  }
+// Also discards what gRPC has not read, if the system can do that.
+void Acceptor::Cut(const Connection& one, TurnedAway why) {
+  sockaddr nowhere{};
+  nowhere.sa_family = AF_UNSPEC;
+  if (connect(one.fd, &nowhere, sizeof nowhere) != 0) shutdown(one.fd, SHUT_RDWR);
+  Close(one.fd, why);
 }
 
-bool Acceptor::Room::TurnAway(int fd, TurnedAway why) {
+void Acceptor::Close(int fd, TurnedAway why) {
   close(fd);
-  const std::uint64_t count = ++door_.turned_away_[static_cast<std::size_t>(why)];
-  if (count % kTurnsToTell == 1) {
-    spdlog::warn("audit: connections rejected, {}: {} since the start", ToString(why), count);
-  }
-  return true;
+  const auto index = static_cast<std::size_t>(why);
+  const std::uint64_t count = ++turned_away_[index];
+  if (count % kLogEvery != 1) return;
+  spdlog::warn("audit: connections closed, {}: {} since the start", kTurnedAwayNames[index], count);
 }
 
-Acceptor::Acceptor(Endpoint endpoint, Greeting greeting, HandOn hand_on, const Limits& limits)
+Acceptor::Acceptor(Endpoint endpoint, HandOn hand_on, const Limits& limits)
     : endpoint_(std::move(endpoint)),
-      greeting_(greeting),
       hand_on_(std::move(hand_on)),
-      limits_(limits),
-      sockets_(ListenAt(&endpoint_)) {}
+      limits_{Affordable(limits.connections), limits.rate, limits.burst},
+      listening_(ListenAt(&endpoint_)),
+      credit_(limits.burst) {}
 
 Acceptor::~Acceptor() {
   Stop();
 }
 
 void Acceptor::Start() {
-  thread_ = std::jthread([this](const std::stop_token& stop) { Room(*this).Run(stop); });
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
 }
 
-AcceptorCounts Acceptor::counts() const {
-  AcceptorCounts counts;
-  counts.accepted = accepted_;
-  counts.open = open_;
-  counts.waiting = waiting_;
-  counts.unseen = SecondsBetween(looked_, Clock::now());
-  for (std::size_t i = 0; i < kTurnedAwayCount; ++i) counts.turned_away[i] = turned_away_[i];
+Acceptor::Counts Acceptor::counts() const {
+  Counts counts{.accepted = accepted_, .open = open_};
+  for (std::size_t i = 0; i < turned_away_.size(); ++i) counts.turned_away[i] = turned_away_[i];
   return counts;
 }
 
-void Acceptor::KeepWhile(const std::string& peer, std::function<bool()> trusted) {
+void Acceptor::Describe(const std::string& peer, Client client) {
   const std::scoped_lock lock(mutex_);
-  trusted_[WithoutBrackets(peer)] = std::move(trusted);
-}
-
-void Acceptor::Pace(const std::string& peer) {
-  const std::scoped_lock lock(mutex_);
-  paced_.push_back(WithoutBrackets(peer));
-}
-
-void Acceptor::HearRoundTrip(const std::string& peer, double round_trip) {
-  const std::scoped_lock lock(mutex_);
-  if (operator_ != peer) {
-    operator_ = peer;
-    pace_ = {};
-  }
-  pace_.Hear(round_trip);
+  Client& known = clients_[WithoutBrackets(peer)];
+  client.rate = std::max(client.rate, known.rate);
+  known = std::move(client);
 }
 
 void Acceptor::Stop() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  sockets_.clear();
+  for (const int fd : std::exchange(listening_, {})) close(fd);
+  for (const Connection& one : std::exchange(connections_, {})) close(one.fd);
 }
 
 }  // namespace palpate

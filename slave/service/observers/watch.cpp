@@ -11,6 +11,7 @@
 #include "shared/wire/trace_message.h"
 #include "slave/service/messages.h"
 #include "slave/service/observers/mesh_stream_encoder.h"
+#include "slave/service/roles.h"
 #include "slave/service/status.h"
 #include "slave/service/teleoperation_service.h"
 
@@ -19,6 +20,7 @@ namespace {
 
 // How long a silent stream may go without a look whether the reader is still there.
 constexpr std::chrono::milliseconds kPatience(50);
+constexpr std::chrono::milliseconds kPaceWait(5);  // until a stream asks again whether it may send
 
 void RequireCamera(const Slave& slave) {
   if (!HasPictures(slave.Describe().scene.sense)) {
@@ -28,23 +30,38 @@ void RequireCamera(const Slave& slave) {
 
 }  // namespace
 
-template <class Message, class Compose>
-grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, Clock::duration gap,
-                                         grpc::ServerWriter<Message>* writer,
+template <class Message, class Prepare, class Compose>
+grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Prepare& prepare,
+                                         BulkPace* pace, grpc::ServerWriter<Message>* writer,
                                          const Compose& compose) {
   const OrdinaryPriority ordinary;
-  if (lines_.on_stream) lines_.on_stream(*context);
-  const ObserverSeats::Seat seat(&seats_);
-  if (!seat) return ObserverSeats::Full();
+  Clock::duration gap{};
+  if (const auto asked = Guarded([&] { gap = prepare(); }); !asked.ok()) return asked;
+  on_stream_(*context, 0);
+  const bool is_operators = lease_.IsHeldBy(context->peer(), OperatorNameOf(*context));
+  const Seats::Seat seat(&seats_, is_operators);
+  if (!seat) {
+    const std::string why = std::to_string(kSeats) + " streams are open already";
+    refused_.Add("a stream of " + Message::descriptor()->name(), ClientOf(*context), why);
+    return {grpc::StatusCode::RESOURCE_EXHAUSTED, why};
+  }
   const auto box = publisher_.Subscribe();  // its states tell when there is something new
   Message message;
+  double bytes = 0;  // of the previous message
   while (!box->closed()) {
     if (context->IsCancelled()) return grpc::Status::CANCELLED;
     const auto state = box->WaitNewest(kPatience);
     if (!state) continue;
-    const Time due = Clock::now() + gap;
+    const Time now = Clock::now(), due = now + gap;
+    if (pace != nullptr && !pace->Begin(bytes, now)) {
+      box->PauseUntil(now + kPaceWait);
+      continue;
+    }
     bool is_new = false;
     const auto composed = Guarded([&] { is_new = compose(*state, &message); });
+    const double size = is_new ? static_cast<double>(message.ByteSizeLong()) : 0;
+    if (pace != nullptr) pace->End(bytes, size);
+    if (is_new) bytes = size;
     if (!composed.ok()) return composed;
     if (!is_new) continue;
     if (!writer->Write(message)) return grpc::Status::CANCELLED;  // the reader left
@@ -57,68 +74,68 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, Clock::du
 grpc::Status TeleoperationService::WatchState(grpc::ServerContext* context,
                                               const v1::WatchStateRequest* request,
                                               grpc::ServerWriter<v1::SlaveState>* writer) {
-  Clock::duration gap{};
-  if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
-  return Watch(context, gap, writer, [&](const SlaveState& state, v1::SlaveState* message) {
-    ToProto(state, message);
-    if (!request->details()) return true;
-    ToProto(state.details, message->mutable_details());
-    if (state.moment) ToProto(*state.moment, message->mutable_moment());
-    return true;
-  });
+  const auto prepare = [&] { return GapOf(*request); };
+  return Watch(context, prepare, nullptr, writer,
+               [&](const SlaveState& state, v1::SlaveState* message) {
+                 ToProto(state, message);
+                 if (!request->details()) return true;
+                 ToProto(state.details, message->mutable_details());
+                 if (state.moment) ToProto(*state.moment, message->mutable_moment());
+                 return true;
+               });
 }
 
 grpc::Status TeleoperationService::WatchMesh(grpc::ServerContext* context,
                                              const v1::WatchMeshRequest* request,
                                              grpc::ServerWriter<v1::MeshState>* writer) {
-  Clock::duration gap{};
   std::optional<MeshStreamEncoder> encoder;
-  const auto asked = Guarded([&] {
-    gap = GapOf(*request);
+  const auto prepare = [&] {
     encoder.emplace(*request);
-  });
-  if (!asked.ok()) return asked;
-  if (lines_.on_bulk) lines_.on_bulk(context->peer());
+    return GapOf(*request);
+  };
   std::optional<Time> sensed_at;
-  return Watch(context, gap, writer, [&](const SlaveState& state, v1::MeshState* message) {
-    if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
-    BoundaryShape shape = slave_.Shape(encoder->needs_nodal_forces());
-    shape.state_sequence = state.sequence;
-    encoder->Encode(shape, message);
-    return true;
-  });
+  return Watch(context, prepare, &bulk_pace_, writer,
+               [&](const SlaveState& state, v1::MeshState* message) {
+                 if (std::exchange(sensed_at, state.sensed_at) == state.sensed_at) return false;
+                 BoundaryShape shape = slave_.Shape(encoder->needs_nodal_forces());
+                 shape.state_sequence = state.sequence;
+                 encoder->Encode(shape, message);
+                 return true;
+               });
 }
 
 grpc::Status TeleoperationService::WatchTrace(grpc::ServerContext* context,
                                               const v1::WatchTraceRequest* request,
                                               grpc::ServerWriter<v1::TraceUpdate>* writer) {
-  Clock::duration gap{};
-  if (const auto asked = Guarded([&] { gap = GapOf(*request); }); !asked.ok()) return asked;
+  const auto prepare = [&] { return GapOf(*request); };
   Time told{};
-  return Watch(context, gap, writer, [&](const SlaveState& /*state*/, v1::TraceUpdate* message) {
-    const std::vector<SampleTrace> traces = slave_.TracesSince(told);
-    message->Clear();
-    for (const SampleTrace& trace : traces) ToProto(trace, message->add_samples());
-    if (!traces.empty()) told = traces.back().sensed_at;
-    return !traces.empty();
-  });
+  return Watch(context, prepare, nullptr, writer,
+               [&](const SlaveState& /*state*/, v1::TraceUpdate* message) {
+                 const std::vector<SampleTrace> traces = slave_.TracesSince(told);
+                 message->Clear();
+                 for (const SampleTrace& trace : traces) ToProto(trace, message->add_samples());
+                 if (!traces.empty()) told = traces.back().sensed_at;
+                 return !traces.empty();
+               });
 }
 
 grpc::Status TeleoperationService::WatchPatch(grpc::ServerContext* context,
                                               const v1::WatchPatchRequest* /*request*/,
                                               grpc::ServerWriter<v1::PatchUpdate>* writer) {
   std::uint32_t epoch = 0, revision = 0;  // as the reader knows them
-  return Watch(context, {}, writer, [&](const SlaveState& /*state*/, v1::PatchUpdate* message) {
-    const PatchSnapshot news = slave_.Patch();
-    const bool is_known = news.law.epoch == epoch && news.law.revision == revision;
-    if (!news.patch || is_known) return false;
-    message->Clear();
-    if (news.patch->epoch != epoch) ToProto(*news.patch, message->mutable_patch());
-    ToProto(news.law, message->mutable_law());
-    epoch = news.law.epoch;
-    revision = news.law.revision;
-    return true;
-  });
+  return Watch(
+      context, [] { return Clock::duration{}; }, nullptr, writer,
+      [&](const SlaveState& /*state*/, v1::PatchUpdate* message) {
+        const PatchSnapshot news = slave_.Patch();
+        const bool is_known = news.law.epoch == epoch && news.law.revision == revision;
+        if (!news.patch || is_known) return false;
+        message->Clear();
+        if (news.patch->epoch != epoch) ToProto(*news.patch, message->mutable_patch());
+        ToProto(news.law, message->mutable_law());
+        epoch = news.law.epoch;
+        revision = news.law.revision;
+        return true;
+      });
 }
 
 std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at, bool overlays,
@@ -134,24 +151,22 @@ std::shared_ptr<const JpegPicture> TeleoperationService::Encoded(Time sensed_at,
 grpc::Status TeleoperationService::WatchVideo(grpc::ServerContext* context,
                                               const v1::WatchVideoRequest* request,
                                               grpc::ServerWriter<v1::VideoFrame>* writer) {
-  Clock::duration gap{};
   int quality = 0;
-  const auto asked = Guarded([&] {
-    gap = GapOf(*request);
+  const auto prepare = [&] {
     quality = QualityOf(*request);
     RequireCamera(slave_);
-  });
-  if (!asked.ok()) return asked;
-  if (lines_.on_bulk) lines_.on_bulk(context->peer());
+    return GapOf(*request);
+  };
   std::optional<Time> sensed_at;
-  return Watch(context, gap, writer, [&](const SlaveState& state, v1::VideoFrame* message) {
-    if (state.sensed_at == sensed_at) return false;
-    const auto picture = Encoded(state.sensed_at, request->overlays(), quality);
-    if (!picture) return false;  // nothing seen yet
-    sensed_at = state.sensed_at;
-    ToProto(*picture, state.sequence, message);
-    return true;
-  });
+  return Watch(context, prepare, &bulk_pace_, writer,
+               [&](const SlaveState& state, v1::VideoFrame* message) {
+                 if (state.sensed_at == sensed_at) return false;
+                 const auto picture = Encoded(state.sensed_at, request->overlays(), quality);
+                 if (!picture) return false;  // nothing seen yet
+                 sensed_at = state.sensed_at;
+                 ToProto(*picture, state.sequence, message);
+                 return true;
+               });
 }
 
 }  // namespace palpate

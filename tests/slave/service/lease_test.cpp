@@ -1,10 +1,11 @@
 // The lease by itself, without a network.
 #include <thread>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/service/operator_lease.h"
-#include "tests/slave/service/fake_slave.h"
+#include "tests/slave/service/service_fixture.h"
 
 namespace palpate {
 namespace {
@@ -15,15 +16,24 @@ constexpr std::chrono::milliseconds kSilence(1000);
 class LeaseTest : public testing::Test {
  protected:
   OperatorLease::Ticket Take(const std::string& peer, std::string* dismissed = nullptr) {
-    const auto answer = lease_.RequestTicket(peer, [dismissed](const std::string& reason) {
+    return TakeAs(std::nullopt, peer, dismissed);
+  }
+  OperatorLease::Ticket TakeAs(const std::optional<std::string>& name, const std::string& peer,
+                               std::string* dismissed = nullptr) {
+    answer_ = lease_.RequestTicket(peer, name, [dismissed](const std::string& reason) {
       if (dismissed != nullptr) *dismissed = reason;
     });
-    const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer);
+    const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer_);
     return ticket != nullptr ? *ticket : 0;
+  }
+  [[nodiscard]] std::string Refusal() const {
+    const auto* refusal = std::get_if<OperatorLease::Refusal>(&answer_);
+    return refusal != nullptr ? refusal->why : "";
   }
 
   FakeSlave slave_;
   OperatorLease lease_{slave_, kSilence};
+  OperatorLease::Answer answer_;
 };
 
 TEST_F(LeaseTest, CommandsOfAnOldTicketReachNobody) {
@@ -68,6 +78,78 @@ TEST_F(LeaseTest, OnlyValidNewerCommandsKeepTheLease) {
     std::this_thread::sleep_for(kSilence / 20);
   }
   EXPECT_NE(Take("patient"), 0U);
+}
+
+TEST_F(LeaseTest, OnlyAnEngagedHolderMayBeSilentForLong) {
+  OperatorLease lease(slave_, kLiveness);
+  const auto take = [&] { return lease.RequestTicket("other", {}, [](const auto&) {}).index(); };
+  const auto ticket = std::get<OperatorLease::Ticket>(lease.RequestTicket("a", {}, {}));
+  v1::OperatorCommand command;
+  command.set_epoch(1);
+  command.set_sequence(1);
+  command.set_engaged(true);
+  command.mutable_p_m()->set_y(0);
+  lease.Command(ticket, command);
+  std::this_thread::sleep_for(OperatorLease::kIdleSilence);
+  EXPECT_EQ(take(), 1U) << "refused";
+  command.set_sequence(2);
+  command.set_engaged(false);
+  lease.Command(ticket, command);
+  EXPECT_EQ(take(), 1U) << "refused";
+  std::this_thread::sleep_for(OperatorLease::kIdleSilence);
+  EXPECT_EQ(take(), 0U) << "a ticket";
+}
+
+TEST_F(LeaseTest, AfterABrokenStreamTheLeaseIsReservedForTheSameOperator) {
+  const auto ticket = TakeAs("ada", "a");
+  lease_.Release(ticket);
+  EXPECT_EQ(slave_.ends(), 1) << "the tool holds at once";
+  EXPECT_EQ(TakeAs("bob", "b"), 0U);
+  EXPECT_THAT(Refusal(), testing::HasSubstr("reserved for ada, whose stream broke"));
+  EXPECT_EQ(Take("c"), 0U);
+  EXPECT_TRUE(std::holds_alternative<OperatorLease::NameFirst>(answer_));
+  EXPECT_NE(TakeAs("ada", "d"), 0U);
+}
+
+TEST_F(LeaseTest, TheNameOfAReservationMayComeFromTheCommands) {
+  const auto ticket = Take("a");
+  v1::OperatorCommand command;
+  command.set_sequence(1);
+  command.set_operator_name("ada");
+  lease_.Command(ticket, command);
+  EXPECT_TRUE(lease_.IsHeldBy("elsewhere", "ada"));
+  EXPECT_FALSE(lease_.IsHeldBy("elsewhere", "bob"));
+  lease_.Release(ticket);
+  EXPECT_EQ(TakeAs("bob", "b"), 0U);
+  EXPECT_NE(TakeAs("ada", "d"), 0U);
+}
+
+TEST_F(LeaseTest, WhoLeavesOnPurposeOrHasNoNameReservesNothing) {
+  const auto ticket = TakeAs("ada", "a");
+  lease_.Release(ticket);
+  lease_.Leave(ticket);
+  const auto unnamed = Take("b");
+  ASSERT_NE(unnamed, 0U);
+  lease_.Release(unnamed);
+  EXPECT_NE(TakeAs("bob", "c"), 0U);
+}
+
+TEST_F(LeaseTest, AReservationEnds) {
+  lease_.Release(TakeAs("ada", "a"));
+  std::this_thread::sleep_for(OperatorLease::kReserved);
+  EXPECT_NE(TakeAs("bob", "b"), 0U);
+}
+
+TEST_F(LeaseTest, AnEvictedOperatorMakesRoomForOthers) {
+  EXPECT_THROW(lease_.Evict("nobody is here"), std::logic_error);
+  std::string dismissed;
+  ASSERT_NE(TakeAs("ada", "a", &dismissed), 0U);
+  lease_.Evict("the robot is needed");
+  EXPECT_EQ(dismissed, "evicted by an administrator: the robot is needed");
+  EXPECT_EQ(slave_.ends(), 1);
+  EXPECT_EQ(TakeAs("ada", "a"), 0U);
+  EXPECT_THAT(Refusal(), testing::HasSubstr("ada was evicted"));
+  EXPECT_NE(TakeAs("bob", "b"), 0U);
 }
 
 TEST_F(LeaseTest, ANameIsCutBetweenCharactersAndNotWithinOne) {

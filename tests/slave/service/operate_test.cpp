@@ -67,6 +67,7 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
   EXPECT_THAT(refused.error_message(), HasSubstr("Ada at the window (ipv4:127.0.0.1:"));
   EXPECT_EQ(slave_.begins(), 1);
   EXPECT_EQ(GetStatus().operator_name(), "Ada at the window");
+  EXPECT_THAT(GetStatus().alarms(), testing::Contains(HasSubstr("was refused: the lease is held")));
   EXPECT_TRUE(ada.Read().has_value()) << "the holder was disturbed";
 }
 
@@ -96,8 +97,45 @@ TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
   EXPECT_TRUE(Operator(Connect()).Read().has_value());
 }
 
+TEST_F(OperateTest, ABrokenStreamReservesTheLeaseForTheOperatorsName) {
+  Operator ada(Connect());
+  ada.Hold(0, "Ada");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+  ada.Vanish();
+  ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
+  Operator bob(Connect());
+  bob.Hold(0, "Bob");
+  const grpc::Status refused = bob.Finish();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_THAT(refused.error_message(), HasSubstr("reserved for Ada"));
+  Operator again(Connect());
+  again.Hold(0, "Ada");
+  EXPECT_TRUE(again.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+}
+
+TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
+  Operator ada(Connect());
+  ada.Hold(0, "Ada");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+  const auto stub = Connect();
+  const auto evict = [&] {
+    grpc::ClientContext context;
+    SetDeadline(&context);
+    v1::EvictOperatorRequest request;
+    request.set_reason("maintenance");
+    v1::Status reply;
+    return stub->EvictOperator(&context, request, &reply);
+  };
+  ASSERT_TRUE(evict().ok());
+  EXPECT_EQ(slave_.ends(), 1);
+  const grpc::Status ended = ada.Finish();
+  EXPECT_EQ(ended.error_code(), grpc::StatusCode::ABORTED);
+  EXPECT_EQ(ended.error_message(), "evicted by an administrator: maintenance");
+  EXPECT_EQ(evict().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+}
+
 // A program that is killed says no goodbye: its connection just breaks.
-TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledTheNextOneGetsTheLease) {
+TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledItGetsTheLeaseAgain) {
   std::string program = BinaryPath("/bin/lone_operator"), address = server_->address();
   char* const arguments[] = {program.data(), address.data(), nullptr};
   pid_t pid = 0;
@@ -107,7 +145,9 @@ TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledTheNextOneGetsTheLease) {
   waitpid(pid, nullptr, 0);
   ASSERT_TRUE(operated);
   EXPECT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
-  EXPECT_TRUE(Operator(Connect()).Read().has_value());
+  Operator again(Connect());
+  again.Hold(0, "lone");
+  EXPECT_TRUE(again.Read().has_value());
 }
 
 TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {

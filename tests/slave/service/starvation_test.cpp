@@ -3,15 +3,10 @@
 #include <string>
 #include <vector>
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include "slave/service/listener_watch.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {
@@ -99,41 +94,6 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
   asking.join();
   EXPECT_EQ(first_status.error_code(), grpc::StatusCode::CANCELLED);
   EXPECT_TRUE(Eventually([&] { return !GetStatus().has_making(); }));
-}
-
-// A door that opens and behind which nobody is.
-class Deaf {
- public:
-  Deaf() : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    auto* any = reinterpret_cast<sockaddr*>(&address);
-    socklen_t size = sizeof address;
-    if (bind(fd_, any, size) != 0 || listen(fd_, 8) != 0) ADD_FAILURE();
-    getsockname(fd_, any, &size);
-    endpoint = {"127.0.0.1", ntohs(address.sin_port)};
-  }
-  ~Deaf() { close(fd_); }
-
-  Endpoint endpoint;
-
- private:
-  int fd_;
-};
-
-TEST_F(StarvationTest, ADeafListenerIsNoticed) {
-  constexpr std::chrono::milliseconds kShort(20);
-  EXPECT_TRUE(Answers(ParseEndpoint(server_->address()), Greeting::kHttp2, kLiveness));
-  const Deaf deaf;
-  EXPECT_FALSE(Answers(deaf.endpoint, Greeting::kHttp2, kShort));
-  EXPECT_FALSE(Answers({"127.0.0.1", 1}, Greeting::kHttp2, kShort)) << "nobody listens";
-  std::atomic<int> told{0}, missed{0};
-  const ListenerWatch watch(
-      deaf.endpoint, [&] { ++told; },
-      {kShort, kShort, 2, Greeting::kHttp2, [&](int count) { missed = count; }});
-  EXPECT_TRUE(Eventually([&] { return told == 1; }));
-  EXPECT_EQ(missed, 2);
 }
 
 // Pictures are encoded once for all who watch them alike.

@@ -10,6 +10,7 @@
 #include "shared/wire/traction_code.h"
 #include "slave/service/observers/mesh_stream_encoder.h"
 #include "slave/service/publisher.h"
+#include "slave/service/teleoperation_service.h"
 #include "tests/slave/service/service_fixture.h"
 
 namespace palpate {
@@ -185,13 +186,24 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   v1::SlaveState state;
   v1::WatchStateRequest slowly;
   slowly.set_max_rate_hz(1);
-  for (int i = 0; i < ObserverSeats::kSeats; ++i) {
+  for (int i = 0; i < TeleoperationService::kSeats; ++i) {
     auto& watcher = *watchers.emplace_back(std::make_unique<Watcher>());
     SetDeadline(&watcher.context);
     watcher.stream = stub->WatchState(&watcher.context, slowly);
     ASSERT_TRUE(watcher.stream->Read(&state)) << i;
   }
   EXPECT_EQ(Watch(0).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(GetStatus().alarms(),
+              testing::Contains(testing::HasSubstr("a stream of SlaveState of ipv4:127.0.0.1:")));
+  Operator ada(Connect());  // has seats of its own, by its connection or its name
+  ada.Hold(0, "Ada");
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
+  grpc::ClientContext own, named;
+  SetDeadline(&own);
+  SetDeadline(&named);
+  named.AddMetadata("palpate-operator-bin", "Ada");
+  EXPECT_TRUE(ada.stub().WatchState(&own, slowly)->Read(&state));
+  EXPECT_TRUE(stub->WatchState(&named, slowly)->Read(&state));
   watchers.front()->context.TryCancel();
   EXPECT_TRUE(Eventually([&] { return Watch(0).ok(); })) << "the seat did not become free";
   for (auto& watcher : watchers) watcher->context.TryCancel();
