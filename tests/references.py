@@ -323,7 +323,7 @@ A scene is one YAML file: the object, how it is sensed, the model and the limits
 - A number may have a unit: `127 kPa`, `25mm`. A number without a unit is in SI units.
 - A file name is relative to the folder of the scene.
 - `--override key.path=value` replaces a value on the command line. The paths are those of the tables below.
-- A default of `required` means that the scene must have the key if it has the map around it.
+- The default `required` means that the key cannot be left out. A key below an optional map is required only if the scene has that map.
 
 """
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Drives the slave's manipulator, using only the .proto files: a simulated six-axis arm in place of a real one.
 
-usage: drive_arm.py HOST:PORT [--home X,Y,Z] [--rate HZ] [--duration S] [--site HOST:PORT]
+usage: drive_arm.py HOST:PORT [--home X,Y,Z] [--rate HZ] [--duration S] [--site HOST:PORT] [--tls DIR]
 
 The scene needs `manipulator: {source: stream}`. Three axes move the wrist, three keep the rotation of the tool.
 The driver of a real arm only replaces `Arm.measure` and `Arm.go`.
@@ -149,10 +149,11 @@ def main():
     parser.add_argument("--rate", type=float, default=250)
     parser.add_argument("--duration", type=float)
     parser.add_argument("--site", help="HOST:PORT")
+    palpate_stubs.add_tls(parser)
     arguments = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
 
-    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, arguments.target))
+    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, arguments.target, arguments.tls))
     can = stub.GetCapabilities(messages.GetCapabilitiesRequest(), timeout=10)
     low, high = can.workspace_min, can.workspace_max
     home = [0.5 * (a + b) for a, b in ((low.x, high.x), (low.y, high.y), (low.z, high.z))]

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Sends images to a slave at the rate of a camera, using only the .proto files: a camera driver.
 
-usage: feed_pictures.py HOST:PORT [LEFT ...] [--right RIGHT ...] [--rate HZ] [--loop] [--check]
+usage: feed_pictures.py HOST:PORT [LEFT ...] [--right RIGHT ...] [--rate HZ] [--loop] [--check] [--tls DIR]
 
 LEFT, RIGHT: PNG or JPEG files, the left and right images of pairs; a depth image is a PNG of 16 bit. Without files
 thirty uncompressed grey images of 64 x 48 px are sent. The scene needs a camera with `source: stream`.
@@ -83,9 +83,10 @@ def main():
     parser.add_argument("--rate", type=float, default=30)
     parser.add_argument("--loop", action="store_true")
     parser.add_argument("--check", action="store_true")
+    palpate_stubs.add_tls(parser)
     arguments = parser.parse_args()
 
-    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, arguments.target))
+    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, arguments.target, arguments.tls))
     pairs = pictures(arguments)
     sent = 0
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Sends tactile samples to a slave at the rate of a recording, using only the .proto files.
 
-usage: feed_tactile.py HOST:PORT [RECORDING.csv] [--finger NAME ...] [--hurry] [--check]
+usage: feed_tactile.py HOST:PORT [RECORDING.csv] [--finger NAME ...] [--hurry] [--check] [--tls DIR]
 
 The recording has a header with a time in seconds (rel_time_s, time_s, t or timestamp) and NAME_E1 to
 NAME_E19, NAME_pdc, NAME_pac0 for each finger (without NAME_ for a single finger). Without a
@@ -99,9 +99,10 @@ def main():
     parser.add_argument("--finger", action="append", dest="fingers")
     parser.add_argument("--hurry", action="store_true")
     parser.add_argument("--check", action="store_true")
+    palpate_stubs.add_tls(parser)
     arguments = parser.parse_args()
 
-    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, arguments.target))
+    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, arguments.target, arguments.tls))
     scene = stub.GetScene(messages.GetSceneRequest(), timeout=10)
     fingers = arguments.fingers or [fingertip.name for fingertip in scene.fingertips]
     if not fingers:

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Operates a slave, using only the .proto files: moves the tool into contact and reads the force.
 
-usage: operate.py HOST:PORT [--down MM ...]
+usage: operate.py HOST:PORT [--down MM ...] [--tls DIR]
 
 Engages, approaches by the first --down (6 mm) and indents by the second (3 mm) within 1.5 s, holds,
 and retreats. Prints the peak force. Exit code 0: the force opposed the motion, the sequence
@@ -68,9 +68,10 @@ def main():
     parser.add_argument("target", help="HOST:PORT")
     parser.add_argument("--down", type=float, nargs=2, default=[6.0, 3.0], metavar="MM",
                         help="approach and indentation at the tool [mm]")
+    palpate_stubs.add_tls(parser)
     arguments = parser.parse_args()
 
-    channel = palpate_stubs.connect(grpc, arguments.target)
+    channel = palpate_stubs.connect(grpc, arguments.target, arguments.tls)
     stub = services.TeleoperationStub(channel)
     scene = stub.GetScene(messages.GetSceneRequest(), timeout=10)
     mapping = scene.operator

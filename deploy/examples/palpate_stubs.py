@@ -35,6 +35,16 @@ def load():
     return teleoperation_pb2, teleoperation_pb2_grpc, state_pb2
 
 
-def connect(grpc, target):
-    """Returns a channel to HOST:PORT in plain text, without a proxy."""
-    return grpc.insecure_channel(target, options=[("grpc.enable_http_proxy", 0)])
+def add_tls(parser):
+    """Adds the option --tls."""
+    parser.add_argument("--tls", metavar="DIR", type=pathlib.Path,
+                        help="use TLS with ca.pem, cert.pem and key.pem of this folder (deploy/certs)")
+
+
+def connect(grpc, target, tls=None):
+    """Returns a channel to HOST:PORT without a proxy: in plain text, or with the certificates of the folder `tls`."""
+    options = [("grpc.enable_http_proxy", 0)]
+    if tls is None:
+        return grpc.insecure_channel(target, options=options)
+    ca, key, certificate = ((tls / name).read_bytes() for name in ("ca.pem", "key.pem", "cert.pem"))
+    return grpc.secure_channel(target, grpc.ssl_channel_credentials(ca, key, certificate), options=options)

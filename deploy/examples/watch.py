@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Observes a slave, using only the .proto files: states, and the deformed boundary if there is one.
 
-usage: watch.py HOST:PORT [--states N]
+usage: watch.py HOST:PORT [--states N] [--tls DIR]
 
 Prints the number of received and skipped states, and the last forces of the fingertips if there are
 several. Exit code 0: the sequence increased throughout and the messages are well-formed; 1: otherwise.
@@ -31,9 +31,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("target", help="HOST:PORT")
     parser.add_argument("--states", type=int, default=100)
+    palpate_stubs.add_tls(parser)
     arguments = parser.parse_args()
 
-    channel = palpate_stubs.connect(grpc, arguments.target)
+    channel = palpate_stubs.connect(grpc, arguments.target, arguments.tls)
     stub = services.TeleoperationStub(channel)
     status = stub.GetStatus(messages.GetStatusRequest(), timeout=10)
     stream = stub.WatchState(messages.WatchStateRequest(max_rate_hz=100), timeout=60)

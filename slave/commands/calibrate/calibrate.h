@@ -43,14 +43,21 @@ rows.
 
 Images without the board, unreadable images and pairs that contradict the others are listed and not
 used. Exchanged sides are reported and corrected. A calibration is rejected, with the reason and
-exit code 1, unless halves of the images agree on the baseline (one camera: the focal length) within
-1 % (one sigma), the corners have a residual of at most 1 px rms, and they cover 15 % of the image.
-A rejected calibration is written only with --force.
+exit code 1, if fewer than four different positions of the board are usable; if halves of the images
+disagree on the baseline (one camera: the focal length), so that one sigma exceeds 1 %; if the
+corner residual exceeds 1 px rms; if one sigma of the focal length in the fit exceeds 2 %; if the
+corners cover less than 15 % of an image; or if fewer than half of the images, or pairs, agree. A
+rejected calibration is written only with --force.
 
 --register reads rows of the tip position in S [m] and in the image [px]. With u_right,v_right and a
 rig the positions are triangulated. With one lens the camera pose is fitted. With --plane, or with
 --size and no lens, pixel size and pose are fitted for a camera that looks straight down on z = 0.
-The lines for the scene's sense.camera go to standard output.)";
+The lines for the scene's sense.camera go to standard output. A pose is rejected in the same way if
+fewer than two thirds of the positions agree, or fewer than four with a pair, five with one lens,
+three with --plane or --size; if they are on one line or mirror the image points; if the residual
+exceeds 5 % of their spread; if one sigma of the direction exceeds 2 degrees; with one lens, if a
+second pose fits nearly as well; with --plane or --size, if a position is off z = 0 by more than 5 %
+of the spread.)";
 
 // Returns the exit code: 0 done, 1 rejected (nothing is written without `force`). Throws
 // std::invalid_argument: unusable options or data; std::runtime_error: the command failed.
