@@ -2,9 +2,9 @@
 
   test_load.py [--seconds 5] [--only REGEX]    prints a table; --seconds 60 or 30 for the figures of tests/RESULTS.md
 
-Columns: resident memory 3 s after the load, p99 of the period at which samples are solved with and without the load, longest time until
-a new client has a status, p99 of the time of Stop, how often the operator was in HOLD or disconnected, and whether it kept the lease.
-Fails where the slave ends, a new client has no answer, or the operator loses the lease.
+Columns: resident memory 3 s after the load; p99 of the period at which samples are solved, without and with the load; longest time
+until a new client has a status; p99 of the time of Stop; how often the operator was in HOLD or disconnected; whether it kept the lease.
+Fails if the slave ends, a new client has no answer, or the operator loses the lease.
 """
 import argparse
 import collections
@@ -12,22 +12,21 @@ import contextlib
 import csv
 import json
 import multiprocessing
-import os
 import pathlib
 import re
-import selectors
 import signal
 import socket
 import ssl
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "deploy/examples"))
 import grpc
 import palpate_stubs
-from programs import BARE, BLOCK, MASTER, OUT, PATIENCE, ROOT, Slave, wait_until
+from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, Slave, wait_until
 from untrusted_clients import DATA, OURS, PING, PREFACE, SETTINGS, WINDOW_UPDATE, answers, call, frame, message
 
 PERIOD = 0.01        # of what each sends [s]
@@ -52,17 +51,13 @@ class Line:
         self.send(b"")
 
     def send(self, words):
-        """Number of bytes that were sent."""
         self.left = self.left or words
         try:
-            count = self.socket.send(self.left) if self.left else 0
-            self.left = self.left[count:]
-            return count
+            self.left = self.left[self.socket.send(self.left) if self.left else 0:]
         except (BlockingIOError, ssl.SSLWantWriteError):
-            return 0
+            pass
         except OSError:
             self.is_open = False
-            return 0
 
     def drain(self):
         try:
@@ -82,7 +77,7 @@ class Line:
 
 def crowd(address, count, sources, first, again, every, context=None):
     """Keeps `count` connections that begin with `first` and send `again(n)` each `every` seconds; replaces those that end."""
-    lines, due, n, began, total = [], time.monotonic(), 0, time.monotonic(), 0
+    lines, due, n = [], time.monotonic(), 0
     while True:
         end = time.monotonic() + PERIOD
         while len(lines) < count and time.monotonic() < end:
@@ -92,12 +87,11 @@ def crowd(address, count, sources, first, again, every, context=None):
         if time.monotonic() >= due:
             due += every
             words = again()
-            total += sum(line.send(words) for line in lines)
+            for line in lines:
+                line.send(words)
         for line in lines:
             line.drain()
         lines = [line for line in lines if line.is_open]
-        if os.environ.get("PALPATE_TRACE"):
-            print(f"{time.monotonic() - began:.2f} s: {len(lines)} open, {n} made, {total / (time.monotonic() - began) / 1e6:.1f} MB/s", file=sys.stderr)
         time.sleep(max(0.0, min(due, end) - time.monotonic()))
 
 
@@ -151,7 +145,6 @@ class Periods:
         self.times, self.trouble = [], ""
         request = messages.WatchTraceRequest(max_rate_hz=10)
         self.call = stubs.TeleoperationStub(channel).WatchTrace(request)
-        import threading
         threading.Thread(target=self.read, daemon=True).start()
 
     def read(self):

@@ -56,11 +56,11 @@ TEST(ThreadPriorityTest, AnImpossiblePriorityIsRefusedInWords) {
   EXPECT_NE(refused.find("no real-time priority: "), std::string::npos) << refused;
 }
 
-TEST(ThreadPriorityTest, WhatHoldsAHandGoesFirst) {
+TEST(ThreadPriorityTest, TheOperatorAndTheSensingPrecedeTheNetwork) {
   EXPECT_GT(kHapticPriority, kLinkPriority);
-  EXPECT_GT(kLinkPriority, kDoorPriority);
-  EXPECT_GT(kDoorPriority, kReadingPriority);
-  EXPECT_GT(kReadingPriority, kSensingPriority);
+  EXPECT_GT(kLinkPriority, kSensingPriority);
+  EXPECT_GT(kSensingPriority, kAdmissionPriority);
+  EXPECT_GT(kAdmissionPriority, kReadingPriority);
 }
 
 }  // namespace

@@ -95,6 +95,12 @@ class TlsTest : public testing::Test {
     v1::SettingsReply reply;
     return stub.SetParameters(&context, {}, &reply).error_code();
   }
+  static grpc::StatusCode Evict(v1::Teleoperation::Stub& stub) {
+    grpc::ClientContext context;
+    SetDeadline(&context);
+    v1::Status reply;
+    return stub.EvictOperator(&context, {}, &reply).error_code();
+  }
   bool Handshakes(const std::string& how) const {
     return Shell("openssl s_client -brief -CAfile " + At("ca/ca.pem") + " -cert " +
                  At("operator/cert.pem") + " -key " + At("operator/key.pem") + " -connect " +
@@ -312,6 +318,8 @@ TEST_F(TlsTest, TheRoleDecidesWhoMayCallWhat) {
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_THAT(refused.error_message(), HasSubstr("role 'observer' may not call"));
   EXPECT_EQ(slave_.begins(), 0) << "the lease was not touched";
+  EXPECT_EQ(Evict(*As("operator")), grpc::StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(Evict(*As("admin")), grpc::StatusCode::FAILED_PRECONDITION) << "nobody operates";
   EXPECT_EQ(Stop(*As("arm")), grpc::StatusCode::OK) << "anyone with a role may stop";
 }
 
