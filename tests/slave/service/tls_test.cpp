@@ -166,6 +166,7 @@ TEST_F(TlsTest, WhoIsRevokedIsCutAndNotHeardAgain) {
   ASSERT_TRUE(mallory.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   Certs("revoke " + At("ca") + " " + At("mallory/cert.pem") + " " + At("slave"));
   EXPECT_FALSE(mallory.Finish().ok());
+  ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
   EXPECT_EQ(Stop(*As("mallory")), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK) << "others are heard";
   fs::remove(At("slave/crl.pem"));
