@@ -67,16 +67,18 @@ else
   echo "== the simulated operator presses for $duration s"
 fi
 [ -z "$duration" ] || hand+=(--duration "$duration")
-$slave serve "$file" --listen 127.0.0.1:0 >"$out/slave.out" 2>"$out/slave.log" &
+said=$(mktemp)
+$slave serve "$file" --listen 127.0.0.1:0 >"$said" 2>"$out/slave.log" &
 pid=$!
-trap 'kill $pid 2>/dev/null || true' EXIT
+trap 'rm -f "$said"; kill $pid 2>/dev/null || true' EXIT
 for tenth in $(seq 900); do
-  grep -q '^listening on ' "$out/slave.out" && break
+  grep -q '^listening on ' "$said" && break
   kill -0 $pid 2>/dev/null || { echo "the slave did not start:" >&2; cat "$out/slave.log" >&2; exit 1; }
   [ $((tenth % 10)) -ne 0 ] || progress "starting the slave: $((tenth / 10)) s"
   sleep 0.1
 done
-address=$(sed -n 's/^listening on //p' "$out/slave.out")
+address=$(sed -n 's/^listening on //p' "$said")
+rm "$said"
 [ -n "$address" ] || { echo "the slave did not answer within 90 s: see $out/slave.log" >&2; exit 1; }
 progress_end "the slave is ready"
 trap : INT  # the master ends on Ctrl+C, and this script continues

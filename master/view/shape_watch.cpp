@@ -59,10 +59,8 @@ bool NeedsNodalForces(const std::filesystem::path& file) {
 }
 
 bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file) {
-  return TryReplace(file, [&](const auto& part) {
-    return file.extension() == kMesh ? WriteVtu(part, GridOf(moment), VtuForm::kAppended)
-                                     : TryWrite(part, DrawShape(moment));
-  });
+  return TryReplace(file, file.extension() == kMesh ? ToVtu(GridOf(moment), VtuForm::kAppended)
+                                                    : DrawShape(moment));
 }
 
 std::filesystem::path DeepestFile(const std::filesystem::path& file) {

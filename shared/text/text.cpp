@@ -1,7 +1,9 @@
 #include "shared/text/text.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cinttypes>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -9,6 +11,8 @@
 #include <system_error>
 
 #include <fcntl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace palpate {
@@ -134,72 +138,90 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
 
 namespace {
 
-bool IsPipe(const std::filesystem::path& file) {
-  std::error_code ignored;
-  return std::filesystem::is_fifo(file, ignored);
+constexpr mode_t kMode = 0666;  // less the umask, as of every program
+
+// A descriptor; -1: it cannot be written, or is a pipe without a reader, which is not waited for.
+int OpenToWrite(const std::filesystem::path& file, int flags) {
+  const int opened = open(file.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC | flags, kMode);
+  if (opened >= 0) fcntl(opened, F_SETFL, 0);
+  return opened;
 }
 
-// A descriptor; -1: nobody reads it, and to open it otherwise waits without a word.
-int OpenRead(const std::filesystem::path& pipe) {
-  return open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+// A new file in the folder of `file`: nobody can have planted a link at its random name.
+int OpenBeside(const std::filesystem::path& file, mode_t mode, std::filesystem::path* part) {
+  std::uint64_t random = 0;
+  if (getrandom(&random, sizeof random, 0) != sizeof random) return -1;
+  *part = file.parent_path() / Formatted("palpate-%016" PRIx64 ".part", random);
+  return open(part->c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+}
+
+// Closes the file. False: not everything was written.
+bool Fill(int opened, const FileWriter& write) {
+  std::FILE* const file = opened < 0 ? nullptr : fdopen(opened, "wb");
+  if (file == nullptr) return false;
+  const bool written = write(file);
+  return std::fclose(file) == 0 && written;
+}
+
+FileWriter WriterOf(std::string_view bytes) {
+  return [bytes](std::FILE* file) {
+    return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  };
 }
 
 }  // namespace
 
 bool TryWrite(const std::filesystem::path& file, std::string_view bytes) {
-  const bool is_pipe = IsPipe(file);
-  const int read = is_pipe ? OpenRead(file) : -1;
-  if (is_pipe && read < 0) return false;
-  std::ofstream stream(file, std::ios::binary);
-  stream << bytes;
-  stream.close();
-  if (is_pipe) close(read);
-  return !stream.fail();
+  return Fill(OpenToWrite(file, O_CREAT | O_TRUNC), WriterOf(bytes));
 }
 
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes) {
   if (!TryWrite(file, bytes)) throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-bool TryReplace(const std::filesystem::path& file,
-                const std::function<bool(const std::filesystem::path&)>& write) {
-  std::error_code error, ignored;
-  const auto status = std::filesystem::status(file, ignored);
-  const bool is_there = std::filesystem::exists(status);
+bool TryReplace(const std::filesystem::path& file, const FileWriter& write, Links links) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const bool follows = links == Links::kFollow;
+  const auto status = follows ? fs::status(file, ignored) : fs::symlink_status(file, ignored);
+  const bool is_file = fs::is_regular_file(status);
   // A device or a pipe, /dev/null say, must not become a file.
-  if (is_there && !std::filesystem::is_regular_file(status)) return write(file);
-  const std::filesystem::path behind_links =
-      is_there ? std::filesystem::canonical(file, ignored) : file;
-  std::filesystem::path part = behind_links;
-  part += ".part";
-  const bool whole = write(part);
-  if (whole) std::filesystem::rename(part, behind_links, error);
-  if (whole && !error) return true;
-  std::filesystem::remove(part, ignored);
-  return false;
+  if (follows && !is_file && fs::exists(status)) return Fill(OpenToWrite(file, O_TRUNC), write);
+  const fs::path replaced = follows && is_file ? fs::canonical(file, ignored) : file;
+  const mode_t mode = is_file ? static_cast<mode_t>(status.permissions()) & 0777U : kMode;
+  fs::path part;
+  const int opened = OpenBeside(replaced, mode, &part);
+  if (opened < 0) return false;
+  if (is_file) fchmod(opened, mode);  // whatever the umask
+  const bool done = Fill(opened, write) && std::rename(part.c_str(), replaced.c_str()) == 0;
+  if (!done) fs::remove(part, ignored);
+  return done;
+}
+
+bool TryReplace(const std::filesystem::path& file, std::string_view bytes, Links links) {
+  return TryReplace(file, WriterOf(bytes), links);
 }
 
 void ReplaceFile(const std::filesystem::path& file, std::string_view bytes) {
-  if (TryReplace(file, [&](const auto& part) { return TryWrite(part, bytes); })) return;
+  if (TryReplace(file, bytes)) return;
   throw std::runtime_error(file.string() + ": cannot be written");
 }
 
 void RequireWritable(const std::filesystem::path& file) {
   if (file.empty()) return;
-  std::error_code error;
-  // Stays open until the program ends: its reader would take a first end for the last.
-  if (IsPipe(file) && OpenRead(file) < 0) {
-    throw std::invalid_argument(file.string() +
-                                ": cannot be written: accepted is a pipe with a reader");
+  int opened = OpenToWrite(file, 0);
+  std::filesystem::path part;
+  if (opened < 0 && errno == ENOENT) opened = OpenBeside(file, kMode, &part);
+  std::error_code ignored;
+  const bool is_pipe = std::filesystem::is_fifo(file, ignored);
+  if (opened < 0) {
+    throw std::invalid_argument(file.string() + ": cannot be written: accepted is " +
+                                (is_pipe ? "a pipe with a reader"
+                                         : "a file in a folder that exists and may be written to"));
   }
-  if (IsPipe(file)) return;
-  const bool existed = std::filesystem::exists(file, error);
-  if (!std::ofstream(file, std::ios::app)) {
-    throw std::invalid_argument(file.string() +
-                                ": cannot be written: accepted is a file in a folder that exists "
-                                "and may be written to");
-  }
-  if (!existed) std::filesystem::remove(file, error);
+  if (!part.empty()) std::filesystem::remove(part, ignored);
+  // A pipe stays open until the program ends: its reader would take a first end for the last.
+  if (!is_pipe) close(opened);
 }
 
 void RequireOtherThan(std::string_view option, const std::filesystem::path& out,

@@ -4,6 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -79,10 +81,21 @@ std::string ReadWholeFile(const std::filesystem::path& file, std::uintmax_t most
 [[nodiscard]] bool TryWrite(const std::filesystem::path& file, std::string_view bytes);
 // Throws std::runtime_error `file: cannot be written`.
 void WriteWholeFile(const std::filesystem::path& file, std::string_view bytes);
-// Replaces a file atomically: readers find the old or the new one. `write` writes to the given
-// temporary path; false: it failed.
-[[nodiscard]] bool TryReplace(const std::filesystem::path& file,
-                              const std::function<bool(const std::filesystem::path&)>& write);
+
+// A symbolic link at the name of a result: chosen by the user who named it, or planted by somebody
+// in a folder that the program chose.
+enum class Links : std::uint8_t { kFollow, kReplace };
+// Writes to an open file. False: it failed.
+using FileWriter = std::function<bool(std::FILE*)>;
+
+// Replaces a file atomically: readers find the old or the new one. `write` gets a new file with a
+// random name in the same folder. The result keeps the mode of the old file. Devices and pipes that
+// are followed are written to. False: the old file stays.
+[[nodiscard]] bool TryReplace(const std::filesystem::path& file, const FileWriter& write,
+                              Links links = Links::kFollow);
+[[nodiscard]] bool TryReplace(const std::filesystem::path& file, std::string_view bytes,
+                              Links links = Links::kFollow);
+// Follows links. Throws std::runtime_error `file: cannot be written`.
 void ReplaceFile(const std::filesystem::path& file, std::string_view bytes);
 
 // Checks before a computation that its result can be written. Leaves no new file. An empty path is

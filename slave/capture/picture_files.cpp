@@ -254,12 +254,4 @@ cv::Mat ReadPicture(const fs::path& file, std::size_t number, const AcceptSize& 
   return told([&] { return picture->Decode(); });
 }
 
-bool WritePng(const cv::Mat& image, const std::filesystem::path& file) {
-  const std::string bytes = EncodePng(image);
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  return !stream.fail();
-}
-
 }  // namespace palpate

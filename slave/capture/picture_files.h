@@ -46,8 +46,4 @@ using AcceptSize = std::function<void(const cv::Size&)>;
 cv::Mat ReadPicture(const std::filesystem::path& file, std::size_t number,
                     const AcceptSize& accept = {});
 
-// Writes `image`, 1 or 3 channels of 8 or 16 bit, without loss. False: the file cannot be written.
-// Throws std::invalid_argument: another type, an empty image.
-bool WritePng(const cv::Mat& image, const std::filesystem::path& file);
-
 }  // namespace palpate

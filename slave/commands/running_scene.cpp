@@ -61,9 +61,7 @@ void Keep(const Scene& decided, const std::filesystem::path& file) {
   if (file.empty()) return;
   std::error_code ignored;
   std::filesystem::create_directories(file.parent_path(), ignored);
-  if (!TryReplace(file, [&](const std::filesystem::path& beside) {
-        return (std::ofstream(beside, std::ios::binary) << DecidedText(decided)).good();
-      })) {
+  if (!TryReplace(file, DecidedText(decided), Links::kReplace)) {
     spdlog::info("auto: {} cannot be written: the next start chooses the model again",
                  file.string());
   }

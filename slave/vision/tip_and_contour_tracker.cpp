@@ -13,7 +13,8 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/picture_files.h"
+#include "shared/text/text.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_tracker.h"
 #include "slave/vision/edge_path.h"
@@ -70,7 +71,7 @@ void RequireConvincing(const cv::Mat& first, CurveView outline) {
   for (const Eigen::Vector2d& p : outline) points.emplace_back(cvRound(p.x()), cvRound(p.y()));
   cv::polylines(drawn, points, true, cv::Scalar(0, 0, 255), 2, cv::LINE_AA);
   const auto file = std::filesystem::temp_directory_path() / "palpate-contour.png";
-  const bool written = WritePng(drawn, file);
+  const bool written = TryReplace(file, EncodePng(drawn), Links::kReplace);
   throw std::runtime_error(fmt::format(
       "no contour found: the best closed region has an edge on {:.0f} % of its outline and a "
       "roundness of {:.2f}: accepted are {:.0f} % and {:g}{}; give sense.contour.start",

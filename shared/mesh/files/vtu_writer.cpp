@@ -1,7 +1,6 @@
 #include "shared/mesh/files/vtu_writer.h"
 
 #include <bit>
-#include <fstream>
 #include <span>
 #include <stdexcept>
 
@@ -38,9 +37,9 @@ Cells CellsOf(const VtuGrid& grid) {
   return cells;
 }
 
-class VtuText {
+class VtuBuilder {
  public:
-  explicit VtuText(VtuForm form) : form_(form) {}
+  explicit VtuBuilder(VtuForm form) : form_(form) {}
 
   void Add(const std::string& text) { xml_ += text; }
 
@@ -60,19 +59,15 @@ class VtuText {
     xml_ += "</DataArray>\n";
   }
 
-  bool Write(const std::filesystem::path& file) const {
-    std::ofstream stream(file, std::ios::binary);
-    stream << "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
-              "byte_order=\""
-           << (std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian")
-           << "\" header_type=\"UInt64\">\n"
-           << xml_;
+  [[nodiscard]] std::string Whole() const {
+    std::string whole =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"";
+    whole += std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
+    whole += "\" header_type=\"UInt64\">\n" + xml_;
     if (form_ == VtuForm::kAppended) {
-      stream << "<AppendedData encoding=\"raw\">\n_" << raw_ << "\n</AppendedData>\n";
+      whole += "<AppendedData encoding=\"raw\">\n_" + raw_ + "\n</AppendedData>\n";
     }
-    stream << "</VTKFile>\n";
-    stream.flush();
-    return stream.good();
+    return whole + "</VTKFile>\n";
   }
 
  private:
@@ -84,7 +79,7 @@ class VtuText {
   std::string xml_, raw_;
 };
 
-void AddPoints(const VtuGrid& grid, VtuText* text) {
+void AddPoints(const VtuGrid& grid, VtuBuilder* text) {
   std::vector<double> xyz;
   xyz.reserve(3 * grid.points.size());
   for (const auto& p : grid.points) xyz.insert(xyz.end(), p.begin(), p.end());
@@ -93,7 +88,7 @@ void AddPoints(const VtuGrid& grid, VtuText* text) {
   text->Add("</Points>\n");
 }
 
-void AddCells(const Cells& cells, VtuText* text) {
+void AddCells(const Cells& cells, VtuBuilder* text) {
   text->Add("<Cells>\n");
   text->AddArray<std::int64_t>("Int64", Attribute("Name", "connectivity"), cells.connectivity);
   text->AddArray<std::int64_t>("Int64", Attribute("Name", "offsets"), cells.offsets);
@@ -101,7 +96,7 @@ void AddCells(const Cells& cells, VtuText* text) {
   text->Add("</Cells>\n");
 }
 
-void AddPointData(const VtuGrid& grid, VtuText* text) {
+void AddPointData(const VtuGrid& grid, VtuBuilder* text) {
   text->Add("<PointData>\n");
   for (const PointArray& array : grid.arrays) {
     std::string attributes = Attribute("Name", array.name) +
@@ -121,7 +116,7 @@ std::string CaseArrayName(const std::string& quantity, const std::string& case_n
   return cases > 1 ? quantity + " " + case_name : quantity;
 }
 
-bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm form) {
+std::string ToVtu(const VtuGrid& grid, VtuForm form) {
   for (const PointArray& array : grid.arrays) {
     if (array.components < 1 ||
         array.values.size() != grid.points.size() * static_cast<std::size_t>(array.components)) {
@@ -132,7 +127,7 @@ bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm fo
     }
   }
   const Cells cells = CellsOf(grid);
-  VtuText text(form);
+  VtuBuilder text(form);
   text.Add("<UnstructuredGrid>\n<Piece" +
            Attribute("NumberOfPoints", std::to_string(grid.points.size())) +
            Attribute("NumberOfCells", std::to_string(cells.types.size())) + ">\n");
@@ -140,7 +135,11 @@ bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm fo
   AddCells(cells, &text);
   AddPointData(grid, &text);
   text.Add("</Piece>\n</UnstructuredGrid>\n");
-  return text.Write(file);
+  return text.Whole();
+}
+
+bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm form) {
+  return TryWrite(file, ToVtu(grid, form));
 }
 
 }  // namespace palpate

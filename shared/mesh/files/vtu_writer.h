@@ -36,8 +36,9 @@ enum class VtuForm : std::uint8_t {
   kAscii,     // numbers that round-trip
   kAppended,  // raw doubles behind the XML: a third of the size, and quick
 };
-// False: the file cannot be written. Throws std::invalid_argument: an array that does not have its
-// components at every point.
+// Throw std::invalid_argument: an array that does not have its components at every point.
+std::string ToVtu(const VtuGrid& grid, VtuForm form);
+// False: the file cannot be written.
 bool WriteVtu(const std::filesystem::path& file, const VtuGrid& grid, VtuForm form);
 
 }  // namespace palpate

@@ -8,6 +8,8 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "shared/text/text.h"
+
 namespace palpate {
 namespace {
 
@@ -118,23 +120,17 @@ void GreensStore::Keep(Part part, int index, std::span<const double> values) {
 
 void GreensStore::Finish(const GreensData& data) {
   if (!OpenLog()) return;
-  const std::filesystem::path unfinished = result_.string() + ".new";
-  File file(std::fopen(unfinished.c_str(), "wb"));
-  const auto write = [&](Part part, std::span<const double> values) {
-    return WriteSection(file.get(), Tag(part, 0), values);
+  const auto write = [&](std::FILE* file) {
+    const auto put = [&](Part part, std::span<const double> values) {
+      return WriteSection(file, Tag(part, 0), values);
+    };
+    return put(Part::kInputs, inputs_) && put(Part::kBlocks, data.blocks) &&
+           put(Part::kReactions, data.reactions) && put(Part::kCondition, {&data.condition, 1}) &&
+           ::fsync(::fileno(file)) == 0;
   };
-  const bool written = file && write(Part::kInputs, inputs_) && write(Part::kBlocks, data.blocks) &&
-                       write(Part::kReactions, data.reactions) &&
-                       write(Part::kCondition, {&data.condition, 1}) &&
-                       ::fsync(::fileno(file.get())) == 0;
-  file.reset();
-  std::error_code error;
-  if (written) std::filesystem::rename(unfinished, result_, error);
-  if (!written || error) {
-    CannotWrite();
-    std::filesystem::remove(unfinished, error);
-  }
-  std::filesystem::remove(log_path_, error);
+  if (!TryReplace(result_, write, Links::kReplace)) CannotWrite();
+  std::error_code ignored;
+  std::filesystem::remove(log_path_, ignored);
   log_.reset();
 }
 
@@ -146,7 +142,7 @@ bool GreensStore::OpenLog() {
   if (folder_.empty()) return false;
   std::error_code ignored;
   std::filesystem::create_directories(folder_, ignored);
-  const int descriptor = ::open(log_path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  const int descriptor = ::open(log_path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (descriptor >= 0) log_.reset(::fdopen(descriptor, "r+b"));
   if (!log_) {
     CannotWrite();

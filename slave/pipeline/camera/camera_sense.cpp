@@ -9,7 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/picture_files.h"
+#include "shared/text/text.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/estimate_builder.h"
@@ -155,8 +156,7 @@ class CameraOfflineReport final : public OfflineReport {
   }
   void WriteFrame(const std::filesystem::path& folder) const override {
     const Frame& frame = sense_.frame();
-    const auto file = folder / fmt::format("{:06}.png", frame.sequence);
-    RequireWritten(WritePng(frame.image, file), file);
+    WriteWholeFile(folder / fmt::format("{:06}.png", frame.sequence), EncodePng(frame.image));
   }
   void Finish(OfflineSummary* summary) const override {
     const Registration& found = sense_.estimator().registration();

@@ -1,12 +1,12 @@
 // The budget as a table, as JSON and as a drawing.
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/svg.h"
+#include "shared/text/text.h"
 #include "slave/pipeline/offline/end_to_end.h"
 #include "slave/pipeline/sensing_pipeline.h"
 
@@ -83,11 +83,8 @@ void WriteBudget(const EndToEndBudget& budget, const std::filesystem::path& fold
                               {"largest", budget.largest().name},
                               {"lowers", budget.largest().lowers}};
   for (const BudgetPart& part : budget.parts) json["parts_rms_N"][part.name] = part.rms;
-  const auto write = [&](const std::filesystem::path& file, const std::string& text) {
-    RequireWritten((std::ofstream(file) << text << std::flush).good(), file);
-  };
-  write(folder / "end_to_end.json", json.dump(2) + "\n");
-  write(folder / "end_to_end.svg", Draw(budget));
+  WriteWholeFile(folder / "end_to_end.json", json.dump(2) + "\n");
+  WriteWholeFile(folder / "end_to_end.svg", Draw(budget));
 }
 
 }  // namespace palpate

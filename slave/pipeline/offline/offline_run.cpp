@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/sensing_pipeline.h"
 
@@ -101,11 +101,7 @@ class Run {
     summary_.budget = BudgetOf(offline_report_->compared());
     offline_report_->Finish(&summary_);
     ReportInsertion();
-    const auto file = options_.out / "summary.json";
-    RequireWritten((std::ofstream(file) << ToJson(summary_, scene_).dump(2) << "\n"
-                                        << std::flush)
-                       .good(),
-                   file);
+    WriteWholeFile(options_.out / "summary.json", ToJson(summary_, scene_).dump(2) + "\n");
     return std::move(summary_);
   }
 
@@ -143,8 +139,7 @@ class Run {
     const auto picture = sense_->Picture(hand.force_limit / hand.transform.force_scale);
     if (!picture) return;
     const auto file = options_.out / "pictures" / fmt::format("{:06}.jpg", sequence);
-    const std::string jpeg = EncodeJpeg(picture->draw(), kJpegQuality);
-    RequireWritten((std::ofstream(file, std::ios::binary) << jpeg << std::flush).good(), file);
+    WriteWholeFile(file, EncodeJpeg(picture->draw(), kJpegQuality));
   }
 
   // For people and for whoever plays the hand.

@@ -6,7 +6,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/capture/picture_files.h"
+#include "shared/text/text.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/points_sense.h"
@@ -176,8 +177,7 @@ class PointsOfflineReport final : public OfflineReport {
     const StereoPair& pair = sense_.pair();
     const auto write = [&](const char* side, const cv::Mat& picture) {
       if (picture.empty()) return;
-      const auto file = folder / side / fmt::format("{:06}.png", pair.sequence);
-      RequireWritten(WritePng(picture, file), file);
+      WriteWholeFile(folder / side / fmt::format("{:06}.png", pair.sequence), EncodePng(picture));
     };
     write("left", pair.left);
     write("right", pair.right);

@@ -1,6 +1,7 @@
 #include "slave/pipeline/teleop/stop_record.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <stdexcept>
 
@@ -33,20 +34,21 @@ std::chrono::system_clock::time_point WrittenAt(const std::filesystem::path& fil
                     std::chrono::file_clock::to_sys(at));
 }
 
-// A file's bytes, or a folder's names.
-bool ReachesTheDisk(const std::filesystem::path& path) {
-  const int opened = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+// The names in a folder reach the disk.
+bool SyncFolder(const std::filesystem::path& folder) {
+  const int opened = open(folder.c_str(), O_RDONLY | O_CLOEXEC);
   if (opened < 0) return false;
   const bool done = fsync(opened) == 0;
   return close(opened) == 0 && done;
 }
 
 // The disk has it when this returns: who stops in an emergency may cut the power next.
-void KeepFile(const std::filesystem::path& file, std::string_view bytes) {
-  const bool kept = TryReplace(
-      file, [&](const auto& part) { return TryWrite(part, bytes) && ReachesTheDisk(part); });
+void KeepFile(const std::filesystem::path& file, const std::string& text) {
+  const auto write = [&](std::FILE* out) {
+    return std::fputs(text.c_str(), out) >= 0 && std::fflush(out) == 0 && fsync(fileno(out)) == 0;
+  };
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  if (kept && ReachesTheDisk(folder)) return;
+  if (TryReplace(file, write, Links::kReplace) && SyncFolder(folder)) return;
   throw std::runtime_error(file.string() + ": cannot be written");
 }
 
@@ -62,11 +64,13 @@ std::string Span(std::chrono::system_clock::duration span) {
 
 bool StopRecord::KeepIn(const std::filesystem::path& folder) {
   file_ = folder / "emergency-stop";
-  if (std::filesystem::exists(file_) && !std::filesystem::is_regular_file(file_)) {
-    throw std::runtime_error(file_.string() + ": accepted is a file that keeps an emergency stop");
+  const auto kept = std::filesystem::symlink_status(file_);
+  if (std::filesystem::exists(kept) && !std::filesystem::is_regular_file(kept)) {
+    throw std::runtime_error(file_.string() +
+                             ": accepted is a regular file that keeps an emergency stop");
   }
   RequireWritable(file_);
-  if (!std::filesystem::exists(file_)) {
+  if (!std::filesystem::exists(kept)) {
     KeepFile(file_, "to be kept\n");  // a disk that is full opens files all the same
     std::filesystem::remove(file_);
     trying_ = std::jthread([this](const std::stop_token& stop) { KeepTrying(stop); });

@@ -3,6 +3,8 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <set>
+#include <string>
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -22,6 +24,12 @@ class TextFileTest : public testing::Test {
   ~TextFileTest() override { fs::remove_all(folder_); }
   TextFileTest(const TextFileTest&) = delete;
   TextFileTest& operator=(const TextFileTest&) = delete;
+
+  [[nodiscard]] std::set<std::string> Names() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
+    return names;
+  }
 
   // What is said of writing to `out` what is read from `input`.
   static std::string Refusal(const fs::path& out, const fs::path& input) {
@@ -93,7 +101,64 @@ TEST_F(TextFileTest, WhatIsWrittenIsRead) {
   EXPECT_THROW(ReplaceFile(folder_ / "no" / "a", bytes), std::runtime_error);
   fs::create_directories(folder_ / "taken");
   EXPECT_THROW(ReplaceFile(folder_ / "taken", bytes), std::runtime_error);
-  EXPECT_FALSE(fs::exists(folder_ / "taken.part"));
+  EXPECT_EQ(Names(), (std::set<std::string>{"a", "taken"})) << "no temporary file is left";
+  EXPECT_FALSE(TryReplace(folder_ / "a", [](std::FILE*) { return false; }));
+  EXPECT_EQ(ReadWholeFile(folder_ / "a", 4, "text"), "new");
+  EXPECT_EQ(Names(), (std::set<std::string>{"a", "taken"}));
+}
+
+TEST_F(TextFileTest, TemporaryFilesAreNewAndHaveARandomName) {
+  std::set<std::string> names;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(TryReplace(folder_ / "a", [&](std::FILE* file) {
+      const auto open = fs::read_symlink("/proc/self/fd/" + std::to_string(fileno(file)));
+      EXPECT_EQ(open.parent_path(), fs::canonical(folder_)) << "so that renaming is atomic";
+      names.insert(open.filename());
+      return true;
+    }));
+  }
+  EXPECT_EQ(names.size(), 3U);
+  EXPECT_EQ(Names(), std::set<std::string>{"a"});
+}
+
+TEST_F(TextFileTest, NoPlantedLinkIsWrittenThrough) {
+  const fs::path file = folder_ / "result", target = folder_ / "target";
+  WriteWholeFile(target, "mine");
+  for (const char* ending : {".part", ".new", ".tmp"}) {
+    fs::create_symlink(target, file.string() + ending);
+  }
+  ReplaceFile(file, "new");
+  EXPECT_EQ(ReadWholeFile(file, 100, "text"), "new");
+  EXPECT_EQ(ReadWholeFile(target, 100, "text"), "mine");
+  fs::remove(file);
+  for (const fs::path& planted : {target, folder_ / "nowhere"}) {
+    fs::create_symlink(planted, file);
+    ASSERT_TRUE(TryReplace(file, "ours", Links::kReplace));
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(file)));
+    EXPECT_EQ(ReadWholeFile(file, 100, "text"), "ours");
+    EXPECT_EQ(ReadWholeFile(target, 100, "text"), "mine");
+    fs::remove(file);
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "nowhere"));
+}
+
+TEST_F(TextFileTest, ResultsHaveTheUsualModeOrKeepTheirOwn) {
+  const fs::path file = folder_ / "result", link = folder_ / "link";
+  const auto mode = [](const fs::path& path) {
+    return static_cast<unsigned>(fs::status(path).permissions());
+  };
+  const mode_t before = umask(027);
+  ReplaceFile(file, "new");
+  EXPECT_EQ(mode(file), 0640U);
+  for (const unsigned own : {0600U, 0666U, 0751U}) {
+    fs::permissions(file, fs::perms{own});
+    ReplaceFile(file, "newer");
+    EXPECT_EQ(mode(file), own);
+  }
+  fs::create_symlink(file, link);
+  ASSERT_TRUE(TryReplace(link, "ours", Links::kReplace));
+  EXPECT_EQ(mode(link), 0640U) << "not that of a planted link, or of what is behind it";
+  umask(before);
 }
 
 TEST_F(TextFileTest, WhetherAFileCanBeWrittenLeavesNoTrace) {
@@ -104,6 +169,9 @@ TEST_F(TextFileTest, WhetherAFileCanBeWrittenLeavesNoTrace) {
   RequireWritable(folder_ / "old");
   EXPECT_EQ(ReadWholeFile(folder_ / "old", 4, "text"), "kept");
   EXPECT_THROW(RequireWritable(folder_ / "no" / "file"), std::invalid_argument);
+  fs::create_symlink(folder_ / "nowhere", folder_ / "dangling");
+  RequireWritable(folder_ / "dangling");
+  EXPECT_EQ(Names(), (std::set<std::string>{"dangling", "old"}));
 }
 
 TEST_F(TextFileTest, APipeIsWrittenToWhereSomebodyReads) {

@@ -8,6 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <zlib.h>
 
+#include "shared/text/text.h"
+#include "slave/capture/codecs/codecs.h"
 #include "tests/slave/capture/scratch.h"
 
 namespace palpate {
@@ -179,10 +181,10 @@ TEST(ReadPictureTest, ATruncatedPngIsRefusedWithoutOtherWords) {
   const auto file = scratch.path() / "cut.png";
   cv::Mat noise(48, 64, CV_16UC1);
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 65535);
-  ASSERT_TRUE(WritePng(noise, file));
+  WriteWholeFile(file, EncodePng(noise));
   const auto whole = std::filesystem::file_size(file);
   for (const auto size : {std::uintmax_t{9}, std::uintmax_t{40}, whole / 2, whole - 1}) {
-    ASSERT_TRUE(WritePng(noise, file));
+    WriteWholeFile(file, EncodePng(noise));
     EXPECT_EQ(ReadPicture(file, 8).cols, 64);
     std::filesystem::resize_file(file, size);
     ::testing::internal::CaptureStderr();

@@ -6,7 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/capture/picture_files.h"
+#include "shared/text/text.h"
+#include "slave/capture/codecs/codecs.h"
 #include "slave/commands/commands.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/points/pair_rig.h"
@@ -114,8 +115,9 @@ class CheckFilesTest : public ::testing::Test {
     StereoSite site(scene);
     for (int i = 0; i < kPairs; ++i) {
       const StereoPictures pair = site.TakePictures();
-      WritePng(pair.left, folder_.path() / ("left" + std::to_string(i) + ".png"));
-      WritePng(pair.right, folder_.path() / ("right" + std::to_string(i) + ".png"));
+      WriteWholeFile(folder_.path() / ("left" + std::to_string(i) + ".png"), EncodePng(pair.left));
+      WriteWholeFile(folder_.path() / ("right" + std::to_string(i) + ".png"),
+                     EncodePng(pair.right));
     }
     WriteRig(folder_.path() / "rig.yaml", site.rig());
     StereoRig other = site.rig();

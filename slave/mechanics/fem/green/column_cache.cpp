@@ -7,7 +7,7 @@
 #include <fstream>
 #include <system_error>
 
-#include <unistd.h>
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -69,29 +69,15 @@ bool ColumnCache::Load(int number, std::span<double> values) const {
 
 void ColumnCache::Save(int number, std::span<const double> values) const {
   if (!enabled()) return;
-  const auto file = FileOf(number);
-  auto beside = file;
-  beside += ".";
-  beside += std::to_string(::getpid());
-  std::error_code ignored;
-  {
-    std::ofstream out(beside, std::ios::binary);
-    const Header header{.hash = hash_,
-                        .number = static_cast<std::uint64_t>(number),
-                        .count = values.size(),
-                        .checksum = Checksum(values)};
-    out.write(reinterpret_cast<const char*>(&header), sizeof header);
-    out.write(reinterpret_cast<const char*>(values.data()),
-              static_cast<std::streamsize>(values.size_bytes()));
-    out.flush();
-    if (!out) {
-      out.close();
-      std::filesystem::remove(beside, ignored);
-      return;
-    }
-  }
-  std::filesystem::rename(beside, file, ignored);
-  if (ignored) std::filesystem::remove(beside, ignored);
+  const Header header{.hash = hash_,
+                      .number = static_cast<std::uint64_t>(number),
+                      .count = values.size(),
+                      .checksum = Checksum(values)};
+  const auto write = [&](std::FILE* file) {
+    return std::fwrite(&header, sizeof header, 1, file) == 1 &&
+           std::fwrite(values.data(), sizeof(double), values.size(), file) == values.size();
+  };
+  static_cast<void>(TryReplace(FileOf(number), write, Links::kReplace));  // else computed again
 }
 
 }  // namespace palpate

@@ -186,6 +186,27 @@ TEST_F(GreensStoreTest, FoldersThatCannotBeWrittenToCostOnlyTheFile) {
   EXPECT_NE(greens.remark().find("cannot write to the cache"), std::string::npos);
 }
 
+TEST_F(GreensStoreTest, LinksAreNotFollowed) {
+  const GreensData data{{1, 2}, {3}, 4};
+  GreensStore(folder_, {1}).Finish(data);
+  const auto result = Files()[0], target = folder_ / "target";
+  fs::remove(result);
+  std::ofstream(target) << "mine";
+  for (const fs::path& name : {fs::path(result.string() + ".new"), result}) {
+    fs::create_symlink(target, name);
+    GreensStore(folder_, {1}).Finish(data);
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(result)));
+    EXPECT_TRUE(GreensStore(folder_, {1}).Load());
+    EXPECT_EQ(fs::file_size(target), 4U);
+    fs::remove(result);
+  }
+  fs::create_symlink(target, fs::path(result).replace_extension(".partial"));
+  GreensStore store(folder_, {1});
+  store.Keep(GreensStore::Part::kFactor, 0, data.blocks);
+  EXPECT_NE(store.remark().find("cannot write to the cache"), std::string::npos);
+  EXPECT_EQ(fs::file_size(target), 4U);
+}
+
 TEST_F(GreensStoreTest, OnlyOneOfTwoKeepsTheSame) {
   GreensStore one(folder_, {1, 2, 3});
   GreensStore other(folder_, {1, 2, 3});
@@ -193,7 +214,7 @@ TEST_F(GreensStoreTest, OnlyOneOfTwoKeepsTheSame) {
   one.Keep(GreensStore::Part::kFactor, 0, part);
   other.Keep(GreensStore::Part::kFactor, 0, part);
   EXPECT_EQ(one.remark(), "");
-  EXPECT_EQ(other.remark(), "another process computes the same");
+  EXPECT_EQ(other.remark(), "another process computes the same functions");
 }
 
 }  // namespace

@@ -77,6 +77,13 @@ TEST(RunProgramTest, StopsWhenToldTo) {
   EXPECT_THROW(RunProgram("/bin/sleep", {"60"}, folder / "", 60s, source.get_token()), Interrupted);
 }
 
+TEST(RunProgramTest, WritesThroughNoLink) {
+  const TempFolder folder;
+  std::filesystem::create_symlink(folder.Write("target", "mine"), folder / "log");
+  EXPECT_THROW(RunProgram("/bin/echo", {"a"}, folder / "", 10s, {}), std::runtime_error);
+  EXPECT_EQ(TempFolder::Read(folder / "target"), "mine");
+}
+
 TEST(RunProgramTest, SaysWhatCannotBeStarted) {
   const TempFolder folder;
   folder.Write("text", "not a program");

@@ -94,6 +94,26 @@ TEST_F(StopRecordFileTest, AFolderInItsPlaceIsRefused) {
   EXPECT_THROW(StopRecord().KeepIn(folder_), std::runtime_error);
 }
 
+// Whoever plants a link can neither have its target overwritten nor hide the stop.
+TEST_F(StopRecordFileTest, LinksAreNotFollowed) {
+  const auto target = folder_ / "target", file = folder_ / "emergency-stop";
+  std::ofstream(target) << "mine";
+  std::filesystem::create_symlink(target, folder_ / "emergency-stop.part");
+  StopRecord record;
+  EXPECT_FALSE(record.KeepIn(folder_));
+  std::filesystem::create_symlink(target, file);
+  EXPECT_THAT(record.Begin("by a test"), IsEmpty());
+  EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(file)));
+  EXPECT_TRUE(StopRecord().KeepIn(folder_));
+  for (const char* planted : {"target", "nowhere"}) {
+    std::filesystem::remove(file);
+    std::filesystem::create_symlink(folder_ / planted, file);
+    EXPECT_THROW(StopRecord().KeepIn(folder_), std::runtime_error) << planted;
+  }
+  EXPECT_EQ(std::filesystem::file_size(target), 4U);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "nowhere"));
+}
+
 TEST_F(StopRecordFileTest, AStopThatCannotBeKeptStillStops) {
   StopRecord record;
   EXPECT_FALSE(record.KeepIn(folder_));

@@ -1,0 +1,162 @@
+"""Symbolic links planted where programs write temporary files: their targets stay as they are, and the results are written."""
+import itertools
+import pathlib
+import signal
+import struct
+import tempfile
+import unittest
+import zlib
+
+from programs import BARE, BIN, BLOCK, MASTER, ROOT, SLAVE, Slave, run, wait_until
+
+ENDINGS = (".part", ".new", ".tmp", ".partial", "~")
+TARGET = b"of another user\n"
+
+
+def png(columns, rows, pixel):
+    """An 8 bit grey picture."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    lines = b"".join(b"\0" + bytes(pixel(x, y) for x in range(columns)) for y in range(rows))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, 0, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(lines)) + chunk(b"IEND", b""))
+
+
+class PlantedLinks(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.out = self.folder / "out"
+        self.out.mkdir()
+        self.target = self.folder / "target"
+        self.target.write_bytes(TARGET)
+        self.planted = []
+
+    def plant(self, *results, endings=ENDINGS):
+        """Links at every name that a temporary file of `results` could be given in advance."""
+        for result, ending in itertools.product(results, endings):
+            self.planted.append(self.out / (result + ending))
+            self.planted[-1].symlink_to(self.target)
+
+    def check(self, *results):
+        self.assertEqual(self.target.read_bytes(), TARGET)
+        for link in self.planted:
+            self.assertTrue(link.is_symlink(), f"{link.name} is left alone")
+        for result in results:
+            self.assertGreater((self.out / result).stat().st_size, 0, result)
+            self.assertFalse((self.out / result).is_symlink(), result)
+        left = set(self.out.rglob("palpate-*.part")) - set(self.planted)
+        self.assertFalse(left, "no temporary file stays")
+
+    def finish(self, *command, **options):
+        done = run(*command, **options)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done
+
+    def test_the_master(self):
+        results = ["log.csv", "slave.mcap", "shape.svg", "shape-deepest.svg", "shape.vtu", "shape-deepest.vtu"]
+        self.plant("report.json", *results)
+        report = self.out / "report.json"
+        report.symlink_to(self.out / "chosen.json")
+        (self.out / "chosen.json").write_text("old")
+        with Slave() as slave:
+            self.finish(MASTER, "connect", slave.address, "--duration", "3", "--report", report, "--log",
+                        self.out / "log.csv", "--record", self.out / "slave.mcap", "--shape", self.out / "shape.svg",
+                        "--shape", self.out / "shape.vtu")
+        self.check("chosen.json", *results)
+        self.assertTrue(report.is_symlink(), "a link that the user chose stays")
+        self.assertIn("duration_s", report.read_text())
+
+    def test_the_emergency_stop_of_a_slave(self):
+        state, stop = self.out, self.out / "emergency-stop"
+        arguments = "--state-dir", state, "--record", self.out / "slave.mcap"
+        self.plant("emergency-stop", "slave.mcap")
+        with Slave(BLOCK, *arguments) as slave:
+            stop.symlink_to(self.target)
+            slave.process.send_signal(signal.SIGUSR1)
+            self.assertTrue(wait_until(lambda: not stop.is_symlink()))
+            self.assertEqual(slave.stop(), 0)
+        self.check("emergency-stop", "slave.mcap")
+        self.assertIn("SIGUSR1", stop.read_text())
+        for target in self.target, self.folder / "nowhere":
+            stop.unlink()
+            stop.symlink_to(target)
+            done = run(SLAVE, "serve", BLOCK, "--listen", "127.0.0.1:0", "--state-dir", state)
+            self.assertEqual(done.returncode, 1, "whether a stop is kept is not known")
+            self.assertIn("accepted is a regular file that keeps an emergency stop", done.stderr)
+        self.check()
+        self.assertFalse((self.folder / "nowhere").exists())
+
+    def test_the_offline_commands_of_a_slave(self):
+        results = "study.csv", "study.json", "study.svg", "answers.csv", "field.vtu", "network.json", "training.csv"
+        self.plant(*results)
+        contacts = self.folder / "contacts.csv"
+        contacts.write_text("case,x,y,dx,dy\n1,0.044,0.088,0,-0.002\n")
+        self.finish(SLAVE, "study", BLOCK, "--out", self.out, "--budget", "1")
+        self.finish(SLAVE, "solve", BLOCK, "--contacts", contacts, "--out", self.out / "answers.csv", "--field",
+                    self.out / "field.vtu")
+        self.finish(SLAVE, "train", "simulated", "--presses", "30", "--epochs", "1", "--out", self.out)
+        self.check(*results)
+
+    def test_what_a_slave_keeps_of_a_decision(self):
+        cache = self.out / "palpate"
+        decide = lambda: self.finish(SLAVE, "check", BLOCK, "--override", "model={kind: auto}",
+                                     env={**BARE, "XDG_CACHE_HOME": str(self.out)})
+        decide()
+        kept, = (path.name for path in cache.iterdir())
+        (cache / kept).unlink()
+        self.plant(f"palpate/{kept}")
+        (cache / kept).symlink_to(self.target)
+        decide()
+        self.check(f"palpate/{kept}")
+
+    def test_the_picture_that_shows_what_was_found(self):
+        (self.folder / "bar.png").write_bytes(
+            png(320, 240, lambda x, y: 40 if 60 < x < 260 and 100 < y < 140 else 200))
+        scene = self.folder / "scene.yaml"
+        scene.write_text("name: bar\n"
+                         "object:\n"
+                         "  geometry: {contour: from-image, thickness: 9 mm}\n"
+                         "  material: {young_modulus: 127 kPa, poisson_ratio: 0.49}\n"
+                         "  fixed: {arc: {centre: 180 deg, half_angle: 20 deg}}\n"
+                         "tool: {shape: flat, width: 5.9 mm}\n"
+                         "sense:\n"
+                         "  camera: {file: bar.png, rate: 60 Hz, pixel: 0.35 mm}\n"
+                         "  tip: {track: template, template: bar.png, anchor: [20 px, 20 px]}\n"
+                         "  contour: {track: snake, control_points: 60}\n"
+                         "model: {kind: bem2d, elements: 60}\n")
+        self.plant("palpate-contour.png")
+        (self.out / "palpate-contour.png").symlink_to(self.target)
+        done = run(SLAVE, "process", scene, "--out", self.folder / "run", env={**BARE, "TMPDIR": str(self.out)})
+        self.assertIn(f"drawn in {self.out}/palpate-contour.png", done.stderr)
+        self.check("palpate-contour.png")
+
+    def test_a_calibration(self):
+        if not (BIN / "palpate-calibrate").exists():
+            self.skipTest("palpate-calibrate is not built")
+        tips = self.folder / "tips.csv"
+        tips.write_text("x,y,z,u,v\n" + "".join(f"{i / 1e3},{j / 1e3},0,{100 + 50 * i},{300 - 50 * j}\n"
+                                                for i in range(4) for j in range(4)))
+        self.plant("pose.yaml")
+        pose = self.out / "pose.yaml"
+        pose.symlink_to(self.out / "chosen.yaml")
+        self.finish(SLAVE, "calibrate", "--register", tips, "--size", "640x480", "--out", pose)
+        self.check("chosen.yaml")
+        self.assertTrue(pose.is_symlink(), "a link that the user chose stays")
+
+    def test_certificates(self):
+        results = "key.pem", "cert.pem", "ca.pem", "crl.pem"
+        self.plant(*results, "request", "key", "cert", "crl", endings=("", *ENDINGS))
+        certs, ca = ROOT / "deploy/certs", self.folder / "ca"
+        for result in results:
+            self.planted.remove(self.out / result)  # replaced, not followed
+        self.finish(certs, "ca", ca)
+        self.finish(certs, "slave", ca, self.out, "block", "localhost")
+        self.finish(certs, "revoke", ca, self.out / "cert.pem", self.out)
+        self.check(*results)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
