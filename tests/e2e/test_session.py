@@ -130,6 +130,21 @@ class Session(unittest.TestCase):
                 self.assertIsNotNone(first.communicate(timeout=30))
             self.assertEqual(first.returncode, 0, "SIGINT is a clean end")
 
+    def test_an_administrator_evicts_the_operator(self):
+        with Slave() as slave:
+            evict = (MASTER, "evict", slave.address, "--reason", "maintenance")
+            nobody = run(*evict)
+            self.assertEqual((nobody.returncode, nobody.stdout), (1, ""))
+            self.assertIn("there is no operator", nobody.stderr)
+            report = self.out / "evicted.json"
+            evicted = subprocess.Popen([MASTER, "connect", slave.address, "--name", "Ada", "--duration", "5", "--report", report],
+                                       stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE)
+            self.assertTrue(wait_until(lambda: run(*evict).returncode == 0))
+            report_of_next, _ = self.connect(slave.address, "--name", "Bob", seconds="2")
+            self.assertGreater(report_of_next["states"], 0)
+            evicted.communicate(timeout=PATIENCE)
+            self.assertIn("evicted", " ".join(json.loads(report.read_text())["trouble"]))
+
     def test_an_operator_that_vanishes_frees_the_lease(self):
         with Slave() as slave:
             first = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "30"], env=BARE,
