@@ -235,20 +235,25 @@ ContactState LiveSlave::ContactStateNow() const {
   contact.depth = felt.depth;
   if (felt.local_model.known()) contact.outward = felt.local_model.normal;
   if (felt.force && felt.force->norm() > 0) contact.outward = felt.force->normalized();
-  CarryOn(&contact);
+  CarryOn(felt.validity == Validity::kPunctured, &contact);
   return contact;
 }
 
-// A sample is some 10 ms old, or late, while a quick arm goes half a millimetre and more. Deeper
-// than the model is valid it is still the best that is known.
-void LiveSlave::CarryOn(ContactState* contact) const {
+// A sample is at least 10 ms old, and a fast arm moves half a millimetre in that time. Beyond its
+// range the model is still the best estimate. Its plane limits the depth also far from the contact:
+// a convex object lies below it. A punctured surface gives no force.
+void LiveSlave::CarryOn(bool is_punctured, ContactState* contact) const {
   const std::lock_guard lock(local_mutex_);
   const LocalModel& local = newest_local_;
+  if (!local.known()) return;
   const Eigen::Vector3d p_S = p_S_local_ + manipulator_->Tip() - p_S_local_arm_;
-  const double depth = local.known() ? local.Penetration(p_S) : 0;
-  const Eigen::Vector3d below = local.reference - p_S, aside = below - depth * local.normal;
-  if (!(depth > 0) || aside.norm() > local.valid_radius) return;
+  const double depth = local.Penetration(p_S);
   contact->depth_by_now = depth;
+  contact->normal = local.normal;
+  const Eigen::Vector3d below = local.reference - p_S, aside = below - depth * local.normal;
+  if (is_punctured || aside.norm() > local.valid_radius) return;
+  contact->stiffness = local.normal.dot(local.stiffness * local.normal);
+  if (!(depth > 0)) return;
   contact->force_by_now = (local.force + local.stiffness * below).norm();
   // A small force may point anywhere.
   const double felt = contact->force ? contact->force->norm() : 0;

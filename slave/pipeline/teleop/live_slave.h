@@ -105,8 +105,8 @@ class LiveSlave final : public Slave {
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] ContactState ContactStateNow() const;
-  // From the newest local model, which is valid only near it.
-  void CarryOn(ContactState* contact) const;
+  // Adds the values of the newest local model at the present tip position.
+  void CarryOn(bool is_punctured, ContactState* contact) const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
   // The largest force that the device can render, at the tool [N].
   [[nodiscard]] double FullScale() const;

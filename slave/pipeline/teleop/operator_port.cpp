@@ -147,6 +147,8 @@ void OperatorPort::Follow(const OperatorCommand& command) noexcept {
     if (-out > kTremor * limits_.max_speed) return HoldUntilEngaged(Event::kLimit);
     target = tip + std::max(0.0, out) * *outward_;
     if (out < 0) events_.Add(Event::kLimit);
+  } else if (floor_) {
+    target += std::max(0.0, -floor_->signedDistance(target)) * floor_->normal();
   }
   engaged_ = true;
   view_.phase = Phase::kFollowing;
@@ -196,11 +198,25 @@ void OperatorPort::Guard(Time now, const ContactState& contact) noexcept {
   const bool follows = view_.phase == Phase::kFollowing;
   if (contact.force) outward_.reset();  // a guard stands while nobody knows that it may fall
   if (is_reached) outward_ = contact.outward;
+  SetFloor(contact, force);
   if (follows) followed_at_ = now;
   if (retreat_) ContinueRetreat(now);
   if (begins && (follows || unseen_)) Retreat(now, contact);
   const double since = SecondsBetween(followed_at_, now);
   unseen_ = follows || (unseen_ && since < (contact.force ? kSeenWithin : kWaitedFor));
+}
+
+void OperatorPort::SetFloor(const ContactState& contact, double force) noexcept {
+  floor_.reset();
+  if (contact.normal.isZero()) return;
+  const double depth = contact.depth_by_now;
+  double deepest = kFloor * limits_.depth_guard;
+  if (contact.stiffness > 0) {
+    const double room = (kFloor * limits_.force_guard - force) / contact.stiffness;
+    deepest = std::min(deepest, std::max(0.0, depth) + room);
+  }
+  if (!std::isfinite(deepest)) return;
+  floor_.emplace(contact.normal, manipulator_.Tip() + (depth - deepest) * contact.normal);
 }
 
 // A guard was reached where somebody led the tool.

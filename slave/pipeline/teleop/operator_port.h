@@ -10,6 +10,7 @@
 #include <thread>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "shared/geometry/teleop_transform.h"
 #include "shared/link/priority_inheritance_mutex.h"
@@ -27,6 +28,8 @@ inline constexpr double kLongestCommandGap = 0.220;  // [s]
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
 // A command may lead by the distance that the manipulator travels at full speed in this time [s].
 inline constexpr double kLeapTime = 0.2;
+// Targets end at this multiple of a guard.
+inline constexpr double kFloor = 1.05;
 // Speed ratio to the manipulator beyond which a command is rejected.
 inline constexpr double kFastest = 2;
 
@@ -35,9 +38,13 @@ struct ContactState {
   std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
   double depth = 0;                      // of the tool in the object [m]
   Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
-  // Values at the present tip position by the local model: magnitude of the force [N], depth [m];
-  // 0: unknown.
+  // Values at the present tip position by the local model: magnitude of the force [N], 0: unknown;
+  // depth [m], negative above the surface.
   double force_by_now = 0, depth_by_now = 0;
+  // The surface of the local model: outward normal, zero: unknown; increase of the force with depth
+  // [N/m], 0: unknown.
+  Eigen::Vector3d normal{0, 0, 0};
+  double stiffness = 0;
 };
 
 // Thread-safe; every call is short. The manipulator must outlive the port.
@@ -48,9 +55,10 @@ struct ContactState {
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
-// the guards. Where these retract, it goes back to the surface, also if they were seen to be
-// reached only after it was let go; the arm's fault delays that, and where the arm does not come
-// it ends.
+// the guards. By the local model no target lies deeper than kFloor times a guard, so a late check
+// of the guards lets the tool go no deeper. Where guards retract, it goes back to the surface, also
+// if they were seen to be reached only after it was let go; the arm's fault delays that, and where
+// the arm does not come it ends.
 class OperatorPort {
  public:
   // `dead_after`: silence of the operator after which the tool holds [s].
@@ -96,6 +104,8 @@ class OperatorPort {
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
   void CountEnergy(const ContactState& contact) noexcept;
   void Guard(Time now, const ContactState& contact) noexcept;
+  // Sets the depth at which targets end. `force`: the largest known magnitude [N].
+  void SetFloor(const ContactState& contact, double force) noexcept;
   void Retreat(Time now, const ContactState& contact) noexcept;
   void ContinueRetreat(Time now) noexcept;
   // Time since the operator reported a newer state [s]. Not checked for clients that report none,
@@ -116,6 +126,7 @@ class OperatorPort {
   bool needs_new_epoch_ = false;
   std::optional<Eigen::Vector3d>
       outward_;  // set when a guard is reached: targets move outwards only
+  std::optional<Eigen::Hyperplane<double, 3>> floor_;  // below it lies no target, encoders, S
   std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
   std::uint32_t retreat_frame_ = 0;         // of the manipulator at that position
   Time retreat_until_{};

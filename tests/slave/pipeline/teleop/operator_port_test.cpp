@@ -1,9 +1,11 @@
 #include "slave/pipeline/teleop/operator_port.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -608,6 +610,70 @@ TEST_F(GuardedPortTest, WhatTheToolFeelsByNowCountsToo) {
   contact.depth_by_now = 2.1e-3;
   Press(0.002, contact);
   EXPECT_EQ(phase(), Phase::kHold);
+}
+
+// Between two checks the arm goes wherever the last command led. By the local model that is never
+// far beyond a guard: 2 mm, or 2 N at 1 N/mm.
+TEST_F(GuardedPortTest, ALateCheckLetsTheToolGoLittleBeyondAGuard) {
+  struct Case {
+    ManipulatorOptions limits;
+    double depth, force, way;  // [m], [N], [m]
+  };
+  const ManipulatorOptions by_depth{.max_speed = 0.020, .depth_guard = 2e-3};
+  const ManipulatorOptions by_force{.max_speed = 0.020, .force_guard = 2};
+  for (const Case& a : {Case{by_depth, 1e-3, 1, kFloor * 2e-3 - 1e-3},
+                        Case{by_depth, -1e-3, 0, kFloor * 2e-3 + 1e-3},
+                        Case{by_force, 1e-3, 1, kFloor * 2e-3 - 1e-3},
+                        Case{by_force, -1e-3, 0, kFloor * 2e-3 + 1e-3}}) {
+    sequence_ = 0;
+    Use(a.limits);
+    const Vector3d tip = arm_.Tip();
+    guarded_->Watch(now_, {.force = Vector3d(0, a.force, 0),
+                           .outward = Vector3d::UnitY(),
+                           .depth_by_now = a.depth,
+                           .normal = Vector3d::UnitY(),
+                           .stiffness = 1000});
+    for (const double down : {3.2e-3, 3.9e-3}) {
+      EXPECT_TRUE(Send(Next({5e-4, -down, 0})));
+      EXPECT_LT((arm_.Tip() - tip - Vector3d(5e-4, -a.way, 0)).norm(), 1e-12);
+    }
+    EXPECT_EQ(phase(), Phase::kFollowing);
+    EXPECT_TRUE(Send(Next({0, 0, 0})));
+    EXPECT_NEAR(arm_.Tip().y(), tip.y(), 1e-12) << "out is free";
+  }
+}
+
+// An operator presses on at 20 mm/s and engages again before every motion. Samples are 50 ms old
+// and 4 % off to either side, the local model is right. Reference: the spring, 1 N/mm, from y = 0.
+TEST_F(GuardedPortTest, EngagementsDoNotAddUpBeyondAGuard) {
+  constexpr double kSpring = 1000;
+  for (const bool retracts : {false, true}) {
+    sequence_ = 0;
+    arm_.Place({0, 2e-3, 0});
+    Use({.max_speed = 0.020, .force_guard = 2, .depth_guard = 3e-3, .guard_retracts = retracts});
+    std::vector<double> depths;
+    double deepest = 0, hand = 0;
+    for (int step = 0; step < 2500; ++step) {
+      const auto epoch = static_cast<std::uint32_t>(step) + 2;
+      Send(Next({0, hand, 0}, true, epoch));
+      hand -= 4e-5;
+      Send(Next({0, hand, 0}, true, epoch));
+      const double depth = -arm_.Tip().y();
+      depths.push_back(std::max(0.0, depth));
+      deepest = std::max(deepest, depth);
+      const double old = depths[static_cast<std::size_t>(std::max(0, step - 25))];
+      const double felt = kSpring * old * (step % 10 < 5 ? 1.04 : 0.96);
+      guarded_->Watch(now_ += Seconds(0.002), {.force = Vector3d(0, felt, 0),
+                                               .depth = old,
+                                               .outward = Vector3d::UnitY(),
+                                               .force_by_now = kSpring * depths.back(),
+                                               .depth_by_now = depth,
+                                               .normal = Vector3d::UnitY(),
+                                               .stiffness = kSpring});
+    }
+    EXPECT_GT(kSpring * deepest, 1.9);
+    EXPECT_LT(kSpring * deepest, kFloor * 2 + 1e-9);
+  }
 }
 
 // The way down is dead, the way up is not: commands come that tell of no newer state.
