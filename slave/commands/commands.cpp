@@ -174,7 +174,10 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   const auto recording = OpenRecording(options, scene);
   const auto slave = MakeLiveSlave(scene, options.state_dir,
                                    recording ? &recording->sense() : nullptr, ChosenAgain);
-  Introduce(slave->Describe());
+  const SlaveDescription served = slave->Describe();
+  Introduce(served);
+  const std::string missing = MissingGuards(scene.manipulator);
+  if (served.sense.tells_force && !missing.empty()) spdlog::warn("{}", missing);
   Server server(*slave, options.listen, options.insecure, options.tls);
   std::optional<MetricsPage> metrics;
   if (!options.metrics.empty())

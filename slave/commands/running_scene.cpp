@@ -1,11 +1,13 @@
 #include "slave/commands/running_scene.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <optional>
 #include <span>
 #include <sstream>
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include "shared/program/program.h"
@@ -107,6 +109,19 @@ void KeepDecision(const study::StudyResult& study, const Scene& scene,
                   const std::vector<std::string>& overrides) {
   if (scene.model.kind != "auto") return;
   if (const auto decided = study::DecidedBy(study, scene)) Keep(*decided, FileOf(scene, overrides));
+}
+
+std::string MissingGuards(const ManipulatorOptions& arm) {
+  const bool presses = std::isinf(arm.force_guard), sinks = std::isinf(arm.depth_guard);
+  if (!presses && !sinks) return {};
+  const char* keys = !sinks     ? "manipulator.force_guard is"
+                     : !presses ? "manipulator.depth_guard is"
+                                : "manipulator.force_guard and manipulator.depth_guard are";
+  return fmt::format("{} not set: nothing limits the {} of an operator who engages again and again",
+                     keys,
+                     !sinks     ? "force"
+                     : !presses ? "depth"
+                                : "force and depth");
 }
 
 }  // namespace palpate

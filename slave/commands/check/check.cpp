@@ -249,6 +249,12 @@ void PrintHand(const Scene& scene) {
                                     scene.operator_options.transform.position_scale,
                                     scene.operator_options.transform.force_scale,
                                     scene.operator_options.force_limit));
+  const ManipulatorOptions& arm = scene.manipulator;
+  const std::string missing = MissingGuards(arm);
+  if (!missing.empty()) return PrintLine("UNGUARDED", missing);
+  PrintLine("guards", fmt::format("force {:g} N, depth {}: beyond these the tool {}",
+                                  arm.force_guard, LengthInWords(arm.depth_guard),
+                                  arm.guard_retracts ? "retracts to the surface" : "holds"));
 }
 
 void PrintObject(const Scene& scene) {

@@ -19,7 +19,7 @@ void PrintCameras(const Scene& scene);
 bool ShowsArm(const Scene& scene);
 // Prints the manipulator and the checks that use its encoders.
 void PrintManipulator(const Scene& scene);
-// Prints scales and force limit of the operator.
+// Prints scales, force limit and guards of the operator.
 void PrintHand(const Scene& scene);
 
 // Prints the model and the reason for its choice; for `model.kind: auto` also the rejected models
