@@ -161,6 +161,7 @@ class Offline(unittest.TestCase):
         for scene in sorted((ROOT / "deploy/scenes").glob("*.yaml")):
             done = run(SLAVE, "check", scene)
             self.assertEqual(done.returncode, 0, f"{scene.name}: {done.stderr}")
+            self.assertNotIn("UNGUARDED", done.stdout, scene.name)
 
     def test_solve_answers_the_reference_block(self):
         contacts = self.out / "contacts.csv"
