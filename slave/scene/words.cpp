@@ -30,7 +30,8 @@ std::string InWords(const Geometry& geometry) {
                          g.outline.holes.size());
     }
     std::string operator()(const ContourFileGeometry& g) const {
-      return fmt::format("contour from {} ({} points)", g.file.string(), g.outline.outer.size());
+      return fmt::format("contour from {} ({} points)", g.file.filename().string(),
+                         g.outline.outer.size());
     }
     std::string operator()(const ImageContourGeometry&) const {
       return "contour found in the first image";
@@ -48,7 +49,9 @@ std::string InWords(const Geometry& geometry) {
                          LengthInWords(g.size.y()), LengthInWords(g.size.z()), g.cells[0],
                          g.cells[1], g.cells[2]);
     }
-    std::string operator()(const MeshFileGeometry& g) const { return "mesh " + g.file.string(); }
+    std::string operator()(const MeshFileGeometry& g) const {
+      return "mesh " + g.file.filename().string();
+    }
   };
   const double thickness = ThicknessOf(geometry);
   return std::visit(Visitor{}, geometry) +

@@ -43,11 +43,6 @@ void AddDecision(const ModelDecision& decision, v1::SceneDescription::Model* mes
   }
 }
 
-template <class Repeated>
-void Assign(const std::vector<float>& values, Repeated* message) {
-  message->Assign(values.begin(), values.end());
-}
-
 }  // namespace
 
 void ToProto(const SlaveDescription& description, v1::SceneDescription* message) {
@@ -132,11 +127,11 @@ void ToProto(const BoundaryShape& shape, bool with_topology, v1::MeshState* mess
   if (with_topology) {
     message->mutable_elements()->Assign(shape.elements.begin(), shape.elements.end());
     message->set_nodes_per_element(static_cast<std::uint32_t>(shape.nodes_per_element));
-    Assign(shape.rest, message->mutable_rest());
+    message->mutable_rest()->Assign(shape.rest.begin(), shape.rest.end());
     message->mutable_fixed_nodes()->Assign(shape.fixed_nodes.begin(), shape.fixed_nodes.end());
   }
-  Assign(shape.positions, message->mutable_positions());
-  Assign(shape.nodal_forces, message->mutable_nodal_forces());
+  message->mutable_positions()->Assign(shape.positions.begin(), shape.positions.end());
+  message->mutable_nodal_forces()->Assign(shape.nodal_forces.begin(), shape.nodal_forces.end());
 }
 
 void ToProto(JpegPicture picture, std::uint64_t sequence, v1::VideoFrame* message) {

@@ -1,5 +1,8 @@
 // FeedPictures. Decoding takes milliseconds: in the call's own thread, which also slows a driver
 // down who sends more than can be looked at.
+#include <memory>
+#include <string>
+
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 #include "slave/service/messages.h"
@@ -12,31 +15,6 @@ namespace {
 
 constexpr double kPictureRate = 64e6;  // [bytes/s]
 
-// Leaves with the stream.
-class Sender {
- public:
-  explicit Sender(PictureInbox* inbox) : inbox_(inbox), id_(NewStreamId()) {}
-  ~Sender() { inbox_->Leave(id_); }
-  Sender(const Sender&) = delete;
-  Sender& operator=(const Sender&) = delete;
-
-  grpc::Status Feed(const v1::PictureSample& message) {
-    const Time now = Clock::now();
-    std::string reason;
-    const auto sample = FromProto(message, &reason);
-    if (!sample) return {grpc::StatusCode::INVALID_ARGUMENT, reason};
-    const auto refusal = inbox_->Feed(*sample, now, id_);
-    if (!refusal) return grpc::Status::OK;
-    const auto code = refusal->is_held ? grpc::StatusCode::FAILED_PRECONDITION
-                                       : grpc::StatusCode::INVALID_ARGUMENT;
-    return {code, "sample " + std::to_string(message.sequence()) + ": " + refusal->why};
-  }
-
- private:
-  PictureInbox* inbox_;
-  PictureInbox::SenderId id_;
-};
-
 }  // namespace
 
 grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
@@ -44,7 +22,6 @@ grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
                                                 v1::FeedPicturesReply* reply) {
   const OrdinaryPriority ordinary;
   PictureInbox* const inbox = slave_.picture_inbox();
-  on_stream_(*context, inbox != nullptr ? kPictureRate : 0);
   if (inbox == nullptr) {
     return {grpc::StatusCode::FAILED_PRECONDITION,
             "the scene accepts no images: the source of its sense.camera is not stream"};
@@ -55,12 +32,22 @@ grpc::Status TeleoperationService::FeedPictures(grpc::ServerContext* context,
                                                        std::to_string(picture_feeds_.count()) +
                                                        " streams: accepted is one"};
   }
-  Sender sender(inbox);
+  on_stream_(*context, kPictureRate);
+  const auto id = NewStreamId();
+  const std::shared_ptr<void> leaves(nullptr, [&](void*) { inbox->Leave(id); });
   const std::uint64_t dropped = inbox->health().dropped;
   std::uint64_t samples = 0;
   v1::PictureSample message;
   while (reader->Read(&message)) {
-    if (const grpc::Status taken = sender.Feed(message); !taken.ok()) return taken;
+    const Time now = Clock::now();
+    std::string reason;
+    const auto sample = FromProto(message, &reason);
+    if (!sample) return {grpc::StatusCode::INVALID_ARGUMENT, reason};
+    if (const auto refusal = inbox->Feed(*sample, now, id)) {
+      return {refusal->is_held ? grpc::StatusCode::FAILED_PRECONDITION
+                               : grpc::StatusCode::INVALID_ARGUMENT,
+              "sample " + std::to_string(message.sequence()) + ": " + refusal->why};
+    }
     ++samples;
   }
   reply->set_samples(samples);

@@ -13,6 +13,7 @@
 namespace palpate {
 namespace {
 
+constexpr double kCommandRate = 256e3;  // 80 kB/s are usual [bytes/s]
 using Reactor = grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>;
 
 }  // namespace
@@ -43,13 +44,14 @@ grpc::Status OperateStream::RequestLease(const std::optional<std::string>& name)
   }
   if (const auto* ticket = std::get_if<OperatorLease::Ticket>(&answer)) {
     ticket_ = *ticket;
+    host_.on_stream(context_, kCommandRate);
     host_.publisher.ServeFirst(self);
   }
   return grpc::Status::OK;
 }
 
 OperateStream::OperateStream(const Host& host, const grpc::ServerContextBase& context)
-    : host_(host), peer_(context.peer()), client_(ClientOf(context)) {}
+    : host_(host), context_(context), peer_(context.peer()), client_(ClientOf(context)) {}
 
 void OperateStream::Offer(const SlaveState& state) {
   box_.Put(state);
@@ -111,6 +113,7 @@ void OperateStream::OnCancel() {
 }
 
 void OperateStream::OnDone() {
+  host_.lease.Release(ticket_);  // it may have come while the stream ended
   if (!is_cancelled_) host_.lease.Leave(ticket_);
   EndingStream::OnDone();
 }
@@ -122,6 +125,7 @@ void OperateStream::OnEnding() {
     last = std::move(line_);
   }
   last.reset();  // its port is free for the next operator
+  if (ticket_ != 0) host_.on_stream(context_, 0);
   host_.lease.Release(ticket_);
 }
 

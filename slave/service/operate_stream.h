@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,11 +27,16 @@ class OperateStream final
     : public EndingStream<grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>>,
       public StateReader {
  public:
+  // Called when a stream begins or ends, and its connection may send `rate` [bytes/s]; nullopt: as
+  // before.
+  using OnStream =
+      std::function<void(const grpc::ServerContextBase& context, std::optional<double> rate)>;
   struct Host {
     OperatorLease& lease;
     Publisher& publisher;
     std::atomic<std::uint64_t>& states_sent;
     RefusedStreams& refused;
+    const OnStream& on_stream;
   };
 
   // Requests the lease for the client of `context`. Returns the reactor for gRPC, also after a
@@ -59,6 +65,7 @@ class OperateStream final
   bool MakeMessage();
 
   const Host host_;
+  const grpc::ServerContextBase& context_;        // until OnDone
   const std::string peer_;                        // as gRPC names it
   const std::string client_;                      // for the log
   std::atomic<OperatorLease::Ticket> ticket_{0};  // 0: not yet

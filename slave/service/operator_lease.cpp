@@ -33,12 +33,13 @@ OperatorLease::Answer OperatorLease::RequestTicket(const std::string& peer,
         return Refusal{"the lease is held by " + DescribeHolder() +
                        ": it becomes free when that stream ends"};
       }
-      dismiss_silent_holder = std::move(holder_.dismiss);
-      holder_ = {};
-      slave_.EndOperating();
     }
     if (!name && std::max(reserved_.Left(), barred_.Left()) > 0) return NameFirst{};
     if (const auto why = WhyNot(name.value_or(""))) return Refusal{*why};
+    if (holder_.ticket != 0) {
+      dismiss_silent_holder = std::move(holder_.dismiss);
+      slave_.EndOperating();
+    }
     reserved_ = {};
     slave_.BeginOperating();
     ticket = ++last_ticket_;
@@ -125,8 +126,11 @@ void OperatorLease::Evict(const std::string& reason) {
   Dismiss dismiss;
   {
     const std::scoped_lock lock(mutex_);
-    if (holder_.ticket == 0) throw std::logic_error("there is no operator");
-    barred_ = {holder_.ticket, NameOfHolder(), Clock::now() + kBarred};
+    const bool is_reserved = holder_.ticket == 0 && reserved_.Left() > 0;
+    if (holder_.ticket == 0 && !is_reserved) throw std::logic_error("there is no operator");
+    const std::string name = is_reserved ? std::exchange(reserved_, {}).name : NameOfHolder();
+    barred_ = {holder_.ticket, name, Clock::now() + kBarred};
+    if (is_reserved) return;
     dismiss = std::move(holder_.dismiss);
     holder_ = {};
     slave_.EndOperating();
@@ -137,7 +141,8 @@ void OperatorLease::Evict(const std::string& reason) {
 bool OperatorLease::IsHeldBy(const std::string& peer,
                              const std::optional<std::string>& name) const {
   const std::scoped_lock lock(mutex_);
-  return holder_.ticket != 0 && (holder_.peer == peer || (name && *name == NameOfHolder()));
+  return holder_.ticket != 0 &&
+         (holder_.peer == peer || (name && !name->empty() && *name == NameOfHolder()));
 }
 
 std::string OperatorLease::holder_name() const {

@@ -59,7 +59,8 @@ class OperatorLease {
   void Release(Ticket ticket);
   // The holder of `ticket` left on purpose: the lease is not reserved.
   void Leave(Ticket ticket);
-  // Ends the holder's stream because of `reason`. Throws std::logic_error: there is no operator.
+  // Ends the holder's stream because of `reason`, or a reservation. Throws std::logic_error: there
+  // is neither.
   void Evict(const std::string& reason);
 
   // Throws std::logic_error: another connection than that of `peer` holds the lease. A connection

@@ -8,6 +8,7 @@
 
 #include "palpate/v1/telemetry.pb.h"
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 
 namespace palpate {
@@ -30,7 +31,7 @@ class RefusedStreams {
   static constexpr std::size_t kMost = 16;
   static constexpr double kReported = 60;  // [s]
 
-  mutable std::mutex mutex_;  // guards the member below
+  mutable PriorityInheritanceMutex mutex_;  // guards the member below
   std::deque<std::pair<std::string, Time>> newest_;
 };
 

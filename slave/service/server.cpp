@@ -27,8 +27,7 @@ namespace {
 
 constexpr int kMaxRequestBytes = 64 * 1024;
 constexpr int kMaxPictureBytes = 32 * 1024 * 1024;  // a raw pair of 2448 x 2048 px in colour
-constexpr int kMaxStreamsPerConnection = 2 * TeleoperationService::kSeats;
-constexpr int kMaxThreads = 2 * TeleoperationService::kSeats;
+constexpr int kMaxStreams = 2 * TeleoperationService::kSeats;  // of a connection; also threads
 // Of a handshake, over 5 s of round trip.
 constexpr int kHandshakeMs = 15000;
 // [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
@@ -73,14 +72,14 @@ void Configure(bool takes_pictures, grpc::ServerBuilder* builder) {
   // grow on lines that are long.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 1);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kCommandWindow);
-  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
   // No keepalive by the server: gRPC 1.51 aborts if its timer meets a connection that closes. Lease
   // and watchdog detect a cut link.
   // No ping strikes: gRPC keeps an error for each ping until it has closed the connection, 100 MB
   // in a moment. Admission control counts the bytes.
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MAX_PING_STRIKES, 0);
   builder->SetMaxReceiveMessageSize(takes_pictures ? kMaxPictureBytes : kMaxRequestBytes);
-  builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxThreads));
+  builder->SetResourceQuota(grpc::ResourceQuota("palpate").SetMaxThreads(kMaxStreams));
 }
 
 // gRPC's own log blocks if nobody reads it.
@@ -96,14 +95,15 @@ struct Server::Parts {
         endpoint(std::move(listen_on)),
         revoked(tls.empty() ? nullptr : std::make_shared<RevocationList>(tls)),
         publisher(slave),
-        service(slave, publisher, [this](const grpc::ServerContextBase& context, double rate) {
-          DescribeClient(context, rate);
-        }) {}
+        service(slave, publisher,
+                [this](const grpc::ServerContextBase& context, std::optional<double> rate) {
+                  DescribeClient(context, rate);
+                }) {}
 
   void Build(const std::filesystem::path& tls);
-  // A stream began that may receive `rate` [bytes/s]. Its connection is closed when its certificate
-  // is no longer valid, so that the tool holds.
-  void DescribeClient(const grpc::ServerContextBase& context, double rate);
+  // A stream began or ended, and its connection may send `rate` [bytes/s]. It is closed when its
+  // certificate is no longer valid, so that the tool holds.
+  void DescribeClient(const grpc::ServerContextBase& context, std::optional<double> rate);
 
   // Health follows the sensing.
   void UpdateHealth() const;
@@ -122,7 +122,8 @@ struct Server::Parts {
   std::jthread health;
 };
 
-void Server::Parts::DescribeClient(const grpc::ServerContextBase& context, double rate) {
+void Server::Parts::DescribeClient(const grpc::ServerContextBase& context,
+                                   std::optional<double> rate) {
   Acceptor::Client client{.rate = rate};
   if (revoked) {
     client.trusted = [certificate = FactsOf(*context.auth_context()), revoked = revoked] {

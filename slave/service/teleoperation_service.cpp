@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-// Of commands or tactile samples: 80 kB/s are usual. Of reports: 4000 of 128 bytes. [bytes/s]
-constexpr double kCommandRate = 256e3, kReportRate = 512e3;
+// Of tactile samples, 80 kB/s are usual; of 4000 reports of 128 bytes. [bytes/s]
+constexpr double kSampleRate = 256e3, kReportRate = 512e3;
 constexpr std::size_t kLongestReason = 200;  // [characters]; what is longer is cut, never refused
 
 // Answers at once with what `work` made.
@@ -133,14 +133,12 @@ grpc::ServerUnaryReactor* TeleoperationService::Stop(grpc::CallbackServerContext
 
 grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* TeleoperationService::Operate(
     grpc::CallbackServerContext* context) {
-  auto* const stream = OperateStream::Open({lease_, publisher_, states_sent_, refused_}, *context);
-  on_stream_(*context, lease_.IsHeldBy(context->peer(), {}) ? kCommandRate : 0);
-  return stream;
+  return OperateStream::Open({lease_, publisher_, states_sent_, refused_, on_stream_}, *context);
 }
 
 grpc::ServerReadReactor<v1::TactileSample>* TeleoperationService::FeedTactile(
     grpc::CallbackServerContext* context, v1::FeedTactileReply* reply) {
-  on_stream_(*context, slave_.tactile_inbox() != nullptr ? kCommandRate : 0);
+  on_stream_(*context, slave_.tactile_inbox() != nullptr ? kSampleRate : 0);
   return FeedStream::Open(slave_.tactile_inbox(), &feeds_, reply);
 }
 

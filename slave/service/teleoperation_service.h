@@ -46,11 +46,8 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
  public:
   // Streams of the Watch calls that may be open, and beyond them the operator's.
   static constexpr int kSeats = 64, kOperatorSeats = 8;
-  // Called when a stream begins, which may receive `rate` [bytes/s].
-  using OnStream = std::function<void(const grpc::ServerContextBase&, double rate)>;
-
   // `slave` and `publisher` outlive the service.
-  TeleoperationService(Slave& slave, Publisher& publisher, OnStream on_stream)
+  TeleoperationService(Slave& slave, Publisher& publisher, OperateStream::OnStream on_stream)
       : slave_(slave), publisher_(publisher), on_stream_(std::move(on_stream)) {}
 
   grpc::ServerUnaryReactor* GetScene(grpc::CallbackServerContext* context,
@@ -121,7 +118,7 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
 
   Slave& slave_;
   Publisher& publisher_;
-  const OnStream on_stream_;
+  const OperateStream::OnStream on_stream_;
   BulkPace bulk_pace_;
   RefusedStreams refused_;
   OperatorLease lease_{slave_, OperatorLease::kSilence, [this](const auto& peer, double seconds) {

@@ -15,7 +15,6 @@
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -36,6 +35,7 @@ constexpr std::chrono::milliseconds kBetween(1);
 // What a client sends at most before it has the server's settings [bytes]: the initial window of
 // 65 535 bytes (RFC 9113, 6.9.2), and headers.
 constexpr int kMostUnread = 80 * 1024;
+constexpr int kDescriptors = 4;          // for each connection; it uses two
 constexpr std::size_t kLogEvery = 1000;  // closed connections per line of the log
 
 void Set(int fd, int level, int option, int value) {
@@ -85,25 +85,17 @@ std::vector<int> ListenAt(Endpoint* endpoint) {
                            (unknown != 0 ? gai_strerror(unknown) : std::strerror(error)));
 }
 
-// nullopt: the connection is over. Else what it received since it was opened [bytes].
-std::optional<std::uint64_t> ReceivedBy(int fd) {
+struct Traffic {
+  bool is_open;
+  std::uint64_t received;  // [bytes] since the connection was opened
+};
+
+Traffic TrafficOf(int fd) {
   tcp_info info{};
   socklen_t size = sizeof info;
+  getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size);
   constexpr int kEstablished = 1;  // TCP_ESTABLISHED of netinet/tcp.h, which excludes linux/tcp.h
-  const bool is_known = getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) == 0;
-  if (!is_known || info.tcpi_state != kEstablished) return std::nullopt;
-  return info.tcpi_bytes_received;
-}
-
-// As many connections as descriptors permit, two for each. Raises the soft limit.
-std::size_t Affordable(std::size_t connections) {
-  constexpr rlim_t kOthers = 128;  // files, cameras, gRPC
-  rlimit limit{};
-  getrlimit(RLIMIT_NOFILE, &limit);
-  limit.rlim_cur = limit.rlim_max;
-  setrlimit(RLIMIT_NOFILE, &limit);
-  getrlimit(RLIMIT_NOFILE, &limit);
-  return std::min<std::size_t>(connections, (std::max(limit.rlim_cur, 2 * kOthers) - kOthers) / 2);
+  return {info.tcpi_state == kEstablished, info.tcpi_bytes_received};
 }
 
 }  // namespace
@@ -138,30 +130,37 @@ void Acceptor::AcceptOne(int listener) {
   socklen_t size = sizeof peer;
   const int fd =
       accept4(listener, reinterpret_cast<sockaddr*>(&peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
-  std::this_thread::sleep_for(kBetween);
-  if (fd < 0) return;
+  if (fd < 0) return std::this_thread::sleep_for(kBetween);
   int unread = 0;
   if (ioctl(fd, FIONREAD, &unread) == 0 && unread > kMostUnread) {
     return Close(fd, TurnedAway::kTooMuch);
   }
-  const int duplicate =
-      connections_.size() < limits_.connections ? fcntl(fd, F_DUPFD_CLOEXEC, 0) : -1;
+  if (connections_.size() >= limits_.connections) {
+    const auto unused = std::ranges::find(connections_, false, &Connection::has_stream);
+    if (unused == connections_.end()) return Close(fd, TurnedAway::kFull);
+    Close(unused->fd, TurnedAway::kFull);
+    connections_.erase(unused);
+  }
+  const int duplicate = fcntl(fd, F_DUPFD_CLOEXEC, 0);
   if (duplicate < 0) return Close(fd, TurnedAway::kFull);
   Set(fd, IPPROTO_TCP, TCP_NODELAY, 1);
   PrepareLine(fd);
   connections_.push_back({duplicate, NameOf(peer)});
   ++accepted_;
   hand_on_(fd);
+  std::this_thread::sleep_for(kBetween);
 }
 
 void Acceptor::ApplyClients() {
   const std::scoped_lock lock(mutex_);
   for (auto& [peer, client] : clients_) {
-    const auto one = std::ranges::find(connections_, peer, &Connection::peer);
-    if (one == connections_.end()) continue;
-    if (client.rate > one->client.rate) one->own = kOwnBurst * client.rate;
-    client.rate = std::max(client.rate, one->client.rate);
-    one->client = std::move(client);
+    const auto one = std::find_if(connections_.rbegin(), connections_.rend(),
+                                  [&](const Connection& other) { return other.peer == peer; });
+    if (one == connections_.rend()) continue;
+    if (client.rate.value_or(0) > one->rate) one->own = kOwnBurst * *client.rate;
+    one->rate = client.rate.value_or(one->rate);
+    one->trusted = std::move(client.trusted);
+    one->has_stream = true;
   }
   clients_.clear();
 }
@@ -171,43 +170,40 @@ void Acceptor::CountBytes(double dt) {
   credit_ = std::min(limits_.burst, credit_ + limits_.rate * dt);
   double recent = 0;  // of all
   std::erase_if(connections_, [&](Connection& one) {
-    const auto total = ReceivedBy(one.fd);
-    if (!total) return close(one.fd) == 0;
-    const auto received = static_cast<double>(*total - std::exchange(one.received, *total));
-    one.own = std::min(kOwnBurst * one.client.rate, one.own + one.client.rate * dt);
+    const auto [is_open, total] = TrafficOf(one.fd);
+    const auto received = static_cast<double>(total - std::exchange(one.received, total));
+    one.own = std::min(kOwnBurst * one.rate, one.own + one.rate * dt);
     const double excess = std::max(0.0, received - one.own);
     one.own = std::max(0.0, one.own - received);
     one.recent = one.recent * std::exp(-dt / kWindow) + excess;
-    recent += one.recent;
     credit_ -= excess;
-    return false;
+    if (is_open) recent += one.recent;
+    if (!is_open) close(one.fd);
+    return !is_open;
   });
   while (credit_ < 0 && recent > limits_.rate * kWindow / 2) {
     const auto heaviest = std::ranges::max_element(connections_, {}, &Connection::recent);
     recent -= heaviest->recent;
-    Cut(*heaviest, TurnedAway::kTooMuch);
+    Close(heaviest->fd, TurnedAway::kTooMuch);
     connections_.erase(heaviest);
   }
+  credit_ = std::max(credit_, -limits_.burst / 2);  // one burst closes the port only for a moment
 }
 
 void Acceptor::CutUntrusted() {
   std::erase_if(connections_, [this](const Connection& one) {
-    if (!one.client.trusted || one.client.trusted()) return false;
+    if (!one.trusted || one.trusted()) return false;
     spdlog::warn("audit: {} was disconnected: its certificate is no longer valid", one.peer);
-    Cut(one, TurnedAway::kUntrusted);
+    Close(one.fd, TurnedAway::kUntrusted);
     return true;
   });
 }
 
-// Also discards what gRPC has not read, if the system can do that.
-void Acceptor::Cut(const Connection& one, TurnedAway why) {
+// Also discards what nobody has read, if the system can do that.
+void Acceptor::Close(int fd, TurnedAway why) {
   sockaddr nowhere{};
   nowhere.sa_family = AF_UNSPEC;
-  if (connect(one.fd, &nowhere, sizeof nowhere) != 0) shutdown(one.fd, SHUT_RDWR);
-  Close(one.fd, why);
-}
-
-void Acceptor::Close(int fd, TurnedAway why) {
+  if (connect(fd, &nowhere, sizeof nowhere) != 0) shutdown(fd, SHUT_RDWR);
   close(fd);
   const auto index = static_cast<std::size_t>(why);
   const std::uint64_t count = ++turned_away_[index];
@@ -218,7 +214,8 @@ void Acceptor::Close(int fd, TurnedAway why) {
 Acceptor::Acceptor(Endpoint endpoint, HandOn hand_on, const Limits& limits)
     : endpoint_(std::move(endpoint)),
       hand_on_(std::move(hand_on)),
-      limits_{Affordable(limits.connections), limits.rate, limits.burst},
+      limits_{std::min<std::size_t>(limits.connections, sysconf(_SC_OPEN_MAX) / kDescriptors),
+              limits.rate, limits.burst},
       listening_(ListenAt(&endpoint_)),
       credit_(limits.burst) {}
 
@@ -239,7 +236,7 @@ Acceptor::Counts Acceptor::counts() const {
 void Acceptor::Describe(const std::string& peer, Client client) {
   const std::scoped_lock lock(mutex_);
   Client& known = clients_[WithoutBrackets(peer)];
-  client.rate = std::max(client.rate, known.rate);
+  if (!client.rate) client.rate = known.rate;
   known = std::move(client);
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -20,7 +21,7 @@ namespace palpate {
 
 // Why a connection was closed.
 enum class TurnedAway : std::uint8_t {
-  kFull,       // as many as permitted were open
+  kFull,       // as many as permitted were open, and this one had no stream
   kTooMuch,    // the bytes of all connections exceeded the limit, and this one sent most
   kUntrusted,  // its certificate is no longer valid
 };
@@ -32,9 +33,9 @@ class Acceptor {
     std::size_t connections = 2048;    // fewer where descriptors are few
     double rate = 1e6, burst = 512e3;  // of all connections together [bytes/s], [bytes]
   };
-  // What the service knows about the client of a connection.
+  // What the service knows about the client of a connection with a stream.
   struct Client {
-    double rate = 0;                     // what it may send beyond Limits::rate [bytes/s]
+    std::optional<double> rate = {};     // it may send, beyond Limits::rate [bytes/s]; as before
     std::function<bool()> trusted = {};  // empty: always; called once per second
   };
   struct Counts {
@@ -56,7 +57,7 @@ class Acceptor {
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }  // the real port
   [[nodiscard]] Counts counts() const;                                  // thread-safe
   // Applies `client` to the connection of `peer` (gRPC's name), which is closed when it is not
-  // trusted. A larger rate stays. No effect if there is no such connection. Thread-safe.
+  // trusted. No effect if there is no such connection. Thread-safe.
   void Describe(const std::string& peer, Client client);
   // Accepts no new connections; existing ones stay. Idempotent.
   void Stop();
@@ -65,7 +66,9 @@ class Acceptor {
   struct Connection {
     int fd;  // a duplicate: the number of the original may be used again
     std::string peer;
-    Client client = {};
+    bool has_stream = false;  // one without gives way if all places are taken
+    double rate = 0;          // of its own [bytes/s]
+    std::function<bool()> trusted = {};
     std::uint64_t received = 0;  // [bytes] at the last count
     double own = 0;              // what it may still send at its own rate [bytes]
     double recent = 0;           // [bytes] beyond that, decaying with a time constant
@@ -76,7 +79,6 @@ class Acceptor {
   void ApplyClients();
   void CountBytes(double dt);
   void CutUntrusted();
-  void Cut(const Connection& one, TurnedAway why);
   void Close(int fd, TurnedAway why);
 
   Endpoint endpoint_;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "shared/link/base_round_trip.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 
 namespace palpate {
@@ -75,15 +76,15 @@ class BulkPace {
       rate_ = kLeast;
     } else if (waits && used > kLeast) {
       rate_ = std::max(kLeast, kLess * std::min(rate_, used));
-    } else if (!waits && used > rate_ / 2) {
+    } else if (!waits && (used > rate_ / 2 || debt_ > 0)) {  // large messages are rare
       rate_ *= kMore;
     }
   }
 
-  std::mutex mutex_;        // guards the members below
-  std::string peer_;        // the newest operator
-  double rate_ = kUnbound;  // of all streams together [bytes/s]; kUnbound: no operator
-  double debt_ = 0;         // sent, and not yet due at this rate [bytes]
+  PriorityInheritanceMutex mutex_;  // guards the members below
+  std::string peer_;                // the newest operator
+  double rate_ = kUnbound;          // of all streams together [bytes/s]; kUnbound: no operator
+  double debt_ = 0;                 // sent, and not yet due at this rate [bytes]
   double since_ = 0, sent_ = 0, shortest_ = kUnbound;  // of this period
   BaseRoundTrip own_;
   Time settled_{};

@@ -115,7 +115,7 @@ TEST_F(AcceptorTest, AConnectionIsHandedOnWhole) {
 }
 
 TEST_F(AcceptorTest, ACrowdThatSendsNothingKeepsNobodyOut) {
-  Open({.connections = 4});
+  Open({});
   std::vector<std::unique_ptr<Client>> crowd;
   for (int i = 0; i < 400; ++i) crowd.push_back(Connect(0));
   const auto client = Connect();
@@ -123,10 +123,22 @@ TEST_F(AcceptorTest, ACrowdThatSendsNothingKeepsNobodyOut) {
   EXPECT_FALSE(client->IsClosed());
 }
 
+TEST_F(AcceptorTest, AConnectionWithoutAStreamGivesWayIfAllPlacesAreTaken) {
+  Open({.connections = 1});
+  const auto idle = Connect();
+  ASSERT_TRUE(HandsOn(1));
+  const auto next = Connect();
+  EXPECT_TRUE(HandsOn(2));
+  EXPECT_TRUE(Eventually([&] { return idle->IsClosed(); }));
+  EXPECT_FALSE(next->IsClosed());
+}
+
 TEST_F(AcceptorTest, BeyondTheLimitConnectionsAreClosedUntilAPlaceIsFree) {
   Open({.connections = 1});
   auto one = Connect();
   ASSERT_TRUE(HandsOn(1));
+  acceptor_->Describe(PeerOf(0), {});
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // until it is applied
   const auto other = Connect();
   EXPECT_TRUE(Eventually([&] { return other->IsClosed(); }));
   EXPECT_EQ(Closed(TurnedAway::kFull), 1U);
@@ -182,7 +194,7 @@ TEST_F(AcceptorTest, AConnectionWithARateOfItsOwnMaySendThat) {
   const auto operating = Connect();
   ASSERT_TRUE(HandsOn(1));
   acceptor_->Describe(PeerOf(0), {.rate = 1e6});
-  acceptor_->Describe(PeerOf(0), {.rate = 0});  // another stream of the connection
+  acceptor_->Describe(PeerOf(0), {});  // another stream of the connection
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   for (int i = 0; i < 10; ++i) {  // 100 kB, a tenth of what is lent
     operating->Send(10'000);

@@ -140,6 +140,13 @@ TEST_F(LeaseTest, AReservationEnds) {
   EXPECT_NE(TakeAs("bob", "b"), 0U);
 }
 
+TEST_F(LeaseTest, AReservationCanBeEvicted) {
+  lease_.Release(TakeAs("ada", "a"));
+  lease_.Evict("it crashes again and again");
+  EXPECT_EQ(TakeAs("ada", "a"), 0U);
+  EXPECT_NE(TakeAs("bob", "b"), 0U);
+}
+
 TEST_F(LeaseTest, AnEvictedOperatorMakesRoomForOthers) {
   EXPECT_THROW(lease_.Evict("nobody is here"), std::logic_error);
   std::string dismissed;
@@ -149,6 +156,10 @@ TEST_F(LeaseTest, AnEvictedOperatorMakesRoomForOthers) {
   EXPECT_EQ(slave_.ends(), 1);
   EXPECT_EQ(TakeAs("ada", "a"), 0U);
   EXPECT_THAT(Refusal(), testing::HasSubstr("ada was evicted"));
+  ASSERT_NE(TakeAs("eve", "e", &dismissed), 0U);
+  std::this_thread::sleep_for(OperatorLease::kIdleSilence);
+  EXPECT_EQ(TakeAs("ada", "a"), 0U);
+  EXPECT_TRUE(lease_.IsHeldBy("e", {})) << "a refused client takes nothing from a silent holder";
   EXPECT_NE(TakeAs("bob", "b"), 0U);
 }
 
