@@ -362,7 +362,7 @@ TEST_F(CalibrateTest, AFlatTableSaysOnWhichSideItsCameraStands) {
     const char* side = sign > 0 ? "where z of S is greater, and looks towards -z"
                                 : "where z of S is smaller, and looks towards +z";
     EXPECT_THAT(said_, HasSubstr(side));
-    EXPECT_THAT(said_, HasSubstr(sign > 0 ? ", 400.0] mm in S" : ", -400.0] mm of S"));
+    EXPECT_THAT(said_, HasSubstr(sign > 0 ? ", 400.0] mm in S" : ", -400.0] mm in S"));
     EXPECT_THAT(lines.str(), HasSubstr(side));
   }
 }
