@@ -168,6 +168,7 @@ void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
 void DeclareEvict(CLI::App* app, Arguments* a) {
   CLI::App* evict = app->add_subcommand(
       "evict", "End the lease of the slave's operator; with --tls it needs the role admin");
+  evict->footer("Example:\n  palpate-master evict localhost:50051 --reason maintenance");
   Add(evict, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
   Add(evict, "--reason", &a->reason, "TEXT", "Reason for the operator and the log");
   AddLineOptions(evict, &a->link);
@@ -532,7 +533,7 @@ int ReadRecording(const CLI::App& app, const Arguments& a) {
 int Evict(const Arguments& a) {
   try {
     const std::string name = EvictOperator(a.link, a.reason);
-    std::printf("evicted %s\n", name.empty() ? "an unnamed operator" : name.c_str());
+    std::printf("evicted %s\n", name.empty() ? "the operator" : name.c_str());
     return kDone;
   } catch (const std::runtime_error& error) {
     std::fprintf(stderr, "palpate-master: %s: %s\n", a.link.target.c_str(), error.what());
