@@ -1,5 +1,5 @@
-// The failed check of a state: one code, the most serious, besides its validity. Each check
-// compares a measurement with independent knowledge. slave/CHECKS.md describes the codes.
+// The failed check of a state: one code, the one with the highest rank, besides its validity. Each
+// check compares a measurement with independent knowledge. slave/CHECKS.md describes the codes.
 #pragma once
 
 #include <array>
@@ -33,6 +33,24 @@ enum class FailedCheck : std::uint8_t {
   kArmFault,       // the manipulator's driver is silent or reports a fault
 };
 inline constexpr int kFailedChecks = 21;
+
+// Which of several failed checks a state reports: the one with the highest rank, because it is the
+// cause of lower ones. No data of this instant, then a wrong frame of reference, then signals that
+// cannot be used, then contradictions between them, then the range of the model.
+constexpr int Rank(FailedCheck check) {
+  constexpr std::array kRising{
+      FailedCheck::kNone,         FailedCheck::kModelRange,    FailedCheck::kMisfit,
+      FailedCheck::kDent,         FailedCheck::kTransfer,      FailedCheck::kPose,
+      FailedCheck::kArm,          FailedCheck::kTipCovered,    FailedCheck::kTip,
+      FailedCheck::kPicture,      FailedCheck::kElectrode,     FailedCheck::kEpipolar,
+      FailedCheck::kRestDrift,    FailedCheck::kRestShape,     FailedCheck::kScale,
+      FailedCheck::kRegistration, FailedCheck::kCameraMotion,  FailedCheck::kInstants,
+      FailedCheck::kFrozen,       FailedCheck::kFingerMissing, FailedCheck::kArmFault};
+  static_assert(kRising.size() == kFailedChecks);
+  int rank = 0;
+  while (kRising[static_cast<std::size_t>(rank)] != check) ++rank;
+  return rank;
+}
 
 // Name in CSV files; empty: none.
 constexpr std::string_view ToString(FailedCheck check) {

@@ -10,8 +10,7 @@
 
 #include "shared/state/check_details.h"
 #include "shared/state/clock.h"
-#include "shared/state/failed_check.h"
-#include "shared/state/validity.h"
+#include "shared/state/verdict.h"
 
 namespace palpate {
 
@@ -79,8 +78,8 @@ bool IsForceKnown(const Felt& felt) {
   return felt.force.has_value() && IsForceKnown(felt.validity);
 }
 
-// The estimate of one image or tactile sample. Frame S.
-struct ContactEstimate {
+// The estimate of one image or tactile sample, with the result of its checks. Frame S.
+struct ContactEstimate : Verdict {
   std::uint64_t sample = 0;                           // its number at the source
   Time sensed_at{};                                   // slave's clock
   Eigen::Vector3d p_S_tip = Eigen::Vector3d::Zero();  // [m]; the last one while tracking is lost
@@ -90,9 +89,7 @@ struct ContactEstimate {
   std::optional<Eigen::Vector3d> force;  // object on tool [N]; nullopt: unknown
   // Standard deviation of the force's magnitude, or with fingertips of its vector [N].
   double sigma = 0;
-  Validity validity = Validity::kFailed;
-  FailedCheck check = FailedCheck::kNone;  // the failed check, if any
-  LocalModel local_model;                  // revision 0: none
+  LocalModel local_model;  // revision 0: none
   Events events;
   // Fingertips of scenes with more than one, in the scene's order; the first is the tool.
   std::array<FingerState, kMaxFingers> fingers;

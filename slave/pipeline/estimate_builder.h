@@ -47,38 +47,30 @@ class EstimateBuilder {
   [[nodiscard]] bool broken() const { return is_broken_; }
 
   // The force of a model with modulus E, frame S [N], and the part of its sigma that is independent
-  // of the model [N]; `estimate` has its depth.
-  void SetForce(const Eigen::Vector3d& force, double sigma, Validity validity,
+  // of the model [N]; `verdict` is that of the model; `estimate` has its depth.
+  void SetForce(const Eigen::Vector3d& force, double sigma, const Verdict& verdict,
                 ContactEstimate* estimate) noexcept {
     estimate->force = force;
-    estimate->validity = validity;
-    estimate->check =
-        validity == Validity::kExtrapolated ? FailedCheck::kModelRange : FailedCheck::kNone;
+    estimate->Set(verdict);
+    const bool is_beyond = verdict.validity == Validity::kExtrapolated;
+    if (is_beyond && verdict.check == FailedCheck::kNone)
+      estimate->check = FailedCheck::kModelRange;
     const bool overshot = puncture_depth_ > 0 && estimate->depth > puncture_depth_;
     const bool through = in_contact_ && (overshot || is_broken_);
     if (through && !punctured_) estimate->events.Add(Event::kPuncture);
     punctured_ |= through;
     if (punctured_) {  // the cue of paper A, 4.2: the resistance is gone
       estimate->force = Eigen::Vector3d::Zero();
-      estimate->validity = Validity::kPunctured;
-      estimate->check = FailedCheck::kNone;
+      estimate->Set({Validity::kPunctured});
     }
     estimate->sigma = std::hypot(sigma, modulus_tolerance_ * estimate->force->norm());
   }
 
-  // After SetForce: flags the estimate because of `check`; numbers stay. The first flag is
-  // reported.
-  static void Flag(FailedCheck check, ContactEstimate* estimate) noexcept {
-    if (estimate->validity == Validity::kValid) estimate->check = check;
-    estimate->validity = Worse(estimate->validity, Validity::kExtrapolated);
-  }
-
-  static void LoseForce(Validity validity, FailedCheck check, ContactEstimate* estimate) noexcept {
+  static void LoseForce(const Verdict& verdict, ContactEstimate* estimate) noexcept {
     estimate->force.reset();
     estimate->moment.reset();
     estimate->sigma = 0;
-    estimate->validity = validity;
-    estimate->check = check;
+    estimate->Set(verdict);
   }
 
  private:

@@ -209,9 +209,7 @@ void Fingertip::Miss() noexcept {
   } else if (touch_.force_F && missed_ <= kBelieved) {
     Widen(missed_ * std::max(pace_F_.norm(), step_));
   } else if (touch_.force_F) {
-    touch_.validity = Worse(touch_.validity, Validity::kStale);
-    touch_.check = FailedCheck::kFingerMissing;
-    touch_.why = "samples are missing";
+    touch_.Add({Validity::kStale, FailedCheck::kFingerMissing, "samples are missing"});
   }
 }
 
@@ -230,7 +228,7 @@ void Fingertip::Bridge(const TactileSignals& change, int missed) noexcept {
 void Fingertip::Lose(FailedCheck check, std::string_view why) noexcept {
   touch_ = {};
   touch_.check = check;
-  touch_.why = why;
+  touch_.reason = why;
   quiet_ = 0;
 }
 
@@ -336,55 +334,63 @@ void Fingertip::NoteFlaws(const TouchPlace& place) noexcept {
 }
 
 void Fingertip::CheckEstimate() noexcept {
-  touch_.why = {};
-  touch_.check = FailedCheck::kNone;
   if (!estimate_) {
-    touch_.validity = Validity::kFailed;
-    touch_.why = "no network: the force is unknown";
-    return;
+    return touch_.Set({Validity::kFailed, FailedCheck::kNone, "no network: the force is unknown"});
   }
   if (!touch_.force_F) {
-    touch_.validity = Validity::kTrackingLost;
-    touch_.why = "the network's window is not full yet";
-    return;
+    return touch_.Set(
+        {Validity::kTrackingLost, FailedCheck::kNone, "the network's window is not full yet"});
   }
-  touch_.validity = Validity::kValid;
+  touch_.Set({Validity::kValid});
   const double size = touch_.force_F->norm();
   const bool unplaced = !touch_.touching && !touch_.place.usable();
-  Flag(network_.learnt_force > 0 && size > network_.learnt_force, FailedCheck::kModelRange,
-       "the force is beyond the training range of the network");
-  Flag(touch_.place.is_flawed, FailedCheck::kElectrode, "electrodes are saturated or dead");
-  Flag(stuck_.are_frozen() || stuck_.count() == kElectrodeCount, FailedCheck::kFrozen,
-       "all electrodes are constant: the sensor is dead or its driver repeats samples");
-  Flag(stuck_.count() > 0 && !pattern_, FailedCheck::kElectrode,
-       "an electrode is constant: it is dead");
-  Flag(pressure_ < kBelowRest, FailedCheck::kRestDrift,
-       "the pressure is below its baseline: something touched the fingertip while the baseline was "
-       "measured");
+  if (network_.learnt_force > 0 && size > network_.learnt_force) {
+    touch_.Fail(FailedCheck::kModelRange, "the force is beyond the training range of the network");
+  }
+  if (touch_.place.is_flawed) {
+    touch_.Fail(FailedCheck::kElectrode, "electrodes are saturated or dead");
+  }
+  if (stuck_.are_frozen() || stuck_.count() == kElectrodeCount) {
+    touch_.Fail(FailedCheck::kFrozen,
+                "all electrodes are constant: the sensor is dead or its driver repeats samples");
+  }
+  if (stuck_.count() > 0 && !pattern_) {
+    touch_.Fail(FailedCheck::kElectrode, "an electrode is constant: it is dead");
+  }
+  if (pressure_ < kBelowRest) {
+    touch_.Fail(FailedCheck::kRestDrift,
+                "the pressure is below its baseline: something touched the fingertip while the "
+                "baseline was "
+                "measured");
+  }
   if (pattern_) FlagPattern();
-  Flag(flawed_left_ > 0, FailedCheck::kElectrode, "a faulty sample in the window");
-  Flag(unplaced && size > kUnseenTouch * network_.sigma.norm(), FailedCheck::kTransfer,
-       "there is a force, but no contact point");
+  if (flawed_left_ > 0) {
+    touch_.Fail(FailedCheck::kElectrode, "a faulty sample in the window");
+  }
+  if (unplaced && size > kUnseenTouch * network_.sigma.norm()) {
+    touch_.Fail(FailedCheck::kTransfer, "there is a force, but no contact point");
+  }
 }
 
 void Fingertip::FlagPattern() noexcept {
-  Flag(pattern_->disagreement() > kDisagrees, FailedCheck::kTransfer,
-       "the pressure does not match the electrodes");
-  Flag(steps_ > kManySteps, FailedCheck::kElectrode, "all electrodes step together repeatedly");
-  Flag(pattern_->misfit() > kMisfit, FailedCheck::kElectrode,
-       "the electrodes do not match each other");
-  Flag(pattern_->noise_since_start() < kFallen, FailedCheck::kTransfer,
-       "the noise of the electrodes is lower than at the start: their gain has fallen");
-  Flag(pattern_->noise() < kQuietest, FailedCheck::kTransfer,
-       "the noise of the electrodes is lower than in the training data: their gain is lower");
-}
-
-// The first doubt is told.
-void Fingertip::Flag(bool fails, FailedCheck check, std::string_view why) noexcept {
-  if (!fails || touch_.validity != Validity::kValid) return;
-  touch_.validity = Validity::kExtrapolated;
-  touch_.check = check;
-  touch_.why = why;
+  if (pattern_->disagreement() > kDisagrees) {
+    touch_.Fail(FailedCheck::kTransfer, "the pressure does not match the electrodes");
+  }
+  if (steps_ > kManySteps) {
+    touch_.Fail(FailedCheck::kElectrode, "all electrodes step together repeatedly");
+  }
+  if (pattern_->misfit() > kMisfit) {
+    touch_.Fail(FailedCheck::kElectrode, "the electrodes do not match each other");
+  }
+  if (pattern_->noise_since_start() < kFallen) {
+    touch_.Fail(FailedCheck::kTransfer,
+                "the noise of the electrodes is lower than at the start: their gain has fallen");
+  }
+  if (pattern_->noise() < kQuietest) {
+    touch_.Fail(
+        FailedCheck::kTransfer,
+        "the noise of the electrodes is lower than in the training data: their gain is lower");
+  }
 }
 
 }  // namespace palpate

@@ -12,8 +12,7 @@
 
 #include <Eigen/Core>
 
-#include "shared/state/failed_check.h"
-#include "shared/state/validity.h"
+#include "shared/state/verdict.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/localise/localiser.h"
@@ -89,8 +88,10 @@ class StuckElectrodes {
   std::array<float, kElectrodeCount> last_{};
 };
 
-// Result of one sample of a fingertip. Frame F.
-struct FingerTouch {
+// Result of one sample of a fingertip. Frame F. `Verdict`: of the force.
+struct FingerTouch : Verdict {
+  FingerTouch() : Verdict{Validity::kTrackingLost} {}
+
   std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
   double sigma = 0;                        // rms that its vector may be off by [N]
   TouchPlace place;                        // of this sample; while touching the last usable one
@@ -100,9 +101,6 @@ struct FingerTouch {
   std::optional<bool> stirs;
   std::optional<double> drift;  // of all electrodes together since the baseline [counts]
   bool takes_rest = false;      // it was a sample of the baseline
-  Validity validity = Validity::kTrackingLost;  // of the force
-  FailedCheck check = FailedCheck::kNone;       // that it is not kValid for
-  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
 };
 
 // Samples that are missing for less than 60 ms are made up for when the next one comes, linear
@@ -159,7 +157,6 @@ class Fingertip {
   void NoteFlaws(const TouchPlace& place) noexcept;
   void CheckEstimate() noexcept;
   void FlagPattern() noexcept;
-  void Flag(bool fails, FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F) const noexcept;
   void Widen(double by) noexcept;
 

@@ -56,7 +56,7 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
   tool_.d_I = eyes_->tool_direction_I();
   tool_.width = scene.tool->width / view_.pixel();
   if (p_S_tip_reported) {
-    tool_doubt_ =
+    first_verdict_ =
         CheckTool(scene, first.image, view_.ToImage(*p_S_tip_reported), tool_.d_I, tool_.width);
   }
   is_noisy_ = eyes_->noise() > kLeastNoise;
@@ -125,14 +125,15 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
     const Eigen::Vector2d p_I = CompensatedTip(tip);
     const bool agrees = !said || CompareWithEncoders(view_.ToSlave(p_I), *said);
     Touch(view_.ToSlave(p_I));
-    if (!agrees) EstimateBuilder::Flag(FailedCheck::kArm, &felt_);
+    if (!agrees) felt_.Fail(FailedCheck::kArm, "the tip is not where the encoders report it");
     if (said) FollowObject(*said);
-    if (tool_doubt_ != FailedCheck::kNone) EstimateBuilder::Flag(tool_doubt_, &felt_);
-    if (regained_ > 0) EstimateBuilder::Flag(FailedCheck::kTip, &felt_);
-    if (frozen) EstimateBuilder::Flag(FailedCheck::kFrozen, &felt_);
-    if (combed) EstimateBuilder::Flag(FailedCheck::kPicture, &felt_);
+    felt_.Add(first_verdict_);
+    if (regained_ > 0) felt_.Fail(FailedCheck::kTip, "tip or object was lost a moment ago");
+    if (frozen) felt_.Fail(FailedCheck::kFrozen, "the camera repeats the same image");
+    if (combed) felt_.Fail(FailedCheck::kPicture, "odd and even rows show different instants");
   } else {
-    EstimateBuilder::LoseForce(Validity::kTrackingLost, FailedCheck::kTip, &felt_);
+    EstimateBuilder::LoseForce(
+        {Validity::kTrackingLost, FailedCheck::kTip, "the tip is not detected"}, &felt_);
   }
   const bool is_seen = !watch_ || rules_.broken() || watch_->sighting().known;
   const bool is_lost = !tip.found || !is_seen;
@@ -298,7 +299,8 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   felt_.depth = touching ? std::max(0.0, -place.gap) : 0.0;
   rules_.Touch(touching, &felt_);
   if (response.validity == Validity::kFailed || !response.force_O.allFinite()) {
-    return EstimateBuilder::LoseForce(Validity::kFailed, FailedCheck::kNone, &felt_);
+    return EstimateBuilder::LoseForce(
+        {Validity::kFailed, FailedCheck::kNone, "the model has no solution"}, &felt_);
   }
   UpdateLocalModel(place, response);
   const Eigen::Vector2d dent_O = displacement.head<2>() / view_.pixel();
@@ -306,7 +308,7 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
     cue_.Reset();
     const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
     const double unseen = HiddenDepth(place.gap, GapSigma(place));
-    rules_.SetForce(Eigen::Vector3d::Zero(), stiffness * unseen, Validity::kValid, &felt_);
+    rules_.SetForce(Eigen::Vector3d::Zero(), stiffness * unseen, {Validity::kValid}, &felt_);
     return CheckIndentation(dent_O);
   }
   DetectPuncture(felt_.depth);
@@ -314,7 +316,7 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   rules_.SetForce(-(X_SO.linear() * response.force_O),
                   std::hypot(stiffness * GapSigma(place),
                              touch_->WidthAt(place).sigma * response.force_O.norm()),
-                  response.validity, &felt_);
+                  {response.validity, FailedCheck::kNone, response.doubt}, &felt_);
   if (!rules_.broken()) {
     if (touch_->indenter) {
       felt_.moment = -(X_SO.linear() * touch_->indenter->MomentAbout(p_O_tip));

@@ -112,11 +112,11 @@ class Estimator {
   int regained_ = 0;                  // images until a found tip is trusted again
   FrozenPicture last_;
   InterlaceDetector comb_;
-  FailedCheck tool_doubt_ = FailedCheck::kNone;  // of the tool in the first image
-  bool is_noisy_ = false;                        // the first image has noise
-  double checks_us_ = 0;                         // in this image
-  BoundaryPlace pressed_place_;                  // that the model answered last for the tool
-  Eigen::Vector3d pressed_by_{0, 0, 0};          // displacement there, frame O [m]
+  Verdict first_verdict_{Validity::kValid};  // of the tool in the first image
+  bool is_noisy_ = false;                    // the first image has noise
+  double checks_us_ = 0;                     // in this image
+  BoundaryPlace pressed_place_;              // that the model answered last for the tool
+  Eigen::Vector3d pressed_by_{0, 0, 0};      // displacement there, frame O [m]
   EstimateBuilder rules_;
   PunctureCue cue_;
   const Observation* observation_ = nullptr;

@@ -8,7 +8,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "shared/mesh/outline.h"
-#include "shared/state/failed_check.h"
+#include "shared/state/verdict.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
@@ -32,7 +32,7 @@ Registration RegisterObject(const Scene& scene, CurveView contour_I, const Camer
 
 // Compares the tool in the first image with scene and encoders. `d_I`: direction of the tool; zero:
 // unknown. `width_px`: width in the scene.
-FailedCheck CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
-                      const Eigen::Vector2d& d_I, double width_px);
+Verdict CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
+                  const Eigen::Vector2d& d_I, double width_px);
 
 }  // namespace palpate

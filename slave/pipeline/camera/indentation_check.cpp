@@ -13,6 +13,9 @@ namespace {
 
 using Limits = CameraLimits;
 
+constexpr std::string_view kOtherDent = "observed and computed indentation differ";
+constexpr std::string_view kOtherEdge =
+    "the object's edge lies beside the computed outline: something covers it, or touches elsewhere";
 constexpr double kNear = 15;  // from the surface, where a dent is looked for [px]
 // Sigma of a dent computed: [px], relative, besides relative as elements are long for the tool.
 constexpr double kFloor = 0.2, kModel = 0.05, kMesh = 0.1;
@@ -78,29 +81,29 @@ bool IndentationCheck::Agrees(const Prediction& prediction,
 
 void IndentationCheck::Check(const Prediction& prediction, const ObjectSighting& seen,
                              ContactEstimate* felt) noexcept {
-  if (!seen.known) return EstimateBuilder::Flag(FailedCheck::kRegistration, felt);
+  if (!seen.known) return felt->Fail(FailedCheck::kRegistration, "the object's edge is not found");
   if (seen.motion.shift.norm() > Limits::kMostShift ||
       std::abs(seen.motion.angle) > Limits::kMostTurn) {
-    EstimateBuilder::Flag(FailedCheck::kCameraMotion, felt);
+    felt->Fail(FailedCheck::kCameraMotion, "the image has moved too far");
   }
   if (std::abs(seen.motion.growth) > Limits::kMostGrowth) {
-    EstimateBuilder::Flag(FailedCheck::kScale, felt);
+    felt->Fail(FailedCheck::kScale, "the image has grown or shrunk: zoom");
   }
   const bool rough = prediction.sigma_px > std::max(kRoughTip, kRough * prediction.dent_O.norm());
   const bool blurred =
       seen.sharpness < Limits::kSharpness || seen.sharpness_at_rest < Limits::kSharpAtRest;
   if (blurred || rough || seen.exposure > Limits::kOverexposed) {
-    EstimateBuilder::Flag(FailedCheck::kPicture, felt);
+    felt->Fail(FailedCheck::kPicture, "the image is blurred, overexposed or too noisy at the tip");
   }
-  if (seen.apart > kMostApart) EstimateBuilder::Flag(FailedCheck::kDent, felt);
+  if (seen.apart > kMostApart) felt->Fail(FailedCheck::kDent, kOtherEdge);
   distrust_ = Agrees(prediction, seen) ? std::max(0, distrust_ - 1) : kDistrust;
   const bool confirmed = seen.dent_known || prediction.dent_O.norm() < Limits::kSmallDent;
   unconfirmed_ = confirmed ? 0 : unconfirmed_ + 1;
   if (distrust_ > 0 || unconfirmed_ > kUnconfirmed) {
-    EstimateBuilder::Flag(FailedCheck::kDent, felt);
+    felt->Fail(FailedCheck::kDent, kOtherDent);
   }
   if (!confirmed && prediction.covered > kCovered) {
-    EstimateBuilder::Flag(FailedCheck::kTipCovered, felt);
+    felt->Fail(FailedCheck::kTipCovered, "a part of the tip is hidden");
   }
 }
 

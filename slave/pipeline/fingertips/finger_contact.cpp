@@ -49,18 +49,13 @@ FingerContact::FingerContact(const Tactile& tactile)
 
 void FingerContact::LetGo() noexcept {
   has_place_ = has_force_ = acts_ = false;
-  Flag(FailedCheck::kNone, {});
-}
-
-void FingerContact::Flag(FailedCheck check, std::string_view why) noexcept {
-  check_ = check;
-  why_ = why;
+  verdict_.Set({Validity::kValid});
 }
 
 void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF,
                            const FingerTouch& touch, double largest_force) noexcept {
   acts_ = has_force_ = false;
-  Flag(FailedCheck::kNone, {});
+  verdict_.Set({Validity::kValid});
   FindSurfaceContact(surface, X_OF, touch, largest_force);
   CompareBeginning(surface, X_OF, touch);
   WatchRest(surface, X_OF, touch);
@@ -73,7 +68,8 @@ void FingerContact::WatchRest(const SurfaceContact& surface, const Isometry3d& X
   if (begins) rested_pressed_ = false;
   if (takes_rest_ && !rested_pressed_) rested_pressed_ = DepthOf(surface, X_OF, radius_) > kApart;
   if (rested_pressed_) {
-    Flag(FailedCheck::kRestDrift, "the pose was inside the object while the baseline was taken");
+    verdict_.Fail(FailedCheck::kRestDrift,
+                  "the pose was inside the object while the baseline was taken");
   }
 }
 
@@ -83,8 +79,9 @@ void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isomet
   const double depth = DepthOf(surface, X_OF, radius_);
   const bool is_apart = *touch.stirs ? depth < -kApart : depth > kApart;
   is_late_ = is_apart || (is_late_ && (*touch.stirs || depth > 0));
-  if (is_late_ && why_.empty()) {
-    Flag(FailedCheck::kPose, "the contact begins or ends at another depth than the pose implies");
+  if (is_late_) {
+    verdict_.Fail(FailedCheck::kPose,
+                  "the contact begins or ends at another depth than the pose implies");
   }
 }
 
@@ -100,7 +97,7 @@ void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isom
     } else {
       LetGo();
     }
-    Flag(FailedCheck::kPose, "the pose puts the fingertip inside the object");
+    verdict_.Fail(FailedCheck::kPose, "the pose puts the fingertip inside the object");
     return;
   }
   const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
@@ -108,14 +105,15 @@ void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isom
   if (!touch.touching && !stays) {
     LetGo();
     if (centre && centre->inside) {
-      Flag(FailedCheck::kPose,
-           "the pose puts the fingertip inside the object, but no force is measured");
+      verdict_.Fail(FailedCheck::kPose,
+                    "the pose puts the fingertip inside the object, but no force is measured");
     }
     return;
   }
   if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
     LetGo();
-    Flag(FailedCheck::kPose, "the fingertip is in contact, but no surface is within the gate");
+    verdict_.Fail(FailedCheck::kPose,
+                  "the fingertip is in contact, but no surface is within the gate");
     return;
   }
   if (touch.touching) TakeForce(X_OF, touch, largest_force);
@@ -164,7 +162,7 @@ void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
   force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
   if (force_O_.norm() <= largest_force) return;
   has_force_ = false;
-  Flag(FailedCheck::kModelRange, "the force is beyond the range of the model");
+  verdict_.Fail(FailedCheck::kModelRange, "the force is beyond the range of the model");
 }
 
 void FingerContact::ActByForce() noexcept {

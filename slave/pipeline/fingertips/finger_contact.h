@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/state/failed_check.h"
+#include "shared/state/verdict.h"
 #include "shared/state/validity.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
@@ -49,13 +49,8 @@ class FingerContact {
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
   [[nodiscard]] const Eigen::Vector3d& n_O() const { return n_O_; }
   [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
-  // kExtrapolated if pose and contact do not fit the object; `why` is the reason.
-  [[nodiscard]] Validity validity() const {
-    return why_.empty() ? Validity::kValid : Validity::kExtrapolated;
-  }
-  [[nodiscard]] std::string_view why() const { return why_; }
-  // That it is not kValid for.
-  [[nodiscard]] FailedCheck check() const { return check_; }
+  // kExtrapolated if pose and contact do not fit the object.
+  [[nodiscard]] const Verdict& verdict() const { return verdict_; }
 
  private:
   bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
@@ -66,7 +61,6 @@ class FingerContact {
                         const FingerTouch& touch) noexcept;
   void WatchRest(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
-  void Flag(FailedCheck check, std::string_view why) noexcept;
   [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
   void TakeForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
                  double largest_force) noexcept;
@@ -80,8 +74,7 @@ class FingerContact {
   bool is_late_ = false;
   bool takes_rest_ = false, rested_pressed_ = false;  // now; when the baseline was last measured
   bool has_place_ = false, has_force_ = false, acts_ = false;
-  std::string_view why_;
-  FailedCheck check_ = FailedCheck::kNone;
+  Verdict verdict_{Validity::kValid};
 };
 
 // How deep the surface of a fingertip (sphere and cylinder of `radius`, frame F) lies under `p_O`,

@@ -290,10 +290,8 @@ void TactileEstimator::ReportFinger(std::size_t i) noexcept {
     const double across = pose_tolerance_ * finger.force->norm();
     finger.sigma = std::hypot(finger.sigma, across, across);
   }
-  finger.validity = Worse(touch.validity, contact.validity());
-  const bool by_touch = !touch.why.empty() || contact.why().empty();
-  finger.check = by_touch ? touch.check : contact.check();
-  finger.why = by_touch ? touch.why : contact.why();
+  finger.Set(touch);
+  finger.Add(contact.verdict());
   if (has_poses_file_ && !finger.has_pose) FlagLostPose(&finger);
   finger.p_S_contact.reset();
   if (contact.has_place()) finger.p_S_contact = X_SO_ * contact.p_O();
@@ -310,9 +308,8 @@ void TactileEstimator::ReportFinger(std::size_t i) noexcept {
 void TactileEstimator::FlagLostPose(FingerEstimate* finger) const noexcept {
   finger->force.reset();
   finger->sigma = 0;
-  finger->validity = Worse(finger->validity, Validity::kTrackingLost);
-  finger->check = FailedCheck::kPose;
-  finger->why = "the poses file has no pose for this time";
+  finger->Add(
+      {Validity::kTrackingLost, FailedCheck::kPose, "the poses file has no pose for this time"});
 }
 
 // The first fingertip is the tool.
@@ -329,8 +326,7 @@ void TactileEstimator::ReportTool(const TactileFrame& frame, const Vector3d& p_S
   }
   felt_.force = first.force;
   felt_.sigma = first.sigma;
-  felt_.validity = first.validity;
-  felt_.check = first.check;
+  felt_.Set(first);
   felt_.details.rest_drift = touch(0).drift;
   felt_.local_model.in_contact = first.in_contact;
   felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
@@ -366,7 +362,7 @@ void TactileEstimator::CompareStiffness() noexcept {
   const double normal = first.force->dot(felt_.local_model.normal);
   const auto [lower, upper] = local_touch_->modelled();
   if (normal + first.sigma > least * lower && normal - first.sigma < most * upper) return;
-  Flag(0, FailedCheck::kTransfer, "the force does not match that of the model at this depth");
+  Fail(0, FailedCheck::kTransfer, "the force does not match that of the model at this depth");
 }
 
 // A sample that shows the fingertip where the arm was before tells the force of then.
@@ -376,7 +372,7 @@ void TactileEstimator::CompareWithEncoders(const EncoderReading& said) noexcept 
   const bool agree = arm_.Agree(first.p_S_apex, said, kArmApart);
   arm_doubts_ = agree ? std::max(arm_doubts_ - 1, 0) : kArmForgives;
   for (std::size_t i = 0; arm_doubts_ > 0 && i < fingertips_.size(); ++i) {
-    Flag(i, FailedCheck::kArm, "the fingertips are not where the encoders report them");
+    Fail(i, FailedCheck::kArm, "the fingertips are not where the encoders report them");
   }
   if (!first.force || !(arm_.apart() > 0)) return;
   const Vector3d& n = felt_.local_model.normal;
@@ -390,15 +386,11 @@ void TactileEstimator::CompareWithEncoders(const EncoderReading& said) noexcept 
 }
 
 // Once its state has been told.
-void TactileEstimator::Flag(std::size_t i, FailedCheck check, std::string_view why) noexcept {
+void TactileEstimator::Fail(std::size_t i, FailedCheck check, std::string_view why) noexcept {
   FingerEstimate& finger = fingers_[i];
-  if (finger.validity != Validity::kValid) return;
-  finger.validity = felt_.fingers[i].validity = Validity::kExtrapolated;
-  finger.check = check;
-  finger.why = why;
-  if (i > 0) return;
-  felt_.validity = finger.validity;
-  felt_.check = check;
+  finger.Fail(check, why);
+  felt_.fingers[i].validity = finger.validity;
+  if (i == 0) felt_.Set(finger);
 }
 
 LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {

@@ -25,7 +25,7 @@
 namespace palpate {
 
 // Result for one fingertip. Frame S, or F if the pose of the fingertip is unknown.
-struct FingerEstimate {
+struct FingerEstimate : Verdict {
   bool has_pose = false;
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_S_apex{0, 0, 0};           // of its pad [m]
@@ -33,9 +33,6 @@ struct FingerEstimate {
   bool in_contact = false;
   std::optional<Eigen::Vector3d> force;  // of the object on the fingertip [N]; nullopt: unknown
   double sigma = 0;                      // rms that its vector may be off by [N]
-  Validity validity = Validity::kFailed;
-  FailedCheck check = FailedCheck::kNone;
-  std::string_view why;  // reason if it is not kValid, one clause with static lifetime
 };
 
 // Network and localiser, which turn samples into forces and contact points.
@@ -134,7 +131,7 @@ class TactileEstimator {
   void FlagLostPose(FingerEstimate* finger) const noexcept;
   void CompareStiffness() noexcept;
   void CompareWithEncoders(const EncoderReading& said) noexcept;
-  void Flag(std::size_t i, FailedCheck check, std::string_view why) noexcept;
+  void Fail(std::size_t i, FailedCheck check, std::string_view why) noexcept;
   void ReportTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
 
   std::vector<Finger> scene_fingers_;

@@ -66,11 +66,9 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
   const LoadFit& fit = answer.load;
   SurfaceLoad load;
   load.residual = fit.residual;
-  load.validity = fit.validity;
-  load.why = fit.reason;
+  load.Set({fit.validity, FailedCheck::kNone, fit.reason});
   if (fit.nothing) {
-    load.validity = Validity::kValid;
-    load.why = {};
+    load.Set({Validity::kValid});
     load.sigma_force = SigmaAtRest(points_O);
     const double square = answer.off * answer.off;
     rest_square_ += (rest_square_ > 0 ? kForgetsRest : 1) * (square - rest_square_);
@@ -103,34 +101,33 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
                            .slenderness = plate_->thickness() / a});
 }
 
-// What speaks against the load, the gravest last.
 void PlateLoadIdentifier::CheckFit(const RobustPlateFit::Answer& answer,
                                    SurfaceLoad* load) const noexcept {
-  if (load->validity == Validity::kExtrapolated && load->why.empty()) {
-    load->Flag(FailedCheck::kModelRange, "the indentation is beyond the plate model's range");
-  } else if (!load->why.empty()) {
+  if (load->validity == Validity::kExtrapolated && load->reason.empty()) {
+    load->Fail(FailedCheck::kModelRange, "the indentation is beyond the plate model's range");
+  } else if (!load->reason.empty()) {
     load->check = FailedCheck::kMisfit;
   }
   if (answer.points < 4) {
-    load->validity = Validity::kTrackingLost;
-    load->why = "fewer than four points of the membrane are in view";
+    load->Set({Validity::kTrackingLost, FailedCheck::kNone,
+               "fewer than four points of the membrane are in view"});
   } else if (load->validity == Validity::kFailed) {
     return;
   } else if (answer.left_out > kMostLeftOut * answer.points) {
-    load->Flag(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
+    load->Fail(FailedCheck::kMisfit, "more than a quarter of the points contradict the others");
   } else if (answer.cluster > 0) {
-    load->Flag(FailedCheck::kMisfit,
+    load->Fail(FailedCheck::kMisfit,
                "neighbouring points deviate from the fitted shape to one side");
   } else if (LiesOff(answer)) {
-    load->Flag(FailedCheck::kMisfit,
+    load->Fail(FailedCheck::kMisfit,
                "the points deviate from the fitted shape by more than at rest");
   } else if (answer.moved && !answer.put_right) {
-    load->Flag(FailedCheck::kCameraMotion,
+    load->Fail(FailedCheck::kCameraMotion,
                "the cameras or the membrane's rim have moved since the rest images");
   } else if (answer.grown) {
-    load->Flag(FailedCheck::kScale, "the distances of the points have changed since rest: zoom");
+    load->Fail(FailedCheck::kScale, "the distances of the points have changed since rest: zoom");
   } else if (!answer.flat) {
-    load->Flag(FailedCheck::kRestShape,
+    load->Fail(FailedCheck::kRestShape,
                "the membrane was not flat at rest: bulging, or already in contact");
   }
 }
@@ -165,7 +162,7 @@ void PlateLoadIdentifier::WeighTension(const RobustPlateFit::Answer& answer,
   const double doubt = std::abs(sought.force) * likely;
   load->sigma_force = std::hypot(load->sigma_force, std::min(doubt, std::abs(load->force) / 2));
   if (std::abs(sought.force) * tension_sure_ > kTensionShare * std::abs(load->force)) {
-    load->Flag(FailedCheck::kMisfit,
+    load->Fail(FailedCheck::kMisfit,
                "the width of the indentation does not fit the scene's prestress");
   }
 }

@@ -92,7 +92,7 @@ SurfaceLoad VolumeLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O)
     load_ = TryFit(points_O);
   } catch (const std::exception&) {
     load_ = {};
-    load_.why = "out of memory";
+    load_.reason = "out of memory";
   }
   return load_;
 }
@@ -102,13 +102,13 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   search_.Read(*model_, contact_, points_O);
   unsolved_ = false;
   if (search_.usable() < TriangleSearch::kLeastPoints) {
-    load.validity = Validity::kTrackingLost;
-    load.why = "fewer than four points of the object are in view";
+    load.Set({Validity::kTrackingLost, FailedCheck::kNone,
+              "fewer than four points of the object are in view"});
     return load;
   }
   TriangleLoad best = search_.FindAndSift();
   if (best.triangle < 0) {
-    load.why = "no load explains the points";
+    load.reason = "no load explains the points";
     return load;
   }
   Place(best, &load);
@@ -164,7 +164,7 @@ void VolumeLoadIdentifier::CheckFit(const TriangleLoad& best, SurfaceLoad* load)
   }
   const double range = model_->info().range;
   const auto flag = [load](std::string_view why, FailedCheck check = FailedCheck::kModelRange) {
-    load->Flag(check, why);
+    load->Fail(check, why);
   };
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     flag("the deflection is beyond the model's range");

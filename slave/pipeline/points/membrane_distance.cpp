@@ -29,7 +29,7 @@ void MembraneDistance::Check(SurfaceObservation* seen) {
     farther_ = *middle - 1;
   }
   seen->scale_error = std::abs(*farther_);
-  if (seen->scale_error > kTrue) seen->Flag(FailedCheck::kScale, kElsewhere);
+  if (seen->scale_error > kTrue) seen->Fail(FailedCheck::kScale, kElsewhere);
 }
 
 }  // namespace palpate

@@ -179,7 +179,7 @@ std::string_view PointsSense::why() const {
   if (felt_->validity == Validity::kTrackingLost && !(seen_->found && estimator_)) {
     return "the points are not detected";
   }
-  return estimator_ ? estimator_->load().why
+  return estimator_ ? estimator_->load().reason
                     : "the object has no fixed boundary: its force is unknown";
 }
 

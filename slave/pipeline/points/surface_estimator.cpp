@@ -45,15 +45,14 @@ constexpr double kBesideEdge =
 // A tool can only press; what pulls is seen the wrong way round.
 void FlagPull(SurfaceLoad* load) {
   if (!IsForceKnown(load->validity) || !(load->force > load->sigma_force)) return;
-  load->Flag(FailedCheck::kMisfit, kPulls);
+  load->Fail(FailedCheck::kMisfit, kPulls);
 }
 
-// What the eyes doubt themselves; what the load itself shows is told first.
+// What the points themselves show.
 void FlagAs(const SurfaceObservation& seen, SurfaceLoad* load) {
   if (!IsForceKnown(load->validity)) return;
   load->sigma_force = std::hypot(load->sigma_force, kForceOfScale * seen.scale_error * load->force);
-  if (seen.check == FailedCheck::kNone || load->check != FailedCheck::kNone) return;
-  load->Flag(seen.check, seen.why);
+  load->Add(seen);
 }
 
 }  // namespace
@@ -110,7 +109,7 @@ const ContactEstimate& SurfaceEstimator::Estimate(const SurfaceObservation& seen
     SetEstimate();
     Learn();
   } else {
-    Lose(Validity::kTrackingLost, seen.check);
+    Lose({Validity::kTrackingLost, seen.check, seen.reason});
   }
   felt_.local_model = LocalAt(felt_.p_S_tip);
   return felt_;
@@ -128,21 +127,18 @@ void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
 
 // The load as the slave's words have it: the force of the object on the tool, frame S.
 void SurfaceEstimator::SetEstimate() noexcept {
-  if (!IsForceKnown(load_.validity)) return Lose(load_.validity, load_.check);
+  if (!IsForceKnown(load_.validity)) return Lose(load_);
   const bool pressed = load_.force != 0;
   rules_.Touch(pressed, &felt_);
   Vector3d p_O = load_.p_O, n_O = load_.n_O;
   if (!pressed) body_->Nearest(X_OS_ * felt_.p_S_tip, &p_O, &n_O);
   felt_.p_S_contact = X_SO_ * p_O;
   felt_.depth = std::max(0.0, load_.depth);
-  const bool doubted = load_.check != FailedCheck::kNone;
-  rules_.SetForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force,
-                  doubted ? Validity::kValid : load_.validity, &felt_);
-  if (doubted) EstimateBuilder::Flag(load_.check, &felt_);
+  rules_.SetForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force, load_, &felt_);
 }
 
-void SurfaceEstimator::Lose(Validity validity, FailedCheck check) noexcept {
-  EstimateBuilder::LoseForce(validity, check, &felt_);
+void SurfaceEstimator::Lose(const Verdict& verdict) noexcept {
+  EstimateBuilder::LoseForce(verdict, &felt_);
   last_depth_ = std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -161,7 +157,7 @@ void SurfaceEstimator::CompareWithEncoders(double lag) noexcept {
   const double beside = (load_.p_O - p_O).norm() - kNear * larger_side_;
   if (seen && beside > 0) {
     if (told > apart && beside > kPlaceSigmas * load_.sigma_place) {
-      load_.Flag(FailedCheck::kArm, kOtherPlace);
+      load_.Fail(FailedCheck::kArm, kOtherPlace);
     }
     return;
   }
@@ -172,7 +168,7 @@ void SurfaceEstimator::CompareWithEncoders(double lag) noexcept {
   distrust_ = sigma < kArmFlags * std::abs(load_.force) || beyond < kArmFar * larger_side_
                   ? std::max(0, distrust_ - 1)
                   : kDistrust;
-  if (distrust_ > 0) load_.Flag(FailedCheck::kInstants, kOtherDepth);
+  if (distrust_ > 0) load_.Fail(FailedCheck::kInstants, kOtherDepth);
   if (std::isfinite(sigma)) load_.sigma_force = std::hypot(load_.sigma_force, sigma);
 }
 
@@ -309,8 +305,7 @@ const ContactEstimate& RigidTranslation::Estimate(const SurfaceObservation& seen
   if (validity != felt_.validity) {
     felt_.events.Add(count > 0 ? Event::kTrackingRegained : Event::kTrackingLost);
   }
-  felt_.validity = validity;
-  felt_.check = seen.check;
+  felt_.Set({validity, seen.check, seen.reason});
   return felt_;
 }
 

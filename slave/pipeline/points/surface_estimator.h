@@ -66,7 +66,7 @@ class SurfaceEstimator {
   void WidenForTiming(double sigma) noexcept;
   void Learn() noexcept;
   void SetEstimate() noexcept;
-  void Lose(Validity validity, FailedCheck check) noexcept;
+  void Lose(const Verdict& verdict) noexcept;
 
   std::unique_ptr<LoadIdentifier> body_;
   Eigen::Isometry3d X_SO_, X_OS_;

@@ -60,7 +60,7 @@ class PairPointTracker : public SurfacePointTracker {
     checked_.sequence = pair.sequence;
     checked_.sensed_at = pair.sensed_at;
     checked_.skew = pair.skew;
-    if (frozen_.Check(pair.left, pair.right)) checked_.Flag(FailedCheck::kFrozen, kFrozen);
+    if (frozen_.Check(pair.left, pair.right)) checked_.Fail(FailedCheck::kFrozen, kFrozen);
     epipolar_.Process(&checked_);
     if (distance != nullptr) distance->Check(&checked_);
     checks_us_ = lap.Lap();
@@ -177,7 +177,7 @@ class DepthPointTracker final : public SurfacePointTracker {
     checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
     Stopwatch lap;
     distance_.Check(&checked_);
-    if (frozen_.Check(pair.left, {})) checked_.Flag(FailedCheck::kFrozen, kFrozen);
+    if (frozen_.Check(pair.left, {})) checked_.Fail(FailedCheck::kFrozen, kFrozen);
     checks_us_ = lap.Lap();
     return checked_;
   }

@@ -79,9 +79,11 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
   const auto& reading = press_.Fit(points_O);
   load_ = {};
   if (!reading.found) {
-    load_.validity = Validity::kTrackingLost;
-    load_.why = "too few points of the membrane are in view";
-    if (!HasRestShape(points_O)) load_.check = FailedCheck::kRestShape, load_.why = kOtherRest;
+    load_.Set({Validity::kTrackingLost, FailedCheck::kNone,
+               "too few points of the membrane are in view"});
+    if (!HasRestShape(points_O)) {
+      load_.Add({Validity::kTrackingLost, FailedCheck::kRestShape, kOtherRest});
+    }
     return load_;
   }
   load_.p_O = reading.p_O;
@@ -101,23 +103,22 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
   return load_;
 }
 
-// What speaks against the load, the gravest last.
 void MembraneBody::CheckFit(const std::vector<SurfacePoint>& points_O) noexcept {
   const auto& reading = press_.reading();
   if (load_.depth > patch_ / 2) {
-    load_.Flag(FailedCheck::kModelRange,
+    load_.Fail(FailedCheck::kModelRange,
                "the indentation is deeper than half the width of the tool's contact");
   }
   if (reading.residual >
       std::max(2 * MembranePress::Params().model_error, kTrueDent * load_.depth)) {
-    load_.Flag(FailedCheck::kMisfit, "no load on this membrane explains the measured surface");
+    load_.Fail(FailedCheck::kMisfit, "no load on this membrane explains the measured surface");
   }
   if (load_.force != 0 && ComesOut(points_O)) {
-    load_.Flag(FailedCheck::kRestShape,
+    load_.Fail(FailedCheck::kRestShape,
                "the surface moves outward: it was in contact while the rest shape was measured");
   }
   if (!HasRestShape(points_O)) {
-    load_.Flag(FailedCheck::kRestShape, kOtherRest);
+    load_.Fail(FailedCheck::kRestShape, kOtherRest);
   }
 }
 

@@ -51,8 +51,9 @@ class ImageLatencyEstimator {
       open_ = std::max(0.0, gap_.norm() - floor);
     }
     Widen(felt);
-    if (distrust_ > 0 || late_ > kMost) EstimateBuilder::Flag(FailedCheck::kInstants, felt);
-    if (!follows_) EstimateBuilder::Flag(FailedCheck::kArm, felt);
+    if (distrust_ > 0 || late_ > kMost)
+      felt->Fail(FailedCheck::kInstants, "images and manipulator are of different instants");
+    if (!follows_) felt->Fail(FailedCheck::kArm, "the tip does not follow the manipulator");
     last_ = Last{seen, arm, felt->sensed_at};
   }
   // No moving object is visible in an image of this time.

@@ -264,7 +264,9 @@ SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
   state.settings_revision = settings_revision_;
   state.true_force = TrueForce();
-  if (manipulator_->is_faulty()) state.check = FailedCheck::kArmFault;
+  if (manipulator_->is_faulty()) {
+    state.Add({state.validity, FailedCheck::kArmFault, "the manipulator has a fault"});
+  }
   state.local_model = LocalNow();
   return state;
 }

@@ -95,8 +95,7 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   ++observation_.sequence;
   observation_.sensed_at = sensed_at;
   observation_.found = false;
-  observation_.check = FailedCheck::kNone;
-  observation_.why = {};
+  observation_.Set({Validity::kValid});
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;
   const bool in_left = eyes_[0].Process(left), in_right = eyes_[1].Process(right);
@@ -232,8 +231,8 @@ void StereoDots::CheckRest() noexcept {
     apart += (params_.layout[Index(neighbours.front())] - params_.layout[k]).norm();
   }
   observation_.scale_error = std::abs(rest_sizes_ / rest_taken_ - 1);
-  if (observation_.scale_error > kTrueSize) observation_.Flag(FailedCheck::kScale, kOtherSize);
-  if (aside.norm() > kTruePlace * apart) observation_.Flag(FailedCheck::kRegistration, kElsewhere);
+  if (observation_.scale_error > kTrueSize) observation_.Fail(FailedCheck::kScale, kOtherSize);
+  if (aside.norm() > kTruePlace * apart) observation_.Fail(FailedCheck::kRegistration, kElsewhere);
 }
 
 }  // namespace palpate

@@ -248,7 +248,7 @@ void EpipolarCheck::CheckRest(SurfaceObservation* seen) const noexcept {
   const double scatter = (square - explained) / (count - kMotions);
   const double most = most_at_rest_ + 2 * rig_.rms_px;
   if (explained > most * most * count + kMotions * kSigmas * scatter) {
-    seen->Flag(FailedCheck::kEpipolar, kOtherRig);
+    seen->Fail(FailedCheck::kEpipolar, kOtherRig);
   }
 }
 
@@ -266,11 +266,11 @@ void EpipolarCheck::CheckPair(SurfaceObservation* seen) noexcept {
   noise_px_ = scatter_ * std::sqrt(variance / count_ / 2);
   const double known = noise_px_ * std::sqrt(2.0 * kMotions / count_);
   seen->epipolar_px = std::hypot(offset_px_, noise_px_);
-  if (offset_px_ > kMostOffset + kSigmas * known) seen->Flag(FailedCheck::kEpipolar, kMoved);
+  if (offset_px_ > kMostOffset + kSigmas * known) seen->Fail(FailedCheck::kEpipolar, kMoved);
   for (int lag = 1; lag <= kLags + 1; ++lag) {
-    if (IsOfAnotherInstant(lag)) seen->Flag(FailedCheck::kInstants, kLate);
+    if (IsOfAnotherInstant(lag)) seen->Fail(FailedCheck::kInstants, kLate);
   }
-  if (stamps_.AreWrong()) seen->Flag(FailedCheck::kInstants, kWrongStamps);
+  if (stamps_.AreWrong()) seen->Fail(FailedCheck::kInstants, kWrongStamps);
   // The scatter of the misses is that of the places, which the pictures' noise alone understates
   // where they are compressed or out of focus.
   const double known_px = std::max(sigma_px_, std::sqrt(said / count_));

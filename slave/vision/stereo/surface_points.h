@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "shared/state/clock.h"
-#include "shared/state/failed_check.h"
+#include "shared/state/verdict.h"
 
 namespace palpate {
 
@@ -29,24 +29,18 @@ struct SurfacePoint {
   bool errs_by_noise_alone = true;
 };
 
-struct SurfaceObservation {
+// `Verdict`: of the points, without a model.
+struct SurfaceObservation : Verdict {
+  SurfaceObservation() : Verdict{Validity::kValid} {}
+
   std::uint64_t sequence = 0;
   Time sensed_at{};
   bool found = false;  // enough points for an estimate
   std::vector<SurfacePoint> points;
-  // The failed check of the points, and its reason: one clause with static lifetime.
-  FailedCheck check = FailedCheck::kNone;
-  std::string_view why;
   double epipolar_px =
       0;  // rms of the ray distances minus those at rest [px]; 0: not a stereo pair
   double scale_error = 0;  // by which their distances may be wrong, a share [-]
-  // The first flag stays.
-  void Flag(FailedCheck failed, std::string_view clause) noexcept {
-    if (check != FailedCheck::kNone) return;
-    check = failed;
-    why = clause;
-  }
-  double skew = 0;  // time between right and left image by their timestamps [s]
+  double skew = 0;         // time between right and left image by their timestamps [s]
   // One sigma of the time relative to the timestamps [pair periods]; 0: not a stereo pair.
   double moment_sigma = 0;
 };

@@ -49,7 +49,7 @@ TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFul
     const FingerTouch& touch = Estimate(kNothing, false);
     EXPECT_FALSE(touch.force_F.has_value()) << i;
     EXPECT_EQ(touch.validity, Validity::kTrackingLost) << i;
-    EXPECT_FALSE(touch.why.empty()) << i;
+    EXPECT_FALSE(touch.reason.empty()) << i;
   }
   // The tenth sample fills the window: those from which the rest values came count.
   const FingerTouch& touch = Estimate(kNothing, false);
@@ -273,7 +273,7 @@ TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
       reading.electrodes.fill(end);
       for (int i = 0; i < 10; ++i) fingertip.Estimate(reading, false);
       EXPECT_EQ(fingertip.touch().validity, Validity::kExtrapolated) << variant << " " << end;
-      EXPECT_EQ(fingertip.touch().why, "electrodes are saturated or dead");
+      EXPECT_EQ(fingertip.touch().reason, "electrodes are saturated or dead");
       EXPECT_FALSE(fingertip.touch().touching);
     }
   }
@@ -289,7 +289,7 @@ TEST_F(FingertipTest, AForceStaysFlaggedUntilTheWindowHasLeftTheFlawedSample) {
   for (int i = 1; i <= 9; ++i) {
     Press({0, 0, -0.9}, 1);
     EXPECT_EQ(fingertip_.touch().validity, Validity::kExtrapolated) << i;
-    EXPECT_EQ(fingertip_.touch().why, "a faulty sample in the window") << i;
+    EXPECT_EQ(fingertip_.touch().reason, "a faulty sample in the window") << i;
   }
   Press({0, 0, -0.9}, 1);
   EXPECT_EQ(fingertip_.touch().validity, Validity::kValid);
@@ -312,10 +312,10 @@ TEST_F(FingertipTest, ElectrodesThatStandStillAreFlaggedAtRestAndTouching) {
         const bool is_late = i >= 105;
         if (i >= 20 && (i < 99 || is_late)) {
           EXPECT_EQ(touch.validity, is_late ? Validity::kExtrapolated : Validity::kValid)
-              << i << " " << stuck << " " << touch.why;
+              << i << " " << stuck << " " << touch.reason;
         }
       }
-      EXPECT_NE(fingertip_.touch().why.find("constant"), std::string_view::npos);
+      EXPECT_NE(fingertip_.touch().reason.find("constant"), std::string_view::npos);
     }
   }
 }

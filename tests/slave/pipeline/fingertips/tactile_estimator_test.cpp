@@ -113,7 +113,7 @@ TEST(TactileEstimatorTest, AFingertipBeyondTheGateDeformsNothingAndIsFlagged) {
   Touching t(CubeScene(kAbove));
   const ContactEstimate& felt = t.Press({0, 0, -0.2}, {0, 0, 0.011});
   EXPECT_EQ(felt.validity, Validity::kExtrapolated);
-  EXPECT_NE(t.estimator.finger(0).why.find("gate"), std::string_view::npos);
+  EXPECT_NE(t.estimator.finger(0).reason.find("gate"), std::string_view::npos);
   ASSERT_TRUE(felt.force.has_value());  // the network is not wrong
   EXPECT_FALSE(t.estimator.finger(0).p_S_contact.has_value());
   EXPECT_EQ(t.LargestMove(), 0);
@@ -127,7 +127,7 @@ TEST(TactileEstimatorTest, APoseInsideTheObjectIsFlagged) {
     const ContactEstimate& felt =
         t.Estimate(kWindow, {0, 0, -0.027});  // its middle in the cube's middle
     EXPECT_EQ(felt.validity, Validity::kExtrapolated) << active;
-    EXPECT_NE(t.estimator.finger(0).why.find("inside"), std::string_view::npos) << active;
+    EXPECT_NE(t.estimator.finger(0).reason.find("inside"), std::string_view::npos) << active;
     EXPECT_EQ(t.LargestMove(), 0) << active;
     EXPECT_TRUE(felt.local_model.stiffness.allFinite());
   }

@@ -89,13 +89,13 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
     const double bound = std::max(0.05 * force, 0.01 * at_5mm);
     std::printf("  %10.1f %10.4f %10.2f %10.2f %s\n", 1e3 * depth, force,
                 100 * (-load.force / force - 1), 100 * load.sigma_force / force,
-                std::string(load.why).c_str());
+                std::string(load.reason).c_str());
     if (load.validity == Validity::kValid) {
       EXPECT_LT(error, std::max(bound, 2 * load.sigma_force)) << depth;
     }
     if (place.thickness == 1e-3 && depth < 5.1e-3) {
       EXPECT_LT(error, bound) << depth;
-      EXPECT_EQ(load.validity, Validity::kValid) << load.why;
+      EXPECT_EQ(load.validity, Validity::kValid) << load.reason;
     }
   }
 }

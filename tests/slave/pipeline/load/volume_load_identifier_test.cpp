@@ -93,7 +93,7 @@ TEST(VolumeLoadIdentifier, FindsALoadThatAnotherMeshCarries) {
       const Vector3d force(0, 0, -0.1);
       const auto points = truth.Press(p, force, &random);
       const SurfaceLoad load = body->Fit(points);
-      ASSERT_TRUE(IsForceKnown(load.validity)) << kind << load.why;
+      ASSERT_TRUE(IsForceKnown(load.validity)) << kind << load.reason;
       EXPECT_NEAR(load.force / -0.1, 1, 0.15) << kind << p.transpose();
       EXPECT_NEAR((load.p_O - p).norm(), 0, 2e-3) << kind << p.transpose();
       EXPECT_NEAR((load.n_O - Vector3d::UnitZ()).norm(), 0, 1e-12);
@@ -113,7 +113,7 @@ TEST(VolumeLoadIdentifier, RefinesTheLoadWhereTheModelIsNotLinear) {
   linear.model.fem.law = FemOptions::Law::kLinear;
   const SurfaceLoad coarse = MakeLoadIdentifier(linear)->Fit(points);
   const SurfaceLoad load = MakeLoadIdentifier(CubeScene("fem", 6))->Fit(points);
-  ASSERT_TRUE(IsForceKnown(load.validity)) << load.why;
+  ASSERT_TRUE(IsForceKnown(load.validity)) << load.reason;
   EXPECT_NEAR(load.force / -0.2, 1, 0.01);
   EXPECT_NEAR((load.p_O - p).norm(), 0, 5e-4);
   EXPECT_GT(std::abs(coarse.force / -0.2 - 1), 0.02);
@@ -146,7 +146,7 @@ TEST(VolumeLoadIdentifier, LeavesOutWrongPointsAndFeelsNothingInNoise) {
   points[7].p_S.z() += 1e-3;
   points[20].p_S.x() -= 2e-3;
   const SurfaceLoad load = body->Fit(points);
-  EXPECT_EQ(load.validity, Validity::kValid) << load.why;
+  EXPECT_EQ(load.validity, Validity::kValid) << load.reason;
   EXPECT_NEAR(load.force / reference, 1, 0.01);
   for (int i = 0; i < 20; ++i) {
     const SurfaceLoad nothing = body->Fit(truth.Press({0.02, 0.02, kSide}, {0, 0, 0}, &random));

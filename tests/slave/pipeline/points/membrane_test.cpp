@@ -112,7 +112,7 @@ TEST(MembraneTest, DisplacementAndForceAreTrueAtEveryStepCentreAndEccentric) {
         const ContactEstimate& felt = membrane.Process();
         const Vector3d truth = membrane.TrueForce();
         ASSERT_EQ(felt.validity, Validity::kValid)
-            << depth << " " << membrane.estimator().load().why;
+            << depth << " " << membrane.estimator().load().reason;
         const double error = (*felt.force - truth).norm();
         EXPECT_LE(error, std::max(0.05 * truth.norm(), 0.01 * full)) << p << " " << depth;
         EXPECT_LE(membrane.DisplacementError(), 1e-4) << p << " " << depth;

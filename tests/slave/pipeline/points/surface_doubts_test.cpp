@@ -39,7 +39,7 @@ TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
     EXPECT_NEAR(felt.force->z(), -force, 0.02);
     EXPECT_EQ(felt.validity, force < 0 ? Validity::kValid : Validity::kExtrapolated);
   }
-  EXPECT_THAT(std::string(estimator.load().why), HasSubstr("pulls outward: check the sides"));
+  EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("pulls outward: check the sides"));
 }
 
 // Reference: the same picture without those dots.
@@ -59,7 +59,7 @@ TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
     EXPECT_NEAR(reference, 1, 0.03);
     estimator.Reset();
     const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why << " " << wrong;
+    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().reason << " " << wrong;
     EXPECT_NEAR(felt.force->z(), reference, 1e-4) << wrong;
   }
 }
@@ -71,7 +71,7 @@ TEST(SurfaceDoubtsTest, ManyContradictingDotsAreFlagged) {
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, &random);
   for (std::size_t i = 0; i < seen.points.size(); i += 2) seen.points[i].p_S.z() += astray(random);
   EXPECT_GT(estimator.Estimate(seen, kAway).validity, Validity::kValid);
-  EXPECT_FALSE(estimator.load().why.empty());
+  EXPECT_FALSE(estimator.load().reason.empty());
 }
 
 TEST(SurfaceDoubtsTest, UnseenDotsAreLeftOut) {
@@ -117,7 +117,7 @@ TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
       estimator.Reset();
       const ContactEstimate& felt = estimator.Estimate(seen, kAway);
       EXPECT_EQ(felt.validity, Validity::kExtrapolated);
-      EXPECT_THAT(std::string(estimator.load().why), HasSubstr("moved"));
+      EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("moved"));
       ASSERT_TRUE(felt.force.has_value());
       EXPECT_NEAR(felt.force->z(), -force, 0.05) << force;
     }
@@ -141,7 +141,7 @@ TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
         rig * Eigen::AngleAxisd(turn.norm(), turn.normalized()) * rig.inverse();
     for (const double force : {0.0, -0.1, -2.0, -4.0}) {
       const ContactEstimate& felt = after(bumped, force);
-      EXPECT_EQ(felt.validity, Validity::kValid) << force << " " << estimator.load().why;
+      EXPECT_EQ(felt.validity, Validity::kValid) << force << " " << estimator.load().reason;
       ASSERT_TRUE(felt.force.has_value());
       EXPECT_NEAR(felt.force->z(), -force, std::max(0.05 * -force, 0.03)) << turn.transpose();
     }
@@ -251,7 +251,7 @@ TEST(SurfaceDoubtsTest, APatchThatLiesOffToOneSideIsFlagged) {
     point.covariance = 9e-8 * Eigen::Matrix3d::Identity();
     seen.points.push_back(point);
   }
-  EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kValid) << estimator.load().why;
+  EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kValid) << estimator.load().reason;
   for (SurfacePoint& p : seen.points) {
     if ((p.p_S_rest - Vector3d(-0.013, 0.013, 0)).norm() < 0.01) p.p_S.z() -= 1e-3;
   }
@@ -269,7 +269,7 @@ TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) 
   EXPECT_EQ(estimator.Estimate(DotsUnder(small, {0.01, 0}, -0.08, kSigma, &random), kAway).validity,
             Validity::kExtrapolated);
   EXPECT_GT(estimator.felt().depth, 5e-4);
-  EXPECT_THAT(std::string(estimator.load().why), HasSubstr("range"));
+  EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("range"));
   // A real press of 5 mm.
   EXPECT_EQ(
       estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, -4.4, kSigma, &random), kAway).validity,

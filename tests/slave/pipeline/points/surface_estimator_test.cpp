@@ -43,7 +43,7 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
     const ContactEstimate& felt =
         estimator.Estimate(DotsUnder(FinerPlate(), p, -2, kSigma, &random, scene.object.X_SO),
                            scene.object.X_SO * kAway);
-    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
+    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().reason;
     ASSERT_TRUE(felt.force.has_value());
     // The tool presses along -z_O, the membrane pushes it back along z_O.
     const Vector3d force_O = scene.object.X_SO.linear().transpose() * *felt.force;
@@ -148,7 +148,7 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
     seen.points.push_back(point);
   }
   const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-  EXPECT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
+  EXPECT_EQ(felt.validity, Validity::kValid) << estimator.load().reason;
   EXPECT_NEAR(felt.force->z(), 2, 0.02 * 2);
   RobustPlateFit fit(FinerPlate(), kToolWidth);
   const int used = fit.Fit(seen.points).points;
@@ -167,7 +167,7 @@ TEST(SurfaceEstimatorTest, NoiseAloneIsNoForce) {
   for (int i = 0; i < 300; ++i) {
     const ContactEstimate& felt =
         estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
-    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().why;
+    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().reason;
     ASSERT_EQ(felt.force->norm(), 0);
     EXPECT_GT(felt.sigma, 0);
     EXPECT_LT(felt.sigma, 5e-3);
@@ -182,7 +182,7 @@ TEST(SurfaceEstimatorTest, AGrowingPressIsNeverUnknown) {
     const double force = -0.05 * i / 200;
     const ContactEstimate& felt =
         estimator.Estimate(DotsUnder(FinerPlate(), {0.008, 0.002}, force, kSigma, &random), kAway);
-    ASSERT_TRUE(felt.force.has_value()) << force << estimator.load().why;
+    ASSERT_TRUE(felt.force.has_value()) << force << estimator.load().reason;
     EXPECT_NEAR(felt.force->z(), -force, 4 * felt.sigma) << force;
     EXPECT_LT(felt.sigma, 1e-2) << force;
   }

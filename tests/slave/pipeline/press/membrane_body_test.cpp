@@ -49,7 +49,7 @@ TEST_F(MembraneBodyTest, TheLoadIsFoundAndItsFieldIsTheOneSeen) {
   const int node = 60;
   const auto points = Points(node, 2);
   const SurfaceLoad load = body_.Fit(points);
-  EXPECT_EQ(load.validity, Validity::kValid) << load.why;
+  EXPECT_EQ(load.validity, Validity::kValid) << load.reason;
   EXPECT_NEAR(load.force, -2, 0.01);
   EXPECT_LT((load.p_O - membrane_.surface().nodes[node]).norm(), 0.3e-3);
   EXPECT_LT(load.residual, 1);

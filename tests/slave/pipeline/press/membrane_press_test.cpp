@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/membrane/dome_shape.h"
-#include "slave/pipeline/press/identify_membrane.h"
+#include "tests/slave/pipeline/press/identify_membrane.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {

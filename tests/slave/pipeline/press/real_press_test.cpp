@@ -11,8 +11,8 @@
 
 #include "slave/mechanics/membrane/dome_shape.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/pipeline/press/identify_membrane.h"
 #include "slave/pipeline/press/membrane_press.h"
+#include "tests/slave/pipeline/press/identify_membrane.h"
 #include "tests/slave/pipeline/press/press_figure.h"
 #include "tests/slave/pipeline/press/press_recording.h"
 #include "tests/support/paths.h"

@@ -1,4 +1,4 @@
-#include "slave/pipeline/press/identify_membrane.h"
+#include "tests/slave/pipeline/press/identify_membrane.h"
 
 #include <array>
 #include <cmath>
