@@ -42,9 +42,9 @@ constexpr int Rank(FailedCheck check) {
       FailedCheck::kNone,         FailedCheck::kModelRange,    FailedCheck::kMisfit,
       FailedCheck::kDent,         FailedCheck::kTransfer,      FailedCheck::kPose,
       FailedCheck::kArm,          FailedCheck::kTipCovered,    FailedCheck::kTip,
-      FailedCheck::kPicture,      FailedCheck::kElectrode,     FailedCheck::kEpipolar,
-      FailedCheck::kRestDrift,    FailedCheck::kRestShape,     FailedCheck::kScale,
-      FailedCheck::kRegistration, FailedCheck::kCameraMotion,  FailedCheck::kInstants,
+      FailedCheck::kPicture,      FailedCheck::kElectrode,     FailedCheck::kRestDrift,
+      FailedCheck::kRestShape,    FailedCheck::kScale,         FailedCheck::kRegistration,
+      FailedCheck::kCameraMotion, FailedCheck::kEpipolar,      FailedCheck::kInstants,
       FailedCheck::kFrozen,       FailedCheck::kFingerMissing, FailedCheck::kArmFault};
   static_assert(kRising.size() == kFailedChecks);
   int rank = 0;
