@@ -1,0 +1,69 @@
+// A check compares what one sample shows with independent knowledge: another sensor, the start, or
+// the model. It tells a verdict, and by how much the force may be wrong in addition.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "shared/state/verdict.h"
+
+namespace palpate {
+
+// What the checks of one sample find.
+struct Findings {
+  Verdict verdict{Validity::kValid};
+  double sigma_force = 0;  // independent of the sigma of the estimate [N]
+
+  void Fail(FailedCheck check, std::string_view reason) noexcept { verdict.Fail(check, reason); }
+  void Widen(double sigma) noexcept { sigma_force = std::hypot(sigma_force, sigma); }
+};
+
+// `Sample`: the observation and the answer of the model, of one kind of sensing.
+template <class Sample>
+class Check {
+ public:
+  Check() = default;
+  Check(const Check&) = delete;
+  Check& operator=(const Check&) = delete;
+  virtual ~Check() = default;
+
+  // Once per sample. Allocation-free after the first samples.
+  virtual void Examine(const Sample& sample, Findings* findings) noexcept = 0;
+  // Nothing is in contact, and the object may be elsewhere.
+  virtual void Reset() noexcept {}
+};
+
+// Names of checks that are left out, for the ablation study. Set before a sensing pipeline is made.
+inline std::vector<std::string_view>& ChecksLeftOut() {
+  static std::vector<std::string_view> names;
+  return names;
+}
+
+// The checks of one sensing pipeline, in the order of their calls.
+template <class Sample>
+class Checks {
+ public:
+  // `name`: that of the file without `.h`.
+  void Add(std::string_view name, std::unique_ptr<Check<Sample>> check) {
+    for (const std::string_view left_out : ChecksLeftOut()) {
+      if (left_out == name) return;
+    }
+    checks_.push_back(std::move(check));
+  }
+  [[nodiscard]] Findings Examine(const Sample& sample) noexcept {
+    Findings findings;
+    for (const auto& check : checks_) check->Examine(sample, &findings);
+    return findings;
+  }
+  void Reset() noexcept {
+    for (const auto& check : checks_) check->Reset();
+  }
+
+ private:
+  std::vector<std::unique_ptr<Check<Sample>>> checks_;
+};
+
+}  // namespace palpate
