@@ -15,10 +15,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/codecs/codecs.h"
+#include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/commands.h"
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/camera/camera_limits.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 

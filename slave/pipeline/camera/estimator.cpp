@@ -4,25 +4,21 @@
 #include <cmath>
 #include <numbers>
 
-#include "slave/pipeline/camera/camera_limits.h"
+#include "slave/checks/camera/image_quality.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {
 namespace {
-
-using Limits = CameraLimits;
 
 constexpr double kFarSigmas = 3;     // above the surface, a tip surely touches nothing
 constexpr double kMoves = 1;         // what is less is no motion that somebody has to own [px]
 constexpr double kArmSigmas = 3;     // how far eyes and arm may part besides
 constexpr double kPartsSigmas = 2;   // that they part by for the eyes' noise alone
 constexpr double kDentStands = 0.7;  // part of a dent that needs no second look
-constexpr int kRegained = 3;         // pictures that must agree after a tip or an object was lost
 constexpr double kBlurMoves = 1;     // sigma of the tip where no edge is left [px]
 // Where the tip's sigma is more, its dent tells: known to this part of the tool's width, and not
 // farther from the tip seen [px].
 constexpr double kDentTells = 0.1, kDentFar = 6;
-constexpr double kLeastNoise = 0.5;  // of a camera's pictures [1/255 of full scale]
 
 std::optional<Eigen::Vector2d> ToImage(const CameraView& view,
                                        const std::optional<Eigen::Vector3d>& p_S) {
@@ -46,8 +42,7 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
                      std::optional<Eigen::Vector3d> p_S_tip_reported)
     : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
       eyes_(std::make_unique<TipAndContourTracker>(scene, first.image,
-                                                   ToImage(view_, p_S_tip_reported))),
-      comb_(first.image) {
+                                                   ToImage(view_, p_S_tip_reported))) {
   registration_ = RegisterObject(scene, eyes_->rest_contour_I(), view_);
   Adopt(Prepare(scene), scene);
   if (!eyes_->rest_contour_I().empty()) {
@@ -55,11 +50,8 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
   }
   tool_.d_I = eyes_->tool_direction_I();
   tool_.width = scene.tool->width / view_.pixel();
-  if (p_S_tip_reported) {
-    first_verdict_ =
-        CheckTool(scene, first.image, view_.ToImage(*p_S_tip_reported), tool_.d_I, tool_.width);
-  }
-  is_noisy_ = eyes_->noise() > kLeastNoise;
+  checks_ = MakeCameraChecks(scene, {first.image, eyes_->noise(), tool_.d_I, tool_.width,
+                                     ToImage(view_, p_S_tip_reported)});
   observation_ = &eyes_->Process(first.image, first.sequence, first.sensed_at);
 }
 
@@ -94,8 +86,7 @@ void Estimator::Reset() noexcept {
   rules_.Reset();
   cue_.Reset();
   if (watch_) watch_->Reset();
-  dent_.Reset();
-  regained_ = 0;
+  checks_.Reset();
   arm_in_picture_.Reset();
   arm_on_object_.Reset();
   object_.Reset();
@@ -111,8 +102,6 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
   times_.vision.Add(lap.Lap());
   felt_.processed_at = Clock::now();
   ProcessObject(frame.image);
-  const bool frozen = last_.IsLastAgain(frame.image) && is_noisy_;
-  const bool combed = std::abs(comb_.Shift(frame.image, observation_->tip.p_I)) > Limits::kMostComb;
   checks_us_ = lap.Lap();
 
   const TipObservation& tip = observation_->tip;
@@ -121,23 +110,24 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
   if (registration_.measured) felt_.details.registration = registration_.rms_px;
   ReportSighting();
   rules_.Track(tip.found, &felt_);
+  CameraSample sample{
+      .image = frame.image, .tip = tip, .object = watch_ ? &watch_->sighting() : nullptr};
   if (tip.found) {
     const Eigen::Vector2d p_I = CompensatedTip(tip);
-    const bool agrees = !said || CompareWithEncoders(view_.ToSlave(p_I), *said);
-    Touch(view_.ToSlave(p_I));
-    if (!agrees) felt_.Fail(FailedCheck::kArm, "the tip is not where the encoders report it");
+    sample.agrees_with_encoders = !said || CompareWithEncoders(view_.ToSlave(p_I), *said);
+    sample.is_solved = Touch(view_.ToSlave(p_I));
     if (said) FollowObject(*said);
-    felt_.Add(first_verdict_);
-    if (regained_ > 0) felt_.Fail(FailedCheck::kTip, "tip or object was lost a moment ago");
-    if (frozen) felt_.Fail(FailedCheck::kFrozen, "the camera repeats the same image");
-    if (combed) felt_.Fail(FailedCheck::kPicture, "odd and even rows show different instants");
   } else {
     EstimateBuilder::LoseForce(
         {Validity::kTrackingLost, FailedCheck::kTip, "the tip is not detected"}, &felt_);
   }
-  const bool is_seen = !watch_ || rules_.broken() || watch_->sighting().known;
-  const bool is_lost = !tip.found || !is_seen;
-  regained_ = is_lost ? kRegained : std::max(0, regained_ - 1);
+  lap.Lap();
+  sample.is_broken = rules_.broken();
+  sample.dent_O = pressed_by_.head<2>() / view_.pixel();
+  sample.dent_sigma = dent_.sigma();
+  sample.tip_sigma = tip_sigma_;
+  felt_.Add(checks_.Examine(sample).verdict);
+  times_.checks.Add(checks_us_ + lap.Lap());
   times_.total.Add(total.Lap());
   return felt_;
 }
@@ -164,7 +154,7 @@ Eigen::Vector2d Estimator::CompensatedTip(const TipObservation& tip) noexcept {
   tip_sigma_ = std::hypot(tip.sigma, object.sigma_px, kBlurMoves * blurred);
   tip_covariance_.diagonal().array() += kBlurMoves * blurred * kBlurMoves * blurred;
   tip_covariance_ += object.motion_covariance;
-  if (tip.sigma < IndentationCheck::kRoughTip || !object.dent_known || !rules_.in_contact())
+  if (tip.sigma < ImageQualityCheck::kRoughTip || !object.dent_known || !rules_.in_contact())
     return p_I;
   if (rules_.broken()) return p_I;
   const double sigma =
@@ -182,7 +172,7 @@ Eigen::Vector2d Estimator::CompensatedTip(const TipObservation& tip) noexcept {
 bool Estimator::CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
                                     const EncoderReading& said) noexcept {
   const double sigma = tip_sigma_ * view_.pixel();
-  const double tolerance = Limits::kArmParts * view_.pixel() + kArmSigmas * sigma;
+  const double tolerance = CameraLimits::kArmParts * view_.pixel() + kArmSigmas * sigma;
   const Eigen::Vector3d p_S_seen = view_.ToSlave(observation_->tip.p_I);
   const bool in_picture = arm_in_picture_.Agree(p_S_seen, said, tolerance);
   const bool on_object = arm_on_object_.Agree(p_S_tip, said, tolerance);
@@ -255,13 +245,6 @@ void Estimator::ExpectDent(const BoundaryPlace& place) noexcept {
   if (watch_) dent_.Expect(place, tool_, registration_.X_SO, view_, touch_.get(), &*watch_);
 }
 
-// Whether the force just told is one to believe. `dent_O`: displacement of the contact's patch as
-// the tip tells it [px].
-void Estimator::CheckIndentation(const Eigen::Vector2d& dent_O) noexcept {
-  if (!watch_) return;
-  dent_.Check({dent_O, tip_sigma_, observation_->tip.covered}, watch_->sighting(), &felt_);
-}
-
 // How well it is known how far the tip is from the surface, one standard deviation [m]: across it,
 // where the force changes most.
 double Estimator::GapSigma(const BoundaryPlace& place) const noexcept {
@@ -273,7 +256,7 @@ double Estimator::GapSigma(const BoundaryPlace& place) const noexcept {
                     n_S.dot(parting_));
 }
 
-void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
+bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   Stopwatch lap;
   const Eigen::Isometry3d& X_SO = registration_.X_SO;
   const Eigen::Vector3d p_O_tip = X_SO.inverse() * p_S_tip;
@@ -281,7 +264,7 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   const bool touching = touch_->contact->in_contact();
   times_.contact.Add(lap.Lap());
   ExpectDent(place);
-  times_.checks.Add(checks_us_ + lap.Lap());
+  checks_us_ += lap.Lap();
 
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   if (touching) {
@@ -299,17 +282,17 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
   felt_.depth = touching ? std::max(0.0, -place.gap) : 0.0;
   rules_.Touch(touching, &felt_);
   if (response.validity == Validity::kFailed || !response.force_O.allFinite()) {
-    return EstimateBuilder::LoseForce(
-        {Validity::kFailed, FailedCheck::kNone, "the model has no solution"}, &felt_);
+    EstimateBuilder::LoseForce({Validity::kFailed, FailedCheck::kNone, "the model has no solution"},
+                               &felt_);
+    return false;
   }
   UpdateLocalModel(place, response);
-  const Eigen::Vector2d dent_O = displacement.head<2>() / view_.pixel();
   if (!touching) {
     cue_.Reset();
     const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
     const double unseen = HiddenDepth(place.gap, GapSigma(place));
     rules_.SetForce(Eigen::Vector3d::Zero(), stiffness * unseen, {Validity::kValid}, &felt_);
-    return CheckIndentation(dent_O);
+    return true;
   }
   DetectPuncture(felt_.depth);
   const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
@@ -321,11 +304,12 @@ void Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
     if (touch_->indenter) {
       felt_.moment = -(X_SO.linear() * touch_->indenter->MomentAbout(p_O_tip));
     }
-    return CheckIndentation(dent_O);
+    return true;
   }
   // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
   // snake, which would follow the tool inwards, begins at the rest surface again.
   eyes_->RestartContour();
+  return true;
 }
 
 LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {

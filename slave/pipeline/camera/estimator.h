@@ -12,11 +12,11 @@
 #include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
+#include "slave/checks/camera/camera_checks.h"
 #include "slave/contact/boundary_contact.h"
 #include "slave/pipeline/arm_consistency_check.h"
 #include "slave/pipeline/camera/first_picture.h"
-#include "slave/pipeline/camera/frozen_picture.h"
-#include "slave/pipeline/camera/indentation_check.h"
+#include "slave/pipeline/camera/indentation_forecast.h"
 #include "slave/pipeline/camera/moving_object.h"
 #include "slave/pipeline/camera/object_registration_monitor.h"
 #include "slave/pipeline/camera/puncture_cue.h"
@@ -24,7 +24,6 @@
 #include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
-#include "slave/vision/interlace_detector.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/tip_and_contour_tracker.h"
 
@@ -89,10 +88,10 @@ class Estimator {
   void ProcessObject(const cv::Mat& image) noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
   void DetectPuncture(double depth) noexcept;
-  void Touch(const Eigen::Vector3d& p_S_tip) noexcept;
+  // False: the model has no solution.
+  bool Touch(const Eigen::Vector3d& p_S_tip) noexcept;
   [[nodiscard]] double GapSigma(const BoundaryPlace& place) const noexcept;
   void ExpectDent(const BoundaryPlace& place) noexcept;
-  void CheckIndentation(const Eigen::Vector2d& dent_O) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
   CameraView view_;
@@ -104,19 +103,15 @@ class Estimator {
       arm_on_object_;  // one parts where the camera moves, one the object
   MovingObject object_;
   ObjectRegistrationMonitor::Bar tool_;  // in the last image
-  IndentationCheck dent_;
+  IndentationForecast dent_;
   Eigen::Vector2d dent_O_{0, 0};  // expected in the last image [px]
   double tip_sigma_ = 0;          // including the compensated image motion [px]
   Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
   Eigen::Vector3d parting_{0, 0, 0};  // unexplained difference of camera and encoders, S [m]
-  int regained_ = 0;                  // images until a found tip is trusted again
-  FrozenPicture last_;
-  InterlaceDetector comb_;
-  Verdict first_verdict_{Validity::kValid};  // of the tool in the first image
-  bool is_noisy_ = false;                    // the first image has noise
-  double checks_us_ = 0;                     // in this image
-  BoundaryPlace pressed_place_;              // that the model answered last for the tool
-  Eigen::Vector3d pressed_by_{0, 0, 0};      // displacement there, frame O [m]
+  Checks<CameraSample> checks_;
+  double checks_us_ = 0;                 // in this image
+  BoundaryPlace pressed_place_;          // that the model answered last for the tool
+  Eigen::Vector3d pressed_by_{0, 0, 0};  // displacement there, frame O [m]
   EstimateBuilder rules_;
   PunctureCue cue_;
   const Observation* observation_ = nullptr;

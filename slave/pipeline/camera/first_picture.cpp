@@ -9,10 +9,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/camera/camera_limits.h"
+#include "slave/checks/camera/camera_limits.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/contour_registration.h"
-#include "slave/vision/tool_end.h"
 
 namespace palpate {
 namespace {
@@ -89,28 +88,6 @@ Registration RegisterObject(const Scene& scene, CurveView contour_I, const Camer
   found.points = fit.inliers;
   found.sigma = fit.sigma_px * view.pixel();
   return found;
-}
-
-Verdict CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
-                  const Eigen::Vector2d& d_I, double width_px) {
-  if (!scene.sense.Find<TipTracking>()->template_file.empty() || d_I.isZero(0)) {
-    return {Validity::kValid};
-  }
-  const Verdict elsewhere{Validity::kExtrapolated, FailedCheck::kArm,
-                          "the tool is not at the manipulator's home in the first image"};
-  const GreyFormat format(first);
-  const auto seen = DetectToolEnd(first, format, p_I_tip, d_I, width_px);
-  if (!seen) {
-    const bool is_past = ToolGoesOn(first, format, p_I_tip, d_I, width_px);
-    return is_past ? elsewhere : Verdict{Validity::kValid};
-  }
-  if (std::abs(seen->beyond) > Limits::kToolElsewhere) return elsewhere;
-  const bool aside = std::abs(seen->aside) > Limits::kToolElsewhere;
-  const bool wide = std::abs(seen->width / width_px - 1) > Limits::kToolWidth;
-  if (aside == wide) return {Validity::kValid};  // both: something covers a side of it
-  if (aside) return elsewhere;
-  return {Validity::kExtrapolated, FailedCheck::kScale,
-          "the tool is not as wide as the scene's in the first image"};
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Checks of object and tool in the first image against the scene.
+// Finds the object in the first image and checks it against the scene.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,6 @@
 #include <opencv2/core/mat.hpp>
 
 #include "shared/mesh/outline.h"
-#include "shared/state/verdict.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
@@ -29,10 +28,5 @@ struct Registration {
 // that names the scene's file: an outline that fits badly, or of another size than the scene's,
 // which would make every force wrong.
 Registration RegisterObject(const Scene& scene, CurveView contour_I, const CameraView& view);
-
-// Compares the tool in the first image with scene and encoders. `d_I`: direction of the tool; zero:
-// unknown. `width_px`: width in the scene.
-Verdict CheckTool(const Scene& scene, const cv::Mat& first, const Eigen::Vector2d& p_I_tip,
-                  const Eigen::Vector2d& d_I, double width_px);
 
 }  // namespace palpate

@@ -1,0 +1,63 @@
+#include "slave/pipeline/camera/indentation_forecast.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace palpate {
+namespace {
+
+// Distance from the surface within which an indentation is expected [px]. [tuned: undisturbed]
+constexpr double kNear = 15;
+// Sigma of a computed indentation, relative [-]: of the model, and besides as elements are long for
+// the tool. [tuned: undisturbed]
+constexpr double kModel = 0.05, kMesh = 0.1;
+// Depth at which a round tool's indentation is taken before it touches [px]. [by definition]
+constexpr double kFirst = 1;
+// Change of a round tool's depth after which it is taken again [-]. [derived: half the model's
+// sigma of kModel in the shape of the indentation]
+constexpr double kDeepens = 0.1;
+
+}  // namespace
+
+// Displacements along the normal and, where the contact sticks, across it.
+bool IndentationForecast::Take(const BoundaryPlace& place, double depth,
+                               TouchModel* touch) noexcept {
+  const Eigen::Vector3d n = Planar(place.normal_O), t(-n.y(), n.x(), 0);
+  const double unit = touch->indenter ? -depth : touch->mesh.length_unit;
+  if (!touch->FieldOf(place, unit * n, &along_n_)) return false;
+  // Without friction only the part along the normal presses.
+  const bool slides = touch->law == ContactLaw::kFrictionless;
+  if (!slides && !touch->FieldOf(place, std::abs(unit) * t, &along_t_)) return false;
+  for (const int axis : {0, 1}) {
+    auto& along = axis == 0 ? along_x_ : along_y_;
+    along.resize(along_n_.size());
+    for (std::size_t i = 0; i < along.size(); ++i) {
+      along[i] = n[axis] / unit * along_n_[i];
+      if (!slides) along[i] += t[axis] / std::abs(unit) * along_t_[i];
+    }
+  }
+  return true;
+}
+
+void IndentationForecast::Expect(const BoundaryPlace& place,
+                                 const ObjectRegistrationMonitor::Bar& tool,
+                                 const Eigen::Isometry3d& X_SO, const CameraView& view,
+                                 TouchModel* touch, ObjectRegistrationMonitor* watch) noexcept {
+  const bool near = place.gap < kNear * view.pixel();
+  const double depth = touch->indenter ? std::max(-place.gap, kFirst * view.pixel()) : 0;
+  const bool deepens = std::abs(depth - depth_) > kDeepens * depth_;
+  if (near && place.element == element_ && !deepens) return;
+  element_ = -1;
+  watch->ForgetDent();
+  if (!near || !Take(place, depth, touch)) return;
+  const double element =
+      touch->mesh.elements[static_cast<std::size_t>(place.element)].length() / view.pixel();
+  const Eigen::Vector2d p_I = view.ToImage(X_SO * Planar(place.p_O));
+  watch->SetDent(along_x_, along_y_, {p_I, tool.width, element});
+  sigma_ = kModel + kMesh * element / (element + tool.width);
+  element_ = place.element;
+  depth_ = depth;
+}
+
+}  // namespace palpate
