@@ -116,7 +116,6 @@ class Estimator {
   bool is_noisy_ = false;                        // the first image has noise
   double checks_us_ = 0;                         // in this image
   BoundaryPlace pressed_place_;                  // that the model answered last for the tool
-  Eigen::Vector3d pressed_by_{0, 0, 0};          // displacement there, frame O [m]
   EstimateBuilder rules_;
   PunctureCue cue_;
   const Observation* observation_ = nullptr;

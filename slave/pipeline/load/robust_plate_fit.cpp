@@ -254,7 +254,7 @@ bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
   sorted_.clear();
   for (Seen& point : seen_) {
     if (!point.usable) continue;
-    double fitted = load.nothing ? 0 : answered().Displacement(point.place);
+    double fitted = load.nothing ? 0 : answered().Displacement(solution(), point.place);
     deepest_ = std::max(deepest_, std::abs(fitted));
     if (rim == Rim::kMayMove) {
       const Vector2d x = point.place / plate_.radius();
@@ -366,16 +366,21 @@ double RobustPlateFit::Cluster() const noexcept {
 void RobustPlateFit::SeekTension(Answer* answer) noexcept {
   if (tighter_.plate == nullptr) return;
   const LoadFit& load = answer->load;
-  const auto press = [&](PlateSurface& plate) {
-    return plate.RespondTo(Contact::Kind::kForce, load.p_O, width_, load.force).validity !=
-           Validity::kFailed;
+  const Contact press =
+      PlateSurface::DiscContact(Contact::Kind::kForce, load.p_O, width_, load.force);
+  const auto solve = [&](PlateSurface& plate, Solution* solution) {
+    plate.Solve({&press, 1}, solution);
+    return solution->responses().front().validity != Validity::kFailed;
   };
-  if (&answered() != &plate_ && !press(plate_)) return;
-  if (!press(*tighter_.plate)) return;
+  const bool is_coarse = &answered() == &plate_;
+  if (!is_coarse && !solve(plate_, &coarse_)) return;
+  if (!solve(*tighter_.plate, &tight_)) return;
+  const Solution& coarse = is_coarse ? solution() : coarse_;
   double certainty = 0;
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     const Vector2d& p = seen_[i].place;
-    displacements_[i] = (tighter_.plate->Displacement(p) - plate_.Displacement(p)) / tighter_.more;
+    displacements_[i] =
+        (tighter_.plate->Displacement(tight_, p) - plate_.Displacement(coarse, p)) / tighter_.more;
     if (seen_[i].kept) certainty += 1 / (seen_[i].sigma * seen_[i].sigma);
   }
   answer->tension = fitter_.Seek(displacements_);

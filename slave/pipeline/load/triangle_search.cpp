@@ -83,11 +83,10 @@ void PointGreens::Update(DeformationModel& model, const SurfaceContact& contact,
 }
 
 bool PointGreens::Load(DeformationModel& model, const Contact& contact, Eigen::Index row) {
-  ContactResponse response;
   model.Reset();
-  model.Respond(std::span(&contact, 1), std::span(&response, 1));
-  if (response.validity == Validity::kFailed) return false;
-  model.Displacements(&field_);
+  model.Solve({&contact, 1}, &solution_);
+  if (solution_.responses().front().validity == Validity::kFailed) return false;
+  model.Displacements(solution_, &field_);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Vector3d mean = Vector3d::Zero();
     for (const auto& [node, weight] : patches_[k]) mean += weight / load_ * field_[Index(node)];

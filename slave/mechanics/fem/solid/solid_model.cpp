@@ -170,6 +170,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
 
 // Factors once where that is what an answer costs least, and measures it.
 void SolidModel::Describe(Progress* progress) {
+  keeps_displacements_ = true;
   info_.kind = IsHyperelastic(params_.options.law) ? "fem-hyperelastic" : "fem";
   info_.dof = static_cast<std::size_t>(layout_.size());
   info_.elements = mesh_.element_count();
@@ -221,8 +222,8 @@ bool SolidModel::locks() const {
          params_.poisson_ratio >= kLocks;
 }
 
-void SolidModel::Respond(std::span<const Contact> contacts,
-                         std::span<ContactResponse> responses) noexcept {
+void SolidModel::ComputeResponses(std::span<const Contact> contacts,
+                                  std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   bool answered = false;
   try {
@@ -523,7 +524,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
   return true;
 }
 
-void SolidModel::Displacements(std::vector<Vector3d>* u_O) {
+void SolidModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
   u_O->clear();
   for (int node = 0; node < mesh_.vertex_count; ++node) u_O->push_back(displacement(node));
 }

@@ -25,6 +25,10 @@
 
 namespace palpate {
 
+// A contact that moves nodes also reports what holds them. Inverted elements, with the linear law
+// displacements beyond the range, and a mesh too coarse for a patch or for a part that bends:
+// kExtrapolated. Displacements beyond 1e6 larger sides are absurd: kFailed. After a failure the
+// body is at rest again.
 class SolidModel final : public DeformationModel {
  public:
   struct Params {
@@ -48,14 +52,6 @@ class SolidModel final : public DeformationModel {
   static constexpr double kNearlyIncompressible = 0.49999;
   static constexpr double kAveragedLimit = 0.4999;
 
-  // A contact that moves nodes also reports what holds them. Inverted elements, with the linear law
-  // displacements beyond the range, and a mesh too coarse for a patch or for a part that bends:
-  // kExtrapolated. Displacements beyond 1e6 larger sides are
-  // absurd: kFailed. After a failure the body is at rest again.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
-  // Of the nodes of the mesh given.
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
 
@@ -77,6 +73,9 @@ class SolidModel final : public DeformationModel {
   [[nodiscard]] double smallest_jacobian() const { return body_.SmallestJacobian(x_); }
 
  private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Describe(Progress* progress);
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   bool Acceptable(std::span<const Contact> contacts);

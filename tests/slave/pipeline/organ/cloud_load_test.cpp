@@ -54,10 +54,10 @@ std::vector<Vector3d> CloudUnder(const std::vector<Press>& presses, int count = 
                           .width = 0.016,
                           .prescribed_O = press.force});
     }
-    std::vector<ContactResponse> responses(contacts.size());
-    model.Respond(contacts, responses);
-    EXPECT_NE(responses[0].validity, Validity::kFailed);
-    model.Displacements(&u);
+    Solution solution;
+    model.Solve(contacts, &solution);
+    EXPECT_NE(solution.responses()[0].validity, Validity::kFailed);
+    model.Displacements(solution, &u);
   }
   std::mt19937 random(7);
   std::uniform_real_distribution<double> share(0, 1);
