@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 
+#include "shared/statistics/robust.h"
 #include "slave/pipeline/load/rest_shape.h"
 
 namespace palpate {
@@ -23,7 +24,6 @@ constexpr double kSoft = 2;             // standard deviations of the scatter at
 constexpr double kOutlier = 5;          // standard deviations of the points' scatter
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 constexpr double kModelError = 0.05;    // of the largest deflection: may be the model's own
-constexpr double kToNormal = 1.4826;    // from a median of sizes to a standard deviation
 constexpr double kManyLeftOut = 0.15;   // share: a moved rim may explain them better
 constexpr double kPoorFit = 2;          // residual: likewise
 constexpr double kClearlyBetter = 0.7;  // residual with a moved rim by that without
@@ -36,12 +36,6 @@ constexpr int kRestFrames = 5, kMostRestFrames = 100;  // that tell the rim's mo
 constexpr double kLawsShape = 0.9e-3;  // of the depth: error of the plate's shape around a load
 constexpr double kReach = 0.3;         // of a cluster of neighbours [radii]
 constexpr int kNeighbours = 3;
-
-double MedianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 bool IsKnown(const LoadFit& load) {
   return load.validity != Validity::kFailed || load.nothing;
@@ -264,7 +258,7 @@ bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
     sorted_.push_back(std::abs(point.residual) / point.sigma);
   }
   if (usable_ <= kLeastPoints) return false;
-  scatter_ = std::max(kLeastScatter, kToNormal * MedianOf(&sorted_));
+  scatter_ = std::max(kLeastScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
   for (Seen& point : seen_) {
     const double accepted = std::max(kOutlier * scatter_ * point.sigma, kModelError * deepest_);
@@ -304,7 +298,7 @@ double RobustPlateFit::Slide(const LoadFit& load) noexcept {
       sorted_.push_back(point.moved[axis]);
       sigma = std::max(sigma, point.sideways);
     }
-    slid[axis] = MedianOf(&sorted_);
+    slid[axis] = MedianOf(sorted_);
   }
   const double accepted = kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
   return slid.cwiseAbs().maxCoeff() > accepted ? slid.norm() : 0;

@@ -11,6 +11,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
+#include "shared/statistics/robust.h"
 
 namespace palpate {
 namespace {
@@ -228,9 +229,8 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
     worst = std::max(worst, seen_[i].residual);
     sorted_.push_back(seen_[i].residual);
   }
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  const double accepted = std::max(kOutlier * std::max(kLeastScatter, *middle), worst / 2);
+  const double accepted =
+      std::max(kOutlier * std::max(kLeastScatter, MedianOf(sorted_)), worst / 2);
   bool left_out = false;
   for (Seen& seen : seen_) {
     if (!seen.kept || seen.residual <= accepted || kept_ <= kLeastPoints) continue;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
+#include "shared/statistics/robust.h"
 
 namespace palpate {
 namespace {
@@ -13,9 +14,8 @@ namespace {
 using Eigen::Vector3d;
 using Columns = Eigen::Matrix<float, PatchGreens::kColumns, 1>;
 
-constexpr int kCells = 24;            // of the seen surface: larger than what errs alike
-constexpr double kBends = 3;          // scatters from which a point counts less
-constexpr double kOfMedian = 1.4826;  // standard deviation over median of the size
+constexpr int kCells = 24;    // of the seen surface: larger than what errs alike
+constexpr double kBends = 3;  // scatters from which a point counts less
 
 MovingSurface::Nodes AsMatrix(const std::vector<Vector3d>& nodes) {
   MovingSurface::Nodes matrix(3, static_cast<Eigen::Index>(nodes.size()));
@@ -73,9 +73,7 @@ double CloudFit::Scatter() noexcept {
     if (place.triangle >= 0 && !place.at_border) sorted_.push_back(std::abs(place.height));
   }
   if (sorted_.empty()) return sigma_;
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  return std::max(sigma_, kOfMedian * *middle);
+  return std::max(sigma_, SigmaOfSizes(sorted_));
 }
 
 const CloudSquares& CloudFit::Linearise(std::span<const Vector3d> points_O,

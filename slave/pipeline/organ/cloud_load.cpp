@@ -12,6 +12,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/geometry/index.h"
+#include "shared/statistics/robust.h"
 
 namespace palpate {
 namespace {
@@ -179,11 +180,9 @@ CloudForce CloudLoad::ResultAtRest() const {
     squares.push_back(3 * static_cast<double>(field.squaredNorm()) /
                       static_cast<double>(field.size()));
   }
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::ranges::nth_element(squares, middle);
   CloudForce told;
   told.patch = candidates_.front();
-  told.covariance_O = params_.sigma * params_.sigma / *middle * Matrix3d::Identity();
+  told.covariance_O = params_.sigma * params_.sigma / MedianOf(squares) * Matrix3d::Identity();
   told.rms = squares_.rms;
   told.used = squares_.used;
   told.validity = Validity::kValid;
