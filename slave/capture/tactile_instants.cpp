@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "shared/statistics/robust.h"
 #include "shared/text/text.h"
 #include "slave/capture/tactile_recording.h"
 
@@ -53,9 +54,7 @@ double MedianPeriod(const std::vector<double>& t) {
   if (t.size() < 2) return 0;
   std::vector<double> periods;
   for (std::size_t i = 1; i < t.size(); ++i) periods.push_back(t[i] - t[i - 1]);
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return MedianOf(periods);
 }
 
 void RefuseSlow(const std::filesystem::path& file, double period, double rate) {

@@ -80,6 +80,21 @@ inline double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Answer of a model to one set of contacts. Its room grows to the largest set; reuse it.
+class Solution {
+ public:
+  // One per contact.
+  [[nodiscard]] const std::vector<ContactResponse>& responses() const { return responses_; }
+  [[nodiscard]] const std::vector<Contact>& contacts() const { return contacts_; }
+
+ private:
+  friend class DeformationModel;
+  std::vector<Contact> contacts_;
+  std::vector<ContactResponse> responses_;
+  std::uint64_t query_ = 0;                // number of the model's query; 0: nothing was solved
+  std::vector<Eigen::Vector3d> kept_u_O_;  // see DeformationModel::keeps_displacements_
+};
+
 class DeformationModel {
  public:
   virtual ~DeformationModel() = default;
@@ -91,22 +106,30 @@ class DeformationModel {
   // Allocation-free after the first call with as many boundary unknowns; not thread-safe. Loads add
   // up where they overlap. kFailed: contacts that are not finite, impossible, or overlap with
   // others.
-  virtual void Respond(std::span<const Contact> contacts,
-                       std::span<ContactResponse> responses) noexcept = 0;
+  void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept {
+    shown_ = ++queries_;
+    ComputeResponses(contacts, responses);
+  }
+  // The same, for a caller that may ask for displacements or tractions. Solutions do not depend on
+  // other queries in between, apart from warm starts and time steps. Allocates no more than Respond
+  // if `solution` had as many contacts before.
+  void Solve(std::span<const Contact> contacts, Solution* solution) noexcept;
 
   // The mesh of the displacements; constant. An outline's vertex i is the start of element i. For a
   // volume or its surface, vertex i is node i of the object's mesh; nodes without an element
   // (inside a body for which bem3d has only the surface) stay at zero. A membrane has
   // MembraneGrid().
   [[nodiscard]] const FieldMesh& field_mesh() const { return field_mesh_; }
-  // Displacement of every vertex of field_mesh() under the contacts of the last Respond, frame O
-  // [m]; zero if it failed. Costs O(N S); computed only on request.
-  virtual void Displacements(std::vector<Eigen::Vector3d>* u_O) = 0;
+  // Displacement of every vertex of field_mesh() in a solution of this model, frame O [m]; zero if
+  // it failed or nothing was solved. Costs O(N S); computed only on request.
+  void Displacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O);
 
-  // Magnitude of the contacts' traction at every vertex of field_mesh() under the contacts of the
-  // last Respond [Pa], per area at rest, zero without contact or after a failure. Unchanged by
-  // models that provide only the force of a contact.
-  virtual void Tractions(std::vector<float>* /*pascals*/) {}
+  // Magnitude of the contacts' traction at every vertex of field_mesh() in a solution of this model
+  // [Pa], per area at rest, zero without contact or after a failure. Unchanged if nothing was
+  // solved, and by models that provide only the force of a contact.
+  void Tractions(const Solution& solution, std::vector<float>* pascals) {
+    if (Show(solution)) ComputeTractions(pascals);
+  }
 
   // Resets motion and warm starts: the body is at rest again, and the next Respond does not depend
   // on earlier ones. With `time: dynamic` a Respond is one time step, and its contacts apply at its
@@ -119,12 +142,22 @@ class DeformationModel {
   // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}
 
-  // Why the last Respond failed, one clause; empty where it did not or where no more is known.
+  // Why the last query failed, one clause; empty where it did not or where no more is known.
   [[nodiscard]] virtual std::string_view failure() const { return failure_; }
 
   [[nodiscard]] const ModelInfo& info() const { return info_; }
 
  protected:
+  virtual void ComputeResponses(std::span<const Contact> contacts,
+                                std::span<ContactResponse> responses) noexcept = 0;
+  // Under the contacts of the last ComputeResponses.
+  virtual void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) = 0;
+  virtual void ComputeTractions(std::vector<float>* /*pascals*/) {}
+  // Makes the last ComputeResponses that of the solution's contacts. False: nothing was solved.
+  bool Show(const Solution& solution) noexcept;
+  // What the last ComputeResponses left is gone.
+  void Hide() { shown_ = 0; }
+
   // False, and why.
   bool Fail(std::string_view why) {
     failure_ = why;
@@ -136,8 +169,13 @@ class DeformationModel {
   FieldMesh field_mesh_;
   ModelInfo info_;
   std::string_view failure_;
+  // The answer depends on earlier queries: a solution keeps its displacements.
+  bool keeps_displacements_ = false;
 
  private:
+  std::uint64_t queries_ = 0;                     // so far
+  std::uint64_t shown_ = 0;                       // the one of the last ComputeResponses
+  std::vector<ContactResponse> shown_responses_;  // room
   std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
 };
 

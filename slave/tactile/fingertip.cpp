@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/statistics/robust.h"
 #include "shared/telemetry/stopwatch.h"
 #include "slave/tactile/network/network_weights.h"
 
@@ -173,16 +174,11 @@ void Fingertip::FollowSteps(const FingerReading& reading, bool looks_back) noexc
   const auto last = std::exchange(before_, reading.electrodes);
   if (!pattern_ || !looks_back) return;
   std::array<double, kElectrodeCount> moved{};
-  const auto middle_of = [&] {
-    std::ranges::nth_element(moved, moved.begin() + kElectrodeCount / 2);
-    return moved[kElectrodeCount / 2];
-  };
   for (std::size_t i = 0; i < moved.size(); ++i) {
     moved[i] = static_cast<double>(reading.electrodes[i] - last[i]);
   }
-  const double step = middle_of();
-  for (double& away : moved) away = std::abs(away - step);
-  const double scatter = 1.4826 * middle_of();
+  const double step = MedianOf(moved);
+  const double scatter = SigmaAboutMedian(moved);
   const bool steps = std::abs(step) > std::max(kStep, kAlike * scatter);
   if (steps) rest_.Shift(step);
   steps_ = kStepsLast * steps_ + (steps ? 1 : 0);

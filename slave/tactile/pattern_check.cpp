@@ -7,6 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -244,12 +246,7 @@ double PatternCheck::unevenness() const noexcept {
   for (std::size_t i = 0; i < logs.size(); ++i) {
     logs[i] = std::log(std::max(levels2_[static_cast<Eigen::Index>(i)], 1e-6)) / 2;
   }
-  const auto middle = logs.begin() + kElectrodeCount / 2;
-  std::ranges::nth_element(logs, middle);
-  const double median = *middle;
-  for (double& away : logs) away = std::abs(away - median);
-  std::ranges::nth_element(logs, middle);
-  return 1.4826 * *middle;
+  return SigmaAboutMedian(logs);
 }
 
 void PatternCheck::LeaveOutWrong(const Signals& x, const Electrodes& is_still, Signals* noise2,

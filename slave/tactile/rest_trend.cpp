@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -25,9 +27,7 @@ double Signal(const FingerReading& reading, std::size_t i) noexcept {
 // From squares of which a few may be of electrodes that do not work.
 double VarianceOf(std::array<double, kElectrodeCount>& squares) noexcept {
   constexpr double kMedian = 0.455;  // of the square of a standard normal
-  const auto middle = squares.begin() + kElectrodeCount / 2;
-  std::ranges::nth_element(squares, middle);
-  return *middle / kMedian;
+  return MedianOf(squares) / kMedian;
 }
 
 // Of slopes of this mean square that is used, where `noise2` is none.

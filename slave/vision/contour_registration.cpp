@@ -7,11 +7,12 @@
 
 #include <Eigen/Cholesky>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
 constexpr int kSteps = 60;
-constexpr double kTukey = 4.685;         // 95 % efficient for normal errors
 constexpr double kLeastScale = 0.02;     // of the errors [px]
 constexpr double kLeastInliers = 0.4;    // part of the points
 constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
@@ -45,12 +46,6 @@ void Nearer(const std::vector<Eigen::Vector2d>& loop, const Eigen::Vector2d& p, 
   }
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Points relative to O under the motion (shift, angle, growth) about `centre` that takes the
 // outline to the points; so the points are moved back.
 struct Motion {
@@ -81,11 +76,11 @@ class Fitter {
       Project();
       std::vector<double> errors;
       for (const Foot& foot : feet_) errors.push_back(std::abs(foot.distance));
-      const double shown = std::max(1.4826 * Median(std::move(errors)), kLeastScale * pixel_);
+      const double shown = std::max(SigmaOfSizes(errors), kLeastScale * pixel_);
       scale = std::max(shown, 0.7 * scale);
-      if (Step(kTukey * scale) < 1e-5 * pixel_ && scale == shown) break;
+      if (Step(kBiweightCut * scale) < 1e-5 * pixel_ && scale == shown) break;
     }
-    cut_ = kTukey * scale;
+    cut_ = kBiweightCut * scale;
     scale_sigma_ *= scale;
     Project();
   }
@@ -153,7 +148,7 @@ class Fitter {
       const Foot& foot = feet_[k];
       const double u = foot.distance / cut;
       if (std::abs(u) >= 1) continue;
-      const double weight = (1 - u * u) * (1 - u * u);
+      const double weight = Biweight(u);
       const Eigen::Vector2d arm = motion_.Back(points_[k]) - motion_.centre;
       const double turn = (arm.x() * foot.normal.y() - arm.y() * foot.normal.x()) / size_;
       const double growth = grows_ ? arm.dot(foot.normal) / size_ : 0;

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "shared/statistics/robust.h"
 #include "slave/vision/contour_tracker.h"
 
 namespace palpate {
@@ -172,12 +173,11 @@ double EdgeAcross(const PixelChain& outline, const cv::Mat& gx, const cv::Mat& g
                      length);
     magnitude.push_back(std::abs(across.back()));
   }
-  const auto middle = magnitude.begin() + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(magnitude.begin(), middle, magnitude.end());
+  const double middle = MedianOf(magnitude);
   double sum = 0;
   int balance = 0;
   for (const double g : across) {
-    sum += std::clamp(g, -2 * *middle, 2 * *middle);
+    sum += std::clamp(g, -2 * middle, 2 * middle);
     balance += g > 0 ? 1 : -1;
   }
   const double agreement = balance / static_cast<double>(n);  // of the signs, -1 to 1

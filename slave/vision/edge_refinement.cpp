@@ -2,6 +2,7 @@
 #include <cmath>
 #include <optional>
 
+#include "shared/statistics/robust.h"
 #include "slave/vision/contour_tracker.h"
 
 namespace palpate {
@@ -139,12 +140,6 @@ double Polarity(const std::vector<Ray>& rays, double reach) {
   return balance >= 0 ? 1 : -1;
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Where the edge jumps away from those around it, farther than edges here do as a rule, another
 // edge was taken for it.
 void DropJumps(std::vector<std::optional<Edge>>& edges) {
@@ -157,11 +152,11 @@ void DropJumps(std::vector<std::optional<Edge>>& edges) {
     for (std::size_t j = n + k - kNeighbours; j <= n + k + kNeighbours; ++j) {
       if (edges[j % n]) around.push_back(edges[j % n]->place);
     }
-    jumps[k] = std::abs(edges[k]->place - Median(std::move(around)));
+    jumps[k] = std::abs(edges[k]->place - MedianOf(around));
     found.push_back(jumps[k]);
   }
   if (found.empty()) return;
-  const double largest = std::max(kLeastJump, kJump * Median(std::move(found)));
+  const double largest = std::max(kLeastJump, kJump * MedianOf(found));
   for (std::size_t k = 0; k < n; ++k) {
     if (jumps[k] > largest) edges[k].reset();
   }
@@ -185,7 +180,7 @@ Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView co
     if (edges.back()) steps.push_back(edges.back()->step);
   }
   if (steps.empty()) return {};
-  const double least = std::max(kLeastEdge, kLeastContrast * Median(steps));
+  const double least = std::max(kLeastEdge, kLeastContrast * MedianOf(steps));
 
   DropJumps(edges);
   Curve refined;

@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -18,7 +20,6 @@ constexpr double kReach = 1.5;     // farther from the start than this is anothe
 constexpr double kRobustReach = 3;
 constexpr int kRobustSteps = 20;
 constexpr double kRobustSettled = 5e-3, kRobustEnough = 0.05;  // [px]
-constexpr float kTukey = 4.685F;                               // 95 % efficient for normal errors
 constexpr float kLeastError = 1.5F;  // scale of the errors below which none is left out [levels]
 constexpr float kHidden = 0.3F;      // weight below which a pixel counts as covered
 
@@ -207,9 +208,9 @@ void TemplateAligner::Reweigh(const Fit& fit) noexcept {
     trust_(i) = std::abs(levels_(i) - basis_.row(i).dot(coefficients));
     if (weights_(i) > 0) errors_[used++] = trust_(i);
   }
-  const auto middle = errors_.begin() + static_cast<std::ptrdiff_t>(used / 2);
-  std::nth_element(errors_.begin(), middle, errors_.begin() + static_cast<std::ptrdiff_t>(used));
-  const float cut = kTukey * std::max(1.4826F * *middle, kLeastError);
+  const float middle = MedianOf(std::span(errors_).first(used));
+  const float cut = static_cast<float>(kBiweightCut) *
+                    std::max(static_cast<float>(kSigmaPerMedian) * middle, kLeastError);
   for (Eigen::Index i = 0; i < trust_.size(); ++i) {
     const float u = std::min(trust_(i) / cut, 1.0F);
     trust_(i) = weights_(i) * (1 - u * u) * (1 - u * u);

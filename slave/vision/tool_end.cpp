@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -21,18 +23,6 @@ constexpr double kPlain = 0.25;     // scatter of the ground, of that step
 constexpr double kMostLost = 0.25;  // of the lines
 constexpr double kBlunt = 1;        // scatter of the lines [px]
 constexpr double kAsStraight = 2;   // a side that goes on, from where it was [px]
-
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double ScatterOf(std::vector<double> values) {
-  const double middle = MedianOf(values);
-  for (double& value : values) value = std::abs(value - middle);
-  return 1.4826 * MedianOf(std::move(values));
-}
 
 class Lines {
  public:
@@ -90,8 +80,8 @@ std::optional<double> Together(const std::vector<std::optional<double>>& found) 
   if (values.size() < 3 || static_cast<double>(values.size()) < (1 - kMostLost) * all) {
     return std::nullopt;
   }
-  if (ScatterOf(values) > kBlunt) return std::nullopt;
-  return MedianOf(std::move(values));
+  if (SigmaAboutMedian(std::vector(values)) > kBlunt) return std::nullopt;
+  return MedianOf(values);
 }
 
 // A bar that is told to end at `p_tip`, and the ground beside it.
@@ -111,7 +101,7 @@ class Bar {
     level_ = MedianOf(ground);
     step_ = std::abs(MedianOf(tool) - level_);
     stands_out_ =
-        step_ >= kLeastStep * format.levels_per_255() && ScatterOf(ground) <= kPlain * step_;
+        step_ >= kLeastStep * format.levels_per_255() && SigmaAboutMedian(ground) <= kPlain * step_;
   }
 
   [[nodiscard]] bool stands_out() const { return stands_out_; }

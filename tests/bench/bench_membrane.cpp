@@ -44,19 +44,19 @@ struct Pair {
 Pair RenderPair(PlateSurface& plate, double depth, std::uint64_t seed) {
   const Contact contact{
       .p_O = {kPlace.x(), kPlace.y(), 0}, .width = kToolWidth, .prescribed_O = {0, 0, -depth}};
-  ContactResponse response;
-  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+  Solution solution;
+  plate.Solve({&contact, 1}, &solution);
   std::vector<Vector3d> places, normals;
   for (const Vector2d& p : LatticePlaces(31, {0.015, 0.010})) {
-    const double h = 1e-4, w = depth > 0 ? plate.Displacement(p) : 0;
+    const double h = 1e-4, w = depth > 0 ? plate.Displacement(solution, p) : 0;
     const auto slope = [&](const Vector2d& step) {
-      return depth > 0 ? (plate.Displacement(p + h * step) - w) / h : 0;
+      return depth > 0 ? (plate.Displacement(solution, p + h * step) - w) / h : 0;
     };
     places.emplace_back(p.x(), p.y(), w);
     normals.push_back(Vector3d(-slope({1, 0}), -slope({0, 1}), 1).normalized());
   }
   Pair pair;
-  pair.force = -response.force_O.z();
+  pair.force = -solution.responses()[0].force_O.z();
   for (const int eye : {0, 1}) {
     DotPicture picture;
     picture.light_fall = 0.15;

@@ -141,10 +141,10 @@ void Fit(benchmark::State& state, PlateSurface& plate, double force) {
     places.emplace_back(0.008 + 2e-4 * std::abs(k - 10), 0.004);
     const Contact load{
         Contact::Kind::kForce, {places.back().x(), 0.004, 0}, -1, kWidth, {0, 0, -force}};
-    ContactResponse response;
-    plate.Respond(std::span(&load, 1), std::span(&response, 1));
+    Solution solution;
+    plate.Solve({&load, 1}, &solution);
     pictures.emplace_back();
-    for (const auto& dot : dots) pictures.back().push_back(plate.Displacement(dot));
+    for (const auto& dot : dots) pictures.back().push_back(plate.Displacement(solution, dot));
   }
   std::size_t k = 0;
   double worst = 0;

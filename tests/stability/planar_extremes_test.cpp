@@ -110,9 +110,10 @@ TEST(PlanarStability, FiveHundredContactsEqualThePatchTheyMakeUp) {
   Contact patch = bodies::Move(425, moved);  // in the middle of the top
   patch.p_O.head<2>() = elements[425].a;
   patch.width = 3;  // three sides
-  const auto together = bodies::Respond(model, {patch}).front();
+  Solution solution;
+  const auto together = bodies::Respond(model, {patch}, &solution).front();
   ASSERT_EQ(together.validity, Validity::kValid);
-  const BoundaryState boundary = model.Boundary();
+  const BoundaryState boundary = model.Boundary(solution);
 
   std::vector<Contact> contacts;
   for (int i = 170; i < 680; ++i) contacts.push_back(bodies::Move(i, moved));

@@ -47,6 +47,7 @@ struct Probe {
   double stiffness = 0;  // normal force per normal displacement of the patch [N/m]
   double update_us = 0;
   Validity validity = Validity::kFailed;
+  Solution solution;
 };
 
 Probe PressAt(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::Vector2d& normal_O,
@@ -62,7 +63,9 @@ Probe PressAt(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::
   }
   const double us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count();
-  return {n.dot(response.stiffness_O * n), us / kRepeats, response.validity};
+  Probe probe{n.dot(response.stiffness_O * n), us / kRepeats, response.validity, {}};
+  model.Solve({&contact, 1}, &probe.solution);
+  return probe;
 }
 
 // Expected relative error of the contact force from two meshes, for a method of order one: with
@@ -84,7 +87,8 @@ std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p
   return std::abs(1 - stiffness / limit);
 }
 
-void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationModel& model) {
+// Returns the solution it is from.
+Solution PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationModel& model) {
   const Eigen::Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
   const BoundaryElement& place = ElementNearest(mesh, home_O.head<2>());
   const Eigen::Vector2d p_O = place.midpoint();
@@ -94,7 +98,7 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
   if (probe.validity == Validity::kFailed) {
     PrintLine("expectation",
               "none: the boundary nearest to the tool's home is fixed and cannot be displaced");
-    return;
+    return probe.solution;
   }
   PrintLine("update",
             fmt::format("{:.3g} us per contact: {} the requested {:g} Hz", probe.update_us,
@@ -113,6 +117,7 @@ void PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationM
                           100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
                           100 * scene.model.tolerance));
   }
+  return probe.solution;
 }
 
 // What the window around the tip can follow, and whether it suits the tool's size in the picture.
@@ -205,8 +210,7 @@ void PrintModel(const Scene& scene) {
       fmt::format("{:.1f} ms, {:.1f} MB of memory, {} degrees of freedom, condition number {:.3g}",
                   1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
                   info.condition));
-  PrintExpectation(scene, mesh, *model);
-  PrintShapeCost(*model);
+  PrintShapeCost(*model, PrintExpectation(scene, mesh, *model));
 }
 
 // Of a picture that nothing is known of: noise takes longest.

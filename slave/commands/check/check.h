@@ -26,8 +26,8 @@ void PrintHand(const Scene& scene);
 // with their figures.
 void PrintChoice(const Scene& scene);
 
-// Prints the cost of the deformed shape while a client watches it, measured on the last solution.
-void PrintShapeCost(DeformationModel& model);
+// Prints the cost of the deformed shape while a client watches it, measured on a solution.
+void PrintShapeCost(DeformationModel& model, const Solution& solution);
 
 // For membranes and volumes: prints the object, its mesh and the mesh quality, the model and a
 // contact. Throws std::invalid_argument: the scene cannot be computed.

@@ -39,6 +39,7 @@ struct Probe {
   double update_us = 0;
   Validity validity = Validity::kFailed;
   std::string failure;  // or why it is extrapolated
+  Solution solution;
 };
 
 Probe Query(const study::PressSpec& question, DeformationModel& model) {
@@ -49,15 +50,20 @@ Probe Query(const study::PressSpec& question, DeformationModel& model) {
   ContactResponse response;
   model.Reset();
   model.Respond(std::span(&contact, 1), std::span(&response, 1));
-  const Probe first{response.force_O.dot(press.inward_O), 0, response.validity,
-                    std::string(response.doubt.empty() ? model.failure() : response.doubt)};
+  Probe probe{response.force_O.dot(press.inward_O),
+              0,
+              response.validity,
+              std::string(response.doubt.empty() ? model.failure() : response.doubt),
+              {}};
   const auto began = std::chrono::steady_clock::now();
   for (int i = 0; i < kRepeats; ++i) {
     contact.prescribed_O = question.depth * (1 - 1e-3 * (i % 2)) * press.inward_O;
     model.Respond(std::span(&contact, 1), std::span(&response, 1));
   }
   const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - began;
-  return {first.force, spent.count() / kRepeats, first.validity, first.failure};
+  probe.update_us = spent.count() / kRepeats;
+  model.Solve({&contact, 1}, &probe.solution);
+  return probe;
 }
 
 std::optional<double> ForceOf(const Scene& scene, const ObjectMesh& mesh,
@@ -112,15 +118,16 @@ std::optional<study::PressSpec> QuestionOf(const Scene& scene) {
   }
 }
 
-void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& model) {
+// Returns its solution, if there is one.
+Solution PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& model) {
   const std::optional<study::PressSpec> asked = QuestionOf(scene);
-  if (!asked) return;
+  if (!asked) return {};
   const study::PressSpec& question = *asked;
   const study::Press& press = question.presses.front();
   const Probe probe = Query(question, model);
   if (probe.validity == Validity::kFailed) {
     PrintLine("contact", "no solution: " + probe.failure);
-    return;
+    return probe.solution;
   }
   PrintLine("contact", fmt::format("{:.4g} N for an indentation of {} at ({}, {}, {}), {} wide",
                                    probe.force, LengthInWords(question.depth),
@@ -137,7 +144,7 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
   const auto error = ExpectedError(scene, mesh, question, probe.force);
   if (!error) {
     PrintLine("error", "not estimated; `study` measures it");
-    return;
+    return probe.solution;
   }
   PrintLine(
       "error",
@@ -146,15 +153,16 @@ void PrintPress(const Scene& scene, const ObjectMesh& mesh, DeformationModel& mo
           std::holds_alternative<MembraneDisc>(mesh) ? "a plate that stretches"
                                                      : "quadratic elements on the same mesh",
           *error <= scene.model.tolerance ? "meets" : "MISSES", 100 * scene.model.tolerance));
+  return probe.solution;
 }
 
 }  // namespace
 
-void PrintShapeCost(DeformationModel& model) {
+void PrintShapeCost(DeformationModel& model, const Solution& solution) {
   constexpr int kRepeats = 5;
   std::vector<Eigen::Vector3d> u_O;
   const auto began = std::chrono::steady_clock::now();
-  for (int i = 0; i < kRepeats; ++i) model.Displacements(&u_O);
+  for (int i = 0; i < kRepeats; ++i) model.Displacements(solution, &u_O);
   const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - began;
   if (u_O.empty()) return;
   PrintLine("on demand",
@@ -187,8 +195,7 @@ void PrintBody(const Scene& scene) {
   if (MovesInTime(scene)) {
     PrintLine("time", fmt::format("time steps of {:g} s", info.step));
   } else {
-    PrintPress(scene, mesh, *model);
-    PrintShapeCost(*model);
+    PrintShapeCost(*model, PrintPress(scene, mesh, *model));
   }
 }
 

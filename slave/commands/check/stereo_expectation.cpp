@@ -90,8 +90,9 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
                       -1,
                       scene.tool->width,
                       {0, 0, -scene.operator_options.press_depth}};
-  ContactResponse response;
-  plate.Respond(std::span(&press, 1), std::span(&response, 1));
+  Solution solution;
+  plate.Solve({&press, 1}, &solution);
+  const ContactResponse& response = solution.responses().front();
   if (response.validity == Validity::kFailed) return ForceExpectation{};
   std::vector<Vector2d> seen_O;
   std::vector<double> displacements, sigmas;
@@ -101,7 +102,7 @@ std::optional<ForceExpectation> ExpectedForce(const Scene& scene, const StereoRi
     const auto covariance = Covariance(scene, rig, Vector3d(p.x(), p.y(), 0));
     if (!covariance || !(p.norm() < membrane->radius)) continue;
     seen_O.push_back(p);
-    displacements.push_back(plate.Displacement(p));
+    displacements.push_back(plate.Displacement(solution, p));
     sigmas.push_back(std::sqrt(n_L.dot(*covariance * n_L)));
   }
   LoadFitter fitter(plate, scene.tool->width);

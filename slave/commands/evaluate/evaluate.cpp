@@ -41,16 +41,16 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
                                           const std::vector<SolveRow>& rows, Progress* progress) {
   const auto model = MakeModel(scene, mesh, progress);
   const std::vector<Contact> contacts = ContactsOf(rows);
-  std::vector<ContactResponse> responses(contacts.size());
+  Solution solution;
   model->Reset();
   model->Prefetch(contacts);
-  model->Respond(contacts, responses);
-  if (responses.front().validity == Validity::kFailed) {
+  model->Solve(contacts, &solution);
+  if (solution.responses().front().validity == Validity::kFailed) {
     throw std::invalid_argument("the model has no solution for the tables: " +
                                 std::string(model->failure()));
   }
   std::vector<Eigen::Vector3d> displacement;
-  model->Displacements(&displacement);
+  model->Displacements(solution, &displacement);
   return displacement;
 }
 

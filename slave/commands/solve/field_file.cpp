@@ -88,9 +88,9 @@ NodalFieldFile::NodalFieldFile(std::filesystem::path file, DeformationModel& mod
   ForCorners(grid_, [&](int& v) { v = number[static_cast<std::size_t>(v)]; });
 }
 
-void NodalFieldFile::AddCase(const std::string& name) {
+void NodalFieldFile::AddCase(const std::string& name, const Solution& solution) {
   std::vector<Eigen::Vector3d> u_O;
-  model_.Displacements(&u_O);
+  model_.Displacements(solution, &u_O);
   PointArray displacement{"displacement", 3, {}, {}};
   for (const std::size_t v : vertices_) {
     displacement.values.insert(displacement.values.end(), u_O[v].begin(), u_O[v].end());
@@ -98,7 +98,7 @@ void NodalFieldFile::AddCase(const std::string& name) {
   cases_.push_back({name, {std::move(displacement)}});
 }
 
-PlanarFieldFile::PlanarFieldFile(const std::filesystem::path& file, const Bem2dModel& model)
+PlanarFieldFile::PlanarFieldFile(const std::filesystem::path& file, Bem2dModel& model)
     : FieldFile(file, VtuForm::kAscii),
       model_(model),
       inside_O_(GridInside(model.greens_functions().problem().mesh)) {
@@ -114,8 +114,8 @@ PlanarFieldFile::PlanarFieldFile(const std::filesystem::path& file, const Bem2dM
   }
 }
 
-void PlanarFieldFile::AddCase(const std::string& name) {
-  const InteriorField field(model_, model_.Boundary());
+void PlanarFieldFile::AddCase(const std::string& name, const Solution& solution) {
+  const InteriorField field(model_, model_.Boundary(solution));
   PointArray displacement{"displacement", 3, {}, {}}, stress{"stress", 3, {}, {"xx", "yy", "xy"}};
   const auto add = [&](const PointState& p) {
     displacement.values.insert(displacement.values.end(),

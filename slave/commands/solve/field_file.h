@@ -19,8 +19,8 @@ class FieldFile {
   FieldFile(const FieldFile&) = delete;
   FieldFile& operator=(const FieldFile&) = delete;
 
-  // The state of the model's last Respond.
-  virtual void AddCase(const std::string& name) = 0;
+  // A solution of the model.
+  virtual void AddCase(const std::string& name, const Solution& solution) = 0;
   // Every case's arrays, named after it if there are several. False: the file cannot be written.
   [[nodiscard]] bool Write() const;
 
@@ -41,7 +41,7 @@ class NodalFieldFile final : public FieldFile {
  public:
   // Keeps a reference to the model.
   NodalFieldFile(std::filesystem::path file, DeformationModel& model);
-  void AddCase(const std::string& name) override;
+  void AddCase(const std::string& name, const Solution& solution) override;
 
  private:
   DeformationModel& model_;
@@ -55,11 +55,11 @@ class NodalFieldFile final : public FieldFile {
 class PlanarFieldFile final : public FieldFile {
  public:
   // Keeps a reference to the model.
-  PlanarFieldFile(const std::filesystem::path& file, const Bem2dModel& model);
-  void AddCase(const std::string& name) override;
+  PlanarFieldFile(const std::filesystem::path& file, Bem2dModel& model);
+  void AddCase(const std::string& name, const Solution& solution) override;
 
  private:
-  const Bem2dModel& model_;
+  Bem2dModel& model_;
   std::vector<Eigen::Vector2d> inside_O_;  // [m]
 };
 

@@ -40,35 +40,33 @@ std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows) {
 }
 
 // Answers `contacts` acting together and times it. False: there is no answer.
-bool Respond(const std::vector<Contact>& contacts, DeformationModel* model,
-             std::vector<ContactResponse>* responses, double* solve_us) {
-  responses->resize(contacts.size());
+bool Answer(const std::vector<Contact>& contacts, DeformationModel* model, Solution* solution,
+            double* solve_us) {
   const auto start = std::chrono::steady_clock::now();
-  model->Respond(contacts, *responses);
+  model->Solve(contacts, solution);
   const std::chrono::duration<double, std::micro> spent = std::chrono::steady_clock::now() - start;
   *solve_us = spent.count();
-  return responses->front().validity != Validity::kFailed;
+  return solution->responses().front().validity != Validity::kFailed;
 }
 
 // The rows of one case, answered. False: it has no answer; the rows say so.
 bool SolveAtRest(const Case& one, const RoundTools& round, DeformationModel* model,
-                 std::vector<SolveRow>* rows) {
+                 std::vector<SolveRow>* rows, Solution* solution) {
   if (SolveRow& row = (*rows)[one.front()]; row.radius > 0) {
     model->Reset();
     const auto start = std::chrono::steady_clock::now();
-    row.response = round.Press(row, model);
+    row.response = round.Press(row, model, solution);
     row.solve_us = 1e6 * SecondsSince(start);
     return row.response.validity != Validity::kFailed;
   }
   std::vector<Contact> contacts;
   for (const std::size_t i : one) contacts.push_back((*rows)[i].contact);
-  std::vector<ContactResponse> responses;
   double solve_us = 0;
   model->Reset();
   model->Prefetch(contacts);
-  const bool solved = Respond(contacts, model, &responses, &solve_us);
+  const bool solved = Answer(contacts, model, solution, &solve_us);
   for (std::size_t k = 0; k < one.size(); ++k) {
-    (*rows)[one[k]].response = responses[k];
+    (*rows)[one[k]].response = solution->responses()[k];
     (*rows)[one[k]].solve_us = solve_us;
   }
   return solved;
@@ -77,7 +75,7 @@ bool SolveAtRest(const Case& one, const RoundTools& round, DeformationModel* mod
 // One row per step and place, from rest at t = 0 to the last row's time. False: a step failed, and
 // those after it were not tried.
 bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, DeformationModel* model,
-                 ProgressBar* progress, std::vector<SolveRow>* answers) {
+                 ProgressBar* progress, std::vector<SolveRow>* answers, Solution* solution) {
   constexpr double kRounding = 1e-9;  // of a step
   const std::vector<PlaceHistory> histories = HistoriesOf(rows, one);
   const double step = model->info().step;
@@ -110,14 +108,14 @@ bool SolveInTime(const Case& one, const std::vector<SolveRow>& rows, Deformation
   }
   model->Reset();
   model->Start(contacts_at(0));
-  std::vector<ContactResponse> responses;
   for (long k = 1; k <= steps; ++k) {
     const double t = static_cast<double>(k) * step;
     const std::vector<Contact> contacts = contacts_at(t);
     double solve_us = 0;
-    const bool solved = Respond(contacts, model, &responses, &solve_us);
+    const bool solved = Answer(contacts, model, solution, &solve_us);
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      answers->push_back({rows[one.front()].case_name, contacts[i], t, responses[i], solve_us});
+      answers->push_back(
+          {rows[one.front()].case_name, contacts[i], t, solution->responses()[i], solve_us});
     }
     if (!solved) return false;
     if (!progress->Report("time steps", static_cast<double>(k) / static_cast<double>(steps))) {
@@ -196,19 +194,21 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   PrintModelInfo(model->info());
   const RoundTools round(scene, mesh);
   std::vector<SolveRow> answers;
+  Solution solution;
   bool all_solved = true;
   try {
     for (const Case& one : GroupByCase(rows)) {
       const std::string& name = rows[one.front()].case_name;
-      const bool solved = dynamic ? SolveInTime(one, rows, model.get(), &progress, &answers)
-                                  : SolveAtRest(one, round, model.get(), &rows);
+      const bool solved = dynamic
+                              ? SolveInTime(one, rows, model.get(), &progress, &answers, &solution)
+                              : SolveAtRest(one, round, model.get(), &rows, &solution);
       if (!solved) {
         all_solved = false;
         progress.Clear();
         std::fprintf(stderr, "solve: case %s failed: %s\n", name.c_str(),
                      std::string(model->failure()).c_str());
       } else if (field) {
-        field->AddCase(name);
+        field->AddCase(name, solution);
       }
       if (stop.stop_requested()) throw Interrupted();
     }

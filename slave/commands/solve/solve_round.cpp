@@ -41,12 +41,13 @@ Eigen::Vector3d RoundTools::NormalAt(const Eigen::Vector3d& p_O) const {
   return place ? Normal(surface, place->triangle) : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
-ContactResponse RoundTools::Press(const SolveRow& row, DeformationModel* model) const {
+ContactResponse RoundTools::Press(const SolveRow& row, DeformationModel* model,
+                                  Solution* solution) const {
   const Contact& contact = row.contact;
   const Eigen::Vector3d n = NormalAt(contact.p_O);
   if (n.isZero(0)) return {};
   RoundIndenter tool(Places(), row.radius, scene_.model.contact);
-  return tool.Press({contact.p_O, n, contact.prescribed_O}, model);
+  return tool.Press({contact.p_O, n, contact.prescribed_O}, model, solution);
 }
 
 void RequireAlone(const std::vector<SolveRow>& rows) {

@@ -17,7 +17,8 @@ class RoundTools {
 
   // The row's position is the first contact of the apex; the tool's axis is the surface normal
   // there. Throws std::invalid_argument: see RoundIndenter.
-  [[nodiscard]] ContactResponse Press(const SolveRow& row, DeformationModel* model) const;
+  [[nodiscard]] ContactResponse Press(const SolveRow& row, DeformationModel* model,
+                                      Solution* solution) const;
 
  private:
   [[nodiscard]] std::vector<TouchablePlace> Places() const;

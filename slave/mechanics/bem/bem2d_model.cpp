@@ -93,8 +93,8 @@ void Bem2dModel::MeasureUpdate() {
   failure_ = {};
 }
 
-void Bem2dModel::Respond(std::span<const Contact> contacts,
-                         std::span<ContactResponse> responses) noexcept {
+void Bem2dModel::ComputeResponses(std::span<const Contact> contacts,
+                                  std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   try {
     answered_ = responses.size() == contacts.size() && TryRespond(contacts, responses);
@@ -120,7 +120,7 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
     prescribed_[2 * i] = contacts[i].prescribed_O.x() / unit;
     prescribed_[2 * i + 1] = contacts[i].prescribed_O.y() / unit;
   }
-  if (!Solve()) {
+  if (!AnswerPrescribed()) {
     return Fail(MovesWhatIsHeld() ? "an element that the scene fixes is moved or loaded"
                                   : "loads on a body that is free to move do not balance");
   }
@@ -179,7 +179,7 @@ bool Bem2dModel::PrepareSet(std::span<const Contact> contacts) {
                           "prescribed on the whole boundary of an incompressible body");
 }
 
-bool Bem2dModel::Solve() noexcept {
+bool Bem2dModel::AnswerPrescribed() noexcept {
   if (!moving_knows_) return solver_.Respond(prescribed_, answer_);
   moving_.Respond(prescribed_, answer_);
   return true;
@@ -301,8 +301,8 @@ Matrix2d Bem2dModel::StiffnessOf(const Contact& contact, int patch) noexcept {
   return unit * derivative;
 }
 
-void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
-  const BoundaryState state = Boundary();
+void Bem2dModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
+  const BoundaryState state = Shown();
   const ElementNodes& local = greens_.element_nodes();
   const auto nodes = Index(local.count);
   const auto at_end = [&](std::size_t element, double s) {
@@ -322,8 +322,8 @@ void Bem2dModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
   }
 }
 
-void Bem2dModel::Tractions(std::vector<float>* pascals) {
-  const BoundaryState state = Boundary();
+void Bem2dModel::ComputeTractions(std::vector<float>* pascals) {
+  const BoundaryState state = Shown();
   const BoundaryMesh& mesh = greens_.problem().mesh;
   std::vector<double> force(mesh.elements.size(), 0), length(force);  // by the length's unit
   for (int i = 0; i < greens_.size(); ++i) {
@@ -342,13 +342,18 @@ void Bem2dModel::Tractions(std::vector<float>* pascals) {
                          [](double f, double l) { return static_cast<float>(f / l); });
 }
 
-BoundaryState Bem2dModel::Boundary() const {
+BoundaryState Bem2dModel::Boundary(const Solution& solution) {
+  return Show(solution) ? Shown() : AtRest();
+}
+
+BoundaryState Bem2dModel::AtRest() const {
+  const std::vector<Vector2d> zero(Index(greens_.size()), Vector2d::Zero());
+  return {zero, zero};
+}
+
+BoundaryState Bem2dModel::Shown() const {
+  if (!answered_) return AtRest();
   BoundaryState state;
-  if (!answered_) {
-    state.displacement.assign(Index(greens_.size()), Vector2d::Zero());
-    state.traction = state.displacement;
-    return state;
-  }
   if (moving_knows_) {
     moving_.Boundary(prescribed_, &state.displacement, &state.traction);
   } else {

@@ -19,6 +19,14 @@ struct BoundaryState {
   std::vector<Eigen::Vector2d> traction;      // on the body [Pa]
 };
 
+// Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
+// along the outward normal at the patch's middle element) and leave the traction across it zero:
+// answers of several add up only where each keeps its direction. A contact on fixed elements must
+// have a zero displacement there and reports the reaction. Loads on a body without fixed nodes
+// must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that would need such,
+// are absurd: kFailed. kExtrapolated too where the elements of a contact's width are so much
+// longer or shorter than it that the stiffness is off by more than a tenth. A place is found by a
+// walk over all elements if `element` is -1: give it where time counts.
 class Bem2dModel final : public DeformationModel {
  public:
   struct Params {
@@ -33,27 +41,8 @@ class Bem2dModel final : public DeformationModel {
   // Interrupted.
   Bem2dModel(ReferenceProblem problem, const Params& params, Progress* progress = nullptr);
 
-  // Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
-  // along the outward normal at the patch's middle element) and leave the traction across it zero:
-  // answers of several add up only where each keeps its direction. A contact on fixed elements must
-  // have a zero displacement there and reports the reaction. Loads on a body without fixed nodes
-  // must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that would need such,
-  // are absurd: kFailed. kExtrapolated too where the elements of a contact's width are so much
-  // longer or shorter than it that the stiffness is off by more than a tenth. A place is found by a
-  // walk over all elements if `element` is -1: give it where time counts.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
-  // The weighted mean of the values of both elements at a vertex, with the larger weight for the
-  // shorter one; for constant elements that is the straight line between their midpoints. The error
-  // is O(h^2) on smooth boundary, O(h^3) with quadratic elements, one order less in corners of
-  // constant ones.
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
-
-  // The mean of both elements at a vertex, what supports fix apart.
-  void Tractions(std::vector<float>* pascals) override;
-
-  // Under the contacts of the last Respond; zero where it failed.
-  [[nodiscard]] BoundaryState Boundary() const;
+  // Zero if it failed or nothing was solved.
+  [[nodiscard]] BoundaryState Boundary(const Solution& solution);
   [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }
   [[nodiscard]] const MovingContacts& moving_contacts() const { return moving_; }
   [[nodiscard]] const Params& params() const { return params_; }
@@ -67,11 +56,22 @@ class Bem2dModel final : public DeformationModel {
     Eigen::Vector2d direction;
   };
 
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  // The weighted mean of the values of both elements at a vertex, with the larger weight for the
+  // shorter one; for constant elements that is the straight line between their midpoints. The error
+  // is O(h^2) on smooth boundary, O(h^3) with quadratic elements, one order less in corners of
+  // constant ones.
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
+  // The mean of both elements at a vertex, what supports fix apart.
+  void ComputeTractions(std::vector<float>* pascals) override;
+  [[nodiscard]] BoundaryState AtRest() const;
+  [[nodiscard]] BoundaryState Shown() const;
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
   [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
   bool PrepareSet(std::span<const Contact> contacts);
-  bool Solve() noexcept;
+  bool AnswerPrescribed() noexcept;
   void MeasureUpdate();
   [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
@@ -91,7 +91,7 @@ class Bem2dModel final : public DeformationModel {
 
   bool prepared_ = false;      // one of the two knows set_
   bool moving_knows_ = false;  // it is moving_
-  bool answered_ = false;      // prescribed_ and answer_ are those of the last Respond
+  bool answered_ = false;      // prescribed_ and answer_ are those of the last query
   std::vector<Key> set_;
   std::vector<ContactPatch> patches_;
   std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink

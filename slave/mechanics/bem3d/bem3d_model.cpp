@@ -64,8 +64,8 @@ double Bem3dModel::MeasureUpdate() {
   return ComplianceSolver::MeasureUpdate(greens_, places_, solver_.params(), contacts);
 }
 
-void Bem3dModel::Respond(std::span<const Contact> contacts,
-                         std::span<ContactResponse> responses) noexcept {
+void Bem3dModel::ComputeResponses(std::span<const Contact> contacts,
+                                  std::span<ContactResponse> responses) noexcept {
   failure_ = Refuse(contacts);
   if (failure_.empty()) {
     solver_.Respond(contacts, responses);
@@ -109,7 +109,7 @@ void Bem3dModel::AtCentroids(std::vector<Vector3d>* u_O) {
   }
 }
 
-void Bem3dModel::Displacements(std::vector<Vector3d>* u_O) {
+void Bem3dModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
   AtCentroids(&centroids_);
   u_O->assign(field_mesh_.vertices.size(), Vector3d::Zero());
   for (std::size_t t = 0; t < field_mesh_.triangles.size(); ++t) {
@@ -121,8 +121,13 @@ void Bem3dModel::Displacements(std::vector<Vector3d>* u_O) {
   }
 }
 
-SurfaceState Bem3dModel::Surface() {
+SurfaceState Bem3dModel::Surface(const Solution& solution) {
   SurfaceState state;
+  if (!Show(solution)) {
+    state.displacement.assign(Index(greens_.places()), Vector3d::Zero());
+    state.traction = state.displacement;
+    return state;
+  }
   AtCentroids(&state.displacement);
   state.traction.assign(state.displacement.size(), Vector3d::Zero());
   if (!failure_.empty()) return state;

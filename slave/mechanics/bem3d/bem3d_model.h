@@ -26,6 +26,10 @@ struct SurfaceState {
   std::vector<Eigen::Vector3d> traction;      // on the body [Pa]
 };
 
+// See ComplianceSolver and SurfaceTrianglePlaces. A body that is free to move takes loads only;
+// they must balance to 1e-6, and the solution has no mean displacement nor turn of the surface,
+// weighted by area. A place is found by a walk over all triangles if `element` is -1 and the
+// contact changed.
 class Bem3dModel final : public DeformationModel {
  public:
   struct Options {
@@ -40,25 +44,21 @@ class Bem3dModel final : public DeformationModel {
   Bem3dModel(const SurfaceMesh& mesh, HeldNodes held, double young_modulus, double poisson_ratio,
              const Options& options, Progress* progress = nullptr);
 
-  // See ComplianceSolver and SurfaceTrianglePlaces. A body that is free to move takes loads only;
-  // they must balance to 1e-6, and the solution has no mean displacement nor turn of the surface,
-  // weighted by area. A place is found by a walk over all triangles if `element` is -1 and the
-  // contact changed.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
-  // The corners' displacements that the boundary integrals used (CornerFit): exact for linear
-  // fields, otherwise to O(h^2).
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
     return failure_.empty() ? solver_.failure() : failure_;
   }
 
-  // Under the contacts of the last Respond; zero where it failed. O(N S).
-  [[nodiscard]] SurfaceState Surface();
+  // Zero if it failed or nothing was solved. O(N S).
+  [[nodiscard]] SurfaceState Surface(const Solution& solution);
 
   [[nodiscard]] const SurfaceGreens& greens() const { return greens_; }
 
  private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  // The corners' displacements that the boundary integrals used (CornerFit): exact for linear
+  // fields, otherwise to O(h^2).
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Describe(const Options& options);
   [[nodiscard]] double MeasureUpdate();
   [[nodiscard]] std::string_view Refuse(std::span<const Contact> contacts) const noexcept;

@@ -146,6 +146,7 @@ void FemModel::SetGravity() {
 
 void FemModel::Describe(const SolidMesh& mesh) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
+  keeps_displacements_ = true;
   info_.kind = "fem";
   info_.elements = static_cast<int>(mesh.tets.size());
   for (const auto& node : body_.free()) {
@@ -205,8 +206,8 @@ bool FemModel::Fail(const char* why, int contact) {
   return DeformationModel::Fail(failure_text_);
 }
 
-void FemModel::Respond(std::span<const Contact> contacts,
-                       std::span<ContactResponse> responses) noexcept {
+void FemModel::ComputeResponses(std::span<const Contact> contacts,
+                                std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   std::fill(responses.begin(), responses.end(), ContactResponse{});
   if (contacts.size() != responses.size()) {
@@ -330,7 +331,7 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
   return response;
 }
 
-void FemModel::Displacements(std::vector<Vector3d>* u_O) {
+void FemModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
   u_O->resize(displacement().size());
   for (std::size_t i = 0; i < u_O->size(); ++i) {
     const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;

@@ -24,6 +24,17 @@
 
 namespace palpate {
 
+// Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes of
+// its patch, or the weighted point of the triangle there, and reports what that takes; on supports
+// it must be zero and reports the reaction (in motion: its elastic part). In statics an object
+// without fixed boundary takes balanced loads (to 1e-6) and moves without mean displacement and
+// rotation.
+//
+// kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear law
+// out of range, a step of time that gained energy from nowhere, a mesh too coarse for a patch
+// (mesh_resolution.h) or for a part that bends (mesh_resolution.h). kFailed: contacts that are not
+// finite, overlap or lie nowhere, loads out of balance, no convergence, interruption; failure()
+// says which.
 class FemModel final : public DeformationModel {
  public:
   struct Params {
@@ -41,24 +52,10 @@ class FemModel final : public DeformationModel {
   FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
            Progress* progress = nullptr);
 
-  // Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes
-  // of its patch, or the weighted point of the triangle there, and reports what that takes; on
-  // supports it must be zero and reports the reaction (in motion: its elastic part). In statics an
-  // object without fixed boundary takes balanced loads (to 1e-6) and moves without mean
-  // displacement and rotation.
-  //
-  // kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear
-  // law out of range, a step of time that gained energy from nowhere, a mesh too coarse for a patch
-  // (mesh_resolution.h) or for a part that bends (mesh_resolution.h). kFailed: contacts that are
-  // not finite, overlap or lie nowhere, loads out of balance, no convergence, interruption;
-  // failure() says which.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Reset() override;
   void Start(std::span<const Contact> contacts) override;
 
-  // Of the last Respond.
+  // Of the last query.
   // relative, reached
   [[nodiscard]] double residual() const {
     return stepper_ ? stepper_->residual() : equilibrium_->residual();
@@ -68,6 +65,9 @@ class FemModel final : public DeformationModel {
   [[nodiscard]] const fem::TimeStepper* stepper() const { return stepper_ ? &*stepper_ : nullptr; }
 
  private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   bool TryRespond(std::span<const Contact> contacts);
   bool Locate(std::span<const Contact> contacts);
   bool Fail(const char* why, int contact = -1);

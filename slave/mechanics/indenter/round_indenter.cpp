@@ -18,6 +18,18 @@ constexpr double kMostPulled = 0.3;  // part of the largest pull at which a plac
 constexpr std::string_view kTooCoarse =
     "the round tool's contact is smaller than the elements: use more elements there";
 
+bool IsKnown(std::span<const ContactResponse> responses) {
+  return std::ranges::none_of(responses, [](const ContactResponse& part) {
+    return part.validity == Validity::kFailed || !part.force_O.allFinite();
+  });
+}
+
+Vector3d SumOfForces(std::span<const ContactResponse> responses) {
+  Vector3d force = Vector3d::Zero();
+  for (const ContactResponse& part : responses) force += part.force_O;
+  return force;
+}
+
 }  // namespace
 
 std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh) {
@@ -59,28 +71,33 @@ RoundIndenter::RoundIndenter(std::vector<TouchablePlace> places, double radius, 
   is_planar_ = std::ranges::all_of(places_, [](const auto& at) { return at.p_O.z() == 0; });
   contacts_.reserve(places_.size());
   responses_.reserve(places_.size());
-  moved_.reserve(places_.size());
 }
 
-ContactResponse RoundIndenter::Press(const ToolIndentation& press,
-                                     DeformationModel* model) noexcept {
+ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationModel* model,
+                                     Solution* solution) noexcept {
   const Vector3d& n = press.normal_O;
   if (!press.p_O.allFinite() || !n.allFinite() || !press.displacement_O.allFinite()) return {};
+  const auto solve = [&] {
+    model->Solve(contacts_, solution);
+    return IsKnown(solution->responses());
+  };
   Gather(press);
   while (!contacts_.empty()) {
-    if (!Query(model)) return {};
-    if (!LetGo(n)) break;
+    if (!solve()) return {};
+    if (!LetGo(n, *solution)) break;
   }
   const bool presses = n.dot(press.displacement_O) < 0;
   const auto touched = static_cast<int>(contacts_.size());
-  if (touched == 0) TouchNearest(press, presses);
+  if (touched == 0) {
+    TouchNearest(press, presses);
+    if (!solve()) return {};
+  }
   ContactResponse whole;
-  whole.stiffness_O = Stiffness(n, model);
-  if (!Query(model)) return {};
   whole.displacement_O = press.displacement_O;
-  whole.force_O = Sum();
+  whole.force_O = SumOfForces(solution->responses());
+  whole.stiffness_O = Stiffness(n, model);
   whole.validity = Validity::kValid;
-  for (const ContactResponse& part : responses_) {
+  for (const ContactResponse& part : solution->responses()) {
     if (part.validity > whole.validity) whole.doubt = part.doubt;
     whole.validity = Worse(whole.validity, part.validity);
   }
@@ -89,15 +106,6 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press,
     whole.doubt = kTooCoarse;
   }
   return whole;
-}
-
-Vector3d RoundIndenter::MomentAbout(const Vector3d& p_O) const noexcept {
-  Vector3d moment = Vector3d::Zero();
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const ContactResponse& part = responses_[i];
-    moment += (contacts_[i].p_O + part.displacement_O - p_O).cross(part.force_O);
-  }
-  return moment;
 }
 
 // All places that the tool would pass through.
@@ -130,12 +138,13 @@ void RoundIndenter::TouchNearest(const ToolIndentation& press, bool presses) noe
 
 // Whether some places were pulled, which have let go: those that are pulled most, since with them
 // others' pull goes too.
-bool RoundIndenter::LetGo(const Vector3d& n) noexcept {
+bool RoundIndenter::LetGo(const Vector3d& n, const Solution& solution) noexcept {
+  const std::vector<ContactResponse>& parts = solution.responses();
   double most = 0;
-  for (const ContactResponse& part : responses_) most = std::max(most, part.force_O.dot(n));
+  for (const ContactResponse& part : parts) most = std::max(most, part.force_O.dot(n));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (most > 0 && responses_[i].force_O.dot(n) >= kMostPulled * most) continue;
+    if (most > 0 && parts[i].force_O.dot(n) >= kMostPulled * most) continue;
     contacts_[kept++] = contacts_[i];
   }
   const bool some = kept < contacts_.size();
@@ -143,29 +152,16 @@ bool RoundIndenter::LetGo(const Vector3d& n) noexcept {
   return some;
 }
 
-bool RoundIndenter::Query(DeformationModel* model) noexcept {
-  responses_.resize(contacts_.size());
-  model->Respond(contacts_, responses_);
-  return std::ranges::none_of(responses_, [](const ContactResponse& part) {
-    return part.validity == Validity::kFailed || !part.force_O.allFinite();
-  });
-}
-
-Vector3d RoundIndenter::Sum() const noexcept {
-  Vector3d force = Vector3d::Zero();
-  for (const ContactResponse& part : responses_) force += part.force_O;
-  return force;
-}
-
 // All that touches is moved alike by one, along n alone where nothing rubs. Of a linear model that
 // is the derivative; others are near it where the step is small.
 Matrix3d RoundIndenter::Stiffness(const Vector3d& n, DeformationModel* model) noexcept {
   const double step = 1e-6 * radius_;
-  moved_.resize(contacts_.size());
-  for (std::size_t i = 0; i < contacts_.size(); ++i) moved_[i] = contacts_[i].prescribed_O;
-  const auto force_when_moved = [&](const Vector3d& by) {
-    for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].prescribed_O = by;
-    return Query(model) ? Vector3d(Sum() / step) : Vector3d(Vector3d::Zero());
+  responses_.resize(contacts_.size());
+  const auto force_when_moved = [&](const Vector3d& by) -> Vector3d {
+    for (Contact& contact : contacts_) contact.prescribed_O = by;
+    model->Respond(contacts_, responses_);
+    if (!IsKnown(responses_)) return Vector3d::Zero();
+    return SumOfForces(responses_) / step;
   };
   Matrix3d K = Matrix3d::Zero();
   if (law_ == ContactLaw::kFrictionless) {
@@ -175,8 +171,16 @@ Matrix3d RoundIndenter::Stiffness(const Vector3d& n, DeformationModel* model) no
       K.col(axis) = force_when_moved(step * Vector3d::Unit(axis));
     }
   }
-  for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].prescribed_O = moved_[i];
   return K;
+}
+
+Vector3d MomentAbout(const Solution& solution, const Vector3d& p_O) noexcept {
+  Vector3d moment = Vector3d::Zero();
+  for (std::size_t i = 0; i < solution.contacts().size(); ++i) {
+    const ContactResponse& part = solution.responses()[i];
+    moment += (solution.contacts()[i].p_O + part.displacement_O - p_O).cross(part.force_O);
+  }
+  return moment;
 }
 
 }  // namespace palpate

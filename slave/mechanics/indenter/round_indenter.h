@@ -55,24 +55,14 @@ class RoundIndenter {
   // Force of the tool on the object and its derivative by the apex's displacement while the same
   // places are in contact. A tool out of contact has no force; its stiffness is that of the place
   // nearest to the apex, which is also the only contact of a tool between places. `model` is
-  // queried several times, last with the contact as it is.
-  [[nodiscard]] ContactResponse Press(const ToolIndentation& press,
-                                      DeformationModel* model) noexcept;
-
-  // For the last contact: its places, each with its force.
-  [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
-  [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
-  [[nodiscard]] double radius() const { return radius_; }
-  // For the last contact: moment of the tool's force on the object about `p_O`, with the displaced
-  // places [N m] (paper A's torque).
-  [[nodiscard]] Eigen::Vector3d MomentAbout(const Eigen::Vector3d& p_O) const noexcept;
+  // queried several times. `solution`: the places in contact, each with its force.
+  [[nodiscard]] ContactResponse Press(const ToolIndentation& press, DeformationModel* model,
+                                      Solution* solution) noexcept;
 
  private:
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
-  [[nodiscard]] bool LetGo(const Eigen::Vector3d& n) noexcept;
-  [[nodiscard]] bool Query(DeformationModel* model) noexcept;
-  [[nodiscard]] Eigen::Vector3d Sum() const noexcept;
+  [[nodiscard]] bool LetGo(const Eigen::Vector3d& n, const Solution& solution) noexcept;
   [[nodiscard]] Eigen::Matrix3d Stiffness(const Eigen::Vector3d& n,
                                           DeformationModel* model) noexcept;
 
@@ -81,8 +71,12 @@ class RoundIndenter {
   ContactLaw law_;
   bool is_planar_ = false;
   std::vector<Contact> contacts_;
-  std::vector<ContactResponse> responses_;
-  std::vector<Eigen::Vector3d> moved_;  // variation of the contacts for the stiffness [m]
+  std::vector<ContactResponse> responses_;  // to variations of the contacts for the stiffness
 };
+
+// Moment of a round tool's force on the object about `p_O`, with the displaced places [N m] (paper
+// A's torque).
+[[nodiscard]] Eigen::Vector3d MomentAbout(const Solution& solution,
+                                          const Eigen::Vector3d& p_O) noexcept;
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "slave/mechanics/linear/blas.h"
+// Every program that links this computes on one thread in OpenBLAS.
 
 // Where BLAS is OpenBLAS with threads; else they are null.
 extern "C" {
@@ -21,6 +21,8 @@ bool UseOneThread() {
 
 }  // namespace
 
+// True after the library was configured, before main. The linker keeps it (CMakeLists.txt).
+extern const bool uses_one_thread;
 const bool uses_one_thread = UseOneThread();
 
 }  // namespace palpate::blas

@@ -3,18 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "slave/mechanics/linear/blas.h"
-
-// Fortran's interface, as in blas.h.
-extern "C" {
-void dgecon_(const char* norm, const int* n, const double* a, const int* lda, const double* norm_a,
-             double* reciprocal, double* work, int* integers, int* info, std::size_t);
-void dgetrf_(const int* m, const int* n, double* a, const int* lda, int* pivots, int* info);
-void dgetrs_(const char* form, const int* n, const int* columns, const double* a, const int* lda,
-             const int* pivots, double* b, const int* ldb, int* info, std::size_t);
-void dlaswp_(const int* columns, double* a, const int* lda, const int* first, const int* last,
-             const int* pivots, const int* step);
-}
+#include <cblas.h>
+#include <lapacke.h>
 
 namespace palpate {
 
@@ -28,8 +18,8 @@ bool DenseLu::FactorizeNext() {
   const int width = std::min(kWidth, n - begin), below = n - begin;
   if (begin > 0) TakeUpLeft(begin, width);
   int* pivots = swapped_.data() + begin;
-  int zero_pivot = 0;
-  dgetrf_(&below, &width, &A_(begin, begin), &n, pivots, &zero_pivot);
+  const int zero_pivot =
+      LAPACKE_dgetrf_work(LAPACK_COL_MAJOR, below, width, &A_(begin, begin), n, pivots);
   if (zero_pivot != 0 || !A_.middleCols(begin, width).allFinite()) return false;
   for (int k = 0; k < width; ++k) pivots[k] += begin;
   SwapRows(0, begin, begin, begin + width);
@@ -62,26 +52,21 @@ bool DenseLu::AdoptNext(const std::vector<double>& block) {
 }
 
 void DenseLu::SolveInPlace(Eigen::Ref<Eigen::MatrixXd> B) const {
-  const int n = order(), columns = static_cast<int>(B.cols());
-  const int stride = static_cast<int>(B.outerStride());
-  int info = 0;
-  dgetrs_("N", &n, &columns, A_.data(), &n, swapped_.data(), B.data(), &stride, &info, 1);
+  const int n = order();
+  LAPACKE_dgetrs_work(LAPACK_COL_MAJOR, 'N', n, static_cast<int>(B.cols()), A_.data(), n,
+                      swapped_.data(), B.data(), static_cast<int>(B.outerStride()));
 }
 
 double DenseLu::ReciprocalCondition() const {
-  const int n = order();
-  std::vector<double> work(static_cast<std::size_t>(4 * n));
-  std::vector<int> integers(static_cast<std::size_t>(n));
   double reciprocal = 0;
-  int info = 0;
-  dgecon_("1", &n, A_.data(), &n, &norm_, &reciprocal, work.data(), integers.data(), &info, 1);
+  LAPACKE_dgecon(LAPACK_COL_MAJOR, '1', order(), A_.data(), order(), norm_, &reciprocal);
   return reciprocal;
 }
 
 // The swaps of the columns [begin, end), in order.
 void DenseLu::SwapRows(int first_column, int columns, int begin, int end) {
-  const int n = order(), first = begin + 1, step = 1;
-  dlaswp_(&columns, A_.col(first_column).data(), &n, &first, &end, swapped_.data(), &step);
+  LAPACKE_dlaswp_work(LAPACK_COL_MAJOR, columns, A_.col(first_column).data(), order(), begin + 1,
+                      end, swapped_.data(), 1);
 }
 
 // Eliminates with the columns left of `begin` in the `width` columns from there on.
@@ -89,8 +74,10 @@ void DenseLu::TakeUpLeft(int begin, int width) {
   const int n = order(), below = n - begin;
   double* top = A_.col(begin).data();
   SwapRows(begin, width, 0, begin);
-  blas::Trsm('L', 'N', 'U', begin, width, A_.data(), n, top, n);
-  blas::Gemm('N', 'N', below, width, begin, -1.0, &A_(begin, 0), n, top, n, 1.0, top + begin, n);
+  cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, begin, width, 1,
+              A_.data(), n, top, n);
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, below, width, begin, -1, &A_(begin, 0), n,
+              top, n, 1, top + begin, n);
 }
 
 }  // namespace palpate

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
-#include "slave/mechanics/linear/blas.h"
+#include <cblas.h>
+#include <lapacke.h>
+
 #include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
@@ -13,6 +16,23 @@ namespace {
 // A cache line of numbers.
 using Float16 [[gnu::vector_size(64), gnu::may_alias]] = float;
 using Doubles8 [[gnu::vector_size(64), gnu::may_alias]] = double;
+
+template <typename Scalar, typename Single, typename Double>
+constexpr auto Pick(Single* in_single, Double* in_double) {
+  if constexpr (std::is_same_v<Scalar, float>) {
+    return in_single;
+  } else {
+    return in_double;
+  }
+}
+
+// B := B op(L)^-1, B `rows` x `columns`, L a lower triangle.
+template <typename Scalar>
+void SolveTriangle(CBLAS_TRANSPOSE form, const Scalar* l, int l_stride, Scalar* b, int b_stride,
+                   int rows, int columns) {
+  Pick<Scalar>(cblas_strsm, cblas_dtrsm)(CblasColMajor, CblasRight, CblasLower, form, CblasNonUnit,
+                                         rows, columns, 1, l, l_stride, b, b_stride);
+}
 
 template <typename Line, typename Scalar>
 PALPATE_INLINE void MultiplyLines(const Scalar* a, int stride, int columns, const Scalar* x,
@@ -77,16 +97,18 @@ PALPATE_DISPATCHED void MultiplyTransposed(const double* a, int stride, int colu
 
 template <typename Scalar>
 bool PartialCholesky(Scalar* a, int size, int eliminated) noexcept {
-  if (!blas::Potrf(eliminated, a, size)) return false;
+  const auto factor = Pick<Scalar>(LAPACKE_spotrf_work, LAPACKE_dpotrf_work);
+  if (factor(LAPACK_COL_MAJOR, 'L', eliminated, a, size) != 0) return false;
   for (int j = 0; j < eliminated; ++j) {
     if (!std::isfinite(a[j + static_cast<std::ptrdiff_t>(j) * size])) return false;
   }
   const int rest = size - eliminated;
   if (rest == 0) return true;
   Scalar* below = a + eliminated;
-  blas::Trsm('R', 'T', 'N', rest, eliminated, a, size, below, size);
-  blas::SubtractSyrk(rest, eliminated, below, size,
-                     below + static_cast<std::ptrdiff_t>(eliminated) * size, size);
+  SolveTriangle(CblasTrans, a, size, below, size, rest, eliminated);
+  Pick<Scalar>(cblas_ssyrk, cblas_dsyrk)(
+      CblasColMajor, CblasLower, CblasNoTrans, rest, eliminated, -1, below, size, 1,
+      below + static_cast<std::ptrdiff_t>(eliminated) * size, size);
   return true;
 }
 
@@ -94,7 +116,7 @@ template <typename Scalar>
 void SolveFromRight(const Scalar* l, int l_stride, Scalar* b, int b_stride, int rows,
                     int columns) noexcept {
   if (rows == 0) return;  // a root; BLAS complains of its stride
-  blas::Trsm('R', 'N', 'N', rows, columns, l, l_stride, b, b_stride);
+  SolveTriangle(CblasNoTrans, l, l_stride, b, b_stride, rows, columns);
 }
 
 template <typename Scalar>
@@ -104,7 +126,8 @@ void InvertSquare(const Scalar* l, int l_stride, Scalar* inverse, int stride, in
     const Scalar* from = l + static_cast<std::ptrdiff_t>(j) * l_stride;
     std::copy(from + j, from + size, column(j) + j);
   }
-  blas::Potri(size, inverse, stride);
+  Pick<Scalar>(LAPACKE_spotri_work, LAPACKE_dpotri_work)(LAPACK_COL_MAJOR, 'L', size, inverse,
+                                                         stride);
   for (int j = 0; j < size; ++j) {
     for (int i = 0; i < j; ++i) column(j)[i] = column(i)[j];
   }

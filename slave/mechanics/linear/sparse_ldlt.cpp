@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include <cblas.h>
+
 #include "shared/geometry/index.h"
-#include "slave/mechanics/linear/blas.h"
 
 namespace palpate {
 namespace {
@@ -185,8 +186,8 @@ void SparseLdlt::Gather(int target) {
     scaled.noalias() =
         L.middleRows(begin, end - begin) * pivots_.segment(s.first, s.columns).asDiagonal();
     MatrixMap update(update_.data(), s.rows - begin, end - begin);
-    blas::Gemm('N', 'T', s.rows - begin, end - begin, s.columns, 1.0, &L(begin, 0), s.rows,
-               scaled.data(), end - begin, 0.0, update.data(), s.rows - begin);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, s.rows - begin, end - begin, s.columns, 1,
+                &L(begin, 0), s.rows, scaled.data(), end - begin, 0, update.data(), s.rows - begin);
     for (int j = 0; j < end - begin; ++j) {
       double* column = panel.col(rows[begin + j] - t.first).data();
       for (int i = j; i < s.rows - begin; ++i)
@@ -217,14 +218,15 @@ bool SparseLdlt::FactorPanel(const Supernode& s) {
     const int below = s.rows - k - width;
     if (below == 0) continue;
     auto panel = A.block(k + width, k, below, width);
-    blas::Trsm('R', 'T', 'U', below, width, &A(k, k), s.rows, &A(k + width, k), s.rows);
+    cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasUnit, below, width, 1,
+                &A(k, k), s.rows, &A(k + width, k), s.rows);
     MatrixMap scaled(scaled_.data(), below, width);  // L D
     scaled = panel;
     for (int j = 0; j < width; ++j) panel.col(j) /= D[j];
     for (int c = k + width; c < s.columns; c += kBlock) {
       const int wide = std::min(kBlock, s.columns - c);
-      blas::Gemm('N', 'T', s.rows - c, wide, width, -1.0, &scaled(c - k - width, 0), below,
-                 &A(c, k), s.rows, 1.0, &A(c, c), s.rows);
+      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, s.rows - c, wide, width, -1,
+                  &scaled(c - k - width, 0), below, &A(c, k), s.rows, 1, &A(c, c), s.rows);
     }
   }
   return true;
@@ -256,7 +258,8 @@ void SparseLdlt::Solve(VectorXd* x) {
     L.topRows(s.columns).triangularView<Eigen::UnitLower>().solveInPlace(own);
     if (below == 0) continue;
     double* carried = update_.data();
-    blas::Gemv('N', below, s.columns, 1.0, &L(s.columns, 0), s.rows, own.data(), 0.0, carried);
+    cblas_dgemv(CblasColMajor, CblasNoTrans, below, s.columns, 1, &L(s.columns, 0), s.rows,
+                own.data(), 1, 0, carried, 1);
     for (int i = 0; i < below; ++i) (*x)[rows[i]] -= carried[i];
   }
   x->array() /= pivots_.array();
@@ -268,8 +271,8 @@ void SparseLdlt::Solve(VectorXd* x) {
     double* carried = update_.data();
     for (int i = 0; i < below; ++i) carried[i] = (*x)[rows[i]];
     if (below > 0) {
-      blas::Gemv('T', below, s->columns, -1.0, &L(s->columns, 0), s->rows, carried, 1.0,
-                 own.data());
+      cblas_dgemv(CblasColMajor, CblasTrans, below, s->columns, -1, &L(s->columns, 0), s->rows,
+                  carried, 1, 1, own.data(), 1);
     }
     L.topRows(s->columns).triangularView<Eigen::UnitLower>().transpose().solveInPlace(own);
   }

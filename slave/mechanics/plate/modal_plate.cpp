@@ -84,16 +84,8 @@ bool ModalPlate::Solve(std::span<const double> values) noexcept {
     if (!std::isfinite(values[s])) return false;
     largest = std::max(largest, std::abs(values[s]));
   }
-  if (Newton(1)) return true;
-  Reset();
-  int halvings = 0;
-  while (std::ldexp(largest, -halvings) > 0.5 && halvings < 64) ++halvings;
-  for (; halvings >= 0; --halvings) {
-    if (Newton(std::ldexp(1.0, -halvings))) continue;
-    Reset();
-    return false;
-  }
-  return true;
+  return SolveBySteps(
+      2 * largest, [&](double share) { return Newton(share); }, [&] { Reset(); });
 }
 
 bool ModalPlate::Newton(double share) noexcept {

@@ -84,11 +84,6 @@ PlateLargeModel::PlateLargeModel(const Params& params, Progress* progress)
   if (progress != nullptr) progress->Report("central indentation", 1);
 }
 
-void PlateLargeModel::Respond(std::span<const Contact> contacts,
-                              std::span<ContactResponse> responses) noexcept {
-  RespondBy(contacts, responses, [&] { return TryRespond(contacts, responses); });
-}
-
 bool PlateLargeModel::TryRespond(std::span<const Contact> contacts,
                                  std::span<ContactResponse> responses) {
   values_.resize(touches_.size());
@@ -205,13 +200,12 @@ ContactResponse PlateLargeModel::ResponseOf(const Contact& contact, Index touch)
 void PlateLargeModel::Reset() {
   modal_.Reset();
   for (const auto& tool : tools_) tool->central.Reset();
-  answered_ = false;
+  Hide();
 }
 
 // Also under a press at the centre the shape is that of the modes, so that it does not jump when
 // the press moves on.
 double PlateLargeModel::DisplacementAt(const Vector2d& x) noexcept {
-  if (!answered_) return 0;
   if (central_ != nullptr && !shaped_) {
     modal_.Solve(values_);
     shaped_ = true;

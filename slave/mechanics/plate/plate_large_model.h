@@ -28,6 +28,11 @@ namespace palpate {
 // force at that depth is high by 7 % at the centre, 8 % at 0.3, 9 % at 0.5, 13 % at 0.7 and 17 % at
 // 0.8 of the radius; at 0.5 mm thickness by 5 to 6 %, at 2 mm by 12 to 31 %. plate_law.h states it
 // for all; what it puts beyond 10 % is kExtrapolated.
+//
+// Newton's method from the last solution. Beyond |w| = 0.3 a rotations are not moderate any more:
+// kExtrapolated; the same where the law's error in the solution, a force or the deflection under a
+// force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
+// memory.
 class PlateLargeModel final : public PlateSurface {
  public:
   struct Params {
@@ -46,12 +51,6 @@ class PlateLargeModel final : public PlateSurface {
   // Throws std::invalid_argument naming the parameter, its value and what is accepted; Interrupted.
   explicit PlateLargeModel(const Params& params, Progress* progress = nullptr);
 
-  // Newton's method from the last solution. Beyond |w| = 0.3 a rotations are not moderate any more:
-  // kExtrapolated; the same where the law's error in the solution, a force or the deflection under
-  // a force, is beyond 10 % (plate_law.h). A diameter not met before takes tens of milliseconds and
-  // memory.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
   void Reset() override;
   [[nodiscard]] const Params& params() const { return params_; }
 
@@ -61,7 +60,7 @@ class PlateLargeModel final : public PlateSurface {
     plate::RoundPress central;
   };
 
-  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses) override;
   void Prepare();
   void Orient();
   Tool& ToolOf(double load_radius);

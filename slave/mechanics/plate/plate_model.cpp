@@ -36,11 +36,6 @@ PlateModel::PlateModel(const Params& params)
       "small deflections: the force is 10 % too low at half the thickness, 30 % at one thickness";
 }
 
-void PlateModel::Respond(std::span<const Contact> contacts,
-                         std::span<ContactResponse> responses) noexcept {
-  RespondBy(contacts, responses, [&] { return TryRespond(contacts, responses); });
-}
-
 bool PlateModel::TryRespond(std::span<const Contact> contacts,
                             std::span<ContactResponse> responses) {
   if (!IsSameSet()) prepared_ = Prepare();
@@ -106,7 +101,6 @@ bool PlateModel::SolveForces() {
 }
 
 double PlateModel::DisplacementAt(const Vector2d& x) noexcept {
-  if (!answered_) return 0;
   double w = 0;
   for (std::size_t i = 0; i < known_.size(); ++i) {
     w += forces_[static_cast<Index>(i)] * plate::Deflection(known_[i].disc, x);

@@ -12,6 +12,11 @@ namespace palpate {
 
 // Thin plate, moderate slopes, no stretching: the force is low by 1.8 % at |w| = 0.2 t, 10 %
 // at 0.5 t and 30 % at t, and is marked kExtrapolated beyond 0.5 t.
+//
+// Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
+// displacement is that of the centre, as input and output; positions in |z| <= t / 2, on the disc.
+// Only z components are allowed: others must be 0. O(S^2), with a new set of displaced positions
+// O(S^3).
 class PlateModel final : public PlateSurface {
  public:
   struct Params {
@@ -25,15 +30,8 @@ class PlateModel final : public PlateSurface {
   // Throws std::invalid_argument naming the parameter, its value and what is accepted.
   explicit PlateModel(const Params& params);
 
-  // Contacts are points (width 0) or discs of diameter `width` under a uniform load, whose
-  // displacement is that of the centre, as input and output; positions in |z| <= t / 2, on the
-  // disc. Only z components are allowed: others must be 0. O(S^2), with a new set of displaced
-  // positions O(S^3).
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
-
  private:
-  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses) override;
   bool Prepare();
   bool SolveForces();
   [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override;

@@ -1,7 +1,10 @@
 #include "slave/mechanics/plate/plate_surface.h"
 
+#include <algorithm>
 #include <cmath>
+#include <new>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 
 namespace palpate {
@@ -58,19 +61,26 @@ bool PlateSurface::IsSameSet() const noexcept {
          });
 }
 
-ContactResponse PlateSurface::RespondTo(Contact::Kind kind, const Eigen::Vector2d& p_O,
-                                        double width, double value) noexcept {
-  const Contact contact{
-      .kind = kind, .p_O = {p_O.x(), p_O.y(), 0}, .width = width, .prescribed_O = {0, 0, value}};
-  ContactResponse response;
-  Respond({&contact, 1}, {&response, 1});
-  return response;
+void PlateSurface::ComputeResponses(std::span<const Contact> contacts,
+                                    std::span<ContactResponse> responses) noexcept {
+  failure_ = {};
+  try {
+    failure_ = plate::Check(contacts, geometry_, &touches_);
+    answered_ =
+        responses.size() == contacts.size() && failure_.empty() && TryRespond(contacts, responses);
+  } catch (const std::bad_alloc&) {
+    answered_ = prepared_ = Fail("out of memory");
+  } catch (const std::runtime_error&) {
+    answered_ = prepared_ =
+        Fail("the plate's response to a central indentation of this width is not found");
+  }
+  if (!answered_) std::ranges::fill(responses, ContactResponse{});
 }
 
-void PlateSurface::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+void PlateSurface::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
   u_O->clear();
   for (const auto& node : MembraneGrid(1).nodes) {
-    u_O->emplace_back(0, 0, DisplacementAt(node.head<2>()));
+    u_O->emplace_back(0, 0, answered_ ? DisplacementAt(node.head<2>()) : 0);
   }
 }
 

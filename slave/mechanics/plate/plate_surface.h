@@ -2,10 +2,7 @@
 // nodes on which it is given.
 #pragma once
 
-#include <algorithm>
-#include <new>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,50 +22,42 @@ SurfaceMesh MembraneGrid(double radius);
 // indentation.
 class PlateSurface : public DeformationModel {
  public:
-  // Of the nodes of MembraneGrid().
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
-  // Displacement along z [m] at (x, y) on the plate, frame O [m], under the contacts of the last
-  // Respond; zero where it failed. No allocation.
-  [[nodiscard]] double Displacement(const Eigen::Vector2d& p_O) noexcept {
-    return DisplacementAt(p_O / radius());
+  // One disc of diameter `width` around p_O, moved or loaded by `value` along z [m], [N].
+  static Contact DiscContact(Contact::Kind kind, const Eigen::Vector2d& p_O, double width,
+                             double value) {
+    return {
+        .kind = kind, .p_O = {p_O.x(), p_O.y(), 0}, .width = width, .prescribed_O = {0, 0, value}};
   }
-  // Respond to one disc of diameter `width` around p_O, moved or loaded by `value` along z [m],
-  // [N].
-  ContactResponse RespondTo(Contact::Kind kind, const Eigen::Vector2d& p_O, double width,
-                            double value) noexcept;
+  // Displacement along z [m] in a solution of this plate at (x, y) on it, frame O [m]; zero if it
+  // failed or nothing was solved. No allocation.
+  [[nodiscard]] double Displacement(const Solution& solution, const Eigen::Vector2d& p_O) noexcept {
+    return Show(solution) && answered_ ? DisplacementAt(p_O / radius()) : 0;
+  }
   [[nodiscard]] double radius() const { return geometry_.radius; }        // a [m]
   [[nodiscard]] double thickness() const { return geometry_.thickness; }  // t [m]
 
  protected:
   explicit PlateSurface(const plate::Geometry& geometry);
 
-  // The same at `x` [radii].
+  // Fills the responses to touches_. False: failed.
+  virtual bool TryRespond(std::span<const Contact> contacts,
+                          std::span<ContactResponse> responses) = 0;
+  // Along z [m] under the last contacts that were answered, at `x` [radii].
   [[nodiscard]] virtual double DisplacementAt(const Eigen::Vector2d& x) noexcept = 0;
 
-  // Respond: checks the contacts, then calls `answer`, which returns a bool, to fill the responses.
-  template <class Answer>
-  void RespondBy(std::span<const Contact> contacts, std::span<ContactResponse> responses,
-                 const Answer& answer) noexcept {
-    failure_ = {};
-    try {
-      failure_ = plate::Check(contacts, geometry_, &touches_);
-      answered_ = responses.size() == contacts.size() && failure_.empty() && answer();
-    } catch (const std::bad_alloc&) {
-      answered_ = prepared_ = Fail("out of memory");
-    } catch (const std::runtime_error&) {
-      answered_ = prepared_ =
-          Fail("the plate's response to a central indentation of this width is not found");
-    }
-    if (!answered_) std::ranges::fill(responses, ContactResponse{});
-  }
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  // Of the nodes of MembraneGrid().
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   // The preparation is valid for contacts at the same positions.
   [[nodiscard]] bool IsSameSet() const noexcept;
 
-  bool answered_ = false, prepared_ = false;
+  bool prepared_ = false;
   std::vector<plate::Touch> touches_, known_;  // of this set; of the one that is prepared
 
  private:
   plate::Geometry geometry_;
+  bool answered_ = false;
 };
 
 }  // namespace palpate

@@ -150,17 +150,12 @@ void RoundPress::Reset() noexcept {
 
 bool RoundPress::Solve(const Goal& goal) noexcept {
   if (!std::isfinite(goal.value)) return false;
-  if (Newton(goal)) return true;
-  Reset();
-  int halvings = 0;
-  while (std::ldexp(std::abs(goal.value), -halvings) > 1 && halvings < 64) ++halvings;
-  for (; halvings >= 0; --halvings) {
-    if (!Newton({goal.is_force, std::ldexp(goal.value, -halvings)})) {
-      Reset();
-      return false;
-    }
-  }
-  return true;
+  return SolveBySteps(
+      std::abs(goal.value),
+      [&](double share) {
+        return Newton({goal.is_force, share * goal.value});
+      },
+      [&] { Reset(); });
 }
 
 bool RoundPress::Newton(const Goal& goal) noexcept {

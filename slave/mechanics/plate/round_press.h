@@ -14,6 +14,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <Eigen/Core>
@@ -27,6 +28,23 @@ namespace palpate::plate {
 template <typename Vector>
 double LargestEntry(const Eigen::MatrixBase<Vector>& v) {
   return v.size() == 0 ? 0 : v.cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
+}
+
+// The solution for a goal: by `newton` from the last one, else in steps from rest that double the
+// goal's share. `newton(share)` says whether it converged; `largest`: how large the whole goal is,
+// in units that one step from rest can take. False: no solution; then at rest.
+template <typename Newton, typename Rest>
+bool SolveBySteps(double largest, const Newton& newton, const Rest& rest) {
+  if (newton(1)) return true;
+  rest();
+  int halvings = 0;
+  while (std::ldexp(largest, -halvings) > 1 && halvings < 64) ++halvings;
+  for (; halvings >= 0; --halvings) {
+    if (newton(std::ldexp(1.0, -halvings))) continue;
+    rest();
+    return false;
+  }
+  return true;
 }
 
 // A = L D L^T for symmetric quasi-definite A (Vanderbei 1995: then no pivoting is needed).

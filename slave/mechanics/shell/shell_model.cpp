@@ -65,6 +65,7 @@ ShellModel::Table& ShellModel::TableFor(double width) {
                           (std::max(after - before, 1) * table.step));
   }
   shown_ = nullptr;
+  Hide();
   if (tables_.size() == tables_.capacity()) tables_.erase(tables_.begin());
   tables_.push_back(std::move(table));
   return tables_.back();
@@ -79,8 +80,8 @@ void ShellModel::Prefetch(std::span<const Contact> contacts) {
   for (const Contact& contact : contacts) TableFor(WidthOf(contact));
 }
 
-void ShellModel::Respond(std::span<const Contact> contacts,
-                         std::span<ContactResponse> responses) noexcept {
+void ShellModel::ComputeResponses(std::span<const Contact> contacts,
+                                  std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   shown_ = nullptr;
   std::ranges::fill(responses, ContactResponse{});
@@ -165,7 +166,7 @@ Vector2d ShellModel::MeridianMove(double angle) const {
   return (1 - share) * moved(low) + share * moved(high);
 }
 
-void ShellModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+void ShellModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
   u_O->assign(mesh_.elements.size(), Vector3d::Zero());
   if (shown_ == nullptr) return;
   const Vector2d across(-normal_O_.y(), normal_O_.x());

@@ -14,6 +14,9 @@
 
 namespace palpate {
 
+// One contact that prescribes a displacement; others fail. Across the normal the shell gives no
+// force. A tool that moves across, pulls, or is not opposite to the holder gives kExtrapolated. A
+// width that was not tabulated takes about a second: Prefetch.
 class ShellModel final : public DeformationModel {
  public:
   struct Params {
@@ -27,18 +30,15 @@ class ShellModel final : public DeformationModel {
   // range not positive.
   ShellModel(BoundaryMesh mesh, const Params& params);
 
-  // One contact that prescribes a displacement; others fail. Across the normal the shell gives no
-  // force. A tool that moves across, pulls, or is not opposite to the holder gives kExtrapolated. A
-  // width that was not tabulated takes about a second: Prefetch.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Prefetch(std::span<const Contact> contacts) override;
 
   // Force inwards at `depth` [m], >= 0, under a tool of `width` [m]; NaN: beyond the solved range.
   [[nodiscard]] double ForceAt(double depth, double width);
 
  private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   struct Table {
     double width = 0, step = 0;        // [m]
     std::vector<double> force, slope;  // [N], [N/m] at multiples of `step`

@@ -213,7 +213,8 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   const BoundaryMesh& mesh = estimator_->touch().mesh;
   const Eigen::Vector3d moved = motion().offset;
   std::vector<Eigen::Vector3d> u_O;  // vertex i is the start of element i [m]
-  estimator_->touch().deformation->Displacements(&u_O);
+  TouchModel& touch = estimator_->touch();
+  touch.deformation->Displacements(touch.pressed, &u_O);
 
   BoundaryShape shape = ShapeAsOf(felt, 2);
   shape.fixed_nodes = estimator_->touch().held;
@@ -230,7 +231,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
   shape.traction.assign(mesh.elements.size(), 0.0F);
   if (!felt.local_model.in_contact) return shape;
-  estimator_->touch().deformation->Tractions(&shape.traction);
+  touch.deformation->Tractions(touch.pressed, &shape.traction);
   const Eigen::Vector3d p_O = X_SO.inverse() * (felt.p_S_contact - moved);
   const int element = NearestElement(mesh, p_O.head<2>());
   for (const int vertex : {element, mesh.Next(element)}) {

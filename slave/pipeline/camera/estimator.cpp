@@ -272,7 +272,7 @@ bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
     const Eigen::Vector3d n = Planar(place.normal_O);
     if (touch_->law == ContactLaw::kFrictionless) displacement = n.dot(displacement) * n;
   }
-  const ContactResponse response = touch_->Respond(place, displacement);
+  const ContactResponse response = touch_->Press(place, displacement);
   pressed_place_ = place;
   pressed_by_ = displacement;
   times_.mechanics.Add(lap.Lap());
@@ -302,7 +302,7 @@ bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
                   {response.validity, FailedCheck::kNone, response.doubt}, &felt_);
   if (!rules_.broken()) {
     if (touch_->indenter) {
-      felt_.moment = -(X_SO.linear() * touch_->indenter->MomentAbout(p_O_tip));
+      felt_.moment = -(X_SO.linear() * MomentAbout(touch_->pressed, p_O_tip));
     }
     return true;
   }
@@ -318,7 +318,6 @@ LocalModel Estimator::LocalAt(const Eigen::Vector3d& p_S_tip) noexcept {
   touch_->probe->Reset();
   const BoundaryPlace& place = touch_->probe->MoveTip(p_O_tip.head<2>());
   if (touch_->probe->in_contact()) return felt_.local_model;
-  // Nothing is pressed in, so that the shape stays that at rest.
   const ContactResponse response = touch_->Respond(place, Eigen::Vector3d::Zero());
   if (response.validity != Validity::kFailed) UpdateLocalModel(place, response);
   return felt_.local_model;
@@ -341,8 +340,6 @@ bool Estimator::MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) n
       FillPatch(touch_->mesh, element, registration_.X_SO, frictionless, stiffness, patch);
   patch->full_depth = patch->valid_depth =
       touch_->deformation->info().range * touch_->mesh.length_unit;
-  // Whoever watches the shape sees the tool's contact, not what was asked here.
-  if (pressed_place_.element >= 0) static_cast<void>(touch_->Respond(pressed_place_, pressed_by_));
   return known;
 }
 

@@ -7,6 +7,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -19,7 +21,6 @@ constexpr double kDentReach = 0.6;     // and this part of the dent there
 constexpr double kBesideTool = 4;      // the tool's own edge is this near to its side [px]
 constexpr double kBeforeTip = 6;       // and reaches this far beyond its end [px]
 constexpr double kBorder = 12;         // of the picture: no room there to look for an edge [px]
-constexpr double kTukey = 4.685;       // 95 % efficient for normal errors
 constexpr int kRounds = 12;
 constexpr double kAgrees = 4;         // sigmas
 constexpr double kApart = 0.8;        // of a piece of the edge: less a lens does, or a shutter [px]
@@ -174,15 +175,13 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
     for (const Sight& look : looks_) {
       sorted_.push_back(std::abs(look.offset - look.J.dot(move)) / look.sigma);
     }
-    const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-    std::nth_element(sorted_.begin(), middle, sorted_.end());
-    scale = std::max(1.4826 * *middle, 1.0);
+    scale = std::max(SigmaOfSizes(sorted_), 1.0);
     Matrix A = hold.asDiagonal();
     Vector b = hold.cwiseProduct(prior_ - x);
     for (const Sight& look : looks_) {
-      const double u = (look.offset - look.J.dot(move)) / (kTukey * scale * look.sigma);
+      const double u = (look.offset - look.J.dot(move)) / (kBiweightCut * scale * look.sigma);
       if (std::abs(u) >= 1) continue;
-      const double weight = (1 - u * u) * (1 - u * u) / (scale * scale * look.sigma * look.sigma);
+      const double weight = Biweight(u) / (scale * scale * look.sigma * look.sigma);
       A += weight * look.J * look.J.transpose();
       b += weight * look.offset * look.J;
     }
@@ -226,17 +225,13 @@ double ObjectRegistrationMonitor::SharpnessAlong(bool along_x) noexcept {
     if (look.along_x == along_x) sorted_.push_back(look.sharpness);
   }
   if (sorted_.size() < kFewest) return 1;
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  return *middle;
+  return MedianOf(sorted_);
 }
 
 double ObjectRegistrationMonitor::Exposure() noexcept {
   sorted_.clear();
   for (const Sight& look : looks_) sorted_.push_back(look.exposure);
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  return *middle;
+  return MedianOf(sorted_);
 }
 
 bool ObjectRegistrationMonitor::FitFrom(const cv::Mat& image, const Bar& tool, Vector& x) noexcept {

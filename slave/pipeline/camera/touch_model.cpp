@@ -1,7 +1,6 @@
 #include "slave/pipeline/camera/touch_model.h"
 
 #include <algorithm>
-#include <span>
 
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/object_mesh.h"
@@ -23,20 +22,21 @@ TouchModel::TouchModel(const Scene& scene, const std::optional<Outline>& seen, P
   }
 }
 
-ContactResponse TouchModel::Respond(const BoundaryPlace& place,
-                                    const Eigen::Vector3d& displacement_O) noexcept {
-  if (!indenter) return RespondFlat(place, displacement_O);
+ContactResponse TouchModel::Solve(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
+                                  Solution* solution) noexcept {
+  if (!indenter) return SolveFlat(place, displacement_O, solution);
   const ToolIndentation at{Planar(place.p_O), Planar(place.normal_O), displacement_O};
-  return indenter->Press(at, deformation.get());
+  return indenter->Press(at, deformation.get(), solution);
 }
 
-ContactResponse TouchModel::RespondFlat(const BoundaryPlace& place,
-                                        const Eigen::Vector3d& displacement_O) noexcept {
+ContactResponse TouchModel::SolveFlat(const BoundaryPlace& place,
+                                      const Eigen::Vector3d& displacement_O,
+                                      Solution* solution) noexcept {
   const double factor = WidthAt(place).factor;
-  const Contact pressed{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
-                        displacement_O};
-  ContactResponse response;
-  deformation->Respond(std::span(&pressed, 1), std::span(&response, 1));
+  const Contact touch{Contact::Kind::kDisplacement, Planar(place.p_O), place.element, tool_width_,
+                      displacement_O};
+  deformation->Solve({&touch, 1}, solution);
+  ContactResponse response = solution->responses().front();
   response.force_O *= factor;
   response.stiffness_O *= factor;
   return response;
@@ -46,9 +46,9 @@ bool TouchModel::FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& disp
                          std::vector<Eigen::Vector3d>* field) noexcept {
   const bool presses = displacement_O.dot(Planar(place.normal_O)) != 0;
   const ContactResponse response =
-      presses ? Respond(place, displacement_O) : RespondFlat(place, displacement_O);
+      presses ? Respond(place, displacement_O) : SolveFlat(place, displacement_O, &asked_);
   if (response.validity == Validity::kFailed) return false;
-  deformation->Displacements(field);
+  deformation->Displacements(asked_, field);
   return true;
 }
 

@@ -28,7 +28,14 @@ struct TouchModel final : PreparedModel {
   // The contact of the tool, or of a round tool's apex, at `place` with displacement
   // `displacement_O` [m].
   [[nodiscard]] ContactResponse Respond(const BoundaryPlace& place,
-                                        const Eigen::Vector3d& displacement_O) noexcept;
+                                        const Eigen::Vector3d& displacement_O) noexcept {
+    return Solve(place, displacement_O, &asked_);
+  }
+  // The same for the tool as it is: `pressed` becomes its solution.
+  [[nodiscard]] ContactResponse Press(const BoundaryPlace& place,
+                                      const Eigen::Vector3d& displacement_O) noexcept {
+    return Solve(place, displacement_O, &pressed);
+  }
   // Displacements of the outline's vertices for the same [m]. False: not known. Across the normal a
   // round tool moves as a flat one does.
   bool FieldOf(const BoundaryPlace& place, const Eigen::Vector3d& displacement_O,
@@ -42,15 +49,21 @@ struct TouchModel final : PreparedModel {
   ContactLaw law = ContactLaw::kBonded;
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;
+  Solution pressed;                         // of the last Press
   std::unique_ptr<RoundIndenter> indenter;  // null: the tool is flat
   std::unique_ptr<BoundaryContact> contact;
   std::unique_ptr<BoundaryContact> probe;  // finds the nearest boundary point of any point
   std::vector<std::uint32_t> held;         // vertices of the outline
 
  private:
-  [[nodiscard]] ContactResponse RespondFlat(const BoundaryPlace& place,
-                                            const Eigen::Vector3d& displacement_O) noexcept;
+  [[nodiscard]] ContactResponse Solve(const BoundaryPlace& place,
+                                      const Eigen::Vector3d& displacement_O,
+                                      Solution* solution) noexcept;
+  [[nodiscard]] ContactResponse SolveFlat(const BoundaryPlace& place,
+                                          const Eigen::Vector3d& displacement_O,
+                                          Solution* solution) noexcept;
 
+  Solution asked_;                  // of other queries
   double tool_width_;               // [m]
   std::optional<ToolWidth> width_;  // of a flat tool
 };

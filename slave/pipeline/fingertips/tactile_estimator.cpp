@@ -119,7 +119,6 @@ TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
     finger_contacts_.emplace_back(tactile);
   }
   contacts_.reserve(scene_fingers_.size());
-  responses_.reserve(scene_fingers_.size());
   acting_.reserve(scene_fingers_.size());
   if (scene_fingers_.size() > 1) felt_.finger_count = finger_count();
   Adopt(Prepare(scene), scene);
@@ -140,7 +139,7 @@ void TactileEstimator::Adopt(std::unique_ptr<TactileBody> body, const Scene& sce
 void TactileEstimator::LetGo() noexcept {
   for (FingerContact& contact : finger_contacts_) contact.LetGo();
   contacts_.clear();
-  responses_.clear();
+  solution_ = {};
   acting_.clear();
   at_rest_ = true;
   last_shape_ = {};
@@ -264,15 +263,14 @@ bool TactileEstimator::Respond() noexcept {
     contacts_.push_back(finger_contacts_[i].contact());
     acting_.push_back(i);
   }
-  responses_.resize(contacts_.size());
   if (contacts_.empty() && at_rest_) return true;
-  body_->deformation->Respond(contacts_, responses_);
+  body_->deformation->Solve(contacts_, &solution_);
   at_rest_ = contacts_.empty() && !body_->moves_in_time;
   shape_validity_ = Validity::kValid;
   shape_doubt_ = {};
-  for (std::size_t k = 0; k < responses_.size(); ++k) {
-    shape_validity_ = Worse(shape_validity_, responses_[k].validity);
-    if (!responses_[k].doubt.empty()) shape_doubt_ = responses_[k].doubt;
+  for (const ContactResponse& response : solution_.responses()) {
+    shape_validity_ = Worse(shape_validity_, response.validity);
+    if (!response.doubt.empty()) shape_doubt_ = response.doubt;
   }
   return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
@@ -413,7 +411,7 @@ bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) n
 void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
   p_S->clear();
   if (!body_) return;
-  body_->deformation->Displacements(p_S);
+  body_->deformation->Displacements(solution_, p_S);
   for (std::size_t i = 0; i < p_S->size(); ++i) {
     (*p_S)[i] = X_SO_ * Vector3d(body_->surface.nodes[i] + (*p_S)[i]);
   }

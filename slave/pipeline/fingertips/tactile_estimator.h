@@ -103,7 +103,7 @@ class TactileEstimator {
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }
   // Loads on the object since the last sample: contacts and the model's responses, per fingertip.
   [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
-  [[nodiscard]] std::span<const ContactResponse> responses() const { return responses_; }
+  [[nodiscard]] std::span<const ContactResponse> responses() const { return solution_.responses(); }
   // Of the deformation.
   [[nodiscard]] Validity shape_validity() const { return shape_validity_; }
   // Why it is extrapolated, one clause with static lifetime; may be empty.
@@ -151,7 +151,7 @@ class TactileEstimator {
   ArmConsistencyCheck arm_;
   int arm_doubts_ = 0;             // remaining samples for which it is flagged
   std::vector<Contact> contacts_;  // of the fingertips in acting_
-  std::vector<ContactResponse> responses_;
+  Solution solution_;
   std::vector<std::size_t> acting_;
   bool at_rest_ = true;
   Validity shape_validity_ = Validity::kValid;

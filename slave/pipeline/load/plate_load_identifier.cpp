@@ -75,7 +75,7 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
   } else if (fit.validity != Validity::kFailed) {
     load.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
     load.force = fit.force;
-    load.depth = -fit_.answered().Displacement(fit.p_O);
+    load.depth = -fit_.answered().Displacement(fit_.solution(), fit.p_O);
     // Points that are put right err by that, too.
     const bool noise_alone =
         !answer.moved && std::ranges::all_of(points_O, &SurfacePoint::errs_by_noise_alone);
@@ -240,7 +240,7 @@ void PlateLoadIdentifier::Nearest(const Vector3d& p_O_tip, Vector3d* p_O,
 }
 
 void PlateLoadIdentifier::Displacements(std::vector<Vector3d>* u_O) {
-  if (load_.force != 0) return fit_.answered().Displacements(u_O);
+  if (load_.force != 0) return fit_.answered().Displacements(fit_.solution(), u_O);
   u_O->assign(surface_.nodes.size(), Vector3d::Zero());
 }
 

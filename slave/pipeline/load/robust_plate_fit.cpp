@@ -5,6 +5,7 @@
 #include <limits>
 #include <new>
 
+#include "shared/statistics/robust.h"
 #include "slave/pipeline/load/rest_shape.h"
 
 namespace palpate {
@@ -23,7 +24,6 @@ constexpr double kSoft = 2;             // standard deviations of the scatter at
 constexpr double kOutlier = 5;          // standard deviations of the points' scatter
 constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 constexpr double kModelError = 0.05;    // of the largest deflection: may be the model's own
-constexpr double kToNormal = 1.4826;    // from a median of sizes to a standard deviation
 constexpr double kManyLeftOut = 0.15;   // share: a moved rim may explain them better
 constexpr double kPoorFit = 2;          // residual: likewise
 constexpr double kClearlyBetter = 0.7;  // residual with a moved rim by that without
@@ -36,12 +36,6 @@ constexpr int kRestFrames = 5, kMostRestFrames = 100;  // that tell the rim's mo
 constexpr double kLawsShape = 0.9e-3;  // of the depth: error of the plate's shape around a load
 constexpr double kReach = 0.3;         // of a cluster of neighbours [radii]
 constexpr int kNeighbours = 3;
-
-double MedianOf(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
 
 bool IsKnown(const LoadFit& load) {
   return load.validity != Validity::kFailed || load.nothing;
@@ -254,7 +248,7 @@ bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
   sorted_.clear();
   for (Seen& point : seen_) {
     if (!point.usable) continue;
-    double fitted = load.nothing ? 0 : answered().Displacement(point.place);
+    double fitted = load.nothing ? 0 : answered().Displacement(solution(), point.place);
     deepest_ = std::max(deepest_, std::abs(fitted));
     if (rim == Rim::kMayMove) {
       const Vector2d x = point.place / plate_.radius();
@@ -264,7 +258,7 @@ bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
     sorted_.push_back(std::abs(point.residual) / point.sigma);
   }
   if (usable_ <= kLeastPoints) return false;
-  scatter_ = std::max(kLeastScatter, kToNormal * MedianOf(&sorted_));
+  scatter_ = std::max(kLeastScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
   for (Seen& point : seen_) {
     const double accepted = std::max(kOutlier * scatter_ * point.sigma, kModelError * deepest_);
@@ -304,7 +298,7 @@ double RobustPlateFit::Slide(const LoadFit& load) noexcept {
       sorted_.push_back(point.moved[axis]);
       sigma = std::max(sigma, point.sideways);
     }
-    slid[axis] = MedianOf(&sorted_);
+    slid[axis] = MedianOf(sorted_);
   }
   const double accepted = kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
   return slid.cwiseAbs().maxCoeff() > accepted ? slid.norm() : 0;
@@ -366,16 +360,21 @@ double RobustPlateFit::Cluster() const noexcept {
 void RobustPlateFit::SeekTension(Answer* answer) noexcept {
   if (tighter_.plate == nullptr) return;
   const LoadFit& load = answer->load;
-  const auto press = [&](PlateSurface& plate) {
-    return plate.RespondTo(Contact::Kind::kForce, load.p_O, width_, load.force).validity !=
-           Validity::kFailed;
+  const Contact press =
+      PlateSurface::DiscContact(Contact::Kind::kForce, load.p_O, width_, load.force);
+  const auto solve = [&](PlateSurface& plate, Solution* solution) {
+    plate.Solve({&press, 1}, solution);
+    return solution->responses().front().validity != Validity::kFailed;
   };
-  if (&answered() != &plate_ && !press(plate_)) return;
-  if (!press(*tighter_.plate)) return;
+  const bool is_coarse = &answered() == &plate_;
+  if (!is_coarse && !solve(plate_, &coarse_)) return;
+  if (!solve(*tighter_.plate, &tight_)) return;
+  const Solution& coarse = is_coarse ? solution() : coarse_;
   double certainty = 0;
   for (std::size_t i = 0; i < seen_.size(); ++i) {
     const Vector2d& p = seen_[i].place;
-    displacements_[i] = (tighter_.plate->Displacement(p) - plate_.Displacement(p)) / tighter_.more;
+    displacements_[i] =
+        (tighter_.plate->Displacement(tight_, p) - plate_.Displacement(coarse, p)) / tighter_.more;
     if (seen_[i].kept) certainty += 1 / (seen_[i].sigma * seen_[i].sigma);
   }
   answer->tension = fitter_.Seek(displacements_);

@@ -94,8 +94,9 @@ class RobustPlateFit {
     slid_ = false;
     rest_frames_ = 0;
   }
-  // The plate of the last result, in its deformed state.
+  // The plate of the last result, and its solution.
   [[nodiscard]] PlateSurface& answered() noexcept { return fitter_.answered(); }
+  [[nodiscard]] const Solution& solution() const { return fitter_.solution(); }
 
  private:
   enum class Modes : std::uint8_t { kFew, kAsNeeded };
@@ -130,6 +131,7 @@ class RobustPlateFit {
   TighterPlate tighter_;
   double width_;  // [m]
   LoadFitter fitter_;
+  Solution coarse_, tight_;  // of plate_ and tighter_ under the same load
   GridSubsample choice_;
   std::vector<Seen> seen_;
   int usable_ = 0, kept_ = 0;

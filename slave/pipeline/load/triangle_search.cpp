@@ -11,6 +11,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
+#include "shared/statistics/robust.h"
 
 namespace palpate {
 namespace {
@@ -83,11 +84,10 @@ void PointGreens::Update(DeformationModel& model, const SurfaceContact& contact,
 }
 
 bool PointGreens::Load(DeformationModel& model, const Contact& contact, Eigen::Index row) {
-  ContactResponse response;
   model.Reset();
-  model.Respond(std::span(&contact, 1), std::span(&response, 1));
-  if (response.validity == Validity::kFailed) return false;
-  model.Displacements(&field_);
+  model.Solve({&contact, 1}, &solution_);
+  if (solution_.responses().front().validity == Validity::kFailed) return false;
+  model.Displacements(solution_, &field_);
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Vector3d mean = Vector3d::Zero();
     for (const auto& [node, weight] : patches_[k]) mean += weight / load_ * field_[Index(node)];
@@ -229,9 +229,8 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
     worst = std::max(worst, seen_[i].residual);
     sorted_.push_back(seen_[i].residual);
   }
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  const double accepted = std::max(kOutlier * std::max(kLeastScatter, *middle), worst / 2);
+  const double accepted =
+      std::max(kOutlier * std::max(kLeastScatter, MedianOf(sorted_)), worst / 2);
   bool left_out = false;
   for (Seen& seen : seen_) {
     if (!seen.kept || seen.residual <= accepted || kept_ <= kLeastPoints) continue;

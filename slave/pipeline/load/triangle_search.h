@@ -46,6 +46,7 @@ class PointGreens {
   std::vector<int> nodes_, index_;
   std::vector<std::vector<PlaceWeight>> patches_;  // nodes that share a node's load
   std::vector<Eigen::Vector3d> rest_, field_;
+  Solution solution_;
   std::vector<bool> known_;
   std::array<Eigen::MatrixXd, 3> by_;
 };

@@ -81,6 +81,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   double larger_side_, width_;  // [m]
   bool linear_;
   TriangleSearch search_;
+  Solution solution_;
   std::vector<Vector3d> field_;  // of the nodes [m]
   bool unsolved_ = false;        // the model found no equilibrium under the load
   std::string_view doubt_;       // of the model, of its last answer
@@ -212,8 +213,8 @@ bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {
                         .p_O = load.p_O,
                         .width = width_,
                         .prescribed_O = load.force * load.n_O};
-  ContactResponse response;
-  model_->Respond(std::span(&contact, 1), std::span(&response, 1));
+  model_->Solve({&contact, 1}, &solution_);
+  const ContactResponse& response = solution_.responses().front();
   if (response.validity == Validity::kFailed) return false;
   doubt_ = response.doubt;
   return true;
@@ -222,7 +223,7 @@ bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {
 bool VolumeLoadIdentifier::Load(const SurfaceLoad& load) noexcept {
   if (!Respond(load)) return false;
   try {
-    model_->Displacements(&field_);
+    model_->Displacements(solution_, &field_);
   } catch (const std::exception&) {
     return false;
   }

@@ -5,6 +5,8 @@
 #include <variant>
 #include <vector>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 
 MembraneDistance::MembraneDistance(const Scene& scene, const Eigen::Isometry3d& X_SE)
@@ -24,9 +26,7 @@ void MembraneDistance::Check(SurfaceObservation* seen) {
       ratios.push_back(n_E.dot(X_ES_ * point.p_S_rest) / n_E.dot(X_EO_->translation()));
     }
     if (ratios.empty()) return;
-    const auto middle = ratios.begin() + std::ssize(ratios) / 2;
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    farther_ = *middle - 1;
+    farther_ = MedianOf(ratios) - 1;
   }
   seen->scale_error = std::abs(*farther_);
   if (seen->scale_error > kTrue) seen->Fail(FailedCheck::kScale, kElsewhere);

@@ -11,6 +11,7 @@
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/region_growing_rgb.h>
 
+#include "shared/statistics/robust.h"
 #include "slave/study/clouds/point_cloud.h"
 #include "slave/study/clouds/support_plane.h"
 
@@ -62,9 +63,7 @@ double Spacing(const PointCloud& cloud) {
   for (std::size_t i = 0; i < cloud.size(); i += step) {
     distances.push_back(tree.NextTo(cloud.points[i]));
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::ranges::nth_element(distances, middle);
-  return *middle;
+  return MedianOf(distances);
 }
 
 Vector3d Colour(const PointCloud& cloud, std::size_t i) {

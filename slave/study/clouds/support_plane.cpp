@@ -11,6 +11,8 @@
 #include <pcl/point_types.h>
 #include <pcl/segmentation/sac_segmentation.h>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate::study {
 namespace {
 
@@ -32,19 +34,13 @@ Eigen::Vector4d LargestPlane(const Cloud::Ptr& cloud, double tolerance) {
   return Eigen::Map<const Eigen::Vector4f>(plane.values.data()).cast<double>();
 }
 
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 // The middle along each axis.
 Eigen::Vector3d Middle(std::span<const Eigen::Vector3d> points) {
   Eigen::Vector3d middle;
   std::vector<double> values(points.size());
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::ranges::transform(points, values.begin(), [&](const auto& p) { return p[axis]; });
-    middle[axis] = Median(values);
+    middle[axis] = MedianOf(values);
   }
   return middle;
 }
@@ -55,7 +51,7 @@ double Extent(std::vector<Eigen::Vector3d> points) {
   const Eigen::Vector3d middle = Middle(points);
   std::vector<double> distances;
   for (const auto& p : points) distances.push_back((p - middle).norm());
-  const double far = 3 * Median(distances);
+  const double far = 3 * MedianOf(distances);
   std::erase_if(points, [&](const auto& p) { return (p - middle).norm() > far; });
   const auto n = static_cast<double>(points.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();

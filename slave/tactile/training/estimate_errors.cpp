@@ -10,6 +10,7 @@
 
 #include <Eigen/LU>
 
+#include "shared/statistics/robust.h"
 #include "slave/tactile/localise/fitted_localiser.h"
 
 namespace palpate {
@@ -94,9 +95,7 @@ double MedianAngle(const Normals& found, const Normals& measured, const Eigen::M
     const Eigen::Vector3d n = R * found[k];
     angles.push_back(std::atan2(n.cross(measured[k]).norm(), n.dot(measured[k])));
   }
-  const auto middle = angles.begin() + static_cast<std::ptrdiff_t>(angles.size() / 2);
-  std::ranges::nth_element(angles, middle);
-  return *middle;
+  return MedianOf(angles);
 }
 
 std::vector<Eigen::Matrix3d> AllAxes() {

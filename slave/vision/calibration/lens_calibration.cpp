@@ -10,6 +10,8 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -240,14 +242,8 @@ CameraCalibration CalibrateCamera(const Board& board, const std::vector<Corners>
 std::optional<std::size_t> Outlier(const std::vector<double>& misses, double pixels) {
   constexpr double kTimesMedian = 3;
   const auto worst = std::max_element(misses.begin(), misses.end());
-  if (*worst <= std::max(kTimesMedian * Median(misses), pixels)) return std::nullopt;
+  if (*worst <= std::max(kTimesMedian * MedianOf(std::vector(misses)), pixels)) return std::nullopt;
   return static_cast<std::size_t>(worst - misses.begin());
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace palpate

@@ -83,7 +83,6 @@ struct CameraCalibration {
 CameraCalibration CalibrateCamera(const Board& board, const std::vector<Corners>& views,
                                   const std::array<int, 2>& size);
 
-double Median(std::vector<double> values);  // not empty; the upper one of two
 // The worst of `misses`, if it contradicts the rest: three times their median, and `pixels`.
 std::optional<std::size_t> Outlier(const std::vector<double>& misses, double pixels);
 constexpr double kCornerPixels = 0.6;  // limit of the rms; correct images have less

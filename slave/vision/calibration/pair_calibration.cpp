@@ -9,6 +9,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -67,7 +69,8 @@ class AgreementSearch {
       for (const BoardSymmetry& symmetry : symmetries_) {
         const Eigen::Isometry3d X_RL = right_.X_CB[i] * symmetry.X_BB * left_.X_CB[i].inverse();
         Agreement found = Under(X_RL);
-        if (best.misses.empty() || Median(found.misses) < Median(best.misses)) {
+        if (best.misses.empty() ||
+            MedianOf(std::vector(found.misses)) < MedianOf(std::vector(best.misses))) {
           best = std::move(found);
         }
       }
@@ -106,8 +109,9 @@ PairCalibration TakeRough(const Board& board, const std::vector<PairView>& pairs
                           const PairSizes& sizes) {
   const AgreementSearch search(board, pairs, sizes);
   const Agreement agreement = search.Best();
-  const double limit = std::min(std::max(kTimesMedian * Median(agreement.misses), kRoughPixels),
-                                kNoAgreement * sizes.right[0]);
+  const double limit =
+      std::min(std::max(kTimesMedian * MedianOf(std::vector(agreement.misses)), kRoughPixels),
+               kNoAgreement * sizes.right[0]);
   PairCalibration out;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (agreement.misses[i] <= limit) {
@@ -196,7 +200,7 @@ std::optional<PairCalibration> WithoutTorn(const Board& board, const PairSizes& 
   if (*worst <= kRiftPixels || rifts.size() <= kFewestPairs) return std::nullopt;
   PairCalibration rest = Without(calibration, static_cast<std::size_t>(worst - rifts.begin()));
   rest.fit = FitPair(board, rest.views, sizes);
-  if (*worst <= kTimesMedian * Median(rest.fit.rift_px)) return std::nullopt;
+  if (*worst <= kTimesMedian * MedianOf(std::vector(rest.fit.rift_px))) return std::nullopt;
   return rest;
 }
 

@@ -9,6 +9,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
@@ -66,7 +68,7 @@ std::optional<RobustFit> FitRobustly(std::size_t count, const Indices& usable, s
     const auto start = LeastMedian(usable, fewest, solve, miss);
     if (!start) return std::nullopt;
     const auto spare = static_cast<double>(usable.size() - fewest);
-    const double limit = 3 * 1.4826 * (1 + 5 / spare) * start->second + 1e-12;
+    const double limit = 3 * kSigmaPerMedian * (1 + 5 / spare) * start->second + 1e-12;
     chosen.clear();
     for (const std::size_t i : usable) {
       if (miss(start->first, i) <= limit) chosen.push_back(i);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
+#include "shared/statistics/robust.h"
 #include "shared/text/text.h"
 #include "slave/vision/stereo/rig.h"
 
@@ -199,9 +200,7 @@ bool StereoDots::SizeFits() noexcept {
     }
   }
   if (ratios_.empty()) return true;
-  const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
-  std::nth_element(ratios_.begin(), middle, ratios_.end());
-  size_ = *middle;
+  size_ = MedianOf(ratios_);
   return std::abs(size_ - 1) < kSizeTolerance;
 }
 

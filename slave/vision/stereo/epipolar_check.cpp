@@ -7,11 +7,12 @@
 
 #include <Eigen/Cholesky>
 
+#include "shared/statistics/robust.h"
+
 namespace palpate {
 namespace {
 
 constexpr int kLeastPoints = 8;
-constexpr double kToNormal = 1.4826;  // from a median of sizes to a standard deviation
 constexpr double kStandsOut = 4.5;    // of the scatter: a point that is another thing
 constexpr double kLeastSigma = 5e-3;  // [px]
 constexpr double kSigmas = 5;         // at which something is told from noise
@@ -172,9 +173,7 @@ void EpipolarCheck::Sift() noexcept {
   for (const Row& row : rows_) {
     if (row.counts) sorted_.push_back(std::abs(Residual(row)));
   }
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  scatter_ = std::max(1.0, kToNormal * *middle);
+  scatter_ = std::max(1.0, SigmaOfSizes(sorted_));
   for (Row& row : rows_) {
     row.kept = row.counts && std::abs(Residual(row)) <= kStandsOut * scatter_;
   }

@@ -85,12 +85,12 @@ TEST(StereoExpectationTest, TheForcesSigmaIsTheSpreadOfForcesFittedToNoisyDots) 
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
   auto& plate = dynamic_cast<PlateSurface&>(*model);
   const Contact press{Contact::Kind::kDisplacement, {0, 0, 0}, -1, 4e-3, {0, 0, -0.3e-3}};
-  ContactResponse response;
-  plate.Respond(std::span(&press, 1), std::span(&response, 1));
-  EXPECT_NEAR(expected.force, -response.force_O.z(), 1e-3 * expected.force);
+  Solution solution;
+  plate.Solve({&press, 1}, &solution);
+  EXPECT_NEAR(expected.force, -solution.responses()[0].force_O.z(), 1e-3 * expected.force);
   std::vector<double> truth, sigmas, noisy(places.size());
   for (const Vector2d& p : places) {
-    truth.push_back(plate.Displacement(p));
+    truth.push_back(plate.Displacement(solution, p));
     // On parallel cameras the depth's sigma is the same everywhere on a plane z = const.
     sigmas.push_back(kDistance * kDistance / (kFocal * kBaseline) * std::numbers::sqrt2 * 0.01);
   }

@@ -142,9 +142,11 @@ TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
     Bem2dModel model(std::move(problem), params);
     Contact press = bodies::Move(kTop, {0, -1e-3});
     press.width = 20e-3;
-    const auto response = bodies::Respond(model, {press}).front();
+    Solution solution;
+    const auto response = bodies::Respond(model, {press}, &solution).front();
+    bodies::Respond(model, {bodies::Move(20, {-1e-3, 0})});  // other queries do not count
     std::vector<float> pascals;
-    model.Tractions(&pascals);
+    model.Tractions(solution, &pascals);
     const BoundaryMesh& mesh = model.greens_functions().problem().mesh;
     double force = 0;
     int pushed = 0;
@@ -363,11 +365,12 @@ TEST(Bem2dModel, AZeroDisplacementOnHeldElementsReportsTheReaction) {
 
 TEST(Bem2dModel, ABodyThatNothingHoldsTakesBalancedLoadsOnly) {
   Bem2dModel model(bodies::Free(MeshRectangle(0.088, 0.088, 60), 0.49, Plane::kStress), kSilicone);
+  Solution solution;
   const auto squeeze =
-      bodies::Respond(model, {bodies::Load(7, {0, 0.5}), bodies::Load(37, {0, -0.5})});
+      bodies::Respond(model, {bodies::Load(7, {0, 0.5}), bodies::Load(37, {0, -0.5})}, &solution);
   ASSERT_EQ(squeeze[0].validity, Validity::kValid);
   EXPECT_NEAR(squeeze[0].displacement_O.y(), -squeeze[1].displacement_O.y(), 1e-12);
-  const std::vector<Vector2d> displacement = model.Boundary().displacement;
+  const std::vector<Vector2d> displacement = model.Boundary(solution).displacement;
   Vector2d mean = Vector2d::Zero();
   double turn = 0;
   const auto& elements = model.greens_functions().problem().mesh.elements;
@@ -412,13 +415,28 @@ TEST(Bem2dModel, FiveHundredContactsActTogether) {
   Bem2dModel model(Silicone(720), kSilicone);
   std::vector<Contact> contacts;
   for (int i = 190; i < 690; ++i) contacts.push_back(bodies::Move(i, {1e-4, 2e-4}));
-  const auto responses = bodies::Respond(model, contacts);
+  Solution solution;
+  const auto responses = bodies::Respond(model, contacts, &solution);
   for (const auto& response : responses) ASSERT_EQ(response.validity, Validity::kValid);
   std::vector<Eigen::Vector3d> displacement;
-  model.Displacements(&displacement);
+  model.Displacements(solution, &displacement);
   for (std::size_t i = 191; i < 690; ++i) {  // vertices between two of them
     EXPECT_LT((displacement[i] - contacts[0].prescribed_O).norm(), 1e-15);
   }
+}
+
+// A query of another contact, as for a local model, between the solution and its field.
+TEST(Bem2dModel, ASolutionKeepsItsFieldWhateverIsAskedNext) {
+  Bem2dModel model(Silicone(), kSilicone);
+  Solution solution;
+  bodies::Respond(model, {bodies::Move(kTop, {0, -1e-3})}, &solution);
+  std::vector<Eigen::Vector3d> first, again;
+  model.Displacements(solution, &first);
+  bodies::Respond(model, {bodies::Load(20, {-0.3, 0}), bodies::Move(50, {1e-3, 0})});
+  model.Displacements(solution, &again);
+  EXPECT_EQ(first, again);
+  model.Displacements({}, &again);
+  EXPECT_EQ(again, std::vector<Eigen::Vector3d>(first.size(), Eigen::Vector3d::Zero()));
 }
 
 TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
@@ -432,13 +450,16 @@ TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {
       {bodies::Move(22, {-1e-3, 0}), bodies::Move(52, {1e-3, 0})},
       {bodies::Move(3, {1e-3, 0}), bodies::Move(52, {1e-3, 0})}};  // fails
   std::vector<ContactResponse> responses(2);
-  for (const auto& set : sets) model.Respond(set, responses);
-  for (const auto& set : sets) model.Respond(set, responses);
+  Solution solution;
+  for (int first = 0; first < 2; ++first) {
+    for (const auto& set : sets) model.Solve(set, &solution);
+  }
   const long before = AllocationCount();
   for (int tick = 0; tick < 10000; ++tick) {
     auto& set = sets[static_cast<std::size_t>(tick) % sets.size()];
     set[0].prescribed_O.y() *= 0.9999;
     model.Respond(set, responses);
+    model.Solve(set, &solution);
   }
   EXPECT_EQ(AllocationCount(), before);
 }

@@ -55,11 +55,18 @@ inline Contact Load(int element, const Eigen::Vector2d& force) {
   return At(element, Contact::Kind::kForce, force);
 }
 
-inline std::vector<ContactResponse> Respond(Bem2dModel& model,
-                                            const std::vector<Contact>& contacts) {
-  std::vector<ContactResponse> responses(contacts.size());
-  model.Respond(contacts, responses);
-  return responses;
+inline std::vector<ContactResponse> Respond(Bem2dModel& model, const std::vector<Contact>& contacts,
+                                            Solution* solution = nullptr) {
+  Solution room;
+  Solution& answer = solution != nullptr ? *solution : room;
+  model.Solve(contacts, &answer);
+  return answer.responses();
+}
+
+inline BoundaryState Boundary(Bem2dModel& model, const std::vector<Contact>& contacts) {
+  Solution solution;
+  model.Solve(contacts, &solution);
+  return model.Boundary(solution);
 }
 
 // A uniform pressure on every element of the last loop.

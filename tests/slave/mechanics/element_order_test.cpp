@@ -250,10 +250,12 @@ TEST(ElementOrder, AnIncompressibleRingInARigidSocketPassesPressureOn) {
     problem.order = order;
     for (std::size_t i = 0; i < 24; ++i) problem.held[i] = {true, true};
     Bem2dModel model(problem, {.young_modulus = 1, .thickness = 1});
-    const auto responses = bodies::Respond(model, bodies::PressureOnLastLoop(problem.mesh, 1, 1));
+    Solution solution;
+    const auto responses =
+        bodies::Respond(model, bodies::PressureOnLastLoop(problem.mesh, 1, 1), &solution);
     ASSERT_EQ(responses[0].validity, Validity::kValid);
     for (const auto& response : responses) EXPECT_LT(response.displacement_O.norm(), 1e-9);
-    const BoundaryState state = model.Boundary();
+    const BoundaryState state = model.Boundary(solution);
     for (std::size_t i = 0; i < state.traction.size() / 2; ++i) {
       const auto node = model.greens_functions().node(static_cast<int>(i));
       const auto& element = problem.mesh.elements[static_cast<std::size_t>(node.element)];
@@ -316,8 +318,9 @@ TEST(ElementOrder, StressInsideIsExactWhereTheBoundaryIs) {
         loads.push_back(
             bodies::Load(i, 1000 * 0.1 * e.length() * exact.stress({0, 0}) * e.normal()));
       }
-      ASSERT_EQ(bodies::Respond(model, loads)[0].validity, Validity::kValid);
-      const InteriorField field(model, model.Boundary());
+      Solution solution;
+      ASSERT_EQ(bodies::Respond(model, loads, &solution)[0].validity, Validity::kValid);
+      const InteriorField field(model, model.Boundary(solution));
       for (const Vector2d& p : {Vector2d(1, 0.5), Vector2d(0.2, 0.9), Vector2d(1.97, 0.02)}) {
         EXPECT_LT((field.At(p).stress - 1000 * exact.stress(p)).norm(), 1e-6) << NameOf(material);
         const Vector2d stretched =
@@ -339,8 +342,10 @@ TEST(ElementOrder, StressFollowsFromTheDisplacement) {
   for (const auto& material : kMaterials) {
     ReferenceProblem problem = HeldOnTheLeft(Rectangle(18), material, ElementOrder::kQuadratic);
     Bem2dModel model(problem, {.young_modulus = 1, .thickness = 1, .range = 1e3});
-    ASSERT_EQ(bodies::Respond(model, {bodies::Load(7, {0.1, 0.2})})[0].validity, Validity::kValid);
-    const InteriorField field(model, model.Boundary());
+    Solution solution;
+    ASSERT_EQ(bodies::Respond(model, {bodies::Load(7, {0.1, 0.2})}, &solution)[0].validity,
+              Validity::kValid);
+    const InteriorField field(model, model.Boundary(solution));
     for (const Vector2d& p : {Vector2d(1.1, 0.4), Vector2d(1.3, 0.03)}) {
       const double h = 1e-5;
       Matrix2d gradient;
@@ -370,10 +375,11 @@ TEST(ElementOrder, AContactMovesAllNodesOfItsElementsAndReportsTheirForce) {
     Contact wide = bodies::Move(37, {0.2e-3, -1e-3});
     wide.p_O = {0.044, 0.088, 0};
     wide.width = 3 * 0.088 / 15;
-    const auto patch = bodies::Respond(model, {wide}).front();
+    Solution solution;
+    const auto patch = bodies::Respond(model, {wide}, &solution).front();
     ASSERT_EQ(patch.validity, Validity::kValid);
     const auto& greens = model.greens_functions();
-    const BoundaryState state = model.Boundary();
+    const BoundaryState state = model.Boundary(solution);
     Vector2d pressed = Vector2d::Zero(), carried = Vector2d::Zero();
     for (int i = 0; i < greens.size(); ++i) {
       const auto node = static_cast<std::size_t>(i);
@@ -391,8 +397,8 @@ TEST(ElementOrder, AContactMovesAllNodesOfItsElementsAndReportsTheirForce) {
     }
     EXPECT_LT((patch.force_O.head<2>() - pressed).norm(), 1e-9 * pressed.norm());
     EXPECT_LT((pressed + carried).norm(), 0.005 * pressed.norm());
-    const auto loaded = bodies::Respond(model, {bodies::Load(37, {0, -0.1})}).front();
-    const BoundaryState pushed = model.Boundary();
+    const auto loaded = bodies::Respond(model, {bodies::Load(37, {0, -0.1})}, &solution).front();
+    const BoundaryState pushed = model.Boundary(solution);
     Vector2d mean = Vector2d::Zero();
     const ElementNodes& local = greens.element_nodes();
     const auto count = static_cast<std::size_t>(local.count);
@@ -420,9 +426,10 @@ TEST(ElementOrder, VerticesMoveAsUniformTensionSays) {
       const double share = (element.b - element.a).y() * thickness;  // of what x faces [m^2]
       if (std::abs(share) > 1e-9) contacts.push_back(bodies::Load(i, {pull * share, 0}));
     }
-    ASSERT_EQ(bodies::Respond(model, contacts).front().validity, Validity::kValid);
+    Solution solution;
+    ASSERT_EQ(bodies::Respond(model, contacts, &solution).front().validity, Validity::kValid);
     std::vector<Eigen::Vector3d> u;
-    model.Displacements(&u);
+    model.Displacements(solution, &u);
     ASSERT_EQ(u.size(), model.field_mesh().vertices.size());
     const double tolerance = order == ElementOrder::kConstant ? 0.1 : 1e-9;
     for (std::size_t i = 0; i < u.size(); ++i) {

@@ -18,18 +18,19 @@ class Spring final : public DeformationModel {
       : stiffness_(stiffness), update_s_(update_s), clock_(*clock) {
     info_.kind = "spring";
   }
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override {
+  [[nodiscard]] std::string_view failure() const override { return "spring broke"; }
+
+ private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override {
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       responses[i].force_O = stiffness_ * contacts[i].prescribed_O;
       responses[i].validity = std::isfinite(stiffness_) ? Validity::kValid : Validity::kFailed;
     }
     clock_ += update_s_;
   }
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override { u_O->clear(); }
-  [[nodiscard]] std::string_view failure() const override { return "spring broke"; }
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override { u_O->clear(); }
 
- private:
   double stiffness_, update_s_;
   double& clock_;
 };

@@ -66,8 +66,8 @@ double FemGreenModel::MeasureUpdate() {
       {Contact{.p_O = corner(0), .element = last}, Contact{.p_O = corner(1), .element = last}});
 }
 
-void FemGreenModel::Respond(std::span<const Contact> contacts,
-                            std::span<ContactResponse> responses) noexcept {
+void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
+                                     std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
   if (element_ == TetElement::kTet10 && std::ranges::any_of(contacts, is_patch)) {
@@ -138,7 +138,7 @@ void FemGreenModel::LearnBending(const ContactFootprint& footprint, Bending* ben
   bending->known = true;
 }
 
-void FemGreenModel::Displacements(std::vector<Eigen::Vector3d>* u_O) {
+void FemGreenModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
   std::vector<PlaceForce> forces;
   solver_.Forces(&forces);
   std::vector<int> places;

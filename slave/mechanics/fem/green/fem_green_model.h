@@ -22,6 +22,11 @@
 
 namespace palpate {
 
+// Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those of
+// four nodes where a part bends (mesh_resolution.h; the first contact there decides, by three more
+// sparse solutions). Contacts with a width are not available with tet10, because no contact acts on
+// its middle nodes: kFailed. See ComplianceSolver. Pass `element` with p_O where time matters:
+// without it a walk over the surface finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -38,17 +43,8 @@ class FemGreenModel final : public DeformationModel {
   FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                 double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
-  // Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those
-  // of four nodes where a part bends (mesh_resolution.h; the first contact there decides, by three
-  // more sparse solutions). Contacts with a width are not available with tet10, because no contact
-  // acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element` with p_O where time
-  // matters: without it a walk over the surface finds a changed position.
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override;
   // The columns of their places, and how these bend.
   void Prefetch(std::span<const Contact> contacts) override;
-  // Of every node of the mesh, by one sparse solution.
-  void Displacements(std::vector<Eigen::Vector3d>* u_O) override;
   [[nodiscard]] std::string_view failure() const override {
     return failure_.empty() ? solver_.failure() : failure_;
   }
@@ -61,6 +57,10 @@ class FemGreenModel final : public DeformationModel {
   [[nodiscard]] GreenColumns& columns() { return columns_; }
 
  private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  // Of every node of the mesh, by one sparse solution.
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   void Describe(const Options& options, double poisson_ratio, std::size_t tets);
   [[nodiscard]] double MeasureUpdate();
   void CheckBending(std::span<ContactResponse> responses);

@@ -196,8 +196,10 @@ void LoadFitter::LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept {
 
 // The force is what holds the plate there at that deflection.
 bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept {
-  const ContactResponse response = plate_.RespondTo(
+  const Contact held = PlateSurface::DiscContact(
       Contact::Kind::kDisplacement, plate_.radius() * found.place, width_, found.deflection);
+  plate_.Solve({&held, 1}, &solution_);
+  const ContactResponse& response = solution_.responses().front();
   *guess = {found.place, response.force_O.z()};
   return response.validity != Validity::kFailed && guess->force != 0;
 }
@@ -212,7 +214,9 @@ bool LoadFitter::Press(const Guess& guess) noexcept {
   pressed_ = Validity::kFailed;
   if (allowed_ < 0) return false;
   const Vector2d p_O = plate_.radius() * guess.place;
-  pressed_ = asked_->RespondTo(Contact::Kind::kForce, p_O, width_, guess.force).validity;
+  const Contact load = PlateSurface::DiscContact(Contact::Kind::kForce, p_O, width_, guess.force);
+  asked_->Solve({&load, 1}, &solution_);
+  pressed_ = solution_.responses().front().validity;
   return pressed_ != Validity::kFailed;
 }
 
@@ -221,7 +225,7 @@ void LoadFitter::Compare(Eigen::VectorXd* misfit) noexcept {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measured& m = measured_[i];
     const bool counts = std::isfinite(m.sigma);
-    const double fitted = counts ? asked_->Displacement(plate_.radius() * m.place) : 0;
+    const double fitted = counts ? asked_->Displacement(solution_, plate_.radius() * m.place) : 0;
     (*misfit)[static_cast<Index>(i)] = (m.value - fitted) / m.sigma;
   }
 }
@@ -320,7 +324,7 @@ bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* gue
 
 // Of the plate as it is pressed at the guess.
 bool LoadFitter::AsksForMoreModes(const Guess& guess) noexcept {
-  const double w = std::abs(plate_.Displacement(plate_.radius() * guess.place));
+  const double w = std::abs(plate_.Displacement(solution_, plate_.radius() * guess.place));
   return w > plate_.thickness() * plate::ResolvedDeflection(guess.place.norm());
 }
 

@@ -66,8 +66,9 @@ class LoadFitter {
   [[nodiscard]] LoadFit FitCoarsely(std::span<const Eigen::Vector2d> p_O,
                                     std::span<const double> displacement,
                                     std::span<const double> sigma, Rim rim) noexcept;
-  // The plate of the last solution, in its deformed state.
+  // The plate that was solved last, and its solution.
   [[nodiscard]] PlateSurface& answered() noexcept { return *asked_; }
+  [[nodiscard]] const Solution& solution() const { return solution_; }
   // Evidence in the last residuals for another influence on the plate, such as a tension at rest:
   // the amount that explains them, in addition to another load.
   struct Sought {
@@ -124,6 +125,7 @@ class LoadFitter {
   PlateSurface& plate_;
   PlateSurface* finer_;
   PlateSurface* asked_;  // one of the two
+  Solution solution_;    // of asked_
   double width_;         // [m]
   double margin_;        // largest distance from the centre [radii]
   bool known_ = false;

@@ -12,8 +12,15 @@ constexpr int kColumns = 16, kRows = 17;  // radii, depths
 constexpr double kOuter = 0.9;            // largest radius of the tool's edge [radii]
 constexpr double kDeepest = 0.3;          // at the centre [radii]: rotations are moderate
 constexpr int kBisections = 12;
-constexpr auto kMoved = Contact::Kind::kDisplacement;
 constexpr double kFirst = 1e-6;  // of the deepest: stands for the first touch
+
+ContactResponse PressAt(PlateSurface& plate, double x, double width, double depth) {
+  const Contact press =
+      PlateSurface::DiscContact(Contact::Kind::kDisplacement, {x, 0}, width, -depth);
+  ContactResponse response;
+  plate.Respond({&press, 1}, {&response, 1});
+  return response;
+}
 
 double RimShare(double r) {
   return (1 - r * r) * (1 - r * r);
@@ -45,7 +52,7 @@ void PressTable::FillColumn(PlateSurface& plate, int column, double width) {
   for (int row = 0; row < kRows; ++row) {
     const double share = static_cast<double>(row) / (kRows - 1);
     const double depth = Deepest(r) * (row == 0 ? kFirst : share * share);
-    const ContactResponse response = plate.RespondTo(kMoved, {r * radius_, 0}, width, -depth);
+    const ContactResponse response = PressAt(plate, r * radius_, width, depth);
     Entry& entry = first[row];
     if (response.validity == Validity::kFailed) {
       if (row == 0)
@@ -65,7 +72,7 @@ double PressTable::ValidDepth(PlateSurface& plate, double r, double width) const
   double valid = 0, beyond = Deepest(r);
   for (int step = 0; step < kBisections; ++step) {
     const double depth = (valid + beyond) / 2;
-    const auto response = plate.RespondTo(kMoved, {r * radius_, 0}, width, -depth);
+    const auto response = PressAt(plate, r * radius_, width, depth);
     const bool inside = response.validity == Validity::kValid;
     (inside ? valid : beyond) = depth;
   }

@@ -34,10 +34,12 @@ Contact Load(int triangle, const Vector3d& force) {
   return contact;
 }
 
-std::vector<ContactResponse> Answer(Bem3dModel* model, const std::vector<Contact>& contacts) {
-  std::vector<ContactResponse> responses(contacts.size());
-  model->Respond(contacts, responses);
-  return responses;
+std::vector<ContactResponse> Answer(Bem3dModel* model, const std::vector<Contact>& contacts,
+                                    Solution* solution = nullptr) {
+  Solution room;
+  Solution& answer = solution != nullptr ? *solution : room;
+  model->Solve(contacts, &answer);
+  return answer.responses();
 }
 
 struct Body {
@@ -75,7 +77,8 @@ TEST(Bem3dModel, ContactsAreAnsweredByTheGreensFunctions) {
   const auto top = Top(body.mesh);
   const int i = top[4], j = top[9], k = top[14];
   const Vector3d u_i(0.01, 0, -0.02), u_j(0, -0.01, -0.03), f_k(1, 2, -3);
-  const auto responses = Answer(&model, {Move(i, u_i), Move(j, u_j), Load(k, f_k)});
+  Solution solution;
+  const auto responses = Answer(&model, {Move(i, u_i), Move(j, u_j), Load(k, f_k)}, &solution);
   const auto block = [&](int at, int by) {
     return Eigen::Map<const Matrix3d>(model.greens().column(by) + 9 * at) / E;
   };
@@ -88,7 +91,7 @@ TEST(Bem3dModel, ContactsAreAnsweredByTheGreensFunctions) {
   EXPECT_LT((responses[1].force_O - f.tail<3>()).norm(), 1e-10 * f.norm());
   const Vector3d u_k = block(k, i) * f.head<3>() + block(k, j) * f.tail<3>() + block(k, k) * f_k;
   EXPECT_LT((responses[2].displacement_O - u_k).norm(), 1e-10 * u_k.norm());
-  const std::vector<Vector3d> displacement = model.Surface().displacement;
+  const std::vector<Vector3d> displacement = model.Surface(solution).displacement;
   const auto at = [&](int triangle) { return displacement[static_cast<std::size_t>(triangle)]; };
   EXPECT_LT((at(i) - u_i).norm(), 1e-12);
   EXPECT_LT((at(k) - u_k).norm(), 1e-10 * u_k.norm());
@@ -105,8 +108,9 @@ TEST(Bem3dModel, LoadsOnADiscAreUniform) {
   Contact disc = Load(-1, {0, 0, -5});
   disc.p_O = {0.5, 0.5, 1};
   disc.width = 0.5;
-  const auto response = Answer(&model, {disc})[0];
-  const SurfaceState state = model.Surface();
+  Solution solution;
+  const auto response = Answer(&model, {disc}, &solution)[0];
+  const SurfaceState state = model.Surface(solution);
   const Vector3d pressure =
       state.traction[static_cast<std::size_t>(FindPlace(body.mesh, {0.55, 0.52, 1})->triangle)];
   double area = 0;
@@ -162,8 +166,9 @@ TEST(Bem3dModel, InsideOfABarUnderTensionTheDisplacementIsLinear) {
       contacts.push_back(Load(i, {pull * Area(body.mesh, i), 0, 0}));
     }
   }
-  Answer(&model, contacts);
-  const SurfaceState state = model.Surface();
+  Solution solution;
+  Answer(&model, contacts, &solution);
+  const SurfaceState state = model.Surface(solution);
   for (const Vector3d& p :
        {Vector3d(1, 0.5, 0.5), Vector3d(0.2, 0.9, 0.3), Vector3d(1.9, 0.1, 0.95)}) {
     const Vector3d expected = pull / E * Vector3d(p.x(), -nu * p.y(), -nu * p.z());
@@ -307,9 +312,10 @@ TEST(Bem3dModel, FreeBodiesTakeLoadsThatBalance) {
     EXPECT_EQ(response.validity, Validity::kValid);
   EXPECT_EQ(model.failure(), "");
 
-  EXPECT_EQ(Answer(&model, {Load(3, {0, 0, 1})})[0].validity, Validity::kFailed);
+  Solution solution;
+  EXPECT_EQ(Answer(&model, {Load(3, {0, 0, 1})}, &solution)[0].validity, Validity::kFailed);
   EXPECT_THAT(model.failure(), HasSubstr("do not balance"));
-  for (const auto& u : model.Surface().displacement) EXPECT_EQ(u, Vector3d::Zero());
+  for (const auto& u : model.Surface(solution).displacement) EXPECT_EQ(u, Vector3d::Zero());
 
   EXPECT_EQ(Answer(&model, {Move(3, {0, 0, 1e-3})})[0].validity, Validity::kFailed);
   EXPECT_THAT(model.failure(), HasSubstr("without fixed boundary"));

@@ -65,15 +65,17 @@ inline Contact Move(const SolidMesh& mesh, int node, const Vector3d& displacemen
 }
 
 inline std::vector<ContactResponse> Respond(DeformationModel& model,
-                                            const std::vector<Contact>& contacts) {
-  std::vector<ContactResponse> responses(contacts.size());
-  model.Respond(contacts, responses);
-  return responses;
+                                            const std::vector<Contact>& contacts,
+                                            Solution* solution = nullptr) {
+  Solution room;
+  Solution& answer = solution != nullptr ? *solution : room;
+  model.Solve(contacts, &answer);
+  return answer.responses();
 }
 
-inline std::vector<Vector3d> Displacement(DeformationModel& model) {
+inline std::vector<Vector3d> Displacement(DeformationModel& model, const Solution& solution) {
   std::vector<Vector3d> u;
-  model.Displacements(&u);
+  model.Displacements(solution, &u);
   return u;
 }
 

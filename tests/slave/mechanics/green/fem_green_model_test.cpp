@@ -89,9 +89,13 @@ void ExpectSame(const std::vector<Contact>& contacts, const std::vector<ContactR
   }
 }
 
-void ExpectSameField(FemGreenModel& model, const DirectAnswer& direct, double tolerance) {
+void ExpectSameField(FemGreenModel& model, const std::vector<Contact>& contacts,
+                     const DirectAnswer& direct, double tolerance) {
+  Solution solution;
+  model.Solve(contacts, &solution);
+  Answer(model, {contacts.front()});  // other queries do not count
   std::vector<Vector3d> field;
-  model.Displacements(&field);
+  model.Displacements(solution, &field);
   ASSERT_EQ(field.size(), direct.displacement_O.size());
   double largest = 0;
   for (const auto& u : direct.displacement_O) largest = std::max(largest, u.norm());
@@ -119,7 +123,7 @@ TEST_P(FemGreenAgainstDirect, NodesPointsPatchesAndLoadsTogetherAgree) {
     const auto contacts = i < all.size() ? std::vector<Contact>{all[i]} : all;
     const DirectAnswer direct = SolveDirectly(body_, contacts, false);
     ExpectSame(contacts, Answer(model, contacts), direct, 1e-9);
-    ExpectSameField(model, direct, 1e-9);
+    ExpectSameField(model, contacts, direct, 1e-9);
   }
 }
 
@@ -129,7 +133,7 @@ TEST_P(FemGreenAgainstDirect, FrictionlessContactsAgree) {
   contacts.erase(contacts.begin() + 2);  // points between nodes have no node's normal
   const DirectAnswer direct = SolveDirectly(body_, contacts, true);
   ExpectSame(contacts, Answer(model, contacts), direct, 1e-9);
-  ExpectSameField(model, direct, 1e-9);
+  ExpectSameField(model, contacts, direct, 1e-9);
 }
 
 // Reference: differences of the force itself, which is linear in the displacement. Cancellation in

@@ -118,7 +118,7 @@ TEST(SolidModel, MovesAndPushesAreInverse) {
         const auto pushed = Answer(&model, Push(p, force));
         ASSERT_EQ(pushed.validity, Validity::kValid) << model.failure();
         if (law == Law::kLinear) {
-          EXPECT_NEAR(model.elastic_energy() / (0.5 * force.dot(pushed.displacement_O)), 1, 1e-9);
+          EXPECT_NEAR(model.energy() / (0.5 * force.dot(pushed.displacement_O)), 1, 1e-9);
         }
         const auto moved = Answer(&model, Move(p, pushed.displacement_O));
         ASSERT_EQ(moved.validity, Validity::kValid) << model.failure();

@@ -48,9 +48,9 @@ class EstimatorTest : public ::testing::Test {
                             -1,
                             scene_.tool->width,
                             {x - *entry_, y - 0.088, 0}};
-      ContactResponse response;
-      model_->Respond(std::span(&contact, 1), std::span(&response, 1));
-      model_->Displacements(&u);
+      Solution solution;
+      model_->Solve({&contact, 1}, &solution);
+      model_->Displacements(solution, &u);
     }
     std::vector<Eigen::Vector2d> vertices;
     for (std::size_t i = 0; i < u.size(); ++i) {

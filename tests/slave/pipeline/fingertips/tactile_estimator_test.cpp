@@ -44,10 +44,10 @@ TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
   const Contact contact{
       .kind = Contact::Kind::kForce, .p_O = {0.02, 0.02, 0.04}, .prescribed_O = force};
-  ContactResponse response;
-  model->Respond({&contact, 1}, {&response, 1});
+  Solution solution;
+  model->Solve({&contact, 1}, &solution);
   std::vector<Vector3d> u;
-  model->Displacements(&u);
+  model->Displacements(solution, &u);
   const std::vector<Vector3d> p = t.Nodes();
   ASSERT_EQ(p.size(), u.size());
   for (std::size_t i = 0; i < u.size(); ++i) {

@@ -122,10 +122,10 @@ TEST(TactileEstimatorTest, StreamedForcesOfAPatchAreSpreadAsTheModelSpreadsThem)
         {.kind = Contact::Kind::kForce, .p_O = at(shape.rest, i), .prescribed_O = force});
   }
   const auto model = MakeModel(t.scene, MeshObject(t.scene, std::nullopt));
-  std::vector<ContactResponse> responses(loads.size());
-  model->Respond(loads, responses);
+  Solution solution;
+  model->Solve(loads, &solution);
   std::vector<Vector3d> u;
-  model->Displacements(&u);
+  model->Displacements(solution, &u);
   const std::vector<Vector3d> p = t.Nodes();
   for (std::size_t i = 0; i < u.size(); ++i) {
     EXPECT_NEAR((p[i] - t.estimator.body()->surface.nodes[i] - u[i]).norm(), 0, 1e-6) << i;

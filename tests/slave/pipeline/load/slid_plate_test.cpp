@@ -28,18 +28,21 @@ const Vector3d kSlide(1.2e-3, -0.6e-3, 0.05e-3);
 class CountingPlate final : public PlateSurface {
  public:
   CountingPlate() : PlateSurface({kRadius, kThickness}) {}
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override {
-    ++presses_;
-    plate_.Respond(contacts, responses);
-  }
   int TakePresses() { return std::exchange(presses_, 0); }
 
  private:
+  bool TryRespond(std::span<const Contact> contacts,
+                  std::span<ContactResponse> responses) override {
+    ++presses_;
+    plate_.Solve(contacts, &solution_);
+    std::ranges::copy(solution_.responses(), responses.begin());
+    return true;
+  }
   [[nodiscard]] double DisplacementAt(const Eigen::Vector2d& x) noexcept override {
-    return plate_.Displacement(kRadius * x);
+    return plate_.Displacement(solution_, kRadius * x);
   }
   PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
+  Solution solution_;
   int presses_ = 0;
 };
 

@@ -45,12 +45,12 @@ class PressedCube {
                                   std::mt19937* random) {
     const Contact contact{
         .kind = Contact::Kind::kForce, .p_O = p_O, .width = kWidth, .prescribed_O = force};
-    ContactResponse response;
+    Solution solution;
     model_->Reset();
-    model_->Respond(std::span(&contact, 1), std::span(&response, 1));
-    EXPECT_NE(response.validity, Validity::kFailed);
+    model_->Solve({&contact, 1}, &solution);
+    EXPECT_NE(solution.responses()[0].validity, Validity::kFailed);
     std::vector<Vector3d> u;
-    model_->Displacements(&u);
+    model_->Displacements(solution, &u);
     std::normal_distribution<double> noise(0, kSigma);
     std::vector<SurfacePoint> points;
     for (int i = 1; i < 6; ++i) {

@@ -25,23 +25,26 @@ inline Scene MembraneScene(const std::string& kind) {
   return scene;
 }
 
+// `plate` under a force [N] of the tool along z at p_O.
+inline Solution Loaded(PlateSurface& plate, const Eigen::Vector2d& p_O, double force) {
+  const Contact load = PlateSurface::DiscContact(Contact::Kind::kForce, p_O, kToolWidth, force);
+  Solution solution;
+  plate.Solve({&load, 1}, &solution);
+  return solution;
+}
+
 // The 31 dots of the paper, displaced along z as `plate` is under a force [N] along z at p_O, with
 // noise of `sigma` [m] per axis; frame S is that of `X_SO`.
 inline SurfaceObservation DotsUnder(PlateSurface& plate, const Eigen::Vector2d& p_O, double force,
                                     double sigma, std::mt19937* random,
                                     const Eigen::Isometry3d& X_SO = Eigen::Isometry3d::Identity()) {
-  const Contact contact{.kind = Contact::Kind::kForce,
-                        .p_O = {p_O.x(), p_O.y(), 0},
-                        .width = kToolWidth,
-                        .prescribed_O = {0, 0, force}};
-  ContactResponse response;
-  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
+  const Solution solution = Loaded(plate, p_O, force);
   std::normal_distribution<double> normal(0, sigma);
   SurfaceObservation seen;
   seen.sequence = 1;
   seen.found = true;
   for (const Eigen::Vector2d& dot : LatticePlaces(31, {0.015, 0.010})) {
-    Eigen::Vector3d moved(0, 0, force == 0 ? 0 : plate.Displacement(dot));
+    Eigen::Vector3d moved(0, 0, force == 0 ? 0 : plate.Displacement(solution, dot));
     if (random != nullptr) {
       const double z = normal(*random), y = normal(*random);  // in this order with every compiler
       moved += Eigen::Vector3d(normal(*random), y, z);

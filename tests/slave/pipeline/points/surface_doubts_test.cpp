@@ -239,13 +239,14 @@ TEST(SurfaceDoubtsTest, APatchThatLiesOffToOneSideIsFlagged) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(12);
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, nullptr);
+  const Solution pressed = testing_fakes::Loaded(FinerPlate(), {0.0117, 0}, -1);
   std::normal_distribution<double> noise(0, 3e-4);
   SurfacePoint point = seen.points.front();
   seen.points.clear();
   for (int k = 0; k < 11 * 11; ++k) {
     const Vector2d rest = Vector2d(k % 11 - 5, k / 11 - 5) * 0.0065;
     if (rest.norm() > 0.98 * kRadius) continue;
-    const double z = FinerPlate().Displacement(rest) + noise(random);
+    const double z = FinerPlate().Displacement(pressed, rest) + noise(random);
     point.p_S_rest = {rest.x(), rest.y(), 0};
     point.p_S = {rest.x(), rest.y(), z};
     point.covariance = 9e-8 * Eigen::Matrix3d::Identity();

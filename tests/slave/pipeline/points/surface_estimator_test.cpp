@@ -30,6 +30,7 @@ using testing_fakes::kSigma;
 using testing_fakes::kThickness;
 using testing_fakes::kToolWidth;
 using testing_fakes::Large;
+using testing_fakes::Loaded;
 using testing_fakes::MembraneScene;
 
 // Reference: the load itself, through modes of order 18. Order 12 against it makes up to 1.5 % of
@@ -51,7 +52,7 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
     EXPECT_NEAR(force_O.head<2>().norm(), 0, 1e-12);
     const Vector3d p_O = scene.object.X_SO.inverse() * felt.p_S_contact;
     EXPECT_NEAR((p_O.head<2>() - p).norm(), 0, 3e-4);
-    EXPECT_NEAR(felt.depth, -FinerPlate().Displacement(p), 5e-5);
+    EXPECT_NEAR(felt.depth, -FinerPlate().Displacement(Loaded(FinerPlate(), p, -2), p), 5e-5);
     EXPECT_NEAR(estimator.load().residual, 1, 0.4);
   }
 }
@@ -136,6 +137,7 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(6);
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0.01, 0.004}, -2, 0, nullptr);
+  const Solution pressed = Loaded(FinerPlate(), {0.01, 0.004}, -2);
   std::normal_distribution<double> noise(0, kSigma);
   SurfacePoint point = seen.points.front();
   seen.points.clear();
@@ -143,7 +145,7 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
     const Vector2d rest = Vector2d(k % 41 - 20, k / 41 - 20) * 0.002;
     if (rest.norm() > kRadius) continue;
     point.p_S_rest = Vector3d(rest.x(), rest.y(), 0);
-    point.p_S = {rest.x(), rest.y(), FinerPlate().Displacement(rest) + noise(random)};
+    point.p_S = {rest.x(), rest.y(), FinerPlate().Displacement(pressed, rest) + noise(random)};
     point.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
     seen.points.push_back(point);
   }
@@ -214,14 +216,15 @@ TEST(SurfaceEstimatorTest, NodalForcesAddUpToTheLoadAndTheShapeIsItsOwn) {
   const auto& nodes = estimator.body().surface().nodes;
   ASSERT_EQ(f_S.size(), nodes.size());
   ASSERT_EQ(p_S.size(), nodes.size());
+  const Solution pressed = Loaded(FinerPlate(), p, -1);
   Vector3d sum = Vector3d::Zero(), centre = Vector3d::Zero();
   double farthest = 0;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     sum += f_S[i];
     centre += f_S[i].norm() * nodes[i];
     const Vector3d moved = scene.object.X_SO.inverse() * p_S[i] - nodes[i];
-    farthest =
-        std::max(farthest, std::abs(moved.z() - FinerPlate().Displacement(nodes[i].head<2>())));
+    const double fine = FinerPlate().Displacement(pressed, nodes[i].head<2>());
+    farthest = std::max(farthest, std::abs(moved.z() - fine));
   }
   EXPECT_NEAR((sum + *felt.force).norm(), 0, 1e-9);  // of the tool on the object
   EXPECT_NEAR((centre / sum.norm() - estimator.load().p_O).norm(), 0, 1e-9);

@@ -43,15 +43,15 @@ struct Picture {
 // What a load does to the dots, with noise.
 Picture MakePicture(PlateSurface& plate, const Vector2d& p, double force, double width,
                     double sigma, std::mt19937* random) {
-  Contact contact{Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, force}};
-  ContactResponse response;
-  plate.Respond(std::span(&contact, 1), std::span(&response, 1));
-  EXPECT_NE(response.validity, Validity::kFailed);
+  const Contact contact = PlateSurface::DiscContact(Contact::Kind::kForce, p, width, force);
+  Solution solution;
+  plate.Solve({&contact, 1}, &solution);
+  EXPECT_NE(solution.responses()[0].validity, Validity::kFailed);
   Picture picture;
   std::normal_distribution<double> noise(0, sigma);
   for (const auto& point : picture.points) {
     const double error = random == nullptr ? 0 : noise(*random);
-    picture.displacement.push_back(plate.Displacement(point) + error);
+    picture.displacement.push_back(plate.Displacement(solution, point) + error);
     picture.sigma.push_back(sigma);
   }
   return picture;
@@ -215,23 +215,23 @@ TEST(LoadFit, FitsWithoutAllocatingAfterTheFirstCall) {
 class UnreliablePlate final : public PlateSurface {
  public:
   UnreliablePlate() : PlateSurface({kRadius, kThickness}) {}
-  void Respond(std::span<const Contact> contacts,
-               std::span<ContactResponse> responses) noexcept override {
-    ++calls_;
-    if (calls_ == 2 || calls_ >= 7) {
-      std::ranges::fill(responses, ContactResponse{});
-    } else {
-      plate_.Respond(contacts, responses);
-    }
-  }
   [[nodiscard]] int calls() const { return calls_; }
 
  private:
+  bool TryRespond(std::span<const Contact> contacts,
+                  std::span<ContactResponse> responses) override {
+    ++calls_;
+    if (calls_ == 2 || calls_ >= 7) return false;
+    plate_.Solve(contacts, &solution_);
+    std::ranges::copy(solution_.responses(), responses.begin());
+    return true;
+  }
   [[nodiscard]] double DisplacementAt(const Vector2d& x) noexcept override {
-    return 3 * plate_.Displacement(kRadius * x);
+    return 3 * plate_.Displacement(solution_, kRadius * x);
   }
 
   PlateLargeModel plate_{{kRadius, kThickness, kModulus, kNu}};
+  Solution solution_;
   int calls_ = 0;
 };
 

@@ -1,0 +1,32 @@
+#include "slave/mechanics/deformation_model.h"
+
+namespace palpate {
+
+void DeformationModel::Solve(std::span<const Contact> contacts, Solution* solution) noexcept {
+  solution->contacts_.assign(contacts.begin(), contacts.end());
+  solution->responses_.resize(contacts.size());
+  Respond(contacts, solution->responses_);
+  solution->query_ = queries_;
+  if (keeps_displacements_) ComputeDisplacements(&solution->kept_u_O_);
+}
+
+void DeformationModel::Displacements(const Solution& solution, std::vector<Eigen::Vector3d>* u_O) {
+  if (keeps_displacements_ && solution.query_ != 0) {
+    *u_O = solution.kept_u_O_;
+  } else if (Show(solution)) {
+    ComputeDisplacements(u_O);
+  } else {
+    u_O->assign(field_mesh_.vertices.size(), Eigen::Vector3d::Zero());
+  }
+}
+
+bool DeformationModel::Show(const Solution& solution) noexcept {
+  if (solution.query_ == 0) return false;
+  if (solution.query_ == shown_) return true;
+  shown_responses_.resize(solution.contacts_.size());
+  ComputeResponses(solution.contacts_, shown_responses_);
+  shown_ = solution.query_;
+  return true;
+}
+
+}  // namespace palpate

@@ -1,0 +1,119 @@
+#include "slave/mechanics/fem/solid/solid_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/geometry/index.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kGrowth = 1e-6;       // of energy, per step, that rounding explains
+constexpr double kLooseGrowth = 1e-2;  // where the step is not a minimum of energy
+
+}  // namespace
+
+SolidMotion::SolidMotion(const FemOptions& options, const BlockLayout& layout,
+                         const ElasticBody& body, double density, Equilibrium& equilibrium,
+                         SolidState& state)
+    : options_(options),
+      equilibrium_(equilibrium),
+      state_(state),
+      mass_(layout.pattern()),
+      damping_(mass_),
+      inertia_(mass_) {
+  velocity_ = start_ = start_velocity_ = start_forces_ = change_ = product_ =
+      VectorXd::Zero(layout.size());
+  body.AddMass(density, options.mass == FemOptions::Mass::kLumped, &mass_);
+  state_.balance.inertia = &inertia_;
+  state_.balance.origin = &start_;
+}
+
+void SolidMotion::Reset(const VectorXd& forces) {
+  velocity_.setZero();
+  start_forces_ = forces;
+  is_prepared_ = false;
+}
+
+// Q = c_m M + c_d D and its share of the load, from the state at the start of the step.
+void SolidMotion::Prepare() {
+  const FemOptions& o = options_;
+  const double h = o.step;
+  const double c_m = (newmark() ? 4 : 1) / (h * h), c_d = (newmark() ? 2 : 1) / h;
+  const bool constant = linear() || o.damping_stiffness == 0;
+  if (!is_prepared_ || !constant) {
+    const auto n = mass_.nonZeros();
+    const auto values = [&](SparseMatrix& m) { return Eigen::Map<VectorXd>(m.valuePtr(), n); };
+    if (o.damping_stiffness > 0) {
+      equilibrium_.Stiffness(state_.x, &damping_);
+    } else {
+      values(damping_).setZero();
+    }
+    values(damping_) = o.damping_stiffness * values(damping_) + o.damping_mass * values(mass_);
+    values(inertia_) = c_m * values(mass_) + c_d * values(damping_);
+    is_prepared_ = true;
+  }
+  start_ = state_.x;
+  start_velocity_ = velocity_;
+  Multiply(mass_, velocity_, &product_);
+  state_.balance.force = state_.loads + c_m * h * product_;
+  if (!newmark()) return;
+  Multiply(damping_, velocity_, &product_);
+  state_.balance.force += product_ + start_forces_;
+}
+
+bool SolidMotion::Step() {
+  const bool checks_energy = !linear();
+  if (checks_energy) start_energy_ = Energy();
+  Prepare();
+  state_.balance.given = state_.target;
+  for (std::size_t k = 0; k < state_.balance.rows.size(); ++k)
+    state_.balance.rows[k].value = state_.row_target[k];
+  if (!equilibrium_.Solve(&state_.balance, &state_.x)) return false;
+  Finish();
+  grew_ = checks_energy && EnergyGrew();
+  return true;
+}
+
+void SolidMotion::Finish() {
+  const double h = options_.step;
+  if (!newmark()) {
+    velocity_ = (state_.x - start_) / h;
+    return;
+  }
+  velocity_ = 2 / h * (state_.x - start_) - start_velocity_;
+  change_ = velocity_ - start_velocity_;
+  Multiply(mass_, change_, &product_);
+  start_forces_ = 2 / h * product_ - start_forces_;
+}
+
+double SolidMotion::Energy() {
+  Multiply(mass_, velocity_, &product_);
+  return equilibrium_.Energy(state_.x) + 0.5 * velocity_.dot(product_);
+}
+
+bool SolidMotion::EnergyGrew() {
+  const double energy = Energy();
+  double work = 0, given = 0;
+  for (int i = 0; i < state_.x.size(); ++i) {
+    const double moved = state_.x[i] - start_[i];
+    const double carried = state_.balance.fixed[Index(i)] ? equilibrium_.unbalanced()[i] : 0;
+    work += (state_.loads[i] + carried) * moved;
+    given += std::abs((state_.loads[i] + carried) * moved);
+  }
+  for (std::size_t k = 0; k < state_.balance.rows.size(); ++k) {
+    for (const auto& [unknown, weight] : state_.balance.rows[k].weights) {
+      const double part = state_.balance.row_force[static_cast<int>(k)] * weight *
+                          (state_.x[unknown] - start_[unknown]);
+      work += part;
+      given += std::abs(part);
+    }
+  }
+  const bool minimum = options_.newton == 0 && !newmark();
+  const double slack = minimum ? std::max(kGrowth, options_.residual) : kLooseGrowth;
+  return energy - start_energy_ - work > slack * (start_energy_ + given);
+}
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+// Motion of a solid in steps of time: implicit Euler and Newmark's average acceleration (beta =
+// 1/4, gamma = 1/2), damped by D = a M + b K with the tangent K at the start of the step.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/solid/elastic_body.h"
+#include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/fem/solid/solid_state.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+class SolidMotion {
+ public:
+  // Keeps references to the equilibrium and the state, whose balance gets the inertia. `density`:
+  // by E over the square of the length unit [s^2].
+  SolidMotion(const FemOptions& options, const BlockLayout& layout, const ElasticBody& body,
+              double density, Equilibrium& equilibrium, SolidState& state);
+
+  // At rest; `forces` act at the first instant.
+  void Reset(const Eigen::VectorXd& forces);
+  // The state after one more step under its loads. False: no solution.
+  bool Step();
+
+  // Whether the last step made energy of nothing: more than loads and moved nodes gave.
+  [[nodiscard]] bool grew() const { return grew_; }
+  // Elastic and kinetic, by E times the length unit cubed.
+  [[nodiscard]] double Energy();
+
+ private:
+  void Prepare();
+  void Finish();
+  [[nodiscard]] bool EnergyGrew();
+  [[nodiscard]] bool linear() const { return options_.law == FemOptions::Law::kLinear; }
+  [[nodiscard]] bool newmark() const {
+    return options_.integrator == FemOptions::Integrator::kNewmark;
+  }
+
+  FemOptions options_;
+  Equilibrium& equilibrium_;
+  SolidState& state_;
+  SparseMatrix mass_, damping_, inertia_;  // M, D, Q
+  Eigen::VectorXd velocity_, start_, start_velocity_;
+  Eigen::VectorXd start_forces_;  // at the start of a step (Newmark)
+  Eigen::VectorXd change_, product_;
+  bool is_prepared_ = false, grew_ = false;
+  double start_energy_ = 0;
+};
+
+}  // namespace palpate

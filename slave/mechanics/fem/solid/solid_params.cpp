@@ -1,0 +1,103 @@
+#include "slave/mechanics/fem/solid/solid_params.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+using Element = FemOptions::Element;
+using Law = FemOptions::Law;
+using Pressure = FemOptions::Pressure;
+using Time = FemOptions::Time;
+
+constexpr double kAutoMixed = 0.49;  // nu from which ten nodes take a pressure
+
+void CheckPressure(const SolidParams& params) {
+  const auto& o = params.options;
+  const double nu = params.poisson_ratio;
+  if (o.pressure == Pressure::kMixed && o.element != Element::kTet10) {
+    throw std::invalid_argument(
+        "pressure = mixed: accepted with element = tet10; tet4 takes averaged");
+  }
+  if (o.pressure == Pressure::kAveraged && o.element != Element::kTet4) {
+    throw std::invalid_argument(
+        "pressure = averaged: accepted with element = tet4; tet10 takes mixed");
+  }
+  if (!params.TakesPressure()) {
+    if (nu <= kNearlyIncompressible) return;
+    RefuseValue("poisson_ratio", nu,
+                "at most 0.49999 without a pressure unknown (tet10 with mixed)");
+  }
+  if (nu <= 0 && !IsHyperelastic(o.law)) {
+    RefuseValue("poisson_ratio", nu, "> 0 with pressure = mixed or averaged");
+  }
+  if (o.element == Element::kTet4 && nu > kAveragedLimit) {
+    RefuseValue("poisson_ratio", nu, "at most 0.4999 with pressure = averaged");
+  }
+  if (o.law != Law::kLinear && nu > kNearlyIncompressible) {
+    RefuseValue("poisson_ratio", nu, "at most 0.49999 unless law = linear");
+  }
+  if (o.time == Time::kDynamic && o.damping_stiffness > 0) {
+    RefuseValue("damping.stiffness", o.damping_stiffness, "0 with pressure = mixed or averaged");
+  }
+}
+
+}  // namespace
+
+bool SolidParams::TakesPressure() const {
+  const FemOptions& o = options;
+  if (o.pressure != Pressure::kAuto) return o.pressure != Pressure::kDisplacement;
+  return o.element == Element::kTet10 && poisson_ratio >= kAutoMixed;
+}
+
+SolidParams Checked(const SolidParams& params) {
+  const auto& o = params.options;
+  RequirePositive("young_modulus", params.young_modulus);
+  RequirePositive("range", params.range);
+  RequirePositive("residual", o.residual);
+  if (o.residual > 0.1) RefuseValue("residual", o.residual, "at most 0.1");
+  if (!(params.poisson_ratio > -1 && params.poisson_ratio <= 0.5)) {
+    RefuseValue("poisson_ratio", params.poisson_ratio, "-1 < nu <= 0.5");
+  }
+  if (!o.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
+  if (o.time == Time::kDynamic || !o.gravity_O.isZero(0))
+    RequirePositive("density", params.density);
+  if (o.time == Time::kDynamic) {
+    RequirePositive("step", o.step);
+    RequireNotNegative("damping.mass", o.damping_mass);
+    RequireNotNegative("damping.stiffness", o.damping_stiffness);
+    if (o.newton < 0) RefuseValue("newton", o.newton, ">= 0");
+  }
+  CheckPressure(params);
+  return params;
+}
+
+Equilibrium::Options SolidParams::SolverOptions() const {
+  Equilibrium::Options solver;
+  solver.residual = options.residual;
+  solver.limits = limits;
+  if (dynamic()) {
+    solver.linear_solves = options.newton;
+    solver.warped = options.newton > 0 && options.tangent == FemOptions::Tangent::kWarped;
+  }
+  return solver;
+}
+
+// Rough, before anything is built: factors of three-dimensional meshes grow like n^(4/3).
+void Announce(const SolidMesh& mesh, const SolidParams& params, Progress* progress) {
+  if (!progress) return;
+  const bool quadratic = params.options.element == Element::kTet10;
+  const double nodes = static_cast<double>(mesh.nodes.size()) * (quadratic ? 7.5 : 1);
+  const double entries = std::min(30 * std::pow(3 * nodes, 4.0 / 3), 1.8e8);
+  const double matrix = 3 * nodes * (quadratic ? 45 : 25);
+  progress->Expect({1e-5 * static_cast<double>(mesh.tets.size()) * (quadratic ? 4 : 1) +
+                        entries * std::sqrt(entries) * 2e-10,
+                    static_cast<std::size_t>(12 * (entries + 5 * matrix))});
+  ReportProgress(progress, "mesh and pattern", 0);
+}
+
+}  // namespace palpate

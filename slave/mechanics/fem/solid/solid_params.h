@@ -1,0 +1,39 @@
+// What a solid model is made of, and which combinations it accepts.
+#pragma once
+
+#include "shared/mesh/solid_mesh.h"
+#include "shared/text/progress.h"
+#include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/fem/solid/sparse_system.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+struct SolidParams {
+  FemOptions options;        // threads: one is used
+  double young_modulus = 0;  // E [Pa]
+  double poisson_ratio = 0;  // -1 < nu <= 0.5
+  double density = 0;        // [kg/m^3], > 0 where there is gravity or time
+  double range = 0.1;        // of the linear law: largest |displacement| / larger side
+  SymmetricSolver::Limits limits;
+
+  [[nodiscard]] bool dynamic() const { return options.time == FemOptions::Time::kDynamic; }
+  [[nodiscard]] bool linear() const { return options.law == FemOptions::Law::kLinear; }
+  // Whether the pressure is an unknown of its own.
+  [[nodiscard]] bool TakesPressure() const;
+  // Of Newton's method.
+  [[nodiscard]] Equilibrium::Options SolverOptions() const;
+};
+
+// Returns `params`. Throws std::invalid_argument: an impossible parameter or combination.
+//
+// Pressure: ten nodes take `mixed` (any nu > 0 up to and including 0.5 for the linear law, up to
+// kNearlyIncompressible for others), four take `averaged` (up to kAveragedLimit).
+SolidParams Checked(const SolidParams& params);
+inline constexpr double kNearlyIncompressible = 0.49999;
+inline constexpr double kAveragedLimit = 0.4999;
+
+// Reports a rough expectation of time and memory, before anything is built.
+void Announce(const SolidMesh& mesh, const SolidParams& params, Progress* progress);
+
+}  // namespace palpate

@@ -1,0 +1,44 @@
+// Equilibria of a solid at rest: all of a load at once if Newton's method takes it, else in parts.
+#pragma once
+
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/solid/equilibrium.h"
+#include "slave/mechanics/fem/solid/solid_state.h"
+#include "slave/mechanics/fem/solid/supports.h"
+
+namespace palpate {
+
+class SolidStatics {
+ public:
+  // Keeps references. `linear`: the law is, so that one solve is all there is.
+  SolidStatics(Equilibrium& equilibrium, const Supports& supports, bool linear, int unknowns);
+
+  // Moves the state from its equilibrium under the last loads to that under its present ones, or
+  // finds that from rest. A body that is free takes balanced loads and moves without mean
+  // displacement and rotation. False: failure() is the reason, if one is known.
+  bool Solve(SolidState* state);
+  // The next solution begins at rest.
+  void Reset() { start_loads_.setZero(); }
+
+  [[nodiscard]] int newton_steps() const { return newton_steps_; }
+  [[nodiscard]] std::string_view failure() const { return failure_; }
+
+ private:
+  bool SolveInParts(SolidState* state);
+  bool Fail(std::string_view why) {
+    failure_ = why;
+    return false;
+  }
+
+  Equilibrium& equilibrium_;
+  const Supports& supports_;
+  bool linear_;
+  Eigen::VectorXd start_, good_, start_loads_;
+  int newton_steps_ = 0;
+  std::string_view failure_;
+};
+
+}  // namespace palpate
