@@ -15,7 +15,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/commands/commands.h"
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/camera/camera_limits.h"
