@@ -45,8 +45,8 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam);
 double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
                    std::vector<double>* shares);
 
-// Half width of the 95 % band of the model's stress due to the covariance of the constants [Pa].
-double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& test,
-                           std::size_t row);
+// Half width of the 95 % band of the model's stress in the only row of `one` due to the covariance
+// of the constants [Pa].
+double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& one);
 
 }  // namespace palpate::identify

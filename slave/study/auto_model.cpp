@@ -7,6 +7,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/scene/model_kinds.h"
+#include "slave/study/mesh_division.h"
 #include "slave/study/reachable_places.h"
 
 namespace palpate::study {

@@ -22,12 +22,6 @@
 namespace palpate {
 namespace {
 
-SurfaceMesh SurfaceFor(const ObjectMesh& mesh) {
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return *surface;
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
-  throw std::invalid_argument("object.geometry: accepted by evaluate is a volume: box or mesh");
-}
-
 std::vector<Contact> ContactsOf(const std::vector<SolveRow>& rows) {
   std::vector<Contact> contacts;
   for (const SolveRow& row : rows) {
@@ -251,7 +245,10 @@ EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path&
   still.model.fem.time = FemOptions::Time::kStatic;
   const ObjectMesh mesh = MeshObject(still, std::nullopt);
   EstimatedShape shape;
-  shape.rest_S = SurfaceFor(mesh);
+  shape.rest_S = SurfaceOf(mesh);
+  if (shape.rest_S.triangles.empty()) {
+    throw std::invalid_argument("object.geometry: accepted by evaluate is a volume: box or mesh");
+  }
   shape.estimate_S = shape.rest_S;
   shape.state = "at rest";
   std::vector<SolveRow> rows;

@@ -28,21 +28,21 @@ void AddOptions(CLI::App* command, TrainOptions* options) {
   command->add_option("--optimiser", options->optimiser, "adam, or sgd as in paper B")
       ->capture_default_str();
   command
-      ->add_option("--rate", options->rate,
+      ->add_option("--rate", options->training.rate,
                    "Learning rate; 0 selects 0.004 for adam and 0.01 for sgd")
       ->capture_default_str();
-  command->add_option("--epochs", options->epochs, "Largest number of epochs")
+  command->add_option("--epochs", options->training.epochs, "Largest number of epochs")
       ->capture_default_str();
   command
-      ->add_option("--patience", options->patience,
+      ->add_option("--patience", options->training.patience,
                    "Stop after this many epochs without a lower validation error")
       ->capture_default_str();
-  command->add_option("--batch", options->batch, "Windows per optimiser step")
+  command->add_option("--batch", options->training.batch, "Windows per optimiser step")
       ->capture_default_str();
   command->add_option("--seed", options->seed, "Random seed; the same seed gives the same weights")
       ->capture_default_str();
   command
-      ->add_option("--threads", options->threads,
+      ->add_option("--threads", options->training.threads,
                    "Number of threads; it does not change the result")
       ->capture_default_str();
   command->add_option("--presses", options->presses, "Number of contacts that `simulated` makes")
