@@ -144,13 +144,13 @@ Identifiability Identify(const LawFamily& family, const VectorXd& values, const 
   const SymmetricEigen eigen = EigenOf(relative.transpose() * relative);
   Identifiability told;
   Invert(J, scales, &told);
-  told.weak = eigen.vectors.col(0);
+  const VectorXd weak = eigen.vectors.col(0);
   const double sigma = std::sqrt(variance / std::max(eigen.values[0], 1e-300));
   if (sigma < kUntold) return told;
   told.untold =
-      InWords(family.ParameterNames(), told.weak) +
+      InWords(family.ParameterNames(), weak) +
       (sigma > 1e3 ? std::string(" (undetermined)") : Formatted(" (sigma %.0f %%)", 100 * sigma));
-  told.extra = BestExtra(family, values, scales.cwiseProduct(told.weak), tests);
+  told.extra = BestExtra(family, values, scales.cwiseProduct(weak), tests);
   return told;
 }
 

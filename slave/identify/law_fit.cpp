@@ -236,7 +236,7 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   const auto free = static_cast<double>(projection.rows());
   const double spread = std::max(left.squaredNorm() / free, kFloor * kFloor);
   const Identifiability told = Identify(family, fit.values, J, spread, tests);
-  fit.untold = told.untold, fit.extra = told.extra, fit.weak = told.weak;
+  fit.untold = told.untold, fit.extra = told.extra;
   const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
   fit.covariance = kFewRows * (told.inverse * meat * told.inverse) + told.open;
   const auto [low, high] = StretchRange(tests);

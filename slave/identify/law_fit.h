@@ -30,7 +30,6 @@ struct LawFit {
       unstable;        // range of the instability, as text; empty: none within the data's stretches
   std::string untold;  // combination that the data do not determine; empty: all are determined
   std::string extra;   // further test that would determine it
-  Eigen::VectorXd weak;  // that combination, in relative changes of the constants
 };
 
 // All tests of one material. Throws std::runtime_error: no constitutive model can be evaluated over
