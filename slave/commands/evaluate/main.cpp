@@ -45,19 +45,19 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
       ->delimiter(',')
       ->expected(3);
   command
-      ->add_option("--voxel", options->voxel,
+      ->add_option("--voxel", options->segmentation.voxel,
                    "Edge of the voxels that thin out the cloud [m]; 0 selects it automatically")
       ->capture_default_str();
   command
-      ->add_option("--neighbours", options->neighbours,
+      ->add_option("--neighbours", options->segmentation.colour.neighbours,
                    "Number of neighbours of a point in region growing by colour")
       ->capture_default_str();
   command
-      ->add_option("--point-colour", options->point_colour,
+      ->add_option("--point-colour", options->segmentation.colour.point_colour,
                    "Largest colour difference of points in one region, 0 to 442")
       ->capture_default_str();
   command
-      ->add_option("--region-colour", options->region_colour,
+      ->add_option("--region-colour", options->segmentation.colour.region_colour,
                    "Regions with a smaller colour difference are merged, 0 to 442")
       ->capture_default_str();
   command
