@@ -25,6 +25,10 @@ constexpr double kGrading = 1.5;            // towards the edge, where stress is
 constexpr Index kLocal = 18, kPressures = 3;
 using Element = Eigen::Matrix<double, kLocal + kPressures, kLocal + kPressures>;
 
+std::size_t Place(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
 // Quadratic shapes and slopes over -1 to 1.
 Eigen::Vector3d Shape(double x) {
   return {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2};
@@ -61,14 +65,11 @@ class HalfCylinder {
     }
     Eigen::SparseMatrix<double> K(size(), size());
     K.setFromTriplets(entries.begin(), entries.end());
-    VectorXd u = Prescribed();
-    const Eigen::SparseMatrix<double> system = Constrained(K);
-    VectorXd right = -(K * u);
-    for (Index i = 0; i < size(); ++i) {
-      if (held_[static_cast<std::size_t>(i)]) right[i] = 0;
-    }
-    Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(system);
-    u += solver.solve(right);
+    VectorXd u = VectorXd::Zero(size());
+    for (Index i = 0; i < kSide; ++i) u[2 * Node(i, kSide - 1) + 1] = -z_[kSide - 1];
+    const Eigen::SparseMatrix<double> P = Free();
+    const Eigen::SparseLU<Eigen::SparseMatrix<double>> solver(P.transpose() * K * P);
+    u -= P * solver.solve(P.transpose() * (K * u));
     const VectorXd force = K * u;
     double sum = 0;
     for (Index i = 0; i < kSide; ++i) sum -= force[2 * Node(i, kSide - 1) + 1];
@@ -80,22 +81,17 @@ class HalfCylinder {
   static Index size() { return 2 * kSide * kSide + kPressures * kElements * kElements; }
 
   void Add(Index i, Index j, std::vector<Eigen::Triplet<double>>* entries) const {
-    std::array<Index, kLocal + kPressures> place{};
+    Eigen::Array<Index, kLocal + kPressures, 1> place;
     for (Index a = 0; a < 9; ++a) {
       const Index node = Node(2 * i + a / 3, 2 * j + a % 3);
-      place[static_cast<std::size_t>(2 * a)] = 2 * node;
-      place[static_cast<std::size_t>(2 * a + 1)] = 2 * node + 1;
+      place.segment<2>(2 * a) << 2 * node, 2 * node + 1;
     }
     for (Index k = 0; k < kPressures; ++k) {
-      place[static_cast<std::size_t>(kLocal + k)] =
-          2 * kSide * kSide + kPressures * (i * kElements + j) + k;
+      place[kLocal + k] = 2 * kSide * kSide + kPressures * (i * kElements + j) + k;
     }
     const Element K = Stiffness(i, j);
     for (Index a = 0; a < K.rows(); ++a) {
-      for (Index b = 0; b < K.cols(); ++b) {
-        entries->emplace_back(place[static_cast<std::size_t>(a)],
-                              place[static_cast<std::size_t>(b)], K(a, b));
-      }
+      for (Index b = 0; b < K.cols(); ++b) entries->emplace_back(place[a], place[b], K(a, b));
     }
   }
 
@@ -146,41 +142,27 @@ class HalfCylinder {
     (*K)(pressures, pressures) -= weight * compressibility_ * q * q.transpose();
   }
 
-  VectorXd Prescribed() {
-    VectorXd u = VectorXd::Zero(size());
-    held_.assign(static_cast<std::size_t>(size()), 0);
-    const auto hold = [&](Index unknown) { held_[static_cast<std::size_t>(unknown)] = 1; };
+  // Unknowns that are not held, as columns.
+  static Eigen::SparseMatrix<double> Free() {
+    std::vector<char> held(Place(size()), 0);
     for (Index i = 0; i < kSide; ++i) {
-      hold(2 * Node(0, i));          // the axis
-      hold(2 * Node(i, 0) + 1);      // the middle
-      hold(2 * Node(i, kSide - 1));  // the end does not widen
-      hold(2 * Node(i, kSide - 1) + 1);
-      u[2 * Node(i, kSide - 1) + 1] = -z_[kSide - 1];
+      held[Place(2 * Node(0, i))] = 1;          // the axis
+      held[Place(2 * Node(i, 0) + 1)] = 1;      // the middle
+      held[Place(2 * Node(i, kSide - 1))] = 1;  // the end does not widen
+      held[Place(2 * Node(i, kSide - 1) + 1)] = 1;
     }
-    return u;
-  }
-
-  [[nodiscard]] Eigen::SparseMatrix<double> Constrained(
-      const Eigen::SparseMatrix<double>& K) const {
-    std::vector<Eigen::Triplet<double>> entries;
-    const auto held = [&](Index i) { return held_[static_cast<std::size_t>(i)] != 0; };
-    for (Index column = 0; column < K.outerSize(); ++column) {
-      for (Eigen::SparseMatrix<double>::InnerIterator it(K, column); it; ++it) {
-        if (!held(it.row()) && !held(it.col())) {
-          entries.emplace_back(it.row(), it.col(), it.value());
-        }
-      }
-      if (held(column)) entries.emplace_back(column, column, 1);
+    std::vector<Eigen::Triplet<double>> picked;
+    for (Index i = 0; i < size(); ++i) {
+      if (held[Place(i)] == 0) picked.emplace_back(i, picked.size(), 1);
     }
-    Eigen::SparseMatrix<double> system(size(), size());
-    system.setFromTriplets(entries.begin(), entries.end());
-    return system;
+    Eigen::SparseMatrix<double> P(size(), static_cast<Index>(picked.size()));
+    P.setFromTriplets(picked.begin(), picked.end());
+    return P;
   }
 
   VectorXd r_, z_;
   double mu_, compressibility_ = 0, lambda_ = 0;
   bool mixed_ = true;
-  std::vector<char> held_;
 };
 
 }  // namespace

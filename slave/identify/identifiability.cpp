@@ -28,15 +28,6 @@ HyperLaw LawOf(const LawFamily& family, const VectorXd& values) {
   return family.Make(values.head(family.moduli()), values.tail(family.shapes()));
 }
 
-VectorXd PredictAll(const HyperLaw& law, const std::vector<MaterialTest>& tests) {
-  std::vector<double> all;
-  for (const MaterialTest& test : tests) {
-    const VectorXd said = Predict(law, test);
-    all.insert(all.end(), said.begin(), said.end());
-  }
-  return Eigen::Map<VectorXd>(all.data(), static_cast<Index>(all.size()));
-}
-
 // Of a constant that is zero: a modulus is measured by the others, an exponent by one.
 VectorXd ScalesOf(const LawFamily& family, const VectorXd& values) {
   VectorXd scales = values.cwiseAbs();
@@ -117,9 +108,8 @@ MatrixXd Sensitivities(const LawFamily& family, const VectorXd& values,
     const double step = kStep * scales[i];
     VectorXd up = values, down = values;
     up[i] += step, down[i] -= step;
-    columns.emplace_back(
-        (PredictAll(LawOf(family, up), tests) - PredictAll(LawOf(family, down), tests)) /
-        (2 * step));
+    columns.emplace_back((Predict(LawOf(family, up), tests) - Predict(LawOf(family, down), tests)) /
+                         (2 * step));
   }
   MatrixXd J(columns.front().size(), values.size());
   for (Index i = 0; i < values.size(); ++i) J.col(i) = columns[static_cast<std::size_t>(i)];
@@ -154,13 +144,13 @@ Identifiability Identify(const LawFamily& family, const VectorXd& values, const 
   const SymmetricEigen eigen = EigenOf(relative.transpose() * relative);
   Identifiability told;
   Invert(J, scales, &told);
-  told.weak = eigen.vectors.col(0);
+  const VectorXd weak = eigen.vectors.col(0);
   const double sigma = std::sqrt(variance / std::max(eigen.values[0], 1e-300));
   if (sigma < kUntold) return told;
   told.untold =
-      InWords(family.ParameterNames(), told.weak) +
+      InWords(family.ParameterNames(), weak) +
       (sigma > 1e3 ? std::string(" (undetermined)") : Formatted(" (sigma %.0f %%)", 100 * sigma));
-  told.extra = BestExtra(family, values, scales.cwiseProduct(told.weak), tests);
+  told.extra = BestExtra(family, values, scales.cwiseProduct(weak), tests);
   return told;
 }
 

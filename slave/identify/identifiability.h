@@ -18,8 +18,7 @@ Eigen::MatrixXd Sensitivities(const LawFamily& family, const Eigen::VectorXd& va
 struct Identifiability {
   Eigen::MatrixXd inverse;  // inverse of J^T J, without the undetermined combinations
   Eigen::MatrixXd open;     // covariance of those combinations: they may be anything
-  Eigen::VectorXd weak;     // the least determined combination, in relative changes
-  std::string untold;       // the same as text if one sigma is above a half; else empty
+  std::string untold;       // least determined combination if its sigma is above a half; else empty
   std::string extra;        // the test over the same stretches that determines it best
 };
 

@@ -33,12 +33,6 @@ constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts
 constexpr double kFewRows = 1.33;  // which widens bands: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
 constexpr double kFloor = 1e-4;    // of the peak: no data are better known
 
-double PeakOf(const std::vector<MaterialTest>& tests) {
-  double peak = 0;
-  for (const MaterialTest& test : tests) peak = std::max(peak, test.Peak());
-  return peak;
-}
-
 // Of each row: one over the test's peak.
 VectorXd Weights(const std::vector<MaterialTest>& tests) {
   const double peak = PeakOf(tests);
@@ -47,19 +41,6 @@ VectorXd Weights(const std::vector<MaterialTest>& tests) {
     weights.insert(weights.end(), test.values(), 1 / std::max(test.Peak(), kLeastShare * peak));
   }
   return Eigen::Map<VectorXd>(weights.data(), static_cast<Index>(weights.size()));
-}
-
-VectorXd Stacked(const std::vector<MaterialTest>& tests, const auto& of) {
-  Index size = 0;
-  for (const MaterialTest& test : tests) size += static_cast<Index>(test.values());
-  VectorXd all(size);
-  Index at = 0;
-  for (const MaterialTest& test : tests) {
-    const auto count = static_cast<Index>(test.values());
-    all.segment(at, count) = of(test);
-    at += count;
-  }
-  return all;
 }
 
 // Least squares with the first `bounded` unknowns not negative: every set of those that are zero is
@@ -92,7 +73,7 @@ class Projection {
  public:
   Projection(const LawFamily& family, const std::vector<MaterialTest>& tests)
       : family_(family), tests_(tests), weights_(Weights(tests)) {
-    target_ = weights_.cwiseProduct(Stacked(tests, [](const auto& t) { return Measured(t); }));
+    target_ = weights_.cwiseProduct(Measured(tests));
   }
 
   [[nodiscard]] VectorXd Bounded(const VectorXd& free) const {
@@ -110,8 +91,7 @@ class Projection {
     MatrixXd A(target_.size(), family_.moduli());
     for (Index i = 0; i < A.cols(); ++i) {
       const HyperLaw unit = family_.Make(VectorXd::Unit(A.cols(), i), shape);
-      A.col(i) = weights_.cwiseProduct(
-          Stacked(tests_, [&](const auto& test) { return Predict(unit, test); }));
+      A.col(i) = weights_.cwiseProduct(Predict(unit, tests_));
     }
     if (!A.allFinite()) return std::nullopt;
     const VectorXd scale = A.colwise().norm().cwiseMax(1e-300).transpose();
@@ -233,14 +213,12 @@ double Bic(double misfit, const std::vector<MaterialTest>& tests, Index rows, in
 double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
                    std::vector<double>* shares) {
   double sum = 0;
-  std::size_t count = 0;
   for (const MaterialTest& test : tests) {
     const double misfit = (Predict(law, test) - Measured(test)).squaredNorm();
     shares->push_back(std::sqrt(misfit / static_cast<double>(test.values())) / test.Peak());
     sum += misfit;
-    count += test.values();
   }
-  return std::sqrt(sum / static_cast<double>(count)) / PeakOf(tests);
+  return std::sqrt(sum / static_cast<double>(ValuesOf(tests))) / PeakOf(tests);
 }
 
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
@@ -258,7 +236,7 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   const auto free = static_cast<double>(projection.rows());
   const double spread = std::max(left.squaredNorm() / free, kFloor * kFloor);
   const Identifiability told = Identify(family, fit.values, J, spread, tests);
-  fit.untold = told.untold, fit.extra = told.extra, fit.weak = told.weak;
+  fit.untold = told.untold, fit.extra = told.extra;
   const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
   fit.covariance = kFewRows * (told.inverse * meat * told.inverse) + told.open;
   const auto [low, high] = StretchRange(tests);
@@ -267,8 +245,7 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
 }
 
 std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam) {
-  std::size_t rows = 0;
-  for (const MaterialTest& test : tests) rows += test.values();
+  const std::size_t rows = ValuesOf(tests);
   std::vector<LawFit> fits;
   for (const LawFamily& family : OfferedLaws()) {
     if (family.foam != foam || rows < 2 * static_cast<std::size_t>(family.parameters())) continue;
@@ -282,10 +259,7 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam) {
   return fits;
 }
 
-double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& test,
-                           std::size_t row) {
-  MaterialTest one = test;
-  one.rows = {test.rows[row]};
+double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& one) {
   const MatrixXd J = Sensitivities(family, fit.values, {one});
   return 1.96 * std::sqrt(std::max(0.0, (J.row(0) * fit.covariance * J.row(0).transpose())(0)));
 }

@@ -30,7 +30,6 @@ struct LawFit {
       unstable;        // range of the instability, as text; empty: none within the data's stretches
   std::string untold;  // combination that the data do not determine; empty: all are determined
   std::string extra;   // further test that would determine it
-  Eigen::VectorXd weak;  // that combination, in relative changes of the constants
 };
 
 // All tests of one material. Throws std::runtime_error: no constitutive model can be evaluated over
@@ -45,8 +44,8 @@ std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam);
 double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
                    std::vector<double>* shares);
 
-// Half width of the 95 % band of the model's stress due to the covariance of the constants [Pa].
-double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& test,
-                           std::size_t row);
+// Half width of the 95 % band of the model's stress in the only row of `one` due to the covariance
+// of the constants [Pa].
+double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& one);
 
 }  // namespace palpate::identify

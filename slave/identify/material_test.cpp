@@ -26,6 +26,17 @@ Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row, std::option
   return PrincipalStretches(test.kind, row.abscissa, nu, row.across).asDiagonal();
 }
 
+VectorXd Stacked(const std::vector<MaterialTest>& tests, const auto& of) {
+  VectorXd all(static_cast<Eigen::Index>(ValuesOf(tests)));
+  Eigen::Index at = 0;
+  for (const MaterialTest& test : tests) {
+    const VectorXd values = of(test);
+    all.segment(at, values.size()) = values;
+    at += values.size();
+  }
+  return all;
+}
+
 // Nominal stress; the third direction of an incompressible law is free.
 Matrix3d Nominal(const HyperLaw& law, const Matrix3d& F) {
   Matrix3d P;
@@ -113,6 +124,26 @@ VectorXd Measured(const MaterialTest& test) {
     for (const double value : row.measured) all[at++] = value;
   }
   return all;
+}
+
+VectorXd Predict(const HyperLaw& law, const std::vector<MaterialTest>& tests) {
+  return Stacked(tests, [&](const MaterialTest& test) { return Predict(law, test); });
+}
+
+VectorXd Measured(const std::vector<MaterialTest>& tests) {
+  return Stacked(tests, [](const MaterialTest& test) { return Measured(test); });
+}
+
+std::size_t ValuesOf(const std::vector<MaterialTest>& tests) {
+  std::size_t count = 0;
+  for (const MaterialTest& test : tests) count += test.values();
+  return count;
+}
+
+double PeakOf(const std::vector<MaterialTest>& tests) {
+  double peak = 0;
+  for (const MaterialTest& test : tests) peak = std::max(peak, test.Peak());
+  return peak;
 }
 
 std::string AgainstIsotropy(const MaterialTest& test) {

@@ -46,8 +46,14 @@ struct MaterialTest {
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t row);
 // Of all rows, one after the other.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test);
+Eigen::VectorXd Predict(const HyperLaw& law, const std::vector<MaterialTest>& tests);
 // The measured values in the same order.
 Eigen::VectorXd Measured(const MaterialTest& test);
+Eigen::VectorXd Measured(const std::vector<MaterialTest>& tests);
+
+// Number of measured values, and their largest size [Pa].
+std::size_t ValuesOf(const std::vector<MaterialTest>& tests);
+double PeakOf(const std::vector<MaterialTest>& tests);
 
 // Why no isotropic model can fit a test: equal stretches in two directions with stresses that
 // differ by more than a tenth of the peak. Empty: it can.

@@ -37,8 +37,7 @@ MaterialTest Empty(TestKind kind) {
 
 }  // namespace
 
-Predictor::Predictor(const std::vector<MaterialTest>& tests) : tests_(tests) {
-  for (const MaterialTest& test : tests) peak_ = std::max(peak_, test.Peak());
+Predictor::Predictor(const std::vector<MaterialTest>& tests) : tests_(tests), peak_(PeakOf(tests)) {
   Add(RubberLike(), {0.3, 0.45, 0.25});
   if (members_.empty()) {
     std::vector<LawFamily> stable;
@@ -55,9 +54,7 @@ void Predictor::Add(const std::vector<LawFamily>& families, const std::vector<do
   const bool must_fit = families.front().yeoh;
   std::vector<Member> all;
   for (std::size_t i = 0; i < families_.size(); ++i) {
-    std::size_t rows = 0;
-    for (const MaterialTest& test : tests_) rows += test.values();
-    if (rows < 2 * static_cast<std::size_t>(families_[i].parameters())) continue;
+    if (ValuesOf(tests_) < 2 * static_cast<std::size_t>(families_[i].parameters())) continue;
     Member member{&families_[i], FitLaw(families_[i], tests_), weights[i]};
     // Yeoh's laws are here to say how far curves may part, not to be solved with.
     if (member.fit.law.ShearModulus() > 0 && (must_fit || member.fit.unstable.empty())) {
@@ -85,7 +82,7 @@ PredictedRow Predictor::At(const MaterialTest& test, std::size_t row) const {
   double mean = 0, square = 0, own = 0;
   for (const Member& member : members_) {
     const double stress = Predict(member.fit.law, one, 0)[0];
-    const double half = PredictionHalfWidth(*member.family, member.fit, one, 0) / kWide;
+    const double half = PredictionHalfWidth(*member.family, member.fit, one) / kWide;
     mean += member.weight * stress;
     square += member.weight * stress * stress;
     own += member.weight * half * half;
@@ -94,7 +91,7 @@ PredictedRow Predictor::At(const MaterialTest& test, std::size_t row) const {
   const double law = std::hypot(kOwnError * mean, kOwnOfPeak * peak_),
                misfit = misfit_ * std::max(std::abs(mean), 0.1 * peak_);
   const double half = kWide * std::sqrt(between + own + law * law + misfit * misfit);
-  return {test.rows[row].abscissa, test.rows[row].across, mean, mean - half, mean + half};
+  return {test.rows[row].abscissa, mean, mean - half, mean + half};
 }
 
 std::vector<PredictedCurve> Predictor::OtherTests() const {

@@ -10,7 +10,7 @@
 namespace palpate::identify {
 
 struct PredictedRow {
-  double abscissa = 0, across = 1;       // stretch or amount of shear, second stretch
+  double abscissa = 0;                   // stretch or amount of shear
   double stress = 0, low = 0, high = 0;  // nominal, band of 95 % [Pa]
 };
 struct PredictedCurve {

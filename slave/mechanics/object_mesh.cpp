@@ -217,6 +217,12 @@ std::vector<std::uint32_t> RimOf(const SurfaceMesh& surface) {
 
 }  // namespace
 
+SurfaceMesh SurfaceOf(const ObjectMesh& mesh) {
+  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
+  const auto* surface = std::get_if<SurfaceMesh>(&mesh);
+  return surface ? *surface : SurfaceMesh();
+}
+
 TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
 }

@@ -32,6 +32,8 @@ using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMe
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
 // The same for planar objects; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);
+// The surface of a volume or of a closed surface; empty for others.
+SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
 
 // Where contacts of an object are possible (contracts, `solve`).
 class TouchableSurface {

@@ -7,6 +7,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
 #include "slave/scene/model_kinds.h"
+#include "slave/study/mesh_division.h"
 #include "slave/study/reachable_places.h"
 
 namespace palpate::study {
@@ -52,8 +53,7 @@ std::string WhyNot(const StudyRow& row, const StudyRow& chosen, const StudyResul
 }
 
 RejectedModel Rejected(const StudyRow& row, std::string why) {
-  return {row.family + ", " + row.resolution, std::move(why), row.error.value, row.update_p99_s,
-          row.precompute_s};
+  return {row.name(), std::move(why), row.error.value, row.update_p99_s, row.precompute_s};
 }
 
 // The front first, then what answered, then the others.

@@ -109,10 +109,9 @@ void Mark(Svg* svg, std::size_t family, const Vector2d& at, std::string_view too
 }
 
 std::string Tooltip(const StudyRow& row) {
-  return row.family + ", " + row.resolution +
-         Formatted(": error %.3g %% (+- %.2g %%), update %.3g us, precompute %.3g s",
-                   100 * row.error.value, 100 * row.error.bar, 1e6 * row.update_median_s,
-                   row.precompute_s);
+  return row.name() + Formatted(": error %.3g %% (+- %.2g %%), update %.3g us, precompute %.3g s",
+                                100 * row.error.value, 100 * row.error.bar,
+                                1e6 * row.update_median_s, row.precompute_s);
 }
 
 // Error over one cost.
@@ -238,8 +237,8 @@ class Figure {
     if (!row.recommended) return;
     svg_.Circle(at, 11, "choice");
     const bool right = at.x() < panel.middle();
-    svg_.Text(at + Vector2d(right ? 12 : -12, -10), row.family + ", " + row.resolution,
-              "choice-ink small", right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
+    svg_.Text(at + Vector2d(right ? 12 : -12, -10), row.name(), "choice-ink small",
+              right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
   }
 
   void DrawLegend() {

@@ -10,12 +10,14 @@
 #include <span>
 #include <utility>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/press_spec.h"
+#include "slave/study/width_mismatch.h"
 
 namespace palpate::study {
 namespace {
@@ -30,10 +32,7 @@ constexpr int kHop = 10;  // every tenth update touches other elements
 // Finds the elements of places, as the tracker does before it asks the model.
 class Finder {
  public:
-  explicit Finder(const ObjectMesh& mesh) : mesh_(mesh) {
-    if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
-    if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) skin_ = *surface;
-  }
+  explicit Finder(const ObjectMesh& mesh) : mesh_(mesh), skin_(SurfaceOf(mesh)) {}
   [[nodiscard]] const SurfaceMesh& skin() const { return skin_; }
   // -1 where the model has no elements.
   [[nodiscard]] int ElementAt(const Vector3d& p_O) const {
@@ -113,7 +112,7 @@ class Trial {
     const double end = workshop_.now() + timing_s;
     while (seconds.size() < most && (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
       const auto i = static_cast<int>(seconds.size());
-      Contact& contact = contacts[static_cast<std::size_t>(i / kHop % 3)];
+      Contact& contact = contacts[Index(i / kHop % 3)];
       contact.prescribed_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
       const double began = workshop_.now();
       model_.Respond(std::span(&contact, 1), std::span(&response, 1));

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/object_mesh.h"
@@ -53,9 +54,8 @@ Press OnMembrane(const Vector3d& p_O) {
 }
 
 Press OnTriangle(const SurfaceMesh& surface, int triangle, const Vector3d& p_O) {
-  const auto& corners = surface.triangles[static_cast<std::size_t>(triangle)];
-  const Vector3d edge = surface.nodes[static_cast<std::size_t>(corners[1])] -
-                        surface.nodes[static_cast<std::size_t>(corners[0])];
+  const auto& corners = surface.triangles[Index(triangle)];
+  const Vector3d edge = surface.nodes[Index(corners[1])] - surface.nodes[Index(corners[0])];
   return {p_O, -Normal(surface, triangle), edge.normalized()};
 }
 
@@ -66,11 +66,10 @@ std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
   double farthest = 0;
   constexpr double kEdgeSlack = 1e-9;
   for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
-    const auto& c = surface.triangles[static_cast<std::size_t>(t)];
+    const auto& c = surface.triangles[Index(t)];
     Eigen::Matrix3d system;
-    const Vector3d& a = surface.nodes[static_cast<std::size_t>(c[0])];
-    system << surface.nodes[static_cast<std::size_t>(c[1])] - a,
-        surface.nodes[static_cast<std::size_t>(c[2])] - a, -way;
+    const Vector3d& a = surface.nodes[Index(c[0])];
+    system << surface.nodes[Index(c[1])] - a, surface.nodes[Index(c[2])] - a, -way;
     const double volume = system.col(0).cross(system.col(1)).dot(system.col(2));
     if (volume == 0) continue;
     const Vector3d r = from - a;
@@ -86,18 +85,18 @@ std::optional<Press> LastExit(const SurfaceMesh& surface, const Vector3d& from,
 
 Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
   const auto held = FixedNodeDofs(scene, surface.nodes);
-  Vector3d lower = surface.nodes.front(), upper = lower, held_sum = Vector3d::Zero();
+  Eigen::AlignedBox3d box;
+  Vector3d held_sum = Vector3d::Zero();
   int held_count = 0;
   for (std::size_t i = 0; i < held.size(); ++i) {
-    lower = lower.cwiseMin(surface.nodes[i]);
-    upper = upper.cwiseMax(surface.nodes[i]);
+    box.extend(surface.nodes[i]);
     if (!held[i][0] && !held[i][1] && !held[i][2]) continue;
     held_sum += surface.nodes[i];
     ++held_count;
   }
-  const Vector3d centre = 0.5 * (lower + upper);
+  const Vector3d centre = box.center();
   Vector3d way = held_count > 0 ? Vector3d(centre - held_sum / held_count) : Vector3d::UnitZ();
-  if (way.norm() < 1e-6 * (upper - lower).norm()) way = Vector3d::UnitZ();
+  if (way.norm() < 1e-6 * box.sizes().norm()) way = Vector3d::UnitZ();
   const auto press = LastExit(surface, centre, way.normalized());
   if (!press) {
     throw std::invalid_argument(
@@ -105,11 +104,6 @@ Press OppositeToHeld(const Scene& scene, const SurfaceMesh& surface) {
         "point");
   }
   return *press;
-}
-
-SurfaceMesh SurfaceOf(const ObjectMesh& mesh) {
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
-  return std::get<SurfaceMesh>(mesh);
 }
 
 std::vector<Press> OnVolume(const Scene& scene, const SurfaceMesh& surface,
@@ -137,7 +131,6 @@ std::vector<Press> OnOutline(const Scene& scene, const Outline& outline,
 }
 
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 constexpr int kDepth = 6;          // halvings of an edge
 constexpr double kSameSide = 0.5;  // cosine between normals, as in contact patches
@@ -235,8 +228,8 @@ std::vector<LoadPoint> RoundLoad(const SurfaceMesh& surface, const Vector3d& p_O
     if (-Normal(surface, t).dot(inward_O) < kSameSide) continue;
     Matrix3d corners;
     for (int i = 0; i < 3; ++i) {
-      const auto& nodes = surface.triangles[static_cast<std::size_t>(t)];
-      corners.col(i) = surface.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(i)])];
+      const auto& nodes = surface.triangles[Index(t)];
+      corners.col(i) = surface.nodes[Index(nodes[Index(i)])];
     }
     const Matrix3d m = Cut(corners, Area(surface, t), p_O, 0.5 * width).moment();
     const double area = m.sum();

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/study/candidate.h"
+#include "slave/study/mesh_division.h"
 
 namespace palpate::study {
 namespace {
@@ -21,20 +22,12 @@ constexpr double kBeside = 2;      // of the tool's width, must be free
 constexpr double kStraight = 0.9;  // cosine between normals under it
 constexpr double kWithin = 0.6;    // of a membrane's radius
 
-struct Piece {
-  Vector3d p_O{0, 0, 0};
-  double size = 0;  // its length
-};
-
 // The piece in which a share of all sizes ends, and the share of that piece.
-template <typename Sized>
-std::pair<std::size_t, double> PieceAt(const std::vector<Sized>& pieces, double share) {
-  double total = 0;
-  for (const auto& piece : pieces) total += piece.size;
-  double rest = share * total;
+std::pair<std::size_t, double> PieceAt(const std::vector<double>& sizes, double share) {
+  double rest = share * std::accumulate(sizes.begin(), sizes.end(), 0.0);
   std::size_t at = 0;
-  while (at + 1 < pieces.size() && rest >= pieces[at].size) rest -= pieces[at++].size;
-  return {at, rest / pieces[at].size};
+  while (at + 1 < sizes.size() && rest >= sizes[at]) rest -= sizes[at++];
+  return {at, rest / sizes[at]};
 }
 
 std::vector<Vector3d> OnOutline(const Scene& scene, double width,
@@ -44,7 +37,8 @@ std::vector<Vector3d> OnOutline(const Scene& scene, double width,
   if (!HoldsByNumber(scene)) fine.model.elements = kPieces;
   const BoundaryMesh mesh = MeshOutline(fine, std::nullopt);
   const auto held = FixedElementDofs(fine, mesh);
-  std::vector<Piece> pieces;
+  std::vector<Vector3d> middles;
+  std::vector<double> lengths;
   for (int i = 0; i < mesh.size(); ++i) {
     const BoundaryElement& middle = mesh.elements[Index(i)];
     const auto carries = [&](int k) {
@@ -54,44 +48,41 @@ std::vector<Vector3d> OnOutline(const Scene& scene, double width,
     if (!std::ranges::all_of(PatchElements(mesh, i, middle.midpoint(), kBeside * width), carries))
       continue;
     const Vector2d p = middle.midpoint();
-    pieces.push_back({{p.x(), p.y(), 0}, middle.length()});
+    middles.emplace_back(p.x(), p.y(), 0);
+    lengths.push_back(middle.length());
   }
   std::vector<Vector3d> places;
   for (const double share : shares) {
-    if (!pieces.empty()) places.push_back(pieces[PieceAt(pieces, share).first].p_O);
+    if (!middles.empty()) places.push_back(middles[PieceAt(lengths, share).first]);
   }
   return places;
+}
+
+std::vector<double> AreasOf(const SurfaceMesh& skin) {
+  std::vector<double> areas;
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) areas.push_back(Area(skin, t));
+  return areas;
 }
 
 // What is held is known by its nodes, so triangles are small.
 SurfaceMesh FineSkin(const Scene& scene, double width) {
   constexpr std::size_t kMost = 6'000;
-  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
-  const auto* solid = std::get_if<SolidMesh>(&mesh);
-  SurfaceMesh skin = solid ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
-  const auto largest = [&] {
-    double area = 0;
-    for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
-      area = std::max(area, Area(skin, t));
-    }
-    return area;
-  };
-  while (largest() > 0.1 * width * width && 4 * skin.triangles.size() < kMost) skin = Refined(skin);
+  SurfaceMesh skin = SurfaceOf(MeshObject(scene, std::nullopt));
+  while (std::ranges::max(AreasOf(skin)) > 0.1 * width * width &&
+         4 * skin.triangles.size() < kMost) {
+    skin = Refined(skin);
+  }
   return skin;
 }
-
-struct Facet {
-  double size = 0;  // its area
-};
 
 double Fraction(double x) {
   return x - std::floor(x);
 }
 
 // Anywhere on a triangle: its middle would lie in every mesh of its kind alike.
-Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<Facet>& facets, double share) {
+Vector3d OnFacet(const SurfaceMesh& skin, const std::vector<double>& areas, double share) {
   constexpr double kStripes = 100 * std::numbers::phi;
-  const auto [at, within] = PieceAt(facets, share);
+  const auto [at, within] = PieceAt(areas, share);
   const double a = std::sqrt(within), b = Fraction(kStripes * within);
   const auto& corners = skin.triangles[at];
   return (1 - a) * skin.nodes[Index(corners[0])] + a * (1 - b) * skin.nodes[Index(corners[1])] +
@@ -118,17 +109,15 @@ std::vector<Vector3d> OnSkin(const Scene& scene, double width, const std::vector
     const auto place = FindPlace(skin, p_O);
     return place && PatchAt(skin, *place, p_O, width).disc.area >= kOnObject * face;
   };
-  std::vector<Facet> facets;
-  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t)
-    facets.push_back({Area(skin, t)});
+  const std::vector<double> areas = AreasOf(skin);
   std::vector<Vector3d> places;
   int missed = 0;  // in a row
   for (double share : shares) {
-    Vector3d p_O = OnFacet(skin, facets, share);
+    Vector3d p_O = OnFacet(skin, areas, share);
     while (missed < kMostMissed && !carries(p_O)) {
       ++missed;
       share = Fraction(share + std::numbers::phi);
-      p_O = OnFacet(skin, facets, share);
+      p_O = OnFacet(skin, areas, share);
     }
     if (missed == kMostMissed) break;
     missed = 0;

@@ -198,7 +198,7 @@ std::string ToTable(const StudyResult& study) {
   }
   for (const StudyRow& row : study.rows) {
     if (row.outcome == Outcome::kAnswered) continue;
-    table += "  " + std::string(ToString(row.outcome)) + ": " + row.family + ", " + row.resolution +
+    table += "  " + std::string(ToString(row.outcome)) + ": " + row.name() +
              (row.residual > 0 ? ", residual " + ResidualOf(row) : "") + " (expected " +
              Seconds(row.expected_s) + "): " + row.reason + "\n";
   }

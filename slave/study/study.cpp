@@ -34,13 +34,9 @@ StudyRow* Least(std::vector<StudyRow>* rows, const Allowed& allowed, const Cost&
 }
 
 std::string Sentence(const StudyRow& row, const char* because) {
-  return row.family + ", " + row.resolution + ": " + because +
+  return row.name() + ": " + because +
          Formatted(" (%.2g %% error, %.3g us per update, %.2g s of precompute)",
                    100 * row.error.value, 1e6 * row.update_median_s, row.precompute_s);
-}
-
-std::string Name(const StudyRow& row) {
-  return row.family + ", " + row.resolution;
 }
 
 // Why no row meets both: which of the two cannot be met at all, or what they cost each other.
@@ -54,19 +50,19 @@ std::string Conflict(double tolerance, double rate, std::vector<StudyRow>* rows)
   std::string words;
   if (!exact->meets_tolerance) {
     words += Formatted("; none is within %.3g %%, the nearest is ", 100 * tolerance) +
-             Name(*exact) + Formatted(" with %.2g %%", 100 * exact->error.value);
+             exact->name() + Formatted(" with %.2g %%", 100 * exact->error.value);
   }
   if (!fast->meets_rate) {
-    words += Formatted("; none reaches %.3g Hz, the nearest is ", rate) + Name(*fast) +
+    words += Formatted("; none reaches %.3g Hz, the nearest is ", rate) + fast->name() +
              Formatted(" at %.3g Hz", 1 / fast->update_p99_s);
   }
   if (!words.empty()) return words;
   const StudyRow* within = Least(rows, std::mem_fn(&StudyRow::meets_tolerance), slowest);
   const StudyRow* in_time = Least(rows, std::mem_fn(&StudyRow::meets_rate), error);
-  return Formatted("; within %.3g %% the fastest is ", 100 * tolerance) + Name(*within) +
+  return Formatted("; within %.3g %% the fastest is ", 100 * tolerance) + within->name() +
          Formatted(" at %.3g Hz, at %.3g Hz the most accurate is ", 1 / within->update_p99_s,
                    rate) +
-         Name(*in_time) + Formatted(" with %.2g %%", 100 * in_time->error.value);
+         in_time->name() + Formatted(" with %.2g %%", 100 * in_time->error.value);
 }
 
 // What stays in its range at full depth, if anything does.
@@ -170,8 +166,7 @@ class Study {
     ReportShare();
     // What is over at once needs no bar of its own.
     Progress* const shown = expected > kWorthABar ? watcher_.progress : nullptr;
-    Allowance allowance(settings_, workshop_, deadline_, stop_,
-                        candidate.family + ", " + candidate.resolution, shown);
+    Allowance allowance(settings_, workshop_, deadline_, stop_, candidate.name(), shown);
     const double began = workshop_.now();
     StudyRow row = Measure(candidate, result_.question, workshop_, &allowance, settings_.timing_s);
     row.expected_s = expected;

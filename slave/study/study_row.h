@@ -47,6 +47,8 @@ struct Trait {
   double expected_s = 0;  // precompute and trial together [s]
   bool own = false;       // the scene's own resolution
   bool linear = true;     // small strain and small rotation: force proportional to depth
+
+  [[nodiscard]] std::string name() const { return family + ", " + resolution; }
 };
 
 struct StudyRow : Trait {

@@ -16,7 +16,8 @@
 #include "slave/mechanics/fem/green/tet_stiffness.h"
 #include "slave/mechanics/linear/mumps.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/study/candidate.h"
+#include "slave/study/mesh_division.h"
+#include "slave/study/width_mismatch.h"
 
 namespace palpate::study {
 namespace {
@@ -125,34 +126,20 @@ std::vector<char> MovedNodes(const SolidMesh& mesh, const Press& press, double w
 
 // u^T K u of the state in which unknowns with `given` != NaN are held there and the others rest.
 double EnergyOf(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd& given) {
-  std::vector<int> number(Index(static_cast<int>(given.size())), -1);
-  int free = 0;
   Eigen::VectorXd u = given;
+  std::vector<Eigen::Triplet<double>> picked;
   for (Eigen::Index k = 0; k < given.size(); ++k) {
     if (std::isfinite(given[k])) continue;
-    number[static_cast<std::size_t>(k)] = free++;
+    picked.emplace_back(k, picked.size(), 1);
     u[k] = 0;
   }
-  std::vector<Eigen::Triplet<double>> entries;
-  for (int column = 0; column < lower.outerSize(); ++column) {
-    if (number[Index(column)] < 0) continue;
-    for (Eigen::SparseMatrix<double>::InnerIterator it(lower, column); it; ++it) {
-      const int row = number[Index(static_cast<int>(it.row()))];
-      if (row >= 0) entries.emplace_back(row, number[Index(column)], it.value());
-    }
-  }
-  Eigen::SparseMatrix<double> part(free, free);
-  part.setFromTriplets(entries.begin(), entries.end());
-  const auto K = lower.selfadjointView<Eigen::Lower>();
-  const Eigen::VectorXd load = K * u;
-  Eigen::VectorXd x(free);
-  for (Eigen::Index k = 0; k < given.size(); ++k) {
-    if (number[static_cast<std::size_t>(k)] >= 0) x[number[static_cast<std::size_t>(k)]] = -load[k];
-  }
-  SpdFactor(part).Solve(x.data(), 1);
-  for (Eigen::Index k = 0; k < given.size(); ++k) {
-    if (number[static_cast<std::size_t>(k)] >= 0) u[k] = x[number[static_cast<std::size_t>(k)]];
-  }
+  Eigen::SparseMatrix<double> P(given.size(), static_cast<Eigen::Index>(picked.size()));
+  P.setFromTriplets(picked.begin(), picked.end());  // u = given + P x
+  const Eigen::SparseMatrix<double> K = lower.selfadjointView<Eigen::Lower>();
+  const Eigen::SparseMatrix<double> part = P.transpose() * K * P;
+  Eigen::VectorXd x = -(P.transpose() * (K * u));
+  SpdFactor(part.triangularView<Eigen::Lower>()).Solve(x.data(), 1);
+  u += P * x;
   return u.dot(K * u);
 }
 

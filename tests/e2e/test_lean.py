@@ -94,9 +94,12 @@ class Idle(unittest.TestCase):
         self.assertLess(2 * idle_cpu, busy_cpu)
 
 
+COMMANDS = "study", "train", "identify", "evaluate", "calibrate"  # programs of their own
+
+
 class Parts(unittest.TestCase):
     def test_commands_that_are_programs_of_their_own_answer_as_before(self):
-        for command in ("evaluate", "calibrate"):
+        for command in COMMANDS:
             help_text = run(SLAVE, command, "--help")
             self.assertEqual(help_text.returncode, 0, help_text.stderr)
             self.assertIn(f"palpate-slave {command} [OPTIONS]", help_text.stdout)
@@ -112,7 +115,7 @@ class Parts(unittest.TestCase):
             scene.write_text(pathlib.Path(BLOCK).read_text().replace("source: simulated", "file: film.avi"))
             pathlib.Path(folder, "film.avi").write_bytes(b"RIFF")
             for part, command in (("palpate-films.so", ("serve", scene, "--listen", "127.0.0.1:0")),
-                                  ("palpate-evaluate", ("evaluate", BLOCK)), ("palpate-calibrate", ("calibrate",))):
+                                  *((f"palpate-{command}", (command,)) for command in COMMANDS)):
                 done = run(alone, *command)
                 self.assertEqual(done.returncode, 1, done.stderr)
                 self.assertIn(f"{part}, which is not installed next to this program", done.stderr)

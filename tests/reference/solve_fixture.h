@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/commands/commands.h"
+#include "slave/commands/solve/solve.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

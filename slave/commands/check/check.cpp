@@ -16,7 +16,6 @@
 
 #include "slave/capture/codecs/codecs.h"
 #include "slave/checks/camera/camera_limits.h"
-#include "slave/commands/commands.h"
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/scene/decided_model.h"

@@ -1,13 +1,24 @@
-// The parts of `check`, and how it prints: a label and a sentence, lengths with a readable unit.
+// `palpate-slave check`: what will run and why, what is off, and the expected accuracy.
+// Its parts print a label and a sentence, lengths with a readable unit.
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
 #include "slave/scene/words.h"
 
 namespace palpate {
+
+struct CheckOptions {
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;
+};
+
+// Prints the report; 0: the scene can run. Throws SceneError and std::exception.
+int RunCheck(const CheckOptions& options);
 
 void PrintLine(const std::string& what, const std::string& text);
 // Name, object and material.

@@ -13,23 +13,15 @@ namespace {
 
 constexpr const char* kPushed = "from a driver (FeedPictures)";
 
-std::string DeviceInWords(int device) {
-  return fmt::format("camera {0} (/dev/video{0})", device);
-}
-
-std::string AddressInWords(const std::string& address) {
-  const bool is_pipeline = address.find('!') != std::string::npos;
-  return (is_pipeline ? "GStreamer pipeline " : "stream ") + address;
-}
-
 std::string InWords(const Eye& eye) {
   switch (eye.kind) {
     case Eye::Kind::kDevice:
-      return DeviceInWords(eye.device);
+      return fmt::format("camera {0} (/dev/video{0})", eye.device);
     case Eye::Kind::kVideo:
       return "video " + eye.address;
     case Eye::Kind::kUrl:
-      return AddressInWords(eye.address);
+      return (eye.address.find('!') == std::string::npos ? "stream " : "GStreamer pipeline ") +
+             eye.address;
     case Eye::Kind::kOpenNi:
       break;
   }
@@ -121,15 +113,15 @@ std::string InWords(const Camera& camera) {
     case Camera::Source::kFiles:
       return "image files " + camera.pattern;
     case Camera::Source::kVideo:
-      return "video " + camera.pattern;
+      return InWords(Eye{.kind = Eye::Kind::kVideo, .address = camera.pattern});
     case Camera::Source::kUrl:
-      return AddressInWords(camera.pattern);
+      return InWords(Eye{.kind = Eye::Kind::kUrl, .address = camera.pattern});
     case Camera::Source::kStream:
       return std::string("images ") + kPushed;
     case Camera::Source::kDevice:
       break;
   }
-  return DeviceInWords(camera.device);
+  return InWords(Eye{.kind = Eye::Kind::kDevice, .device = camera.device});
 }
 
 void PrintCameras(const Scene& scene) {

@@ -15,18 +15,11 @@
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/shape/html_page.h"
-#include "slave/study/shape/measured_evaluation.h"
 #include "slave/study/shape/simulated_experiment.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate {
 namespace {
-
-SurfaceMesh SurfaceFor(const ObjectMesh& mesh) {
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return *surface;
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
-  throw std::invalid_argument("object.geometry: accepted by evaluate is a volume: box or mesh");
-}
 
 std::vector<Contact> ContactsOf(const std::vector<SolveRow>& rows) {
   std::vector<Contact> contacts;
@@ -57,8 +50,8 @@ std::vector<Eigen::Vector3d> Displacement(const Scene& scene, const ObjectMesh& 
 // The surface at the end of the scene's tactile recording, as its fingertips tell it; at rest if
 // the scene has none or nobody says where its fingertips are. Throws what OpenTactileRecording and
 // TactileEstimator throw; Interrupted.
-EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
-  EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
+study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress) {
+  study::EstimatedShape shape = ShapeUnderTables(scene, {}, {}, nullptr);
   const auto* tactile = scene.sense.Find<Tactile>();
   if (!tactile || tactile->source != Tactile::Source::kRecording) return shape;
   const auto source = OpenTactileRecording(scene, false);
@@ -91,23 +84,21 @@ void Require(bool usable, const char* option, const std::string& value, const ch
 
 study::SegmentationOptions Segmenting(const EvaluateOptions& options) {
   constexpr int kMostNeighbours = 1000;
-  study::SegmentationOptions segmentation;
+  study::SegmentationOptions segmentation = options.segmentation;
+  const study::ColourGrowth& growth = segmentation.colour;
   const bool by_colour = options.segment == "colour";
   if (by_colour) segmentation.method = study::SegmentationOptions::Method::kColour;
   Require(by_colour || options.segment == "surfaces" || options.segment == "no", "--segment",
           options.segment, "surfaces, colour or no");
-  Require(options.neighbours >= 1 && options.neighbours <= kMostNeighbours, "--neighbours",
-          std::to_string(options.neighbours), "1 to 1000");
-  for (const double threshold : {options.point_colour, options.region_colour}) {
+  Require(growth.neighbours >= 1 && growth.neighbours <= kMostNeighbours, "--neighbours",
+          std::to_string(growth.neighbours), "1 to 1000");
+  for (const double threshold : {growth.point_colour, growth.region_colour}) {
     Require(threshold >= 0 && threshold <= 442, "--point-colour, --region-colour",
             std::to_string(threshold), "0 to 442");
   }
-  Require(options.voxel == 0 || (options.voxel >= 5e-4 && options.voxel <= 1), "--voxel",
-          std::to_string(options.voxel), "0, or 0.0005 to 1 m");
-  segmentation.voxel = options.voxel;
-  segmentation.colour.neighbours = options.neighbours;
-  segmentation.colour.point_colour = options.point_colour;
-  segmentation.colour.region_colour = options.region_colour;
+  const double voxel = segmentation.voxel;
+  Require(voxel == 0 || (voxel >= 5e-4 && voxel <= 1), "--voxel", std::to_string(voxel),
+          "0, or 0.0005 to 1 m");
   return segmentation;
 }
 
@@ -182,12 +173,8 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   {
     ProgressBar bar("evaluate", stop);
     const bool tables = !options.contacts.empty() || !options.loads.empty();
-    EstimatedShape shape = tables ? ShapeUnderTables(scene, options.contacts, options.loads, &bar)
-                                  : ShapeAfterRecording(scene, &bar);
-    question.rest_S = std::move(shape.rest_S);
-    question.estimate_S = std::move(shape.estimate_S);
-    question.state = std::move(shape.state);
-    question.fingers_S = std::move(shape.fingers_S);
+    question.shape = tables ? ShapeUnderTables(scene, options.contacts, options.loads, &bar)
+                            : ShapeAfterRecording(scene, &bar);
   }
   const study::MeasuredAnswer answer = study::Evaluate(question);
   std::filesystem::create_directories(options.out);
@@ -245,13 +232,16 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
 
 }  // namespace
 
-EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
-                                const std::filesystem::path& loads, Progress* progress) {
+study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
+                                       const std::filesystem::path& loads, Progress* progress) {
   Scene still = scene;  // what a load comes to in the end, however it gets there
   still.model.fem.time = FemOptions::Time::kStatic;
   const ObjectMesh mesh = MeshObject(still, std::nullopt);
-  EstimatedShape shape;
-  shape.rest_S = SurfaceFor(mesh);
+  study::EstimatedShape shape;
+  shape.rest_S = SurfaceOf(mesh);
+  if (shape.rest_S.triangles.empty()) {
+    throw std::invalid_argument("object.geometry: accepted by evaluate is a volume: box or mesh");
+  }
   shape.estimate_S = shape.rest_S;
   shape.state = "at rest";
   std::vector<SolveRow> rows;

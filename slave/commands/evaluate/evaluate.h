@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/scene/scene.h"
-#include "slave/study/shape/virtual_depth_camera.h"
+#include "slave/study/clouds/segmentation.h"
+#include "slave/study/shape/measured_evaluation.h"
 
 namespace palpate {
 
@@ -24,29 +24,20 @@ struct EvaluateOptions {
   std::string segment = "surfaces";  // surfaces colour no
   std::vector<double> at;            // x, y, z of a point on the object, frame of the camera [m]
   std::vector<int> colour;           // red, green, blue of the object
-  double voxel = 0;                  // [m]; 0: by the cloud
-  int neighbours = 30;               // of a point, for growing by colour
-  double point_colour = 20, region_colour = 10;  // largest differences [0 to 442]
-  double leaf = 0.01;                            // of the octree [m]
-  int repetitions = 5;                           // number of contacts of the simulated experiment
-  bool materials = false;                        // evaluate each of the paper's three foams
+  study::SegmentationOptions segmentation;  // all but the method
+  double leaf = 0.01;                       // of the octree [m]
+  int repetitions = 5;                      // number of contacts of the simulated experiment
+  bool materials = false;                   // evaluate each of the paper's three foams
 };
 
 // Returns the exit code: 0 done, 1 the files cannot be written or the cloud has no score. Throws
 // SceneError, InputError, std::invalid_argument: unusable input.
 int RunEvaluate(const EvaluateOptions& options, const std::stop_token& stop);
 
-// The shape of a scene's object according to its model.
-struct EstimatedShape {
-  SurfaceMesh rest_S, estimate_S;          // same nodes and triangles
-  std::string state;                       // origin of the estimate, as text
-  std::vector<study::Occluder> fingers_S;  // fingertips that are in the camera's view
-};
-
 // The object's surface under the rows of both tables together (as `solve` reads them; an empty
 // path: no rows). Without rows: at rest. Throws what `solve` throws for tables;
 // std::invalid_argument: an object that is not a volume, a model without a solution.
-EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
-                                const std::filesystem::path& loads, Progress* progress);
+study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem::path& contacts,
+                                       const std::filesystem::path& loads, Progress* progress);
 
 }  // namespace palpate

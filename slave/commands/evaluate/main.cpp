@@ -1,9 +1,7 @@
 // palpate-evaluate: the command line of `palpate-slave evaluate`, a program of its own because
 // loading the Point Cloud Library takes 0.06 s and 37 MB.
-#include "shared/program/command_line.h"
-#include "shared/program/program.h"
+#include "slave/commands/command_program.h"
 #include "slave/commands/evaluate/evaluate.h"
-#include "slave/commands/program.h"
 
 namespace palpate {
 namespace {
@@ -13,9 +11,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave evaluate deploy/scenes/foam-cube.yaml --cloud cube.pcd --out build/cube)";
 
 void AddOptions(CLI::App* command, EvaluateOptions* options) {
-  command->add_option("scene", options->scene, "Scene file (YAML)")->required();
-  command->add_option("--override", options->overrides,
-                      "Replace a value of the scene: key.path=value (repeatable)");
+  AddSceneOptions(command, &options->scene, &options->overrides);
   command
       ->add_option(
           "--cloud", options->cloud,
@@ -49,19 +45,19 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
       ->delimiter(',')
       ->expected(3);
   command
-      ->add_option("--voxel", options->voxel,
+      ->add_option("--voxel", options->segmentation.voxel,
                    "Edge of the voxels that thin out the cloud [m]; 0 selects it automatically")
       ->capture_default_str();
   command
-      ->add_option("--neighbours", options->neighbours,
+      ->add_option("--neighbours", options->segmentation.colour.neighbours,
                    "Number of neighbours of a point in region growing by colour")
       ->capture_default_str();
   command
-      ->add_option("--point-colour", options->point_colour,
+      ->add_option("--point-colour", options->segmentation.colour.point_colour,
                    "Largest colour difference of points in one region, 0 to 442")
       ->capture_default_str();
   command
-      ->add_option("--region-colour", options->region_colour,
+      ->add_option("--region-colour", options->segmentation.colour.region_colour,
                    "Regions with a smaller colour difference are merged, 0 to 442")
       ->capture_default_str();
   command
@@ -74,26 +70,13 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
       ->capture_default_str();
 }
 
-int Main(int argc, char** argv) {
-  LogToStderr();
-  StopOnSignal stop;
-  stop.ExpectAnswer();
-  CLI::App app{"Compare the estimated shape with a measured point cloud", "palpate-slave evaluate"};
-  app.footer(kExamples);
-  app.set_version_flag("--version", Version());
-  EvaluateOptions options;
-  AddOptions(&app, &options);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : kUnusable;
-  }
-  return ExitCode([&] { return RunEvaluate(options, stop.token()); });
-}
-
 }  // namespace
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  return palpate::Main(argc, argv);
+  palpate::EvaluateOptions options;
+  return palpate::RunCommandProgram(
+      argc, argv, "evaluate", palpate::kExamples,
+      [&](CLI::App* command) { palpate::AddOptions(command, &options); },
+      [&](const std::stop_token& stop) { return palpate::RunEvaluate(options, stop); });
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
 
 namespace palpate {
@@ -29,7 +30,7 @@ Outline OutlineOf(const BoundaryMesh& mesh) {
   for (std::size_t loop = 0; loop + 1 < mesh.loop_begin.size(); ++loop) {
     std::vector<Vector2d> points;
     for (int i = mesh.loop_begin[loop]; i < mesh.loop_begin[loop + 1]; ++i) {
-      points.push_back(mesh.elements[static_cast<std::size_t>(i)].a);
+      points.push_back(mesh.elements[Index(i)].a);
     }
     if (loop == 0) {
       outline.outer = std::move(points);
@@ -51,7 +52,7 @@ std::vector<Vector2d> GridInside(const BoundaryMesh& mesh) {
     for (double x = low.x() + 0.5 * step; x < high.x(); x += step) {
       const Vector2d p(x, y);
       if (!Contains(outline, p)) continue;
-      const auto& nearest = mesh.elements[static_cast<std::size_t>(FindElement(mesh, p))];
+      const auto& nearest = mesh.elements[Index(FindElement(mesh, p))];
       if (DistanceTo(nearest, p) >= nearest.length()) inside.push_back(p);
     }
   }
@@ -75,7 +76,7 @@ NodalFieldFile::NodalFieldFile(std::filesystem::path file, DeformationModel& mod
     : FieldFile(std::move(file), VtuForm::kAppended), model_(model) {
   const FieldMesh& mesh = model_.field_mesh();
   std::vector<int> number(mesh.vertices.size(), -1);
-  ForCorners(mesh, [&](int v) { number[static_cast<std::size_t>(v)] = 0; });
+  ForCorners(mesh, [&](int v) { number[Index(v)] = 0; });
   for (std::size_t v = 0; v < number.size(); ++v) {
     if (number[v] < 0) continue;
     number[v] = static_cast<int>(vertices_.size());
@@ -85,7 +86,7 @@ NodalFieldFile::NodalFieldFile(std::filesystem::path file, DeformationModel& mod
   grid_.lines = mesh.lines;
   grid_.triangles = mesh.triangles;
   grid_.tets = mesh.tets;
-  ForCorners(grid_, [&](int& v) { v = number[static_cast<std::size_t>(v)]; });
+  ForCorners(grid_, [&](int& v) { v = number[Index(v)]; });
 }
 
 void NodalFieldFile::AddCase(const std::string& name, const Solution& solution) {
@@ -104,7 +105,7 @@ PlanarFieldFile::PlanarFieldFile(const std::filesystem::path& file, Bem2dModel& 
       inside_O_(GridInside(model.greens_functions().problem().mesh)) {
   const BoundaryMesh& mesh = model_.greens_functions().problem().mesh;
   for (int i = 0; i < mesh.size(); ++i) {
-    const Vector2d middle = mesh.elements[static_cast<std::size_t>(i)].midpoint();
+    const Vector2d middle = mesh.elements[Index(i)].midpoint();
     grid_.points.emplace_back(middle.x(), middle.y(), 0);
     grid_.lines.push_back({i, mesh.Next(i)});
   }

@@ -1,3 +1,5 @@
+#include "slave/commands/solve/solve.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,7 +15,6 @@
 #include <vector>
 
 #include "shared/text/text.h"
-#include "slave/commands/commands.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/solve/field_file.h"

@@ -15,8 +15,8 @@ namespace palpate {
 namespace {
 
 SurfaceMesh SurfaceOfObject(const ObjectMesh& mesh) {
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return *surface;
+  SurfaceMesh surface = SurfaceOf(mesh);
+  if (!surface.triangles.empty()) return surface;
   throw std::invalid_argument("radius: accepted is a planar object or a volume under a round tool");
 }
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "slave/tactile/training/force_trainer.h"
+
 namespace palpate {
 
 struct TrainOptions {
@@ -20,10 +22,8 @@ struct TrainOptions {
   std::string finger;                 // of recordings with several
   int rest = 50;                      // samples whose mean is the rest value
   std::string optimiser = "adam";     // or sgd
-  double rate = 0;                    // learning rate; 0: default of the optimiser
-  int epochs = 60, patience = 20, batch = 128;
-  std::int64_t seed = 1;  // >= 0
-  int threads = 2;
+  ForceTrainingOptions training;      // all but architecture, descent and seed
+  std::int64_t seed = 1;              // >= 0
   int presses = 1500;                 // of `simulated`
   std::filesystem::path electrodes;   // localiser: layout file, or `simulated`; required
   std::optional<double> contact_pdc;  // localiser: contact is above it [counts]

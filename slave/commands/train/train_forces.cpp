@@ -20,16 +20,11 @@ namespace {
 constexpr std::size_t kHastyTest = 10'000;
 
 ForceTrainingOptions SettingsOf(const TrainOptions& options, const std::string& architecture) {
-  ForceTrainingOptions settings;
+  ForceTrainingOptions settings = options.training;
   settings.architecture = architecture;
   settings.descent = options.optimiser == "sgd" ? ForceTrainingOptions::Descent::kSgd
                                                 : ForceTrainingOptions::Descent::kAdam;
-  settings.rate = options.rate;
-  settings.epochs = options.epochs;
-  settings.patience = options.patience;
-  settings.batch = options.batch;
-  settings.seed = options.seed;
-  settings.threads = options.threads;
+  settings.seed = static_cast<std::uint64_t>(options.seed);
   return settings;
 }
 
@@ -84,8 +79,8 @@ std::string Summary(const TrainOptions& options, const Lesson& lesson, const Lea
       {"data", NamesOf(options.data)},
       {"split", lesson.split.how},
       {"optimiser", options.optimiser},
-      {"rate", options.rate},
-      {"batch", options.batch},
+      {"rate", options.training.rate},
+      {"batch", options.training.batch},
       {"seed", options.seed},
       {"epochs", learnt.epochs.size()},
       {"best_epoch", learnt.best_epoch},
@@ -109,7 +104,7 @@ std::string Origin(const TrainOptions& options, const std::string& architecture)
   if (std::ranges::find(options.data, "simulated") != options.data.end()) {
     origin += " --presses " + std::to_string(options.presses);
   }
-  return origin + " --epochs " + std::to_string(options.epochs) + " --seed " +
+  return origin + " --epochs " + std::to_string(options.training.epochs) + " --seed " +
          std::to_string(options.seed);
 }
 

@@ -1,5 +1,6 @@
 #include "slave/study/clouds/point_cloud.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <unordered_map>
@@ -30,6 +31,15 @@ Eigen::Vector3d Normal(const Eigen::Matrix3d& covariance, const Eigen::Vector3d&
 }
 
 }  // namespace
+
+Eigen::Vector3d CentroidOf(std::span<const Eigen::Vector3d> points) noexcept {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0;
+  for (const auto& p : points) {
+    if (p.allFinite()) sum += p, count += 1;
+  }
+  return sum / std::max(1.0, count);
+}
 
 std::optional<std::uint64_t> CellOf(const Eigen::Vector3d& p, double edge) noexcept {
   std::uint64_t cell = 0;

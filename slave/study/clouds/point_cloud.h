@@ -22,6 +22,9 @@ struct PointCloud {
   [[nodiscard]] std::size_t size() const { return points.size(); }
 };
 
+// Mean of the finite points [m]; zero: there are none.
+Eigen::Vector3d CentroidOf(std::span<const Eigen::Vector3d> points) noexcept;
+
 // The cell of edge `edge` [m] that `p` lies in, as one number; cells are [k edge, (k + 1) edge) in
 // each axis. nullopt: not finite, or 2^20 cells or more from the origin.
 std::optional<std::uint64_t> CellOf(const Eigen::Vector3d& p, double edge) noexcept;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <utility>
 
+#include <boost/pending/disjoint_sets.hpp>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
@@ -29,22 +29,6 @@ constexpr double kGroove = 0.10;         // folded by about 27 degrees
 constexpr double kShallowGroove = 0.06;  // by 16 degrees
 constexpr double kOtherColour = 40;      // of 442
 constexpr std::size_t kFewest = 6;       // neighbours that make a surface
-
-// Sets that grow together.
-class UnionFind {
- public:
-  explicit UnionFind(std::size_t n) : parent_(n) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t Find(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Unite(std::size_t i, std::size_t j) { parent_[Find(i)] = Find(j); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 PointCloud Selected(const PointCloud& cloud, const std::vector<std::size_t>& indices) {
   PointCloud selected;
@@ -92,7 +76,7 @@ std::vector<std::size_t> GrowSurfaces(const PointCloud& core, const std::vector<
   }
   for (std::size_t k = 0; k < mean.size(); ++k) mean[k] /= std::max(1.0, count[k]);
 
-  UnionFind surfaces(core.size());
+  boost::disjoint_sets_with_storage<> surfaces(core.size());
   std::map<std::pair<int, int>, Border> borders;
   std::vector<std::pair<std::size_t, std::size_t>> across;
   const PointTree tree(core.points);
@@ -103,7 +87,7 @@ std::vector<std::size_t> GrowSurfaces(const PointCloud& core, const std::vector<
     for (const std::size_t j : near) {
       if (j <= i || patch_of[j] < 0) continue;
       if (patch_of[i] == patch_of[j]) {
-        surfaces.Unite(i, j);
+        surfaces.union_set(i, j);
         continue;
       }
       Border& border = borders[std::minmax(patch_of[i], patch_of[j])];
@@ -118,10 +102,10 @@ std::vector<std::size_t> GrowSurfaces(const PointCloud& core, const std::vector<
     // A few links round the end of a groove are no border.
     const double fewest = 2 * std::sqrt(std::min(count[patch(i)], count[patch(j)]));
     const bool smooth = border.links >= fewest && border.before <= kShallowGroove * border.links;
-    if (!other_colour || smooth) surfaces.Unite(i, j);
+    if (!other_colour || smooth) surfaces.union_set(i, j);
   }
   std::vector<std::size_t> surface_of(core.size());
-  for (std::size_t i = 0; i < core.size(); ++i) surface_of[i] = surfaces.Find(i);
+  for (std::size_t i = 0; i < core.size(); ++i) surface_of[i] = surfaces.find_set(i);
   return surface_of;
 }
 

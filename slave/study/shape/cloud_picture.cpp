@@ -154,13 +154,8 @@ Rgb RegionColour(int region) {
 PictureView ViewOf(const Eigen::Isometry3d& X_SD, std::span<const Vector3d> points_S, double turn) {
   PictureView view;
   view.X_SV = X_SD;
-  Vector3d sum = Vector3d::Zero();
-  double count = 0;
-  for (const auto& p : points_S) {
-    if (p.allFinite()) sum += p, count += 1;
-  }
-  if (count == 0) return view;
-  const Vector3d middle_S = sum / count;
+  if (std::ranges::none_of(points_S, [](const auto& p) { return p.allFinite(); })) return view;
+  const Vector3d middle_S = CentroidOf(points_S);
   constexpr double kSteep = 0.8;
   const bool looks_steeply = std::abs(X_SD.linear()(2, 2)) > kSteep;
   const Eigen::AngleAxisd round(turn,

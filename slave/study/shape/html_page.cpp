@@ -1,9 +1,9 @@
 #include "slave/study/shape/html_page.h"
 
 #include <cmath>
-#include <cstdint>
 
 #include <nlohmann/json.hpp>
+#include <openssl/evp.h>
 
 #include "shared/text/svg.h"
 #include "shared/text/text.h"
@@ -74,20 +74,11 @@ void HtmlPage::Drawing(std::string_view svg) {
 }
 
 std::string Base64(std::string_view bytes) {
-  static constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto byte = i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0U;
-      three = (three << 8) | byte;
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      const bool is_padding = i + k > bytes.size();
-      text += is_padding ? '=' : kDigits[(three >> (18 - 6 * k)) & 63];
-    }
-  }
+  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');  // with the zero that OpenSSL writes
+  const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                                     reinterpret_cast<const unsigned char*>(bytes.data()),
+                                     static_cast<int>(bytes.size()));
+  text.resize(static_cast<std::size_t>(length));
   return text;
 }
 

@@ -20,7 +20,7 @@ constexpr double kMargin = 0.02;
 
 ObjectHint WithBox(const MeasuredQuestion& question) {
   ObjectHint hint = question.hint;
-  for (const SurfaceMesh* surface : {&question.rest_S, &question.estimate_S}) {
+  for (const SurfaceMesh* surface : {&question.shape.rest_S, &question.shape.estimate_S}) {
     for (const auto& p : surface->nodes) {
       if (p.allFinite()) hint.box.extend(p);
     }
@@ -51,7 +51,8 @@ double Span(const std::vector<Eigen::Vector3d>& points) {
 // Cameras that write millimetres are common.
 void RequireMetres(const MeasuredQuestion& question) {
   constexpr double kWidest = 20, kSmall = 1;  // [m]
-  const double object = Span(question.rest_S.nodes), cloud = Span(question.measured.cloud.points);
+  const double object = Span(question.shape.rest_S.nodes),
+               cloud = Span(question.measured.cloud.points);
   if (object >= kSmall) return;
   const bool far = question.measured.too_far > question.measured.cloud.size();
   if (!far && !(cloud > kWidest)) return;
@@ -106,7 +107,7 @@ Json ToJson(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
               {"why", answer.choice.why},
               {"sure", answer.choice.sure},
               {"points", answer.object.size()}}},
-            {"state", question.state},
+            {"state", question.shape.state},
             {"score", nullptr}};
   if (question.camera) json["score"] = ScoreJson(answer.score, question.leaf);
   return json;
@@ -128,9 +129,9 @@ std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
   std::vector<Eigen::Vector3d> both = answer.measured_S;
   both.insert(both.end(), answer.simulated_S.begin(), answer.simulated_S.end());
   const PictureView aside = ViewOf(X_SD, both, kTurn);
-  figures.push_back(
-      {PictureOfShapes(aside, answer.measured_S, question.estimate_S, question.fingers_S),
-       "Points of the object (near ones dark) and the mesh of the estimate"});
+  figures.push_back({PictureOfShapes(aside, answer.measured_S, question.shape.estimate_S,
+                                     question.shape.fingers_S),
+                     "Points of the object (near ones dark) and the mesh of the estimate"});
   figures.push_back({PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
                      "One of the eight octrees of the measured points; simulated points are green "
                      "inside its leaves, red outside"});
@@ -142,7 +143,7 @@ std::string ToHtml(const MeasuredQuestion& question, const MeasuredAnswer& answe
   if (question.camera) {
     page.Paragraph("Octree score " + Percent(answer.score.octree) + " at leaves of " +
                    Millimetres(question.leaf) + ", mean over eight lattices half a leaf apart" +
-                   "; the estimate is " + question.state + ".");
+                   "; the estimate is " + question.shape.state + ".");
     page.Table(DistanceHead("distance"),
                {DistanceRow("measured points to the estimate", answer.score.measured_to_surface),
                 DistanceRow("simulated points to measured", answer.score.simulated_to_measured)});
@@ -199,8 +200,9 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
     answer.measured_S.emplace_back(question.camera->X_SD * p);
   }
   answer.simulated_S =
-      ScanSurface(*question.camera, question.estimate_S, question.fingers_S, kSeed);
-  answer.score = Score(answer.measured_S, answer.simulated_S, question.estimate_S, question.leaf);
+      ScanSurface(*question.camera, question.shape.estimate_S, question.shape.fingers_S, kSeed);
+  answer.score =
+      Score(answer.measured_S, answer.simulated_S, question.shape.estimate_S, question.leaf);
   return answer;
 }
 

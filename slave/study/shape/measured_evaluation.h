@@ -16,14 +16,19 @@
 
 namespace palpate::study {
 
+// The shape of a scene's object according to its model.
+struct EstimatedShape {
+  SurfaceMesh rest_S, estimate_S;   // same nodes and triangles [m]
+  std::string state;                // origin of the estimate, as text
+  std::vector<Occluder> fingers_S;  // fingertips that are in the camera's view
+};
+
 struct MeasuredQuestion {
   std::string scene;                  // its name
   std::string file;                   // of the cloud
   PcdCloud measured;                  // frame D of the camera
   std::optional<DepthCamera> camera;  // absent: nothing is scored
-  SurfaceMesh rest_S, estimate_S;     // the object's surface [m]
-  std::string state;                  // origin of the estimate, as text
-  std::vector<Occluder> fingers_S;
+  EstimatedShape shape;
   bool segment = true;  // false: every point is the object's
   SegmentationOptions segmentation;
   ObjectHint hint;     // where the scene has the object is filled in

@@ -42,12 +42,7 @@ std::vector<Eigen::Vector3d> OctreeLeaves::corners() const {
 }
 
 std::array<Eigen::Vector3d, 8> LatticeCorners(std::span<const Eigen::Vector3d> cloud, double leaf) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double count = 0;
-  for (const auto& p : cloud) {
-    if (p.allFinite()) sum += p, count += 1;
-  }
-  const Eigen::Vector3d centroid = sum / std::max(1.0, count);
+  const Eigen::Vector3d centroid = CentroidOf(cloud);
   std::array<Eigen::Vector3d, 8> corners;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const auto side = [&](std::size_t bit) { return (k & bit) != 0 ? 0.25 : -0.25; };

@@ -78,18 +78,17 @@ std::vector<std::vector<std::string>> Rows(const std::vector<SimulatedObject>& o
   return rows;
 }
 
-const std::vector<std::string>& Head() {
-  static const std::vector<std::string> head{"object",
-                                             "state",
-                                             "octree score",
-                                             "range of repetitions",
-                                             "score of the rest shape",
-                                             "measured to estimate, rms",
-                                             "true deformation",
-                                             "its error, mean",
-                                             "95 %",
-                                             "largest"};
-  return head;
+std::vector<std::string> Head() {
+  return {"object",
+          "state",
+          "octree score",
+          "range of repetitions",
+          "score of the rest shape",
+          "measured to estimate, rms",
+          "true deformation",
+          "its error, mean",
+          "95 %",
+          "largest"};
 }
 
 Json ToJson(const SimulatedObject& object, double leaf) {
@@ -150,10 +149,10 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects) {
     svg.Text({x, kTop + kHeight + 36}, objects[k].material, "soft", Svg::Anchor::kMiddle);
     for (std::size_t s = 0; s < 3; ++s) {
       const ShapeState& state = objects[k].states[s];
-      const auto [least, most] = std::ranges::minmax(state.scores, {}, &ShapeScore::octree);
+      const auto [least, most] = RangeOf(state);
       const double at = x + 28 * (static_cast<double>(s) - 1);
       const std::string style(kClasses[s]);
-      svg.Line({at, y(least.octree)}, {at, y(most.octree)}, "bar " + style);
+      svg.Line({at, y(least)}, {at, y(most)}, "bar " + style);
       svg.Circle({at, y(state.mean_octree())}, 5, style,
                  state.name + " " + Percent(state.mean_octree()));
     }
@@ -172,22 +171,20 @@ std::string DrawScores(const std::vector<SimulatedObject>& objects) {
 }
 
 std::string ToTable(const std::vector<SimulatedObject>& objects) {
-  const auto rows = Rows(objects);
-  std::vector<std::size_t> width;
-  for (const auto& cell : Head()) width.push_back(cell.size());
+  auto rows = Rows(objects);
+  rows.insert(rows.begin(), Head());
+  std::vector<std::size_t> width(rows.front().size(), 0);
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
   }
   std::string table;
-  const auto append = [&](const std::vector<std::string>& row) {
+  for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) {
       table.append(row[i]).append(width[i] + 2 - row[i].size(), ' ');
     }
     table.erase(table.find_last_not_of(' ') + 1);
     table += '\n';
-  };
-  append(Head());
-  for (const auto& row : rows) append(row);
+  }
   for (const SimulatedObject& object : objects) {
     table += NameOf(object) + ": deformed against unoccluded " + LossOf(object) + ", force " +
              Newtons(object.estimated_force) + " of " + Newtons(object.true_force) + "\n";

@@ -8,7 +8,7 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/commands/commands.h"
+#include "slave/commands/check/check.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/stereo_site.h"

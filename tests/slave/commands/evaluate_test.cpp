@@ -271,7 +271,7 @@ TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   bad.colour = {200, 180, 60};
   refuses(bad, "a cloud with colours");
   bad = options_;
-  bad.voxel = -1;
+  bad.segmentation.voxel = -1;
   refuses(bad, "--voxel");
   bad = options_;
   bad.cloud = folder_ / "no.pcd";

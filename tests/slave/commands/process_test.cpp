@@ -1,3 +1,5 @@
+#include "slave/commands/process/process.h"
+
 #include <fstream>
 #include <limits>
 #include <stdexcept>
@@ -6,7 +8,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/commands/commands.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

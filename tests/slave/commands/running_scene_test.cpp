@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/text/text.h"
-#include "slave/commands/commands.h"
+#include "slave/commands/study/study_command.h"
 #include "slave/scene/decided_model.h"
 
 namespace palpate {

@@ -1,3 +1,5 @@
+#include "slave/commands/solve/solve.h"
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -11,7 +13,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/commands/commands.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

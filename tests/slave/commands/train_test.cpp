@@ -32,7 +32,7 @@ class TrainCommandTest : public testing::Test {
     options_.data = {"simulated"};
     options_.out = folder_ / "out";
     options_.presses = 30;
-    options_.epochs = 2;
+    options_.training.epochs = 2;
   }
   std::string Write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
@@ -64,7 +64,7 @@ class TrainCommandTest : public testing::Test {
 
 TEST_F(TrainCommandTest, WritesTheNetworkAndHowItCameAbout) {
   options_.networks = {"rnn_21"};
-  options_.epochs = 1;
+  options_.training.epochs = 1;
   const std::string printed = Run();
   EXPECT_THAT(printed, HasSubstr("by whole recordings"));
   EXPECT_THAT(printed, HasSubstr("RMSE [mN]"));
@@ -97,7 +97,7 @@ TEST_F(TrainCommandTest, SeveralNetworksGetFoldersAndOneTable) {
 TEST_F(TrainCommandTest, SimulatedContactsNotTrainedOnAreMetBetterThanInThePaper) {
   options_.networks = {"dnn_21"};
   options_.presses = 600;
-  options_.epochs = 25;
+  options_.training.epochs = 25;
   Run();
   const NetworkFile file = ReadForceNetwork(options_.out);
   const std::size_t at = file.training.find("test_smse");
@@ -115,7 +115,7 @@ TEST_F(TrainCommandTest, TheSameSeedWritesTheSameNetwork) {
   options_.networks = {"dnn_21"};
   const auto text = [&](const std::string& out, int threads) {
     options_.out = folder_ / out;
-    options_.threads = threads;
+    options_.training.threads = threads;
     Run();
     std::stringstream all;
     all << std::ifstream(options_.out / "network.json").rdbuf();
@@ -313,7 +313,7 @@ TEST_F(TrainCommandTest, ANetworkOfAllSignalsIsNotTrainedWithoutOne) {
 TEST_F(TrainCommandTest, AGainIsFittedToForcesLikeTheNetworksOnly) {
   options_.networks = {"dnn_21"};
   options_.data = {Write("a.csv", PressesRecording("pdc"))};
-  options_.epochs = 15;
+  options_.training.epochs = 15;
   options_.out = folder_ / "known";
   Run();
   options_.from = options_.out;
@@ -367,7 +367,7 @@ TEST_F(RealFoamTest, OneGainFromOnePressFitsTheOther) {
 TEST_F(RealFoamTest, TrainedOnTheFirstPressTheSecondIsTracked) {
   options_.data = {recording_ + "@0:9.5"};
   options_.test = {recording_ + "@9.5:15"};
-  options_.epochs = 40;
+  options_.training.epochs = 40;
   for (const char* network : {"rnn_21", "dnn_21"}) {
     options_.networks = {network};
     EXPECT_GE(Last(Run(), "correlation "), 0.95) << network;

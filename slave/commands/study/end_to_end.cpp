@@ -1,4 +1,4 @@
-#include "slave/pipeline/offline/end_to_end.h"
+#include "slave/commands/study/end_to_end.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,50 @@
+// Commands of `palpate-slave` that are programs of their own, and what their main functions share.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/program/command_line.h"
+
+namespace palpate {
+
+// `palpate-slave COMMAND` becomes palpate-COMMAND. No other command contains or loads what it
+// needs.
+struct CommandProgram {
+  std::string_view command;
+  const char* description;
+  const char* libraries;  // argument of deploy/install.sh that installs what it needs; empty: none
+};
+inline constexpr CommandProgram kCommandPrograms[] = {
+    {"study", "Measure speed and accuracy of every model that fits the scene", ""},
+    {"train", "Train a fingertip's force network or its localiser", ""},
+    {"identify", "Identify material constants from tables of tests", ""},
+    {"evaluate", "Compare the estimated shape with a measured point cloud", "clouds"},
+    {"calibrate", "Calibrate lens, stereo rig and pose of cameras from images of a board",
+     "calibration"}};
+// nullptr: not one of these commands.
+const CommandProgram* FindCommandProgram(std::string_view command);
+
+// Becomes the program of `program`, with `arguments` as its command line (the command first).
+// Returns only if it fails: prints why, and returns the exit code.
+int Become(const CommandProgram& program, char** arguments);
+
+// The main function of palpate-COMMAND. `footer` stands below the options of --help, `add_options`
+// declares them, `run` returns the exit code and may throw (see ExitCode).
+int RunCommandProgram(int argc, char** argv, std::string_view command, const char* footer,
+                      const std::function<void(CLI::App*)>& add_options,
+                      const std::function<int(const std::stop_token&)>& run);
+
+// Declares the positional argument `scene` and --override.
+void AddSceneOptions(CLI::App* command, std::filesystem::path* scene,
+                     std::vector<std::string>* overrides);
+
+// nullopt: parsed. Otherwise prints help, version or the mistake, and returns the exit code.
+std::optional<int> ParseCommandLine(CLI::App* app, int argc, char** argv);
+
+}  // namespace palpate
