@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 
 #include "shared/state/clock.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
 #include "slave/pipeline/manipulator_agreement/moving_object.h"
-#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 
