@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "master/haptics/session.h"
 #include "master/link/slave_link.h"
 #include "master/recording/bulk_watch.h"
 #include "master/recording/session_recording.h"
+#include "master/session/session.h"
 #include "master/station/moment_json.h"
 #include "master/view/console.h"
 

@@ -3,7 +3,7 @@
 
 #include <mutex>
 
-#include "master/haptics/session.h"
+#include "master/session/session.h"
 #include "shared/metrics/metric.h"
 
 namespace palpate {

@@ -9,7 +9,7 @@
 #include <stop_token>
 #include <string>
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 #include "master/link/remote_mesh.h"
 #include "shared/recording/mcap_bytes.h"
 #include "shared/state/sample_trace.h"

@@ -21,7 +21,7 @@
 #include <string>
 #include <string_view>
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 #include "master/link/slave_link.h"
 #include "shared/recording/recording.h"
 

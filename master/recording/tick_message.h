@@ -3,7 +3,7 @@
 
 #include "palpate/v1/recording.pb.h"
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "master/link/remote_mesh.h"
-#include "master/station/notice_board.h"
+#include "master/station/server/notice_board.h"
 
 namespace palpate {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "master/haptics/record/tick_record.h"
-#include "master/haptics/session.h"
+#include "master/haptics/tick_record.h"
+#include "master/session/session.h"
 #include "master/station/moment_json.h"
 
 namespace palpate {

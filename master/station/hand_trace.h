@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 #include "shared/state/sample_trace.h"
 
 namespace palpate {

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "master/device/pointer.h"
-#include "master/haptics/session.h"
 #include "master/link/slave_link.h"
+#include "master/session/session.h"
 #include "master/station/moment_json.h"
 #include "master/station/server/page_access.h"
 

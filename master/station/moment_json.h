@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "master/doctor/finding.h"
-#include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
 #include "master/link/remote_scene.h"
 #include "master/link/slave_status_poller.h"
+#include "master/session/session.h"
 #include "master/station/hand_trace.h"
 #include "master/station/tick_digest.h"
 

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "master/station/display.h"
-#include "master/station/page_command.h"
 #include "master/station/replay_scene.h"
+#include "master/station/server/page_command.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
 #include "master/station/tick_digest.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "master/station/moment_json.h"
-#include "master/station/page_command.h"
+#include "master/station/server/page_command.h"
 
 namespace palpate {
 

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <vector>
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 
 namespace palpate {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
 #include "master/link/remote_scene.h"
+#include "master/session/session.h"
 
 namespace palpate {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
+#include "master/session/session.h"
 #include "master/view/viewpoint.h"
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/svg.h"

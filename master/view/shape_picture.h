@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "master/haptics/session.h"
 #include "master/link/remote_mesh.h"
+#include "master/session/session.h"
 
 namespace palpate {
 

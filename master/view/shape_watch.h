@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "master/haptics/session.h"
 #include "master/link/mesh_watch.h"
+#include "master/session/session.h"
 #include "master/view/shape_picture.h"
 
 namespace palpate {

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "slave/manipulator/manipulator.h"
-#include "slave/manipulator/mp285/serial_manipulator.h"
+#include "slave/manipulator/serial_manipulator.h"
 #include "slave/manipulator/simulated_manipulator.h"
 #include "slave/manipulator/streamed_manipulator.h"
 

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "slave/pipeline/offline/offline_report.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

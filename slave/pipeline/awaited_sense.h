@@ -8,7 +8,7 @@
 #include <string>
 
 #include "slave/capture/picture_inbox.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 

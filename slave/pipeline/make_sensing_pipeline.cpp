@@ -4,10 +4,11 @@
 
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/pipeline/awaited_sense.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "shared/recording/recording.h"
-#include "slave/pipeline/sense_recorder.h"
+#include "slave/pipeline/base/sense_recorder.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -13,10 +13,10 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "slave/pipeline/teleop/slave.h"
+#include "slave/service/bulk_pace.h"
 #include "slave/service/change_under_way.h"
 #include "slave/service/drive_stream.h"
 #include "slave/service/feed_stream.h"
-#include "slave/service/observers/bulk_pace.h"
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"

@@ -1,7 +1,7 @@
 #include "slave/site/camera/simulated_site.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/site/fingertips/tactile_site.h"
 #include "slave/site/points/stereo_site.h"
-#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 

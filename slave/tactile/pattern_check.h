@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "slave/tactile/signal_pattern.h"
+#include "slave/tactile/signals/signal_pattern.h"
 
 namespace palpate {
 

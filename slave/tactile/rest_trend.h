@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/signals/rest_values.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "slave/scene/scene_loader.h"
-#include "slave/site/press_motion.h"
+#include "slave/site/environment/press_motion.h"
 #include "tests/robustness/stages.h"
 #include "tests/support/paths.h"
 

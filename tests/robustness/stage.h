@@ -10,7 +10,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
-#include "slave/site/simulated_environment.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "tests/robustness/case.h"
 #include "tests/robustness/moment.h"
 

@@ -13,9 +13,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/pipeline/sensing_pipeline.h"
-#include "slave/site/simulated_environment.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate::robustness {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 
 namespace palpate {
 

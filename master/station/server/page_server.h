@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "master/station/notice_board.h"
+#include "master/station/server/notice_board.h"
 #include "master/station/server/page_access.h"
 #include "shared/link/loopback.h"
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "master/station/page_command.h"
+#include "master/station/server/page_command.h"
 
 namespace palpate {
 namespace {

@@ -18,7 +18,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include "master/station/notice_board.h"
+#include "master/station/server/notice_board.h"
 #include "master/station/server/page_server.h"
 #include "master/station/server/page_stream.h"
 

@@ -17,8 +17,6 @@ struct CameraLimits {
   static constexpr double kSharpAtRest = 0.30;
 
   // Each image.
-  // Distance of the tip from the encoder reading, after the start [px]. [tuned: late]
-  static constexpr double kArmParts = 0.3;
   // Edge width relative to the first image [-]. [tuned: defocus while pressed, motion blur along x]
   static constexpr double kSharpness = 0.47;
   // Brightest edge, of the largest grey level [-]. [tuned: brighter, glint beside the contact]

@@ -18,6 +18,7 @@
 #include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/running_scene.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/manipulator_agreement/manipulator_agreement.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 
@@ -158,15 +159,16 @@ void PrintStartChecks(const Scene& scene) {
 // What each picture is held against, and what nothing here can see.
 void PrintChecks(const Scene& scene) {
   const Camera& camera = *scene.sense.Find<Camera>();
-  PrintLine("checked",
-            fmt::format("each image: the tip by parts of its template{}; a repeated image, if the "
-                        "camera has noise; interlaced rows that differ by {} px or more at the "
-                        "tip; a tip found after a loss, for three images",
-                        camera.source == Camera::Source::kSimulated
-                            ? fmt::format(" and by the manipulator, within {} and three sigma",
-                                          LengthInWords(CameraLimits::kArmParts * camera.pixel))
-                            : "",
-                        CameraLimits::kMostComb + 1));
+  PrintLine(
+      "checked",
+      fmt::format("each image: the tip by parts of its template{}; a repeated image, if the "
+                  "camera has noise; interlaced rows that differ by {} px or more at the "
+                  "tip; a tip found after a loss, for three images",
+                  camera.source == Camera::Source::kSimulated
+                      ? fmt::format(" and by the manipulator, within {} and three sigma",
+                                    LengthInWords(ManipulatorAgreement::kApart * camera.pixel))
+                      : "",
+                  CameraLimits::kMostComb + 1));
   if (!scene.sense.Find<ContourTracking>()) {
     return PrintLine("UNDETECTED",
                      "motion of the object or camera, a wrong size, a missing indentation: "

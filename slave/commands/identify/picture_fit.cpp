@@ -15,7 +15,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/csv.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {

@@ -8,7 +8,7 @@
 #include "shared/text/svg.h"
 #include "shared/text/text.h"
 #include "slave/commands/study/end_to_end.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 namespace {

@@ -12,10 +12,11 @@
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/arm_lag.h"
-#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/base/estimate_builder.h"
+#include "slave/pipeline/base/overlay_words.h"
+#include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/pipeline/overlay_words.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {

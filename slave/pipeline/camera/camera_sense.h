@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "slave/capture/frame_source.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/estimator.h"
-#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 

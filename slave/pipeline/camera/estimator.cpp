@@ -11,9 +11,6 @@ namespace palpate {
 namespace {
 
 constexpr double kFarSigmas = 3;     // above the surface, a tip surely touches nothing
-constexpr double kMoves = 1;         // what is less is no motion that somebody has to own [px]
-constexpr double kArmSigmas = 3;     // how far eyes and arm may part besides
-constexpr double kPartsSigmas = 2;   // that they part by for the eyes' noise alone
 constexpr double kDentStands = 0.7;  // part of a dent that needs no second look
 constexpr double kBlurMoves = 1;     // sigma of the tip where no edge is left [px]
 // Where the tip's sigma is more, its dent tells: known to this part of the tool's width, and not
@@ -87,9 +84,7 @@ void Estimator::Reset() noexcept {
   cue_.Reset();
   if (watch_) watch_->Reset();
   checks_.Reset();
-  arm_in_picture_.Reset();
-  arm_on_object_.Reset();
-  object_.Reset();
+  agreement_.Reset();
 }
 
 const ContactEstimate& Estimator::Estimate(const Frame& frame,
@@ -114,9 +109,9 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
       .image = frame.image, .tip = tip, .object = watch_ ? &watch_->sighting() : nullptr};
   if (tip.found) {
     const Eigen::Vector2d p_I = CompensatedTip(tip);
-    sample.agrees_with_encoders = !said || CompareWithEncoders(view_.ToSlave(p_I), *said);
+    CompareWithEncoders(view_.ToSlave(p_I), said);
+    sample.agrees_with_encoders = agreement_.agrees();
     sample.is_solved = Touch(view_.ToSlave(p_I));
-    if (said) FollowObject(*said);
   } else {
     EstimateBuilder::LoseForce(
         {Validity::kTrackingLost, FailedCheck::kTip, "the tip is not detected"}, &felt_);
@@ -142,7 +137,6 @@ void Estimator::ReportSighting() noexcept {
 // Where the tip is in the first picture's frame [px], and how well that is known. A tip that is
 // only roughly known, under a cover, is told by the dent it makes if that is seen well.
 Eigen::Vector2d Estimator::CompensatedTip(const TipObservation& tip) noexcept {
-  parting_.setZero();
   tip_sigma_ = tip.sigma;
   tip_covariance_ = tip.sigma * tip.sigma * Eigen::Matrix2d::Identity();
   if (!watch_) return tip.p_I;
@@ -168,30 +162,23 @@ Eigen::Vector2d Estimator::CompensatedTip(const TipObservation& tip) noexcept {
   return by_dent;
 }
 
-// Whether the arm says so too. `p_S_tip`: on an object that rests.
-bool Estimator::CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
-                                    const EncoderReading& said) noexcept {
-  const double sigma = tip_sigma_ * view_.pixel();
-  const double tolerance = CameraLimits::kArmParts * view_.pixel() + kArmSigmas * sigma;
-  const Eigen::Vector3d p_S_seen = view_.ToSlave(observation_->tip.p_I);
-  const bool in_picture = arm_in_picture_.Agree(p_S_seen, said, tolerance);
-  const bool on_object = arm_on_object_.Agree(p_S_tip, said, tolerance);
-  if (said.is_of_picture) {  // else whoever watches the pictures' moments knows better
-    const Eigen::Vector3d a = arm_in_picture_.PartingBeyond(kPartsSigmas * sigma);
-    const Eigen::Vector3d b = arm_on_object_.PartingBeyond(kPartsSigmas * sigma);
-    parting_ = a.norm() < b.norm() ? a : b;
+// Compares the compensated tip with the encoders. `p_S_tip`: on an object that rests.
+void Estimator::CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
+                                    const std::optional<EncoderReading>& said) noexcept {
+  if (!said) return agreement_.Skip();
+  ManipulatorAgreement::Sight sight;
+  sight.at = felt_.sensed_at;
+  sight.p_S_seen = view_.ToSlave(observation_->tip.p_I);
+  sight.p_S_at_rest = p_S_tip;
+  sight.sigma = tip_sigma_ * view_.pixel();
+  sight.pixel = view_.pixel();
+  sight.object_known = watch_ && watch_->sighting().known;
+  if (sight.object_known) {
+    const ObjectSighting& object = watch_->sighting();
+    sight.p_S_on_object = view_.ToSlave(object.motion.Back(observation_->tip.p_I));
+    sight.object_sigma = object.sigma_px * view_.pixel();
   }
-  return in_picture || on_object;
-}
-
-// A camera that was bumped shows all elsewhere, and nothing is; where the object moves the tool has
-// to follow it.
-void Estimator::FollowObject(const EncoderReading& said) noexcept {
-  if (!watch_ || !watch_->sighting().known) return;
-  const ObjectSighting& object = watch_->sighting();
-  const Eigen::Vector2d& p_I = observation_->tip.p_I;
-  object_.Update(felt_.sensed_at, view_.ToSlave(p_I), view_.ToSlave(object.motion.Back(p_I)),
-                 object.sigma_px * view_.pixel(), kMoves * view_.pixel(), said);
+  agreement_.Update(sight, *said);
 }
 
 // What the object's edge tells with the dent that is to be expected where the tip is now.
@@ -253,7 +240,7 @@ double Estimator::GapSigma(const BoundaryPlace& place) const noexcept {
   const Eigen::Vector2d n_I =
       (view_.ToImage(p_S + view_.pixel() * n_S) - view_.ToImage(p_S)).normalized();
   return std::hypot(view_.pixel() * std::sqrt(n_I.dot(tip_covariance_ * n_I)), registration_.sigma,
-                    n_S.dot(parting_));
+                    n_S.dot(agreement_.parting()));
 }
 
 bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {

@@ -14,15 +14,14 @@
 #include "slave/capture/frame_source.h"
 #include "slave/checks/camera/camera_checks.h"
 #include "slave/contact/boundary_contact.h"
-#include "slave/pipeline/arm_consistency_check.h"
+#include "slave/pipeline/base/estimate_builder.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/first_picture.h"
 #include "slave/pipeline/camera/indentation_forecast.h"
-#include "slave/pipeline/camera/moving_object.h"
 #include "slave/pipeline/camera/object_registration_monitor.h"
 #include "slave/pipeline/camera/puncture_cue.h"
 #include "slave/pipeline/camera/touch_model.h"
-#include "slave/pipeline/estimate_builder.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/manipulator_agreement/manipulator_agreement.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/tip_and_contour_tracker.h"
@@ -71,7 +70,7 @@ class Estimator {
   [[nodiscard]] const Observation& observation() const { return *observation_; }
   // Motion of the object since the first image, S; zero if the camera moves, or if the tool
   // position is unknown.
-  [[nodiscard]] const SurfaceMotion& motion() const { return object_.motion(); }
+  [[nodiscard]] const SurfaceMotion& motion() const { return agreement_.motion(); }
   // For the last image; null: the scene tracks no contour, so nothing checks the tip.
   [[nodiscard]] const ObjectSighting* sighting() const {
     return watch_ ? &watch_->sighting() : nullptr;
@@ -83,8 +82,8 @@ class Estimator {
   // Adds the measurements of the object's edge to the details.
   void ReportSighting() noexcept;
   Eigen::Vector2d CompensatedTip(const TipObservation& tip) noexcept;
-  bool CompareWithEncoders(const Eigen::Vector3d& p_S_tip, const EncoderReading& said) noexcept;
-  void FollowObject(const EncoderReading& said) noexcept;
+  void CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
+                           const std::optional<EncoderReading>& said) noexcept;
   void ProcessObject(const cv::Mat& image) noexcept;
   [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
   void DetectPuncture(double depth) noexcept;
@@ -99,15 +98,12 @@ class Estimator {
   Registration registration_;
   std::unique_ptr<TouchModel> touch_;
   std::optional<ObjectRegistrationMonitor> watch_;
-  ArmConsistencyCheck arm_in_picture_,
-      arm_on_object_;  // one parts where the camera moves, one the object
-  MovingObject object_;
+  ManipulatorAgreement agreement_;
   ObjectRegistrationMonitor::Bar tool_;  // in the last image
   IndentationForecast dent_;
   Eigen::Vector2d dent_O_{0, 0};  // expected in the last image [px]
   double tip_sigma_ = 0;          // including the compensated image motion [px]
   Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
-  Eigen::Vector3d parting_{0, 0, 0};  // unexplained difference of camera and encoders, S [m]
   Checks<CameraSample> checks_;
   double checks_us_ = 0;                 // in this image
   BoundaryPlace pressed_place_;          // that the model answered last for the tool

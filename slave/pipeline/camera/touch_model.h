@@ -12,8 +12,8 @@
 #include "slave/contact/boundary_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/indenter/round_indenter.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/tool_width.h"
-#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -7,7 +7,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 
 namespace palpate {

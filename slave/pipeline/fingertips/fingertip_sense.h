@@ -6,8 +6,8 @@
 #include <string>
 
 #include "slave/capture/tactile_frame.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
-#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 

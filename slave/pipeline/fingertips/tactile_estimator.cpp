@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/capture/tactile_recording.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 namespace {

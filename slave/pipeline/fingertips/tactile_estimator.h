@@ -15,10 +15,10 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
-#include "slave/pipeline/arm_consistency_check.h"
 #include "slave/pipeline/fingertips/finger_contact.h"
 #include "slave/pipeline/fingertips/finger_local_model.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
+#include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/fingertip.h"
 

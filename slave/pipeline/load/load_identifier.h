@@ -9,7 +9,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/state/verdict.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 

@@ -19,7 +19,8 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/validity.h"
 #include "shared/telemetry/latency_histogram.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 

@@ -11,7 +11,8 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/pipeline/overlay_words.h"
+#include "slave/pipeline/base/overlay_words.h"
 
 namespace palpate {
 namespace {

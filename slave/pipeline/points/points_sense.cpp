@@ -9,8 +9,9 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "slave/mechanics/make_model.h"
-#include "slave/pipeline/arm_lag.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/manipulator_agreement/arm_lag.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/vision/stereo/epipolar_check.h"
 
 namespace palpate {

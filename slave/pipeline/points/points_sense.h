@@ -8,10 +8,10 @@
 #include <string_view>
 
 #include "slave/capture/frame_source.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/points/points_overlay.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 

@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
-#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/base/estimate_builder.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
-#include "slave/pipeline/sensing_pipeline.h"
 
 namespace palpate {
 namespace {

@@ -16,7 +16,7 @@
 #include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"
 #include "slave/scene/scene.h"

@@ -11,7 +11,7 @@
 
 #include "shared/state/clock.h"
 #include "slave/manipulator/arm_fit.h"
-#include "slave/pipeline/estimate_builder.h"
+#include "slave/pipeline/base/estimate_builder.h"
 
 namespace palpate {
 

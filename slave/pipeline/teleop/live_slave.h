@@ -17,16 +17,16 @@
 
 #include "shared/link/priority_inheritance_mutex.h"
 #include "slave/manipulator/manipulator.h"
-#include "slave/pipeline/local_model/patch_publisher.h"
-#include "slave/pipeline/sense_recorder.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sense_recorder.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/teleop/image_latency_estimator.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/model_validity_monitor.h"
 #include "slave/pipeline/teleop/operator_port.h"
+#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/pipeline/teleop/stop_record.h"
-#include "slave/site/simulated_environment.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 

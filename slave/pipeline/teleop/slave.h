@@ -12,7 +12,7 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
 #include "slave/manipulator/driven_arm.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -9,7 +9,7 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "shared/wire/shape_code.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 

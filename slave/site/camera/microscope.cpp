@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 
 namespace palpate::site {
 namespace {

@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/geometry/index.h"
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 #include "slave/vision/observation.h"
 
 namespace palpate::site {

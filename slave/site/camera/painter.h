@@ -17,7 +17,7 @@
 #include "slave/site/camera/microscope.h"
 #include "slave/site/camera/patch_solution.h"
 #include "slave/site/camera/true_body.h"
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate::site {

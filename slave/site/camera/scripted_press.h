@@ -7,7 +7,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/scene/scene.h"
 #include "slave/site/camera/simulated_site.h"
-#include "slave/site/press_motion.h"
+#include "slave/site/environment/press_motion.h"
 
 namespace palpate {
 

@@ -9,7 +9,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
-#include "slave/site/simulated_environment.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 

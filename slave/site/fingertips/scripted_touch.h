@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "slave/capture/tactile_frame.h"
+#include "slave/site/environment/press_motion.h"
 #include "slave/site/fingertips/tactile_site.h"
-#include "slave/site/press_motion.h"
 
 namespace palpate {
 

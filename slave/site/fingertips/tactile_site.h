@@ -13,8 +13,8 @@
 #include "shared/mesh/solid_mesh.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/site/fingertips/site_mesh.h"
-#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 

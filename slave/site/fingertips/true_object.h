@@ -12,10 +12,10 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/site/fingertips/finger_hand.h"
 #include "slave/site/fingertips/pressed_body.h"
 #include "slave/site/fingertips/site_mesh.h"
-#include "slave/site/simulated_environment.h"
 
 namespace palpate::site {
 

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 #include "slave/vision/dots/dot_layout.h"
 
 namespace palpate::site {

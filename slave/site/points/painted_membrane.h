@@ -10,7 +10,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/vision/stereo/rig.h"
 

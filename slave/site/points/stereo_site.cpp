@@ -10,7 +10,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 #include "slave/site/points/painted_membrane.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/scripted_membrane.h"

@@ -11,8 +11,8 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
-#include "slave/site/simulated_environment.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate::site {

@@ -9,9 +9,9 @@
 #include <Eigen/Geometry>
 
 #include "slave/scene/scene.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/site/points/press_cache.h"
-#include "slave/site/simulated_environment.h"
 
 namespace palpate::site {
 

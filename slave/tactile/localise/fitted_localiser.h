@@ -17,7 +17,7 @@
 
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/localiser.h"
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/signals/rest_values.h"
 
 namespace palpate {
 

@@ -8,8 +8,8 @@
 
 #include <Eigen/Core>
 
-#include "slave/tactile/rest_values.h"
-#include "slave/tactile/signal_pattern.h"
+#include "slave/tactile/signals/rest_values.h"
+#include "slave/tactile/signals/signal_pattern.h"
 
 namespace palpate {
 

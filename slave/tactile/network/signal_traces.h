@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/signals/rest_values.h"
 
 namespace palpate {
 

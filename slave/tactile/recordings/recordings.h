@@ -11,7 +11,7 @@
 
 #include "slave/capture/tactile_recording.h"
 #include "slave/tactile/recordings/labelled_recording.h"
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/signals/rest_values.h"
 
 namespace palpate {
 

@@ -13,8 +13,8 @@
 #include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/recordings/labelled_recording.h"
-#include "slave/tactile/rest_values.h"
-#include "slave/tactile/signal_pattern.h"
+#include "slave/tactile/signals/rest_values.h"
+#include "slave/tactile/signals/signal_pattern.h"
 
 namespace palpate {
 

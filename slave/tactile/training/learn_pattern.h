@@ -4,7 +4,7 @@
 #include <span>
 
 #include "slave/tactile/recordings/labelled_recording.h"
-#include "slave/tactile/signal_pattern.h"
+#include "slave/tactile/signals/signal_pattern.h"
 
 namespace palpate {
 

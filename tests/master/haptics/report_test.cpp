@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "master/haptics/session.h"
+#include "master/session/session.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,5 @@
 // A whole session in real time against the virtual slave, which runs on a thread of its own.
-#include "master/haptics/session.h"
+#include "master/session/session.h"
 
 #include <atomic>
 #include <cmath>

@@ -18,7 +18,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "slave/manipulator/mp285/mp285.h"
+#include "slave/manipulator/mp285.h"
 
 namespace palpate {
 

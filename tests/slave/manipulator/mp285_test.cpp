@@ -1,5 +1,5 @@
 // A micromanipulator over a line that fails: where it is is known, or there is a fault.
-#include "slave/manipulator/mp285/mp285.h"
+#include "slave/manipulator/mp285.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/manipulator/mp285/serial_manipulator.h"
+#include "slave/manipulator/serial_manipulator.h"
 #include "tests/slave/capture/scratch.h"
 #include "tests/slave/manipulator/fake_mp285.h"
 

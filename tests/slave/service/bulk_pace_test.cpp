@@ -1,5 +1,5 @@
 // How fast bulk may go: a line of a given width and length, with a queue in front of it.
-#include "slave/service/observers/bulk_pace.h"
+#include "slave/service/bulk_pace.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 
 namespace palpate::site {
 namespace {

@@ -1,5 +1,5 @@
 // What every simulated site has in common, asked through the one interface that all else sees.
-#include "slave/site/simulated_environment.h"
+#include "slave/site/environment/simulated_environment.h"
 
 #include <cmath>
 #include <string>

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "master/station/page_command.h"
+#include "master/station/server/page_command.h"
 #include "master/station/server/page_server.h"
 #include "tests/master/station/server/page_client.h"
 

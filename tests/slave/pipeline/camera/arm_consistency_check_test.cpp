@@ -1,4 +1,4 @@
-#include "slave/pipeline/arm_consistency_check.h"
+#include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
 
 #include <gtest/gtest.h>
 

@@ -15,7 +15,7 @@
 
 #include "shared/patch/patch_contact.h"
 #include "slave/pipeline/camera/camera_sense.h"
-#include "slave/pipeline/local_model/patch_publisher.h"
+#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/camera/simulated_site.h"
 #include "slave/vision/observation.h"

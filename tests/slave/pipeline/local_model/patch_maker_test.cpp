@@ -11,8 +11,8 @@
 #include "shared/patch/patch_contact.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/mechanics/object_mesh.h"
-#include "slave/pipeline/local_model/patch_publisher.h"
 #include "slave/pipeline/offline/offline_report.h"
+#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/tactile/network/network_file.h"
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/signals/rest_values.h"
 #include "tests/slave/tactile/network/reference_network.h"
 #include "tests/support/paths.h"
 

@@ -6,7 +6,7 @@
 #include "slave/site/fingertips/simulated_fingertip.h"
 #include "slave/site/fingertips/simulated_presses.h"
 #include "slave/tactile/network/force_network.h"
-#include "slave/tactile/rest_values.h"
+#include "slave/tactile/signals/rest_values.h"
 #include "slave/tactile/training/estimate_errors.h"
 #include "tests/support/paths.h"
 

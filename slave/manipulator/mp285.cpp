@@ -1,4 +1,4 @@
-#include "slave/manipulator/mp285/mp285.h"
+#include "slave/manipulator/mp285.h"
 
 #include <algorithm>
 #include <cerrno>

@@ -19,13 +19,11 @@
 
 #include "shared/state/slave_state.h"
 #include "slave/capture/frame_source.h"
-#include "slave/capture/sample_tap.h"
+#include "slave/capture/pace.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
-
-class PictureInbox;
 
 // What really happens at one fingertip. Frame S.
 struct FingerTruth {
@@ -62,19 +60,6 @@ struct TargetTruth {
 
 // Whether a tool waits until its contact is solved, or must not be delayed.
 enum class Patience : std::uint8_t { kWaits, kNone };
-
-// How samples come: in real time, while an operator moves the tool; or as fast as they are
-// computed, on the simulator's own clock, with scripted motion.
-struct Pace {
-  bool is_live = true;
-  double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
-  PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
-  SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
-  SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
-  // Tool position of the simulator when the sensing begins, S [m]; nullopt: the simulator's
-  // default.
-  std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
-};
 
 // Observes a simulator in real time: a sample every 1 / rate seconds; late ones are skipped.
 template <typename Source, typename Sample>

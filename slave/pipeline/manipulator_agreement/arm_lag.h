@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 

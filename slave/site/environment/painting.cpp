@@ -1,4 +1,4 @@
-#include "slave/site/painting.h"
+#include "slave/site/environment/painting.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,10 +3,10 @@
 
 #include <Eigen/Core>
 
-#include "slave/pipeline/arm_consistency_check.h"
-#include "slave/pipeline/camera/motion_disambiguator.h"
-#include "slave/pipeline/camera/motion_trend.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
+#include "slave/pipeline/manipulator_agreement/motion_disambiguator.h"
+#include "slave/pipeline/manipulator_agreement/motion_trend.h"
 
 namespace palpate {
 

@@ -19,16 +19,18 @@
 #include "shared/state/surface_patch.h"
 #include "shared/telemetry/stopwatch.h"
 #include "shared/text/progress.h"
+#include "slave/capture/frame_source.h"
+#include "slave/capture/pace.h"
 #include "slave/capture/picture_inbox.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
-#include "slave/site/simulated_environment.h"
 
 namespace palpate {
 
 class OfflineReport;
 class LatencyHistogram;
+class SimulatedEnvironment;
 class TactileInbox;
 
 struct StageTimes {

@@ -1,4 +1,4 @@
-#include "master/station/page_command.h"
+#include "master/station/server/page_command.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "master/station/notice_board.h"
+#include "master/station/server/notice_board.h"
 
 #include <bit>
 #include <cstring>

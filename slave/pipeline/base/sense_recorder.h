@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "slave/capture/sample_tap.h"
-#include "slave/pipeline/sensing_pipeline.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "master/haptics/session.h"
+#include "master/session/session.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,4 +1,4 @@
-#include "master/haptics/record/tick_record.h"
+#include "master/haptics/tick_record.h"
 
 #include <algorithm>
 

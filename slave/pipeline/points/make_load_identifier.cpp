@@ -1,5 +1,3 @@
-#include "slave/pipeline/load/load_identifier.h"
-
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -11,6 +9,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/make_model.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/plate_load_identifier.h"
 #include "slave/pipeline/press/membrane_body.h"
 

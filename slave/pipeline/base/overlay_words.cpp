@@ -1,4 +1,4 @@
-#include "slave/pipeline/overlay_words.h"
+#include "slave/pipeline/base/overlay_words.h"
 
 #include <algorithm>
 #include <cmath>

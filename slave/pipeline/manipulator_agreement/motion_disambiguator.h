@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/pipeline/arm_consistency_check.h"
+#include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
 
 namespace palpate {
 

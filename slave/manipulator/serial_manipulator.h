@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "slave/manipulator/manipulator.h"
-#include "slave/manipulator/mp285/mp285.h"
+#include "slave/manipulator/mp285.h"
 #include "slave/manipulator/tip_follower.h"
 
 namespace palpate {

@@ -9,8 +9,8 @@
 
 #include "shared/patch/patch_contact.h"
 #include "shared/state/slave_state.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/local_model/force_law.h"
-#include "slave/pipeline/sensing_pipeline.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {

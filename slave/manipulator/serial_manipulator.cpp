@@ -1,4 +1,4 @@
-#include "slave/manipulator/mp285/serial_manipulator.h"
+#include "slave/manipulator/serial_manipulator.h"
 
 #include <algorithm>
 #include <chrono>

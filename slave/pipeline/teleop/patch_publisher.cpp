@@ -1,4 +1,4 @@
-#include "slave/pipeline/local_model/patch_publisher.h"
+#include "slave/pipeline/teleop/patch_publisher.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,27 @@
+// How a source of samples runs: live, or as fast as possible.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "slave/capture/sample_tap.h"
+
+namespace palpate {
+
+class PictureInbox;
+
+// How samples come: in real time, while an operator moves the tool; or as fast as they are
+// computed, on the simulator's own clock, with scripted motion.
+struct Pace {
+  bool is_live = true;
+  double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
+  PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
+  SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
+  SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source
+  // Tool position of the simulator when the sensing begins, S [m]; nullopt: the simulator's
+  // default.
+  std::optional<Eigen::Vector3d> p_S_tip = std::nullopt;
+};
+
+}  // namespace palpate
