@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "master/device/device.h"
+#include "master/recording/replay.h"
 #include "master/station/live_station.h"
 #include "master/view/shape_watch.h"
 #include "shared/program/command_line.h"

@@ -46,6 +46,11 @@ inline bool IsPointer(const Arguments& a) {
   return a.device == "pointer";
 }
 
+// Whether the device can be made only when the scene is known.
+inline bool IsMadeForScene(const Arguments& a) {
+  return a.device == "sim-hand" || IsPointer(a);
+}
+
 // Throws std::invalid_argument where the certificates in this folder cannot be used now.
 void RequireTimely(const std::filesystem::path& certificates);
 // Checks everything of `connect` that can fail before anything moves. Throws std::invalid_argument
