@@ -1,4 +1,4 @@
-// A finding of the doctor: verdict, measured value and advice.
+// A finding of the doctor: grade, measured value and advice.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,14 @@
 
 namespace palpate {
 
-enum class Verdict : std::uint8_t {
+enum class Grade : std::uint8_t {
   kGood,
   kNote,  // works, but could be better
   kBad,   // degrades the force or prevents operation
 };
 
 struct Finding {
-  Verdict verdict = Verdict::kGood;
+  Grade grade = Grade::kGood;
   std::string what;      // "timer"
   std::string measured;  // text with numbers and units
   std::string advice;    // change to make; empty: none

@@ -115,13 +115,13 @@ void Watch(Stub& stub, double dead_after, double seconds, const std::stop_token&
 Finding RoundTrip(const LineSample& line) {
   const double p50 = line.round_trip_us.Quantile(0.5) / kMilli;
   Finding finding{
-      Verdict::kGood, "round trip",
+      Grade::kGood, "round trip",
       Formatted("median %.2f ms, 99 %% below %.2f ms, maximum %.2f ms", p50,
                 line.round_trip_us.Quantile(0.99) / kMilli, line.round_trip_us.max() / kMilli),
       ""};
   constexpr double kFelt = 20, kSlow = 200;  // [ms]
   if (p50 <= kFelt) return finding;
-  finding.verdict = Verdict::kNote;
+  finding.grade = Grade::kNote;
   finding.advice =
       "use --render local (the default): it evaluates the contact model on this side, so that "
       "the delay does not affect stationary objects";
@@ -132,12 +132,12 @@ Finding RoundTrip(const LineSample& line) {
 Finding Gaps(const LineSample& line, double dead_after) {
   const double rate = line.seconds > 0 ? static_cast<double>(line.states - 1) / line.seconds : 0;
   Finding finding{
-      Verdict::kGood, "states",
+      Grade::kGood, "states",
       Formatted("%.0f per second, largest gap %.1f ms; the link times out after %.0f ms", rate,
                 line.gap_us.max() / kMilli, kMilli * dead_after),
       ""};
   if (line.gaps_beyond > 0) {
-    finding.verdict = Verdict::kBad;
+    finding.grade = Grade::kBad;
     finding.advice = Formatted(
         "%llu gaps would have ended the engagement: use a better link, or set "
         "`link: {dead_after: %.0f ms}` in the slave's scene (at most 500 ms)",
@@ -150,27 +150,27 @@ Finding Gaps(const LineSample& line, double dead_after) {
 Finding Clocks(const LineSample& line) {
   constexpr double kApart = 60;  // [s]
   Finding finding{
-      Verdict::kGood, "clocks",
+      Grade::kGood, "clocks",
       Formatted("the slave's clock differs by %+.3f s; a sample is %.1f ms old when it arrives",
                 line.clock_offset, kMilli * line.age),
       ""};
   if (std::abs(line.clock_offset) > kApart) {
-    finding.verdict = Verdict::kNote;
+    finding.grade = Grade::kNote;
     finding.advice = "this affects only times in logs and certificates: run NTP at both ends";
   }
   return finding;
 }
 
 Finding Versions(const LineSample& line) {
-  if (line.version == Version()) return {Verdict::kGood, "version", line.version, ""};
-  return {Verdict::kNote, "version", "the slave is " + line.version + ", this master " + Version(),
+  if (line.version == Version()) return {Grade::kGood, "version", line.version, ""};
+  return {Grade::kNote, "version", "the slave is " + line.version + ", this master " + Version(),
           "they work together, but features that only one of them has are off"};
 }
 
 Finding Health(const LineSample& line) {
-  Finding finding{Verdict::kGood, "slave", line.phase, ""};
+  Finding finding{Grade::kGood, "slave", line.phase, ""};
   if (line.alarms.empty()) return finding;
-  finding.verdict = Verdict::kNote;
+  finding.grade = Grade::kNote;
   for (const std::string& alarm : line.alarms) finding.measured += "; " + alarm;
   finding.advice = "see the slave's log";
   return finding;
@@ -220,13 +220,13 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
 
 Finding CheckDatagrams(const LinkStats& tried) {
   if (tried.states_by_datagram > 0) {
-    return {Verdict::kGood, "datagrams", "received", ""};
+    return {Grade::kGood, "datagrams", "received", ""};
   }
   if (!tried.connected) {
-    return {Verdict::kNote, "datagrams", "not tried: " + tried.trouble,
+    return {Grade::kNote, "datagrams", "not tried: " + tried.trouble,
             "this test needs the lease and the role operator: repeat it while nobody operates"};
   }
-  return {Verdict::kNote, "datagrams", "none received",
+  return {Grade::kNote, "datagrams", "none received",
           "open UDP to the slave's port; without it states and commands use TCP alone, where a "
           "lost packet delays the next ones"};
 }
@@ -238,7 +238,7 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
     const RemoteScene scene = link.Connect();
     SlaveLink::Options told = options;
     told.longest_round_trip = link.longest_round_trip();
-    Findings findings{{Verdict::kGood, "scene", scene.name + ", " + scene.model, ""}};
+    Findings findings{{Grade::kGood, "scene", scene.name + ", " + scene.model, ""}};
     for (Finding& finding : CheckLine(MeasureLine(told, scene, seconds, stop), scene)) {
       findings.push_back(std::move(finding));
     }
@@ -246,7 +246,7 @@ Findings ExamineLine(const SlaveLink::Options& options, double seconds,
       findings.push_back(CheckDatagrams(TryDatagrams(told, seconds)));
     return findings;
   } catch (const std::exception& error) {
-    return {{Verdict::kBad, "link", error.what(),
+    return {{Grade::kBad, "link", error.what(),
              "check that `palpate-slave serve` runs and listens on that address; between machines "
              "both ends need --tls DIR or --insecure"}};
   }

@@ -39,13 +39,13 @@ std::set<std::string> Governors(const std::filesystem::path& cpus) {
 Finding Pace(const std::filesystem::path& sys) {
   const auto governors = Governors(sys / "devices/system/cpu");
   if (governors.empty()) {
-    return {Verdict::kNote, "governor", "the frequency governor of the processors is unknown", ""};
+    return {Grade::kNote, "governor", "the frequency governor of the processors is unknown", ""};
   }
   std::string names;
   for (const std::string& name : governors) names += (names.empty() ? "" : ", ") + name;
   if (governors == std::set<std::string>{"performance"})
-    return {Verdict::kGood, "governor", names, ""};
-  return {Verdict::kNote, "governor", "processors are governed by " + names,
+    return {Grade::kGood, "governor", names, ""};
+  return {Grade::kNote, "governor", "processors are governed by " + names,
           "as root: cpupower frequency-set -g performance, for punctual wake-ups"};
 }
 
@@ -54,14 +54,14 @@ Finding ClockOf(const std::filesystem::path& sys) {
       FirstWord(sys / "devices/system/clocksource/clocksource0/current_clocksource");
   const bool is_quick =
       clock.empty() || clock == "tsc" || clock == "kvm-clock" || clock == "arch_sys_counter";
-  return {is_quick ? Verdict::kGood : Verdict::kNote, "clock",
+  return {is_quick ? Grade::kGood : Grade::kNote, "clock",
           clock.empty() ? "the clock source is unknown" : clock,
           is_quick ? "" : "this clock is slow to read: boot with clocksource=tsc if it is stable"};
 }
 
 Finding Allowed(const char* what, const std::string& refused) {
-  if (refused.empty()) return {Verdict::kGood, what, "allowed", ""};
-  return {Verdict::kNote, what, refused, kLimits};
+  if (refused.empty()) return {Grade::kGood, what, "allowed", ""};
+  return {Grade::kNote, what, refused, kLimits};
 }
 
 }  // namespace
@@ -70,15 +70,15 @@ Finding CheckTimer(const PeriodicStats& bare) {
   const double p99 = bare.wake_us.Quantile(0.99);
   const auto periods = static_cast<double>(bare.ticks + bare.missed);
   const bool misses = static_cast<double>(bare.missed) > kMissedShare * periods;
-  Finding finding{Verdict::kGood, "timer", "", ""};
+  Finding finding{Grade::kGood, "timer", "", ""};
   finding.measured = Formatted(
       "1 kHz for %.1f s: wake-up delay median %.0f us, 99 %% below %.0f us, maximum %.0f us; "
       "%llu periods missed",
       bare.duration, bare.wake_us.Quantile(0.5), p99, bare.wake_us.max(),
       static_cast<unsigned long long>(bare.missed));
-  if (p99 > kNoticedUs || bare.missed > 0) finding.verdict = Verdict::kNote;
-  if (p99 > kFeltUs || misses) finding.verdict = Verdict::kBad;
-  if (finding.verdict != Verdict::kGood) {
+  if (p99 > kNoticedUs || bare.missed > 0) finding.grade = Grade::kNote;
+  if (p99 > kFeltUs || misses) finding.grade = Grade::kBad;
+  if (finding.grade != Grade::kGood) {
     finding.advice =
         "stop other programs, allow real-time priority, and see `governor`: late ticks make the "
         "force rough";
@@ -100,9 +100,9 @@ Findings ExamineTimer(double seconds, const std::stop_token& stop) {
 
 Findings ExamineProcessors(const std::filesystem::path& sys) {
   const unsigned cores = std::thread::hardware_concurrency();
-  Finding count{Verdict::kGood, "processors", Formatted("%u", cores), ""};
+  Finding count{Grade::kGood, "processors", Formatted("%u", cores), ""};
   if (cores < 2) {
-    count.verdict = Verdict::kBad;
+    count.grade = Grade::kBad;
     count.advice = "at least 2 are needed: one for the haptic loop, one for the link";
   }
   return {count, Pace(sys), ClockOf(sys)};

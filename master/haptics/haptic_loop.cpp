@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <stdexcept>
 #include <utility>
+
+#include "master/haptics/sane_state.h"
 
 namespace palpate {
 namespace {
@@ -16,32 +17,9 @@ constexpr double kHoldForce = 0.010;  // of HOLD before the fade [s]
 constexpr double kFadeOut = 0.040;    // [s]
 constexpr double kFadeOfSilence =
     0.030;  // after a fault of sensor or manipulator that the slave has waited for [s]
-constexpr double kStopHeard = 0.100;      // in addition to the round trip [s]
 constexpr double kFuture = 0.050;         // accepted lead of a timestamp [s]
 constexpr double kOffsetRounding = 1e-6;  // [m]
 constexpr double kTicksPerSecond = 1000;
-constexpr double kFarthest = 1e4;                           // larger positions are invalid [m]
-constexpr double kLargestForce = 1e9;                       // larger forces are invalid [N]
-constexpr double kShortestTick = 1e-6, kLongestTick = 0.1;  // bounds of dt [s]
-
-bool IsWithin(const Eigen::Vector3d& v, double limit) {
-  return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
-}
-
-bool IsSane(const FingerState& finger) {
-  return IsWithin(finger.p_S_contact.cast<double>(), kFarthest) &&
-         (!finger.force || IsWithin(finger.force->cast<double>(), kLargestForce));
-}
-
-bool IsSane(const SlaveState& state) {
-  if (state.finger_count < 0 || state.finger_count > kMaxFingers) return false;
-  const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
-  return std::ranges::all_of(fingers, [](const FingerState& finger) { return IsSane(finger); }) &&
-         IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
-         (!state.force || IsWithin(*state.force, kLargestForce)) &&
-         (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
-         (!state.local_model.known() || IsSane(state.local_model));
-}
 
 // Sample time on the master's clock.
 Time SensedAt(const ReceivedState& received) {
@@ -100,19 +78,13 @@ void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_tok
 }
 
 Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
-  if (!started_) {
-    started_ = true;
-    origin_ = now;
-    last_tick_ = now - kHapticPeriod;
-  }
-  const double dt = std::clamp(SecondsBetween(last_tick_, now), kShortestTick, kLongestTick);
-  last_tick_ = now;
+  const double dt = clock_.Tick(now);
   record_ = TickRecord();
   record_.at = now;
   TakeRequests();
   TakeState(now);
   TakeSettings();
-  TakePatch(ToSeconds(now));
+  TakePatch(clock_.ToSeconds(now));
   if (newest_) {
     record_.state_sequence = newest_->state.sequence;
     record_.sensed_at = newest_->state.sensed_at;
@@ -123,7 +95,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   reading.engaged = reading.engaged && !record_.clutched;
   passivity_.Observe(reading.p_M, sent_, dt);
   StepMachine(now, reading.engaged);
-  RunChain(reading, ToSeconds(now), dt);
+  RunChain(reading, clock_.ToSeconds(now), dt);
   PutCommand(reading, now);
   slots_.records->Push(record_);
   return sent_;
@@ -137,7 +109,7 @@ void HapticLoop::TakeRequests() noexcept {
   record_.marks = requests.marks;
   record_.clutched = requests.clutched;
   if (!machine_.commands_engaged()) renderer_.set_mode(requests.render);
-  if (std::exchange(tares_asked_, requests.tares.load()) != tares_asked_) tare_.Request();
+  tare_.Request(requests.tares.load());
 }
 
 void HapticLoop::TakeState(Time now) noexcept {
@@ -149,11 +121,11 @@ void HapticLoop::TakeState(Time now) noexcept {
   }
   newest_ = *received;
   tare_.Take(&newest_->state, machine_.commands_engaged(),
-             options_.force_limit / transform_.force_scale, ToSeconds(now));
+             options_.force_limit / transform_.force_scale, clock_.ToSeconds(now));
   const SlaveState& state = newest_->state;
   const auto offset = Seconds(received->clock_offset);
-  renderer_.Take(state, ToSeconds(state.sensed_at - offset), ToSeconds(received->received_at),
-                 ToSeconds(now));
+  renderer_.Take(state, clock_.ToSeconds(state.sensed_at - offset),
+                 clock_.ToSeconds(received->received_at), clock_.ToSeconds(now));
   renderer_.set_ahead(received->round_trip / 2);
   record_.round_trip = received->round_trip;
   CompareWithSlave(state);
@@ -173,7 +145,8 @@ void HapticLoop::TakePatch(double now) noexcept {
   const std::uint32_t revision = patch_->patch.settings_revision;
   if (revision != settings_.revision && revision != 0) return;
   const auto offset = Seconds(newest_->clock_offset);
-  renderer_.TakePatch(patch_->patch, patch_->law, ToSeconds(patch_->law.sensed_at - offset), now);
+  renderer_.TakePatch(patch_->patch, patch_->law, clock_.ToSeconds(patch_->law.sensed_at - offset),
+                      now);
   patch_ = nullptr;
 }
 
@@ -184,7 +157,8 @@ void HapticLoop::CompareWithSlave(const SlaveState& state) noexcept {
   if (!follows || state.sensed_at == judged_at_) return;
   judged_at_ = state.sensed_at;
   const double since_sensed = SecondsBetween(state.sensed_at, state.sent_at);
-  renderer_.CompareWithSlave(ToSeconds(*state.echo) + state.echo_delay - since_sensed, state);
+  renderer_.CompareWithSlave(clock_.ToSeconds(*state.echo) + state.echo_delay - since_sensed,
+                             state);
 }
 
 // A lower limit acts at once. Scales wait, because they would move the tool.
@@ -241,7 +215,7 @@ DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
 
 void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   OperatorMachine::Input in;
-  in.now = ToSeconds(now);
+  in.now = clock_.ToSeconds(now);
   in.engaged = engaged;
   if (newest_) {
     in.state_age = std::max(0.0, SecondsBetween(newest_->received_at, now));
@@ -254,8 +228,8 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
     record_.sensed_age = SecondsBetween(SensedAt(*newest_), now);
     if (newest_->ended) in.state_age = 1e9;
   }
-  if (KnowsStop()) StopActed(stops_put_);
-  in.stop = stop_is_wanted();
+  if (newest_) stops_.Take(*newest_);
+  in.stop = stops_.is_wanted();
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
   if (after == OperatorState::kFollowing && before == OperatorState::kAligning) passivity_.Lend();
@@ -269,22 +243,6 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
   if (newest_ && newest_->state.check == FailedCheck::kArmFault) reasons.Add(Reason::kArmFault);
   if (machine_.commands_engaged() && in.slave_epoch != machine_.epoch()) {
     reasons.Add(Reason::kOtherEpoch);
-  }
-}
-
-// An earlier state may refer to a previous stop that was reset. A slave that does not count stop
-// commands knows of this one after a round trip.
-bool HapticLoop::KnowsStop() const noexcept {
-  if (!newest_ || newest_->state.phase != Phase::kEstop || stops_put_ == stops_acted_) return false;
-  const SlaveState& state = newest_->state;
-  const Time sent_at = state.sent_at - Seconds(newest_->clock_offset);
-  return state.command_sequence >= stop_sequence_ ||
-         SecondsBetween(stop_put_at_, sent_at) > newest_->round_trip + kStopHeard;
-}
-
-void HapticLoop::StopActed(std::uint32_t stops) noexcept {
-  std::uint32_t acted = stops_acted_;
-  while (acted < stops && !stops_acted_.compare_exchange_weak(acted, stops)) {
   }
 }
 
@@ -369,12 +327,7 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
   OperatorCommand command = NextCommand(now);
   if (!holding) command.velocity = reading.v_M;
   command.engaged = machine_.commands_engaged();
-  const std::uint32_t asked = stops_asked_;
-  if (std::exchange(stops_put_, asked) != asked) {
-    stop_sequence_ = command.sequence;
-    stop_put_at_ = now;
-  }
-  command.stop = asked != stops_acted_;
+  stops_.Put(now, &command);
   if (newest_) {
     command.state_sequence = newest_->state.sequence;
     command.echo = newest_->state.sent_at;
@@ -383,22 +336,22 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
 }
 
 DeviceGuide HapticLoop::guide() const noexcept {
-  DeviceGuide guide = Surface();
+  DeviceGuide guide;
   if (newest_) guide.round_trip = newest_->round_trip;
-  return guide;
-}
-
-DeviceGuide HapticLoop::Surface() const noexcept {
-  if (record_.state != OperatorState::kFollowing) return {};
+  if (record_.state != OperatorState::kFollowing) return guide;
   const PatchRender& patch = renderer_.patch();
+  const Eigen::Matrix3d R_MS = transform_.R_SM.transpose();
   if (patch.known() && patch.newest().serves()) {
-    return {true, transform_.R_SM.transpose() * -patch.newest().normal(),
-            -patch.newest().depth() / transform_.position_scale};
+    guide.known = true;
+    guide.inward_M = R_MS * -patch.newest().normal();
+    guide.gap_M = -patch.newest().depth() / transform_.position_scale;
+  } else if (renderer_.contact().known()) {
+    const LocalModel model = renderer_.contact().At(clock_.ToSeconds(record_.at));
+    guide.known = true;
+    guide.inward_M = R_MS * -model.normal;
+    guide.gap_M = -model.Penetration(record_.p_S) / transform_.position_scale;
   }
-  if (!renderer_.contact().known()) return {};
-  const LocalModel model = renderer_.contact().At(ToSeconds(record_.at));
-  return {true, transform_.R_SM.transpose() * -model.normal,
-          -model.Penetration(record_.p_S) / transform_.position_scale};
+  return guide;
 }
 
 void HapticLoop::Release(Time now) noexcept {

@@ -2,7 +2,6 @@
 // exchanges data with other threads through wait-free latest-value slots and a ring.
 #pragma once
 
-#include <atomic>
 #include <optional>
 #include <stop_token>
 
@@ -13,7 +12,9 @@
 #include "master/haptics/periodic.h"
 #include "master/haptics/renderer.h"
 #include "master/haptics/spsc_ring.h"
+#include "master/haptics/stop_requests.h"
 #include "master/haptics/tare.h"
+#include "master/haptics/tick_clock.h"
 #include "master/haptics/tick_record.h"
 #include "master/link/patch_watch.h"
 #include "master/link/slave_link.h"
@@ -57,14 +58,8 @@ class HapticLoop {
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
   // Position of the surface at the last tick; unknown unless following.
   [[nodiscard]] DeviceGuide guide() const noexcept;
-  // Requests the emergency stop and disengages. Each command carries the request until the slave
-  // confirms it. Thread-safe and safe in signal handlers.
-  void EmergencyStop() noexcept { ++stops_asked_; }
-  // Number of requested stops, and whether one is not confirmed yet. Thread-safe.
-  [[nodiscard]] std::uint32_t stops_asked() const noexcept { return stops_asked_; }
-  [[nodiscard]] bool stop_is_wanted() const noexcept { return stops_asked_ != stops_acted_; }
-  // Confirms the first `stops` requests, after the slave has stopped by another call. Thread-safe.
-  void StopActed(std::uint32_t stops) noexcept;
+  // Emergency stops; a request disengages.
+  [[nodiscard]] StopRequests& stops() noexcept { return stops_; }
   // Sends the command that disengages and leaves the tool in place. Call it after the last tick.
   void Release(Time now) noexcept;
 
@@ -74,8 +69,6 @@ class HapticLoop {
   [[nodiscard]] const Stats& stats() const noexcept { return stats_; }
 
  private:
-  [[nodiscard]] double ToSeconds(Time t) const noexcept { return SecondsBetween(origin_, t); }
-  [[nodiscard]] DeviceGuide Surface() const noexcept;
   void TakeState(Time now) noexcept;
   void TakeRequests() noexcept;
   void TakeSettings() noexcept;
@@ -89,8 +82,6 @@ class HapticLoop {
   void OnStateChange(OperatorState to) noexcept;
   void FadeOutOfHold(double now) noexcept;
   void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
-  // Whether the newest state confirms the last requested stop.
-  [[nodiscard]] bool KnowsStop() const noexcept;
   // A command that leaves the tool at its last commanded position.
   [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
   void PutCommand(const DeviceReading& reading, Time now) noexcept;
@@ -102,7 +93,6 @@ class HapticLoop {
   PassivityControl passivity_;
   OutputBlend output_;
   Tare tare_;
-  std::uint32_t tares_asked_ = 0;
   TeleopTransform transform_;  // with the offset of the current epoch
   std::optional<ReceivedState> newest_;
   const ReceivedPatch* patch_ = nullptr;  // the newest, in its slot; null: already used
@@ -114,14 +104,9 @@ class HapticLoop {
   Eigen::Vector3d commanded_p_M_{0, 0, 0};
   Eigen::Vector3d sent_{0, 0, 0};
   std::uint64_t command_sequence_ = 0;
-  std::atomic<std::uint32_t> stops_asked_{0}, stops_acted_{0};
-  // Number of stops put into commands, and the first command of the last one.
-  std::uint32_t stops_put_ = 0;
-  std::uint64_t stop_sequence_ = 0;
-  Time stop_put_at_{};
+  StopRequests stops_;
   bool hold_is_fading_ = false;
-  bool started_ = false;
-  Time origin_{}, last_tick_{};
+  TickClock clock_;
   TickRecord record_;
   Stats stats_;
 };

@@ -9,43 +9,43 @@ namespace {
 
 constexpr std::chrono::milliseconds kGlance(5), kAgain(100), kLastChance(1000);
 
-void Watch(const std::stop_token& stop, HapticLoop& loop, const std::function<bool()>& asked) {
+void Watch(const std::stop_token& stop, StopRequests& stops, const std::function<bool()>& asked) {
   while (!stop.stop_requested()) {
-    if (asked()) loop.EmergencyStop();
+    if (asked()) stops.Request();
     std::this_thread::sleep_for(kGlance);
   }
 }
 
-void Call(const std::stop_token& stop, HapticLoop& loop, const std::function<bool()>& call) {
+void Call(const std::stop_token& stop, StopRequests& stops, const std::function<bool()>& call) {
   std::uint32_t called = 0;
   while (!stop.stop_requested()) {
-    const std::uint32_t asked = loop.stops_asked();
-    const bool is_wanted = asked != called && loop.stop_is_wanted();
+    const std::uint32_t asked = stops.asked();
+    const bool is_wanted = asked != called && stops.is_wanted();
     const bool acted = is_wanted && call();
-    if (acted) loop.StopActed(called = asked);
+    if (acted) stops.Act(called = asked);
     std::this_thread::sleep_for(is_wanted && !acted ? kAgain : kGlance);
   }
 }
 
 }  // namespace
 
-StopPath::StopPath(HapticLoop& loop, Ways ways) : loop_(loop), give_up_(std::move(ways.give_up)) {
+StopPath::StopPath(StopRequests& stops, Ways ways)
+    : stops_(stops), give_up_(std::move(ways.give_up)) {
   if (ways.asked) {
-    watching_ = std::jthread([&loop, asked = std::move(ways.asked)](const std::stop_token& stop) {
-      Watch(stop, loop, asked);
+    watching_ = std::jthread([&stops, asked = std::move(ways.asked)](const std::stop_token& stop) {
+      Watch(stop, stops, asked);
     });
   }
   if (!ways.call) return;
   calls_ = true;
   calling_ = std::jthread([this, call = std::move(ways.call)](const std::stop_token& stop) {
-    Call(stop, loop_, call);
+    Call(stop, stops_, call);
     calls_ = false;
   });
 }
 
 StopPath::~StopPath() {
-  for (auto left = kLastChance; calls_ && loop_.stop_is_wanted() && left.count() > 0;
-       left -= kGlance) {
+  for (auto left = kLastChance; calls_ && stops_.is_wanted() && left.count() > 0; left -= kGlance) {
     std::this_thread::sleep_for(kGlance);
   }
   calling_.request_stop();

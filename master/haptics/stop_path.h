@@ -6,7 +6,7 @@
 #include <functional>
 #include <thread>
 
-#include "master/haptics/haptic_loop.h"
+#include "master/haptics/stop_requests.h"
 
 namespace palpate {
 
@@ -18,15 +18,15 @@ class StopPath {
         call;  // calls the slave's Stop; true: it stopped. May block; may be empty
     std::function<void()> give_up = {};  // cancels a running `call`
   };
-  // `loop` must outlive this object.
-  StopPath(HapticLoop& loop, Ways ways);
+  // `stops` must outlive this object.
+  StopPath(StopRequests& stops, Ways ways);
   // Gives a requested stop up to one second to complete.
   ~StopPath();
   StopPath(const StopPath&) = delete;
   StopPath& operator=(const StopPath&) = delete;
 
  private:
-  HapticLoop& loop_;
+  StopRequests& stops_;
   std::function<void()> give_up_;
   std::atomic<bool> calls_{false};  // the calling thread runs
   std::jthread watching_, calling_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -27,7 +28,8 @@ std::string_view InWords(TareState state) {
   return kWords[static_cast<std::size_t>(state)];
 }
 
-void Tare::Request() noexcept {
+void Tare::Request(std::uint32_t count) noexcept {
+  if (std::exchange(asked_, count) == count) return;
   state_ = TareState::kMeasuring;
   count_ = 0;
   sum_.setZero();

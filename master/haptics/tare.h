@@ -36,11 +36,16 @@ class Tare {
   static constexpr double kLargestShare = 0.1;  // of the largest force [-]
   static constexpr int kFewest = 3;             // samples
 
-  void Request() noexcept;
+  // `count`: requests so far. A new one starts a measurement.
+  void Request(std::uint32_t count) noexcept;
   // Measures, if requested, and then subtracts the tare from the forces of `state`. `follows`: the
   // operator is engaged; `largest`: force limit at the tool [N]; `now` [s].
   void Take(SlaveState* state, bool follows, double largest, double now) noexcept;
-  void Forget() noexcept { *this = Tare(); }
+  void Forget() noexcept {
+    const std::uint32_t asked = asked_;
+    *this = Tare();
+    asked_ = asked;
+  }
 
   [[nodiscard]] TareState state() const noexcept { return state_; }
   [[nodiscard]] const Eigen::Vector3d& bias() const noexcept { return bias_; }  // b [N]
@@ -48,6 +53,7 @@ class Tare {
  private:
   void Measure(const SlaveState& state, bool follows, double largest, double now) noexcept;
 
+  std::uint32_t asked_ = 0;
   TareState state_ = TareState::kNone;
   Eigen::Vector3d bias_{0, 0, 0};
   Eigen::Vector3d sum_{0, 0, 0};

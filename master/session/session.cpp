@@ -244,7 +244,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     done = true;
   });
 
-  std::optional<StopPath> emergency(std::in_place, loop, options.emergency);
+  std::optional<StopPath> emergency(std::in_place, loop.stops(), options.emergency);
   RateMeter meter;
   double shown = -1;
   while (!done) {
@@ -255,7 +255,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     if (t - shown < kShowEvery || recorder.newest().at == Time{}) continue;
     shown = t;
     LinkStats told = link();
-    if (loop.stop_is_wanted()) told.trouble = Join(kUnanswered, told.trouble);
+    if (loop.stops().is_wanted()) told.trouble = Join(kUnanswered, told.trouble);
     show({t, recorder.newest(), meter.Update(t, recorder.taken()), recorder.newest().force_limit,
           Named(recorder.newest(), options.finger_names), told});
   }
@@ -284,7 +284,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.log_failed = !recorder.trouble().empty();
   if (report.log_failed) report.trouble.push_back(recorder.trouble());
   if (!report.link.trouble.empty()) report.trouble.push_back(report.link.trouble);
-  if (loop.stop_is_wanted()) report.trouble.emplace_back(kUnanswered);
+  if (loop.stops().is_wanted()) report.trouble.emplace_back(kUnanswered);
   return report;
 }
 

@@ -46,6 +46,32 @@ struct Views {
   MeshWatch meshes;
 };
 
+// Views while a page is open, and what was shown of them last.
+struct PageViews {
+  // `somebody_looks`: a page is open now.
+  void Update(bool somebody_looks, const SlaveLink::Options& line) {
+    const auto now = std::chrono::steady_clock::now();
+    if (somebody_looks) looked = now;
+    const bool looks = now - looked < kLookAway;
+    if (looks && !views) {
+      views = std::make_unique<Views>(line);
+      picture = shape = 0;
+    }
+    if (!looks) views.reset();
+  }
+
+  std::unique_ptr<Views> views;  // null: nobody looks
+  std::chrono::steady_clock::time_point looked{};
+  std::uint64_t picture = 0, shape = 0;
+};
+
+// The slave's health as it was shown last.
+struct ShownHealth {
+  std::uint64_t version = 0;
+  std::vector<std::string> alarms;
+  std::string trouble;
+};
+
 // Whether scales may change: the operator is disengaged and nothing is touched.
 bool IsFree(const StationMoment& moment) {
   const OperatorState state = moment.ticks.newest.state;
@@ -74,8 +100,6 @@ struct LiveStation::Parts {
   }
 
   void Run(const std::stop_token& stop);
-  // Watches pictures and shapes while a page is open.
-  void UpdateViews();
   void PutMoment();
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
@@ -117,13 +141,10 @@ struct LiveStation::Parts {
   SlaveLink::Mapping waiting;
   PointerControlLock lead;  // the server's thread
   // What the editor alone uses.
-  std::unique_ptr<Views> views;
-  std::chrono::steady_clock::time_point looked{};
-  std::uint64_t picture = 0, health = 0, shape = 0;
+  PageViews page_views;
+  ShownHealth health;
   std::optional<HandTrace> trace;
   std::vector<LogEntry> said;
-  std::vector<std::string> slave_alarms;
-  std::string health_trouble;
   bool told_to_wait = false;  // what waits now
   Display display{&board};
 
@@ -136,22 +157,11 @@ struct LiveStation::Parts {
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    UpdateViews();
+    page_views.Update(server && server->pages() > 0, options.line);
     PutMoment();
     if (server) server->Notify();
     std::this_thread::sleep_for(kFrame);
   }
-}
-
-void LiveStation::Parts::UpdateViews() {
-  const auto now = std::chrono::steady_clock::now();
-  if (server && server->pages() > 0) looked = now;
-  const bool somebody_looks = now - looked < kLookAway;
-  if (somebody_looks && !views) {
-    views = std::make_unique<Views>(options.line);
-    picture = shape = 0;
-  }
-  if (!somebody_looks) views.reset();
 }
 
 void LiveStation::Parts::PutMoment() {
@@ -175,15 +185,15 @@ void LiveStation::Parts::PutMoment() {
     moment.pointer_holds = options.pointer->holds();
     moment.pointer_used = options.pointer->used();
   }
-  if (views) {
-    moment.video_trouble = views->video.trouble();
-    moment.mesh_trouble = views->meshes.stats().trouble;
+  if (page_views.views) {
+    moment.video_trouble = page_views.views->video.trouble();
+    moment.mesh_trouble = page_views.views->meshes.stats().trouble;
     moment.picture_stands = PutPicture(moment.ticks);
     PutShape(moment.ticks);
   }
   PutHealth();
-  moment.slave_alarms = slave_alarms;
-  moment.health_trouble = health_trouble;
+  moment.slave_alarms = health.alarms;
+  moment.health_trouble = health.trouble;
   moment.other_release = OtherRelease(options.hello.scene.version, options.hello.version);
   if (const auto entries = event_log.TakeNew()) {
     said = *entries;
@@ -227,28 +237,26 @@ double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sen
 }
 
 double LiveStation::Parts::PutPicture(const TickDigest::Moment& moment) {
-  const auto newest = views->video.newest();
+  const auto newest = page_views.views->video.newest();
   if (!newest) return 0;
   const double sensed_at = SinceBegin(moment, newest->sensed_at);
-  if (newest->number != picture) display.PutPicture(newest->jpeg, sensed_at);
-  picture = newest->number;
+  if (newest->number != page_views.picture) display.PutPicture(newest->jpeg, sensed_at);
+  page_views.picture = newest->number;
   const double age = moment.t - sensed_at, rate = options.hello.scene.sensor_rate;
   return age > std::max(kFrozen, kFrozenPeriods / rate) ? age : 0;
 }
 
 void LiveStation::Parts::PutShape(const TickDigest::Moment& moment) {
-  const auto mesh = views->meshes.newest();
-  if (!mesh || mesh->sequence == shape) return;
-  shape = mesh->sequence;
+  const auto mesh = page_views.views->meshes.newest();
+  if (!mesh || mesh->sequence == page_views.shape) return;
+  page_views.shape = mesh->sequence;
   display.PutShape(*mesh, SinceBegin(moment, mesh->sensed_at));
 }
 
 void LiveStation::Parts::PutHealth() {
   const SlaveStatusPoller::Words words = poller.words();
-  if (words.version == health) return;
-  health = words.version;
-  slave_alarms = AlarmsIn(words);
-  health_trouble = words.trouble;
+  if (words.version == health.version) return;
+  health = {words.version, AlarmsIn(words), words.trouble};
   board.Put(Topic::kHealth, HealthJson(words));
 }
 

@@ -270,7 +270,7 @@ std::string FindingsJson(const Findings& findings, bool is_done) {
   constexpr std::array<const char*, 3> kLevels{"ok", "warn", "bad"};
   Json list = Json::array();
   for (auto found = findings.rbegin(); found != findings.rend(); ++found) {
-    list.push_back({{"level", kLevels[static_cast<std::size_t>(found->verdict)]},
+    list.push_back({{"level", kLevels[static_cast<std::size_t>(found->grade)]},
                     {"what", found->what},
                     {"measured", found->measured},
                     {"advice", found->advice}});

@@ -35,12 +35,12 @@ PeriodicStats Bare(double late_us, std::uint64_t missed) {
 }
 
 TEST(DoctorTest, ATimerIsJudgedByWhatAHandFeels) {
-  EXPECT_EQ(CheckTimer(Bare(20, 0)).verdict, Verdict::kGood);
+  EXPECT_EQ(CheckTimer(Bare(20, 0)).grade, Grade::kGood);
   EXPECT_THAT(CheckTimer(Bare(20, 0)).advice, IsEmpty());
-  EXPECT_EQ(CheckTimer(Bare(200, 0)).verdict, Verdict::kNote);
-  EXPECT_EQ(CheckTimer(Bare(20, 1)).verdict, Verdict::kNote);
-  EXPECT_EQ(CheckTimer(Bare(20, 30)).verdict, Verdict::kBad);
-  EXPECT_EQ(CheckTimer(Bare(900, 0)).verdict, Verdict::kBad);
+  EXPECT_EQ(CheckTimer(Bare(200, 0)).grade, Grade::kNote);
+  EXPECT_EQ(CheckTimer(Bare(20, 1)).grade, Grade::kNote);
+  EXPECT_EQ(CheckTimer(Bare(20, 30)).grade, Grade::kBad);
+  EXPECT_EQ(CheckTimer(Bare(900, 0)).grade, Grade::kBad);
   EXPECT_THAT(CheckTimer(Bare(900, 0)).advice, Not(IsEmpty()));
 }
 
@@ -54,13 +54,13 @@ TEST(DoctorTest, GovernorsAndClocksAreReadWhereTheSystemTellsThem) {
   EXPECT_THAT(Of(ExamineProcessors(sys), "governor").measured, HasSubstr("unknown"));
   write("devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance");
   write("devices/system/clocksource/clocksource0/current_clocksource", "tsc");
-  EXPECT_EQ(Of(ExamineProcessors(sys), "governor").verdict, Verdict::kGood);
-  EXPECT_EQ(Of(ExamineProcessors(sys), "clock").verdict, Verdict::kGood);
+  EXPECT_EQ(Of(ExamineProcessors(sys), "governor").grade, Grade::kGood);
+  EXPECT_EQ(Of(ExamineProcessors(sys), "clock").grade, Grade::kGood);
   write("devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave");
   write("devices/system/clocksource/clocksource0/current_clocksource", "hpet");
   EXPECT_THAT(Of(ExamineProcessors(sys), "governor").measured, HasSubstr("powersave"));
   EXPECT_THAT(Of(ExamineProcessors(sys), "governor").advice, HasSubstr("performance"));
-  EXPECT_EQ(Of(ExamineProcessors(sys), "clock").verdict, Verdict::kNote);
+  EXPECT_EQ(Of(ExamineProcessors(sys), "clock").grade, Grade::kNote);
 }
 
 LineSample Line(double round_trip, double gap) {
@@ -78,20 +78,20 @@ LineSample Line(double round_trip, double gap) {
 
 TEST(DoctorTest, AShortLineIsGoodALongOneIsToldHowToBeFelt) {
   const RemoteScene scene;
-  EXPECT_EQ(Of(CheckLine(Line(0.001, 0.005), scene), "round trip").verdict, Verdict::kGood);
+  EXPECT_EQ(Of(CheckLine(Line(0.001, 0.005), scene), "round trip").grade, Grade::kGood);
   const Finding far = Of(CheckLine(Line(0.3, 0.005), scene), "round trip");
-  EXPECT_EQ(far.verdict, Verdict::kNote);
+  EXPECT_EQ(far.grade, Grade::kNote);
   EXPECT_THAT(far.advice, HasSubstr("local"));
 }
 
 TEST(DoctorTest, GapsInWhichTheHandWouldBeLetGoAreBadAndTheKeyIsNamed) {
   const RemoteScene scene;
   LineSample line = Line(0.01, 0.01);
-  EXPECT_EQ(Of(CheckLine(line, scene), "states").verdict, Verdict::kGood);
+  EXPECT_EQ(Of(CheckLine(line, scene), "states").grade, Grade::kGood);
   line.gap_us.Add(80e3);
   line.gaps_beyond = 1;
   const Finding gaps = Of(CheckLine(line, scene), "states");
-  EXPECT_EQ(gaps.verdict, Verdict::kBad);
+  EXPECT_EQ(gaps.grade, Grade::kBad);
   EXPECT_THAT(gaps.advice, HasSubstr("dead_after: 120 ms"));
 }
 
@@ -100,9 +100,9 @@ TEST(DoctorTest, OtherVersionsAlarmsAndClocksAreTold) {
   line.alarms = {"nobody drives the arm"};
   line.clock_offset = 3600;
   const Findings findings = CheckLine(line, {});
-  EXPECT_EQ(Of(findings, "version").verdict, Verdict::kNote);
+  EXPECT_EQ(Of(findings, "version").grade, Grade::kNote);
   EXPECT_THAT(Of(findings, "slave").measured, HasSubstr("nobody drives the arm"));
-  EXPECT_EQ(Of(findings, "clocks").verdict, Verdict::kNote);
+  EXPECT_EQ(Of(findings, "clocks").grade, Grade::kNote);
 }
 
 TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
@@ -110,7 +110,7 @@ TEST(DoctorTest, DatagramsAreTriedAndTheSlaveIsLeftAsItWas) {
   Server server(slave, "127.0.0.1:0", false);
   SlaveLink::Options options;
   options.target = server.address();
-  EXPECT_EQ(CheckDatagrams(TryDatagrams(options, 20)).verdict, Verdict::kGood);
+  EXPECT_EQ(CheckDatagrams(TryDatagrams(options, 20)).grade, Grade::kGood);
   EXPECT_FALSE(std::ranges::any_of(slave.commands(), &OperatorCommand::engaged));
   EXPECT_EQ(slave.ends(), 1);
 }
@@ -119,7 +119,7 @@ TEST(DoctorTest, DatagramsThatDoNotComeAndThoseThatAreNotOursToTryAreToldApart) 
   LinkStats tried;
   tried.connected = true;
   EXPECT_THAT(CheckDatagrams(tried).advice, HasSubstr("UDP"));
-  EXPECT_EQ(CheckDatagrams(tried).verdict, Verdict::kNote);
+  EXPECT_EQ(CheckDatagrams(tried).grade, Grade::kNote);
   tried.connected = false;
   tried.trouble = "the lease is held by Ada";
   EXPECT_THAT(CheckDatagrams(tried).measured, HasSubstr("not tried: the lease is held by Ada"));
@@ -163,7 +163,7 @@ TEST(DoctorTest, NobodyThereIsAFindingWithTheNextStep) {
   nobody.wait = 0;
   const Findings findings = ExamineLine(nobody, 0.1);
   ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(findings[0].verdict, Verdict::kBad);
+  EXPECT_EQ(findings[0].grade, Grade::kBad);
   EXPECT_THAT(findings[0].advice, HasSubstr("palpate-slave serve"));
 }
 

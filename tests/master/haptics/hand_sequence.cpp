@@ -207,7 +207,7 @@ class Sequence {
         slave.set_K(choices_.Within(10, 5000));
         return;
       case 4:
-        if (choices_.Byte() % 8 == 0) rig_.loop.EmergencyStop();
+        if (choices_.Byte() % 8 == 0) rig_.loop.stops().Request();
         return;
       default:
         is_broken_ = true;

@@ -445,7 +445,7 @@ TEST_F(HapticLoopTest, ALimitThatWasReadOnlyLowersTheForce) {
 
 // Until the slave says that it knows.
 TEST_F(HapticLoopTest, TheOperatorsEmergencyStopIsToldAndLetsTheHandGo) {
-  rig_.loop.EmergencyStop();
+  rig_.loop.stops().Request();
   rig_.Tick(puppet_);
   EXPECT_EQ(rig_.state(), kEstop);
   const OperatorCommand* command = rig_.commands.Take();
@@ -466,7 +466,7 @@ TEST_F(HapticLoopTest, AStopIsNotTakenForToldByTheStandOfAnOlderOne) {
   rig_.Run(puppet_, 0.1);
   rig_.slave.silent = true;
   rig_.Run(puppet_, 0.1);
-  rig_.loop.EmergencyStop();
+  rig_.loop.stops().Request();
   rig_.Run(puppet_, 0.1);
   EXPECT_TRUE(rig_.commands.Take()->stop);
 }
@@ -476,32 +476,32 @@ TEST(EmergencyStopTest, EachIsToldHoweverSoonAfterAReset) {
   Rig rig({.delay = 0.25});
   Puppet puppet;
   rig.Run(puppet, 1);
-  rig.loop.EmergencyStop();
+  rig.loop.stops().Request();
   rig.Run(puppet, 0.25);
   rig.slave.forced_phase = Phase::kEstop;
   rig.Run(puppet, 0.2);
-  EXPECT_TRUE(rig.loop.stop_is_wanted());
+  EXPECT_TRUE(rig.loop.stops().is_wanted());
   rig.Run(puppet, 0.1);
-  EXPECT_FALSE(rig.loop.stop_is_wanted());
-  rig.loop.EmergencyStop();
+  EXPECT_FALSE(rig.loop.stops().is_wanted());
+  rig.loop.stops().Request();
   rig.Run(puppet, 0.2);
   rig.slave.forced_phase = Phase::kReady;  // the reset, which was on its way
   rig.Run(puppet, 1);
-  EXPECT_TRUE(rig.loop.stop_is_wanted());
+  EXPECT_TRUE(rig.loop.stops().is_wanted());
   rig.slave.forced_phase = Phase::kEstop;
   rig.Run(puppet, 0.3);
-  EXPECT_FALSE(rig.loop.stop_is_wanted());
+  EXPECT_FALSE(rig.loop.stops().is_wanted());
 }
 
 // By a call, which a station has that does not operate: it does not stop once more when it does.
 TEST_F(HapticLoopTest, AStopThatActedByAnotherWayIsToldNoMore) {
-  rig_.loop.EmergencyStop();
+  rig_.loop.stops().Request();
   rig_.Tick(puppet_);
-  rig_.loop.StopActed(1);
+  rig_.loop.stops().Act(1);
   rig_.Tick(puppet_);
   EXPECT_FALSE(rig_.commands.Take()->stop);
-  rig_.loop.EmergencyStop();
-  rig_.loop.StopActed(1);
+  rig_.loop.stops().Request();
+  rig_.loop.stops().Act(1);
   rig_.Tick(puppet_);
   EXPECT_TRUE(rig_.commands.Take()->stop) << "another one";
 }

@@ -174,7 +174,7 @@ TEST(MomentJsonTest, WhereTheTipIsToBeAndWhereItWasSeenAreTold) {
 
 TEST(MomentJsonTest, TheDoctorsBadFindingsStandFirst) {
   const Json json = Json::parse(FindingsJson(
-      {{Verdict::kGood, "clocks", "0 s", ""}, {Verdict::kBad, "line", "none", "mend it"}}, true));
+      {{Grade::kGood, "clocks", "0 s", ""}, {Grade::kBad, "line", "none", "mend it"}}, true));
   EXPECT_TRUE(json["done"]);
   EXPECT_EQ(json["findings"][0]["level"], "bad");
   EXPECT_EQ(json["findings"][0]["advice"], "mend it");

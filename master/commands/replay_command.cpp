@@ -1,4 +1,4 @@
-#include "master/replay_command.h"
+#include "master/commands/replay_command.h"
 
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-#include "master/connect_recorder.h"
+#include "master/commands/connect_recorder.h"
 
 #include <cstdio>
 #include <utility>

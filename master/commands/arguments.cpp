@@ -1,0 +1,235 @@
+#include "master/commands/arguments.h"
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+
+#include "master/device/device.h"
+#include "master/recording/replay.h"
+#include "master/station/live_station.h"
+#include "master/view/shape_watch.h"
+#include "shared/program/command_line.h"
+#include "shared/program/program.h"
+#include "shared/text/text.h"
+#include "shared/tls/certificate.h"
+#include "shared/tls/credentials.h"
+
+namespace palpate {
+namespace {
+
+// Two outputs must not share a regular file. A character device or pipe accepts both.
+void RequireDistinct(std::string_view option, const std::filesystem::path& out,
+                     std::string_view other_option, const std::filesystem::path& other) {
+  if (out.empty() || other.empty()) return;
+  std::error_code error;  // a file that does not exist yet has a path, too
+  const auto status = std::filesystem::status(out, error);
+  const bool is_file = !std::filesystem::exists(status) || is_regular_file(status);
+  const auto place = std::filesystem::weakly_canonical(out, error);
+  if (!is_file || std::filesystem::weakly_canonical(other, error) != place) return;
+  throw std::invalid_argument(std::string(option) + " " + out.string() +
+                              ": accepted is another file than that of " +
+                              std::string(other_option));
+}
+
+// Written so that NaN is rejected too.
+CLI::Validator Between(double low, double high, const std::string& unit = "s") {
+  return {[low, high, unit](const std::string& text) -> std::string {
+            double value = 0;
+            const bool number = CLI::detail::lexical_cast(text, value);
+            if (number && value >= low && value <= high) return {};
+            return text + ": accepted is " + CLI::detail::to_string(low) + " to " +
+                   CLI::detail::to_string(high) + " " + unit;
+          },
+          ""};  // The help shows the type name alone.
+}
+
+// Adds an option whose help shows `type`, such as FILE or HOST:PORT.
+template <class T>
+CLI::Option* Add(CLI::App* command, const char* name, T* value, const char* type,
+                 const char* text) {
+  return command->add_option(name, *value, text)->type_name(type);
+}
+
+void AddTls(CLI::App* command, SlaveLink::Options* link) {
+  Add(command, "--tls", &link->tls, "DIR",
+      "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder "
+      "(deploy/certs), also for --view")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
+}
+
+void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
+  Add(command, "--wait", &link->wait, "S", "Time limit for connecting, in seconds")
+      ->check(Between(0, 1e6))
+      ->capture_default_str();
+  AddTls(command, link);
+  command->add_flag("--insecure", link->insecure,
+                    "Allow plain text to other machines; without it only loopback is accepted");
+}
+
+void DeclareDoctor(CLI::App* app, DoctorArguments* a) {
+  CLI::App* doctor = app->add_subcommand(
+      "doctor", "Measure link, clock, priorities and device, and advise what to change");
+  Add(doctor, "target", &a->link.target, "HOST:PORT",
+      "Slave to examine without operating it; without it only this machine is examined");
+  Add(doctor, "--device", &a->options.device, "DEVICE", "Haptic device, as for connect")
+      ->capture_default_str();
+  Add(doctor, "--seconds", &a->options.seconds, "S", "Duration of each measurement, in seconds")
+      ->check(Between(0.1, 3600))
+      ->capture_default_str();
+  doctor->add_flag("--datagrams", a->link.datagrams,
+                   "Test UDP too: takes the lease for a moment without engaging");
+  AddLineOptions(doctor, &a->link);
+}
+
+void DeclareEvict(CLI::App* app, Arguments* a) {
+  CLI::App* evict = app->add_subcommand(
+      "evict", "End the lease of the slave's operator; with --tls it needs the role admin");
+  evict->footer("Example:\n  palpate-master evict localhost:50051 --reason maintenance");
+  Add(evict, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
+  Add(evict, "--reason", &a->reason, "TEXT", "Reason for the operator and the log");
+  AddLineOptions(evict, &a->link);
+}
+
+void DeclareRecordings(CLI::App* app, Arguments* a) {
+  CLI::App* replay = app->add_subcommand("replay", "Show a recorded session");
+  replay->footer(
+      "Examples:\n"
+      "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
+      "  palpate-master replay session.mcap --view");
+  Add(replay, "file", &a->replay.file, "FILE.mcap", "Recording of connect --record")->required();
+  Add(replay, "--speed", &a->replay.speed, "FACTOR", "Playback speed relative to real time")
+      ->check(Between(Replay::kSlowest, Replay::kFastest, "times"))
+      ->capture_default_str();
+  Add(replay, "--from", &a->replay.from, "S", "Start time within the recording, in seconds")
+      ->check(Between(0, 1e8))
+      ->capture_default_str();
+  CLI::Option* view = Add(replay, "--view", &a->view, "[HOST:PORT]",
+                          "Show it on the operator's page, by default at 127.0.0.1 on a free port")
+                          ->expected(0, 1);
+  AddTls(replay, &a->link);
+  replay->callback([a, view] { a->replay_views = view->count() > 0; });
+  CLI::App* exported = app->add_subcommand(
+      "export", "Write a recording as CSV tables, NumPy arrays, images and VTU meshes");
+  exported->footer("Example:\n  palpate-master export session.mcap --out session");
+  Add(exported, "file", &a->exported.file, "FILE.mcap", "Recording of connect --record")
+      ->required();
+  Add(exported, "--out", &a->exported.out, "DIR", "Output folder; it is created if missing")
+      ->required();
+}
+
+}  // namespace
+
+void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
+  app->require_subcommand(1);
+  app->set_version_flag("--version", Version());
+  app->footer(
+      "Examples:\n"
+      "  palpate-master connect localhost:50051\n"
+      "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
+      "  palpate-master connect localhost:50051 --shape pinch.svg\n"
+      "  palpate-master doctor localhost:50051\n"
+      "  palpate-master evict localhost:50051 --reason maintenance\n"
+      "  palpate-master connect localhost:50051 --device pointer --view\n"
+      "  palpate-master connect localhost:50051 --tui\n"
+      "  palpate-master connect localhost:50051 --record session.mcap\n"
+      "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
+      "  palpate-master replay session.mcap --view\n"
+      "  palpate-master export session.mcap --out session\n"
+      "  palpate-master connect 10.0.0.7:50051 --insecure --device playback:hand.csv --render "
+      "interpolate\n\n"
+      "Emergency stop: Enter, or SIGUSR1. Reset: r and Enter, or SIGUSR2.\n"
+      "Exit codes: 0 done, 1 ran and failed, 2 unusable arguments.");
+  CLI::App* connect =
+      app->add_subcommand("connect", "Operate a slave and render its contact force");
+  Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
+  Add(connect, "--device", &a->device, "DEVICE",
+      "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer (mouse, keys or gamepad "
+      "on the page of --view)")
+      ->capture_default_str();
+  connect
+      ->add_option("--render", a->render,
+                   "Force between two states: local model, interpolation, or newest force")
+      ->check(CLI::IsMember({"local", "interpolate", "hold"}))
+      ->capture_default_str();
+  Add(connect, "--duration", &a->duration, "S",
+      "Length of the run in seconds; default: until interrupted or the playback ends")
+      ->check(Between(1e-3, 1e8));
+  Add(connect, "--force-limit", &a->force_limit, "N",
+      "Largest force on the device, in newtons; limits of scene and device also apply")
+      ->check(Between(1e-3, 100, "N"))
+      ->capture_default_str();
+  Add(connect, "--slew-limit", &a->slew_limit, "N/ms",
+      "Largest rate of change of the force on the device, in N/ms")
+      ->check(Between(1e-6, 100, "N/ms"))
+      ->capture_default_str();
+  Add(connect, "--report", &a->report, "FILE", "Write a summary of the run as JSON");
+  Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
+  Add(connect, "--record", &a->record, "FILE.mcap",
+      "Record ticks, states and commands, and images and shapes twice a second, for "
+      "replay and export");
+  Add(connect, "--record-limit", &a->record_limit, "SIZE",
+      "Total size at which the recording ends; one hour takes 0.6 GB or more")
+      ->capture_default_str();
+  Add(connect, "--record-part", &a->record_part, "S",
+      "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "
+      "and export of FILE.mcap read all of them")
+      ->check(Between(1, 1e6));
+  Add(connect, "--shape", &a->shapes, "FILE.svg|FILE.vtu",
+      "Write the deformed object and the fingertip forces once a second, and FILE-deepest "
+      "(largest deflection) at the end; repeatable")
+      ->allow_extra_args(false);
+  AddLineOptions(connect, &a->link);
+  // A function, because CLI11 would write `false` into an optional that nobody set.
+  connect->add_flag_function(
+      "--datagrams,!--no-datagrams", [a](std::int64_t count) { a->link.datagrams = count > 0; },
+      "Send states and commands also by UDP, encrypted with keys from the stream; default: on to "
+      "other machines");
+  Add(connect, "--metrics", &a->metrics, "HOST:PORT",
+      "Serve health metrics for Prometheus at http://HOST:PORT/metrics");
+  CLI::Option* view =
+      Add(connect, "--view", &a->view, "[HOST:PORT]",
+          "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
+          "this machine it requires --tls and prints a token")
+          ->expected(0, 1);
+  connect->add_flag("--tui", a->terminal,
+                    "Show state, force, link, alarms and keys in the terminal instead of one line");
+  connect->callback([a, view] { a->views = view->count() > 0; });
+  Add(connect, "--name", &a->link.operator_name, "NAME",
+      "Name of the operator, which the slave shows to other clients; default: user, machine and "
+      "process");
+  DeclareEvict(app, a);
+  DeclareRecordings(app, a);
+  DeclareDoctor(app, doctor);
+}
+
+void RequireTimely(const std::filesystem::path& certificates) {
+  if (certificates.empty()) return;
+  RequireCertificates(certificates);
+  const std::string untimely = WhyUntimely(certificates);
+  if (!untimely.empty()) throw std::invalid_argument(untimely);
+}
+
+// Checks everything that can fail before anything moves.
+void CheckBeforehand(const Arguments& a) {
+  RequireTimely(a.link.tls);
+  const std::array inputs{PlaybackFile(a.device)};
+  RequireOtherThan("--report", a.report, inputs);
+  RequireOtherThan("--log", a.log, inputs);
+  RequireOtherThan("--record", a.record, inputs);
+  for (const auto& shape : a.shapes) RequireOtherThan("--shape", shape, inputs);
+  RequireDistinct("--log", a.log, "--report", a.report);
+  RequireDistinct("--record", a.record, "--report", a.report);
+  RequireDistinct("--record", a.record, "--log", a.log);
+  if (a.views) ViewPlace(a.view, a.link.tls);
+  if (IsPointer(a) && !a.views) {
+    throw std::invalid_argument("--device pointer: accepted is with --view, which serves its page");
+  }
+  RequireWritable(a.report);
+  RequireWritable(a.log);
+  for (const auto& shape : a.shapes) {
+    CheckShapeFile(shape);
+    RequireWritable(shape);
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+// Command lines of palpate-master.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "master/commands/replay_command.h"
+#include "master/doctor/doctor.h"
+#include "master/link/slave_link.h"
+
+namespace CLI {
+class App;
+}
+
+namespace palpate {
+
+struct Arguments {
+  SlaveLink::Options link;
+  std::string device = "sim-hand";
+  std::string render = "local";
+  double duration = 0;
+  double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
+  std::filesystem::path report, log, record;
+  std::string record_limit = "8 GB";
+  double record_part = 0;  // [s]; 0: one file
+  std::string reason;      // of evict
+  std::string metrics;     // HOST:PORT of the metrics page; empty: none
+  std::vector<std::filesystem::path> shapes;
+  bool views = false, replay_views = false, terminal = false;
+  std::string view;  // HOST:PORT; empty: a free loopback port
+  ReplayOptions replay;
+  SessionExportOptions exported;
+};
+
+struct DoctorArguments {
+  SlaveLink::Options link;  // an empty target: this machine alone
+  DoctorOptions options;
+};
+
+// Declares every command and option.
+void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor);
+
+// Whether `--device pointer` is chosen.
+inline bool IsPointer(const Arguments& a) {
+  return a.device == "pointer";
+}
+
+// Whether the device can be made only when the scene is known.
+inline bool IsMadeForScene(const Arguments& a) {
+  return a.device == "sim-hand" || IsPointer(a);
+}
+
+// Throws std::invalid_argument where the certificates in this folder cannot be used now.
+void RequireTimely(const std::filesystem::path& certificates);
+// Checks everything of `connect` that can fail before anything moves. Throws std::invalid_argument
+// that names the option.
+void CheckBeforehand(const Arguments& a);
+
+}  // namespace palpate

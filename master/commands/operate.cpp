@@ -1,0 +1,221 @@
+#include "master/commands/operate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "master/commands/signals.h"
+#include "master/session/session.h"
+#include "master/station/live_station.h"
+#include "master/view/console.h"
+#include "master/view/keys.h"
+#include "master/view/shape_watch.h"
+#include "shared/link/loopback.h"
+#include "shared/program/program.h"
+#include "shared/text/text.h"
+#include "shared/tls/certificate.h"
+
+namespace palpate {
+namespace {
+
+constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the last command to leave
+constexpr double kExamined = 1;  // duration of each measurement during a session [s]
+constexpr auto kSignalPoll = std::chrono::milliseconds(10);
+
+// Gives up at a signal.
+RemoteScene Connect(SlaveLink* link) {
+  const std::jthread watch([link](const std::stop_token& done) {
+    while (!done.stop_requested() && !g_stop) std::this_thread::sleep_for(kSignalPoll);
+    if (!done.stop_requested()) link->Stop();
+  });
+  return link->Connect();
+}
+
+// Largest age of a rendered sample [s]: larger for a slow sensor, up to a limit.
+double OldestShown(double sensor_rate) {
+  constexpr double kOnTop = 0.1, kLeast = 0.06, kMost = 1, kPeriods = 3;  // [s], [s], [s], [-]
+  return kOnTop + std::clamp(kPeriods / std::max(sensor_rate, kPeriods), kLeast, kMost);
+}
+
+HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
+  HapticLoop::Options options;
+  options.render = *ParseRenderMode(a.render);
+  options.transform = scene.transform;
+  options.force_limit = std::min(a.force_limit, scene.force_limit);
+  options.slew_limit = a.slew_limit;
+  options.max_age = OldestShown(scene.sensor_rate);
+  options.dead_after = scene.dead_after;
+  options.settings_revision = scene.settings_revision;
+  return options;
+}
+
+// The pointer is twice as fast as the simulated operator, so that it follows a drag.
+std::unique_ptr<Device> OpenDeviceFor(const RemoteScene& scene, const Arguments& a) {
+  constexpr double kFaster = 2, kUsual = 0.02;  // [-], [m/s]
+  const double scale = scene.transform.position_scale;
+  const double speed = scene.press_speed > 0 ? scene.press_speed / scale : kUsual;
+  if (IsPointer(a)) return std::make_unique<Pointer>(kFaster * speed);
+  return OpenDevice(a.device, scene.press_depth / scale, scene.press_speed / scale);
+}
+
+// Expiry of the certificate in `folder` since 1970 [s]; nullopt: there is none.
+std::optional<double> CertificateUntil(const std::filesystem::path& folder) {
+  std::ifstream file(folder / "cert.pem");
+  const std::string pem{std::istreambuf_iterator<char>(file), {}};
+  const auto facts = folder.empty() ? std::nullopt : FactsOf(pem);
+  if (!facts) return std::nullopt;
+  return std::chrono::duration<double>(facts->until.time_since_epoch()).count();
+}
+
+// A second link beside the operating one: it only observes, and does not wait.
+SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
+  SlaveLink::Options watched;
+  watched.target = line.target;
+  watched.wait = 0;
+  watched.insecure = line.insecure;
+  watched.tls = line.tls;
+  return watched;
+}
+
+// Null: neither --view nor --tui.
+std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
+                                         SlaveLink* link, Device* device,
+                                         OperatorRequests* requests, ConnectRecorder* recorder) {
+  if (!a.views && !a.terminal) return nullptr;
+  StationHello hello;
+  hello.scene = scene;
+  hello.target = a.link.target;
+  hello.device = device->description();
+  hello.render = a.render;
+  hello.version = Version();
+  hello.encrypted = !a.link.tls.empty();
+  hello.pointer = IsPointer(a);
+  hello.certificate_until = CertificateUntil(a.link.tls);
+  LiveStation::Controls controls{
+      [] { g_emergency = true; },
+      [link] { return link->Reset(); },
+      [link](const SlaveLink::Mapping& mapping) { return link->SetMapping(mapping); },
+      [link](const std::string& kind) { return link->SetModel(kind); },
+      [link] { return link->ReinitializeTracking(); },
+      [line = LineToExamine(a.link), found = FoundOf(*device)](const std::stop_token& stop) {
+        return Examine(found, line, kExamined, stop);
+      }};
+  if (recorder != nullptr) {
+    controls.record = [recorder](bool on) { recorder->Switch(on); };
+    controls.recording = [recorder] { return recorder->moment(); };
+  }
+  controls.quit = [] { g_stop = true; };
+  LiveStation::Options options{{},       a.link,    hello, dynamic_cast<Pointer*>(device),
+                               requests, a.terminal};
+  if (a.views) options.at = ViewPlace(a.view, a.link.tls);
+  return std::make_unique<LiveStation>(std::move(options), std::move(controls));
+}
+
+// Settings of the session, for its recording.
+McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& device) {
+  return {{"scene", scene.name},
+          {"model", scene.model},
+          {"source", scene.source},
+          {"device", device.description()},
+          {"render", a.render},
+          {"force_limit_N", Formatted("%.9g", std::min(a.force_limit, scene.force_limit))},
+          {"slew_limit_N_per_ms", Formatted("%.9g", a.slew_limit)},
+          {"position_scale", Formatted("%.9g", scene.transform.position_scale)},
+          {"force_scale", Formatted("%.9g", scene.transform.force_scale)}};
+}
+
+}  // namespace
+
+int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
+            ConnectRecorder* recorder, Health* health) {
+  Console console = Console::Standard();
+  const RemoteScene scene = Connect(&line->link);
+  if (!device) device = OpenDeviceFor(scene, a);
+  console.Print("connected to " + a.link.target + ": " + scene.name + ", " + scene.model + ", " +
+                scene.source);
+  const std::string other = OtherRelease(scene.version, Version());
+  if (!other.empty()) console.Print(other + " Install the same release at both ends.");
+  if (!scene.fingertips.empty()) console.Print(FingertipsInWords(scene.fingertips));
+  if (a.link.tls.empty() && !IsLoopback(ParseEndpoint(a.link.target).host)) {
+    console.Print(
+        "--insecure: plain text without authentication: an unknown slave may render up to " +
+        Formatted("%g N", a.force_limit));
+  }
+  console.Print("device " + device->description() + "; rendering " + a.render);
+
+  if (recorder) recorder->Begin(a.link, NoteOf(a, scene, *device));
+  line->link.Start(&line->states, &line->commands, &line->settings);
+  SessionOptions options;
+  options.loop = LoopOptions(a, scene);
+  options.settings = &line->settings;
+  OperatorRequests requests(options.loop.render);
+  options.requests = &requests;
+  std::optional<PatchWatch> patch;
+  if (options.loop.render == RenderMode::kLocal || a.views || a.terminal) {
+    patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls,
+                                      line->link.longest_round_trip()},
+                  &line->patches);
+    options.patches = &line->patches;
+    options.patch_stats = [&patch] { return patch->stats(); };
+  }
+  options.emergency = {[] { return g_emergency.exchange(false); },
+                       [line] { return line->link.EmergencyStop("by the operator's station"); },
+                       [line] { line->link.GiveUpStop(); }};
+  options.duration = a.duration;
+  options.log = a.log;
+  for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
+  if (health->page) {
+    console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
+  }
+  auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
+  if (station) {
+    if (a.views) console.Print("view at " + station->address());
+    options.see_tick = [&station](const TickRecord& tick) { station->OnTick(tick); };
+  }
+  std::optional<Keys> keys;
+  if (!a.terminal) keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
+  SlaveLink::Options told = a.link;
+  told.longest_round_trip = line->link.longest_round_trip();
+  ShapeWatch shape(told, scene, a.shapes, console.live());
+  if (recorder) recorder->AddOnlooker(&options.see_tick);
+  Report report = RunSession(
+      options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
+      [line] { return g_stop.load() || line->link.denied(); },
+      [&](const Status& status) {
+        if (g_reset.exchange(false)) {
+          const bool done = line->link.Reset();
+          if (!a.terminal)
+            console.Print(done ? "the emergency stop was reset"
+                               : "the slave did not reset the stop: try again");
+        }
+        if (!a.terminal) console.Show(status, shape.newest().get());
+        if (station) station->Update(status);
+        shape.Update(status);
+        health->seen.Update(status);
+      });
+  station.reset();
+  std::this_thread::sleep_for(kLastWords);
+  line->link.Stop();
+  patch.reset();
+  const bool shapes_written = shape.Finish(&report);
+  const bool recorded = !recorder || recorder->Finish(&console, &report);
+
+  report.scene = scene.name;
+  report.model = scene.model;
+  console.Print(FormatSummary(report));
+  if (!a.report.empty()) WriteReport(report, a.report);
+  const bool never_served = report.link.states == 0 && !g_stop;
+  if (never_served) {
+    const std::string& why = report.link.trouble;
+    console.Print("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
+  }
+  return report.log_failed || never_served || !shapes_written || !recorded ? EXIT_FAILURE
+                                                                           : EXIT_SUCCESS;
+}
+
+}  // namespace palpate
