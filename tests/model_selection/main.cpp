@@ -14,6 +14,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/reachable_places.h"
 #include "tests/model_selection/random_scene.h"

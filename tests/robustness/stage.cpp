@@ -5,6 +5,7 @@
 
 #include "slave/scene/scene_loader.h"
 #include "slave/site/environment/press_motion.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "tests/robustness/stages.h"
 #include "tests/support/paths.h"
 

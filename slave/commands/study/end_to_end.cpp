@@ -9,6 +9,7 @@
 
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

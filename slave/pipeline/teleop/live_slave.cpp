@@ -10,6 +10,7 @@
 
 #include "shared/link/thread_priority.h"
 #include "slave/capture/codecs/codecs.h"
+#include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -18,6 +18,7 @@
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/camera/simulated_site.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/vision/observation.h"
 #include "tests/support/paths.h"
 

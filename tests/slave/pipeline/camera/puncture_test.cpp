@@ -20,6 +20,7 @@
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/camera/simulated_site.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

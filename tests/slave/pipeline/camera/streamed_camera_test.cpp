@@ -11,6 +11,7 @@
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -15,6 +15,7 @@
 
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/scene/scene_loader.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "slave/site/points/stereo_site.h"
 #include "tests/support/paths.h"
 

@@ -15,6 +15,7 @@
 #include "slave/mechanics/membrane/dome_shape.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/press/membrane_body.h"
+#include "slave/site/environment/simulated_environment.h"
 #include "tests/slave/vision/depth/depth_pictures.h"
 
 namespace palpate {
