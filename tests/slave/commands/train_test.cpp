@@ -148,7 +148,8 @@ TEST_F(TrainCommandTest, WhatCannotBeUsedIsSaid) {
   EXPECT_THAT(complaint([](O* o) { o->optimiser = "momentum"; }), HasSubstr("adam or sgd"));
   EXPECT_THAT(complaint([](O* o) { o->rest = 0; }), HasSubstr("--rest 0"));
   EXPECT_THAT(complaint([](O* o) { o->presses = 0; }), HasSubstr("--presses 0"));
-  EXPECT_THAT(complaint([](O* o) { o->epochs = 0; }), HasSubstr("epochs 0: accepted is 1"));
+  EXPECT_THAT(complaint([](O* o) { o->training.epochs = 0; }),
+              HasSubstr("epochs 0: accepted is 1"));
   EXPECT_THAT(complaint([](O* o) { o->seed = -1; }), HasSubstr("--seed -1: accepted is 0 or more"));
   EXPECT_THAT(complaint([](O* o) { o->data = {"none.csv"}; }), HasSubstr("none.csv"));
   EXPECT_THAT(complaint([](O* o) { o->data = {}; }), HasSubstr("DATA"));

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/study/width_mismatch.h"
 #include "tests/slave/study/fake_model_factory.h"
 
 namespace palpate::study {
