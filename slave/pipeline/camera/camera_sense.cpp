@@ -11,7 +11,7 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/offline/offline_report.h"

@@ -8,7 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/mesh/files/mesh_file.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/sensing_pipeline.h"
 #include "slave/vision/stereo/epipolar_check.h"
