@@ -13,7 +13,7 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/press_spec.h"

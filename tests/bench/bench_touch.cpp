@@ -8,7 +8,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "tests/slave/tactile/network/reference_network.h"
 

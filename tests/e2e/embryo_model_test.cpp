@@ -11,7 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"

@@ -12,7 +12,7 @@
 
 #include "shared/program/command_line.h"
 #include "shared/text/text.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/environment/simulated_environment.h"
 #include "slave/study/auto_model.h"

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "shared/mesh/disc_patch.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/shell/fluid_shell.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/study/reference.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/reference/reference_file.h"
 #include "tests/support/paths.h"

@@ -17,7 +17,7 @@
 #include "slave/capture/codecs/codecs.h"
 #include "slave/checks/camera/camera_limits.h"
 #include "slave/commands/running_scene.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/manipulator_agreement/manipulator_agreement.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"

@@ -12,7 +12,7 @@
 #include "shared/mesh/mesh_check.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/study/press_spec.h"
 
 namespace palpate {

@@ -12,7 +12,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/load/rest_shape.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
 #include "slave/pipeline/points/membrane_distance.h"

@@ -7,7 +7,7 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_surface.h"
 

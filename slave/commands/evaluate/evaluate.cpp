@@ -10,7 +10,7 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/solve/solve_rows.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/scene/scene_loader.h"

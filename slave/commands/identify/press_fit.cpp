@@ -10,7 +10,7 @@
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
 
 namespace palpate {

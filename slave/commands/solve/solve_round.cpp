@@ -9,7 +9,7 @@
 #include "shared/mesh/boundary_patch.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/csv.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 
 namespace palpate {
 namespace {

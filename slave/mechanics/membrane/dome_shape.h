@@ -1,8 +1,6 @@
 // Shapes of membranes: a flat disc, and the part of an ellipsoid above the plane of its rim.
 #pragma once
 
-#include <span>
-
 #include <Eigen/Core>
 
 #include "slave/mechanics/membrane/inflated_membrane.h"
@@ -15,10 +13,6 @@ struct Ellipsoid {
   Eigen::Matrix3d semi_axes = Eigen::Matrix3d::Identity();  // symmetric, eigenvalues > 0 [m]
 };
 
-// The ellipsoid through `points`, by least squares of their algebraic distance, with robust weights
-// (Huber, at `scatter` [m] from the surface). Throws std::invalid_argument: fewer than nine points,
-// scatter not positive, or the fit is not an ellipsoid.
-Ellipsoid FitEllipsoid(std::span<const Eigen::Vector3d> points, double scatter);
 // How far `p` is outside [m], to first order in the distance.
 double DistanceOutside(const Ellipsoid& ellipsoid, const Eigen::Vector3d& p);
 

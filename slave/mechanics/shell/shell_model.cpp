@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "shared/geometry/index.h"
@@ -132,17 +131,6 @@ bool ShellModel::Answer(const Contact& contact, ContactResponse* response) {
   doubt(depth_ < 0, kPulled);
   doubt((u + depth_ * normal_O_).norm() > kAcross * std::abs(depth_), kAside);
   return true;
-}
-
-double ShellModel::ForceAt(double depth, double width) {
-  const Vector2d n = -Vector2d(std::cos(params_.held_direction), std::sin(params_.held_direction));
-  const Vector2d p = params_.shell.radius * n, u = -depth * n;
-  const Contact contact{
-      Contact::Kind::kDisplacement, {p.x(), p.y(), 0}, -1, width, {u.x(), u.y(), 0}};
-  ContactResponse response;
-  Respond({&contact, 1}, {&response, 1});
-  if (response.validity == Validity::kFailed) return std::numeric_limits<double>::quiet_NaN();
-  return response.force_O.norm();
 }
 
 // (away from the axis, along it outwards) of the wall at `angle` from the tool [rad], in [m].

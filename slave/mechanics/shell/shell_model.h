@@ -32,9 +32,6 @@ class ShellModel final : public DeformationModel {
 
   void Prefetch(std::span<const Contact> contacts) override;
 
-  // Force inwards at `depth` [m], >= 0, under a tool of `width` [m]; NaN: beyond the solved range.
-  [[nodiscard]] double ForceAt(double depth, double width);
-
  private:
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;

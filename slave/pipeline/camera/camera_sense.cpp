@@ -11,7 +11,7 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/base/overlay_words.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
 
 namespace palpate {

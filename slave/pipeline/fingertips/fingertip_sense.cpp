@@ -10,7 +10,7 @@
 
 #include "slave/capture/tactile_inbox.h"
 #include "slave/capture/tactile_recording.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/site/environment/simulated_environment.h"
 

@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 
 namespace palpate {
 namespace {

@@ -13,7 +13,7 @@
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/precompute_progress.h"
 #include "slave/contact/surface_contact.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/triangle_search.h"

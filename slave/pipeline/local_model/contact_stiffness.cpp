@@ -15,7 +15,7 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 
 namespace palpate {
 namespace {

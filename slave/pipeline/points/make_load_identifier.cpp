@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "shared/mesh/disc_patch.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/plate_load_identifier.h"
 #include "slave/pipeline/press/membrane_body.h"

@@ -8,7 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/mesh/files/mesh_file.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/site/environment/simulated_environment.h"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/vision/dots/dot_layout.h"

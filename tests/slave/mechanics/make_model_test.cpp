@@ -1,4 +1,4 @@
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 
 #include <numbers>
 

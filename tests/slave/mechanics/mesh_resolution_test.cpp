@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "shared/text/text.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/footprint/disc_compliance.h"
-#include "slave/mechanics/make_model.h"
 
 namespace palpate {
 namespace {

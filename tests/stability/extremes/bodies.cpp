@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 
 namespace palpate::extremes {
 namespace {

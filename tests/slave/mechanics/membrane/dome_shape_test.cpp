@@ -10,6 +10,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
+
 namespace palpate {
 namespace {
 
@@ -37,7 +39,7 @@ TEST(DomeShape, TheEllipsoidIsFoundAgainAmongNoiseAndOutliers) {
     const double off = uniform(random) < 0.05 ? 0.01 : 1e-4 * normal(random);
     points.push_back(truth.centre + truth.semi_axes * s + off * s);
   }
-  const Ellipsoid found = FitEllipsoid(points, 0.2e-3);
+  const Ellipsoid found = domes::FitEllipsoid(points, 0.2e-3);
   EXPECT_LT((found.centre - truth.centre).norm(), 0.3e-3);
   EXPECT_LT((found.semi_axes - truth.semi_axes).norm(), 0.5e-3);
   // A point outside by a millimetre, along the surface's normal.
@@ -93,12 +95,12 @@ TEST(DomeShape, WhatCannotBeIsRefused) {
   EXPECT_THROW(MeshDomedMembrane(Tilted(), {0, 0, 1}, -0.2, 4), std::invalid_argument);
   EXPECT_THROW(MeshDomedMembrane(Tilted(), {0, 0, 1}, std::nan(""), 4), std::invalid_argument);
   std::vector<Eigen::Vector3d> points(8, {1, 2, 3});
-  EXPECT_THROW(FitEllipsoid(points, 1e-3), std::invalid_argument);
+  EXPECT_THROW(domes::FitEllipsoid(points, 1e-3), std::invalid_argument);
   // A flat grid is no ellipsoid.
   points.clear();
   for (int i = 0; i < 100; ++i) points.emplace_back(i % 10, i / 10, 1);
-  EXPECT_THROW(FitEllipsoid(points, 1e-3), std::invalid_argument);
-  EXPECT_THROW(FitEllipsoid(points, 0), std::invalid_argument);
+  EXPECT_THROW(domes::FitEllipsoid(points, 1e-3), std::invalid_argument);
+  EXPECT_THROW(domes::FitEllipsoid(points, 0), std::invalid_argument);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 

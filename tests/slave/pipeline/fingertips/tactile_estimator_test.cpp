@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 #include "tests/support/allocation_count.h"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 

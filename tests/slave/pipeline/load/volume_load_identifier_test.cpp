@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/disc_patch.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "tests/support/allocation_count.h"

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/disc_patch.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 
 namespace palpate {

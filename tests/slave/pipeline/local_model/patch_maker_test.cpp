@@ -9,7 +9,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/patch/patch_contact.h"
-#include "slave/mechanics/make_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/teleop/patch_publisher.h"

@@ -12,6 +12,7 @@
 #include "slave/mechanics/membrane/dome_shape.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/press/membrane_press.h"
+#include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
 #include "tests/slave/pipeline/press/identify_membrane.h"
 #include "tests/slave/pipeline/press/press_figure.h"
 #include "tests/slave/pipeline/press/press_recording.h"
@@ -62,7 +63,7 @@ class RealPressTest : public ::testing::Test {
     for (const SurfacePoint& point : press_->frames.front().points) {
       if (point.p_S_rest.z() > kRim) skin.push_back(point.p_S_rest);
     }
-    ellipsoid_ = FitEllipsoid(skin, kScatter);
+    ellipsoid_ = domes::FitEllipsoid(skin, kScatter);
     return MeshDomedMembrane(ellipsoid_, Eigen::Vector3d::UnitZ(), kRim, kRings);
   }
   // The wrench's frame is not known: the size of the change.
