@@ -105,7 +105,7 @@ Track Press(const SolidMesh& mesh, double width, double residual, int steps) {
     model.Respond({&contact, 1}, {&response, 1});
     track.seconds.push_back(CpuSeconds() - start);
     track.residual = std::max(track.residual, model.residual());
-    track.iterations += static_cast<double>(model.stepper()->iterations()) / steps;
+    track.iterations += static_cast<double>(model.stepper()->last_solve().iterations) / steps;
   }
   std::sort(track.seconds.begin(), track.seconds.end());
   track.displacement = response.displacement_O;

@@ -231,7 +231,7 @@ bool Constraints::FindFreeMotions() {
   std::vector<Vector3d> low(Index(body_.parts()), Vector3d::Constant(1e300)), high = low;
   for (auto& h : high) h = -h;
   for (int i = 0; i < body_.size(); ++i) {
-    if (body_.Dangling(i)) continue;
+    if (body_.Volume(i) == 0) continue;
     const auto part = Index(body_.part()[Index(i)]);
     low[part] = low[part].cwiseMin(body_.points()[Index(i)]);
     high[part] = high[part].cwiseMax(body_.points()[Index(i)]);

@@ -70,7 +70,7 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
     free_weight += std::max({free[0], free[1], free[2]}) > 0 ? weight : 0;
     if (!(weight > 0) && !holds) continue;
     place.nodes.push_back({body_.Number(node), weight});
-    if (body_.Dangling(place.nodes.back().place)) return "its node belongs to no element";
+    if (body_.Volume(place.nodes.back().place) == 0) return "its node belongs to no element";
   }
   place.on_support = holds && place.point && free_weight < kLeastFreeWeight;
   return nullptr;

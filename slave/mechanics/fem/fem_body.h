@@ -47,10 +47,9 @@ class FemBody {
   [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
   // 1 free, 0 fixed, per node and component; nodes of no element count as fixed.
   [[nodiscard]] const NodeVector& free() const { return free_; }
-  [[nodiscard]] bool Dangling(int node) const { return Volume(node) == 0; }
   [[nodiscard]] const EliminationTree& tree() const { return tree_; }
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
-  // A node's share of the volume: a quarter of each of its elements.
+  // A node's share of the volume: a quarter of each of its elements; 0: it has none.
   [[nodiscard]] double Volume(int node) const { return volume_[static_cast<std::size_t>(node)]; }
   // Per node: which of the body's connected parts it belongs to; -1: none, it has no element.
   [[nodiscard]] const std::vector<int>& part() const { return part_; }

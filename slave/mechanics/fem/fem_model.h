@@ -58,7 +58,7 @@ class FemModel final : public DeformationModel {
   // Of the last query.
   // relative, reached
   [[nodiscard]] double residual() const {
-    return stepper_ ? stepper_->residual() : equilibrium_->residual();
+    return stepper_ ? stepper_->last_solve().residual : equilibrium_->residual();
   }
   [[nodiscard]] double energy() const;                               // elastic and kinetic [J]
   [[nodiscard]] int inverted() const { return summary().inverted; }  // elements

@@ -16,6 +16,19 @@ constexpr double kGainNewmark = 1e-3, kSurplus = 1e-2;  // the same
 constexpr double kRounding = 1e-14;                     // of the forces that cancel
 constexpr double kSufficient = 1e-4;
 
+namespace {
+
+// b = h theta (f_ext - f_int) + h (1 - theta) F_0.
+void Push(const NodeVector& f_ext, const NodeVector& f_int, const NodeVector& momentum_force,
+          double theta, double h, NodeVector& b) noexcept {
+  b = f_ext;
+  Add(-1, f_int, b);
+  Scale(theta * h, b);
+  if (theta < 1) Add(h * (1 - theta), momentum_force, b);
+}
+
+}  // namespace
+
 TimeStepper::TimeStepper(FemBody& body, const Params& params)
     : body_(body),
       params_(params),
@@ -23,43 +36,43 @@ TimeStepper::TimeStepper(FemBody& body, const Params& params)
       solver_(body, {.single = !params.linear}),
       history_(body.size()) {
   if (params.newton != 1 || params.exact_tangent) start_.emplace(body.pattern());
-  for (auto* x : {&u_, &v_, &f_int_, &reaction_, &momentum_force_, &u0_, &v0_, &dv_, &b_, &r_, &x_,
-                  &lift_, &work_, &outer_}) {
+  for (auto* x : {&now_.u, &now_.v, &f_int_, &reaction_, &now_.momentum_force, &u0_, &v0_, &dv_,
+                  &b_, &r_, &x_, &lift_, &work_, &now_.outer}) {
     x->resize(Index(body.size()));
   }
-  kept_ = State();
+  kept_ = now_;
 }
 
 void TimeStepper::Reset(const NodeVector& f_ext) noexcept {
-  SetZero(u_);
-  SetZero(v_);
+  SetZero(now_.u);
+  SetZero(now_.v);
   body_.ForgetRotations();
   Evaluate();
-  momentum_force_ = f_ext;
-  outer_ = f_ext;
-  energy_ = surplus_ = 0;
-  gained_energy_ = false;
+  now_.momentum_force = f_ext;
+  now_.outer = f_ext;
+  now_.energy = now_.surplus = 0;
+  gain_.at_all = false;
   solver_.Reset();
   history_.Clear();
 }
 
 bool TimeStepper::Evaluate() noexcept {
-  summary_ = body_.Evaluate(u_);
+  summary_ = body_.Evaluate(now_.u);
   body_.InternalForce(f_int_);
   return std::isfinite(summary_.energy);
 }
 
 bool TimeStepper::Step(const NodeVector& f_ext, const Constraints& constraints) noexcept {
-  kept_ = State();
+  kept_ = now_;
   const int most = params_.newton == 0 ? kMostParts : 1;
   for (int parts = 1; parts <= most; parts *= 2) {
     const bool arrived = StepInParts(f_ext, constraints, parts);
-    if (arrived && (!step_gained_ || parts == most)) return true;
+    if (arrived && (!gain_.in_step || parts == most)) return true;
     if (parts == most) break;
-    State() = kept_;
+    now_ = kept_;
     Evaluate();
   }
-  State() = kept_;
+  now_ = kept_;
   body_.ForgetRotations();
   Evaluate();
   return false;
@@ -70,18 +83,18 @@ bool TimeStepper::StepInParts(const NodeVector& f_ext, const Constraints& constr
   bool step_gained = false, gained = false;
   for (int part = 0; part < parts; ++part) {
     if (!Advance(f_ext, constraints, params_.step / parts, 1.0 / (parts - part))) return false;
-    step_gained = step_gained || step_gained_;
-    gained = gained || gained_energy_;
+    step_gained = step_gained || gain_.in_step;
+    gained = gained || gain_.at_all;
   }
-  step_gained_ = step_gained;
-  gained_energy_ = gained;
+  gain_.in_step = step_gained;
+  gain_.at_all = gained;
   return true;
 }
 
 bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraints, double h,
                           double share) noexcept {
-  u0_ = u_;
-  v0_ = v_;
+  u0_ = now_.u;
+  v0_ = now_.v;
   AssembleStart(h);
   RightHandSide(f_ext, h);
   if (!SolveStart(constraints, h, share)) return false;
@@ -89,7 +102,7 @@ bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraint
   if (!Evaluate()) return false;
   if (params_.newton != 1 && !params_.linear && !Refine(f_ext, constraints, h)) return false;
   Finish(f_ext, h);
-  return std::isfinite(energy_);
+  return std::isfinite(now_.energy);
 }
 
 // M + theta h D + theta^2 h^2 K, brought near one by a common factor.
@@ -100,32 +113,24 @@ void TimeStepper::AssembleStart(double h) noexcept {
   if (params_.linear && assembled_for_ == h) return;
   body_.AssembleTangent(mass, stiffness, tangent_);
   if (start_) *start_ = tangent_;
-  if (params_.exact_tangent && !params_.linear) body_.AddSpin(th * th, u_, tangent_);
+  if (params_.exact_tangent && !params_.linear) body_.AddSpin(th * th, now_.u, tangent_);
   if (assembled_for_ != h) solver_.Renew();
   assembled_for_ = h;
-}
-
-// b = h theta (f_ext - f_int) + h (1 - theta) F_0.
-void TimeStepper::Push(const NodeVector& f_ext, double h, NodeVector& b) const noexcept {
-  b = f_ext;
-  Add(-1, f_int_, b);
-  Scale(params_.theta * h, b);
-  if (params_.theta < 1) Add(h * (1 - params_.theta), momentum_force_, b);
 }
 
 // b = h theta (f_ext - f_int - h K_t v - D v) + h (1 - theta) F_0, at the start of the step.
 void TimeStepper::RightHandSide(const NodeVector& f_ext, double h) noexcept {
   const double th = params_.theta * h;
-  Push(f_ext, h, b_);
+  Push(f_ext, f_int_, now_.momentum_force, params_.theta, h, b_);
   // (mass) M v and (stiffness) K v from A v = (mass) M v + (stiffness) K v.
   const BlockMatrix& warped = start_ ? *start_ : tangent_;
   const double ratio = (h + params_.damping_stiffness) / (th + params_.damping_stiffness);
-  warped.Multiply(v_, work_);
+  warped.Multiply(now_.v, work_);
   Add(-ratio, work_, b_);
-  body_.MultiplyMass(v_, x_);
+  body_.MultiplyMass(now_.v, x_);
   Add(ratio * (1 + th * params_.damping_mass) - th * params_.damping_mass, x_, b_);
   if (!params_.exact_tangent || params_.linear) return;
-  tangent_.Multiply(v_, x_);
+  tangent_.Multiply(now_.v, x_);
   Add(-1, work_, x_);
   Add(-1 / params_.theta, x_, b_);
 }
@@ -163,8 +168,8 @@ bool TimeStepper::SolveStart(const Constraints& constraints, double h, double sh
     solver_.Renew();
     outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
   }
-  iterations_ = outcome.iterations;
-  relative_residual_ = size > 0 ? Norm(r_) / size : 0;
+  last_solve_.iterations = outcome.iterations;
+  last_solve_.residual = size > 0 ? Norm(r_) / size : 0;
   history_.Keep(x_);
   dv_ = x_;
   if (lifted > 0) Add(1, lift_, dv_);
@@ -176,11 +181,11 @@ bool TimeStepper::SolveStart(const Constraints& constraints, double h, double sh
 
 // v = v_0 + dv, u = u_0 + h (v_0 + theta dv).
 void TimeStepper::SetMotion(double h) noexcept {
-  v_ = v0_;
-  Add(1, dv_, v_);
-  u_ = u0_;
-  Add(h, v0_, u_);
-  Add(h * params_.theta, dv_, u_);
+  now_.v = v0_;
+  Add(1, dv_, now_.v);
+  now_.u = u0_;
+  Add(h, v0_, now_.u);
+  Add(h * params_.theta, dv_, now_.u);
 }
 
 // Newton's method on the step itself, from where its linearisation led.
@@ -193,25 +198,25 @@ bool TimeStepper::Refine(const NodeVector& f_ext, const Constraints& constraints
   for (int step = 0; step < most; ++step) {
     constraints.ProjectForce(r_);
     const double size = Norm(r_);
-    relative_residual_ = reference > 0 ? size / reference : 0;
+    last_solve_.residual = reference > 0 ? size / reference : 0;
     if (!std::isfinite(size)) return false;
     if (size <= std::max(params_.residual, kRounding) * reference) return true;
     body_.AssembleTangent(1 + th * params_.damping_mass, th * (th + params_.damping_stiffness),
                           tangent_);
-    if (params_.exact_tangent) body_.AddSpin(th * th, u_, tangent_);
+    if (params_.exact_tangent) body_.AddSpin(th * th, now_.u, tangent_);
     SetZero(x_);
     const double inner = params_.newton != 0
                              ? params_.residual
                              : std::max(kInner, 0.1 * params_.residual * reference / size);
     const double target = inner * size;
     const SolveOutcome outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
-    iterations_ += outcome.iterations;
+    last_solve_.iterations += outcome.iterations;
     const double merit = Merit(f_ext, h);
     if (!TryMove(f_ext, constraints, h, size, merit)) return params_.newton != 0;
   }
   constraints.ProjectForce(r_);
-  relative_residual_ = reference > 0 ? Norm(r_) / reference : 0;
-  return params_.newton != 0 || relative_residual_ <= params_.residual;
+  last_solve_.residual = reference > 0 ? Norm(r_) / reference : 0;
+  return params_.newton != 0 || last_solve_.residual <= params_.residual;
 }
 
 // A share of x_ that lowers the residual or the incremental potential; r_ is the new residual.
@@ -240,14 +245,14 @@ bool TimeStepper::TryMove(const NodeVector& f_ext, const Constraints& constraint
 // r_ = h theta (f_ext - f_int - D v) + h (1 - theta) F_0 - M dv; reaction_ is its opposite.
 void TimeStepper::Residual(const NodeVector& f_ext, double h) noexcept {
   const double th = params_.theta * h, b = params_.damping_stiffness;
-  Push(f_ext, h, r_);
+  Push(f_ext, f_int_, now_.momentum_force, params_.theta, h, r_);
   body_.MultiplyMass(dv_, work_);
   Add(-1, work_, r_);
-  body_.MultiplyMass(v_, work_);
+  body_.MultiplyMass(now_.v, work_);
   const double share = b > 0 ? b / (th + b) : 0;
   Add(share * (1 + th * params_.damping_mass) - th * params_.damping_mass, work_, r_);
   if (b > 0) {
-    start_->Multiply(v_, work_);
+    start_->Multiply(now_.v, work_);
     Add(-share, work_, r_);
   }
   reaction_ = r_;
@@ -258,14 +263,14 @@ void TimeStepper::Residual(const NodeVector& f_ext, double h) noexcept {
 double TimeStepper::Merit(const NodeVector& f_ext, double h) noexcept {
   const double th = params_.theta * h, b = params_.damping_stiffness;
   body_.MultiplyMass(dv_, work_);
-  double merit = 0.5 * Dot(dv_, work_) + summary_.energy - Dot(f_ext, u_);
-  if (params_.theta < 1) merit -= h * (1 - params_.theta) * Dot(momentum_force_, dv_);
-  body_.MultiplyMass(v_, work_);
-  const double vMv = Dot(v_, work_);
+  double merit = 0.5 * Dot(dv_, work_) + summary_.energy - Dot(f_ext, now_.u);
+  if (params_.theta < 1) merit -= h * (1 - params_.theta) * Dot(now_.momentum_force, dv_);
+  body_.MultiplyMass(now_.v, work_);
+  const double vMv = Dot(now_.v, work_);
   double vDv = th * params_.damping_mass * vMv;
   if (b > 0) {
-    start_->Multiply(v_, work_);
-    vDv += b / (th + b) * (Dot(v_, work_) - (1 + th * params_.damping_mass) * vMv);
+    start_->Multiply(now_.v, work_);
+    vDv += b / (th + b) * (Dot(now_.v, work_) - (1 + th * params_.damping_mass) * vMv);
   }
   return merit + 0.5 * vDv;
 }
@@ -284,29 +289,29 @@ void TimeStepper::Finish(const NodeVector& f_ext, double h) noexcept {
   body_.MultiplyMass(dv_, work_);
   for (std::size_t i = 0; i < work_.size(); ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
-      momentum_force_[i].v[c] =
-          (work_[i].v[c] / h - (1 - params_.theta) * momentum_force_[i].v[c]) / params_.theta;
+      now_.momentum_force[i].v[c] =
+          (work_[i].v[c] / h - (1 - params_.theta) * now_.momentum_force[i].v[c]) / params_.theta;
     }
   }
 }
 
 // The energy, and what of it did not come in through loads and contacts.
 void TimeStepper::Balance(const NodeVector& f_ext) noexcept {
-  const double theta = params_.theta, before = energy_;
-  body_.MultiplyMass(v_, work_);
-  energy_ = summary_.energy + 0.5 * Dot(v_, work_);
-  x_ = u_;
+  const double theta = params_.theta, before = now_.energy;
+  body_.MultiplyMass(now_.v, work_);
+  now_.energy = summary_.energy + 0.5 * Dot(now_.v, work_);
+  x_ = now_.u;
   Add(-1, u0_, x_);
-  const double earlier = (1 - theta) * Dot(outer_, x_);
+  const double earlier = (1 - theta) * Dot(now_.outer, x_);
   const double by_loads = theta * Dot(f_ext, x_), by_contacts = theta * Dot(reaction_, x_);
-  outer_ = f_ext;
-  Add(1, reaction_, outer_);
-  const double gain = energy_ - before - earlier - by_loads - by_contacts;
+  now_.outer = f_ext;
+  Add(1, reaction_, now_.outer);
+  const double gain = now_.energy - before - earlier - by_loads - by_contacts;
   const double scale =
-      std::max({energy_, before, std::abs(earlier), std::abs(by_loads), std::abs(by_contacts)});
-  surplus_ = theta < 1 ? std::max(0.0, surplus_ + gain) : 0;
-  step_gained_ = gain > (theta < 1 ? kGainNewmark : kGain) * scale;
-  gained_energy_ = step_gained_ || surplus_ > kSurplus * scale;
+      std::max({now_.energy, before, std::abs(earlier), std::abs(by_loads), std::abs(by_contacts)});
+  now_.surplus = theta < 1 ? std::max(0.0, now_.surplus + gain) : 0;
+  gain_.in_step = gain > (theta < 1 ? kGainNewmark : kGain) * scale;
+  gain_.at_all = gain_.in_step || now_.surplus > kSurplus * scale;
 }
 
 }  // namespace palpate::fem

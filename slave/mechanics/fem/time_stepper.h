@@ -8,7 +8,6 @@
 #pragma once
 
 #include <optional>
-#include <tuple>
 
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
@@ -44,27 +43,40 @@ class TimeStepper {
   // not finite; the motion is as before.
   bool Step(const NodeVector& f_ext, const Constraints& constraints) noexcept;
 
-  [[nodiscard]] const NodeVector& displacement() const { return u_; }
+  [[nodiscard]] const NodeVector& displacement() const { return now_.u; }
   // What supports and contacts add, on nodes that move; f_int - f_ext on the others.
   [[nodiscard]] const NodeVector& reaction() const { return reaction_; }
   [[nodiscard]] const ElementSummary& summary() const { return summary_; }
-  [[nodiscard]] double energy() const { return energy_; }  // elastic and kinetic
+  [[nodiscard]] double energy() const { return now_.energy; }  // elastic and kinetic
   // The last step ended with more energy than was put in, by more than rounding; in Newmark's
   // method, whose energy swings about the true one, by a thousandth or, over the steps, a hundredth
   // of the energies that are exchanged.
-  [[nodiscard]] bool gained_energy() const { return gained_energy_; }
-  [[nodiscard]] double residual() const { return relative_residual_; }  // of its last linear solve
-  [[nodiscard]] int iterations() const { return iterations_; }          // of it
+  [[nodiscard]] bool gained_energy() const { return gain_.at_all; }
+  struct LinearSolve {
+    double residual = 0;  // relative
+    int iterations = 0;
+  };
+  [[nodiscard]] const LinearSolve& last_solve() const { return last_solve_; }
   [[nodiscard]] std::size_t memory_bytes() const {
     return tangent_.memory_bytes() + solver_.memory_bytes();
   }
 
  private:
+  struct Motion {
+    NodeVector u, v;
+    NodeVector momentum_force;  // F_0
+    NodeVector outer;           // f_ext and reactions at the end of the last step
+    double energy = 0;          // elastic and kinetic
+    double surplus = 0;         // energy from nowhere that was not lost again; Newmark's
+  };
+  struct Gain {  // of energy from nowhere
+    bool in_step = false, at_all = false;
+  };
+
   bool StepInParts(const NodeVector& f_ext, const Constraints& constraints, int parts) noexcept;
   bool Advance(const NodeVector& f_ext, const Constraints& constraints, double h,
                double share) noexcept;
   void AssembleStart(double h) noexcept;
-  void Push(const NodeVector& f_ext, double h, NodeVector& b) const noexcept;
   void RightHandSide(const NodeVector& f_ext, double h) noexcept;
   bool SolveStart(const Constraints& constraints, double h, double share) noexcept;
   bool Refine(const NodeVector& f_ext, const Constraints& constraints, double h) noexcept;
@@ -75,8 +87,6 @@ class TimeStepper {
   void SetMotion(double h) noexcept;
   void Finish(const NodeVector& f_ext, double h) noexcept;
   void Balance(const NodeVector& f_ext) noexcept;
-  // What a step begins with and is taken back to.
-  auto State() noexcept { return std::tie(u_, v_, momentum_force_, outer_, energy_, surplus_); }
   bool Evaluate() noexcept;
 
   FemBody& body_;
@@ -86,16 +96,12 @@ class TimeStepper {
   LinearSolver solver_;
   SolutionHistory history_;
   double assembled_for_ = 0;  // the step the linear law's tangent is for
-  NodeVector u_, v_, f_int_, reaction_;
-  NodeVector momentum_force_;  // F_0
-  NodeVector outer_;           // f_ext and reactions at the end of the last step
+  Motion now_, kept_;         // kept: a step begins with it and is taken back to it
+  NodeVector f_int_, reaction_;
   NodeVector u0_, v0_, dv_, b_, r_, x_, lift_, work_;
-  std::tuple<NodeVector, NodeVector, NodeVector, NodeVector, double, double> kept_;
   ElementSummary summary_;
-  double energy_ = 0, relative_residual_ = 0;
-  int iterations_ = 0;
-  double surplus_ = 0;  // energy from nowhere that was not lost again; Newmark's
-  bool step_gained_ = false, gained_energy_ = false;
+  LinearSolve last_solve_;
+  Gain gain_;
 };
 
 }  // namespace palpate::fem

@@ -33,6 +33,41 @@ void MirrorTile(double* tile) {
   }
 }
 
+// The upper triangle of a symmetric matrix from the lower one.
+void Mirror(double* a, int stride, int order) {
+  const auto tile = [&](int i, int j) { return a + static_cast<long>(i) * stride + j; };
+  for (int i = 0; i < order; i += kLane8) {
+    for (int j = 0; j < i; j += kLane8) Transpose8(tile(i, j), stride, tile(j, i), stride);
+    for (int r = 1; r < kLane8; ++r) {
+      for (int c = 0; c < r; ++c) tile(i + c, i)[r] = tile(i + r, i)[c];
+    }
+  }
+}
+
+// Moves what follows the removed unknowns to behind the inserted ones.
+void Shift(double* a, int stride, int order, int first, int removed, int inserted) {
+  const int by = inserted - removed;
+  if (by == 0) return;
+  const int tail = order - first - removed;
+  const auto move = [&](int from_row, int to_row) {
+    double* from = a + static_cast<long>(from_row) * stride;
+    double* to = a + static_cast<long>(to_row) * stride;
+    if (from != to) std::memcpy(to, from, static_cast<std::size_t>(first) * sizeof(double));
+    std::memmove(to + first + inserted, from + first + removed,
+                 static_cast<std::size_t>(tail) * sizeof(double));
+    if (by < 0) std::fill(to + order + by, to + order, 0.0);
+  };
+  for (int i = 0; i < first; ++i) move(i, i);
+  if (by < 0) {
+    for (int i = first + removed; i < order; ++i) move(i, i + by);
+    for (int i = order + by; i < order; ++i) {
+      std::fill_n(a + static_cast<long>(i) * stride, stride, 0.0);
+    }
+  } else {
+    for (int i = order - 1; i >= first + removed; --i) move(i, i + by);
+  }
+}
+
 void FillIdentity(Tile* tile) {
   tile->a.fill(0);
   for (int i = 0; i < kLane8; ++i) tile->row(i)[i] = 1;
@@ -83,7 +118,7 @@ bool UpdatedInverse::Factorise() {
 }
 
 void UpdatedInverse::Complete() {
-  if (symmetric_) Mirror(matrix_);
+  if (symmetric_) Mirror(matrix_.get(), stride_, padded());
   for (int i = 0; i < padded(); ++i) {  // what is left of larger matrices
     std::fill(row(i) + (i < order_ ? order_ : 0), row(i) + padded(), 0.0);
   }
@@ -102,16 +137,6 @@ void UpdatedInverse::InverseBlock(int row, int column, double* block) const noex
 }
 
 // Upper triangle from the lower one, tile by tile.
-void UpdatedInverse::Mirror(AlignedArray& a) const {
-  const auto tile = [&](int i, int j) { return a.get() + static_cast<long>(i) * stride_ + j; };
-  for (int i = 0; i < padded(); i += kLane8) {
-    for (int j = 0; j < i; j += kLane8) Transpose8(tile(i, j), stride_, tile(j, i), stride_);
-    for (int r = 1; r < kLane8; ++r) {
-      for (int c = 0; c < r; ++c) tile(i + c, i)[r] = tile(i + r, i)[c];
-    }
-  }
-}
-
 bool UpdatedInverse::InvertUpTo3() {
   Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
   for (int i = 0; i < order_; ++i) {
@@ -150,7 +175,7 @@ bool UpdatedInverse::InvertBySweeps() {
     const int end = symmetric_ ? i + 1 : size;
     for (int j = 0; j < end; ++j) InverseRow(i)[j] = -InverseRow(i)[j];
   }
-  if (symmetric_) Mirror(inverse_);
+  if (symmetric_) Mirror(inverse_.get(), stride_, padded());
   for (int i = order_; i < size; ++i) std::fill_n(InverseRow(i), size, 0.0);
   return true;
 }
@@ -246,30 +271,6 @@ void UpdatedInverse::TakeOut(int first, int count) {
   ClearInverse(first, count);
 }
 
-// Moves what follows the removed unknowns to behind the inserted ones.
-void UpdatedInverse::Shift(AlignedArray& a, int first, int removed, int inserted) {
-  const int by = inserted - removed;
-  if (by == 0) return;
-  const int tail = order_ - first - removed;
-  const auto move = [&](int from_row, int to_row) {
-    double* from = a.get() + static_cast<long>(from_row) * stride_;
-    double* to = a.get() + static_cast<long>(to_row) * stride_;
-    if (from != to) std::memcpy(to, from, static_cast<std::size_t>(first) * sizeof(double));
-    std::memmove(to + first + inserted, from + first + removed,
-                 static_cast<std::size_t>(tail) * sizeof(double));
-    if (by < 0) std::fill(to + order_ + by, to + order_, 0.0);
-  };
-  for (int i = 0; i < first; ++i) move(i, i);
-  if (by < 0) {
-    for (int i = first + removed; i < order_; ++i) move(i, i + by);
-    for (int i = order_ + by; i < order_; ++i) {
-      std::fill_n(a.get() + static_cast<long>(i) * stride_, stride_, 0.0);
-    }
-  } else {
-    for (int i = order_ - 1; i >= first + removed; --i) move(i, i + by);
-  }
-}
-
 bool UpdatedInverse::Splice(int first, int removed, int inserted) {
   if (!inverted_ || PaddedTo8(order_ - removed + inserted) > capacity_) return false;
   for (int done = 0; done < removed; done += kLane8) {
@@ -279,8 +280,8 @@ bool UpdatedInverse::Splice(int first, int removed, int inserted) {
     std::fill_n(InverseRow(i), stride_, 0.0);
     for (int j = 0; j < i; ++j) InverseRow(j)[i] = 0;
   }
-  Shift(matrix_, first, removed, inserted);
-  Shift(inverse_, first, removed, inserted);
+  Shift(matrix_.get(), stride_, order_, first, removed, inserted);
+  Shift(inverse_.get(), stride_, order_, first, removed, inserted);
   order_ += inserted - removed;
   ClearInverse(first, inserted);
   return true;

@@ -85,9 +85,7 @@ class UpdatedInverse {
   void TakeOut(int first, int count);
   bool BorderPanel(int at, int size);
   void FillBorder(int at, int size);
-  void Shift(AlignedArray& a, int first, int removed, int inserted);
   void ClearInverse(int first, int count);
-  void Mirror(AlignedArray& a) const;
   [[nodiscard]] double ProbeError();
 
   bool symmetric_;

@@ -21,6 +21,21 @@ constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
 constexpr double kTight = 1e-11;      // residual of one linear solve that costs no more to reach
 
+// Whether fixed unknowns and points are where they are given.
+bool Feasible(const Balance& balance, const VectorXd& x) {
+  for (int i = 0; i < x.size(); ++i) {
+    if (balance.fixed[Index(i)] && x[i] != balance.given[i]) return false;
+  }
+  return balance.rows.empty();
+}
+
+// Energy and force of inertia; `moved`: room.
+double Inertia(const Balance& balance, const VectorXd& x, VectorXd* moved, VectorXd* force) {
+  *moved = x - *balance.origin;
+  Multiply(*balance.inertia, *moved, force);
+  return 0.5 * moved->dot(*force);
+}
+
 }  // namespace
 
 Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options)
@@ -33,17 +48,7 @@ Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, con
   const VectorXd rest = VectorXd::Zero(layout.size());
   residual_ = right_ = step_ = trial_ = product_ = rest;
   if (linear()) body_.AddTangent(rest, kExactTangent, false, &stiffness_);
-  if (layout.has_pressure()) {
-    pressure_mass_ = body.PressureMass();
-    pressure_change_ = pressure_ = VectorXd::Zero(pressure_mass_.cols());
-    // Vertices that belong to no element have no mass.
-    for (int i = 0; i < pressure_mass_.cols(); ++i) {
-      if (pressure_mass_.coeff(i, i) == 0) pressure_mass_.coeffRef(i, i) = 1;
-    }
-    pressure_mass_.makeCompressed();
-    pressure_solver_ = std::make_unique<SymmetricSolver>(pressure_mass_, options.limits);
-    pressure_solver_->Factorize(pressure_mass_);
-  }
+  if (layout.has_pressure() && !linear()) pressure_.emplace(layout, body, options.limits);
 }
 
 void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
@@ -61,22 +66,6 @@ double Equilibrium::Energy(const VectorXd& x) {
   return 0.5 * x.dot(product_);
 }
 
-void Equilibrium::UpdatePressure(VectorXd* x) {
-  if (!layout_.has_pressure() || linear()) return;
-  body_.VolumeChange(*x, &pressure_change_);
-  pressure_solver_->Solve(pressure_change_, 1e-14, &pressure_);
-  for (int i = 0; i < pressure_.size(); ++i) {
-    (*x)[layout_.pressure(i)] = pressure_[i] / body_.law().compressibility();
-  }
-}
-
-// Its energy, with its force in product_; `moved`: room.
-double Equilibrium::Inertia(const Balance& balance, const VectorXd& x, VectorXd* moved) {
-  *moved = x - *balance.origin;
-  Multiply(*balance.inertia, *moved, &product_);
-  return 0.5 * moved->dot(product_);
-}
-
 // Fills residual_ and returns the potential energy: elastic, of the loads, of inertia.
 double Equilibrium::Residual(const Balance& balance, const VectorXd& x) {
   double energy = 0;
@@ -89,7 +78,7 @@ double Equilibrium::Residual(const Balance& balance, const VectorXd& x) {
   energy -= balance.force.dot(x);
   residual_ -= balance.force;
   if (balance.inertia) {
-    energy += Inertia(balance, x, &trial_);
+    energy += Inertia(balance, x, &trial_, &product_);
     residual_ += product_;
   }
   return energy;
@@ -97,7 +86,7 @@ double Equilibrium::Residual(const Balance& balance, const VectorXd& x) {
 
 double Equilibrium::Potential(const Balance& balance, const VectorXd& x) {
   const double energy = body_.Energy(x) - balance.force.dot(x);
-  return balance.inertia ? energy + Inertia(balance, x, &right_) : energy;
+  return balance.inertia ? energy + Inertia(balance, x, &right_, &product_) : energy;
 }
 
 // What is left over on free unknowns, relative to the forces there are.
@@ -195,7 +184,7 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
 bool Equilibrium::Prepare(const Balance& balance, const VectorXd& x) {
   if (linear() && factored_) return true;
   expected_negative_ = 0;
-  for (int i = 0; i < pressure_.size(); ++i) {
+  for (int i = 0; i < layout_.pressures(); ++i) {
     expected_negative_ += !balance.fixed[Index(layout_.pressure(i))];
   }
   const auto good = [&](const Tangent& tangent) {
@@ -271,7 +260,7 @@ bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
   double length = 1;
   for (int i = 0; i < kMostHalvings; ++i, length *= 0.5) {
     trial_ = *x + length * step_;
-    UpdatePressure(&trial_);
+    if (pressure_) pressure_->Update(&trial_);
     const double energy = Potential(balance, trial_);
     if (std::isfinite(energy) && energy <= energy_ + kArmijo * length * slope + rounding) {
       x->swap(trial_);
@@ -291,19 +280,11 @@ bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
   return x->allFinite() && x->lpNorm<Eigen::Infinity>() < std::numeric_limits<double>::max();
 }
 
-// Whether fixed unknowns and points are where they are given.
-bool Equilibrium::Feasible(const Balance& balance, const VectorXd& x) const {
-  for (int i = 0; i < x.size(); ++i) {
-    if (balance.fixed[Index(i)] && x[i] != balance.given[i]) return false;
-  }
-  return balance.rows.empty();
-}
-
 // An incompressible body whose whole surface is moved may be asked to change its volume.
 bool Equilibrium::KeepsVolume(const VectorXd& x) {
   if (!linear() || !layout_.has_pressure() || body_.law().compressibility() > 0) return true;
   double change = 0, largest = 0;
-  for (int i = 0; i < pressure_.size(); ++i) {
+  for (int i = 0; i < layout_.pressures(); ++i) {
     change += residual_[layout_.pressure(i)];
     largest = std::max(largest, x.segment<3>(layout_.first(i)).lpNorm<Eigen::Infinity>());
   }
@@ -321,7 +302,7 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   int stalled = 0;
   bool moves = !Feasible(*balance, *x);  // the next step brings x to what is prescribed
   for (steps_ = 0;; ++steps_) {
-    UpdatePressure(x);
+    if (pressure_) pressure_->Update(x);
     energy_ = Residual(*balance, *x);
     if (steps_ == 0) start_force_ = residual_.stableNorm();
     relative_ = Weigh(*balance);

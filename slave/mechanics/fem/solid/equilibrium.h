@@ -7,7 +7,6 @@
 // forces of contacts that move a point between nodes. Nondimensional.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -17,6 +16,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/solid/elastic_body.h"
+#include "slave/mechanics/fem/solid/pressure_update.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
 
 namespace palpate {
@@ -61,14 +61,11 @@ class Equilibrium {
   [[nodiscard]] const SymmetricSolver& solver() const { return solver_; }
   // Elastic energy W(x).
   double Energy(const Eigen::VectorXd& x);
-  // Where the pressure is an unknown and the law not linear: sets it to what x's displacements ask.
-  void UpdatePressure(Eigen::VectorXd* x);
   // Stiffness at x without inertia.
   void Stiffness(const Eigen::VectorXd& x, SparseMatrix* matrix) const;
 
  private:
   [[nodiscard]] bool linear() const { return body_.law().law() == FemOptions::Law::kLinear; }
-  double Inertia(const Balance& balance, const Eigen::VectorXd& x, Eigen::VectorXd* moved);
   double Residual(const Balance& balance, const Eigen::VectorXd& x);
   double Potential(const Balance& balance, const Eigen::VectorXd& x);
   double Weigh(const Balance& balance);
@@ -78,7 +75,6 @@ class Equilibrium {
   bool PrepareRows(const Balance& balance);
   bool Direction(Balance* balance, const Eigen::VectorXd& x, bool first);
   bool Search(const Balance& balance, double slope, Eigen::VectorXd* x);
-  [[nodiscard]] bool Feasible(const Balance& balance, const Eigen::VectorXd& x) const;
   bool KeepsVolume(const Eigen::VectorXd& x);
   bool Iterate(Balance* balance, Eigen::VectorXd* x);
   bool Fail(std::string_view why) {
@@ -96,9 +92,7 @@ class Equilibrium {
   Eigen::MatrixXd row_matrix_, row_columns_;  // C A^-1 C^T, A^-1 C^T
   double row_penalty_ = 0;
 
-  SparseMatrix pressure_mass_;
-  std::unique_ptr<SymmetricSolver> pressure_solver_;
-  Eigen::VectorXd pressure_change_, pressure_;
+  std::optional<PressureUpdate> pressure_;  // where it is an unknown and the law not linear
 
   Eigen::VectorXd residual_, right_, step_, trial_, product_;
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;

@@ -30,6 +30,7 @@ class BlockLayout {
   // First unknown of a node: x; y, z and the pressure follow.
   [[nodiscard]] int first(int node) const { return first_[static_cast<std::size_t>(node)]; }
   [[nodiscard]] int pressure(int vertex) const { return first(vertex) + 3; }
+  [[nodiscard]] int pressures() const { return pressure_ ? mesh_.vertex_count : 0; }
   // How many unknowns the i-th node of an element has.
   [[nodiscard]] int local_size(int i) const { return pressure_ && i < 4 ? 4 : 3; }
   [[nodiscard]] int element_size() const {

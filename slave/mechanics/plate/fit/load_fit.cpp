@@ -32,13 +32,24 @@ constexpr double kBarely = 0.5;         // of kStandsOut: by the small-deflectio
 constexpr double kFaint = 4;            // times kStandsOut: the place may be open
 constexpr double kFaintInside = 0.7;    // where such a load is taken to be [radii]
 constexpr double kVague = 0.25;         // standard deviation of a place not known [radii]
-constexpr double kNoDirection = 1e-6;   // share of a rim's motion that others do not explain
 constexpr std::string_view kNothing = "no load exceeds the noise";
 constexpr int kFineSteps = 3;
 constexpr double kFineConverged = 0.05;  // step by its standard deviation
 constexpr double kAsWell = 1.1;          // squared misfit by that before
 constexpr double kOwnShape = 1e-6;       // share of a change's squares that no load makes
 constexpr double kRim = 1e-3;            // nearer than that a load is at the rim [radii]
+
+// A residual below one says that the sigmas are too large by so much, if enough points say it.
+double SigmaScale(double residual, int freedom) {
+  if (freedom < kTelling) return 1;
+  return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+}
+
+// The place, or the nearest one at most `margin` from the centre [radii].
+Vector2d Inside(const Vector2d& place, double margin) {
+  const double r = place.norm();
+  return r > margin ? Vector2d(place * (margin / r)) : place;
+}
 
 }  // namespace
 
@@ -59,7 +70,7 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
                         std::span<const double> sigma, Rim rim) noexcept {
   LoadFit fit;
   asked_ = &plate_;
-  if (rim != rim_) known_ = false;
+  if (rim != rim_) last_.reset();
   rim_ = rim;
   try {
     fit.reason = Read(p_O, displacement, sigma);
@@ -67,21 +78,22 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
     fit.reason = "out of memory";
   }
   if (!fit.reason.empty()) return fit;
-  const plate::LoadSearch::Found seek = Search(1);
+  const plate::LoadSearch::Found seek =
+      search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rims_.columns(), 1);
   const double unexplained = std::max(0.0, values_.squaredNorm() - seek.explained);
   fit.residual = std::sqrt(unexplained / Freedom());
-  const double doubt = SigmaScale(fit.residual);
+  const double doubt = SigmaScale(fit.residual, Freedom());
   fit.nothing = seek.explained < kBarely * kStandsOut * doubt * doubt;
   if (fit.nothing) {
-    known_ = false;
+    last_.reset();
     fit.reason = kNothing;
-    fit.rim_motion = rim_values_ * rim_share_;
+    fit.rim_motion = seen_rim_motion_;
     return fit;
   }
-  Guess guess = last_;
-  bool found = known_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
+  Guess guess = last_.value_or(Guess{});
+  bool found = last_ && Descend(&guess, &fit) && fit.residual <= kGoodFit;
   if (!found) found = HoldAt(seek, &guess) && DescendTwice(&guess, &fit);
-  last_ = guess;
+  const Guess coarse = guess;
   const bool refined =
       !found || finer_ == nullptr || !AsksForMoreModes(guess) || Refine(&guess, &fit);
   found = found && pressed_ != Validity::kFailed;
@@ -90,9 +102,10 @@ LoadFit LoadFitter::Fit(std::span<const Vector2d> p_O, std::span<const double> d
     fit.validity = Validity::kExtrapolated;
     fit.reason = "the plate with more modes does not find the load";
   }
-  known_ = found && fit.validity != Validity::kFailed;
+  const bool known = found && fit.validity != Validity::kFailed;
+  last_ = known ? std::optional(coarse) : std::nullopt;
   const bool faint = seek.explained < kFaint * kStandsOut * doubt * doubt;
-  const bool placed = known_ && !(faint && guess.place.norm() > kFaintInside);
+  const bool placed = known && !(faint && guess.place.norm() > kFaintInside);
   if (placed || fit.nothing) return fit;
   if (faint && FitFaint(&fit)) return fit;
   if (!found) {
@@ -110,15 +123,10 @@ LoadFit LoadFitter::FitCoarsely(std::span<const Vector2d> p_O, std::span<const d
   return fit;
 }
 
-// A residual below one says that the sigmas are too large by so much, if enough points say it.
-double LoadFitter::SigmaScale(double residual) const noexcept {
-  if (Freedom() < kTelling) return 1;
-  return std::clamp(residual / kTrusted, kLeastResidual / kTrusted, 1.0);
-}
-
 bool LoadFitter::FitFaint(LoadFit* fit) noexcept {
   asked_ = &plate_;
-  const plate::LoadSearch::Found seek = Search(kFaintInside);
+  const plate::LoadSearch::Found seek = search_.Best(
+      values_, weights_, rim_ == Rim::kStays ? nullptr : &rims_.columns(), kFaintInside);
   Guess guess;
   if (!HoldAt(seek, &guess) || !Press(guess)) return false;
   const double a = plate_.radius(), place = kVague * a, force = guess.force;
@@ -160,38 +168,11 @@ std::string_view LoadFitter::Read(std::span<const Vector2d> p_O,
   }
   if (count_ < 4) return "fewer than four points";
   if (rim_ == Rim::kMayMove && count_ < 7) return "fewer than seven points";
-  SpanRimMotion();
-  rim_share_ = rim_motions_.transpose() * values_;
-  LeaveOutRimMotion(&values_);
+  rims_.Span(places_, sigma);
+  seen_rim_motion_ = rims_.In(values_);
+  if (rim_ == Rim::kMayMove) rims_.LeaveOut(&values_);
   search_.SetPoints(places_);
   return {};
-}
-
-// By Gram and Schmidt. Motions that the points cannot tell apart are left out.
-void LoadFitter::SpanRimMotion() {
-  rim_motions_.resize(misfit_.size(), 3);
-  for (Index i = 0; i < misfit_.size(); ++i) {
-    const Measured& m = measured_[static_cast<std::size_t>(i)];
-    rim_motions_.row(i) << 1 / m.sigma, m.place.x() / m.sigma, m.place.y() / m.sigma;
-  }
-  rim_values_.setIdentity();
-  for (int k = 0; k < 3; ++k) {
-    const double size = rim_motions_.col(k).norm();
-    for (int j = 0; j < k; ++j) {
-      const double share = rim_motions_.col(j).dot(rim_motions_.col(k));
-      rim_motions_.col(k) -= share * rim_motions_.col(j);
-      rim_values_.col(k) -= share * rim_values_.col(j);
-    }
-    const double left = rim_motions_.col(k).norm();
-    const double scale = left > kNoDirection * size ? 1 / left : 0;
-    rim_motions_.col(k) *= scale;
-    rim_values_.col(k) *= scale;
-  }
-}
-
-void LoadFitter::LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept {
-  if (rim_ == Rim::kStays) return;
-  for (int k = 0; k < 3; ++k) *values -= rim_motions_.col(k).dot(*values) * rim_motions_.col(k);
 }
 
 // The force is what holds the plate there at that deflection.
@@ -202,11 +183,6 @@ bool LoadFitter::HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noe
   const ContactResponse& response = solution_.responses().front();
   *guess = {found.place, response.force_O.z()};
   return response.validity != Validity::kFailed && guess->force != 0;
-}
-
-Vector2d LoadFitter::Inside(const Vector2d& place) const noexcept {
-  const double r = place.norm();
-  return r > margin_ ? Vector2d(place * (margin_ / r)) : place;
 }
 
 bool LoadFitter::Press(const Guess& guess) noexcept {
@@ -233,7 +209,7 @@ void LoadFitter::Compare(Eigen::VectorXd* misfit) noexcept {
 bool LoadFitter::Misfit(const Guess& guess, Eigen::VectorXd* misfit) noexcept {
   if (!Press(guess)) return false;
   Compare(misfit);
-  LeaveOutRimMotion(misfit);
+  if (rim_ == Rim::kMayMove) rims_.LeaveOut(misfit);
   return true;
 }
 
@@ -309,7 +285,8 @@ bool LoadFitter::Step(const Eigen::Matrix3d& normal, double* damping, Guess* gue
     Eigen::Matrix3d damped = normal;
     damped.diagonal() *= 1 + *damping;
     const Eigen::Vector3d step = damped.ldlt().solve(slope);
-    const Guess next{Inside(guess->place + step.head<2>()), guess->force + step[2] * force_unit_};
+    const Guess next{Inside(guess->place + step.head<2>(), margin_),
+                     guess->force + step[2] * force_unit_};
     if (!step.allFinite() || !Misfit(next, &tried_) ||
         tried_.squaredNorm() > misfit_.squaredNorm()) {
       continue;
@@ -341,7 +318,7 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
   for (int taken = 0; pressed && taken < kFineSteps; ++taken) {
     const Eigen::Vector3d step = factor.solve(by_.transpose() * misfit_);
     if (step.dot(normal * step) <= kFineConverged * kFineConverged) break;
-    fine.place = Inside(fine.place + step.head<2>());
+    fine.place = Inside(fine.place + step.head<2>(), margin_);
     fine.force += step[2] * force_unit_;
     pressed = step.allFinite() && Misfit(fine, &misfit_);
   }
@@ -362,11 +339,11 @@ bool LoadFitter::Refine(Guess* guess, LoadFit* fit) noexcept {
 
 // By least squares in load and amount together, linear at the answer.
 LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
-  if (!known_ || static_cast<Index>(change.size()) != shape_.size()) return {};
+  if (!last_ || static_cast<Index>(change.size()) != shape_.size()) return {};
   for (std::size_t i = 0; i < change.size(); ++i) {
     shape_[static_cast<Index>(i)] = change[i] * weights_[static_cast<Index>(i)];
   }
-  LeaveOutRimMotion(&shape_);
+  if (rim_ == Rim::kMayMove) rims_.LeaveOut(&shape_);
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::Vector3d load = normal.ldlt().solve(by_.transpose() * shape_);
   const double all = shape_.squaredNorm();
@@ -378,15 +355,15 @@ LoadFitter::Sought LoadFitter::Seek(std::span<const double> change) noexcept {
 
 // By the residuals of the plate as it is pressed now.
 Eigen::Vector3d LoadFitter::RimMotion() noexcept {
-  if (rim_ == Rim::kStays) return rim_values_ * (rim_motions_.transpose() * misfit_);
+  if (rim_ == Rim::kStays) return rims_.In(misfit_);
   Compare(&shape_);
-  return rim_values_ * (rim_motions_.transpose() * shape_);
+  return rims_.In(shape_);
 }
 
 void LoadFitter::FillResult(const Guess& guess, LoadFit* fit) noexcept {
   const double a = plate_.radius();
   const double explained = values_.squaredNorm() - misfit_.squaredNorm();
-  const double doubt = SigmaScale(fit->residual);
+  const double doubt = SigmaScale(fit->residual, Freedom());
   const Eigen::Matrix3d normal = by_.transpose() * by_;
   const Eigen::Vector3d unit(a, a, force_unit_);
   fit->p_O = a * guess.place;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/plate/fit/load_search.h"
+#include "slave/mechanics/plate/fit/rim_motions.h"
 #include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {
@@ -79,7 +81,7 @@ class LoadFitter {
   // sigma by the points' own. No allocation.
   [[nodiscard]] Sought Seek(std::span<const double> change) noexcept;
   // Forgets the last solution.
-  void Reset() { known_ = false; }
+  void Reset() { last_.reset(); }
   // Limits the number of plate solutions until the next call of this function; each solution of the
   // finer plate counts as kFinerCost. Beyond the limit no load explains the points. Initially there
   // is no limit.
@@ -98,13 +100,7 @@ class LoadFitter {
 
   std::string_view Read(std::span<const Eigen::Vector2d> p_O, std::span<const double> displacement,
                         std::span<const double> sigma);
-  void SpanRimMotion();
-  void LeaveOutRimMotion(Eigen::VectorXd* values) const noexcept;
   bool HoldAt(const plate::LoadSearch::Found& found, Guess* guess) noexcept;
-  [[nodiscard]] plate::LoadSearch::Found Search(double farthest) noexcept {
-    return search_.Best(values_, weights_, rim_ == Rim::kStays ? nullptr : &rim_motions_, farthest);
-  }
-  [[nodiscard]] double SigmaScale(double residual) const noexcept;
   [[nodiscard]] int Freedom() const noexcept {
     return std::max(1, count_ - (rim_ == Rim::kStays ? 3 : 6));
   }
@@ -120,16 +116,14 @@ class LoadFitter {
   bool Press(const Guess& guess) noexcept;
   void FillResult(const Guess& guess, LoadFit* fit) noexcept;
   [[nodiscard]] Eigen::Vector3d RimMotion() noexcept;
-  [[nodiscard]] Eigen::Vector2d Inside(const Eigen::Vector2d& place) const noexcept;
 
   PlateSurface& plate_;
   PlateSurface* finer_;
-  PlateSurface* asked_;  // one of the two
-  Solution solution_;    // of asked_
-  double width_;         // [m]
-  double margin_;        // largest distance from the centre [radii]
-  bool known_ = false;
-  Guess last_;
+  PlateSurface* asked_;                   // one of the two
+  Solution solution_;                     // of asked_
+  double width_;                          // [m]
+  double margin_;                         // largest distance from the centre [radii]
+  std::optional<Guess> last_;             // by plate_
   Validity pressed_ = Validity::kFailed;  // of the last solution
   long allowed_ = std::numeric_limits<long>::max();
   std::vector<Measured> measured_;
@@ -138,12 +132,9 @@ class LoadFitter {
   plate::LoadSearch search_;
   int count_ = 0;  // of those that count
   Rim rim_ = Rim::kStays;
-  // Orthonormal columns that span the rim's motions by the points' sigmas: what they explain is
-  // taken out of measured and fitted alike. rim_values_ leads back to the motions.
-  Eigen::Matrix<double, Eigen::Dynamic, 3> rim_motions_;
-  Eigen::Vector3d rim_share_{0, 0, 0};  // of the values
-  Eigen::Matrix3d rim_values_ = Eigen::Matrix3d::Identity();
-  Eigen::VectorXd misfit_, tried_, shape_;  // (measured - fitted) / sigma
+  plate::RimMotions rims_;
+  Eigen::Vector3d seen_rim_motion_{0, 0, 0};  // in the measured displacements alone
+  Eigen::VectorXd misfit_, tried_, shape_;    // (measured - fitted) / sigma
   Eigen::Matrix<double, Eigen::Dynamic, 3>
       by_;                 // minus its derivatives by radii and by force_unit_
   double force_unit_ = 1;  // size of the present force [N]

@@ -1,0 +1,29 @@
+// The pressure that displacements ask for, where it is an unknown and the law not linear: volume
+// change over compressibility, as the mean over each vertex's shape function.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/fem/solid/elastic_body.h"
+#include "slave/mechanics/fem/solid/sparse_system.h"
+
+namespace palpate {
+
+class PressureUpdate {
+ public:
+  // Keeps references.
+  PressureUpdate(const BlockLayout& layout, const ElasticBody& body,
+                 const SymmetricSolver::Limits& limits);
+
+  // Sets the pressures of x by its displacements.
+  void Update(Eigen::VectorXd* x);
+
+ private:
+  const BlockLayout& layout_;
+  const ElasticBody& body_;
+  SparseMatrix mass_;
+  SymmetricSolver solver_;
+  Eigen::VectorXd change_, pressure_;
+};
+
+}  // namespace palpate
