@@ -65,14 +65,14 @@ std::uint16_t McapWriter::AddChannel(std::string_view topic, const McapSchema& s
     std::string content;
     McapPacker(&content).Add(known->second).Add(schema.name).Add(schema.encoding).Add(schema.data);
     AddToChunk(McapRecord::kSchema, content);
-    schemas_ += Record(McapRecord::kSchema, content);
+    summary_.schemas += Record(McapRecord::kSchema, content);
   }
   const auto id = static_cast<std::uint16_t>(counts_.size() + 1);
   counts_[id] = 0;
   std::string content;
   McapPacker(&content).Add(id).Add(known->second).Add(topic).Add(message_encoding).Add(McapMap{});
   AddToChunk(McapRecord::kChannel, content);
-  channels_ += Record(McapRecord::kChannel, content);
+  summary_.channels += Record(McapRecord::kChannel, content);
   return id;
 }
 
@@ -107,7 +107,7 @@ void McapWriter::Attach(std::string_view name, std::string_view media_type, std:
   std::string index;
   McapPacker(&index).Add(at).Add(bytes_ - at).Add(time).Add(std::uint64_t{0});
   McapPacker(&index).Add(static_cast<std::uint64_t>(data.size())).Add(name).Add(media_type);
-  attachment_indexes_ += Record(McapRecord::kAttachmentIndex, index);
+  summary_.attachment_indexes += Record(McapRecord::kAttachmentIndex, index);
 }
 
 void McapWriter::Note(std::string_view name, const McapMap& values) {
@@ -120,7 +120,7 @@ void McapWriter::Note(std::string_view name, const McapMap& values) {
   ++notes_;
   std::string index;
   McapPacker(&index).Add(at).Add(bytes_ - at).Add(name);
-  metadata_indexes_ += Record(McapRecord::kMetadataIndex, index);
+  summary_.metadata_indexes += Record(McapRecord::kMetadataIndex, index);
 }
 
 void McapWriter::Flush() {
@@ -128,15 +128,16 @@ void McapWriter::Flush() {
 }
 
 bool McapWriter::IsWithinLimit(std::uint64_t more) const {
-  const std::uint64_t summary = schemas_.size() + channels_.size() + chunk_indexes_.size() +
-                                attachment_indexes_.size() + metadata_indexes_.size() + kFooterRoom;
+  const std::uint64_t summary = summary_.schemas.size() + summary_.channels.size() +
+                                summary_.chunk_indexes.size() + summary_.attachment_indexes.size() +
+                                summary_.metadata_indexes.size() + kFooterRoom;
   return options_.limit == 0 || options_.before + bytes_ + more + summary <= options_.limit;
 }
 
 bool McapWriter::LeavesRoom() {
   Flush();
   // What messages are is said where they begin and again at the end.
-  const std::uint64_t said = 2 * (schemas_.size() + channels_.size());
+  const std::uint64_t said = 2 * (summary_.schemas.size() + summary_.channels.size());
   return IsWithinLimit(kHeaderRoom + said + kFooterRoom);
 }
 
@@ -206,7 +207,7 @@ void McapWriter::WriteChunk() {
   McapPacker(&index).Add(chunk_times_.first).Add(chunk_times_.last).Add(at).Add(length);
   McapPacker(&index).Add(std::string_view(where)).Add(bytes_ - at - length).Add(kZstd);
   McapPacker(&index).Add(static_cast<std::uint64_t>(packed.size())).Add(size);
-  McapPacker(&chunk_indexes_).AddRecord(McapRecord::kChunkIndex, index);
+  McapPacker(&summary_.chunk_indexes).AddRecord(McapRecord::kChunkIndex, index);
   ++chunks_;
   for (const auto& [channel, messages] : chunk_index_) {
     counts_[channel] += messages.size();
@@ -245,12 +246,12 @@ void McapWriter::WriteSummary() {
     McapPacker(&offsets).AddRecord(McapRecord::kSummaryOffset, content);
     summary += group;
   };
-  add(McapRecord::kSchema, schemas_);
-  add(McapRecord::kChannel, channels_);
+  add(McapRecord::kSchema, summary_.schemas);
+  add(McapRecord::kChannel, summary_.channels);
   add(McapRecord::kStatistics, Statistics());
-  add(McapRecord::kChunkIndex, chunk_indexes_);
-  add(McapRecord::kAttachmentIndex, attachment_indexes_);
-  add(McapRecord::kMetadataIndex, metadata_indexes_);
+  add(McapRecord::kChunkIndex, summary_.chunk_indexes);
+  add(McapRecord::kAttachmentIndex, summary_.attachment_indexes);
+  add(McapRecord::kMetadataIndex, summary_.metadata_indexes);
   const std::uint64_t offsets_at = begin + summary.size();
   summary += offsets;
   constexpr std::uint64_t kFooterSize = 20;

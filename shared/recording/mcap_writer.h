@@ -66,6 +66,9 @@ class McapWriter {
   struct Indexed {
     std::uint64_t time, offset;
   };
+  struct Summary {  // its records so far
+    std::string schemas, channels, chunk_indexes, attachment_indexes, metadata_indexes;
+  };
   struct Span {
     std::uint64_t first = 0, last = 0;
     bool empty = true;
@@ -96,8 +99,7 @@ class McapWriter {
   std::map<std::uint16_t, std::vector<Indexed>> chunk_index_;
   ChunkPacker packer_;
 
-  // Records for the summary.
-  std::string schemas_, channels_, chunk_indexes_, attachment_indexes_, metadata_indexes_;
+  Summary summary_;
   std::map<std::string, std::uint16_t> schema_ids_;   // by name
   std::map<std::uint16_t, std::uint64_t> counts_;     // messages per channel, in the file
   std::map<std::uint16_t, std::uint32_t> sequences_;  // given out per channel

@@ -81,7 +81,7 @@ Eigen::Vector3d StreamedManipulator::TipAt(Time t) const noexcept {
 
 std::uint32_t StreamedManipulator::frame() const noexcept {
   const std::lock_guard lock(mutex_);
-  return frame_;
+  return driver_.frame;
 }
 
 bool StreamedManipulator::at_limit() const noexcept {
@@ -90,12 +90,12 @@ bool StreamedManipulator::at_limit() const noexcept {
 }
 
 bool StreamedManipulator::IsSilent(Time now) const noexcept {
-  return driver_ != 0 && SecondsBetween(heard_at_, now) > options_.silence;
+  return driver_.id != 0 && SecondsBetween(driver_.heard_at, now) > options_.silence;
 }
 
 std::string StreamedManipulator::SilenceInWords(Time now) const {
   return fmt::format("the manipulator's driver has been silent for {:.3f} s",
-                     SecondsBetween(heard_at_, now));
+                     SecondsBetween(driver_.heard_at, now));
 }
 
 bool StreamedManipulator::IsFaultyAt(Time now) const noexcept {
@@ -106,9 +106,9 @@ bool StreamedManipulator::IsFaultyAt(Time now) const noexcept {
 std::optional<ArmHealth> StreamedManipulator::health() const {
   const Time now = now_();
   const std::lock_guard lock(mutex_);
-  ArmHealth health{.driver = driver_name_, .fault = fault_, .reports = reports_};
+  ArmHealth health{.driver = driver_.name, .fault = fault_, .reports = driver_.reports};
   if (IsSilent(now)) health.fault = SilenceInWords(now);
-  if (period_ > 0 && !IsSilent(now) && driver_ != 0) health.rate = 1 / period_;
+  if (period_ > 0 && !IsSilent(now) && driver_.id != 0) health.rate = 1 / period_;
   if (const auto found = fit_.found()) {
     health.lag = found->lag;
     health.scale = found->scale;
@@ -125,19 +125,19 @@ std::optional<Eigen::Vector3d> StreamedManipulator::measured_force() const noexc
 
 std::optional<std::string> StreamedManipulator::Refusal(DriverId driver, const ArmReading& reading,
                                                         Time arrived_at) const {
-  if (driver_ == 0) return std::nullopt;
-  if (driver != driver_) {
+  if (driver_.id == 0) return std::nullopt;
+  if (driver != driver_.id) {
     if (IsSilent(arrived_at)) return std::nullopt;
     return fmt::format("the manipulator is driven by {}: accepted is one driver at a time",
-                       driver_name_.empty() ? "another stream" : driver_name_);
+                       driver_.name.empty() ? "another stream" : driver_.name);
   }
-  if (reading.sequence <= sequence_) {
+  if (reading.sequence <= driver_.sequence) {
     return fmt::format("sequence = {}: accepted is one above the last, {}", reading.sequence,
-                       sequence_);
+                       driver_.sequence);
   }
-  if (reading.measured_at <= measured_at_) {
+  if (reading.measured_at <= driver_.measured_at) {
     return fmt::format("measured_at: accepted is a time that increases; this one changed by {} s",
-                       SecondsBetween(measured_at_, reading.measured_at));
+                       SecondsBetween(driver_.measured_at, reading.measured_at));
   }
   return std::nullopt;
 }
@@ -161,10 +161,10 @@ std::string StreamedManipulator::FindFault(const ArmReading& reading, Time measu
 }
 
 void StreamedManipulator::BeginWith(DriverId driver, const std::string& name) {
-  driver_ = driver;
-  driver_name_ = name;
-  ++frame_;
-  clock_.Reset();
+  driver_.id = driver;
+  driver_.name = name;
+  ++driver_.frame;
+  driver_.clock.Reset();
   reading_.reset();
   count_ = 0;
   period_ = 0;
@@ -201,12 +201,12 @@ std::optional<std::string> StreamedManipulator::Take(DriverId driver, const std:
     if (auto why = Refusal(driver, reading, arrived_at)) return why;
     // However short, somebody shall have seen it.
     if (IsSilent(arrived_at)) Fail(SilenceInWords(arrived_at), arrived_at);
-    if (driver != driver_) BeginWith(driver, name);
-    sequence_ = reading.sequence;
-    measured_at_ = reading.measured_at;
-    heard_at_ = arrived_at;
-    ++reports_;
-    const Time measured_at = clock_.Map(reading.measured_at, arrived_at);
+    if (driver != driver_.id) BeginWith(driver, name);
+    driver_.sequence = reading.sequence;
+    driver_.measured_at = reading.measured_at;
+    driver_.heard_at = arrived_at;
+    ++driver_.reports;
+    const Time measured_at = driver_.clock.Map(reading.measured_at, arrived_at);
     const std::string doubt = FindFault(reading, measured_at);
     if (!doubt.empty()) {
       Fail(doubt, arrived_at);
@@ -223,9 +223,9 @@ std::optional<std::string> StreamedManipulator::Take(DriverId driver, const std:
 
 void StreamedManipulator::Leave(DriverId driver) {
   const std::lock_guard lock(mutex_);
-  if (driver != driver_) return;
-  driver_ = 0;
-  driver_name_.clear();
+  if (driver != driver_.id) return;
+  driver_.id = 0;
+  driver_.name.clear();
   Fail(kNobody, now_());
 }
 

@@ -48,6 +48,15 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
  private:
   static constexpr std::size_t kKept = 512;  // reports: half a second at 1 kHz
 
+  struct Driver {
+    DriverId id = 0;  // 0: no driver
+    std::string name;
+    std::uint32_t frame = 0;  // drivers so far: each counts from where it likes
+    SenderClock clock;
+    std::uint64_t sequence = 0;      // of the newest reading, believed or not
+    Time measured_at{}, heard_at{};  // of that one, driver's clock; slave's
+    std::uint64_t reports = 0;
+  };
   struct Kept {
     Time at{};  // slave's clock
     Eigen::Vector3d p_S_tip{0, 0, 0};
@@ -76,20 +85,14 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   std::uint64_t aims_ = 0;
   std::optional<Time> stepped_at_;
 
-  DriverId driver_ = 0;  // 0: no driver
-  std::string driver_name_;
-  std::uint32_t frame_ = 0;  // drivers so far: each counts from where it likes
-  std::string fault_;        // the last fault, until it has been absent for a while
+  Driver driver_;
+  std::string fault_;  // the last fault, until it has been absent for a while
   Time wrong_at_{};
-  SenderClock clock_;
-  std::uint64_t sequence_ = 0;                        // of the newest reading, believed or not
-  Time measured_at_{}, heard_at_{};                   // of that one, driver's clock; slave's
   std::optional<ArmReading> reading_;                 // the newest that is believed
   std::optional<std::array<double, 4>> orientation_;  // of the driver's first reading
   std::array<Kept, kKept> kept_;                      // the last ones, times rise
   std::size_t count_ = 0;  // largest age of the stored readings of this driver
   ArmFit fit_;
-  std::uint64_t reports_ = 0;
   double period_ = 0;  // between reports, smoothed [s]
 };
 

@@ -33,6 +33,14 @@ double HiddenDepth(double gap, double sigma) {
   return sigma * std::sqrt(std::max(0.0, (1 + z * z) * below - z * density));
 }
 
+// The measurements of the object's edge; `seen` is null where the scene tracks no contour.
+void ReportSighting(const ObjectSighting* seen, CheckDetails* details) {
+  details->contour = details->camera_motion = std::nullopt;
+  if (seen == nullptr || !seen->known) return;
+  details->contour = seen->residual_px;
+  details->camera_motion = seen->motion.shift.norm();
+}
+
 }  // namespace
 
 Estimator::Estimator(const Scene& scene, const Frame& first,
@@ -103,7 +111,7 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
   felt_.moment.reset();
   felt_.details.score = tip.found ? std::optional(tip.score) : std::nullopt;
   if (registration_.measured) felt_.details.registration = registration_.rms_px;
-  ReportSighting();
+  ReportSighting(sighting(), &felt_.details);
   rules_.Track(tip.found, &felt_);
   CameraSample sample{
       .image = frame.image, .tip = tip, .object = watch_ ? &watch_->sighting() : nullptr};
@@ -125,13 +133,6 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
   times_.checks.Add(checks_us_ + lap.Lap());
   times_.total.Add(total.Lap());
   return felt_;
-}
-
-void Estimator::ReportSighting() noexcept {
-  felt_.details.contour = felt_.details.camera_motion = std::nullopt;
-  if (!watch_ || !watch_->sighting().known) return;
-  felt_.details.contour = watch_->sighting().residual_px;
-  felt_.details.camera_motion = watch_->sighting().motion.shift.norm();
 }
 
 // Where the tip is in the first picture's frame [px], and how well that is known. A tip that is

@@ -79,8 +79,6 @@ class Estimator {
 
  private:
   void ResumeContact() noexcept;
-  // Adds the measurements of the object's edge to the details.
-  void ReportSighting() noexcept;
   Eigen::Vector2d CompensatedTip(const TipObservation& tip) noexcept;
   void CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
                            const std::optional<EncoderReading>& said) noexcept;
