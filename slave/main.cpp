@@ -5,7 +5,6 @@
 #include "slave/commands/command_program.h"
 #include "slave/commands/process/process.h"
 #include "slave/commands/program.h"
-#include "slave/commands/record/record.h"
 #include "slave/commands/serve/serve.h"
 #include "slave/commands/solve/solve.h"
 

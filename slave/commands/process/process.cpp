@@ -1,5 +1,6 @@
 #include "slave/commands/process/process.h"
 
+#include <array>
 #include <stdexcept>
 #include <string>
 
@@ -7,9 +8,10 @@
 #include <unistd.h>
 
 #include "shared/text/text.h"
-#include "slave/commands/record/record.h"
 #include "slave/commands/running_scene.h"
 #include "slave/pipeline/offline/offline_run.h"
+#include "slave/recording/export_recording.h"
+#include "slave/recording/recorded_run.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -23,6 +25,26 @@ void RefuseOptions(const ProcessOptions& options) {
   throw std::invalid_argument(options.scene.string() +
                               ": accepted with a recording is --out only: a recording contains its "
                               "scene, and no images are drawn");
+}
+
+// A recording that cannot be used is an unusable argument.
+template <class Read>
+auto Reading(const Read& read) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    throw std::invalid_argument(error.what());
+  }
+}
+
+int RunProcessRecording(const ProcessOptions& options, const std::stop_token& stop) {
+  RefuseOptions(options);
+  const std::array inputs{options.scene};
+  RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
+  const RecordedRun run =
+      Reading([&] { return ProcessRecording(options.scene, options.out, stop); });
+  for (const std::string& line : InWords(run)) fmt::print("{}\n", line);
+  return 0;
 }
 
 void PrintStage(const StageTimes& s) {
@@ -95,10 +117,7 @@ double Duration(const ProcessOptions& options, const Scene& scene) {
 }  // namespace
 
 int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
-  if (IsRecording(options.scene)) {
-    RefuseOptions(options);
-    return RunProcessRecording(options.scene, options.out, stop);
-  }
+  if (options.scene.extension() == ".mcap") return RunProcessRecording(options, stop);
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   const auto inputs = InputFilesOf(scene);
   RequireOtherThan("--out", options.out, {"states.csv", "summary.json"}, inputs);
@@ -120,6 +139,16 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
   if (terminal) fmt::print(stderr, "\r                    \r");
   Print(summary, options.out);
   if (options.frames) PrintFrames(scene, options.out);
+  return 0;
+}
+
+int RunExportRecording(const RecordingExport& options, const std::stop_token& stop) {
+  const RecordingCounts counts =
+      Reading([&] { return ExportRecording(options.file, options.out, stop); });
+  fmt::print("{} states, {} images, {} tactile samples\n", counts.states, counts.pictures,
+             counts.tactile);
+  if (!counts.damage.empty()) fmt::print("incomplete: {}\n", counts.damage);
+  fmt::print("written: {}\n", options.out.string());
   return 0;
 }
 

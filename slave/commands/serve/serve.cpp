@@ -1,7 +1,9 @@
 #include "slave/commands/serve/serve.h"
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstdio>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <stop_token>
@@ -10,21 +12,81 @@
 
 #include <malloc.h>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
 #include "shared/link/loopback.h"
 #include "shared/metrics/metrics_page.h"
 #include "shared/program/program.h"
+#include "shared/text/text.h"
 #include "slave/commands/program.h"
 #include "slave/commands/running_scene.h"
-#include "slave/commands/serve/slave_recorder.h"
 #include "slave/pipeline/teleop/live_slave.h"
+#include "slave/recording/sense_recording.h"
 #include "slave/service/server.h"
 #include "slave/service/slave_metrics.h"
 #include "slave/study/auto_model.h"
 
 namespace palpate {
 namespace {
+
+// Every line of the log goes to the recording, too.
+class RecordingSink final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  explicit RecordingSink(SenseRecording* recording) : recording_(*recording) {}
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& line) override {
+    constexpr int kDebug = static_cast<int>(spdlog::level::debug);
+    recording_.Log(std::max(0, static_cast<int>(line.level) - kDebug),
+                   {line.payload.data(), line.payload.size()});
+  }
+  void flush_() override {}
+
+ private:
+  SenseRecording& recording_;
+};
+
+Recording::Options FileOptions(const ServeOptions& options, const Scene& scene) {
+  RequireOtherThan("--record", options.record, InputFilesOf(scene));
+  Recording::Options file;
+  file.file = options.record;
+  file.limit = ParseRecordLimit(options.record_limit);
+  file.part = options.record_part;
+  file.tell = [](const std::string& why) { spdlog::warn("{}", why); };
+  return file;
+}
+
+// While a slave serves, its sensing and its log are written to the file. Ends with a line in the
+// log.
+class SlaveRecorder {
+ public:
+  // Throws std::invalid_argument or std::runtime_error: the options, the file cannot be written.
+  SlaveRecorder(const ServeOptions& options, const Scene& scene)
+      : file_(options.record),
+        recording_(scene, options.overrides, FileOptions(options, scene)),
+        sink_(std::make_shared<RecordingSink>(&recording_)) {
+    spdlog::default_logger()->sinks().push_back(sink_);
+    spdlog::info("recording to {}, size limit {}", file_.string(), options.record_limit);
+  }
+  ~SlaveRecorder() {
+    std::erase(spdlog::default_logger()->sinks(), sink_);
+    recording_.Finish();
+    const Recording::Stats stats = recording_.stats();
+    spdlog::info("recorded {:.1f} MB in {} messages to {}", 1e-6 * static_cast<double>(stats.bytes),
+                 stats.messages, file_.string());
+    if (!stats.trouble.empty()) spdlog::warn("{}", stats.trouble);
+  }
+  SlaveRecorder(const SlaveRecorder&) = delete;
+  SlaveRecorder& operator=(const SlaveRecorder&) = delete;
+
+  [[nodiscard]] SenseRecorder& sense() { return recording_; }
+
+ private:
+  const std::filesystem::path file_;
+  SenseRecording recording_;
+  std::shared_ptr<spdlog::sinks::sink> sink_;
+};
 
 void Introduce(const SlaveDescription& d) {
   spdlog::info("{}", d.scene.name);
@@ -69,7 +131,8 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
         options.listen);
   }
   const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
-  const auto recording = OpenRecording(options, scene);
+  std::optional<SlaveRecorder> recording;
+  if (!options.record.empty()) recording.emplace(options, scene);
   const auto slave = MakeLiveSlave(scene, options.state_dir,
                                    recording ? &recording->sense() : nullptr, ChosenAgain);
   const SlaveDescription served = slave->Describe();
