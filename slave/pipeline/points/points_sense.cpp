@@ -8,10 +8,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/mesh/files/mesh_file.h"
+#include "slave/checks/points/points_limits.h"
 #include "slave/mechanics/make_model.h"
 #include "slave/pipeline/arm_lag.h"
 #include "slave/pipeline/sensing_pipeline.h"
-#include "slave/vision/stereo/epipolar_check.h"
 
 namespace palpate {
 namespace {
@@ -74,7 +74,7 @@ bool EstimatesForce(const Scene& scene) {
 
 PointsSense::PointsSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
     : PointsSense(scene, Open(scene, pace, environment)) {
-  arm_lag_ = ArmLag(pace, environment, EpipolarCheck::kMostLag);
+  arm_lag_ = ArmLag(pace, environment, PointsLimits::kMostLag);
 }
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)
