@@ -14,8 +14,6 @@ namespace {
 
 // Points of a motion [-]. [derived: two for each unknown]
 constexpr int kLeastPoints = 8;
-// Distance from the others at which a point is another thing [scatter].
-constexpr double kOutlier = 4.5;
 // Sigma of a point, at least [px].
 constexpr double kLeastSigma = 5e-3;
 // Share of what a pair told of its lag that the next one keeps [-].
@@ -185,7 +183,7 @@ void EpipolarCheck::Sift() noexcept {
   std::nth_element(sorted_.begin(), middle, sorted_.end());
   scatter_ = std::max(1.0, NoiseLimits::kToNormal * *middle);
   for (Row& row : rows_) {
-    row.kept = row.counts && std::abs(Residual(row)) <= kOutlier * scatter_;
+    row.kept = row.counts && std::abs(Residual(row)) <= NoiseLimits::kStandsOut * scatter_;
   }
 }
 

@@ -181,7 +181,7 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
 // Newton's method with the tangent at rest: what the model makes of the load beyond its linear part
 // is taken off the measured displacements, and the load fitted anew.
 void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcept {
-  for (int iteration = 0; iteration < VolumeLimits::kRefinements && load->force != 0; ++iteration) {
+  for (int iteration = 0; iteration < VolumeLimits::kRounds && load->force != 0; ++iteration) {
     if (!Load(*load)) {
       unsolved_ = true;
       break;
