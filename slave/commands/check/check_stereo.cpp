@@ -10,7 +10,7 @@
 
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
-#include "slave/checks/points/load_limits.h"
+#include "slave/checks/load/load_limits.h"
 #include "slave/checks/points/points_limits.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"

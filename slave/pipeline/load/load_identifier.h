@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "slave/checks/points/surface_load.h"
+#include "slave/checks/load/surface_load.h"
 #include "slave/pipeline/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"

@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "slave/checks/points/load_checks.h"
+#include "slave/checks/load/load_checks.h"
 #include "slave/checks/points/noise_limits.h"
 #include "slave/mechanics/plate/green.h"
 #include "slave/mechanics/plate/plate_law.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 #include "slave/mechanics/plate/fit/press_table.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/pipeline/load/load_identifier.h"

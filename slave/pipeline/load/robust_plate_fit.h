@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/checks/points/plate_fit.h"
+#include "slave/checks/load/plate_fit.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {

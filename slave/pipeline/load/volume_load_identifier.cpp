@@ -12,7 +12,7 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/precompute_progress.h"
-#include "slave/checks/points/load_checks.h"
+#include "slave/checks/load/load_checks.h"
 #include "slave/checks/points/noise_limits.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/make_model.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "slave/checks/points/encoder_depth.h"
+#include "slave/checks/load/encoder_depth.h"
 #include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/local_model/patch_maker.h"
 #include "slave/pipeline/local_model/stiffness_scale.h"

@@ -15,7 +15,7 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
-#include "slave/checks/points/load_checks.h"
+#include "slave/checks/load/load_checks.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/estimate_builder.h"
 #include "slave/pipeline/load/load_identifier.h"

@@ -1,7 +1,6 @@
 #include "slave/pipeline/press/membrane_body.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -14,9 +13,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/geometry/index.h"
-#include "slave/checks/points/load_checks.h"
+#include "slave/checks/load/load_checks.h"
 #include "slave/checks/points/noise_limits.h"
-#include "slave/contact/surface_contact.h"
 
 namespace palpate {
 namespace {
@@ -31,23 +29,6 @@ constexpr double kTrianglesUnderTool = 3;  // [tuned: domed_scene_test]
 // does at the deepest indentation that is not extrapolated. [recorded: membrane_press_rgbd, whose
 // forces are 5 to 10 % low because its air responds sooner than enclosed air]
 constexpr double kLawShare = 0.09, kTurningShare = 0.08;
-
-TrianglePlace NearestOn(const SurfaceMesh& mesh, const Eigen::Vector3d& p, int* triangle) noexcept {
-  TrianglePlace nearest;
-  nearest.distance_squared = std::numeric_limits<double>::infinity();
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto& corners = mesh.triangles[t];
-    const auto at = [&](std::size_t k) { return mesh.nodes[Index(corners[k])]; };
-    const TrianglePlace place = ClosestOnTriangle(
-        p, {at(0), at(1), at(2)},
-        {corners[0] < corners[1], corners[1] < corners[2], corners[2] < corners[0]});
-    if (place.distance_squared < nearest.distance_squared) {
-      nearest = place;
-      *triangle = static_cast<int>(t);
-    }
-  }
-  return nearest;
-}
 
 // `seconds`: what the precompute took.
 MembranePress MakePress(InflatedMembrane membrane, double patch, double* seconds) {
@@ -68,6 +49,7 @@ MembranePress MakePress(InflatedMembrane membrane, double patch, double* seconds
 MembraneBody::MembraneBody(InflatedMembrane membrane, double patch,
                            const std::optional<Ellipsoid>& rest)
     : press_(MakePress(std::move(membrane), patch, &info_.precompute_s)),
+      contact_(surface()),
       patch_(patch),
       checks_(MakeDomeChecks(rest, MembranePress::Params().model_error)) {
   info_.kind = "membrane";
@@ -110,11 +92,11 @@ SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcep
 
 LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double depth) noexcept {
   Press press;
-  if (!(p_O.allFinite() && std::isfinite(depth))) return press;
-  int triangle = 0;
-  const TrianglePlace place = NearestOn(surface(), p_O, &triangle);
+  if (!std::isfinite(depth)) return press;
+  const auto place = contact_.Find(p_O, std::numeric_limits<double>::infinity());
+  if (!place) return press;
   const double give =
-      press_.compliance().GiveAt(surface().triangles[Index(triangle)], place.weights);
+      press_.compliance().GiveAt(surface().triangles[Index(place->triangle)], place->weights);
   if (!(give > 0)) return press;  // on the rim nothing gives
   press.stiffness = 1 / give;
   press.force = std::max(0.0, depth) / give;
@@ -124,14 +106,14 @@ LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double d
 
 void MembraneBody::Nearest(const Eigen::Vector3d& p_O_tip, Eigen::Vector3d* p_O,
                            Eigen::Vector3d* n_O) const noexcept {
-  int triangle = 0;
-  const TrianglePlace place = NearestOn(surface(), p_O_tip, &triangle);
-  *p_O = place.p;
+  const auto place = contact_.Find(p_O_tip, std::numeric_limits<double>::infinity());
+  *p_O = place ? place->p_O : surface().nodes.front();
+  *n_O = Eigen::Vector3d::UnitZ();
+  if (!place) return;
   n_O->setZero();
-  const auto& corners = surface().triangles[Index(triangle)];
+  const auto& corners = surface().triangles[Index(place->triangle)];
   for (int k = 0; k < 3; ++k) {
-    const auto node = static_cast<std::size_t>(corners[static_cast<std::size_t>(k)]);
-    *n_O += place.weights[k] * press_.membrane().normals()[node];
+    *n_O += place->weights[k] * press_.membrane().normals()[Index(corners[Index(k)])];
   }
   n_O->normalize();
 }

@@ -7,7 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/contact/surface_contact.h"
 #include "slave/mechanics/membrane/dome_shape.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/press/membrane_press.h"
@@ -36,6 +37,7 @@ class MembraneBody final : public LoadIdentifier {
  private:
   ModelInfo info_;
   MembranePress press_;
+  SurfaceContact contact_;
   double patch_;
   Checks<FitSample> checks_;
   SurfaceLoad load_;

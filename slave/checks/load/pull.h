@@ -1,7 +1,7 @@
 // A tool can only press; what pulls is seen the wrong way round.
 #pragma once
 
-#include "slave/checks/points/load_sample.h"
+#include "slave/checks/load/load_sample.h"
 
 namespace palpate {
 

@@ -1,7 +1,7 @@
 // Neighbouring points lie on both sides of the fitted plate.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 
 namespace palpate {
 

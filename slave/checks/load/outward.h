@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 #include "slave/mechanics/membrane/dome_shape.h"
 
 namespace palpate {

@@ -1,7 +1,7 @@
 // An error of all distances is an error of the force.
 #pragma once
 
-#include "slave/checks/points/load_sample.h"
+#include "slave/checks/load/load_sample.h"
 
 namespace palpate {
 

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "slave/checks/points/plate_fit.h"
-#include "slave/checks/points/surface_load.h"
+#include "slave/checks/load/plate_fit.h"
+#include "slave/checks/load/surface_load.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {

@@ -1,4 +1,4 @@
-#include "slave/checks/points/tension.h"
+#include "slave/checks/load/tension.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // rest from stiffness.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "slave/checks/points/encoder_depth.h"
+#include "slave/checks/load/encoder_depth.h"
 
 #include <algorithm>
 #include <cmath>

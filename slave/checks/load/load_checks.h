@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "slave/checks/check.h"
-#include "slave/checks/points/fit_sample.h"
-#include "slave/checks/points/load_sample.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/checks/load/load_sample.h"
 #include "slave/mechanics/membrane/dome_shape.h"
 
 namespace palpate {

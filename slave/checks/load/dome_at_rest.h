@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "slave/checks/points/fit_sample.h"
-#include "slave/checks/points/load_limits.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/checks/load/load_limits.h"
 #include "slave/mechanics/membrane/dome_shape.h"
 
 namespace palpate {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/checks/points/surface_load.h"
+#include "slave/checks/load/surface_load.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {

@@ -1,8 +1,8 @@
 // The points lie as near to the fitted plate as without contact, but for the error of its law.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
-#include "slave/checks/points/load_limits.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/checks/load/load_limits.h"
 
 namespace palpate {
 

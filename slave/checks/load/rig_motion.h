@@ -1,7 +1,7 @@
 // Cameras and rim have moved no farther than is compensated.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 
 namespace palpate {
 

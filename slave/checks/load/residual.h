@@ -1,8 +1,8 @@
 // One load explains the points of a volume within their noise.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
-#include "slave/checks/points/load_limits.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/checks/load/load_limits.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "slave/checks/points/load_sample.h"
+#include "slave/checks/load/load_sample.h"
 
 namespace palpate {
 

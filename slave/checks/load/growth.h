@@ -1,7 +1,7 @@
 // The points are as far apart along the plate as at rest.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 
 namespace palpate {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "slave/checks/points/fit_sample.h"
-#include "slave/checks/points/load_limits.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/checks/load/load_limits.h"
 
 namespace palpate {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "slave/checks/points/load_sample.h"
+#include "slave/checks/load/load_sample.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "slave/checks/points/flat_at_rest.h"
+#include "slave/checks/load/flat_at_rest.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // The load is within the range of its model.
 #pragma once
 
-#include "slave/checks/points/fit_sample.h"
+#include "slave/checks/load/fit_sample.h"
 
 namespace palpate {
 
