@@ -10,19 +10,17 @@
 
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
+#include "slave/checks/load/load_limits.h"
+#include "slave/checks/points/points_limits.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/check/stereo_expectation.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/pipeline/load/rest_shape.h"
-#include "slave/pipeline/load/robust_plate_fit.h"
-#include "slave/pipeline/points/membrane_distance.h"
+#include "slave/pipeline/load/plate_limits.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/press/membrane_body.h"
 #include "slave/site/environment/simulated_environment.h"
 #include "slave/vision/dots/dot_layout.h"
-#include "slave/vision/dots/stereo_dots.h"
-#include "slave/vision/stereo/epipolar_check.h"
 #include "slave/vision/texture/epipolar_line.h"
 
 namespace palpate {
@@ -129,7 +127,7 @@ std::string FittedTo(const Scene& scene) {
   return fmt::format(
       "; the force is fitted to at most {0} points on the membrane, spread evenly, to keep up with "
       "the image rate",
-      GridSubsample::kMost);
+      PlateLimits::kMostPoints);
 }
 
 std::string RangeInWords(const StereoRig& rig) {
@@ -261,29 +259,29 @@ void PrintCameraChecks(const Scene& scene) {
       fmt::format("each pair: an image that repeats, or contains parts of an old one (frozen); "
                   "relative camera motion of {:.2g} px across the epipolar lines; an image {:.2g} "
                   "periods late while the surface moves; at rest: a rig error of {:.2g} px",
-                  EpipolarCheck::kMostOffset, EpipolarCheck::kMostLag, EpipolarCheck::kMostAtRest));
+                  PointsLimits::kMostOffset, PointsLimits::kMostLag, PointsLimits::kMostAtRest));
   if (points.track != PointTracking::Track::kDots) {
     if (std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
       PrintLine("checked", fmt::format("the membrane at rest: its distance within {:.2g} % (scale)",
-                                       100 * MembraneDistance::kTrue));
+                                       100 * PointsLimits::kTrueSize));
     }
     return;
   }
   PrintLine(
       "checked",
       fmt::format("the dots at rest: their spacing within {:.2g} %, their position within {}",
-                  100 * StereoDots::kTrueSize,
-                  LengthInWords(StereoDots::kTruePlace * NearestNeighbour(DotPlaces(points)))));
+                  100 * PointsLimits::kTrueSize,
+                  LengthInWords(PointsLimits::kTruePlace * NearestNeighbour(DotPlaces(points)))));
 }
 
 void PrintDomeChecks(const DomeGeometry& dome, const Tool& tool) {
   PrintLine("checked",
             fmt::format("the membrane at rest: its shape within {} rms of the scene's (rest_shape)",
-                        LengthInWords(kTrueDome * dome.inflation)));
+                        LengthInWords(LoadLimits::kTrueDome * dome.inflation)));
   PrintLine("checked",
             fmt::format("a surface that no load explains, by {:.2g} % of the indentation depth "
                         "(misfit); indentations deeper than {} (model_range)",
-                        100 * kTrueDent, LengthInWords(tool.width / 2)));
+                        100 * LoadLimits::kTrueDent, LengthInWords(tool.width / 2)));
   PrintLine("UNDETECTED",
             "a wrong young_modulus, thickness, prestress or pressure, which scales every force; a "
             "wrong tool width; a contact during the rest images, until it ends");
@@ -302,18 +300,18 @@ void PrintLoadChecks(const Scene& scene) {
       fmt::format(
           "the membrane: bulges and indentations of {} at rest; neighbouring points that deviate "
           "from the fitted indentation to one side{}",
-          LengthInWords(kFlatHeight * membrane->thickness),
+          LengthInWords(LoadLimits::kFlatHeight * membrane->thickness),
           sees_tension ? "; indentations whose width does not fit the scene's prestress" : ""));
   PrintLine("checked",
             "points that deviate from every indentation of this model by more than their scatter "
             "at rest (misfit), or have moved apart since rest (zoom: scale); a contact whose "
             "position or depth differs from the encoder reading (arm, instants)");
-  PrintLine("compensated",
-            fmt::format("rigid motion of the rig or membrane by up to {} along the membrane, {} "
-                        "normal to it, and a tilt of {} at the rim; more is flagged",
-                        LengthInWords(RobustPlateFit::kMostSlide),
-                        LengthInWords(RobustPlateFit::kMostRise),
-                        LengthInWords(RobustPlateFit::kMostTilt)));
+  PrintLine(
+      "compensated",
+      fmt::format("rigid motion of the rig or membrane by up to {} along the membrane, {} "
+                  "normal to it, and a tilt of {} at the rim; more is flagged",
+                  LengthInWords(PlateLimits::kMostSlide), LengthInWords(PlateLimits::kMostRise),
+                  LengthInWords(PlateLimits::kMostTilt)));
   PrintLine(
       "UNDETECTED",
       fmt::format("a wrong young_modulus, thickness or poisson_ratio, which scales every force{}; "

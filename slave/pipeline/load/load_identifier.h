@@ -8,23 +8,12 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "shared/state/verdict.h"
+#include "slave/checks/load/surface_load.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/scene/scene.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
-
-// The load that explains the points, with the result of its checks. Frame O.
-struct SurfaceLoad : Verdict {
-  Eigen::Vector3d p_O{0, 0, 0};  // its centre, at rest [m]
-  Eigen::Vector3d n_O{0, 0, 1};  // outward normal there
-  double force = 0;              // along n_O, of the tool on the object [N]: negative pushes
-  double depth = 0;              // of the surface under it, along -n_O [m]
-  double sigma_force = 0;        // [N]
-  double sigma_place = 0;        // the larger of the two along the surface [m]
-  double residual = 0;           // rms of (measured - fitted) / sigma; about 1 if all is well
-};
 
 // The part that SetModel replaces as a whole: the model and the fit through it.
 class LoadIdentifier : public PreparedModel {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "slave/checks/load/fit_sample.h"
 #include "slave/mechanics/plate/fit/press_table.h"
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/pipeline/load/load_identifier.h"
@@ -45,28 +46,17 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   [[nodiscard]] const ModelInfo& info() const override { return plate_->info(); }
 
  private:
-  void CheckFit(const RobustPlateFit::Answer& answer, SurfaceLoad* load) const noexcept;
-  void WeighTension(const RobustPlateFit::Answer& answer, SurfaceLoad* load) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
-  [[nodiscard]] double ScatterOf(const RobustPlateFit::Answer& answer,
-                                 double told_square) const noexcept;
-  [[nodiscard]] double ScatterAtRest(const RobustPlateFit::Answer& answer) const noexcept;
-  [[nodiscard]] double NoiseShare(const RobustPlateFit::Answer& answer) const noexcept;
-  [[nodiscard]] bool LiesOff(const RobustPlateFit::Answer& answer) const noexcept;
-  [[nodiscard]] double SigmaOfTension(double amount, double sigma) const noexcept;
+  [[nodiscard]] static double ScatterOf(const FitSample& sample) noexcept;
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
 
   std::unique_ptr<PlateSurface> plate_, finer_, tighter_;
-  double width_;         // [m]
-  double told_tension_;  // before the first indentation, one sigma [N/m]
+  double width_;  // [m]
   PressTable table_;
   RobustPlateFit fit_;
   SurfaceMesh surface_;
   SurfaceLoad load_;  // the last one
-  // Least-squares estimate of the tension beyond the scene's, from the indentations of earlier
-  // images.
-  double tension_information_ = 0, tension_score_ = 0, tension_law_ = 0;
-  double tension_sure_ = 0, tension_likely_ = 0;  // [N/m]
+  Checks<FitSample> checks_;
   double rest_square_ = 0;  // mean square of the residuals without contact [m^2]; 0: unknown
 };
 

@@ -6,36 +6,14 @@
 #include <new>
 
 #include "shared/statistics/robust.h"
-#include "slave/pipeline/load/rest_shape.h"
+#include "slave/checks/points/noise_limits.h"
+#include "slave/pipeline/load/plate_limits.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr int kSquares = 11;  // across: the plate meets 109 of the 121
-
-constexpr int kSoftRounds = 6;  // of fits with softened weights
-// Of the plate for fits with the same rim: a rig that was bumped, put right, needs up to 650, a rim
-// that moved 1000. Points that no load explains, of a mirrored picture say, took seconds.
-constexpr long kMostPresses = 1300;
-constexpr double kSoft = 2;             // standard deviations of the scatter at which they fall
-constexpr double kOutlier = 5;          // standard deviations of the points' scatter
-constexpr double kLeastScatter = 0.25;  // of the stated sigmas
-constexpr double kModelError = 0.05;    // of the largest deflection: may be the model's own
-constexpr double kManyLeftOut = 0.15;   // share: a moved rim may explain them better
-constexpr double kPoorFit = 2;          // residual: likewise
-constexpr double kClearlyBetter = 0.7;  // residual with a moved rim by that without
-constexpr double kMotionSigmas = 6;     // at which a motion counts
-constexpr double kRimShare = 0.02;      // of the depth: as much may be the model's error
-constexpr double kSidewaysShare = 0.1;  // of the depth: a press carries its points so far
-constexpr double kGrowthShare = 0.03;   // of the depth: a press draws its points together so far
-constexpr int kLeastPoints = 5;
-constexpr int kRestFrames = 5, kMostRestFrames = 100;  // that tell the rim's motion, remembered
-constexpr double kLawsShape = 0.9e-3;  // of the depth: error of the plate's shape around a load
-constexpr double kReach = 0.3;         // of a cluster of neighbours [radii]
-constexpr int kNeighbours = 3;
 
 bool IsKnown(const LoadFit& load) {
   return load.validity != Validity::kFailed || load.nothing;
@@ -49,8 +27,8 @@ const std::vector<int>& GridSubsample::Of(const std::vector<SurfacePoint>& point
   for (std::size_t i = 0; i < points_O.size(); ++i) {
     if (points_O[i].p_S_rest.head<2>().norm() <= radius_) chosen_.push_back(static_cast<int>(i));
   }
-  if (chosen_.size() <= kMost) return chosen_;
-  squares_.assign(static_cast<std::size_t>(kSquares) * kSquares, {});
+  if (chosen_.size() <= PlateLimits::kMostPoints) return chosen_;
+  squares_.assign(static_cast<std::size_t>(PlateLimits::kSquares) * PlateLimits::kSquares, {});
   for (const int i : chosen_) Add(points_O[static_cast<std::size_t>(i)], i);
   chosen_.clear();
   for (const Square& square : squares_) {
@@ -60,12 +38,12 @@ const std::vector<int>& GridSubsample::Of(const std::vector<SurfacePoint>& point
 }
 
 void GridSubsample::Add(const SurfacePoint& point, int index) {
-  const Eigen::Vector2d at =
-      (point.p_S_rest.head<2>() / radius_ + Eigen::Vector2d::Ones()) * (kSquares / 2.0);
-  const int column = std::min(static_cast<int>(at.x()), kSquares - 1);
-  const int row = std::min(static_cast<int>(at.y()), kSquares - 1);
-  Square& square =
-      squares_[static_cast<std::size_t>(row) * kSquares + static_cast<std::size_t>(column)];
+  const Eigen::Vector2d at = (point.p_S_rest.head<2>() / radius_ + Eigen::Vector2d::Ones()) *
+                             (PlateLimits::kSquares / 2.0);
+  const int column = std::min(static_cast<int>(at.x()), PlateLimits::kSquares - 1);
+  const int row = std::min(static_cast<int>(at.y()), PlateLimits::kSquares - 1);
+  Square& square = squares_[static_cast<std::size_t>(row) * PlateLimits::kSquares +
+                            static_cast<std::size_t>(column)];
   square.has_points = true;
   if (!point.seen) return;
   const double distance = (at - Eigen::Vector2d(column + 0.5, row + 0.5)).squaredNorm();
@@ -113,9 +91,9 @@ RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& poin
   LearnRim(answer);
   answer.moved = answer.moved || slide > 0;
   const Eigen::Vector3d& rise = answer.load.rim_motion;
-  answer.put_right = slide > 0 && slide < kMostSlide && std::abs(rise[0]) < kMostRise &&
-                     rise.tail<2>().norm() < kMostTilt;
-  answer.flat = IsFlat(RestShapeOf(points_O, plate_.radius()), plate_.thickness());
+  answer.put_right = slide > 0 && slide < PlateLimits::kMostSlide &&
+                     std::abs(rise[0]) < PlateLimits::kMostRise &&
+                     rise.tail<2>().norm() < PlateLimits::kMostTilt;
   answer.grown = HasGrown(answer.load);
   answer.off = Off(answer.load.nothing ? 0 : 3);
   answer.deepest = deepest_;
@@ -139,12 +117,12 @@ bool RobustPlateFit::FitSlid(Answer* answer, double* slide) noexcept {
 
 // With the rim where it was when nothing pressed. False: that is not known, or it moved again.
 bool RobustPlateFit::FitHeld(Answer* answer) noexcept {
-  if (rest_frames_ < kRestFrames) return false;
+  if (rest_frames_ < PlateLimits::kRestFrames) return false;
   RaiseAll(-rim_motion_);
   KeepAll();
   *answer = FitKept(Rim::kStays);
-  const bool explains = IsKnown(answer->load) && answer->load.residual <= kPoorFit &&
-                        answer->left_out <= kManyLeftOut * answer->points &&
+  const bool explains = IsKnown(answer->load) && answer->load.residual <= PlateLimits::kPoorFit &&
+                        answer->left_out <= PlateLimits::kManyLeftOut * answer->points &&
                         !RimMoved(answer->load);
   if (explains) {
     answer->load.rim_motion += rim_motion_;
@@ -157,9 +135,9 @@ bool RobustPlateFit::FitHeld(Answer* answer) noexcept {
 void RobustPlateFit::LearnRim(const Answer& answer) noexcept {
   if (!slid_) rest_frames_ = 0;
   if (!slid_ || !answer.load.nothing) return;
-  if (!held_ && rest_frames_ >= kRestFrames) rest_frames_ = 0;  // it moved again
+  if (!held_ && rest_frames_ >= PlateLimits::kRestFrames) rest_frames_ = 0;  // it moved again
   if (rest_frames_ == 0) rim_motion_.setZero();
-  rest_frames_ = std::min(rest_frames_ + 1, kMostRestFrames);
+  rest_frames_ = std::min(rest_frames_ + 1, PlateLimits::kMostRestFrames);
   rim_motion_ += (answer.load.rim_motion - rim_motion_) / rest_frames_;
 }
 
@@ -174,14 +152,14 @@ void RobustPlateFit::Refit(Answer* answer, double* slide) noexcept {
   KeepAll();
   *answer = FitKept(Rim::kStays);
   *slide = Slide(answer->load);
-  if (answer->left_out <= kManyLeftOut * answer->points && answer->load.residual <= kPoorFit &&
-      !RimMoved(answer->load) && !(*slide > 0)) {
+  if (answer->left_out <= PlateLimits::kManyLeftOut * answer->points &&
+      answer->load.residual <= PlateLimits::kPoorFit && !RimMoved(answer->load) && !(*slide > 0)) {
     return;
   }
   KeepAll();
   const Answer freed = FitKept(Rim::kMayMove);
   const bool better = freed.left_out < answer->left_out ||
-                      freed.load.residual < kClearlyBetter * answer->load.residual;
+                      freed.load.residual < PlateLimits::kClearlyBetter * answer->load.residual;
   if (IsKnown(freed.load) && (*slide > 0 || (better && RimMoved(freed.load)))) {
     *answer = freed;
     answer->moved = true;
@@ -206,10 +184,10 @@ void RobustPlateFit::KeepAll() noexcept {
 RobustPlateFit::Answer RobustPlateFit::FitKept(Rim rim) noexcept {
   Answer answer;
   answer.points = usable_;
-  fitter_.Allow(kMostPresses);
+  fitter_.Allow(PlateLimits::kMostPresses);
   answer.load = FitWeighed(rim, Modes::kAsNeeded);
   if (Sift(answer.load, rim)) {
-    for (int round = 0; round < kSoftRounds; ++round) {
+    for (int round = 0; round < PlateLimits::kSoftRounds; ++round) {
       Soften();
       fitter_.Reset();
       answer.load = FitWeighed(rim, Modes::kFew);
@@ -237,7 +215,7 @@ LoadFit RobustPlateFit::FitWeighed(Rim rim, Modes modes) noexcept {
 void RobustPlateFit::Soften() noexcept {
   for (Seen& point : seen_) {
     if (!point.usable) continue;
-    const double off = point.residual / (kSoft * scatter_ * point.sigma);
+    const double off = point.residual / (PlateLimits::kSoft * scatter_ * point.sigma);
     point.weight = 1 / std::sqrt(1 + off * off);
   }
 }
@@ -257,11 +235,12 @@ bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
     point.residual = point.moved.z() - fitted;
     sorted_.push_back(std::abs(point.residual) / point.sigma);
   }
-  if (usable_ <= kLeastPoints) return false;
-  scatter_ = std::max(kLeastScatter, SigmaOfSizes(sorted_));
+  if (usable_ <= PlateLimits::kLeastPoints) return false;
+  scatter_ = std::max(NoiseLimits::kLeastScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
   for (Seen& point : seen_) {
-    const double accepted = std::max(kOutlier * scatter_ * point.sigma, kModelError * deepest_);
+    const double accepted = std::max(NoiseLimits::kStandsOut * scatter_ * point.sigma,
+                                     PlateLimits::kModelError * deepest_);
     point.kept = point.usable && std::abs(point.residual) <= accepted;
     kept_ += point.kept ? 1 : 0;
   }
@@ -270,24 +249,26 @@ bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
 
 // One standard deviation of a motion of all points together, by their sigma along z [-].
 double RobustPlateFit::NoiseOfMotion(const LoadFit& load) const noexcept {
-  const double scatter = std::clamp(load.residual, kLeastScatter, kPoorFit);
+  const double scatter =
+      std::clamp(load.residual, NoiseLimits::kLeastScatter, PlateLimits::kPoorFit);
   return scatter * std::sqrt(3.0 / kept_);
 }
 
 bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
-  if (kept_ < kLeastPoints) return false;
+  if (kept_ < PlateLimits::kLeastPoints) return false;
   double sum = 0;
   for (const Seen& point : seen_) sum += point.kept ? point.sigma * point.sigma : 0;
   const double sigma = std::sqrt(sum / kept_);
   const double motion =
       std::hypot(load.rim_motion[0], load.rim_motion[1] / 2, load.rim_motion[2] / 2);
-  return motion > kMotionSigmas * NoiseOfMotion(load) * sigma + kRimShare * deepest_;
+  return motion > PlateLimits::kMotionSigmas * NoiseOfMotion(load) * sigma +
+                      PlateLimits::kRimShare * deepest_;
 }
 
 // How far all points went along the plate together [m]; 0: no farther than noise and a press carry
 // them.
 double RobustPlateFit::Slide(const LoadFit& load) noexcept {
-  if (kept_ < kLeastPoints) return 0;
+  if (kept_ < PlateLimits::kLeastPoints) return 0;
   Eigen::Vector2d slid(0, 0);
   double sigma = 0;
   for (const int axis : {0, 1}) {
@@ -300,13 +281,14 @@ double RobustPlateFit::Slide(const LoadFit& load) noexcept {
     }
     slid[axis] = MedianOf(sorted_);
   }
-  const double accepted = kMotionSigmas * NoiseOfMotion(load) * sigma + kSidewaysShare * deepest_;
+  const double accepted = PlateLimits::kMotionSigmas * NoiseOfMotion(load) * sigma +
+                          PlateLimits::kSidewaysShare * deepest_;
   return slid.cwiseAbs().maxCoeff() > accepted ? slid.norm() : 0;
 }
 
 // By the displacements along the plate that go with the places' distance from their middle.
 bool RobustPlateFit::HasGrown(const LoadFit& load) const noexcept {
-  if (kept_ < kLeastPoints) return false;
+  if (kept_ < PlateLimits::kLeastPoints) return false;
   Vector2d middle(0, 0), slid(0, 0);
   double sigma = 0;
   for (const Seen& point : seen_) {
@@ -324,7 +306,8 @@ bool RobustPlateFit::HasGrown(const LoadFit& load) const noexcept {
   }
   if (!(square > 0)) return false;
   const double growth = std::abs(along) / std::sqrt(square * kept_);
-  return growth > kMotionSigmas * NoiseOfMotion(load) * sigma + kGrowthShare * deepest_;
+  return growth > PlateLimits::kMotionSigmas * NoiseOfMotion(load) * sigma +
+                      PlateLimits::kGrowthShare * deepest_;
 }
 
 double RobustPlateFit::Off(int unknowns) const noexcept {
@@ -335,7 +318,7 @@ double RobustPlateFit::Off(int unknowns) const noexcept {
 
 // Where neighbours all lie off to one side, each may be within the noise.
 double RobustPlateFit::Cluster() const noexcept {
-  const double reach = kReach * plate_.radius();
+  const double reach = PlateLimits::kReach * plate_.radius();
   double largest = 0;
   for (const Seen& middle : seen_) {
     if (!middle.kept) continue;
@@ -350,7 +333,9 @@ double RobustPlateFit::Cluster() const noexcept {
     }
     const double mean = std::abs(sum) / weights;
     const double sigma = std::max(1.0, scatter_) / std::sqrt(weights);
-    if (count < kNeighbours || mean < kOutlier * sigma || mean < kModelError * deepest_) continue;
+    if (count < PlateLimits::kNeighbours || mean < NoiseLimits::kStandsOut * sigma ||
+        mean < PlateLimits::kModelError * deepest_)
+      continue;
     largest = std::max(largest, mean);
   }
   return deepest_ > 0 ? largest / deepest_ : 0;
@@ -378,7 +363,8 @@ void RobustPlateFit::SeekTension(Answer* answer) noexcept {
     if (seen_[i].kept) certainty += 1 / (seen_[i].sigma * seen_[i].sigma);
   }
   answer->tension = fitter_.Seek(displacements_);
-  answer->sigma_of_law = kLawsShape * deepest_ * std::sqrt(certainty) * answer->tension.sigma;
+  answer->sigma_of_law =
+      PlateLimits::kLawsShape * deepest_ * std::sqrt(certainty) * answer->tension.sigma;
 }
 
 }  // namespace palpate

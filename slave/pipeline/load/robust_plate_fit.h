@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/plate/fit/load_fit.h"
+#include "slave/checks/load/plate_fit.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
@@ -18,15 +18,14 @@ namespace palpate {
 // with as many points.
 class GridSubsample {
  public:
-  static constexpr int kMost = 128;  // points that are taken as they are; beyond, at most so many
-  static constexpr int kNone = -1;   // index of a square without a visible point
+  static constexpr int kNone = -1;  // index of a square without a visible point [by definition]
 
   // `radius` of the plate about the origin of O [m].
   explicit GridSubsample(double radius) : radius_(radius) {}
 
-  // Indices of points on the plate, frame O. With more than kMost points: for each square of a grid
-  // the visible point nearest to its middle, or kNone; their number depends only on the positions
-  // at rest.
+  // Indices of points on the plate, frame O. With more than PlateLimits::kMostPoints: for each
+  // square of a grid the visible point nearest to its middle, or kNone; their number depends only
+  // on the positions at rest.
   const std::vector<int>& Of(const std::vector<SurfacePoint>& points_O);
 
  private:
@@ -51,10 +50,6 @@ struct TighterPlate {
 // One thread; allocation-free after the first call with as many points.
 class RobustPlateFit {
  public:
-  // Limits of compensated rigid motion of rig or membrane [m]: along the plate, normal to it, and
-  // at the rim by a tilt. Rotation of the cameras about themselves raises nothing.
-  static constexpr double kMostSlide = 4e-3, kMostRise = 0.3e-3, kMostTilt = 1.5e-3;
-
   // Keeps references to the plates; see LoadFitter. `tighter`: the result states how much of that
   // tension fits the points.
   RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer = nullptr,
@@ -65,25 +60,7 @@ class RobustPlateFit {
         fitter_(plate, width, finer),
         choice_(plate.radius()) {}
 
-  struct Answer {
-    LoadFit load;
-    int points = 0;    // points on the plate, visible and selected
-    int left_out = 0;  // of them: they contradict the others
-    // The rim or the cameras have moved since rest; the load does not include it. Motion along the
-    // plate is caused by no load: motion up to kMostSlide, kMostRise and kMostTilt is compensated.
-    bool moved = false, put_right = false;
-    double cluster = 0;  // largest mean residual of neighbouring points beyond noise and model
-                         // error, relative to the largest deflection; 0: none
-    // LoadFitter::Seek for the plate's tension at rest, and the error of the plate model in it
-    // [N/m].
-    LoadFitter::Sought tension;
-    double sigma_of_law = 0;
-    bool flat = true;  // at rest
-    double off = 0,
-           deepest = 0;  // rms of the residuals of the used points, largest fitted deflection [m]
-    bool grown = false;  // the points have moved apart or together along the plate by more than
-                         // noise and a contact cause
-  };
+  using Answer = PlateFit;
   // Points in frame O, of which a subset is used; invisible points, points off the plate, not
   // finite or without a sigma do not count. A point more than five standard deviations (of the
   // points' scatter) and a twentieth of the largest deflection from the fit is excluded, and the

@@ -12,6 +12,8 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/statistics/robust.h"
+#include "slave/checks/points/noise_limits.h"
+#include "slave/pipeline/load/volume_limits.h"
 
 namespace palpate {
 namespace {
@@ -20,16 +22,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kSamePlace = 1e-9;  // of the distance from the origin
-
 bool IsSamePlace(const Vector3d& a, const Vector3d& b) {
-  return (a - b).norm() <= kSamePlace * (a.norm() + b.norm());
+  return (a - b).norm() <= VolumeLimits::kSamePlace * (a.norm() + b.norm());
 }
-
-constexpr int kBestNodes = 6;           // whose triangles are looked at closely
-constexpr int kRounds = 4;              // of leaving points out
-constexpr double kOutlier = 5;          // standard deviations of the scatter
-constexpr double kLeastScatter = 0.25;  // of the stated sigmas
 
 }  // namespace
 
@@ -140,9 +135,9 @@ void TriangleSearch::Read(DeformationModel& model, const SurfaceContact& contact
 
 TriangleLoad TriangleSearch::FindAndSift() noexcept {
   TriangleLoad best;
-  for (int round = 0; round <= kRounds; ++round) {
+  for (int round = 0; round <= VolumeLimits::kRounds; ++round) {
     best = Find();
-    if (best.triangle < 0 || round == kRounds || !LeaveOut(best)) break;
+    if (best.triangle < 0 || round == VolumeLimits::kRounds || !LeaveOut(best)) break;
   }
   return best;
 }
@@ -157,7 +152,7 @@ TriangleLoad TriangleSearch::Find() noexcept {
     score_[k] = square > 0 ? mixed * mixed / square : 0;
   }
   TriangleLoad best;
-  for (int n = 0; n < kBestNodes && n < score_.size(); ++n) {
+  for (int n = 0; n < VolumeLimits::kBestNodes && n < score_.size(); ++n) {
     Eigen::Index k = 0;
     if (!(score_.maxCoeff(&k) >= 0)) break;
     score_[k] = -1;
@@ -229,11 +224,11 @@ bool TriangleSearch::LeaveOut(const TriangleLoad& best) noexcept {
     worst = std::max(worst, seen_[i].residual);
     sorted_.push_back(seen_[i].residual);
   }
-  const double accepted =
-      std::max(kOutlier * std::max(kLeastScatter, MedianOf(sorted_)), worst / 2);
+  const double accepted = std::max(
+      NoiseLimits::kStandsOut * std::max(NoiseLimits::kLeastScatter, MedianOf(sorted_)), worst / 2);
   bool left_out = false;
   for (Seen& seen : seen_) {
-    if (!seen.kept || seen.residual <= accepted || kept_ <= kLeastPoints) continue;
+    if (!seen.kept || seen.residual <= accepted || kept_ <= VolumeLimits::kLeastPoints) continue;
     seen.kept = false;
     left_out = true;
     --kept_;

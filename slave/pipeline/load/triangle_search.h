@@ -62,8 +62,6 @@ struct TriangleLoad {
 // Least squares in all three components of all points. Frame O.
 class TriangleSearch {
  public:
-  static constexpr int kLeastPoints = 4;
-
   // Keeps a reference to `surface`. `load`, `patch`: see PointGreens.
   TriangleSearch(const SurfaceMesh& surface, double load, double patch);
 
@@ -71,7 +69,7 @@ class TriangleSearch {
   // number is new; may throw std::bad_alloc.
   void Read(DeformationModel& model, const SurfaceContact& contact,
             const std::vector<SurfacePoint>& points_O);
-  // Excludes points beyond the scatter; at least kLeastPoints stay.
+  // Excludes points beyond the scatter; at least VolumeLimits::kLeastPoints stay.
   TriangleLoad FindAndSift() noexcept;
   // Uses the remaining points.
   TriangleLoad Find() noexcept;

@@ -12,11 +12,14 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/precompute_progress.h"
+#include "slave/checks/load/load_checks.h"
+#include "slave/checks/points/noise_limits.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/load/triangle_search.h"
+#include "slave/pipeline/load/volume_limits.h"
 #include "slave/pipeline/local_model/contact_stiffness.h"
 
 namespace palpate {
@@ -24,15 +27,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kLinearLoad = 1e-6;  // of E times the larger side squared
-constexpr double kLeastWidth = 1e-3;  // of the larger side
-constexpr double kStandsOut = 25;     // misfit that the load must explain: five sigma squared
-constexpr double kGoodFit = 3;        // residual
-constexpr double kTrusted = 0.7, kLeastResidual = 0.1;  // as in LoadFitter
-constexpr double kMostLeftOut = 0.25;                   // share
-constexpr int kRefinements = 5;  // of the load through a model that is not linear
-constexpr double kRefined = 1e-4;
 
 class VolumeLoadIdentifier final : public LoadIdentifier {
  public:
@@ -43,10 +37,11 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         larger_side_(LargerSide(surface_.nodes)),
-        width_(std::max(width, kLeastWidth * larger_side_)),
+        width_(std::max(width, VolumeLimits::kLeastWidth * larger_side_)),
         linear_(IsLinear(scene)),
         search_(surface_,
-                kLinearLoad * scene.object.material.young_modulus * larger_side_ * larger_side_,
+                VolumeLimits::kLinearLoad * scene.object.material.young_modulus * larger_side_ *
+                    larger_side_,
                 width_) {
     told_.Finish();
   }
@@ -69,7 +64,8 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   SurfaceLoad TryFit(const std::vector<SurfacePoint>& points_O);
   void Place(const TriangleLoad& best, SurfaceLoad* load);
   void Refine(TriangleLoad* best, SurfaceLoad* load) noexcept;
-  void CheckFit(const TriangleLoad& best, SurfaceLoad* load) const noexcept;
+  void CheckFit(const std::vector<SurfacePoint>& points_O, const TriangleLoad& best,
+                SurfaceLoad* load) noexcept;
   bool Respond(const SurfaceLoad& load) noexcept;
   bool Load(const SurfaceLoad& load) noexcept;  // and field_
 
@@ -86,6 +82,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   bool unsolved_ = false;        // the model found no equilibrium under the load
   std::string_view doubt_;       // of the model, of its last answer
   SurfaceLoad load_;
+  Checks<FitSample> checks_ = MakeVolumeChecks();
 };
 
 SurfaceLoad VolumeLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
@@ -102,7 +99,7 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   SurfaceLoad load;
   search_.Read(*model_, contact_, points_O);
   unsolved_ = false;
-  if (search_.usable() < TriangleSearch::kLeastPoints) {
+  if (search_.usable() < VolumeLimits::kLeastPoints) {
     load.Set({Validity::kTrackingLost, FailedCheck::kNone,
               "fewer than four points of the object are in view"});
     return load;
@@ -119,7 +116,7 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   } else if (load.force != 0) {
     Respond(load);
   }
-  CheckFit(best, &load);
+  CheckFit(points_O, best, &load);
   return load;
 }
 
@@ -156,36 +153,36 @@ void VolumeLoadIdentifier::Place(const TriangleLoad& best, SurfaceLoad* load) {
   load->depth = -load->force / load->n_O.dot(K * load->n_O);
 }
 
-void VolumeLoadIdentifier::CheckFit(const TriangleLoad& best, SurfaceLoad* load) const noexcept {
-  const double doubt = std::clamp(load->residual / kTrusted, kLeastResidual / kTrusted, 1.0);
+void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
+                                    const TriangleLoad& best, SurfaceLoad* load) noexcept {
+  const double doubt = std::clamp(load->residual / VolumeLimits::kTrusted,
+                                  VolumeLimits::kLeastResidual / VolumeLimits::kTrusted, 1.0);
   load->validity = Validity::kValid;
-  if (best.explained < kStandsOut * doubt * doubt) {
+  const double least = NoiseLimits::kStandsOut * doubt;
+  if (best.explained < least * least) {
     load->force = load->depth = load->sigma_place = 0;
     return;
   }
+  FitSample sample{.points_O = points_O,
+                   .load = *load,
+                   .points = search_.usable(),
+                   .left_out = search_.usable() - search_.kept()};
   const double range = model_->info().range;
-  const auto flag = [load](std::string_view why, FailedCheck check = FailedCheck::kModelRange) {
-    load->Fail(check, why);
-  };
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
-    flag("the deflection is beyond the model's range");
+    sample.beyond_range = "the deflection is beyond the model's range";
+  } else if (doubt_ == kStiffInBending) {
+    sample.beyond_range = kStiffInBending;
+  } else if (unsolved_) {
+    sample.beyond_range =
+        "the model finds no equilibrium under this load: the small-strain solution is used";
   }
-  if (doubt_ == kStiffInBending) flag(kStiffInBending);
-  if (unsolved_)
-    flag("the model finds no equilibrium under this load: the small-strain solution is used");
-  if (load->residual > kGoodFit) {
-    flag("the residual of one load of this width exceeds the noise of the points",
-         FailedCheck::kMisfit);
-  }
-  if (search_.usable() - search_.kept() > kMostLeftOut * search_.usable()) {
-    flag("more than a quarter of the points contradict the others", FailedCheck::kMisfit);
-  }
+  load->Take(checks_.Examine(sample));
 }
 
 // Newton's method with the tangent at rest: what the model makes of the load beyond its linear part
 // is taken off the measured displacements, and the load fitted anew.
 void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcept {
-  for (int iteration = 0; iteration < kRefinements && load->force != 0; ++iteration) {
+  for (int iteration = 0; iteration < VolumeLimits::kRounds && load->force != 0; ++iteration) {
     if (!Load(*load)) {
       unsolved_ = true;
       break;
@@ -204,7 +201,7 @@ void VolumeLoadIdentifier::Refine(TriangleLoad* best, SurfaceLoad* load) noexcep
     *best = search_.Find();
     if (best->triangle < 0) return;
     Place(*best, load);
-    if (std::abs(load->force - last) < kRefined * std::abs(last)) break;
+    if (std::abs(load->force - last) < VolumeLimits::kRefined * std::abs(last)) break;
   }
 }
 

@@ -18,7 +18,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFineModes = 20;  // order: resolves a tool of a tenth of the radius 10 t deep
+// Order of the modes: resolves a tool of a tenth of the radius 10 t deep [-]. [tuned:
+// membrane_law_test]
+constexpr int kFineModes = 20;
 
 std::unique_ptr<PlateSurface> MakePlate(const Scene& scene, const MembraneGeometry& membrane,
                                         Progress* progress) {
@@ -61,6 +63,7 @@ std::unique_ptr<PlateSurface> MakeTighterPlate(const Scene& scene, const Membran
   return MakePlate(tighter, membrane, progress);
 }
 
+// Rings of positions on a disc [-].
 constexpr int kRings = 3;
 
 // Places of equal shares of a disc: the centre and rings of 6, 12, 18.

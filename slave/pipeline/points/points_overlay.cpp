@@ -13,14 +13,13 @@ namespace palpate {
 namespace {
 
 const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour(40, 140, 255);
-constexpr double kRing = 0.1;        // of the picture's height, at full scale
-constexpr double kMostShare = 1.5;   // drawn
-constexpr double kShortStep = 1e-3;  // to see which way a force points [m]
+// Of the drawing: a ring at full scale by the image's height [-], the largest share of full scale
+// [-], the step that shows the direction of a force [m]. [by definition]
+constexpr double kRing = 0.1, kMostShare = 1.5, kShortStep = 1e-3;
 
 // Far outside stays outside, and drawable.
 cv::Point Round(const Eigen::Vector2d& p) {
-  constexpr double kFar = 1e4;  // [px]
-  const Eigen::Vector2d near = p.cwiseMax(-kFar).cwiseMin(kFar);
+  const Eigen::Vector2d near = p.cwiseMax(-1e4).cwiseMin(1e4);
   return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
 }
 

@@ -7,8 +7,10 @@
 namespace palpate {
 namespace {
 
-constexpr double kSameDepth = 1e-6;  // [m]
-constexpr int kFewest = 3;           // pairs of a halt
+// Difference of the depths of one halt [m]. [by definition]
+constexpr double kSameDepth = 1e-6;
+// Pairs of a halt [-]. [by definition]
+constexpr int kFewest = 3;
 
 }  // namespace
 

@@ -8,11 +8,11 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/mesh/files/mesh_file.h"
+#include "slave/checks/points/points_limits.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/site/environment/simulated_environment.h"
-#include "slave/vision/stereo/epipolar_check.h"
 
 namespace palpate {
 namespace {
@@ -75,7 +75,7 @@ bool EstimatesForce(const Scene& scene) {
 
 PointsSense::PointsSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
     : PointsSense(scene, Open(scene, pace, environment)) {
-  arm_lag_ = ArmLag(pace, environment, EpipolarCheck::kMostLag);
+  arm_lag_ = ArmLag(pace, environment, PointsLimits::kMostLag);
 }
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)

@@ -15,6 +15,7 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/surface_patch.h"
 #include "shared/telemetry/latency_histogram.h"
+#include "slave/checks/load/load_checks.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/pipeline/base/estimate_builder.h"
 #include "slave/pipeline/load/load_identifier.h"
@@ -62,8 +63,7 @@ class SurfaceEstimator {
 
  private:
   void ToObject(const std::vector<SurfacePoint>& points_S);
-  void CompareWithEncoders(double lag) noexcept;
-  void WidenForTiming(double sigma) noexcept;
+  [[nodiscard]] ToolReading ToolAt(const Eigen::Vector3d& p_S_tip, double lag) noexcept;
   void Learn() noexcept;
   void SetEstimate() noexcept;
   void Lose(const Verdict& verdict) noexcept;
@@ -80,11 +80,8 @@ class SurfaceEstimator {
   ContactEstimate felt_;
   StiffnessScale felt_ratio_;
   double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last image [m]
-  double arm_depth_ = 0;              // the same according to the encoders [m]
-  int distrust_ = 0;                  // images until cameras and encoders are trusted again
-  LocalModel local_;                  // the last estimate
-  std::optional<double> last_force_;  // that was known, outward [N]
-  double last_change_ = 0;            // from the one before it [N]
+  LocalModel local_;                                              // the last estimate
+  Checks<LoadSample> checks_ = MakeLoadChecks();
   LatencyHistogram times_;
   EstimateBuilder rules_;
 };

@@ -12,13 +12,11 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/telemetry/stopwatch.h"
-#include "slave/pipeline/points/membrane_distance.h"
+#include "slave/checks/points/points_checks.h"
 #include "slave/site/points/pair_rig.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"
-#include "slave/vision/stereo/epipolar_check.h"
-#include "slave/vision/stereo/frozen_check.h"
 #include "slave/vision/texture/stereo_texture.h"
 
 namespace palpate {
@@ -26,55 +24,56 @@ namespace {
 
 const Eigen::Vector2d kUnseen = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
 
-constexpr int kLearntFrom = 10;  // pairs that show what the rays and pictures are like at rest
-constexpr std::string_view kFrozen = "a camera repeats the same image: it is frozen";
-
-// What rays may pass each other by at rest: a simulated pair's rig is exactly what the scene tells.
-double MostAtRest(const Scene& scene) {
-  constexpr double kOfExactRig = 0.02;  // [px]
-  const bool is_exact =
-      scene.sense.Find<StereoCameras>()->source == StereoCameras::Source::kSimulated;
-  return is_exact ? kOfExactRig : EpipolarCheck::kMostAtRest;
-}
-
-// What the two kinds that look with a pair of cameras share.
-class PairPointTracker : public SurfacePointTracker {
+// What all kinds share.
+class CheckedPointTracker : public SurfacePointTracker {
  public:
-  PairPointTracker(const Scene& scene, const StereoRig& rig)
-      : rig_(rig),
-        X_LS_(scene.sense.Find<StereoCameras>()->X_SL.inverse()),
-        epipolar_(rig, kLearntFrom, scene.sense.Find<PointTracking>()->sigma, MostAtRest(scene)),
-        frozen_(kLearntFrom) {}
-  [[nodiscard]] std::optional<Eigen::Vector2d> Project(
-      const Eigen::Vector3d& p_S) const noexcept override {
-    return palpate::Project(rig_.left, X_LS_ * p_S);
+  CheckedPointTracker(const Scene& scene, const StereoRig& rig)
+      : checks_(MakePointsChecks(scene, rig)) {}
+  void Reset() override {
+    checked_ = {};
+    checks_.Reset();
   }
   [[nodiscard]] double checks_us() const override { return checks_us_; }
 
  protected:
-  // `seen` as that of `pair`, with what speaks against it; `distance`: where no layout tells sizes.
-  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair,
-                                    MembraneDistance* distance = nullptr) {
+  // `seen` as that of `pair`, with the results of the checks.
+  const SurfaceObservation& Checked(const SurfaceObservation& seen, const StereoPair& pair) {
     Stopwatch lap;
     checked_ = seen;
     checked_.sequence = pair.sequence;
     checked_.sensed_at = pair.sensed_at;
     checked_.skew = pair.skew;
-    if (frozen_.Check(pair.left, pair.right)) checked_.Fail(FailedCheck::kFrozen, kFrozen);
-    epipolar_.Process(&checked_);
-    if (distance != nullptr) distance->Check(&checked_);
+    checked_.Add(checks_.Examine({pair.left, pair.right, checked_}).verdict);
     checks_us_ = lap.Lap();
     return checked_;
   }
-  void ForgetRest() { epipolar_.Reset(); }
+  [[nodiscard]] const SurfaceObservation& checked() const { return checked_; }
 
  private:
-  StereoRig rig_;
-  Eigen::Isometry3d X_LS_;
-  EpipolarCheck epipolar_;
-  FrozenCheck frozen_;
+  Checks<PointsSample> checks_;
   SurfaceObservation checked_;
   double checks_us_ = 0;
+};
+
+// What the two kinds that look with a pair of cameras share.
+class PairPointTracker : public CheckedPointTracker {
+ public:
+  PairPointTracker(const Scene& scene, const StereoRig& rig)
+      : CheckedPointTracker(scene, rig),
+        rig_(rig),
+        X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
+        X_LS_(X_SL_.inverse()) {}
+  [[nodiscard]] std::optional<Eigen::Vector2d> Project(
+      const Eigen::Vector3d& p_S) const noexcept override {
+    return palpate::Project(rig_.left, X_LS_ * p_S);
+  }
+
+ protected:
+  const StereoRig rig_;
+  const Eigen::Isometry3d X_SL_;
+
+ private:
+  Eigen::Isometry3d X_LS_;
 };
 
 StereoDots::Params DotParams(const Scene& scene, const StereoRig& rig) {
@@ -93,9 +92,7 @@ class DotPointTracker final : public PairPointTracker {
  public:
   DotPointTracker(const Scene& scene, const StereoRig& rig)
       : PairPointTracker(scene, rig), params_(DotParams(scene, rig)), dots_(params_) {
-    const double distance = (scene.sense.Find<StereoCameras>()->X_SL.inverse() * scene.object.X_SO)
-                                .translation()
-                                .norm();
+    const double distance = (X_SL_.inverse() * scene.object.X_SO).translation().norm();
     radius_px_ = rig.left.fx * params_.dot_radius / distance;
   }
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
@@ -103,7 +100,7 @@ class DotPointTracker final : public PairPointTracker {
   }
   void Reset() override {
     dots_ = StereoDots(params_);
-    ForgetRest();
+    CheckedPointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return dots_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -124,23 +121,18 @@ class TexturePointTracker final : public PairPointTracker {
  public:
   TexturePointTracker(const Scene& scene, const StereoRig& rig)
       : PairPointTracker(scene, rig),
-        rig_(rig),
-        X_SL_(scene.sense.Find<StereoCameras>()->X_SL),
         options_(StereoTextureOptions::From(*scene.sense.Find<PointTracking>())),
-        distance_(scene, X_SL_),
         texture_(std::make_unique<StereoTexture>(rig_, X_SL_, options_)) {}
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
     try {
-      return Checked(texture_->Process(pair.left, pair.right, pair.sequence, pair.sensed_at), pair,
-                     &distance_);
+      return Checked(texture_->Process(pair.left, pair.right, pair.sequence, pair.sensed_at), pair);
     } catch (const std::exception&) {  // the first pictures cannot be used
-      return Checked({}, pair, &distance_);
+      return Checked({}, pair);
     }
   }
   void Reset() override {
-    distance_.Reset();
     texture_ = std::make_unique<StereoTexture>(rig_, X_SL_, options_);
-    ForgetRest();
+    CheckedPointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return texture_->started(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
@@ -152,10 +144,7 @@ class TexturePointTracker final : public PairPointTracker {
   [[nodiscard]] std::string stage() const override { return "texture"; }
 
  private:
-  StereoRig rig_;
-  Eigen::Isometry3d X_SL_;
   StereoTextureOptions options_;
-  MembraneDistance distance_;
   std::unique_ptr<StereoTexture> texture_;
 };
 
@@ -166,29 +155,23 @@ DepthPoints::Params DepthParams(const Scene& scene) {
   return params;
 }
 
-class DepthPointTracker final : public SurfacePointTracker {
+class DepthPointTracker final : public CheckedPointTracker {
  public:
   explicit DepthPointTracker(const Scene& scene)
-      : params_(DepthParams(scene)),
+      : CheckedPointTracker(scene, {}),
+        params_(DepthParams(scene)),
         X_DS_(params_.camera.X_SD.inverse()),
-        distance_(scene, params_.camera.X_SD),
         depths_(params_) {}
   const SurfaceObservation& Process(const StereoPair& pair) noexcept override {
-    checked_ = depths_.Observe(pair.left, pair.sequence, pair.sensed_at);
-    Stopwatch lap;
-    distance_.Check(&checked_);
-    if (frozen_.Check(pair.left, {})) checked_.Fail(FailedCheck::kFrozen, kFrozen);
-    checks_us_ = lap.Lap();
-    return checked_;
+    return Checked(depths_.Observe(pair.left, pair.sequence, pair.sensed_at), pair);
   }
   void Reset() override {
-    checked_ = {};
     depths_.Reset();
-    distance_.Reset();
+    CheckedPointTracker::Reset();
   }
   [[nodiscard]] bool at_rest_known() const override { return depths_.at_rest_known(); }
   [[nodiscard]] Eigen::Vector2d PlaceInPicture(std::size_t i) const noexcept override {
-    const bool seen = i < checked_.points.size() && checked_.points[i].seen;
+    const bool seen = i < checked().points.size() && checked().points[i].seen;
     return seen ? depths_.place(i) : kUnseen;
   }
   [[nodiscard]] std::optional<Eigen::Vector2d> Project(
@@ -201,17 +184,12 @@ class DepthPointTracker final : public SurfacePointTracker {
   }
   [[nodiscard]] double radius_px() const override { return 0.5 * params_.cell; }
   [[nodiscard]] int rest_pictures() const override { return params_.rest_pictures; }
-  [[nodiscard]] double checks_us() const override { return checks_us_; }
   [[nodiscard]] std::string stage() const override { return "depth"; }
 
  private:
   DepthPoints::Params params_;
   Eigen::Isometry3d X_DS_;
-  MembraneDistance distance_;
   DepthPoints depths_;
-  FrozenCheck frozen_{kLearntFrom};
-  SurfaceObservation checked_;
-  double checks_us_ = 0;
 };
 
 constexpr const char* kNoWindow =

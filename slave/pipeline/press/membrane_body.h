@@ -7,17 +7,13 @@
 
 #include <Eigen/Core>
 
+#include "slave/checks/load/fit_sample.h"
+#include "slave/contact/surface_contact.h"
 #include "slave/mechanics/membrane/dome_shape.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/press/membrane_press.h"
 
 namespace palpate {
-
-// Points at rest off the scene's shape, rms by the dome's height: more is another dome.
-inline constexpr double kTrueDome = 0.04;
-// Off the computed deflection, rms by the deepest one; 0.11 on a recorded press whose force is
-// right.
-inline constexpr double kTrueDent = 0.15;
 
 // The membrane's own air answers the press (InflatedMembrane::Params::air_stiffness): no pressure
 // sensor is read. Loads are even pressures on the tool's round patch; what pulls is no load.
@@ -26,7 +22,7 @@ class MembraneBody final : public LoadIdentifier {
   // `patch`: diameter of the tool's contact [m], > 0; indentations deeper than half of it turn the
   // surface by more than the linear model counts and are extrapolated. Throws std::invalid_argument
   // naming the parameter. `rest`: points at rest must lie on it, where it is known.
-  MembraneBody(InflatedMembrane membrane, double patch, std::optional<Ellipsoid> rest = {});
+  MembraneBody(InflatedMembrane membrane, double patch, const std::optional<Ellipsoid>& rest = {});
 
   SurfaceLoad Fit(const std::vector<SurfacePoint>& points_O) noexcept override;
   Press PressAt(const Eigen::Vector3d& p_O, double depth) noexcept override;
@@ -39,14 +35,11 @@ class MembraneBody final : public LoadIdentifier {
   [[nodiscard]] const ModelInfo& info() const override { return info_; }
 
  private:
-  [[nodiscard]] bool HasRestShape(const std::vector<SurfacePoint>& points_O) const noexcept;
-  [[nodiscard]] bool ComesOut(const std::vector<SurfacePoint>& points_O) const noexcept;
-  void CheckFit(const std::vector<SurfacePoint>& points_O) noexcept;
-
   ModelInfo info_;
   MembranePress press_;
+  SurfaceContact contact_;
   double patch_;
-  std::optional<Ellipsoid> rest_;
+  Checks<FitSample> checks_;
   SurfaceLoad load_;
 };
 

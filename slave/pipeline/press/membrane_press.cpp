@@ -16,7 +16,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kLeastPoints = 10;  // place, force, pressure, and some to spare
+// Points of a reading [-]. [derived: position, force, pressure, and some to spare]
+constexpr int kLeastPoints = 10;
 
 MembranePress::Params Checked(const MembranePress::Params& params) {
   const auto number = [](const std::string& name, double value, bool accepted,

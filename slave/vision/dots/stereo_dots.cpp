@@ -18,10 +18,6 @@ namespace {
 // Neighbours are as far from each other as the layout says, within so much: a membrane stretches
 // little, but an array taken for its own shifted copy lies at another depth, and has another size.
 constexpr double kSizeTolerance = 0.12;
-constexpr std::string_view kOtherSize =
-    "the distances of the dots differ from the layout: check the rig and the layout";
-constexpr std::string_view kElsewhere =
-    "the positions of the dots differ from the layout: check the pose and the layout";
 
 bool Fits(const cv::Mat& image, const Lens& lens) {
   return image.dims == 2 && image.type() == CV_8UC1 && image.data != nullptr &&
@@ -96,7 +92,6 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   ++observation_.sequence;
   observation_.sensed_at = sensed_at;
   observation_.found = false;
-  observation_.Set({Validity::kValid});
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;
   const bool in_left = eyes_[0].Process(left), in_right = eyes_[1].Process(right);
@@ -123,7 +118,7 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   }
   if (!was_known) TakeRest();
   observation_.found = was_known && seen >= 3;
-  if (was_known) CheckRest();
+  if (was_known) CompareRest();
   return observation_;
 }
 
@@ -218,8 +213,8 @@ void StereoDots::TakeRest() noexcept {
   }
 }
 
-// What the rest frame says against the rig, the pose and the layout.
-void StereoDots::CheckRest() noexcept {
+// With the layout.
+void StereoDots::CompareRest() noexcept {
   const Eigen::Isometry3d X_OS = params_.X_SO.inverse();
   Eigen::Vector2d aside(0, 0);
   double apart = 0;
@@ -230,8 +225,7 @@ void StereoDots::CheckRest() noexcept {
     apart += (params_.layout[Index(neighbours.front())] - params_.layout[k]).norm();
   }
   observation_.scale_error = std::abs(rest_sizes_ / rest_taken_ - 1);
-  if (observation_.scale_error > kTrueSize) observation_.Fail(FailedCheck::kScale, kOtherSize);
-  if (aside.norm() > kTruePlace * apart) observation_.Fail(FailedCheck::kRegistration, kElsewhere);
+  observation_.place_error = apart > 0 ? aside.norm() / apart : 0;
 }
 
 }  // namespace palpate

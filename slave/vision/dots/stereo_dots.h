@@ -19,11 +19,6 @@ namespace palpate {
 // Not thread-safe. Allocates in the first images only.
 class StereoDots {
  public:
-  // Deviations at rest that are not flagged: forces rise with the third power of the scale.
-  static constexpr double kTrueSize = 0.015;  // of the array's size by the layout's
-  static constexpr double kTruePlace =
-      0.25;  // along the plane, relative to the distance of neighbours
-
   struct Params {
     StereoRig rig;
     Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();
@@ -44,8 +39,7 @@ class StereoDots {
   // Processes one pair: 8-bit grey, of the lenses' sizes. One point per dot, in the order of the
   // layout. `found` is false while the rest shape is measured, if the array is not in both images,
   // if its size differs from the layout, and for unusable images. A dot that was not visible while
-  // the rest shape was measured is never visible. Flagged: an array whose size or position in O at
-  // rest differs from the layout. Valid until the next call.
+  // the rest shape was measured is never visible. Valid until the next call.
   const SurfaceObservation& Observe(const cv::Mat& left, const cv::Mat& right,
                                     Time sensed_at) noexcept;
 
@@ -61,7 +55,7 @@ class StereoDots {
   [[nodiscard]] std::optional<Triangulated> Place(std::size_t k,
                                                   const Eigen::Vector3d& n_L) const noexcept;
   void TakeRest() noexcept;
-  void CheckRest() noexcept;
+  void CompareRest() noexcept;
 
   Params params_;
   std::array<DotTracker, 2> eyes_;

@@ -9,7 +9,10 @@ namespace palpate {
 namespace {
 
 // Rays less than about 1e-7 rad apart say nothing of depth.
-constexpr double kParallel = 1e-14;  // squared sine
+// Squared sine of the angle of parallel rays [-]. [derived: rounding]
+constexpr double kParallel = 1e-14;
+// Newton steps, of which a few are needed [-]. [derived: they converge quadratically]
+constexpr int kMostSteps = 30;
 
 struct Meeting {
   Eigen::Vector3d p_L;  // between the rays where they are nearest
@@ -88,8 +91,6 @@ std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_
   if (!seen.allFinite()) return std::nullopt;
   // Newton, from the picture itself: from below on a barrel's curve, from above on a pincushion's,
   // so it does not pass the end of the invertible range where there is an answer within it.
-  constexpr int kMostSteps = 30;
-  constexpr double kSettled = 1e-14;
   Eigen::Vector2d ray = seen;
   for (int i = 0; i < kMostSteps; ++i) {
     const Distorted at = Distort(lens, ray);
@@ -97,7 +98,7 @@ std::optional<Eigen::Vector2d> RayOf(const Lens& lens, const Eigen::Vector2d& p_
     const Eigen::Vector2d step = at.jacobian.inverse() * (seen - at.ray);
     ray += step;
     if (!ray.allFinite()) return std::nullopt;
-    if (step.squaredNorm() <= kSettled * kSettled * (1 + ray.squaredNorm())) break;
+    if (step.squaredNorm() <= 1e-28 * (1 + ray.squaredNorm())) break;
   }
   const double miss = (Distort(lens, ray).ray - seen).norm();
   if (!(miss <= 1e-12 * (1 + seen.norm())) || !IsInvertibleOutTo(lens, ray)) return std::nullopt;
@@ -158,7 +159,6 @@ std::optional<Triangulated> Triangulate(const StereoRig& rig, const Eigen::Vecto
   out.p_L = meeting->p_L;
   out.miss_px = meeting->gap * std::sqrt(rig.left.fx * rig.left.fy) / meeting->p_L.z();
   // From the rays' middle the nearest place in the pictures is a step or two away.
-  constexpr int kMostSteps = 8;
   Eigen::Matrix3d inverse;
   for (int i = 0; i < kMostSteps; ++i) {
     const auto normal = Misses(rig, out.p_L, left_I, right_I);

@@ -32,14 +32,14 @@
 namespace palpate {
 namespace {
 
-constexpr int kLargestPicture = 16384;            // [px]
-constexpr std::uintmax_t kLargestFile = 1 << 20;  // [bytes]
-// What no lens has: a pinhole of a millionth of a pixel sees nothing, one of 1e9 px sees a point.
-constexpr double kShortest = 1e-3, kLongest = 1e9;   // focal lengths [px]
-constexpr double kFarthestCentre = 1e6;              // of a picture from its corner [px]
-constexpr double kStrongest = 1e6;                   // distortion [-]
-constexpr double kNearest = 1e-12, kFarthest = 1e3;  // cameras from each other [m]
-constexpr double kWorstRms = 1e6;                    // [px]
+// Accepted values, beyond what any rig has [by definition]: size of an image [px] and of a file
+// [bytes].
+constexpr int kLargestPicture = 16384;
+constexpr std::uintmax_t kLargestFile = 1 << 20;  // [by definition]
+// Focal length [px], distance of the cameras [m], and the largest centre of an image [px],
+// distortion [-] and rms [px]. [by definition]
+constexpr double kShortest = 1e-3, kLongest = 1e9, kNearest = 1e-12, kFarthest = 1e3,
+                 kLargest = 1e6;
 
 class RigReader {
  public:
@@ -58,7 +58,7 @@ class RigReader {
     const bool is_pair = Has(root_, "left") || Has(root_, "right");
     rig.left = ReadLens(is_pair ? Child(root_, "left", "left") : root_, is_pair ? "left." : "");
     if (Has(root_, "rms_px")) rig.rms_px = Number(root_["rms_px"], "rms_px");
-    RequireRange("rms_px", rig.rms_px, 0, kWorstRms, "a distance in pixels");
+    RequireRange("rms_px", rig.rms_px, 0, kLargest, "a distance in pixels");
     if (!is_pair) return rig;
     rig.right = ReadLens(Child(root_, "right", "right"), "right.");
     const std::vector<double> R = Matrix(root_, "R", "R"), T = Matrix(root_, "T", "T");
@@ -136,8 +136,8 @@ class RigReader {
     const std::string name = at + "camera_matrix: ";
     RequireRange(name + "fx", lens.fx, kShortest, kLongest, "a focal > 0 [px]");
     RequireRange(name + "fy", lens.fy, kShortest, kLongest, "a focal > 0 [px]");
-    RequireRange(name + "cx", lens.cx, -kFarthestCentre, kFarthestCentre, "a centre [px]");
-    RequireRange(name + "cy", lens.cy, -kFarthestCentre, kFarthestCentre, "a centre [px]");
+    RequireRange(name + "cx", lens.cx, -kLargest, kLargest, "a centre [px]");
+    RequireRange(name + "cy", lens.cy, -kLargest, kLargest, "a centre [px]");
     if (K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1) {
       Refuse(at + "camera_matrix: accepted is [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
     }
@@ -147,7 +147,7 @@ class RigReader {
     for (std::size_t i = 0; i < d.size(); ++i) {
       if (i < lens.distortion.size()) {
         lens.distortion[i] = d[i];
-        RequireRange(at + "distortion_coefficients", d[i], -kStrongest, kStrongest, "a number");
+        RequireRange(at + "distortion_coefficients", d[i], -kLargest, kLargest, "a number");
       } else if (d[i] != 0) {
         Refuse(at + "distortion_coefficients: accepted is k1 k2 p1 p2 k3 (plumb bob); this lens " +
                "has more");

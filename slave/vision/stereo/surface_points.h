@@ -37,10 +37,12 @@ struct SurfaceObservation : Verdict {
   Time sensed_at{};
   bool found = false;  // enough points for an estimate
   std::vector<SurfacePoint> points;
-  double epipolar_px =
-      0;  // rms of the ray distances minus those at rest [px]; 0: not a stereo pair
+  // rms of the ray distances minus those at rest [px]; 0: not a stereo pair.
+  double epipolar_px = 0;
   double scale_error = 0;  // by which their distances may be wrong, a share [-]
-  double skew = 0;         // time between right and left image by their timestamps [s]
+  double place_error =
+      0;            // at rest, along the surface by the distance of neighbours [-]; 0: unknown
+  double skew = 0;  // time between right and left image by their timestamps [s]
   // One sigma of the time relative to the timestamps [pair periods]; 0: not a stereo pair.
   double moment_sigma = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/pipeline/load/plate_limits.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
 
 namespace palpate {
@@ -39,7 +40,7 @@ TEST(EvenChoiceTest, OfManyThereIsOneEverywhere) {
   GridSubsample choice(kRadius);
   const auto points = Grid(60);
   const std::vector<int>& chosen = choice.Of(points);
-  EXPECT_LE(chosen.size(), static_cast<std::size_t>(GridSubsample::kMost));
+  EXPECT_LE(chosen.size(), static_cast<std::size_t>(PlateLimits::kMostPoints));
   EXPECT_GE(chosen.size(), 100U);
   for (const SurfacePoint& point : points) {
     if (point.p_S_rest.head<2>().norm() > kRadius) continue;

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/pipeline/load/plate_limits.h"
 #include "slave/pipeline/load/robust_plate_fit.h"
 #include "tests/slave/pipeline/points/felt_membrane.h"
 #include "tests/slave/pipeline/points/membrane_scene.h"
@@ -154,7 +155,7 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
   EXPECT_NEAR(felt.force->z(), 2, 0.02 * 2);
   RobustPlateFit fit(FinerPlate(), kToolWidth);
   const int used = fit.Fit(seen.points).points;
-  EXPECT_LE(used, GridSubsample::kMost);
+  EXPECT_LE(used, PlateLimits::kMostPoints);
   EXPECT_GE(used, 100);
   const long before = AllocationCount();
   seen.points[7].seen = seen.points[300].seen = false;

@@ -1,4 +1,4 @@
-#include "slave/pipeline/load/rest_shape.h"
+#include "slave/checks/load/flat_at_rest.h"
 
 #include <functional>
 #include <random>

@@ -1,4 +1,4 @@
-#include "slave/vision/stereo/epipolar_check.h"
+#include "slave/checks/points/epipolar.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,18 +8,28 @@
 #include <Eigen/Cholesky>
 
 #include "shared/statistics/robust.h"
+#include "slave/checks/points/noise_limits.h"
 
 namespace palpate {
 namespace {
 
+// Points of a motion [-]. [derived: two for each unknown]
 constexpr int kLeastPoints = 8;
-constexpr double kStandsOut = 4.5;    // of the scatter: a point that is another thing
-constexpr double kLeastSigma = 5e-3;  // [px]
-constexpr double kSigmas = 5;         // at which something is told from noise
-constexpr double kRemembered = 0.97;  // of what a pair told of its lag, by the next one
-constexpr double kKept = 0.999;       // of it by one that tells nothing: clocks part slowly
-constexpr double kNoMore = 1.1;       // than the noise that pictures say: what may still be that
-constexpr double kNoLess = 0.2;       // likewise: what stands still shows no noise
+// Sigma of a point, at least [px].
+constexpr double kLeastSigma = 5e-3;
+// Share of what a pair told of its lag that the next one keeps [-].
+constexpr double kRemembered = 0.97;
+// The same for one that tells nothing, because clocks drift slowly [-]. [tuned: epipolar_test, what
+// stands still after a motion]
+constexpr double kKept = 0.999;
+// Scatter at rest that may be the noise of the images alone, by that noise [-]. [tuned:
+// epipolar_test, a scatter of 0.1 to 1.5 of the noise]
+constexpr double kNoLess = 0.2, kNoMore = 1.1;
+// Of a position's change between two images, squared, by that of the miss: what noise makes of it
+// [-]. [derived: the mean of two images in each of two pairs, against their difference]
+constexpr double kNoiseMoves = 0.5;
+// Motion by that of noise; less says nothing of instants [-]. [tuned: skew_test]
+constexpr double kMoves = 3;
 
 constexpr std::string_view kMoved =
     "the distance between left and right rays is larger than at rest: one camera has moved";
@@ -40,10 +50,6 @@ struct Share {
     count += sign * other.count;
   }
 };
-
-// Of a place's change between two pictures, squared, by that of the miss: what noise makes of it.
-constexpr double kNoiseMoves = 0.5;
-constexpr double kMoves = 3;  // times that, at least: less says nothing of instants
 
 double Square(double x) {
   return x * x;
@@ -66,15 +72,16 @@ void EpipolarCheck::Stamps::Learn(double motion, double product) noexcept {
 }
 
 bool EpipolarCheck::Stamps::AreWrong() const noexcept {
-  return std::abs(late) > kSigmas * std::sqrt(weight) && std::abs(late) > kMostLag * weight;
+  return std::abs(late) > NoiseLimits::kStandsOut * std::sqrt(weight) &&
+         std::abs(late) > PointsLimits::kMostLag * weight;
 }
 
 // Before anything has moved, as much as is not doubted; then what is seen, and how far pairs differ
 // among themselves by more than noise (R. DerSimonian, N. Laird, Controlled Clinical Trials 7,
 // 1986).
 double EpipolarCheck::Stamps::Sigma() const noexcept {
-  const double unknown = kMostLag * kMostLag;
-  if (!(weight > 0)) return kMostLag;
+  const double unknown = PointsLimits::kMostLag * PointsLimits::kMostLag;
+  if (!(weight > 0)) return PointsLimits::kMostLag;
   const double known = unknown / (unknown + 1 / weight);
   const double mean = late / weight;
   const double apart = square - late * mean - (pairs - 1);
@@ -83,7 +90,8 @@ double EpipolarCheck::Stamps::Sigma() const noexcept {
   return std::sqrt(Square(known * mean) + known / weight + jitter);
 }
 
-void EpipolarCheck::Process(SurfaceObservation* seen) noexcept {
+void EpipolarCheck::Examine(const PointsSample& sample, Findings* findings) noexcept {
+  SurfaceObservation* const seen = &sample.seen;
   if (rows_.size() != seen->points.size()) {
     rows_.assign(seen->points.size(), {});
     sorted_.reserve(rows_.size());
@@ -100,7 +108,6 @@ void EpipolarCheck::Process(SurfaceObservation* seen) noexcept {
   for (const SurfacePoint& point : seen->points) any |= point.seen;
   const bool takes_rest = any && taken_ < rest_pictures_;
   for (std::size_t i = 0; i < rows_.size(); ++i) Read(seen->points[i], takes_rest, &rows_[i]);
-  offset_px_ = noise_px_ = 0;
   if (takes_rest && ++taken_ == rest_pictures_) {
     double square = 0, degrees = 0;
     for (const Row& row : rows_) {
@@ -116,8 +123,8 @@ void EpipolarCheck::Process(SurfaceObservation* seen) noexcept {
   const bool as_said = kNoLess < scatter_at_rest_ && scatter_at_rest_ < kNoMore;
   for (SurfacePoint& point : seen->points) point.errs_by_noise_alone = as_said;
   if (taken_ < rest_pictures_) return;
-  CheckRest(seen);
-  if (ExplainByMotion()) CheckPair(seen);
+  CheckRest(*seen, findings);
+  if (ExplainByMotion()) CheckPair(seen, findings);
   // The middle of the two is off by half of what one of them is.
   seen->moment_sigma = stamps_.Sigma() / 2;
 }
@@ -175,7 +182,7 @@ void EpipolarCheck::Sift() noexcept {
   }
   scatter_ = std::max(1.0, SigmaOfSizes(sorted_));
   for (Row& row : rows_) {
-    row.kept = row.counts && std::abs(Residual(row)) <= kStandsOut * scatter_;
+    row.kept = row.counts && std::abs(Residual(row)) <= NoiseLimits::kStandsOut * scatter_;
   }
 }
 
@@ -222,12 +229,12 @@ bool EpipolarCheck::IsOfAnotherInstant(int lag) noexcept {
   Evidence& evidence = evidence_[static_cast<std::size_t>(lag - 1)];
   evidence.motion = kRemembered * evidence.motion + motion / scatter;
   evidence.product = kRemembered * evidence.product + product / scatter;
-  return std::abs(evidence.product) > kSigmas * std::sqrt(evidence.motion) &&
-         std::abs(evidence.product) > kMostLag * evidence.motion;
+  return std::abs(evidence.product) > NoiseLimits::kStandsOut * std::sqrt(evidence.motion) &&
+         std::abs(evidence.product) > PointsLimits::kMostLag * evidence.motion;
 }
 
 // By what of the misses at rest goes evenly across the picture, as a wrong rig's do.
-void EpipolarCheck::CheckRest(SurfaceObservation* seen) const noexcept {
+void EpipolarCheck::CheckRest(const SurfaceObservation& seen, Findings* findings) const noexcept {
   Matrix4 normal = 1e-6 * Matrix4::Identity();
   Eigen::Vector4d slope(0, 0, 0, 0);
   double square = 0;
@@ -235,7 +242,7 @@ void EpipolarCheck::CheckRest(SurfaceObservation* seen) const noexcept {
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     if (row.rest_count == 0 || !row.counts) continue;
-    const double rest = seen->points[i].miss_px - row.miss;
+    const double rest = seen.points[i].miss_px - row.miss;
     const Eigen::Vector4d even = row.sigma * row.motions;
     normal += even * even.transpose();
     slope += rest * even;
@@ -246,35 +253,39 @@ void EpipolarCheck::CheckRest(SurfaceObservation* seen) const noexcept {
   const double explained = slope.dot(normal.ldlt().solve(slope));
   const double scatter = (square - explained) / (count - kMotions);
   const double most = most_at_rest_ + 2 * rig_.rms_px;
-  if (explained > most * most * count + kMotions * kSigmas * scatter) {
-    seen->Fail(FailedCheck::kEpipolar, kOtherRig);
+  if (explained > most * most * count + kMotions * NoiseLimits::kStandsOut * scatter) {
+    findings->Fail(FailedCheck::kEpipolar, kOtherRig);
   }
 }
 
-void EpipolarCheck::CheckPair(SurfaceObservation* seen) noexcept {
-  double offset = 0, variance = 0, said = 0;
+void EpipolarCheck::CheckPair(SurfaceObservation* seen, Findings* findings) noexcept {
+  double square = 0, variance = 0, said = 0;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const Row& row = rows_[i];
     if (!row.kept) continue;
     const double moved = row.sigma * row.motions.dot(motion_);
-    offset += moved * moved;
+    square += moved * moved;
     variance += row.sigma * row.sigma;
     said += seen->points[i].sigma_px * seen->points[i].sigma_px;
   }
-  offset_px_ = std::sqrt(offset / count_);
-  noise_px_ = scatter_ * std::sqrt(variance / count_ / 2);
-  const double known = noise_px_ * std::sqrt(2.0 * kMotions / count_);
-  seen->epipolar_px = std::hypot(offset_px_, noise_px_);
-  if (offset_px_ > kMostOffset + kSigmas * known) seen->Fail(FailedCheck::kEpipolar, kMoved);
-  for (int lag = 1; lag <= kLags + 1; ++lag) {
-    if (IsOfAnotherInstant(lag)) seen->Fail(FailedCheck::kInstants, kLate);
+  // Rms over the points: what a camera motion explains, and the scatter of a position, per axis
+  // [px].
+  const double offset = std::sqrt(square / count_);
+  const double noise = scatter_ * std::sqrt(variance / count_ / 2);
+  const double known = noise * std::sqrt(2.0 * kMotions / count_);
+  seen->epipolar_px = std::hypot(offset, noise);
+  if (offset > PointsLimits::kMostOffset + NoiseLimits::kStandsOut * known) {
+    findings->Fail(FailedCheck::kEpipolar, kMoved);
   }
-  if (stamps_.AreWrong()) seen->Fail(FailedCheck::kInstants, kWrongStamps);
+  for (int lag = 1; lag <= kLags + 1; ++lag) {
+    if (IsOfAnotherInstant(lag)) findings->Fail(FailedCheck::kInstants, kLate);
+  }
+  if (stamps_.AreWrong()) findings->Fail(FailedCheck::kInstants, kWrongStamps);
   // The scatter of the misses is that of the places, which the pictures' noise alone understates
   // where they are compressed or out of focus.
   const double known_px = std::max(sigma_px_, std::sqrt(said / count_));
-  if (noise_px_ <= known_px) return;
-  const double wider = noise_px_ / known_px;
+  if (noise <= known_px) return;
+  const double wider = noise / known_px;
   for (SurfacePoint& point : seen->points) point.covariance *= wider * wider;
 }
 

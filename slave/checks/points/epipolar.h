@@ -9,8 +9,10 @@
 
 #include <Eigen/Core>
 
+#include "slave/checks/check.h"
+#include "slave/checks/points/points_limits.h"
+#include "slave/checks/points/points_sample.h"
 #include "slave/vision/stereo/rig.h"
-#include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
 
@@ -25,33 +27,24 @@ namespace palpate {
 //
 // Not seen by it: a camera that moved or an image that is late along the epipolar lines only. One
 // thread; allocation-free after the first pair with as many points.
-class EpipolarCheck {
+class EpipolarCheck final : public Check<PointsSample> {
  public:
-  static constexpr double kMostOffset = 0.5;  // of a camera that has not moved [px]
-  static constexpr double kMostAtRest = 0.5;  // for a correct rig, in addition to its own rms [px]
-  static constexpr double kMostLag = 0.2;     // [periods]
-
   // `rest_pictures`: number whose mean defines the rest of a point, >= 1. `sigma_px`: least sigma
-  // of the points' covariances. `most_at_rest`: kMostAtRest, less for a rig that is known better.
+  // of the points' covariances. `most_at_rest`: of a correct rig, in addition to its own rms [px].
   EpipolarCheck(const StereoRig& rig, int rest_pictures, double sigma_px,
-                double most_at_rest = kMostAtRest)
+                double most_at_rest = PointsLimits::kMostAtRest)
       : rig_(rig),
         rest_pictures_(rest_pictures),
         sigma_px_(sigma_px),
         most_at_rest_(most_at_rest) {}
 
-  // Adds to `seen` its flag, the uncertainty of the time (sensed_at, skew), and whether its points
-  // have only noise; widens their covariances if the ray distances scatter by more than the image
-  // noise.
-  void Process(SurfaceObservation* seen) noexcept;
-  void Reset() { rows_.clear(); }
-
-  // For the last pair, rms over its points: the part that camera motion explains, and the scatter
-  // of one point's position, per axis [px].
-  [[nodiscard]] double offset_px() const { return offset_px_; }
-  [[nodiscard]] double noise_px() const { return noise_px_; }
+  // Sets the uncertainty of the time (sensed_at, skew), and whether the points have only noise;
+  // widens their covariances if the ray distances scatter by more than the image noise.
+  void Examine(const PointsSample& sample, Findings* findings) noexcept override;
+  void Reset() noexcept override { rows_.clear(); }
 
  private:
+  // Lags [image periods] and unknowns of a motion [-]. [by definition]
   static constexpr int kLags = 6, kMotions = 4;
   struct Row {  // of a point
     double rest_miss = 0, rest_square = 0, rest_place = 0;
@@ -83,8 +76,8 @@ class EpipolarCheck {
     return row.miss / row.sigma - row.motions.dot(motion_);
   }
   bool IsOfAnotherInstant(int lag) noexcept;
-  void CheckRest(SurfaceObservation* seen) const noexcept;
-  void CheckPair(SurfaceObservation* seen) noexcept;
+  void CheckRest(const SurfaceObservation& seen, Findings* findings) const noexcept;
+  void CheckPair(SurfaceObservation* seen, Findings* findings) noexcept;
 
   StereoRig rig_;
   int rest_pictures_;
@@ -104,7 +97,6 @@ class EpipolarCheck {
   // Scatter of a point's ray distance at rest for its image noise; infinite: unknown.
   double scatter_at_rest_ = std::numeric_limits<double>::infinity();
   double noise_at_rest_ = 1;  // least scatter to use
-  double offset_px_ = 0, noise_px_ = 0;
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "slave/vision/stereo/frozen_check.h"
+#include "slave/checks/repeat_detector.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,12 +9,17 @@
 namespace palpate {
 namespace {
 
+// Rows of which one is compared [-].
 constexpr int kEveryRow = 8;
-// Pixels of a row: a repeat by chance is one in 10^13 at two levels' noise.
+// Length of a piece of a row [px]. [derived: a repeat by chance is one in 10^13 at a noise of two
+// levels]
 constexpr int kPiece = 16;
+// Pieces that repeat; fewer may be an accident [-]. [tuned: repeat_detector_test]
+constexpr int kLeastParts = 4;
+// Fowler's, Noll's and Vo's hash [-]. [by definition]
 constexpr std::uint64_t kStart = 14695981039346656037ULL;
 
-// Fowler's, Noll's and Vo's hash, eight bytes at a time.
+// Eight bytes at a time.
 void Mix(std::uint64_t word, std::uint64_t* digest) noexcept {
   *digest = (*digest ^ word) * 1099511628211ULL;
   *digest ^= *digest >> 32;
@@ -36,15 +41,15 @@ bool IsEven(const std::uint8_t* piece, std::size_t pixel) noexcept {
 
 }  // namespace
 
-void FrozenCheck::Digest(const cv::Mat& picture, Digests* digests) {
+void RepeatDetector::Digest(const cv::Mat& image, Digests* digests) const {
   digests->whole = kStart;
   digests->parts.clear();
-  if (picture.dims != 2 || picture.data == nullptr) return;
-  const std::size_t pixel = picture.elemSize(), bytes = kPiece * pixel;
-  digests->parts.reserve(picture.total() / (kPiece * kEveryRow) + kPiece);
-  for (int y = 0; y < picture.rows; y += kEveryRow) {
-    const std::uint8_t* row = picture.ptr<std::uint8_t>(y);
-    for (int x = 0; x + kPiece <= picture.cols; x += kPiece) {
+  if (image.dims != 2 || image.data == nullptr) return;
+  const std::size_t pixel = image.elemSize(), bytes = kPiece * pixel;
+  if (params_.parts) digests->parts.reserve(image.total() / (kPiece * kEveryRow) + kPiece);
+  for (int y = 0; y < image.rows; y += kEveryRow) {
+    const std::uint8_t* row = image.ptr<std::uint8_t>(y);
+    for (int x = 0; x + kPiece <= image.cols; x += kPiece) {
       const std::uint8_t* piece = row + static_cast<std::size_t>(x) * pixel;
       std::uint64_t part = kStart;
       for (std::size_t k = 0; k < bytes; k += sizeof(part)) {
@@ -53,12 +58,12 @@ void FrozenCheck::Digest(const cv::Mat& picture, Digests* digests) {
         Mix(word, &part);
       }
       Mix(part, &digests->whole);
-      digests->parts.push_back(IsEven(piece, pixel) ? 0 : part);
+      if (params_.parts) digests->parts.push_back(IsEven(piece, pixel) ? 0 : part);
     }
   }
 }
 
-int FrozenCheck::Repeats(const Digests& now, const Digests& before) noexcept {
+int RepeatDetector::Repeats(const Digests& now, const Digests& before) noexcept {
   if (now.parts.size() != before.parts.size()) return 0;
   int count = 0;
   for (std::size_t i = 0; i < now.parts.size(); ++i) {
@@ -67,10 +72,10 @@ int FrozenCheck::Repeats(const Digests& now, const Digests& before) noexcept {
   return count;
 }
 
-// Compressed pictures of a still scene repeat each other's pieces, whichever two they are.
-bool FrozenCheck::HasOldParts(const Eye& eye) noexcept {
+// Compressed images of a still scene repeat each other's pieces, whichever two they are.
+bool RepeatDetector::HasOldParts(const Eye& eye) noexcept {
   const int first = Repeats(eye.now, eye.first), last = Repeats(eye.now, eye.last);
-  if (seen_ < learning_) {
+  if (seen_ < params_.learning) {
     like_first_ += seen_ > 1 ? first : 0;
     like_last_ += seen_ > 1 ? last : 0;
     return false;
@@ -80,24 +85,25 @@ bool FrozenCheck::HasOldParts(const Eye& eye) noexcept {
   return stand_out(like_first_, like_last_) && stand_out(first, last);
 }
 
-bool FrozenCheck::Check(const cv::Mat& left, const cv::Mat& right) noexcept try {
+Repeat RepeatDetector::Find(const cv::Mat& left, const cv::Mat& right) noexcept try {
   bool repeated = false, partly = false;
   for (const int side : {0, 1}) {
-    const cv::Mat& picture = side == 0 ? left : right;
+    const cv::Mat& image = side == 0 ? left : right;
     Eye& eye = eyes_[static_cast<std::size_t>(side)];
-    if (picture.empty()) continue;
-    Digest(picture, &eye.now);
+    if (image.empty()) continue;
+    Digest(image, &eye.now);
     const bool whole = seen_ > 0 && eye.now.whole == eye.last.whole;
     repeated |= whole;
     if (seen_ == 0) eye.first = eye.now;
     if (seen_ > 0 && !whole) partly |= HasOldParts(eye);
     std::swap(eye.last, eye.now);
   }
-  has_noise_ |= !repeated && seen_ > 0 && seen_ < learning_;
+  has_noise_ |= !repeated && seen_ > 0 && seen_ < params_.learning;
   ++seen_;
-  return has_noise_ && (repeated || partly);
+  if (!has_noise_ || !(repeated || partly)) return Repeat::kNothing;
+  return repeated ? Repeat::kWhole : Repeat::kParts;
 } catch (const std::exception&) {  // out of memory
-  return false;
+  return Repeat::kNothing;
 }
 
 }  // namespace palpate

@@ -1,8 +1,10 @@
-#include "slave/pipeline/points/membrane_distance.h"
+#include "slave/checks/points/membrane_distance.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "slave/checks/points/points_limits.h"
 
 namespace palpate {
 namespace {
@@ -34,45 +36,45 @@ class MembraneDistanceTest : public testing::Test {
     }
     return seen;
   }
-  [[nodiscard]] FailedCheck Checked(MembraneDistance* distance, double farther) const {
-    SurfaceObservation seen = Seen(farther);
-    distance->Check(&seen);
-    EXPECT_NEAR(seen.scale_error, std::abs(farther), 1e-9);
-    return seen.check;
+  FailedCheck Examine(MembraneDistanceCheck* distance, SurfaceObservation seen) {
+    Findings findings;
+    distance->Examine({{}, {}, seen}, &findings);
+    scale_error_ = seen.scale_error;
+    return findings.verdict.check;
+  }
+  FailedCheck Checked(MembraneDistanceCheck* distance, double farther) {
+    return Examine(distance, Seen(farther));
   }
 
   Scene scene_;
   Isometry3d X_SE_;
+  double scale_error_ = 0;
 };
 
 TEST_F(MembraneDistanceTest, DepthsThatAreWrongByAShareAreDoubted) {
   for (const double farther : {-0.05, -0.02, -0.01, 0.0, 0.01, 0.02, 0.05}) {
-    MembraneDistance distance(scene_, X_SE_);
-    EXPECT_EQ(Checked(&distance, farther), std::abs(farther) > MembraneDistance::kTrue
+    MembraneDistanceCheck distance(scene_, X_SE_);
+    EXPECT_EQ(Checked(&distance, farther), std::abs(farther) > PointsLimits::kTrueSize
                                                ? FailedCheck::kScale
                                                : FailedCheck::kNone)
         << farther;
+    EXPECT_NEAR(scale_error_, std::abs(farther), 1e-9);
   }
 }
 
 TEST_F(MembraneDistanceTest, TheFirstTellsUntilTheRestIsTakenAnew) {
-  MembraneDistance distance(scene_, X_SE_);
+  MembraneDistanceCheck distance(scene_, X_SE_);
   EXPECT_EQ(Checked(&distance, 0.05), FailedCheck::kScale);
-  SurfaceObservation nothing, seen = Seen(0);
-  distance.Check(&nothing);
-  EXPECT_EQ(nothing.check, FailedCheck::kNone);
-  distance.Check(&seen);
-  EXPECT_EQ(seen.check, FailedCheck::kScale);
+  EXPECT_EQ(Examine(&distance, SurfaceObservation()), FailedCheck::kNone);
+  EXPECT_EQ(Checked(&distance, 0), FailedCheck::kScale);
   distance.Reset();
   EXPECT_EQ(Checked(&distance, 0), FailedCheck::kNone);
 }
 
 TEST_F(MembraneDistanceTest, OtherObjectsAreNotJudged) {
   scene_.object.geometry = BoxGeometry{};
-  MembraneDistance distance(scene_, X_SE_);
-  SurfaceObservation seen = Seen(0.5);
-  distance.Check(&seen);
-  EXPECT_EQ(seen.check, FailedCheck::kNone);
+  MembraneDistanceCheck distance(scene_, X_SE_);
+  EXPECT_EQ(Checked(&distance, 0.5), FailedCheck::kNone);
 }
 
 }  // namespace

@@ -1,16 +1,13 @@
-// Checks whether a membrane that is flat in the scene is flat at rest: a bulging or indented one
-// does not respond as the plate does.
+// A membrane that is flat in the scene is flat at rest: a bulging or indented one does not respond
+// as the plate does.
 #pragma once
 
 #include <vector>
 
-#include "slave/vision/stereo/surface_points.h"
+#include "slave/checks/load/fit_sample.h"
+#include "slave/checks/load/load_limits.h"
 
 namespace palpate {
-
-// Relative to the thickness: a shell of this height is some percent stiffer than the plate. Half of
-// it, as rms.
-inline constexpr double kFlatHeight = 0.2;
 
 // Deviation of the points at rest from a plane, frame O. The pose of the plane depends on the
 // camera pose and changes no force.
@@ -25,5 +22,20 @@ RestShape RestShapeOf(const std::vector<SurfacePoint>& points_O, double radius) 
 
 // Whether bulge and noise are below what matters to a plate of this thickness [m].
 bool IsFlat(const RestShape& shape, double thickness) noexcept;
+
+class FlatAtRestCheck final : public Check<FitSample> {
+ public:
+  // Of the membrane [m].
+  FlatAtRestCheck(double radius, double thickness) : radius_(radius), thickness_(thickness) {}
+
+  void Examine(const FitSample& sample, Findings* findings) noexcept override {
+    if (IsFlat(RestShapeOf(sample.points_O, radius_), thickness_)) return;
+    findings->Fail(FailedCheck::kRestShape,
+                   "the membrane was not flat at rest: bulging, or already in contact");
+  }
+
+ private:
+  double radius_, thickness_;
+};
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "slave/pipeline/load/rest_shape.h"
+#include "slave/checks/load/flat_at_rest.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,9 @@
 namespace palpate {
 namespace {
 
+// Points of a fit [-]. [derived: four unknowns, and two to spare]
 constexpr int kLeastPoints = 6;
+// From which on a deviation is told from noise [sigma]. [tuned: flat_at_rest_test]
 constexpr double kSigmas = 4;
 
 bool Counts(const SurfacePoint& point, double radius) noexcept {
@@ -47,7 +49,7 @@ RestShape RestShapeOf(const std::vector<SurfacePoint>& points_O, double radius) 
 }
 
 bool IsFlat(const RestShape& shape, double thickness) noexcept {
-  const double most = kFlatHeight * thickness;
+  const double most = LoadLimits::kFlatHeight * thickness;
   return std::abs(shape.height) <= std::max(most, kSigmas * shape.sigma_height) &&
          shape.rms <= std::max(most / 2, kSigmas * shape.sigma_rms);
 }

@@ -1,0 +1,54 @@
+#include "slave/checks/load/encoder_depth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// Difference of the two depths without an error: by the larger side, by the depth [-]. [tuned:
+// depth late]
+constexpr double kParts = 0.0012, kShare = 0.02;
+// Distance of a load from the tip [sigma]. [tuned: surface_doubts_test, a dent that is not under
+// the tip]
+constexpr double kPlaceSigmas = 3;
+// From which on they disagree: by the force, by the larger side [-]. [tuned: depth late]
+constexpr double kFlags = 0.1, kFar = 0.001;
+// That must agree again [images]. [tuned: depth late]
+constexpr int kDistrust = 3;
+
+}  // namespace
+
+void EncoderDepthCheck::Examine(const LoadSample& sample, Findings* findings) noexcept {
+  if (!sample.tool) return;
+  const ToolReading& tool = *sample.tool;
+  const SurfaceLoad& load = sample.load;
+  const double moved = std::abs(tool.depth - std::exchange(last_depth_, tool.depth));
+  if (!IsForceKnown(load.validity)) return;
+  const bool seen = load.force != 0;
+  const double apart = tool.lag * moved + kParts * sample.size;
+  const double beside = (load.p_O - tool.p_O).norm() - kNear * sample.size;
+  if (seen && beside > 0) {
+    if (tool.depth > apart && beside > kPlaceSigmas * load.sigma_place) {
+      findings->Fail(FailedCheck::kArm,
+                     "the manipulator is in contact where the surface is not indented: a camera or "
+                     "the manipulator has moved");
+    }
+    return;
+  }
+  const double depth = seen ? std::max(0.0, load.depth) : 0;
+  // What is beyond that is somebody's error, and nobody knows whose.
+  const double beyond = std::abs(tool.depth - depth) - apart - kShare * std::max(tool.depth, depth);
+  const double sigma = tool.stiffness * std::max(beyond, 0.0);
+  distrust_ = sigma < kFlags * std::abs(load.force) || beyond < kFar * sample.size
+                  ? std::max(0, distrust_ - 1)
+                  : kDistrust;
+  if (distrust_ > 0) {
+    findings->Fail(FailedCheck::kInstants,
+                   "the surface is less deep than the tip by the encoders: image latency, or a "
+                   "camera or the manipulator has moved");
+  }
+  if (std::isfinite(sigma)) findings->Widen(sigma);
+}
+
+}  // namespace palpate

@@ -1,0 +1,26 @@
+// The surface is indented where and as deep as the encoders report the tip: images of another
+// instant are right in themselves.
+#pragma once
+
+#include <utility>
+
+#include "slave/checks/load/load_sample.h"
+
+namespace palpate {
+
+class EncoderDepthCheck final : public Check<LoadSample> {
+ public:
+  // Distance from which a load is another tool's, by the larger side [-]. [tuned:
+  // surface_doubts_test, a dent that is not under the tip]
+  static constexpr double kNear = 0.1;
+
+  // A load elsewhere than under the tip is another's, but where the tip presses there must be one.
+  void Examine(const LoadSample& sample, Findings* findings) noexcept override;
+  void Reset() noexcept override { distrust_ = 0; }
+
+ private:
+  double last_depth_ = 0;  // of the tip [m]
+  int distrust_ = 0;       // images until cameras and encoders are trusted again
+};
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// Limits of the checks of a stereo pair or depth camera, as `check` prints them. Rows are those of
+// the robustness suite.
+#pragma once
+
+namespace palpate {
+
+struct PointsLimits {
+  // First pairs, which show what rays and images are like at rest [-]. [derived: the ten pairs of
+  // the rest frame of dots]
+  static constexpr int kLearning = 10;
+
+  // Distance of left and right rays [px].
+  // Of a camera that has not moved. [tuned: one camera bumped at rest - across]
+  static constexpr double kMostOffset = 0.5;
+  // At rest, in addition to the rig's own rms. [tuned: rig turned against what is told]
+  static constexpr double kMostAtRest = 0.5;
+  // The same for a simulated pair, whose rig is the scene's.
+  static constexpr double kMostAtRestOfExactRig = 0.02;
+  // Of the right image beyond its timestamp [image periods]. [tuned: right picture late, left
+  // picture late]
+  static constexpr double kMostLag = 0.2;
+
+  // At rest against the scene.
+  // Error of distances [-]. [tuned: distance of the dots wrong, depth scaled; forces rise with
+  // the third power]
+  static constexpr double kTrueSize = 0.015;
+  // Offset of the dots along the surface, by the distance of neighbours [-]. [tuned: rig
+  // elsewhere than told]
+  static constexpr double kTruePlace = 0.25;
+};
+
+}  // namespace palpate

@@ -1,0 +1,17 @@
+// What the checks of measured points get of one pair of images, or of one depth image.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/stereo/surface_points.h"
+
+namespace palpate {
+
+struct PointsSample {
+  const cv::Mat& left;   // or the depth image
+  const cv::Mat& right;  // empty: a depth image
+  // The points. A check sets how exactly their places, distances and time are known.
+  SurfaceObservation& seen;
+};
+
+}  // namespace palpate

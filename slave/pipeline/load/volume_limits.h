@@ -1,0 +1,28 @@
+// Limits of the search for a load on a volume.
+#pragma once
+
+namespace palpate {
+
+struct VolumeLimits {
+  // Points of a load [-]. [derived: three nodal forces, and one to spare]
+  static constexpr int kLeastPoints = 4;
+  // Distance of two positions that are the same, by that from the origin [-]. [derived: rounding]
+  static constexpr double kSamePlace = 1e-9;
+  // Nodes whose triangles are searched [-].
+  static constexpr int kBestNodes = 6;
+  // Load of a linear response, by E times the square of the larger side [-]. [derived: a strain of
+  // a millionth]
+  static constexpr double kLinearLoad = 1e-6;
+  // Width of a load, at least, by the larger side [-].
+  static constexpr double kLeastWidth = 1e-3;
+  // Residual below which the stated sigmas are too large, and by how much they may be [-].
+  // [derived: those of LoadFitter]
+  static constexpr double kTrusted = 0.7, kLeastResidual = 0.1;
+  // Rounds of leaving points out, and Newton steps of the load through a model that is not linear
+  // [-].
+  static constexpr int kRounds = 5;
+  // Relative change of the load at which the Newton steps end [-].
+  static constexpr double kRefined = 1e-4;
+};
+
+}  // namespace palpate
