@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/state/verdict.h"
 #include "shared/state/validity.h"
+#include "shared/state/verdict.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
