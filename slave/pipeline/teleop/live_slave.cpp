@@ -15,16 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::milliseconds kNap(500);
 constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
-
-// There is something to measure where the tip is sensed and the arm carries it.
-std::optional<TipRegistration> RegistrationOf(const SensingPipeline& sense,
-                                              const Manipulator& manipulator) {
-  const double resolution = sense.info().tip_resolution;
-  if (!(resolution > 0) || !manipulator.carries_tool()) return std::nullopt;
-  return TipRegistration(resolution);  // slower than that is standing
-}
 
 // A model is made by a solution of n^3 steps, and nobody waits a minute for it.
 void RefuseLongMaking(int elements) {
@@ -35,14 +26,6 @@ void RefuseLongMaking(int elements) {
   throw std::invalid_argument(fmt::format(
       "elements = {}: takes about {:.0f} s to build: accepted is what takes at most {} s, {:.0f}",
       elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
-}
-
-// One camera finds tip and outline in any picture; fingertips and followed points need every
-// sample. A film plays on, and who records wants all of it.
-bool MayRest(const Scene& scene, const SensingPipeline& sense, bool is_simulated) {
-  const bool is_one_camera = scene.sense.Find<CameraOptions>() && !scene.sense.Find<Tactile>() &&
-                             !HasStereoOrDepth(scene.sense);
-  return is_one_camera && (is_simulated || sense.health());
 }
 
 // Whether pictures that are taken now show what a real arm moves.
@@ -81,16 +64,16 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> e
     : environment_(std::move(environment)),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
-      shows_arm_(!environment_ && ShowsArm(scene, *sense_, *manipulator_)),
+      arm_(!environment_ && ShowsArm(scene, *sense_, *manipulator_)),
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
-      tip_registration_(RegistrationOf(*sense_, *manipulator_)),
       scene_(scene),
       sense_info_(sense_->info()),
       p_S_sensed_(manipulator_->Tip()),
       p_S_encoders_(p_S_sensed_),
       patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
+  arm_.Begin(sense_info_.tip_resolution, *manipulator_);
   // Streams begin when somebody feeds them.
   const bool is_fed = sense_->inbox() != nullptr || sense_->pictures() != nullptr;
   if (!is_fed && !ProcessSample({})) {
@@ -118,7 +101,8 @@ LiveSlave::~LiveSlave() {
 void LiveSlave::Sensing(const std::stop_token& stop) {
   MakeThreadRealtime(kSensingPriority);
   try {
-    while (ProcessSample(stop)) Rest(stop);
+    const auto tell = [this](double nap) { newest_.SetNap(nap); };
+    while (ProcessSample(stop)) rest_.Wait(stop, tell);
     if (!stop.stop_requested()) {
       newest_.RaiseAlarm(sense_info_.source + ": the source has ended");
     }
@@ -127,21 +111,10 @@ void LiveSlave::Sensing(const std::stop_token& stop) {
   }
 }
 
-void LiveSlave::Rest(const std::stop_token& stop) {
-  if (!may_rest_) return;
-  std::unique_lock lock(rest_mutex_);
-  newest_.SetNap(is_watched_ ? 0 : std::chrono::duration<double>(kNap).count());
-  roused_.wait_for(lock, stop, kNap, [this] { return is_watched_ || reset_wanted_; });
-}
-
 void LiveSlave::SetWatched(bool is_watched) {
   const Time now = Clock::now();
-  {
-    const std::lock_guard lock(rest_mutex_);
-    is_watched_ = is_watched;
-  }
-  if (!is_watched || !may_rest_) return;
-  roused_.notify_all();
+  rest_.SetWatched(is_watched);
+  if (!is_watched || !rest_.is_allowed()) return;
   newest_.WaitForNewer(now, kRoused);
   newest_.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
 }
@@ -161,20 +134,15 @@ bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   const Time began = Clock::now();
   ContactEstimate felt = sense_->Estimate(p_S_encoders);
   const bool senses_tip = sense_info_.tip_resolution > 0;
-  HoldAgainstArm(p_S_encoders, &felt);
+  arm_.Update(p_S_encoders, &felt);
   if (felt.validity != Validity::kTrackingLost || !senses_tip) {
     p_S_sensed_ = felt.p_S_tip;
     p_S_encoders_ = p_S_encoders;
   }
-  Register(felt, p_S_encoders);
+  arm_.Register(felt, p_S_encoders, &port_);
   ReportExtrapolation();
   patch_.Update(felt, settings_revision_, sense_.get(), Clock::now());
-  {
-    const std::lock_guard local(local_mutex_);
-    newest_local_ = felt.local_model;
-    p_S_local_ = p_S_sensed_;
-    p_S_local_arm_ = p_S_encoders_;
-  }
+  local_.Put(felt.local_model, p_S_sensed_, p_S_encoders_);
   // Where looking is a part of the estimate, that one knows when it was done.
   trace.processed_at = std::max(trace.processed_at, felt.processed_at);
   const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
@@ -183,35 +151,14 @@ bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   return true;
 }
 
-// By the tip where it is seen, else by how deep it presses.
-void LiveSlave::HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept {
-  if (!shows_arm_) return;
-  if (felt->validity == Validity::kTrackingLost) return image_latency_.Miss(felt->sensed_at);
-  if (sense_info_.tip_resolution > 0) {
-    return image_latency_.Update(felt->p_S_tip, p_S_arm, sense_info_.tip_resolution, felt);
-  }
-  const LocalModel& local = felt->local_model;
-  const double stiffness = local.normal.dot(local.stiffness * local.normal);
-  if (!felt->force || !(felt->depth > 0) || !(stiffness > 0))
-    return image_latency_.Miss(felt->sensed_at);
-  image_latency_.Update({felt->depth, 0, 0}, {-local.normal.dot(p_S_arm), 0, 0},
-                        felt->sigma / stiffness, felt);
-}
-
 void LiveSlave::ReadSenseInfo() {
   {
     const std::scoped_lock lock(sense_mutex_, settings_mutex_);
     sense_info_ = sense_->info();
   }
-  tip_registration_ = RegistrationOf(*sense_, *manipulator_);
+  arm_.Begin(sense_info_.tip_resolution, *manipulator_);
   ++settings_revision_;
   for (const std::string& line : Introduction(sense_info_)) spdlog::info("{}", line);
-}
-
-void LiveSlave::Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders) {
-  if (!tip_registration_ || felt.validity == Validity::kTrackingLost) return;
-  tip_registration_->Add(felt.p_S_tip, p_S_encoders);
-  port_.SetRegistration(tip_registration_->offset());
 }
 
 void LiveSlave::ReportExtrapolation() {
@@ -236,29 +183,8 @@ ContactState LiveSlave::ContactStateNow() const {
   contact.depth = felt.depth;
   if (felt.local_model.known()) contact.outward = felt.local_model.normal;
   if (felt.force && felt.force->norm() > 0) contact.outward = felt.force->normalized();
-  CarryOn(felt.validity == Validity::kPunctured, &contact);
+  local_.AddTo(&contact, manipulator_->Tip(), felt.validity == Validity::kPunctured);
   return contact;
-}
-
-// A sample is at least 10 ms old, and a fast arm moves half a millimetre in that time. Beyond its
-// range the model is still the best estimate. Its plane limits the depth also far from the contact:
-// a convex object lies below it. A punctured surface gives no force.
-void LiveSlave::CarryOn(bool is_punctured, ContactState* contact) const {
-  const std::lock_guard lock(local_mutex_);
-  const LocalModel& local = newest_local_;
-  if (!local.known()) return;
-  const Eigen::Vector3d p_S = p_S_local_ + manipulator_->Tip() - p_S_local_arm_;
-  const double depth = local.Penetration(p_S);
-  contact->depth_by_now = depth;
-  contact->normal = local.normal;
-  const Eigen::Vector3d below = local.reference - p_S, aside = below - depth * local.normal;
-  if (is_punctured || aside.norm() > local.valid_radius) return;
-  contact->stiffness = local.normal.dot(local.stiffness * local.normal);
-  if (!(depth > 0)) return;
-  contact->force_by_now = (local.force + local.stiffness * below).norm();
-  // A small force may point anywhere.
-  const double felt = contact->force ? contact->force->norm() : 0;
-  if (felt < contact->force_by_now) contact->outward = local.normal;
 }
 
 SlaveState LiveSlave::Compose(Time now) {
@@ -279,14 +205,9 @@ LocalModel LiveSlave::LocalNow() {
   if (sense.owns_lock()) {
     const Eigen::Vector3d p_S_arm = manipulator_->Tip();
     const Eigen::Vector3d p_S = p_S_sensed_ + p_S_arm - p_S_encoders_;
-    const LocalModel local = sense_->LocalModelAt(p_S);
-    const std::lock_guard lock(local_mutex_);
-    newest_local_ = local;
-    p_S_local_ = p_S;
-    p_S_local_arm_ = p_S_arm;
+    local_.Put(sense_->LocalModelAt(p_S), p_S, p_S_arm);
   }
-  const std::lock_guard lock(local_mutex_);
-  return newest_local_;
+  return local_.newest();
 }
 
 std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
@@ -451,11 +372,8 @@ void LiveSlave::Reset() {
 
 void LiveSlave::ReinitializeTracking() {
   RefuseUnlessFree();
-  {
-    const std::lock_guard lock(rest_mutex_);
-    reset_wanted_ = true;
-  }
-  roused_.notify_all();
+  reset_wanted_ = true;
+  rest_.Rouse();
 }
 
 void LiveSlave::EmergencyStop(const std::string& reason) {
@@ -485,33 +403,6 @@ std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
   if (!seen) return std::nullopt;
   return JpegPicture{seen->sensed_at, EncodeJpeg(overlays ? seen->draw() : seen->plain, quality),
                      seen->plain.cols, seen->plain.rows};
-}
-
-std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene, const std::filesystem::path& state_folder,
-                                     SenseRecorder* recorder, const ModelChooser& choose) {
-  std::unique_ptr<SimulatedEnvironment> environment = MakeSimulatedEnvironment(scene);
-  Manipulator::OnStep on_step;
-  if (environment) {
-    environment->SolveAhead();
-    on_step = [site = environment.get()](const Eigen::Vector3d& p_S_tip) {
-      site->MoveTool(p_S_tip, Patience::kNone);
-    };
-  }
-  std::unique_ptr<Manipulator> manipulator = MakeManipulator(scene, on_step);
-  if (environment) environment->MoveTool(manipulator->Tip(), Patience::kNone);
-  Pace pace{.tap = recorder};
-  if (recorder != nullptr) {
-    if (environment) pace.p_S_tip = environment->truth().p_S_tip;
-    recorder->Begin(pace.p_S_tip);
-  }
-  std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace, environment.get());
-  const bool may_rest = recorder == nullptr && MayRest(scene, *sense, environment != nullptr);
-  if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
-  auto slave = std::make_unique<LiveSlave>(scene, std::move(environment), std::move(manipulator),
-                                           std::move(sense), choose);
-  if (may_rest) slave->AllowRest();
-  if (!state_folder.empty()) slave->KeepStopIn(state_folder);
-  return slave;
 }
 
 }  // namespace palpate

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -19,9 +18,11 @@
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/base/sense_recorder.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/pipeline/teleop/image_latency_estimator.h"
+#include "slave/pipeline/teleop/arm_comparison.h"
+#include "slave/pipeline/teleop/carried_model.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/model_validity_monitor.h"
+#include "slave/pipeline/teleop/observer_rest.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/pipeline/teleop/slave.h"
@@ -72,7 +73,7 @@ class LiveSlave final : public Slave {
   void SetWatched(bool is_watched) override;
   // From now on only one sample per half second is processed while no client watches. For sensing
   // that recovers its state in one sample.
-  void AllowRest() { may_rest_ = true; }
+  void AllowRest() { rest_.Allow(); }
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return newest_.TracesSince(sensed_at);
   }
@@ -83,12 +84,8 @@ class LiveSlave final : public Slave {
 
  private:
   void Sensing(const std::stop_token& stop);
-  // Waits for a watching client, or for the time of the next sample without one.
-  void Rest(const std::stop_token& stop);
   // One sample; false: the source has ended.
   bool ProcessSample(const std::stop_token& stop);
-  void Register(const ContactEstimate& felt, const Eigen::Vector3d& p_S_encoders);
-  void HoldAgainstArm(const Eigen::Vector3d& p_S_arm, ContactEstimate* felt) noexcept;
   void ReportExtrapolation();
   // The sensing has its first sample and its description is complete.
   void ReadSenseInfo();
@@ -105,8 +102,6 @@ class LiveSlave final : public Slave {
   void RefuseUnlessFree() const;
   [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] ContactState ContactStateNow() const;
-  // Adds the values of the newest local model at the present tip position.
-  void CarryOn(bool is_punctured, ContactState* contact) const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
   // The largest force that the device can render, at the tool [N].
   [[nodiscard]] double FullScale() const;
@@ -115,12 +110,9 @@ class LiveSlave final : public Slave {
   const std::unique_ptr<SimulatedEnvironment> environment_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;
-  const bool shows_arm_;                 // a real manipulator in live images
-  ImageLatencyEstimator image_latency_;  // the sensing thread's
+  ArmComparison arm_;  // the sensing thread's
   OperatorPort port_;
   LatestEstimate newest_;
-  std::optional<TipRegistration>
-      tip_registration_;                    // the sensing thread's; none: nothing to measure
   std::set<std::string_view> told_doubts_;  // already reported; each raises one alarm, once
   std::atomic<bool> reset_wanted_{false};
   std::atomic<std::uint32_t> settings_revision_{1};
@@ -137,16 +129,9 @@ class LiveSlave final : public Slave {
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
   mutable std::vector<StageTimes> stages_;
-  PatchPublisher patch_;                          // updated under sense_mutex_
-  mutable PriorityInheritanceMutex local_mutex_;  // guards the next three
-  LocalModel newest_local_;
-  // A tip position and the encoder reading at that time, S [m].
-  Eigen::Vector3d p_S_local_{0, 0, 0}, p_S_local_arm_{0, 0, 0};
-
-  std::atomic<bool> may_rest_{false};
-  std::mutex rest_mutex_;  // guards the next two
-  std::condition_variable_any roused_;
-  bool is_watched_ = true;
+  PatchPublisher patch_;  // updated under sense_mutex_
+  CarriedModel local_;
+  ObserverRest rest_;
 
   std::optional<CommandWatchdog> watchdog_;
   std::optional<ModelValidityMonitor>
