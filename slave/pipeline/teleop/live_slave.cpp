@@ -17,17 +17,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
 
-// A model is made by a solution of n^3 steps, and nobody waits a minute for it.
-void RefuseLongMaking(int elements) {
-  constexpr double kOfThousand = 2, kLongest = 10;  // [s]
-  const double thousands = elements / 1000.0;
-  const double takes = kOfThousand * thousands * thousands * thousands;
-  if (takes <= kLongest) return;
-  throw std::invalid_argument(fmt::format(
-      "elements = {}: takes about {:.0f} s to build: accepted is what takes at most {} s, {:.0f}",
-      elements, takes, kLongest, 1000 * std::cbrt(kLongest / kOfThousand)));
-}
-
 // Whether pictures that are taken now show what a real arm moves.
 bool ShowsArm(const Scene& scene, const SensingPipeline& sense, const Manipulator& arm) {
   const bool is_live = sense.health().has_value() || TakesPictures(scene.sense);
@@ -39,21 +28,6 @@ ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
   ManipulatorOptions limits = scene.manipulator;
   if (!sense.info().tells_force) limits.blind_after = std::numeric_limits<double>::infinity();
   return limits;
-}
-
-// Of what auto decides about.
-bool IsSameModel(const ModelOptions& a, const ModelOptions& b) {
-  return a.kind == b.kind && a.elements == b.elements && a.order == b.order && a.modes == b.modes &&
-         a.refinements == b.refinements && a.fem.element == b.fem.element &&
-         a.fem.law == b.fem.law && a.fem.residual == b.fem.residual;
-}
-
-// Senses number the nodes of a volume; an outline is divided anew for any model.
-bool IsSameMesh(const Scene& a, const Scene& b) {
-  const auto* box = std::get_if<BoxGeometry>(&a.object.geometry);
-  const bool has_same_cells =
-      box == nullptr || box->cells == std::get<BoxGeometry>(b.object.geometry).cells;
-  return has_same_cells && a.model.refinements == b.model.refinements;
 }
 
 }  // namespace
@@ -68,17 +42,16 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> e
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
-      scene_(scene),
-      sense_info_(sense_->info()),
+      settings_(scene, sense_.get(), &sense_mutex_, &port_, &newest_),
       p_S_sensed_(manipulator_->Tip()),
       p_S_encoders_(p_S_sensed_),
       patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
-  arm_.Begin(sense_info_.tip_resolution, *manipulator_);
+  arm_.Begin(settings_.sensing_info().tip_resolution, *manipulator_);
   // Streams begin when somebody feeds them.
   const bool is_fed = sense_->inbox() != nullptr || sense_->pictures() != nullptr;
   if (!is_fed && !ProcessSample({})) {
-    throw std::runtime_error(
-        fmt::format("{}: no {} received", sense_info_.source, sense_info_.samples));
+    const SenseInfo& info = settings_.sensing_info();
+    throw std::runtime_error(fmt::format("{}: no {} received", info.source, info.samples));
   }
   stages_ = sense_->Stages();
   watchdog_.emplace(port_, [this] { return ContactStateNow(); });
@@ -86,7 +59,7 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> e
     model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
                                                   const std::stop_token& stop) {
       newest_.RaiseAlarm(breach.words + ": auto chooses the model again");
-      const std::string outcome = RechooseModel(breach.depth, choose, stop);
+      const std::string outcome = settings_.RechooseModel(breach.depth, choose, stop);
       if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
     });
   }
@@ -104,7 +77,7 @@ void LiveSlave::Sensing(const std::stop_token& stop) {
     const auto tell = [this](double nap) { newest_.SetNap(nap); };
     while (ProcessSample(stop)) rest_.Wait(stop, tell);
     if (!stop.stop_requested()) {
-      newest_.RaiseAlarm(sense_info_.source + ": the source has ended");
+      newest_.RaiseAlarm(settings_.sensing_info().source + ": the source has ended");
     }
   } catch (const std::exception& e) {
     newest_.RaiseAlarm(e.what());
@@ -122,7 +95,11 @@ void LiveSlave::SetWatched(bool is_watched) {
 bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   if (!sense_->Acquire(stop)) return false;
   SampleTrace trace{.acquired_at = Clock::now()};
-  if (sense_info_.is_awaited) ReadSenseInfo();
+  if (settings_.sensing_info().is_awaited) {
+    settings_.ReadInfo();
+    arm_.Begin(settings_.sensing_info().tip_resolution, *manipulator_);
+    for (const std::string& line : Introduction(settings_.sensing_info())) spdlog::info("{}", line);
+  }
   const Eigen::Vector3d p_S_encoders = manipulator_->TipAt(sense_->sensed_at());
   if (reset_wanted_.exchange(false)) {
     const std::lock_guard lock(sense_mutex_);
@@ -133,7 +110,7 @@ bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   const std::lock_guard lock(sense_mutex_);
   const Time began = Clock::now();
   ContactEstimate felt = sense_->Estimate(p_S_encoders);
-  const bool senses_tip = sense_info_.tip_resolution > 0;
+  const bool senses_tip = settings_.sensing_info().tip_resolution > 0;
   arm_.Update(p_S_encoders, &felt);
   if (felt.validity != Validity::kTrackingLost || !senses_tip) {
     p_S_sensed_ = felt.p_S_tip;
@@ -141,7 +118,7 @@ bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   }
   arm_.Register(felt, p_S_encoders, &port_);
   ReportExtrapolation();
-  patch_.Update(felt, settings_revision_, sense_.get(), Clock::now());
+  patch_.Update(felt, settings_.revision(), sense_.get(), Clock::now());
   local_.Put(felt.local_model, p_S_sensed_, p_S_encoders_);
   // Where looking is a part of the estimate, that one knows when it was done.
   trace.processed_at = std::max(trace.processed_at, felt.processed_at);
@@ -149,16 +126,6 @@ bool LiveSlave::ProcessSample(const std::stop_token& stop) {
   newest_.Put(felt, trace);
   if (model_validity_) model_validity_->Update(felt, newest_.Touches(), update);
   return true;
-}
-
-void LiveSlave::ReadSenseInfo() {
-  {
-    const std::scoped_lock lock(sense_mutex_, settings_mutex_);
-    sense_info_ = sense_->info();
-  }
-  arm_.Begin(sense_info_.tip_resolution, *manipulator_);
-  ++settings_revision_;
-  for (const std::string& line : Introduction(sense_info_)) spdlog::info("{}", line);
 }
 
 void LiveSlave::ReportExtrapolation() {
@@ -172,7 +139,7 @@ bool LiveSlave::Command(const OperatorCommand& command) noexcept {
   OperatorCommand heard = command;
   // Whoever goes by other numbers than ours would move the tool otherwise than meant.
   const std::uint32_t known = command.settings_revision;
-  if (known != 0 && known != settings_revision_) heard.engaged = false;
+  if (known != 0 && known != settings_.revision()) heard.engaged = false;
   return port_.Command(heard, Clock::now());
 }
 
@@ -189,7 +156,7 @@ ContactState LiveSlave::ContactStateNow() const {
 
 SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
-  state.settings_revision = settings_revision_;
+  state.settings_revision = settings_.revision();
   state.true_force = TrueForce();
   if (manipulator_->is_faulty()) {
     state.Add({state.validity, FailedCheck::kArmFault, "the manipulator has a fault"});
@@ -212,7 +179,7 @@ LocalModel LiveSlave::LocalNow() {
 
 std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
   if (environment_ == nullptr) return manipulator_->measured_force();
-  if (!sense_info_.tells_force) return std::nullopt;
+  if (!settings_.sensing_info().tells_force) return std::nullopt;
   const Truth truth = environment_->truth();
   return truth.solved ? std::optional(truth.force) : std::nullopt;
 }
@@ -225,12 +192,9 @@ Events LiveSlave::TakeEvents() {
 
 SlaveDescription LiveSlave::Describe() const {
   SlaveDescription description;
-  description.settings_revision = settings_revision_;  // before what it tells of
-  {
-    const std::lock_guard lock(settings_mutex_);
-    description.scene = scene_;
-    description.sense = sense_info_;
-  }
+  description.settings_revision = settings_.revision();  // before what it tells of
+  description.scene = settings_.scene();
+  description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();
   description.simulated = environment_ != nullptr;
   return description;
@@ -261,109 +225,6 @@ std::vector<StageTimes> LiveSlave::StagesNow() const {
   return stages_;
 }
 
-Scene LiveSlave::scene() const {
-  const std::lock_guard lock(settings_mutex_);
-  return scene_;
-}
-
-double LiveSlave::FullScale() const {
-  const std::lock_guard lock(settings_mutex_);
-  return scene_.operator_options.force_limit / port_.transform().force_scale;
-}
-
-void LiveSlave::Rebuild(const Scene& changed, Progress* progress) {
-  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, progress);  // takes its time
-  RefuseUnlessFree();  // somebody may have begun meanwhile
-  ReportProgress(progress, "ready", 1);
-  const std::scoped_lock lock(sense_mutex_, settings_mutex_);
-  Adopt(changed, std::move(prepared));
-}
-
-// Under sense_mutex_ and settings_mutex_.
-void LiveSlave::Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared) {
-  if (prepared) sense_info_.model = prepared->info();
-  sense_->Adopt(std::move(prepared), changed);
-  scene_ = changed;
-  newest_.Add(Event::kModelChanged);
-}
-
-std::string LiveSlave::RechooseModel(double depth, const ModelChooser& choose,
-                                     const std::stop_token& stop) try {
-  constexpr std::chrono::milliseconds kLookAgain(20);
-  const std::uint32_t revision = settings_revision_;
-  Scene changed = scene();
-  if (changed.model.decision.reason.empty())
-    return "the model is unchanged: it was set by SetModel";
-  Scene asked = changed;
-  asked.operator_options.press_depth = depth;
-  const auto decided = choose(asked, stop);
-  if (!decided) return "the model is unchanged: no model has a known error";
-  changed.model = decided->model;
-  const std::string& why = changed.model.decision.reason;
-  if (IsSameModel(changed.model, asked.model)) return "the model is unchanged; " + why;
-  if (!IsSameMesh(*decided, asked)) {
-    return "the model is unchanged: a mesh can change only at a start (operator.press.depth); " +
-           why;
-  }
-  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, nullptr);
-  while (!stop.stop_requested() && !TryAdopt(changed, revision, &prepared)) {
-    std::this_thread::sleep_for(kLookAgain);
-  }
-  return IsSameModel(scene().model, changed.model)
-             ? why
-             : "the model is unchanged: settings have changed";
-} catch (const std::exception& error) {
-  return error.what();
-}
-
-bool LiveSlave::TryAdopt(const Scene& changed, std::uint32_t revision,
-                         std::unique_ptr<PreparedModel>* prepared) {
-  const std::unique_lock one_at_a_time(change_mutex_, std::try_to_lock);
-  if (!one_at_a_time) return false;
-  if (settings_revision_ != revision) return true;
-  const std::scoped_lock lock(sense_mutex_, settings_mutex_);  // nothing is felt meanwhile
-  if (port_.view().phase == Phase::kFollowing || newest_.Touches()) return false;
-  Adopt(changed, std::move(*prepared));
-  sense_info_.reason = changed.model.decision.reason;
-  ++settings_revision_;
-  return true;
-}
-
-void LiveSlave::SetModel(const ModelChange& change, Progress* progress) {
-  const std::lock_guard one_at_a_time(change_mutex_);
-  RefuseUnlessFree();
-  RefuseLongMaking(change.elements);
-  Scene changed = scene();
-  changed.model = Changed(changed.model, change, sense_info_.changeable);
-  Rebuild(changed, progress);
-  const std::lock_guard lock(settings_mutex_);
-  sense_info_.reason = "set by SetModel";
-  ++settings_revision_;
-}
-
-void LiveSlave::SetParameters(const ParameterChange& change, Progress* progress) {
-  CheckRanges(change);
-  const std::lock_guard one_at_a_time(change_mutex_);
-  RefuseUnlessFree();
-  if (change.young_modulus) {  // first, since it alone may fail
-    Scene changed = scene();
-    changed.object.material.young_modulus = *change.young_modulus;
-    Rebuild(changed, progress);
-  }
-  if (change.position_scale || change.force_scale) {
-    port_.SetScales(change.position_scale, change.force_scale);
-  }
-  if (change.force_limit) {
-    const std::lock_guard lock(settings_mutex_);
-    scene_.operator_options.force_limit = *change.force_limit;
-  }
-  ++settings_revision_;
-}
-
-void LiveSlave::RefuseUnlessFree() const {
-  palpate::RefuseUnlessFree(port_, newest_.Touches());
-}
-
 void LiveSlave::Reset() {
   if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
   stop_record_.End();
@@ -371,7 +232,7 @@ void LiveSlave::Reset() {
 }
 
 void LiveSlave::ReinitializeTracking() {
-  RefuseUnlessFree();
+  settings_.RefuseUnlessFree();
   reset_wanted_ = true;
   rest_.Rouse();
 }
@@ -394,7 +255,7 @@ BoundaryShape LiveSlave::Shape(bool nodal_forces) {
 }
 
 std::optional<JpegPicture> LiveSlave::Picture(bool overlays, int quality) {
-  const double full_scale = FullScale();
+  const double full_scale = settings_.FullScale();
   std::optional<SeenPicture> seen;
   {
     const std::lock_guard lock(sense_mutex_);

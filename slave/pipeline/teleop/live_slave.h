@@ -21,6 +21,7 @@
 #include "slave/pipeline/teleop/arm_comparison.h"
 #include "slave/pipeline/teleop/carried_model.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
+#include "slave/pipeline/teleop/live_settings.h"
 #include "slave/pipeline/teleop/model_validity_monitor.h"
 #include "slave/pipeline/teleop/observer_rest.h"
 #include "slave/pipeline/teleop/operator_port.h"
@@ -30,10 +31,6 @@
 #include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
-
-// Returns the scene with the model that `kind: auto` selects; it may take seconds. nullopt: no
-// model has a known error. Throws as MakeModel does.
-using ModelChooser = std::function<std::optional<Scene>(const Scene&, const std::stop_token&)>;
 
 // Threads: one senses, one moves the tool, one watches the operator, one selects another model when
 // auto's is no longer suitable. `sense_mutex_` guards the data that the first one shares with
@@ -60,8 +57,12 @@ class LiveSlave final : public Slave {
   }
   [[nodiscard]] SlaveDescription Describe() const override;
   [[nodiscard]] SlaveStatus Status() const override;
-  void SetModel(const ModelChange& change, Progress* progress = nullptr) override;
-  void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override;
+  void SetModel(const ModelChange& change, Progress* progress = nullptr) override {
+    settings_.SetModel(change, progress);
+  }
+  void SetParameters(const ParameterChange& change, Progress* progress = nullptr) override {
+    settings_.SetParameters(change, progress);
+  }
   void Reset() override;
   void ReinitializeTracking() override;
   void EmergencyStop(const std::string& reason) override;
@@ -87,24 +88,10 @@ class LiveSlave final : public Slave {
   // One sample; false: the source has ended.
   bool ProcessSample(const std::stop_token& stop);
   void ReportExtrapolation();
-  // The sensing has its first sample and its description is complete.
-  void ReadSenseInfo();
   [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
-  void Rebuild(const Scene& changed, Progress* progress);
-  void Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared);
-  // The new decision of `choose` becomes active only while the operator is disengaged and the tool
-  // is free, because force and stiffness would jump. Returns the outcome as text.
-  std::string RechooseModel(double depth, const ModelChooser& choose, const std::stop_token& stop);
-  // False: not now. Settings of another revision drop it.
-  bool TryAdopt(const Scene& changed, std::uint32_t revision,
-                std::unique_ptr<PreparedModel>* prepared);
-  void RefuseUnlessFree() const;
-  [[nodiscard]] Scene scene() const;  // with the parameters now in force
   [[nodiscard]] ContactState ContactStateNow() const;
   [[nodiscard]] std::vector<StageTimes> StagesNow() const;
-  // The largest force that the device can render, at the tool [N].
-  [[nodiscard]] double FullScale() const;
 
   const Time started_at_ = Clock::now();
   const std::unique_ptr<SimulatedEnvironment> environment_;
@@ -115,16 +102,11 @@ class LiveSlave final : public Slave {
   LatestEstimate newest_;
   std::set<std::string_view> told_doubts_;  // already reported; each raises one alarm, once
   std::atomic<bool> reset_wanted_{false};
-  std::atomic<std::uint32_t> settings_revision_{1};
   StopRecord stop_record_;
-
-  std::mutex change_mutex_;  // one change of settings at a time; locked while a model is built
-  mutable std::mutex settings_mutex_;  // never locked long; guards the next two
-  Scene scene_;                        // with the parameters in force
-  SenseInfo sense_info_;
 
   // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.
   mutable PriorityInheritanceMutex sense_mutex_;
+  LiveSettings settings_;
   // The last measured tip and the encoder reading at that time, S [m]; under sense_mutex_.
   Eigen::Vector3d p_S_sensed_, p_S_encoders_;
   mutable std::mutex stages_mutex_;  // guards the next one
