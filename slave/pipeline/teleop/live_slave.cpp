@@ -8,14 +8,11 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include "shared/link/thread_priority.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
-
-constexpr std::chrono::milliseconds kRoused(50);  // by then a sample has come, or none will soon
 
 // Whether pictures that are taken now show what a real arm moves.
 bool ShowsArm(const Scene& scene, const SensingPipeline& sense, const Manipulator& arm) {
@@ -38,22 +35,13 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> e
     : environment_(std::move(environment)),
       manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
-      arm_(!environment_ && ShowsArm(scene, *sense_, *manipulator_)),
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
       settings_(scene, sense_.get(), &sense_mutex_, &port_, &newest_),
-      p_S_sensed_(manipulator_->Tip()),
-      p_S_encoders_(p_S_sensed_),
-      patch_({.depth = scene.operator_options.press_depth, .period = 1 / SensorRate(scene.sense)}) {
-  arm_.Begin(settings_.sensing_info().tip_resolution, *manipulator_);
-  // Streams begin when somebody feeds them.
-  const bool is_fed = sense_->inbox() != nullptr || sense_->pictures() != nullptr;
-  if (!is_fed && !ProcessSample({})) {
-    const SenseInfo& info = settings_.sensing_info();
-    throw std::runtime_error(fmt::format("{}: no {} received", info.source, info.samples));
-  }
-  stages_ = sense_->Stages();
+      sensing_(scene, {*sense_, sense_mutex_, settings_, *manipulator_, port_, newest_},
+               !environment_ && ShowsArm(scene, *sense_, *manipulator_)) {
+  sensing_.Begin();
   watchdog_.emplace(port_, [this] { return ContactStateNow(); });
   if (choose && !scene.model.decision.reason.empty()) {
     model_validity_.emplace(scene, [this, choose](const ModelValidityMonitor::Breach& breach,
@@ -63,76 +51,14 @@ LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> e
       if (!stop.stop_requested()) newest_.RaiseAlarm(outcome);
     });
   }
-  sensing_ = std::jthread([this](const std::stop_token& stop) { Sensing(stop); });
+  sensing_.Start([this](const ContactEstimate& felt, double update) {
+    if (model_validity_) model_validity_->Update(felt, newest_.Touches(), update);
+  });
 }
 
+// The others use what the sensing thread updates, and it calls them.
 LiveSlave::~LiveSlave() {
-  sensing_.request_stop();
-  newest_.Wake();
-}
-
-void LiveSlave::Sensing(const std::stop_token& stop) {
-  MakeThreadRealtime(kSensingPriority);
-  try {
-    const auto tell = [this](double nap) { newest_.SetNap(nap); };
-    while (ProcessSample(stop)) rest_.Wait(stop, tell);
-    if (!stop.stop_requested()) {
-      newest_.RaiseAlarm(settings_.sensing_info().source + ": the source has ended");
-    }
-  } catch (const std::exception& e) {
-    newest_.RaiseAlarm(e.what());
-  }
-}
-
-void LiveSlave::SetWatched(bool is_watched) {
-  const Time now = Clock::now();
-  rest_.SetWatched(is_watched);
-  if (!is_watched || !rest_.is_allowed()) return;
-  newest_.WaitForNewer(now, kRoused);
-  newest_.SetNap(0);  // also where the sensor died meanwhile and nobody comes back to say so
-}
-
-bool LiveSlave::ProcessSample(const std::stop_token& stop) {
-  if (!sense_->Acquire(stop)) return false;
-  SampleTrace trace{.acquired_at = Clock::now()};
-  if (settings_.sensing_info().is_awaited) {
-    settings_.ReadInfo();
-    arm_.Begin(settings_.sensing_info().tip_resolution, *manipulator_);
-    for (const std::string& line : Introduction(settings_.sensing_info())) spdlog::info("{}", line);
-  }
-  const Eigen::Vector3d p_S_encoders = manipulator_->TipAt(sense_->sensed_at());
-  if (reset_wanted_.exchange(false)) {
-    const std::lock_guard lock(sense_mutex_);
-    sense_->Reset();
-  }
-  sense_->Process();
-  trace.processed_at = Clock::now();
-  const std::lock_guard lock(sense_mutex_);
-  const Time began = Clock::now();
-  ContactEstimate felt = sense_->Estimate(p_S_encoders);
-  const bool senses_tip = settings_.sensing_info().tip_resolution > 0;
-  arm_.Update(p_S_encoders, &felt);
-  if (felt.validity != Validity::kTrackingLost || !senses_tip) {
-    p_S_sensed_ = felt.p_S_tip;
-    p_S_encoders_ = p_S_encoders;
-  }
-  arm_.Register(felt, p_S_encoders, &port_);
-  ReportExtrapolation();
-  patch_.Update(felt, settings_.revision(), sense_.get(), Clock::now());
-  local_.Put(felt.local_model, p_S_sensed_, p_S_encoders_);
-  // Where looking is a part of the estimate, that one knows when it was done.
-  trace.processed_at = std::max(trace.processed_at, felt.processed_at);
-  const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
-  newest_.Put(felt, trace);
-  if (model_validity_) model_validity_->Update(felt, newest_.Touches(), update);
-  return true;
-}
-
-void LiveSlave::ReportExtrapolation() {
-  const std::string_view doubt = sense_->doubt();
-  if (!doubt.empty() && told_doubts_.insert(doubt).second) {
-    newest_.RaiseAlarm("the model's solution is extrapolated: " + std::string(doubt));
-  }
+  sensing_.Stop();
 }
 
 bool LiveSlave::Command(const OperatorCommand& command) noexcept {
@@ -150,7 +76,7 @@ ContactState LiveSlave::ContactStateNow() const {
   contact.depth = felt.depth;
   if (felt.local_model.known()) contact.outward = felt.local_model.normal;
   if (felt.force && felt.force->norm() > 0) contact.outward = felt.force->normalized();
-  local_.AddTo(&contact, manipulator_->Tip(), felt.validity == Validity::kPunctured);
+  sensing_.local().AddTo(&contact, manipulator_->Tip(), felt.validity == Validity::kPunctured);
   return contact;
 }
 
@@ -161,20 +87,8 @@ SlaveState LiveSlave::Compose(Time now) {
   if (manipulator_->is_faulty()) {
     state.Add({state.validity, FailedCheck::kArmFault, "the manipulator has a fault"});
   }
-  state.local_model = LocalNow();
+  state.local_model = sensing_.LocalNow();
   return state;
-}
-
-// The tip as it was sensed, carried on by what the arm has moved since. While a sample is being
-// felt, the model of a moment ago will do.
-LocalModel LiveSlave::LocalNow() {
-  const std::unique_lock sense(sense_mutex_, std::try_to_lock);
-  if (sense.owns_lock()) {
-    const Eigen::Vector3d p_S_arm = manipulator_->Tip();
-    const Eigen::Vector3d p_S = p_S_sensed_ + p_S_arm - p_S_encoders_;
-    local_.Put(sense_->LocalModelAt(p_S), p_S, p_S_arm);
-  }
-  return local_.newest();
 }
 
 std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
@@ -206,7 +120,7 @@ SlaveStatus LiveSlave::Status() const {
   status.commands = port_.taken();
   status.commands_refused = port_.refused();
   status.started_at = started_at_;
-  status.stages = StagesNow();
+  status.stages = sensing_.Stages();
   newest_.Describe(&status);
   status.arm = manipulator_->health();
   status.cameras = sense_->health();
@@ -217,14 +131,6 @@ SlaveStatus LiveSlave::Status() const {
   return status;
 }
 
-// Of a moment ago while a sample is being felt: whoever asks how we are must not wait.
-std::vector<StageTimes> LiveSlave::StagesNow() const {
-  const std::unique_lock sense(sense_mutex_, std::try_to_lock);
-  const std::lock_guard lock(stages_mutex_);
-  if (sense.owns_lock()) stages_ = sense_->Stages();
-  return stages_;
-}
-
 void LiveSlave::Reset() {
   if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
   stop_record_.End();
@@ -233,8 +139,7 @@ void LiveSlave::Reset() {
 
 void LiveSlave::ReinitializeTracking() {
   settings_.RefuseUnlessFree();
-  reset_wanted_ = true;
-  rest_.Rouse();
+  sensing_.RequestReset();
 }
 
 void LiveSlave::EmergencyStop(const std::string& reason) {

@@ -18,14 +18,11 @@
 #include "slave/manipulator/manipulator.h"
 #include "slave/pipeline/base/sense_recorder.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/pipeline/teleop/arm_comparison.h"
-#include "slave/pipeline/teleop/carried_model.h"
 #include "slave/pipeline/teleop/latest_estimate.h"
+#include "slave/pipeline/teleop/live_sensing.h"
 #include "slave/pipeline/teleop/live_settings.h"
 #include "slave/pipeline/teleop/model_validity_monitor.h"
-#include "slave/pipeline/teleop/observer_rest.h"
 #include "slave/pipeline/teleop/operator_port.h"
-#include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/pipeline/teleop/stop_record.h"
 #include "slave/site/environment/simulated_environment.h"
@@ -71,54 +68,38 @@ class LiveSlave final : public Slave {
   void KeepStopIn(const std::filesystem::path& folder);
   [[nodiscard]] BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::optional<JpegPicture> Picture(bool overlays, int quality) override;
-  void SetWatched(bool is_watched) override;
+  void SetWatched(bool is_watched) override { sensing_.SetWatched(is_watched); }
   // From now on only one sample per half second is processed while no client watches. For sensing
   // that recovers its state in one sample.
-  void AllowRest() { rest_.Allow(); }
+  void AllowRest() { sensing_.AllowRest(); }
   [[nodiscard]] std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
     return newest_.TracesSince(sensed_at);
   }
-  PatchSnapshot Patch() override { return patch_.Get(Clock::now()); }
+  PatchSnapshot Patch() override { return sensing_.Patch(); }
   [[nodiscard]] TactileInbox* tactile_inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* picture_inbox() override { return sense_->pictures(); }
   [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
 
  private:
-  void Sensing(const std::stop_token& stop);
-  // One sample; false: the source has ended.
-  bool ProcessSample(const std::stop_token& stop);
-  void ReportExtrapolation();
-  [[nodiscard]] LocalModel LocalNow();
   [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   [[nodiscard]] ContactState ContactStateNow() const;
-  [[nodiscard]] std::vector<StageTimes> StagesNow() const;
 
   const Time started_at_ = Clock::now();
   const std::unique_ptr<SimulatedEnvironment> environment_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;
-  ArmComparison arm_;  // the sensing thread's
   OperatorPort port_;
   LatestEstimate newest_;
-  std::set<std::string_view> told_doubts_;  // already reported; each raises one alarm, once
-  std::atomic<bool> reset_wanted_{false};
   StopRecord stop_record_;
 
   // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.
   mutable PriorityInheritanceMutex sense_mutex_;
   LiveSettings settings_;
-  // The last measured tip and the encoder reading at that time, S [m]; under sense_mutex_.
-  Eigen::Vector3d p_S_sensed_, p_S_encoders_;
-  mutable std::mutex stages_mutex_;  // guards the next one
-  mutable std::vector<StageTimes> stages_;
-  PatchPublisher patch_;  // updated under sense_mutex_
-  CarriedModel local_;
-  ObserverRest rest_;
+  LiveSensing sensing_;
 
   std::optional<CommandWatchdog> watchdog_;
   std::optional<ModelValidityMonitor>
       model_validity_;  // nullopt: the scene's model was not auto's choice
-  std::jthread sensing_;
 };
 
 // Creates the slave of the scene with environment, manipulator and sensing. Throws as they do.
