@@ -8,7 +8,7 @@
 namespace palpate {
 namespace {
 
-// Of the evidence, from image to image [-].
+// Of the evidence, from image to image [-]. [tuned: surface_doubts_test, dents of another tension]
 constexpr double kRemembered = 0.99;
 // At which another tension is certain [sigma]. [tuned: undisturbed, prestress told - there is none]
 constexpr double kSigmas = 3.5;

@@ -15,9 +15,8 @@ namespace {
 
 // Points of a motion [-]. [derived: two for each unknown]
 constexpr int kLeastPoints = 8;
-// Sigma of a point, at least [px].
-constexpr double kLeastSigma = 5e-3;
-// Share of what a pair told of its lag that the next one keeps [-].
+// Share of what a pair told of its lag that the next one keeps [-]. [tuned: epipolar_test, images
+// of different instants]
 constexpr double kRemembered = 0.97;
 // The same for one that tells nothing, because clocks drift slowly [-]. [tuned: epipolar_test, what
 // stands still after a motion]
@@ -134,7 +133,7 @@ void EpipolarCheck::Read(const SurfacePoint& point, bool takes_rest, Row* row) n
   const auto now = static_cast<std::size_t>(newest_);
   row->seen[now] = row->counts = row->kept = false;
   if (!point.seen || !(point.sigma_px > 0)) return;
-  const double said = std::max(kLeastSigma, std::numbers::sqrt2 * point.sigma_px);
+  const double said = std::numbers::sqrt2 * point.sigma_px;
   const Eigen::Vector2d across = AcrossEpipolar(rig_, point.left_I);
   // Half the miss off: the place between the rays, whose noise is not the miss's.
   row->places[now] = across.dot(point.left_I) - point.miss_px / 2;

@@ -8,7 +8,8 @@ struct NoiseLimits {
   static constexpr double kToNormal = 1.4826;
   // From which on something is no noise [sigma]. [derived: noise is beyond it once in two million]
   static constexpr double kStandsOut = 5;
-  // Of the points, by their stated sigmas, at least [-].
+  // Of the points, by their stated sigmas, at least [-]. [tuned: surface_doubts_test,
+  // dents of another tension]
   static constexpr double kLeastScatter = 0.25;
 };
 

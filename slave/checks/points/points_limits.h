@@ -14,7 +14,7 @@ struct PointsLimits {
   static constexpr double kMostOffset = 0.5;
   // At rest, in addition to the rig's own rms. [tuned: rig turned against what is told]
   static constexpr double kMostAtRest = 0.5;
-  // The same for a simulated pair, whose rig is the scene's.
+  // The same for a simulated pair, whose rig is the scene's. [tuned: baseline wrong]
   static constexpr double kMostAtRestOfExactRig = 0.02;
   // Of the right image beyond its timestamp [image periods]. [tuned: right picture late, left
   // picture late]

@@ -1,6 +1,8 @@
 // Limits of the fit of a load on a flat membrane. Rows are those of the robustness suite.
 #pragma once
 
+#include "slave/checks/load/load_limits.h"
+
 namespace palpate {
 
 struct PlateLimits {
@@ -17,8 +19,8 @@ struct PlateLimits {
   // surface_doubts_test, dots out of place]
   static constexpr int kSoftRounds = 6;
   static constexpr double kSoft = 2;  // [tuned: surface_doubts_test, dots out of place]
-  // The model's own error by the largest deflection [-].
-  static constexpr double kModelError = 0.05;
+  // The model's own error by the largest deflection [-]. [derived: that of the check of the fit]
+  static constexpr double kModelError = LoadLimits::kModelError;
   // Reach of a cluster of neighbours [radii], and their number [-]. [tuned: surface_doubts_test, a
   // patch that lies off to one side]
   static constexpr double kReach = 0.3;

@@ -19,7 +19,7 @@ struct VolumeLimits {
   // [derived: those of LoadFitter]
   static constexpr double kTrusted = 0.7, kLeastResidual = 0.1;
   // Rounds of leaving points out, and Newton steps of the load through a model that is not linear
-  // [-].
+  // [-]. [tuned: volume_load_identifier_test]
   static constexpr int kRounds = 5;
   // Relative change of the load at which the Newton steps end [-].
   static constexpr double kRefined = 1e-4;
