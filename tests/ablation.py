@@ -14,14 +14,14 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-SENSES = {"camera": "camera", "points": "pairs", "fingertips": "fingertips"}  # folder of checks: sense of the suite
+SENSES = {"camera": "camera", "points": "pairs", "load": "pairs", "fingertips": "fingertips"}  # folder of checks: sense of the suite
 
 
 def checks():
-    """(sense, name) of every check that a pipeline adds to its list."""
-    for path in sorted((ROOT / "slave/checks").rglob("*.cpp")):
-        for name in re.findall(r'\.Add\("(\w+)"', path.read_text(encoding="utf-8")):
-            yield SENSES[path.parent.name], name
+    """(sense, name) of every check that a pipeline adds to its lists."""
+    found = {(SENSES[path.parent.name], name): None for path in sorted((ROOT / "slave/checks").rglob("*.cpp"))
+             for name in re.findall(r'\.Add\("(\w+)"', path.read_text(encoding="utf-8"))}
+    return list(found)
 
 
 def run(program, out, sense, rows, without):

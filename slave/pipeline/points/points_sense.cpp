@@ -109,9 +109,9 @@ void PointsSense::Process() noexcept {
 const ContactEstimate& PointsSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   Stopwatch lap;
   felt_ = &EstimateContact(p_S_tip);
-  look_times_.Add(look_us_);
-  check_times_.Add(eyes_->checks_us());
-  total_times_.Add(look_us_ + lap.Lap());
+  times_.look.Add(look_us_);
+  times_.checks.Add(eyes_->checks_us());
+  times_.total.Add(look_us_ + lap.Lap());
   shown_ = next_;
   overlay_ = MakePointsOverlay(*eyes_, *seen_, *felt_);
   return *felt_;
@@ -205,9 +205,9 @@ SenseInfo PointsSense::info() const {
 }
 
 std::vector<StageTimes> PointsSense::Stages() const {
-  return {TimesOf(eyes_->stage(), look_times_), TimesOf("checks", check_times_),
+  return {TimesOf(eyes_->stage(), times_.look), TimesOf("checks", times_.checks),
           TimesOf("mechanics", estimator_ ? estimator_->times() : LatencyHistogram{}),
-          TimesOf("total", total_times_)};
+          TimesOf("total", times_.total)};
 }
 
 }  // namespace palpate

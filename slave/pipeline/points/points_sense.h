@@ -94,7 +94,9 @@ class PointsSense final : public SensingPipeline {
   bool rest_known_ = false;  // estimate before the rest shape is known
   const SurfaceObservation* seen_ = nullptr;
   double look_us_ = 0;
-  LatencyHistogram look_times_, check_times_, total_times_;
+  struct Times {
+    LatencyHistogram look, checks, total;
+  } times_;  // per pair
 
   StereoPair shown_;  // of the last estimate
   PointsOverlay overlay_;

@@ -1,0 +1,114 @@
+// Object and tool of a scene. SI units, frames as named.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/outline.h"
+
+namespace palpate {
+
+struct RectangleGeometry {
+  double width = 0, height = 0, thickness = 0;
+};  // [m], frame O at the lower left
+struct DiscGeometry {
+  double radius = 0, thickness = 0;
+};  // [m], frame O at the centre
+struct PolygonGeometry {
+  Outline outline;
+  double thickness = 0;
+};  // [m]
+struct ContourFileGeometry {
+  std::filesystem::path file;
+  Outline outline;
+  double thickness = 0;
+};  // CSV x,y [m]
+struct ImageContourGeometry {
+  double thickness = 0;
+};  // the outline is found in the first image
+struct MembraneGeometry {
+  double radius = 0, thickness = 0;
+};  // [m], clamped plate, frame O at the centre, z along the outward normal
+// An air-filled membrane: the part of an ellipsoid above the plane of its rim, which is fixed.
+// Frame O at the rim's centre, z outward through the top.
+struct DomeGeometry {
+  Eigen::Vector3d semi_axes{0, 0, 0};  // semi-axes of the ellipsoid along x, y, z of O [m]
+  double inflation = 0;                // height of the top above the rim [m]
+  double thickness = 0;                // thickness of the membrane [m]
+  double air = 0;  // volume of the enclosed air [m^3]; 0: its pressure is constant
+};
+struct BoxGeometry {
+  Eigen::Vector3d size{0, 0, 0};
+  std::array<int, 3> cells{1, 1, 1};
+};  // [m], frame O at the lower corner
+struct MeshFileGeometry {
+  std::filesystem::path file;
+  double unit = 1;        // length of one unit of the file [m]
+  double resolution = 0;  // edge of the tetrahedra that fill a surface [m]; 0: chosen by the mesher
+};                        // .veg .node/.ele .msh .vtu; a surface: .stl .ply
+using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
+                              ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry,
+                              DomeGeometry>;
+bool IsPlanar(const Geometry& geometry);
+bool IsVolume(const Geometry& geometry);
+// A membrane that is fixed at its rim, flat or domed.
+bool IsSkin(const Geometry& geometry);
+double ThicknessOf(const Geometry& geometry);  // [m]; 0: a volume
+// The outline of a planar geometry, frame O; a disc as a 360-gon. Empty for ImageContourGeometry
+// and for geometries that are not planar.
+Outline OutlineOf(const Geometry& geometry);
+
+struct Material {
+  double young_modulus = 0;            // E [Pa], > 0
+  double poisson_ratio = 0;            // nu [-], -1 < nu <= 0.5
+  double density = 0;                  // [kg/m^3]; 0: not given
+  double young_modulus_tolerance = 0;  // one sigma, relative [-]; part of the force's sigma
+};
+
+// Where displacements are zero.
+struct FixedSide {
+  std::string side;
+};  // bottom, top, left, right of the bounding box, selected by element midpoint
+struct FixedArc {
+  double centre = 0, half_angle = 0;
+};  // angles of element midpoints seen from O's origin [rad], ends included within 1e-9 rad
+struct FixedPlane {
+  int axis = 0;
+  double at = 0;
+};  // elements whose midpoint lies in the plane; position [m]
+struct FixedNodes {
+  std::vector<int> nodes;
+};  // element indices from 0
+struct Fixed {
+  std::variant<FixedSide, FixedArc, FixedPlane, FixedNodes> where;
+  std::array<bool, 3> components{true, true, true};  // fixed components x, y, z
+};
+
+struct Object {
+  Geometry geometry;
+  Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();
+  Material material;
+  std::vector<Fixed> fixed;  // empty: balanced loads only
+};
+// Whether the object has a fixed boundary. The rim of a membrane is always fixed. Without a fixed
+// boundary the object may move as a rigid body: its points are tracked and the force is unknown.
+bool IsHeld(const Object& object);
+
+// --- tool
+struct Tool {
+  enum class Shape : std::uint8_t { kFlat, kRound } shape = Shape::kFlat;
+  double width = 0;   // width; of a flat tool the contact width [m], > 0
+  double radius = 0;  // radius of the end of a round tool [m]; its contact grows with depth
+  Eigen::Vector2d direction{
+      0, -1};  // unit vector along the tool, in the plane z = 0 of S; zero: found in the image
+};
+
+}  // namespace palpate
