@@ -9,12 +9,12 @@ struct PointsLimits {
   // the rest frame of dots]
   static constexpr int kLearning = 10;
 
-  // Distance of left and right rays [px].
-  // Of a camera that has not moved. [tuned: one camera bumped at rest - across]
+  // Distance of left and right rays.
+  // Of a camera that has not moved [px]. [tuned: one camera bumped at rest - across]
   static constexpr double kMostOffset = 0.5;
-  // At rest, in addition to the rig's own rms. [tuned: rig turned against what is told]
+  // At rest, in addition to the rig's own rms [px]. [tuned: rig turned against what is told]
   static constexpr double kMostAtRest = 0.5;
-  // The same for a simulated pair, whose rig is the scene's. [tuned: baseline wrong]
+  // The same for a simulated pair, whose rig is the scene's [px]. [tuned: baseline wrong]
   static constexpr double kMostAtRestOfExactRig = 0.02;
   // Of the right image beyond its timestamp [image periods]. [tuned: right picture late, left
   // picture late]

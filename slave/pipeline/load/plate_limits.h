@@ -18,13 +18,13 @@ struct PlateLimits {
   // Outliers. Fits with softened weights [-], scatter at which weights fall [sigma]. [tuned:
   // surface_doubts_test, dots out of place]
   static constexpr int kSoftRounds = 6;
-  static constexpr double kSoft = 2;  // [tuned: surface_doubts_test, dots out of place]
+  static constexpr double kSoft = 2;  // [sigma] [tuned: surface_doubts_test, dots out of place]
   // The model's own error by the largest deflection [-]. [derived: that of the check of the fit]
   static constexpr double kModelError = LoadLimits::kModelError;
   // Reach of a cluster of neighbours [radii], and their number [-]. [tuned: surface_doubts_test, a
   // patch that lies off to one side]
   static constexpr double kReach = 0.3;
-  static constexpr int kNeighbours = 3;  // [tuned: surface_doubts_test, as kReach]
+  static constexpr int kNeighbours = 3;  // [-] [tuned: surface_doubts_test, as kReach]
   // Solutions of the plate for fits with the same rim [-]. [recorded: a compensated rig needs up to
   // 650, a moved rim 1000; points of a mirrored image took seconds]
   static constexpr long kMostPresses = 1300;

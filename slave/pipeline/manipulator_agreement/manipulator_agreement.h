@@ -55,7 +55,7 @@ class ManipulatorAgreement {
   static constexpr double kApart = 0.3;
 
  private:
-  // The same by its sigma. [tuned: undisturbed]
+  // The same by its sigma [-]. [tuned: undisturbed]
   static constexpr double kSigmas = 3;
   // Difference that is noise of the image alone [sigma]. [tuned: undisturbed]
   static constexpr double kNoiseSigmas = 2;

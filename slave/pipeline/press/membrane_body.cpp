@@ -24,7 +24,7 @@ constexpr double kAtmosphere = 101'325;
 // Rings of triangles about the top [-], and triangles across the tool [-]. [tuned:
 // domed_scene_test]
 constexpr int kFewestRings = 10, kMostRings = 24;
-constexpr double kTrianglesUnderTool = 3;  // [tuned: domed_scene_test]
+constexpr double kTrianglesUnderTool = 3;  // [-] [tuned: domed_scene_test]
 // One sigma of the force by itself [-]: what the law leaves out, and what the surface's turning
 // does at the deepest indentation that is not extrapolated. [recorded: membrane_press_rgbd, whose
 // forces are 5 to 10 % low because its air responds sooner than enclosed air]
