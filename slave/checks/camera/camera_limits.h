@@ -1,4 +1,4 @@
-// Limits of the checks of one camera, as `check` prints them. Rows are those of `adversity`.
+// Limits of one camera's checks, as `check` prints them. Rows are those of the robustness suite.
 #pragma once
 
 namespace palpate {
