@@ -5,28 +5,29 @@ namespace palpate {
 
 struct CameraLimits {
   // First image against the scene.
-  // Error of the object's size [-]. [tuned: pixel size wrong, outline wrong]
+  // Error of the object's size [-].
   static constexpr double kMostScale = 0.02;
-  // Residual of the object's outline, rms [px]. [tuned: object elsewhere than told]
+  // Residual of the object's outline, rms [px].
   static constexpr double kMostResidual = 2;
   // Distance of the tool's end from the encoder reading [px]. [tuned: the arm's report wrong]
   static constexpr double kToolElsewhere = 1;
-  // Error of the tool's width [-]. [tuned: pixel size wrong]
+  // Error of the tool's width [-]. [tuned: tool's width told wrong]
   static constexpr double kToolWidth = 0.12;
-  // Edge width, 1: sharp [-]. [tuned: defocus]
+  // Edge width, 1: sharp [-].
   static constexpr double kSharpAtRest = 0.30;
 
   // Each image.
-  // Edge width relative to the first image [-]. [tuned: defocus while pressed, motion blur along x]
+  // Edge width relative to the first image [-]. [tuned: defocus while pressed]
   static constexpr double kSharpness = 0.47;
-  // Brightest edge, of the largest grey level [-]. [tuned: brighter, glint beside the contact]
+  // Brightest edge, of the largest grey level [-]. [tuned: over-exposed at rest]
   static constexpr double kOverexposed = 1.15;
-  // Offset of every other row at the tip [px]. [derived: one pixel is what rounding gives]
+  // Offset of every other row at the tip [px]. [tuned: every other row aside]
   static constexpr int kMostComb = 1;
-  // Motion of the image [px], [rad], growth [-]. [tuned: camera bumped at rest - x, camera turned
-  // at rest, zoom changed at rest]
-  static constexpr double kMostShift = 40, kMostTurn = 0.06, kMostGrowth = 0.03;
-  // Indentation that needs no confirmation [px]. [tuned: undisturbed]
+  // Motion of the image [px]. [tuned: camera bumped while pressed]
+  static constexpr double kMostShift = 40;
+  // Turn of the image [rad], and its growth [-].
+  static constexpr double kMostTurn = 0.06, kMostGrowth = 0.03;
+  // Indentation that needs no confirmation [px].
   static constexpr double kSmallDent = 1.5;
 };
 

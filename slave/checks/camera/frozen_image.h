@@ -19,7 +19,7 @@ class FrozenImageCheck final : public Check<CameraSample> {
   }
 
  private:
-  // Noise of a real camera [1/255 of full scale]. [derived: less than half a level is constant]
+  // Noise of a real camera [1/255 of full scale].
   static constexpr double kLeastNoise = 0.5;
   RepeatDetector detector_;
 };

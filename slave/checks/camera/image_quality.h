@@ -11,7 +11,7 @@ namespace palpate {
 
 class ImageQualityCheck final : public Check<CameraSample> {
  public:
-  // Sigma from which on the tip is only roughly known [px]. [tuned: glint on the tip]
+  // Sigma from which on the tip is only roughly known [px].
   static constexpr double kRoughTip = 0.4;
 
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
@@ -27,7 +27,7 @@ class ImageQualityCheck final : public Check<CameraSample> {
   }
 
  private:
-  // Sigma of the tip by the indentation [-]. [tuned: tip covered - standing]
+  // Sigma of the tip by the indentation [-].
   static constexpr double kRough = 0.12;
 };
 

@@ -10,17 +10,15 @@ namespace {
 constexpr std::string_view kOtherDent = "observed and computed indentation differ";
 constexpr std::string_view kOtherEdge =
     "the object's edge lies beside the computed outline: something covers it, or touches elsewhere";
-// Sigma of the indentation of the edge without any model error [px]. [tuned: undisturbed]
+// Sigma of the indentation of the edge without any model error [px].
 constexpr double kFloor = 0.2;
-// Difference from which on they disagree [sigma]. [tuned: undisturbed, object moved while pressed]
+// Difference from which on they disagree [sigma].
 constexpr double kSigmas = 3.5;
-// That must agree before an indentation is trusted again [images]. [tuned: camera shakes]
+// That must agree before an indentation is trusted again [images].
 constexpr int kDistrust = 3;
-// Consecutive edge positions beside the outline: more is an occlusion [-]. [tuned: wire over the
-// object at 10 deg]
+// Consecutive edge positions beside the outline: more is an occlusion [-].
 constexpr int kMostApart = 7;
-// In which an indentation may stay out of sight [images]. [tuned: a hand comes while pressed and
-// stays]
+// In which an indentation may stay out of sight [images].
 constexpr int kUnconfirmed = 6;
 
 bool Agrees(const CameraSample& sample) noexcept {

@@ -18,7 +18,7 @@ class RegainedCheck final : public Check<CameraSample> {
   void Reset() noexcept override { left_ = 0; }
 
  private:
-  // That must agree [images]. [tuned: a hand comes and stays, lost]
+  // That must agree [images]. [tuned: a hand comes and stays]
   static constexpr int kImages = 3;
   int left_ = 0;  // images until a found tip is trusted again
 };

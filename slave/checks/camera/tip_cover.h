@@ -16,8 +16,7 @@ class TipCoverCheck final : public Check<CameraSample> {
   }
 
  private:
-  // Hidden part of the tip's template [-]. [tuned: side of the tool covered, tip covered -
-  // standing]
+  // Hidden part of the tip's template [-].
   static constexpr double kCovered = 0.3;
 };
 

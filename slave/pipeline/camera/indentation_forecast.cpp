@@ -7,15 +7,14 @@
 namespace palpate {
 namespace {
 
-// Distance from the surface within which an indentation is expected [px]. [tuned: undisturbed]
+// Distance from the surface within which an indentation is expected [px].
 constexpr double kNear = 15;
 // Sigma of a computed indentation, relative [-]: of the model, and besides as elements are long for
-// the tool. [tuned: undisturbed]
+// the tool.
 constexpr double kModel = 0.05, kMesh = 0.1;
 // Depth at which a round tool's indentation is taken before it touches [px]. [by definition]
 constexpr double kFirst = 1;
-// Change of a round tool's depth after which it is taken again [-]. [derived: half the model's
-// sigma of kModel in the shape of the indentation]
+// Change of a round tool's depth after which it is taken again [-].
 constexpr double kDeepens = 0.1;
 
 }  // namespace

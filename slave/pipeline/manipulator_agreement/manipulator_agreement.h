@@ -55,11 +55,11 @@ class ManipulatorAgreement {
   static constexpr double kApart = 0.3;
 
  private:
-  // The same by its sigma [-]. [tuned: undisturbed]
+  // The same by its sigma [-].
   static constexpr double kSigmas = 3;
-  // Difference that is noise of the image alone [sigma]. [tuned: undisturbed]
+  // Difference that is noise of the image alone [sigma].
   static constexpr double kNoiseSigmas = 2;
-  // Difference that is no motion [px]. [tuned: undisturbed]
+  // Difference that is no motion [px].
   static constexpr double kStill = 1;
 
   ArmConsistencyCheck in_image_, on_object_;
