@@ -117,8 +117,9 @@ SlaveDescription LiveSlave::Describe() const {
 SlaveStatus LiveSlave::Status() const {
   SlaveStatus status;
   status.phase = port_.view().phase;
-  status.commands = port_.taken();
-  status.commands_refused = port_.refused();
+  const CommandCounts counts = port_.counts();
+  status.commands = counts.taken;
+  status.commands_refused = counts.refused;
   status.started_at = started_at_;
   status.stages = sensing_.Stages();
   newest_.Describe(&status);

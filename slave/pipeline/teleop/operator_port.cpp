@@ -25,15 +25,6 @@ bool IsSane(const OperatorCommand& command) {
          command.velocity.cwiseAbs().maxCoeff() <= kAbsurdSpeed;
 }
 
-constexpr double kArrived = 0.005;  // of a retreat: what the arm goes in so long [s]
-// A retreat ends after so many times what it takes at full speed, and so long besides [s].
-constexpr double kRetreatTimes = 2, kRetreatLonger = 1;
-// At a guard a hand trembles and drags: what the arm goes in so long is no press further [s].
-constexpr double kTremor = 0.02;
-constexpr double kFalls = 0.95;  // of a guard: below that it stands no more
-// After the tool was led last, samples tell within so long what that did; later ones are waited for
-// so long [s].
-constexpr double kSeenWithin = 0.3, kWaitedFor = 10;
 constexpr auto kWatchPeriod = std::chrono::milliseconds(2);
 constexpr double kMaxForceLimit = 100;     // [N]
 constexpr double kMaxYoungModulus = 1e13;  // [Pa]
@@ -52,7 +43,8 @@ OperatorPort::OperatorPort(Manipulator& manipulator, const TeleopTransform& tran
       limits_(limits),
       dead_after_(dead_after),
       transform_(transform),
-      last_tip_(manipulator.Tip()) {}
+      last_tip_(manipulator.Tip()),
+      guard_(manipulator, limits_) {}
 
 void OperatorPort::BeginOperating() {
   const std::lock_guard lock(mutex_);
@@ -82,7 +74,7 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     Refuse();
     return false;
   }
-  ++taken_;
+  ++counts_.taken;
   if (command.state_sequence > state_sequence_) {
     state_sequence_ = command.state_sequence;
     newer_at_ = now;
@@ -106,10 +98,10 @@ bool OperatorPort::Command(const OperatorCommand& command, Time now) noexcept {
     return true;
   }
   const bool new_epoch = command.epoch > view_.epoch;
-  if (retreat_) return true;
+  if (guard_.retreats()) return true;
   if (new_epoch || (!engaged_ && view_.phase == Phase::kClutched)) Engage(command);
   if (needs_new_epoch_) return true;
-  if (WayTo(TargetOf(command)) > kLeapTime * limits_.max_speed) {
+  if (guard_.WayTo(TargetOf(command)) > kLeapTime * limits_.max_speed) {
     Refuse();
     needs_new_epoch_ = true;
     return false;
@@ -125,34 +117,19 @@ bool OperatorPort::IsPermitted(const OperatorCommand& command) const noexcept {
   return command.epoch >= view_.epoch && speed <= kFastest * limits_.max_speed;
 }
 
-double OperatorPort::WayTo(const Eigen::Vector3d& p_S) const noexcept {
-  const Eigen::Vector3d within =
-      p_S.cwiseMax(limits_.workspace_min).cwiseMin(limits_.workspace_max);
-  return (within - manipulator_.Tip()).norm();
-}
-
 void OperatorPort::Refuse() noexcept {
-  ++refused_;
+  ++counts_.refused;
   events_.Add(Event::kCommandRefused);
   engaged_ = false;
   Stand(Phase::kHold);
 }
 
 void OperatorPort::Follow(const OperatorCommand& command) noexcept {
-  Eigen::Vector3d target = TargetOf(command);
-  if (outward_) {
-    // Out and nowhere else: along a surface that is not as flat as it seems the way leads deeper.
-    const Eigen::Vector3d tip = manipulator_.Tip();
-    const double out = (target - tip).dot(*outward_);
-    if (-out > kTremor * limits_.max_speed) return HoldUntilEngaged(Event::kLimit);
-    target = tip + std::max(0.0, out) * *outward_;
-    if (out < 0) events_.Add(Event::kLimit);
-  } else if (floor_) {
-    target += std::max(0.0, -floor_->signedDistance(target)) * floor_->normal();
-  }
+  const auto target = guard_.Permitted(TargetOf(command), &events_);
+  if (!target) return HoldUntilEngaged(Event::kLimit);
   engaged_ = true;
   view_.phase = Phase::kFollowing;
-  manipulator_.Command(target);
+  manipulator_.Command(*target);
   if (manipulator_.at_limit()) events_.Add(Event::kLimit);
 }
 
@@ -166,9 +143,9 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
 void OperatorPort::Stand(Phase phase) noexcept {
   if (view_.phase != Phase::kEstop) view_.phase = phase;
   if (view_.phase == Phase::kEstop) {
-    retreat_.reset();
+    guard_.EndRetreat();
     manipulator_.Stop();
-  } else if (!retreat_) {
+  } else if (!guard_.retreats()) {
     manipulator_.Hold();
   }
 }
@@ -188,66 +165,15 @@ void OperatorPort::CountEnergy(const ContactState& contact) noexcept {
 }
 
 void OperatorPort::Guard(Time now, const ContactState& contact) noexcept {
-  const double felt = contact.force ? contact.force->norm() : 0;
-  const double force = std::max(felt, contact.force_by_now);
-  const double depth = std::max(contact.depth, contact.depth_by_now);
-  const double falls = outward_ ? kFalls : 1;
-  const bool is_reached =
-      force > falls * limits_.force_guard || depth > falls * limits_.depth_guard;
-  const bool begins = is_reached && !outward_;
   const bool follows = view_.phase == Phase::kFollowing;
-  if (contact.force) outward_.reset();  // a guard stands while nobody knows that it may fall
-  if (is_reached) outward_ = contact.outward;
-  SetFloor(contact, force);
-  if (follows) followed_at_ = now;
-  if (retreat_) ContinueRetreat(now);
-  if (begins && (follows || unseen_)) Retreat(now, contact);
-  const double since = SecondsBetween(followed_at_, now);
-  unseen_ = follows || (unseen_ && since < (contact.force ? kSeenWithin : kWaitedFor));
-}
-
-void OperatorPort::SetFloor(const ContactState& contact, double force) noexcept {
-  floor_.reset();
-  if (contact.normal.isZero()) return;
-  const double depth = contact.depth_by_now;
-  double deepest = kFloor * limits_.depth_guard;
-  if (contact.stiffness > 0) {
-    const double room = (kFloor * limits_.force_guard - force) / contact.stiffness;
-    deepest = std::min(deepest, std::max(0.0, depth) + room);
-  }
-  if (!std::isfinite(deepest)) return;
-  floor_.emplace(contact.normal, manipulator_.Tip() + (depth - deepest) * contact.normal);
-}
-
-// A guard was reached where somebody led the tool.
-void OperatorPort::Retreat(Time now, const ContactState& contact) noexcept {
-  if (view_.phase == Phase::kEstop) return;
-  if (limits_.guard_retracts) {
-    const double depth = std::max(contact.depth, contact.depth_by_now);
-    retreat_ = manipulator_.Tip() + depth * contact.outward;
-    retreat_frame_ = manipulator_.frame();
-    const double takes = WayTo(*retreat_) / limits_.max_speed;
-    retreat_until_ = now + Seconds(kRetreatTimes * takes + kRetreatLonger);
-  }
-  if (view_.phase == Phase::kFollowing) {
+  if (!guard_.Check(now, contact, follows) || view_.phase == Phase::kEstop) return;
+  guard_.BeginRetreat(now, contact);
+  if (follows) {
     HoldUntilEngaged(Event::kLimit);
   } else {
     events_.Add(Event::kLimit);
   }
-  if (retreat_) ContinueRetreat(now);
-}
-
-// An arm forgets what it was told when it has a fault; whoever drives it then may count from
-// elsewhere.
-void OperatorPort::ContinueRetreat(Time now) noexcept {
-  const bool is_same = manipulator_.frame() == retreat_frame_;
-  if (is_same && WayTo(*retreat_) < kArrived * limits_.max_speed) return retreat_.reset();
-  if (!is_same || now > retreat_until_) {
-    retreat_.reset();
-    manipulator_.Hold();
-  } else if (!manipulator_.is_faulty()) {
-    manipulator_.Command(*retreat_);
-  }
+  guard_.ContinueRetreat(now);
 }
 
 double OperatorPort::UnfeltFor(Time now) const noexcept {
@@ -278,7 +204,7 @@ void OperatorPort::Watch(Time now, const ContactState& contact) noexcept {
 
 void OperatorPort::AwaitOperator(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  const auto is_watched = [this] { return operating_ || retreat_ || unseen_; };
+  const auto is_watched = [this] { return operating_ || guard_.retreats() || guard_.is_unseen(); };
   if (is_watched()) return;
   begun_.wait(lock, stop, is_watched);
   last_tip_ = manipulator_.Tip();
@@ -329,14 +255,9 @@ TeleopTransform OperatorPort::transform() const {
   return transform_;
 }
 
-std::uint64_t OperatorPort::taken() const {
+CommandCounts OperatorPort::counts() const {
   const std::lock_guard lock(mutex_);
-  return taken_;
-}
-
-std::uint64_t OperatorPort::refused() const {
-  const std::lock_guard lock(mutex_);
-  return refused_;
+  return counts_;
 }
 
 Events OperatorPort::TakeEvents() noexcept {

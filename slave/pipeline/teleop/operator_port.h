@@ -10,13 +10,13 @@
 #include <thread>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include "shared/geometry/teleop_transform.h"
 #include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/dead_after.h"
 #include "shared/state/slave_state.h"
 #include "slave/manipulator/manipulator.h"
+#include "slave/pipeline/teleop/contact_guard.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
@@ -28,23 +28,11 @@ inline constexpr double kLongestCommandGap = 0.220;  // [s]
 inline constexpr double kUnfeltTimeout = 0.100;  // [s]
 // A command may lead by the distance that the manipulator travels at full speed in this time [s].
 inline constexpr double kLeapTime = 0.2;
-// Targets end at this multiple of a guard.
-inline constexpr double kFloor = 1.05;
 // Speed ratio to the manipulator beyond which a command is rejected.
 inline constexpr double kFastest = 2;
 
-// The present contact, as far as it is known. Frame S.
-struct ContactState {
-  std::optional<Eigen::Vector3d> force;  // of the object on the tool [N]; nullopt: unknown
-  double depth = 0;                      // of the tool in the object [m]
-  Eigen::Vector3d outward{0, 0, 0};      // of the surface touched [-]
-  // Values at the present tip position by the local model: magnitude of the force [N], 0: unknown;
-  // depth [m], negative above the surface.
-  double force_by_now = 0, depth_by_now = 0;
-  // The surface of the local model: outward normal, zero: unknown; increase of the force with depth
-  // [N/m], 0: unknown.
-  Eigen::Vector3d normal{0, 0, 0};
-  double stiffness = 0;
+struct CommandCounts {
+  std::uint64_t taken = 0, refused = 0;
 };
 
 // Thread-safe; every call is short. The manipulator must outlive the port.
@@ -55,10 +43,7 @@ struct ContactState {
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
-// the guards. By the local model no target lies deeper than kFloor times a guard, so a late check
-// of the guards lets the tool go no deeper. Where guards retract, it goes back to the surface, also
-// if they were seen to be reached only after it was let go; the arm's fault delays that, and where
-// the arm does not come it ends.
+// the guards (ContactGuard).
 class OperatorPort {
  public:
   // `dead_after`: silence of the operator after which the tool holds [s].
@@ -83,15 +68,12 @@ class OperatorPort {
 
   [[nodiscard]] OperatorView view() const;
   [[nodiscard]] TeleopTransform transform() const;
-  [[nodiscard]] std::uint64_t taken() const;
-  [[nodiscard]] std::uint64_t refused() const;
+  [[nodiscard]] CommandCounts counts() const;
   Events TakeEvents() noexcept;
 
  private:
   // Whether the command is acceptable.
   [[nodiscard]] bool IsPermitted(const OperatorCommand& command) const noexcept;
-  // Distance of `p_S` (encoder frame), or of the nearest point in the workspace, from the tip [m].
-  [[nodiscard]] double WayTo(const Eigen::Vector3d& p_S) const noexcept;
   [[nodiscard]] Eigen::Vector3d TargetOf(const OperatorCommand& command) const noexcept {
     return transform_.ToSlave(command.p_M) - eyes_minus_encoders_;
   }
@@ -104,10 +86,6 @@ class OperatorPort {
   [[nodiscard]] bool is_blind() const { return unknown_for_ > limits_.blind_after; }
   void CountEnergy(const ContactState& contact) noexcept;
   void Guard(Time now, const ContactState& contact) noexcept;
-  // Sets the depth at which targets end. `force`: the largest known magnitude [N].
-  void SetFloor(const ContactState& contact, double force) noexcept;
-  void Retreat(Time now, const ContactState& contact) noexcept;
-  void ContinueRetreat(Time now) noexcept;
   // Time since the operator reported a newer state [s]. Not checked for clients that report none,
   // such as scripts.
   [[nodiscard]] double UnfeltFor(Time now) const noexcept;
@@ -124,20 +102,13 @@ class OperatorPort {
   bool operating_ = false;
   bool engaged_ = false;  // the clutch is closed in the newest command
   bool needs_new_epoch_ = false;
-  std::optional<Eigen::Vector3d>
-      outward_;  // set when a guard is reached: targets move outwards only
-  std::optional<Eigen::Hyperplane<double, 3>> floor_;  // below it lies no target, encoders, S
-  std::optional<Eigen::Vector3d> retreat_;  // where the tool retracts to, encoders, S [m]
-  std::uint32_t retreat_frame_ = 0;         // of the manipulator at that position
-  Time retreat_until_{};
-  Time followed_at_{};   // last
-  bool unseen_ = false;  // the guards have not yet checked the effect of the last motion
+  ContactGuard guard_;
   // Time with an unknown force while an operator is engaged; a reconnection does not reset it [s].
   double unknown_for_ = 0;
   Time watched_at_{};
   std::uint64_t state_sequence_ = 0;  // of the newest state that the operator reports
   Time newer_at_{};                   // time of its first report
-  std::uint64_t taken_ = 0, refused_ = 0;
+  CommandCounts counts_;
   Events events_;
 };
 

@@ -205,7 +205,7 @@ TEST_F(OperatorPortTest, BrokenNumbersAreRefusedAndHoldTheTool) {
   for (const Vector3d& bad : {Vector3d(nan, 0, 0), Vector3d(0, 1e300, 0), Vector3d(0, 0, -101),
                               Vector3d(0, std::numeric_limits<double>::infinity(), 0)}) {
     EXPECT_FALSE(Send(Next(bad))) << bad.transpose();
-    EXPECT_EQ(port_.refused(), static_cast<std::uint64_t>(++refused));
+    EXPECT_EQ(port_.counts().refused, static_cast<std::uint64_t>(++refused));
     EXPECT_EQ(arm_.Tip(), tip);
     EXPECT_EQ(port_.view().phase, Phase::kHold);
   }
