@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -139,28 +140,6 @@ class LstmEstimate final : public ForceEstimate {
   int oldest_ = 0;  // the lane that began first: the next to begin anew
 };
 
-class RecurrentNetwork final : public ForceNetwork {
- public:
-  RecurrentNetwork(const NetworkInfo& info, const NetworkWeights& weights)
-      : info_(info),
-        parts_(std::make_shared<RecurrentParts>(
-            RecurrentParts{info.window, std::make_shared<LstmPlan>(weights, LstmKernels().front()),
-                           DenseStack(weights, info.gain)})) {}
-
-  [[nodiscard]] const NetworkInfo& info() const override { return info_; }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
-    return std::make_unique<LstmEstimate>(parts_, true);
-  }
-  [[nodiscard]] bool HasState() const override { return true; }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override {
-    return std::make_unique<LstmEstimate>(parts_, false);
-  }
-
- private:
-  NetworkInfo info_;
-  std::shared_ptr<const RecurrentParts> parts_;
-};
-
 struct FeedForwardParts {
   std::vector<double> mean, scale;  // of the inputs
   DenseStack stack;
@@ -169,7 +148,7 @@ struct FeedForwardParts {
 // Without memory: every sample is a window.
 class FeedForwardEstimate final : public ForceEstimate {
  public:
-  explicit FeedForwardEstimate(std::shared_ptr<const FeedForwardParts> parts)
+  FeedForwardEstimate(std::shared_ptr<const FeedForwardParts> parts, bool /*windowed*/)
       : parts_(std::move(parts)), x_(parts_->mean.size()), scratch_(parts_->stack.scratch_size()) {}
 
   void Reset() noexcept override {}
@@ -186,26 +165,6 @@ class FeedForwardEstimate final : public ForceEstimate {
   std::vector<double> x_, scratch_;
 };
 
-class FeedForwardNetwork final : public ForceNetwork {
- public:
-  FeedForwardNetwork(const NetworkInfo& info, const NetworkWeights& weights)
-      : info_(info),
-        parts_(std::make_shared<FeedForwardParts>(
-            FeedForwardParts{{weights.input_mean.begin(), weights.input_mean.end()},
-                             {weights.input_scale.begin(), weights.input_scale.end()},
-                             DenseStack(weights, info.gain)})) {}
-
-  [[nodiscard]] const NetworkInfo& info() const override { return info_; }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
-    return std::make_unique<FeedForwardEstimate>(parts_);
-  }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override { return Windowed(); }
-
- private:
-  NetworkInfo info_;
-  std::shared_ptr<const FeedForwardParts> parts_;
-};
-
 struct TracedParts {
   int window;
   Eigen::VectorXf scale;
@@ -216,7 +175,7 @@ struct TracedParts {
 // Carries its traces on from where the window began; the window is what they need to settle.
 class TracedEstimate final : public ForceEstimate {
  public:
-  explicit TracedEstimate(std::shared_ptr<const TracedParts> parts)
+  TracedEstimate(std::shared_ptr<const TracedParts> parts, bool /*windowed*/)
       : parts_(std::move(parts)),
         traces_(parts_->scale.size(), parts_->rate),
         now_(parts_->scale.size()),
@@ -253,22 +212,25 @@ class TracedEstimate final : public ForceEstimate {
   int seen_ = 0;  // at most a window
 };
 
-class TracedNetwork final : public ForceNetwork {
+// `Parts`: what the network shares with its estimates.
+template <class Estimate, class Parts>
+class WeightedNetwork final : public ForceNetwork {
  public:
-  TracedNetwork(const NetworkInfo& info, const NetworkWeights& weights)
-      : info_(info),
-        parts_(std::make_shared<TracedParts>(TracedParts{
-            info.window, weights.input_scale, info.rate, DenseStack(weights, info.gain)})) {}
+  WeightedNetwork(const NetworkInfo& info, Parts parts)
+      : info_(info), parts_(std::make_shared<Parts>(std::move(parts))) {}
 
   [[nodiscard]] const NetworkInfo& info() const override { return info_; }
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
-    return std::make_unique<TracedEstimate>(parts_);
+    return std::make_unique<Estimate>(parts_, true);
   }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override { return Windowed(); }
+  [[nodiscard]] bool HasState() const override { return std::is_same_v<Parts, RecurrentParts>; }
+  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override {
+    return std::make_unique<Estimate>(parts_, false);
+  }
 
  private:
   NetworkInfo info_;
-  std::shared_ptr<const TracedParts> parts_;
+  std::shared_ptr<const Parts> parts_;
 };
 
 }  // namespace
@@ -277,9 +239,21 @@ std::unique_ptr<ForceNetwork> MakeForceNetwork(const NetworkInfo& info,
                                                const NetworkWeights& weights) {
   const std::string fault = FaultOf(info, weights);
   if (!fault.empty()) throw std::invalid_argument(fault);
-  if (IsRecurrent(info.architecture)) return std::make_unique<RecurrentNetwork>(info, weights);
-  if (IsTraced(info.architecture)) return std::make_unique<TracedNetwork>(info, weights);
-  return std::make_unique<FeedForwardNetwork>(info, weights);
+  const NetworkWeights& w = weights;
+  DenseStack stack(w, info.gain);
+  if (IsRecurrent(info.architecture)) {
+    return std::make_unique<WeightedNetwork<LstmEstimate, RecurrentParts>>(
+        info, RecurrentParts{info.window, std::make_shared<LstmPlan>(w, LstmKernels().front()),
+                             std::move(stack)});
+  }
+  if (IsTraced(info.architecture)) {
+    return std::make_unique<WeightedNetwork<TracedEstimate, TracedParts>>(
+        info, TracedParts{info.window, w.input_scale, info.rate, std::move(stack)});
+  }
+  return std::make_unique<WeightedNetwork<FeedForwardEstimate, FeedForwardParts>>(
+      info, FeedForwardParts{{w.input_mean.begin(), w.input_mean.end()},
+                             {w.input_scale.begin(), w.input_scale.end()},
+                             std::move(stack)});
 }
 
 }  // namespace palpate
