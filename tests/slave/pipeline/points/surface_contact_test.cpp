@@ -13,18 +13,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using testing_fakes::Askew;
-using testing_fakes::DotsUnder;
-using testing_fakes::FinerPlate;
-using testing_fakes::kAway;
-using testing_fakes::kModulus;
-using testing_fakes::kNu;
-using testing_fakes::kRadius;
-using testing_fakes::kSigma;
-using testing_fakes::kThickness;
-using testing_fakes::kToolWidth;
-using testing_fakes::Large;
-using testing_fakes::MembraneScene;
+using namespace testing_fakes;
 
 // Reference: the model itself, pressed to that depth. The table behind it is good to 0.2 %.
 TEST(SurfaceContactTest, TheLocalContactIsTangentToTheMembranesForce) {

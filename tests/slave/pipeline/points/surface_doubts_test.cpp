@@ -18,16 +18,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using testing::HasSubstr;
-using testing_fakes::DotsUnder;
-using testing_fakes::FinerPlate;
-using testing_fakes::kAway;
-using testing_fakes::kModulus;
-using testing_fakes::kNu;
-using testing_fakes::kRadius;
-using testing_fakes::kSigma;
-using testing_fakes::kThickness;
-using testing_fakes::Large;
-using testing_fakes::MembraneScene;
+using namespace testing_fakes;
 
 // As exchanged cameras show it. A press of the same size is valid.
 TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {

@@ -20,19 +20,7 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using testing_fakes::Askew;
-using testing_fakes::DotsUnder;
-using testing_fakes::FinerPlate;
-using testing_fakes::kAway;
-using testing_fakes::kModulus;
-using testing_fakes::kNu;
-using testing_fakes::kRadius;
-using testing_fakes::kSigma;
-using testing_fakes::kThickness;
-using testing_fakes::kToolWidth;
-using testing_fakes::Large;
-using testing_fakes::Loaded;
-using testing_fakes::MembraneScene;
+using namespace testing_fakes;
 
 // Reference: the load itself, through modes of order 18. Order 12 against it makes up to 1.5 % of
 // the force through the dots; noise of 20 um adds less than half a percent at 2 N.
