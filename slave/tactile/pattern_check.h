@@ -2,10 +2,11 @@
 // computes the expected value of a signal that does not.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <vector>
 
+#include "slave/tactile/contact_kinds.h"
+#include "slave/tactile/electrode_jumps.h"
+#include "slave/tactile/signal_noise.h"
 #include "slave/tactile/signals/signal_pattern.h"
 
 namespace palpate {
@@ -32,7 +33,6 @@ class PatternCheck {
   // `rate` of the samples [Hz], > 0. The pattern must be known.
   PatternCheck(const SignalPattern& pattern, double rate);
 
-  using Electrodes = std::array<bool, kElectrodeCount>;
   // Processes the next sample, counts minus baseline; `is_dead`: electrodes known not to work;
   // `is_still`: those that may not; `rest2`: variance of each electrode's baseline [counts^2];
   // `astray`: w [counts]. Allocation-free.
@@ -57,60 +57,29 @@ class PatternCheck {
   [[nodiscard]] double drift() const { return drift_; }
   // Contribution of noise, drift and replaced signals to the error of the force [N].
   [[nodiscard]] double force_sigma() const { return force_sigma_; }
-  // The electrodes' noise, over the usual one.
-  [[nodiscard]] double noise() const { return noise_; }
-  // The same relative to that of the first samples.
-  [[nodiscard]] double noise_since_start() const { return noise_ / first_noise_; }
-  // Uncertainty of the gains, common or individual, one sigma [-].
-  [[nodiscard]] double gain_sigma() const noexcept;
+  [[nodiscard]] const SignalNoise& noise() const { return noise_; }
 
  private:
-  // A kind and the signal that is wrong in it: they explain a sample best.
-  struct Reading {
-    std::size_t kind = 0;
-    double cost = 0;
-    Covariance inverse;
-  };
-  [[nodiscard]] Reading Explain(const Signals& x, const Signals& noise2, double size2) noexcept;
-  [[nodiscard]] Reading ExplainBy(std::size_t kind, const Signals& x, const Signals& noise2,
-                                  double size2) const noexcept;
   void LeaveOutWrong(const Signals& x, const Electrodes& is_still, Signals* noise2,
                      Covariance* inverse) noexcept;
   void Measure(const Signals& x, const Covariance& inverse) noexcept;
-  void NoteJumps(const Signals& x) noexcept;
-  // How much the electrodes' noise differs from electrode to electrode: of its logarithm, as one
-  // sigma, by the median; a few that do not work do not count. 0: not known yet.
-  [[nodiscard]] double unevenness() const noexcept;
-  void LeaveOutJumps(Signals* jerk2) const noexcept;
   // Covariance of the baseline's drift since it was measured.
   [[nodiscard]] Covariance Drift() const noexcept;
-  void Reinstate(const Signals& x, const Signals& alive, const Covariance& inverse) noexcept;
   void Mend(const TactileSignals& change, const Signals& x, const Signals& noise2,
             const Covariance& inverse) noexcept;
 
-  SignalPattern pattern_;
-  struct Quick {  // of a kind at a typical size: selects the kinds to evaluate
-    Covariance inverse;
-    double offset = 0;
-  };
-  std::vector<Quick> quick_;
-  double share_, level_share_;  // weight of a sample in time averages
-  Signals noise2_, raw_, x_, before_x_, off_, before_off_;
+  ContactKinds kinds_;
+  Eigen::Matrix<double, 3, kPatternSignals> force_;  // of small signals [N/count]
+  SignalNoise noise_;
+  ElectrodeJumps jumps_;
+  double share_;       // weight of a sample in the drift
   Signals astray_;     // w [counts]
   double drift2_ = 0;  // q² [counts^2]
-  double level2_ = 0;  // of second differences of all electrodes [counts^2]
-  Signals levels2_;    // the same of each signal by itself [counts^2]
-  int seen_ = 0;
-  std::array<bool, kPatternSignals> is_wrong_{};
-  // Electrodes that have jumped away from their expected value: by how much [counts], and for how
-  // long [samples].
-  std::array<double, kElectrodeCount> jumped_{};
-  std::array<int, kElectrodeCount> agrees_{};
-  std::array<int, kElectrodeCount> calm_{};  // samples since it jumped, or was back
+  Electrodes is_wrong_{};
   int replaced_ = 0;
   std::size_t kind_ = 0;
   double disagreement_ = 0, misfit_ = 0, misfit_now_ = 0;
-  double drift_ = 0, force_sigma_ = 0, noise_ = 1, first_noise_ = 1;
+  double drift_ = 0, force_sigma_ = 0;
   TactileSignals mended_{};
 };
 

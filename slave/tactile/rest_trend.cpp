@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "shared/statistics/robust.h"
 
@@ -18,6 +19,14 @@ constexpr double kRough = 0.05;         // of k: no fingertip follows an exponen
 constexpr double kLasts = 1000;         // that a slope seen last goes on, about [samples]
 constexpr double kRounding = 1.0 / 12;  // variance of what is counted in whole ones [counts^2]
 constexpr double kBends = 0.05;         // part of a slope that may have changed by itself
+constexpr double kFollowing = 2, kDrifting = 0.2;  // of rest values while nothing is near [s]
+// What rest values may be followed up to, averaged over some samples: more of both is a contact.
+constexpr double kLevelling = 0.1;  // share of a sample in what is averaged over some
+constexpr double kStillElectrode = 1, kStillPressure = 2;  // [counts]
+constexpr double kFew = 4;  // times as much counts of a single electrode
+// A step of all electrodes alike: at least so large [counts], and over their scatter about it.
+constexpr double kStep = 3, kAlike = 3;
+constexpr double kStepsLast = 0.97;  // part of what is left of a step in the next sample
 
 double Signal(const FingerReading& reading, std::size_t i) noexcept {
   if (i < kElectrodeCount) return static_cast<double>(reading.electrodes[i]);
@@ -71,6 +80,41 @@ void RestTrend::Take(const FingerReading& reading, double keep) noexcept {
 
 void RestTrend::Shift(double by) noexcept {
   for (float& electrode : origin_.electrodes) electrode += static_cast<float>(by);
+}
+
+// A contact moves electrodes and pressure; what only one of them does, or neither, is drift.
+void RestTrend::Follow(const FingerReading& reading) noexcept {
+  const TactileSignals change = Change(reading);
+  double electrodes = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    clear_[i] += kLevelling * (change[i] - clear_[i]);
+    if (i < kElectrodeCount) {  // one that does not work must not speak for all
+      electrodes += std::min(clear_[i] * clear_[i], kStillElectrode * kFew);
+    }
+  }
+  const double pressure = clear_[kElectrodeCount + 1];
+  const bool moves = electrodes > kElectrodeCount * kStillElectrode * kStillElectrode;
+  if (moves && pressure > kStillPressure) return;
+  const bool drifts = moves || std::abs(pressure) > kStillPressure;
+  const double keep = std::exp(-1 / ((drifts ? kDrifting : kFollowing) * rate_));
+  Take(reading, keep);
+  for (double& average : clear_) average *= keep;
+}
+
+// A contact moves each electrode its own way. What moves all of them alike, from one sample to the
+// next, is the electronics.
+void RestTrend::FollowSteps(const FingerReading& reading, bool looks_back) noexcept {
+  const auto last = std::exchange(before_, reading.electrodes);
+  if (!looks_back) return;
+  std::array<double, kElectrodeCount> moved{};
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    moved[i] = static_cast<double>(reading.electrodes[i] - last[i]);
+  }
+  const double step = MedianOf(moved);
+  const double scatter = SigmaAboutMedian(moved);
+  const bool steps = std::abs(step) > std::max(kStep, kAlike * scatter);
+  if (steps) Shift(step);
+  steps_ = kStepsLast * steps_ + (steps ? 1 : 0);
 }
 
 double RestTrend::Ahead() const noexcept {

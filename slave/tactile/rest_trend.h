@@ -1,5 +1,5 @@
 // The baseline of a fingertip and its drift, extrapolated during contact, when it cannot be
-// measured.
+// measured, and steps of all electrodes, which no contact causes.
 #pragma once
 
 #include <array>
@@ -18,9 +18,10 @@ namespace palpate {
 // is that of all signals, by how their slopes changed.
 class RestTrend {
  public:
-  explicit RestTrend(int samples) : wanted_(samples) {}
+  // The first `samples` are without contact; `rate` of all [Hz].
+  explicit RestTrend(int samples, double rate = 100) : wanted_(samples), rate_(rate) {}
 
-  void Reset() noexcept { *this = RestTrend(wanted_); }
+  void Reset() noexcept { *this = RestTrend(wanted_, rate_); }
   [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
 
   // Advances by one sample period. Call before Take.
@@ -28,8 +29,14 @@ class RestTrend {
   // Processes a sample without contact; earlier samples keep the part `keep` of their weight [0,
   // 1].
   void Take(const FingerReading& reading, double keep = 1) noexcept;
+  // Processes a sample while nothing is near enough to touch.
+  void Follow(const FingerReading& reading) noexcept;
   // All electrodes have moved by this at once, and will stay there [counts].
   void Shift(double by) noexcept;
+  // Processes every sample. `looks_back`: it follows the last one without a gap.
+  void FollowSteps(const FingerReading& reading, bool looks_back) noexcept;
+  // How many steps all electrodes have made together, lately.
+  [[nodiscard]] double steps() const { return steps_; }
 
   // Counts minus rest of a sample `ago` samples before the last one. Call when known.
   [[nodiscard]] TactileSignals Change(const FingerReading& reading, double ago = 0) const noexcept;
@@ -67,6 +74,7 @@ class RestTrend {
   void FitLines() noexcept;
 
   int wanted_;
+  double rate_;
   int taken_ = 0, since_ = 0;                         // samples, since the last one taken
   std::array<double, 5> times_{};                     // sums of t^n [samples^n]
   double bend_ = 0, bend_sigma_ = 0;                  // k [1/sample]
@@ -78,6 +86,9 @@ class RestTrend {
   FingerReading origin_;
   std::array<Moments, kSignalCount> moments_{};
   std::array<Line, kSignalCount> lines_{};
+  TactileSignals clear_{};                       // mean change while clear [counts]
+  std::array<float, kElectrodeCount> before_{};  // electrodes of the last sample
+  double steps_ = 0;
 };
 
 }  // namespace palpate

@@ -86,7 +86,7 @@ void FiveFingertips(benchmark::State& state) {
     const TactileFrame frame = FrameAt(sample++);
     state.ResumeTiming();
     estimator.Estimate(frame, scene.manipulator.home);
-    acting += static_cast<double>(estimator.contacts().size());
+    acting += static_cast<double>(estimator.object().contacts().size());
   }
   state.SetItemsProcessed(state.iterations());
   state.counters["touching"] = acting / static_cast<double>(state.iterations());

@@ -70,7 +70,7 @@ study::EstimatedShape ShapeAfterRecording(const Scene& scene, Progress* progress
     return shape;
   }
   shape.estimate_S.triangles = estimator.body()->surface.triangles;
-  estimator.DeformedNodes(&shape.estimate_S.nodes);
+  shape.estimate_S.nodes = estimator.object().DeformedNodes();
   shape.state =
       "the estimate from the fingertips at the end of " + tactile->file.filename().string();
   return shape;

@@ -10,12 +10,12 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kSlip = 2e-3;     // [m]
-constexpr double kApart = 2.2e-3;  // foam is felt from 1.7 mm on [m]
+constexpr double kSlip = 2e-3;  // [m]
 constexpr double kAnywhere = std::numeric_limits<double>::infinity();
 
-// How deep the fingertip's sphere, or its cylinder behind, lies below the surface at rest [m].
-double DepthOf(const SurfaceContact& surface, const Isometry3d& X_OF, double radius) noexcept {
+}  // namespace
+
+double DepthBelow(const SurfaceContact& surface, const Isometry3d& X_OF, double radius) noexcept {
   double deepest = -kAnywhere;
   for (const double behind : {0.0, 1.0, 2.0}) {
     const auto place = surface.Find(X_OF * Vector3d(-behind * radius, 0, 0), kAnywhere);
@@ -25,8 +25,6 @@ double DepthOf(const SurfaceContact& surface, const Isometry3d& X_OF, double rad
   }
   return deepest;
 }
-
-}  // namespace
 
 double DepthUnderFinger(const Isometry3d& X_OF, double radius, const Vector3d& p_O,
                         const Vector3d& n_O) noexcept {
@@ -48,45 +46,14 @@ FingerContact::FingerContact(const Tactile& tactile)
 }
 
 void FingerContact::LetGo() noexcept {
-  has_place_ = has_force_ = acts_ = false;
-  verdict_.Set({Validity::kValid});
+  has_place_ = has_force_ = acts_ = is_beyond_model_ = false;
+  misplaced_ = {};
 }
 
 void FingerContact::Update(const SurfaceContact& surface, const Isometry3d& X_OF,
                            const FingerTouch& touch, double largest_force) noexcept {
-  acts_ = has_force_ = false;
-  verdict_.Set({Validity::kValid});
-  FindSurfaceContact(surface, X_OF, touch, largest_force);
-  CompareBeginning(surface, X_OF, touch);
-  WatchRest(surface, X_OF, touch);
-}
-
-void FingerContact::WatchRest(const SurfaceContact& surface, const Isometry3d& X_OF,
-                              const FingerTouch& touch) noexcept {
-  const bool begins = touch.takes_rest && !takes_rest_;
-  takes_rest_ = touch.takes_rest;
-  if (begins) rested_pressed_ = false;
-  if (takes_rest_ && !rested_pressed_) rested_pressed_ = DepthOf(surface, X_OF, radius_) > kApart;
-  if (rested_pressed_) {
-    verdict_.Fail(FailedCheck::kRestDrift,
-                  "the pose was inside the object while the baseline was taken");
-  }
-}
-
-void FingerContact::CompareBeginning(const SurfaceContact& surface, const Isometry3d& X_OF,
-                                     const FingerTouch& touch) noexcept {
-  if (!touch.stirs) return;
-  const double depth = DepthOf(surface, X_OF, radius_);
-  const bool is_apart = *touch.stirs ? depth < -kApart : depth > kApart;
-  is_late_ = is_apart || (is_late_ && (*touch.stirs || depth > 0));
-  if (is_late_) {
-    verdict_.Fail(FailedCheck::kPose,
-                  "the contact begins or ends at another depth than the pose implies");
-  }
-}
-
-void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isometry3d& X_OF,
-                                       const FingerTouch& touch, double largest_force) noexcept {
+  acts_ = has_force_ = is_beyond_model_ = false;
+  misplaced_ = {};
   // Deeper than a radius behind the surface no pose is believed; a force that goes on there, as of
   // something very soft, still presses where it did.
   const auto centre = surface.Find(X_OF.translation(), kAnywhere);
@@ -97,7 +64,7 @@ void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isom
     } else {
       LetGo();
     }
-    verdict_.Fail(FailedCheck::kPose, "the pose puts the fingertip inside the object");
+    misplaced_ = "the pose puts the fingertip inside the object";
     return;
   }
   const double depth = has_place_ ? DepthAtPlace(X_OF) : 0;
@@ -105,15 +72,13 @@ void FingerContact::FindSurfaceContact(const SurfaceContact& surface, const Isom
   if (!touch.touching && !stays) {
     LetGo();
     if (centre && centre->inside) {
-      verdict_.Fail(FailedCheck::kPose,
-                    "the pose puts the fingertip inside the object, but no force is measured");
+      misplaced_ = "the pose puts the fingertip inside the object, but no force is measured";
     }
     return;
   }
   if (touch.touching && !FindPlace(surface, X_OF, touch) && !stays) {
     LetGo();
-    verdict_.Fail(FailedCheck::kPose,
-                  "the fingertip is in contact, but no surface is within the gate");
+    misplaced_ = "the fingertip is in contact, but no surface is within the gate";
     return;
   }
   if (touch.touching) TakeForce(X_OF, touch, largest_force);
@@ -160,9 +125,8 @@ void FingerContact::TakeForce(const Isometry3d& X_OF, const FingerTouch& touch,
   if (!has_force_) return;
   force_O_ = X_OF.linear() * *touch.force_F;
   force_O_ -= std::max(0.0, n_O_.dot(force_O_)) * n_O_;
-  if (force_O_.norm() <= largest_force) return;
-  has_force_ = false;
-  verdict_.Fail(FailedCheck::kModelRange, "the force is beyond the range of the model");
+  is_beyond_model_ = !(force_O_.norm() <= largest_force);
+  has_force_ = !is_beyond_model_;
 }
 
 void FingerContact::ActByForce() noexcept {

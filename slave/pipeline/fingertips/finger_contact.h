@@ -1,14 +1,11 @@
 // Contact of a fingertip with the object's mesh, and its load (paper B, III.B, equations 5 to 7).
 #pragma once
 
-#include <array>
 #include <string_view>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/state/validity.h"
-#include "shared/state/verdict.h"
 #include "slave/contact/surface_contact.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/scene/scene.h"
@@ -21,11 +18,6 @@ namespace palpate {
 // on, once that is 2 mm away: localising is good for no less, and a place that hops from sample to
 // sample shakes the mesh. Taking off the model's displacement instead feeds the model's error back:
 // on the narrow side of the foam sponge the place ran away.
-//
-// A touch must begin and end where the pose has it: a fingertip that is deep in the object and
-// feels nothing, or feels something well off it, is not where its pose says, or feels late. Such a
-// contact is flagged until it is over. A fingertip that is in the object while its baseline is
-// measured is flagged until it is measured again.
 //
 // Holding by displacement takes the place's depth under the fingertip's surface from the pose, and
 // lasts until the pose lets go: samples in which the contact is not felt change nothing.
@@ -49,17 +41,13 @@ class FingerContact {
   [[nodiscard]] const Eigen::Vector3d& p_O() const { return contact_.p_O; }
   [[nodiscard]] const Eigen::Vector3d& n_O() const { return n_O_; }
   [[nodiscard]] const Eigen::Vector3d& weights() const { return weights_; }
-  // kExtrapolated if pose and contact do not fit the object.
-  [[nodiscard]] const Verdict& verdict() const { return verdict_; }
+  // Why pose and contact do not fit the object, one clause with static lifetime; empty: they fit.
+  [[nodiscard]] std::string_view misplaced() const { return misplaced_; }
+  // The force is more than `largest_force`.
+  [[nodiscard]] bool is_beyond_model() const { return is_beyond_model_; }
 
  private:
   bool FindPlace(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-                 const FingerTouch& touch) noexcept;
-  void FindSurfaceContact(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-                          const FingerTouch& touch, double largest_force) noexcept;
-  void CompareBeginning(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
-                        const FingerTouch& touch) noexcept;
-  void WatchRest(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
                  const FingerTouch& touch) noexcept;
   [[nodiscard]] double DepthAtPlace(const Eigen::Isometry3d& X_OF) const noexcept;
   void TakeForce(const Eigen::Isometry3d& X_OF, const FingerTouch& touch,
@@ -71,11 +59,13 @@ class FingerContact {
   Eigen::Vector3d n_O_{0, 0, 0}, weights_{0, 0, 0};
   Eigen::Vector3d found_from_O_{0, 0, 0};  // the contact point for which it was found [m]
   Eigen::Vector3d force_O_{0, 0, 0};       // of the fingertip on the object [N]
-  bool is_late_ = false;
-  bool takes_rest_ = false, rested_pressed_ = false;  // now; when the baseline was last measured
-  bool has_place_ = false, has_force_ = false, acts_ = false;
-  Verdict verdict_{Validity::kValid};
+  bool has_place_ = false, has_force_ = false, acts_ = false, is_beyond_model_ = false;
+  std::string_view misplaced_;
 };
+
+// How deep the fingertip's sphere, or its cylinder behind, lies below the surface at rest [m].
+double DepthBelow(const SurfaceContact& surface, const Eigen::Isometry3d& X_OF,
+                  double radius) noexcept;
 
 // How deep the surface of a fingertip (sphere and cylinder of `radius`, frame F) lies under `p_O`,
 // against the outward normal `n_O` [m]; negative: it does not reach it.

@@ -23,7 +23,7 @@ class FingertipSense final : public SensingPipeline {
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.Estimate(next_, p_S_tip, arm_lag_);
   }
-  [[nodiscard]] std::string_view doubt() const override { return estimator_.shape_doubt(); }
+  [[nodiscard]] std::string_view doubt() const override { return estimator_.object().doubt(); }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.LocalAt(p_S_tip);
   }

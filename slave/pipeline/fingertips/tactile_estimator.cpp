@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -20,18 +19,8 @@ using Eigen::Vector3d;
 
 constexpr double kSameRate = 0.01;  // relative
 constexpr double kSilence = 100;    // periods: more is no other gap
-// Felt over modelled force, by how far the press goes in parts of the scene's.
-constexpr double kDeep = 0.6, kLeastDeep = 0.65, kMostDeep = 1.5;
-constexpr double kLeastShallow = 0.35, kMostShallow = 1.8;
-constexpr double kClear = 5e-3;     // between skin and object [m]
+constexpr double kClear = 5e-3;     // between skin and object, for any pose [m]
 constexpr double kArmApart = 5e-4;  // how far arm and fingertip may part [m]
-constexpr int kArmForgives = 15;    // samples: a network looks back as far
-
-bool SharesNode(const TactileBody& body, const Contact& a, const Contact& b) {
-  const auto& one = body.surface.triangles[static_cast<std::size_t>(a.element)];
-  const auto& other = body.surface.triangles[static_cast<std::size_t>(b.element)];
-  return std::ranges::any_of(one, [&](int i) { return std::ranges::count(other, i) > 0; });
-}
 
 Isometry3d Carried(const Finger& finger, const Vector3d& way) {
   Isometry3d X_SF = finger.X_SF;
@@ -104,54 +93,36 @@ TactileEstimator::TactileEstimator(const Scene& scene)
     : TactileEstimator(scene, LoadSenses(scene)) {}
 
 TactileEstimator::TactileEstimator(const Scene& scene, TactileSenses senses)
-    : scene_fingers_(scene.sense.Find<Tactile>()->fingers),
-      has_poses_file_(!scene.sense.Find<Tactile>()->poses.empty()),
-      X_SO_(scene.object.X_SO),
+    : tactile_(*scene.sense.Find<Tactile>()),
       p_S_home_(scene.manipulator.home),
       press_depth_(scene.operator_options.press_depth),
-      pose_tolerance_(scene.sense.Find<Tactile>()->pose_tolerance),
-      period_(1 / scene.sense.Find<Tactile>()->rate),
-      radius_(scene.sense.Find<Tactile>()->finger_radius),
-      senses_(std::move(senses)) {
-  const Tactile& tactile = *scene.sense.Find<Tactile>();
-  for (std::size_t i = 0; i < scene_fingers_.size(); ++i) {
-    fingertips_.emplace_back(tactile, senses_.network.get(), *senses_.localiser);
-    finger_contacts_.emplace_back(tactile);
+      senses_(std::move(senses)),
+      checks_(tactile_.fingers.size()),
+      object_(scene) {
+  for (std::size_t i = 0; i < checks_.size(); ++i) {
+    fingertips_.emplace_back(tactile_, senses_.network.get(), *senses_.localiser);
   }
-  contacts_.reserve(scene_fingers_.size());
-  acting_.reserve(scene_fingers_.size());
-  if (scene_fingers_.size() > 1) felt_.finger_count = finger_count();
+  if (checks_.size() > 1) felt_.finger_count = finger_count();
   Adopt(Prepare(scene), scene);
 }
-
-TactileEstimator::~TactileEstimator() = default;
 
 std::unique_ptr<TactileBody> TactileEstimator::Prepare(const Scene& scene, Progress* progress) {
   return MeetsObject(scene) ? MakeTactileBody(scene, progress) : nullptr;
 }
 
 void TactileEstimator::Adopt(std::unique_ptr<TactileBody> body, const Scene& scene) {
-  body_ = std::move(body);
+  object_.Adopt(std::move(body));
   local_touch_.emplace(scene);
-  LetGo();
-}
-
-void TactileEstimator::LetGo() noexcept {
-  for (FingerContact& contact : finger_contacts_) contact.LetGo();
-  contacts_.clear();
-  solution_ = {};
-  acting_.clear();
-  at_rest_ = true;
   last_shape_ = {};
 }
 
 void TactileEstimator::Reset() noexcept {
   for (Fingertip& fingertip : fingertips_) fingertip.Reset();
-  LetGo();
+  for (FingerChecks& checks : checks_) checks.contact.Reset();
+  object_.Reset();
+  last_shape_ = {};
   local_touch_->Forget();
   arm_.Reset();
-  arm_doubts_ = 0;
-  if (body_) body_->deformation->Reset();
 }
 
 const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
@@ -159,25 +130,34 @@ const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
                                                   const std::optional<double>& arm_lag) noexcept {
   Stopwatch total, lap;
   const int missing = MissingBefore(frame);
+  double checks_us = 0;
   for (std::size_t i = 0; i < fingertips_.size(); ++i) {
     for (int k = 0; k < missing; ++k) fingertips_[i].Estimate(FingerReading{}, false);
     Place(i, frame.fingers[i], p_S_tip);
-    fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0, IsClear(i));
+    // Even if the pose is as wrong as poses are, nothing is touched.
+    const double gap = -fingers_[i].depth.value_or(0);
+    fingertips_[i].Estimate(frame.fingers[i], frame.after_gap && missing == 0,
+                            gap > kClear && std::isfinite(gap));
+    checks_us += fingertips_[i].checks_us();
   }
   times_.tactile.Add(lap.Lap());
   felt_.processed_at = Clock::now();
-  double checks_us = 0;
-  for (const Fingertip& fingertip : fingertips_) checks_us += fingertip.checks_us();
-  times_.checks.Add(checks_us);
-  for (std::size_t i = 0; i < fingertips_.size(); ++i) UpdateContact(i);
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) {
+    object_.Touch(i, fingers_[i].has_pose ? &fingers_[i].X_SF : nullptr, fingertips_[i].touch());
+  }
   times_.contact.Add(lap.Lap());
-  if (body_) Deform();
+  object_.Deform();
   // Samples that touch nothing would hide how long those take that do.
   const double mechanics = lap.Lap();
-  if (!contacts_.empty()) times_.mechanics.Add(mechanics);
+  if (!object_.contacts().empty()) times_.mechanics.Add(mechanics);
   for (std::size_t i = 0; i < fingertips_.size(); ++i) ReportFinger(i);
+  checks_us += lap.Lap();
   ReportTool(frame, p_S_tip);
-  if (arm_lag && frame.fingers.front().X_SF) CompareWithEncoders({p_S_tip, *arm_lag});
+  lap.Lap();
+  std::optional<EncoderReading> said;
+  if (arm_lag && frame.fingers.front().X_SF) said = {p_S_tip, *arm_lag};
+  CheckContacts(said);
+  times_.checks.Add(checks_us + lap.Lap());
   times_.total.Add(total.Lap());
   return felt_;
 }
@@ -185,7 +165,7 @@ const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
 // Samples that did not come since the last one, as the stamps say, as many as make a silence; 0
 // where it is unknown how many.
 int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
-  const double periods = SecondsBetween(felt_.sensed_at, frame.sensed_at) / period_;
+  const double periods = SecondsBetween(felt_.sensed_at, frame.sensed_at) * tactile_.rate;
   if (felt_.sample == 0 || !(periods > 1.5)) return 0;
   return static_cast<int>(std::min(std::round(periods), kSilence)) - 1;
 }
@@ -193,106 +173,41 @@ int TactileEstimator::MissingBefore(const TactileFrame& frame) const noexcept {
 void TactileEstimator::Place(std::size_t i, const FingerReading& reading,
                              const Vector3d& p_S_tip) noexcept {
   FingerEstimate& finger = fingers_[i];
-  finger.has_pose = reading.X_SF.has_value() || (scene_fingers_[i].has_pose && !has_poses_file_);
+  const Finger& told = tactile_.fingers[i];
+  finger.has_pose = reading.X_SF.has_value() || (told.has_pose && tactile_.poses.empty());
   if (reading.X_SF) {
     finger.X_SF = *reading.X_SF;
   } else if (finger.has_pose && p_S_tip.allFinite()) {
-    finger.X_SF = Carried(scene_fingers_[i], p_S_tip - p_S_home_);
+    finger.X_SF = Carried(told, p_S_tip - p_S_home_);
   }
   if (!finger.X_SF.matrix().allFinite()) {
     finger.has_pose = false;
     finger.X_SF = Isometry3d::Identity();
   }
-  finger.p_S_apex = finger.X_SF * Vector3d(0, 0, -radius_);
-}
-
-// Whether the fingertip is so far from the object that a pose as wrong as poses are still has it
-// touch nothing.
-bool TactileEstimator::IsClear(std::size_t i) const noexcept {
-  if (!body_ || !fingers_[i].has_pose) return false;
-  const Isometry3d X_OF = X_SO_.inverse() * fingers_[i].X_SF;
-  for (const double behind : {0.0, 1.0, 2.0}) {
-    const Vector3d p_O = X_OF * Vector3d(-behind * radius_, 0, 0);
-    const auto near = body_->contact->Find(p_O, radius_ + kClear);
-    if (!p_O.allFinite() || near) return false;
-  }
-  return true;
-}
-
-void TactileEstimator::UpdateContact(std::size_t i) noexcept {
-  if (body_ && fingers_[i].has_pose) {
-    finger_contacts_[i].Update(*body_->contact, X_SO_.inverse() * fingers_[i].X_SF,
-                               fingertips_[i].touch(), body_->largest_force);
-  } else {
-    finger_contacts_[i].LetGo();
-  }
-}
-
-// A body at rest that nothing touches stays so; one in motion moves on.
-void TactileEstimator::Deform() noexcept {
-  SeparateHeld();
-  if (Respond()) return;
-  const bool holds = std::ranges::any_of(
-      contacts_, [](const Contact& c) { return c.kind == Contact::Kind::kDisplacement; });
-  if (holds) {  // what cannot be held so, on supports say, may still be loaded
-    for (const std::size_t i : acting_) finger_contacts_[i].ActByForce();
-    if (Respond()) return;
-  }
-  shape_validity_ = Validity::kFailed;
-}
-
-// Contacts that prescribe displacements share no node.
-void TactileEstimator::SeparateHeld() noexcept {
-  for (std::size_t i = 0; i < finger_contacts_.size(); ++i) {
-    const Contact& one = finger_contacts_[i].contact();
-    if (!finger_contacts_[i].acts() || one.kind != Contact::Kind::kDisplacement) continue;
-    for (std::size_t j = 0; j < i; ++j) {
-      const Contact& other = finger_contacts_[j].contact();
-      if (!finger_contacts_[j].acts() || other.kind != Contact::Kind::kDisplacement) continue;
-      const bool overlaps = (one.p_O - other.p_O).norm() <= one.width;
-      if (overlaps || SharesNode(*body_, one, other)) finger_contacts_[i].ActByForce();
-    }
-  }
-}
-
-bool TactileEstimator::Respond() noexcept {
-  contacts_.clear();
-  acting_.clear();
-  for (std::size_t i = 0; i < finger_contacts_.size(); ++i) {
-    if (!finger_contacts_[i].acts()) continue;
-    contacts_.push_back(finger_contacts_[i].contact());
-    acting_.push_back(i);
-  }
-  if (contacts_.empty() && at_rest_) return true;
-  body_->deformation->Solve(contacts_, &solution_);
-  at_rest_ = contacts_.empty() && !body_->moves_in_time;
-  shape_validity_ = Validity::kValid;
-  shape_doubt_ = {};
-  for (const ContactResponse& response : solution_.responses()) {
-    shape_validity_ = Worse(shape_validity_, response.validity);
-    if (!response.doubt.empty()) shape_doubt_ = response.doubt;
-  }
-  return shape_validity_ != Validity::kFailed && body_->deformation->failure().empty();
+  finger.p_S_apex = finger.X_SF * Vector3d(0, 0, -tactile_.finger_radius);
+  finger.depth = finger.has_pose ? object_.DepthOf(finger.X_SF) : std::nullopt;
 }
 
 void TactileEstimator::ReportFinger(std::size_t i) noexcept {
   FingerEstimate& finger = fingers_[i];
   const FingerTouch& touch = fingertips_[i].touch();
-  const FingerContact& contact = finger_contacts_[i];
+  const FingerContact& contact = object_.contact(static_cast<int>(i));
   finger.in_contact = touch.touching;
   finger.force.reset();
   if (touch.force_F) finger.force = -(finger.X_SF.linear() * *touch.force_F);
   finger.sigma = touch.sigma;
   // A pose that is turned turns the force, about the two axes across it.
   if (finger.force && finger.has_pose) {
-    const double across = pose_tolerance_ * finger.force->norm();
+    const double across = tactile_.pose_tolerance * finger.force->norm();
     finger.sigma = std::hypot(finger.sigma, across, across);
   }
+  const FingertipSample sample{fingertips_[i], finger.depth, contact.misplaced(),
+                               contact.is_beyond_model()};
   finger.Set(touch);
-  finger.Add(contact.verdict());
-  if (has_poses_file_ && !finger.has_pose) FlagLostPose(&finger);
+  finger.Add(checks_[i].signals.Examine(sample).verdict);
+  if (!tactile_.poses.empty() && !finger.has_pose) FlagLostPose(&finger);
   finger.p_S_contact.reset();
-  if (contact.has_place()) finger.p_S_contact = X_SO_ * contact.p_O();
+  if (contact.has_place()) finger.p_S_contact = object_.X_SO() * contact.p_O();
 
   FingerState& state = felt_.fingers[i];
   state.p_S_contact = finger.p_S_contact.value_or(finger.p_S_apex).cast<float>();
@@ -329,14 +244,14 @@ void TactileEstimator::ReportTool(const TactileFrame& frame, const Vector3d& p_S
   felt_.local_model.in_contact = first.in_contact;
   felt_.p_S_contact = first.p_S_contact.value_or(felt_.p_S_tip);
   felt_.depth = 0;
-  if (body_ && first.has_pose) {
+  if (body() != nullptr && first.has_pose) {
     std::optional<FingerLocalModel::FeltForce> felt;
     if (first.in_contact && first.force && first.validity == Validity::kValid) {
       felt = {*first.force, first.sigma};
     }
-    local_touch_->Update(*body_, X_SO_, first.X_SF, first.in_contact, felt, &felt_.local_model);
-    if (!first.p_S_contact) felt_.p_S_contact = X_SO_ * local_touch_->p_O();
-    if (first.force && touch(0).stirs) CompareStiffness();
+    local_touch_->Update(*body(), object_.X_SO(), first.X_SF, first.in_contact, felt,
+                         &felt_.local_model);
+    if (!first.p_S_contact) felt_.p_S_contact = object_.X_SO() * local_touch_->p_O();
     felt_.depth = first.in_contact ? std::max(0.0, local_touch_->depth()) : 0;
   }
   if (first.in_contact != was_touching) {
@@ -349,72 +264,59 @@ void TactileEstimator::ReportTool(const TactileFrame& frame, const Vector3d& p_S
   }
 }
 
-// The object's model is off by tens of percent, more where the contact is shallow; a force that is
-// off by more is not that of this object at this depth.
-void TactileEstimator::CompareStiffness() noexcept {
+// By the local model and the encoders, where the verdicts of all other checks stand.
+void TactileEstimator::CheckContacts(const std::optional<EncoderReading>& said) noexcept {
   FingerEstimate& first = fingers_.front();
-  const double depth = local_touch_->depth() / press_depth_;
-  if (!(depth > kTellingDepth) || first.validity != Validity::kValid) return;
-  const auto [least, most] =
-      depth > kDeep ? std::pair(kLeastDeep, kMostDeep) : std::pair(kLeastShallow, kMostShallow);
-  const double normal = first.force->dot(felt_.local_model.normal);
-  const auto [lower, upper] = local_touch_->modelled();
-  if (normal + first.sigma > least * lower && normal - first.sigma < most * upper) return;
-  Fail(0, FailedCheck::kTransfer, "the force does not match that of the model at this depth");
-}
-
-// A sample that shows the fingertip where the arm was before tells the force of then.
-void TactileEstimator::CompareWithEncoders(const EncoderReading& said) noexcept {
-  FingerEstimate& first = fingers_.front();
-  if (fingertips_.front().misses()) return;  // the frame is an old one
-  const bool agree = arm_.Agree(first.p_S_apex, said, kArmApart);
-  arm_doubts_ = agree ? std::max(arm_doubts_ - 1, 0) : kArmForgives;
-  for (std::size_t i = 0; arm_doubts_ > 0 && i < fingertips_.size(); ++i) {
-    Fail(i, FailedCheck::kArm, "the fingertips are not where the encoders report them");
+  ContactSample sample{.press = PressOfTool()};
+  if (said && !fingertips_.front().misses()) {  // else the frame is an old one
+    sample.agrees_with_encoders = arm_.Agree(first.p_S_apex, *said, kArmApart);
+    sample.apart = ForceApart();
   }
-  if (!first.force || !(arm_.apart() > 0)) return;
-  const Vector3d& n = felt_.local_model.normal;
-  const double slope = n.dot(felt_.local_model.stiffness * n);
-  if (!std::isfinite(slope)) return;
   // The arm carries all of them, on the same object.
-  for (FingerEstimate& finger : std::span(fingers_).first(fingertips_.size())) {
-    finger.sigma = std::hypot(finger.sigma, slope * arm_.apart());
+  for (std::size_t i = 0; i < fingertips_.size(); ++i) {
+    const Findings findings = checks_[i].contact.Examine(sample);
+    fingers_[i].Add(findings.verdict);
+    fingers_[i].sigma = std::hypot(fingers_[i].sigma, findings.sigma_force);
+    felt_.fingers[i].validity = fingers_[i].validity;
+    sample.press.reset();
   }
+  felt_.Set(first);
   felt_.sigma = first.sigma;
 }
 
-// Once its state has been told.
-void TactileEstimator::Fail(std::size_t i, FailedCheck check, std::string_view why) noexcept {
-  FingerEstimate& finger = fingers_[i];
-  finger.Fail(check, why);
-  felt_.fingers[i].validity = finger.validity;
-  if (i == 0) felt_.Set(finger);
+std::optional<ContactSample::Press> TactileEstimator::PressOfTool() const noexcept {
+  const FingerEstimate& first = fingers_.front();
+  if (body() == nullptr || !first.has_pose || !touch(0).stirs || !first.force) return std::nullopt;
+  const double depth = local_touch_->depth() / press_depth_;
+  if (!(depth > kTellingDepth) || first.validity != Validity::kValid) return std::nullopt;
+  const auto [least, greatest] = local_touch_->modelled();
+  return ContactSample::Press{depth, first.force->dot(felt_.local_model.normal), first.sigma, least,
+                              greatest};
+}
+
+// By how far the fingertip is beside the arm [N].
+double TactileEstimator::ForceApart() const noexcept {
+  const Vector3d& n = felt_.local_model.normal;
+  const double slope = n.dot(felt_.local_model.stiffness * n);
+  const bool is_known = fingers_.front().force && std::isfinite(slope);
+  return is_known && arm_.apart() > 0 ? slope * arm_.apart() : 0;
 }
 
 LocalModel TactileEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   const FingerEstimate& first = fingers_.front();
-  if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
+  if (body() == nullptr || !first.has_pose || !p_S_tip.allFinite()) return felt_.local_model;
   Isometry3d X_SF = first.X_SF;
   X_SF.translation() += p_S_tip - first.p_S_apex;
-  local_touch_->Follow(*body_, X_SO_, X_SF, first.in_contact, &felt_.local_model);
+  local_touch_->Follow(*body(), object_.X_SO(), X_SF, first.in_contact, &felt_.local_model);
   return felt_.local_model;
 }
 
 bool TactileEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) noexcept {
   const FingerEstimate& first = fingers_.front();
-  if (!body_ || !first.has_pose || !p_S_tip.allFinite()) return false;
+  if (body() == nullptr || !first.has_pose || !p_S_tip.allFinite()) return false;
   Isometry3d X_SF = first.X_SF;
   X_SF.translation() += p_S_tip - first.p_S_apex;
-  return local_touch_->MakePatch(*body_, X_SO_, X_SF, patch);
-}
-
-void TactileEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
-  p_S->clear();
-  if (!body_) return;
-  body_->deformation->Displacements(solution_, p_S);
-  for (std::size_t i = 0; i < p_S->size(); ++i) {
-    (*p_S)[i] = X_SO_ * Vector3d(body_->surface.nodes[i] + (*p_S)[i]);
-  }
+  return local_touch_->MakePatch(*body(), object_.X_SO(), X_SF, patch);
 }
 
 }  // namespace palpate

@@ -3,10 +3,8 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,9 +13,10 @@
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/tactile_frame.h"
-#include "slave/pipeline/fingertips/finger_contact.h"
+#include "slave/checks/fingertips/fingertip_checks.h"
 #include "slave/pipeline/fingertips/finger_local_model.h"
 #include "slave/pipeline/fingertips/tactile_body.h"
+#include "slave/pipeline/fingertips/touched_object.h"
 #include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
 #include "slave/scene/scene.h"
 #include "slave/tactile/fingertip.h"
@@ -29,6 +28,7 @@ struct FingerEstimate : Verdict {
   bool has_pose = false;
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_S_apex{0, 0, 0};           // of its pad [m]
+  std::optional<double> depth;                 // below the surface at rest [m]; nullopt: unknown
   std::optional<Eigen::Vector3d> p_S_contact;  // contact point on the object at rest [m]
   bool in_contact = false;
   std::optional<Eigen::Vector3d> force;  // of the object on the fingertip [N]; nullopt: unknown
@@ -48,7 +48,7 @@ TactileSenses LoadSenses(const Scene& scene);
 struct TactileTimes {
   LatencyHistogram tactile, contact, total;
   LatencyHistogram mechanics;  // of samples in which a contact acts
-  LatencyHistogram checks;     // part of tactile, all fingertips
+  LatencyHistogram checks;     // and repair of the signals, all fingertips
 };
 
 // One thread at a time. The force is the network's, in contact or not. The object's model computes
@@ -59,7 +59,6 @@ class TactileEstimator {
   // Throws the exceptions of LoadSenses and MakeTactileBody.
   explicit TactileEstimator(const Scene& scene);
   TactileEstimator(const Scene& scene, TactileSenses senses);
-  ~TactileEstimator();
 
   // `p_S_tip`: tip position from the encoders; fingertips without a pose from the source follow it.
   // Never throws; allocation-free once every contact point was visited (contacts over an area:
@@ -73,7 +72,7 @@ class TactileEstimator {
   // The surface around the first fingertip, see SensingPipeline.
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
   void LearnLaw(PatchLaw* law) noexcept {
-    if (body_) local_touch_->LearnLaw(*body_, law);
+    if (body() != nullptr) local_touch_->LearnLaw(*body(), law);
   }
   // Precomputes a replacement; may be called from another thread. Null: nothing deforms here.
   [[nodiscard]] static std::unique_ptr<TactileBody> Prepare(const Scene& scene,
@@ -91,25 +90,11 @@ class TactileEstimator {
   [[nodiscard]] const FingerTouch& touch(int i) const {
     return fingertips_[static_cast<std::size_t>(i)].touch();
   }
-  // Contact of fingertip `i` with the object.
-  [[nodiscard]] const FingerContact& contact(int i) const {
-    return finger_contacts_[static_cast<std::size_t>(i)];
-  }
   [[nodiscard]] const ForceNetwork* network() const { return senses_.network.get(); }
   [[nodiscard]] const Localiser& localiser() const { return *senses_.localiser; }
+  [[nodiscard]] const TouchedObject& object() const { return object_; }
   // Null: the poses of the fingertips are unknown, and the object is not deformed.
-  [[nodiscard]] TactileBody* body() { return body_.get(); }
-  [[nodiscard]] const TactileBody* body() const { return body_.get(); }
-  [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }
-  // Loads on the object since the last sample: contacts and the model's responses, per fingertip.
-  [[nodiscard]] std::span<const Contact> contacts() const { return contacts_; }
-  [[nodiscard]] std::span<const ContactResponse> responses() const { return solution_.responses(); }
-  // Of the deformation.
-  [[nodiscard]] Validity shape_validity() const { return shape_validity_; }
-  // Why it is extrapolated, one clause with static lifetime; may be empty.
-  [[nodiscard]] std::string_view shape_doubt() const { return shape_doubt_; }
-  // Nodes of body()->surface as they are deformed now, frame S [m]; empty without a body. O(N).
-  void DeformedNodes(std::vector<Eigen::Vector3d>* p_S);
+  [[nodiscard]] TactileBody* body() const { return object_.body(); }
   // Triangles of the object's surface. The estimated forces of all fingertips, each spread over the
   // nodes as the model spreads a load; they add up to minus the forces of the fingertips in contact
   // with the object. No forces if one of them is unknown. Empty if the object is not deformed. If
@@ -120,42 +105,28 @@ class TactileEstimator {
  private:
   [[nodiscard]] int MissingBefore(const TactileFrame& frame) const noexcept;
   void Place(std::size_t i, const FingerReading& reading, const Eigen::Vector3d& p_S_tip) noexcept;
-  [[nodiscard]] bool IsClear(std::size_t i) const noexcept;
-  void LetGo() noexcept;
-  void UpdateContact(std::size_t i) noexcept;
-  void Deform() noexcept;
-  [[nodiscard]] bool Respond() noexcept;
-  void SeparateHeld() noexcept;
   void ReportFinger(std::size_t i) noexcept;
-  void FillShape(BoundaryShape* shape);
   void FlagLostPose(FingerEstimate* finger) const noexcept;
-  void CompareStiffness() noexcept;
-  void CompareWithEncoders(const EncoderReading& said) noexcept;
-  void Fail(std::size_t i, FailedCheck check, std::string_view why) noexcept;
   void ReportTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
+  void CheckContacts(const std::optional<EncoderReading>& said) noexcept;
+  [[nodiscard]] std::optional<ContactSample::Press> PressOfTool() const noexcept;
+  [[nodiscard]] double ForceApart() const noexcept;
 
-  std::vector<Finger> scene_fingers_;
-  bool has_poses_file_;  // the only source of the fingertips' poses
-  Eigen::Isometry3d X_SO_;
+  struct FingerChecks {
+    Checks<FingertipSample> signals = MakeFingertipChecks();
+    Checks<ContactSample> contact = MakeContactChecks();
+  };
+
+  Tactile tactile_;  // of the scene
   Eigen::Vector3d p_S_home_;
-  double press_depth_;     // the scene's [m]
-  double pose_tolerance_;  // uncertainty of the rotation [rad]
-  double period_;          // of the samples [s]
-  double radius_;
+  double press_depth_;  // the scene's [m]
   TactileSenses senses_;
   std::vector<Fingertip> fingertips_;
-  std::vector<FingerContact> finger_contacts_;
+  std::vector<FingerChecks> checks_;
   std::array<FingerEstimate, kMaxFingers> fingers_;
-  std::unique_ptr<TactileBody> body_;
+  TouchedObject object_;
   std::optional<FingerLocalModel> local_touch_;
   ArmConsistencyCheck arm_;
-  int arm_doubts_ = 0;             // remaining samples for which it is flagged
-  std::vector<Contact> contacts_;  // of the fingertips in acting_
-  Solution solution_;
-  std::vector<std::size_t> acting_;
-  bool at_rest_ = true;
-  Validity shape_validity_ = Validity::kValid;
-  std::string_view shape_doubt_;
   BoundaryShape last_shape_;  // of the last solution; without nodes: none
   bool was_known_ = false;
   ContactEstimate felt_;

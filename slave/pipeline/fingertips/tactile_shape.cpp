@@ -36,38 +36,39 @@ void Spread(const SurfaceMesh& surface, const FingerContact& finger, const Vecto
 
 // nullopt: a fingertip touches with a force that nobody knows.
 std::optional<std::vector<Vector3d>> NodalForces(const TactileEstimator& estimator) {
-  const SurfaceMesh& surface = estimator.body()->surface;
-  const Eigen::Matrix3d R_OS = estimator.X_SO().linear().transpose();
+  const TouchedObject& object = estimator.object();
+  const SurfaceMesh& surface = object.body()->surface;
+  const Eigen::Matrix3d R_OS = object.X_SO().linear().transpose();
   std::vector<Vector3d> f_O(surface.nodes.size(), Vector3d::Zero());
   for (int i = 0; i < estimator.finger_count(); ++i) {
-    if (!estimator.contact(i).has_place()) continue;
+    if (!object.contact(i).has_place()) continue;
     const std::optional<Vector3d>& felt = estimator.finger(i).force;
     if (!felt) return std::nullopt;
-    Spread(surface, estimator.contact(i), -(R_OS * *felt), &f_O);
+    Spread(surface, object.contact(i), -(R_OS * *felt), &f_O);
   }
   return f_O;
 }
 
-}  // namespace
-
-void TactileEstimator::FillShape(BoundaryShape* shape) {
-  std::vector<Vector3d> p_S;
-  DeformedNodes(&p_S);
-  shape->elements = body_->skin_triangles;
-  shape->fixed_nodes = body_->skin_held;
-  for (const int node : body_->skin) {
+void FillShape(const TouchedObject& object, BoundaryShape* shape) {
+  const TactileBody& body = *object.body();
+  const std::vector<Vector3d> p_S = object.DeformedNodes();
+  shape->elements = body.skin_triangles;
+  shape->fixed_nodes = body.skin_held;
+  for (const int node : body.skin) {
     const auto i = Index(node);
-    Append(&shape->rest, X_SO_ * body_->surface.nodes[i]);
+    Append(&shape->rest, object.X_SO() * body.surface.nodes[i]);
     Append(&shape->positions, p_S[i]);
   }
 }
 
+}  // namespace
+
 BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
   BoundaryShape shape = ShapeAsOf(felt_, 3);
-  shape.validity = shape_validity_;
-  if (!body_) return shape;
+  shape.validity = object_.validity();
+  if (body() == nullptr) return shape;
   for (int i = 0; i < finger_count(); ++i) {  // what the model was not asked for it cannot tell
-    const bool is_left_out = contact(i).has_place() && !contact(i).acts();
+    const bool is_left_out = object_.contact(i).has_place() && !object_.contact(i).acts();
     if (is_left_out && finger(i).check == FailedCheck::kModelRange) {
       shape.validity = Validity::kFailed;
     }
@@ -77,14 +78,14 @@ BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
     shape = last_shape_;
     shape.validity = Validity::kFailed;
   } else {
-    FillShape(&shape);
+    FillShape(object_, &shape);
   }
   if (is_known) last_shape_ = shape;
   if (!nodal_forces) return shape;
   const auto f_O = NodalForces(*this);
   if (!f_O) return shape;
-  for (const int node : body_->skin) {
-    Append(&shape.nodal_forces, X_SO_.linear() * (*f_O)[Index(node)]);
+  for (const int node : body()->skin) {
+    Append(&shape.nodal_forces, object_.X_SO().linear() * (*f_O)[Index(node)]);
   }
   return shape;
 }

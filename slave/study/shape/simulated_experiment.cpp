@@ -94,7 +94,7 @@ class Experiment {
     Instant now;
     now.truth = {site_.DeformedSurface(), rest_.triangles};
     now.estimate.triangles = estimator_.body()->surface.triangles;
-    estimator_.DeformedNodes(&now.estimate.nodes);
+    now.estimate.nodes = estimator_.object().DeformedNodes();
     for (std::size_t i = 0; i < scene_.sense.Find<Tactile>()->fingers.size(); ++i) {
       now.fingers.push_back(
           FingerCapsule(truth[i].X_SF, scene_.sense.Find<Tactile>()->finger_radius));
@@ -105,7 +105,7 @@ class Experiment {
   // The estimate of who feels nothing.
   [[nodiscard]] SurfaceMesh AtRest() const {
     SurfaceMesh surface = estimator_.body()->surface;
-    for (auto& p : surface.nodes) p = estimator_.X_SO() * p;
+    for (auto& p : surface.nodes) p = estimator_.object().X_SO() * p;
     return surface;
   }
 

@@ -12,7 +12,7 @@ namespace palpate {
 inline constexpr int kSignalCount = kElectrodeCount + 2;
 using TactileSignals = std::array<double, kSignalCount>;
 
-// The mean of a fingertip's first samples, updated while nothing is in contact.
+// The mean of a fingertip's first samples.
 class RestValues {
  public:
   explicit RestValues(int samples) : wanted_(samples) {}
@@ -26,11 +26,6 @@ class RestValues {
     sum_[kElectrodeCount] += static_cast<double>(reading.pac);
     sum_[kElectrodeCount + 1] += static_cast<double>(reading.pdc);
     ++taken_;
-  }
-  // Moves the baseline towards the present reading of a free fingertip by the `share` of the
-  // difference, per signal [-].
-  void Follow(std::size_t signal, double change, double share) noexcept {
-    sum_[signal] += taken_ * share * change;
   }
   [[nodiscard]] bool known() const noexcept { return taken_ >= wanted_; }
   void Reset() noexcept { sum_.fill(0), taken_ = 0; }

@@ -1,6 +1,7 @@
 // Correlation of the signals of one make of fingertip, for all contacts.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -43,6 +44,9 @@ struct SignalPattern {
 
   [[nodiscard]] bool known() const { return !kinds.empty(); }
 };
+
+// One flag per electrode.
+using Electrodes = std::array<bool, kElectrodeCount>;
 
 inline SignalPattern::Signals PatternSignals(const TactileSignals& change) noexcept {
   SignalPattern::Signals x;

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/checks/fingertips/fingertip_checks.h"
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/localiser.h"
 #include "tests/slave/tactile/fakes.h"
@@ -15,9 +16,23 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using testing_fakes::MeanNetwork;
-using testing_fakes::PadLocaliser;
-using testing_fakes::ReadingOf;
+using namespace testing_fakes;
+
+// A fingertip with the checks of its signals, as a pipeline adds them.
+class CheckedFingertip : public Fingertip {
+ public:
+  using Fingertip::Fingertip;
+  const FingerTouch& Estimate(const FingerReading& reading, bool after_gap, bool is_clear = false) {
+    touch_ = Fingertip::Estimate(reading, after_gap, is_clear);
+    touch_.Add(checks_.Examine({.tip = *this}).verdict);
+    return touch_;
+  }
+  [[nodiscard]] const FingerTouch& touch() const { return touch_; }
+
+ private:
+  Checks<FingertipSample> checks_ = MakeFingertipChecks();
+  FingerTouch touch_;
+};
 
 const Vector3d kNothing(0, 0, 0);
 
@@ -41,7 +56,7 @@ class FingertipTest : public ::testing::Test {
 
   MeanNetwork network_{10, 0.02, 1.0};
   PadLocaliser localiser_;
-  Fingertip fingertip_{Options(), &network_, localiser_};
+  CheckedFingertip fingertip_{Options(), &network_, localiser_};
 };
 
 TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFull) {
@@ -61,7 +76,7 @@ TEST_F(FingertipTest, TheForceIsUnknownUntilTheWindowOfRestSamplesAndOthersIsFul
 TEST_F(FingertipTest, RestValuesThatTakeLongerThanTheWindowLeaveItFull) {
   Tactile tactile = Options();
   tactile.rest_samples = 25;
-  Fingertip fingertip(tactile, &network_, localiser_);
+  CheckedFingertip fingertip(tactile, &network_, localiser_);
   for (int i = 0; i < 24; ++i) {
     EXPECT_FALSE(fingertip.Estimate(ReadingOf(kNothing, false), false).force_F.has_value());
   }
@@ -229,7 +244,7 @@ TEST_F(FingertipTest, WhatIsBeyondTheLearntOrOfSaturatedElectrodesIsExtrapolated
 // A network whose gain was fitted knows the error of fz alone: [0, 0, 0.03].
 TEST_F(FingertipTest, ComponentsOfUnknownErrorAreAsWrongAsTheWorstKnown) {
   network_.SetSigma({0, 0, 0.03});
-  Fingertip fingertip(Options(), &network_, localiser_);
+  CheckedFingertip fingertip(Options(), &network_, localiser_);
   for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
   for (const Vector3d& force : {Vector3d(0.3, 0, 0), Vector3d(0.2, -0.2, -0.1)}) {
     for (int i = 0; i < 10; ++i) fingertip.Estimate(ReadingOf(force, true), false);
@@ -243,7 +258,7 @@ TEST_F(FingertipTest, AForceThatLeapsIsLessSureThanOneThatGoesOnAsItDid) {
   constexpr double kStep = 0.01, kLeaps = 0.2, kShare = 0.005;  // [N], [N], [-]
   MeanNetwork prompt(1, 0.02, 1.0);
   prompt.SetError({.relative = kShare});
-  Fingertip fingertip(Options(), &prompt, localiser_);
+  CheckedFingertip fingertip(Options(), &prompt, localiser_);
   double force = 0;
   const auto sigma_after = [&](double change) {
     force += change;
@@ -268,7 +283,7 @@ TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
       Tactile tactile = Options();
       tactile.localise = variant;
       const auto localiser = MakeLocaliser(tactile, SimulatedLayout(7e-3));
-      Fingertip fingertip(tactile, &network_, *localiser);
+      CheckedFingertip fingertip(tactile, &network_, *localiser);
       FingerReading reading = ReadingOf(kNothing, false);
       reading.electrodes.fill(end);
       for (int i = 0; i < 10; ++i) fingertip.Estimate(reading, false);
@@ -328,7 +343,7 @@ TEST_F(FingertipTest, AForceWithoutAnActiveElectrodeIsFlagged) {
 }
 
 TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
-  Fingertip fingertip(Options(), nullptr, localiser_);
+  CheckedFingertip fingertip(Options(), nullptr, localiser_);
   for (int i = 0; i < 6; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
   const FingerTouch& touch = fingertip.Estimate(ReadingOf(kNothing, true), false);
   EXPECT_TRUE(touch.touching);
@@ -339,7 +354,7 @@ TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
 TEST_F(FingertipTest, ACarriedStateIsAnotherFunctionAndNeedsNoWindow) {
   Tactile tactile = Options();
   tactile.carries_state = true;
-  Fingertip fingertip(tactile, &network_, localiser_);
+  CheckedFingertip fingertip(tactile, &network_, localiser_);
   for (int i = 0; i < 5; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
   EXPECT_TRUE(fingertip.touch().force_F.has_value());
   for (int i = 0; i < 20; ++i) fingertip.Estimate(ReadingOf({0, 0, -0.1}, true), false);

@@ -152,8 +152,8 @@ TEST_F(PatternCheckTest, NoiseIsTakenOffAsFarAsItIsMoreThanUsual) {
 // Noise is amplified as signals are: a gain of 0.7 shows before anything touches.
 TEST_F(PatternCheckTest, NoiseThatIsNotTheUsualOneTellsOfTheGain) {
   for (int i = 0; i < 200; ++i) Take(Contact(0, 0));
-  EXPECT_NEAR(check_.noise(), 1, 0.1);
-  EXPECT_LT(check_.gain_sigma(), 0.05);
+  EXPECT_NEAR(check_.noise().relative(), 1, 0.1);
+  EXPECT_LT(check_.noise().gain_sigma(), 0.05);
   for (const double gain : {0.7, 1.3}) {
     check_.Reset();
     for (int i = 0; i < 200; ++i) {
@@ -161,20 +161,20 @@ TEST_F(PatternCheckTest, NoiseThatIsNotTheUsualOneTellsOfTheGain) {
       for (double& x : change) x *= gain;
       Take(change);
     }
-    EXPECT_NEAR(check_.noise(), gain, 0.1 * gain);
-    EXPECT_GT(3 * check_.gain_sigma(), std::abs(gain - 1));
+    EXPECT_NEAR(check_.noise().relative(), gain, 0.1 * gain);
+    EXPECT_GT(3 * check_.noise().gain_sigma(), std::abs(gain - 1));
   }
 }
 
 TEST_F(PatternCheckTest, AGainThatFallsShowsAgainstTheStart) {
   for (int i = 0; i < 200; ++i) Take(Contact(0, 100));
-  EXPECT_NEAR(check_.noise_since_start(), 1, 0.14);
+  EXPECT_NEAR(check_.noise().since_start(), 1, 0.14);
   for (int i = 0; i < 200; ++i) {
     TactileSignals change = Contact(0, 100);
     for (double& x : change) x *= 0.75;
     Take(change);
   }
-  EXPECT_NEAR(check_.noise_since_start(), 0.75, 0.1);
+  EXPECT_NEAR(check_.noise().since_start(), 0.75, 0.1);
 }
 
 // Spikes of one sample are replaced; the noise of what was replaced is not taken off ever after.
@@ -185,7 +185,7 @@ TEST_F(PatternCheckTest, SpikesAreNoNoise) {
     for (std::size_t e = 0; e < kElectrodeCount; ++e) change[e] += throws(random_) == 0 ? 50 : 0;
     Take(change);
   }
-  EXPECT_NEAR(check_.noise(), 1, 0.15);
+  EXPECT_NEAR(check_.noise().relative(), 1, 0.15);
 }
 
 // A gain of each electrode's own is no fingertip that the network knows; some that stand still or
@@ -197,16 +197,16 @@ TEST_F(PatternCheckTest, NoiseThatDiffersFromElectrodeToElectrodeShows) {
     change[9] *= 2;
     Take(change);
   }
-  EXPECT_LT(check_.gain_sigma(), 0.1);
+  EXPECT_LT(check_.noise().gain_sigma(), 0.1);
   check_.Reset();
-  EXPECT_EQ(check_.gain_sigma(), 0);
+  EXPECT_EQ(check_.noise().gain_sigma(), 0);
   for (int i = 0; i < 300; ++i) {
     TactileSignals change = Contact(0, 0);
     for (std::size_t e = 0; e < kElectrodeCount; ++e)
       change[e] *= 0.6 + 0.05 * static_cast<double>(e);
     Take(change);
   }
-  EXPECT_GT(check_.gain_sigma(), 0.15);
+  EXPECT_GT(check_.noise().gain_sigma(), 0.15);
 }
 
 TEST_F(PatternCheckTest, NoSampleAllocates) {

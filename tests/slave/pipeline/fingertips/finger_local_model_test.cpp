@@ -12,8 +12,7 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using testing_fakes::CubeScene;
-using testing_fakes::kAbove;
+using namespace testing_fakes;
 
 // A fingertip flat on the middle of the cube's top, pressed in by `depth`.
 class FingerLocalModelTest : public ::testing::Test {

@@ -11,9 +11,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using testing_fakes::CubeScene;
-using testing_fakes::kAbove;
-using testing_fakes::Touching;
+using namespace testing_fakes;
 
 // The plane is known before anything touches: the sphere comes through it when its centre is one
 // radius above the surface, whatever the fingertip's direction; the reference is where the apex is.

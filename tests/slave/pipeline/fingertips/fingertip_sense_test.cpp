@@ -17,10 +17,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
-using testing_fakes::CubeScene;
-using testing_fakes::Fakes;
-using testing_fakes::Hand;
-using testing_fakes::kAbove;
+using namespace testing_fakes;
 
 constexpr double kPatience = 30;  // before something that does not happen fails the test [s]
 

@@ -12,8 +12,7 @@
 namespace palpate {
 namespace {
 
-using testing_fakes::CubeScene;
-using testing_fakes::kAbove;
+using namespace testing_fakes;
 
 const std::string kShipped = SourcePath("/deploy/fingertips/simulated-tnn21");
 

@@ -20,14 +20,7 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using testing_fakes::CubeScene;
-using testing_fakes::Fakes;
-using testing_fakes::Hand;
-using testing_fakes::kAbove;
-using testing_fakes::kFive;
-using testing_fakes::kRest;
-using testing_fakes::kWindow;
-using testing_fakes::Touching;
+using namespace testing_fakes;
 
 // Reference: the scene's model alone, loaded with the same force at the place under the pad.
 TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
@@ -282,8 +275,8 @@ TEST(TactileEstimatorTest, HeldByDisplacementThePlaceGoesWhereTheFingertipIs) {
   const ContactEstimate& felt = t.Press({0, 0, -0.2}, {0, 0, -0.004});
   ASSERT_TRUE(felt.force.has_value());
   EXPECT_NEAR(felt.force->z(), 0.2, 1e-6);  // of the network, not of the model
-  ASSERT_EQ(t.estimator.responses().size(), 1U);
-  EXPECT_NEAR(t.estimator.responses()[0].displacement_O.z(), -0.004, 1e-9);
+  ASSERT_EQ(t.estimator.object().responses().size(), 1U);
+  EXPECT_NEAR(t.estimator.object().responses()[0].displacement_O.z(), -0.004, 1e-9);
   EXPECT_NEAR(t.LargestMove(), 0.004, 1e-6);
 }
 
@@ -321,8 +314,8 @@ TEST(TactileEstimatorTest, HeldFingertipsThatMeetTheSameNodesStillAct) {
     t.hand.active[i] = true;
   }
   t.Estimate(kWindow);
-  EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid);
-  EXPECT_EQ(t.estimator.contacts().size(), 2U);
+  EXPECT_EQ(t.estimator.object().validity(), Validity::kValid);
+  EXPECT_EQ(t.estimator.object().contacts().size(), 2U);
   EXPECT_GT(t.LargestMove(), 0.9e-3);
 }
 
@@ -332,7 +325,7 @@ TEST(TactileEstimatorTest, APatchSpreadsTheLoad) {
   Touching point(CubeScene(kAbove)), patch(CubeScene(kAbove + ", patch: 22 mm"));
   point.Press({0, 0, -0.1}, {0, 0, -0.002});
   patch.Press({0, 0, -0.1}, {0, 0, -0.002});
-  EXPECT_NE(patch.estimator.shape_validity(), Validity::kFailed);
+  EXPECT_NE(patch.estimator.object().validity(), Validity::kFailed);
   EXPECT_LT(patch.LargestMove(), 0.6 * point.LargestMove());
   EXPECT_GT(patch.LargestMove(), 0.1 * point.LargestMove());
 }
@@ -374,7 +367,7 @@ TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
     other.model.kind = kind;
     t.estimator.Adopt(TactileEstimator::Prepare(other), other);
     t.Estimate(2, {0, 0, -0.001});
-    EXPECT_EQ(t.estimator.shape_validity(), Validity::kValid) << kind;
+    EXPECT_EQ(t.estimator.object().validity(), Validity::kValid) << kind;
     // Whatever the method, a point force on 10 mm elements: within a factor of two.
     EXPECT_NEAR(std::log2(t.LargestMove() / before), 0, 1) << kind;
   }

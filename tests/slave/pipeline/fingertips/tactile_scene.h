@@ -93,16 +93,14 @@ struct Touching {
     hand.active[finger] = true;
     return Estimate(samples, way);
   }
-  std::vector<Eigen::Vector3d> Nodes() {
-    std::vector<Eigen::Vector3d> p_S;
-    estimator.DeformedNodes(&p_S);
-    return p_S;
+  [[nodiscard]] std::vector<Eigen::Vector3d> Nodes() const {
+    return estimator.object().DeformedNodes();
   }
   [[nodiscard]] double LargestMove() {
     const std::vector<Eigen::Vector3d> p_S = Nodes();
     double largest = 0;
     for (std::size_t i = 0; i < p_S.size(); ++i) {
-      const Eigen::Vector3d rest = estimator.X_SO() * estimator.body()->surface.nodes[i];
+      const Eigen::Vector3d rest = estimator.object().X_SO() * estimator.body()->surface.nodes[i];
       largest = std::fmax(largest, (p_S[i] - rest).norm());
     }
     return largest;

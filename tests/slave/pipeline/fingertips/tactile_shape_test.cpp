@@ -13,14 +13,7 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using testing_fakes::CubeScene;
-using testing_fakes::Fakes;
-using testing_fakes::Hand;
-using testing_fakes::kAbove;
-using testing_fakes::kFive;
-using testing_fakes::kRest;
-using testing_fakes::kWindow;
-using testing_fakes::Touching;
+using namespace testing_fakes;
 
 // Where the model has no answer the shape is that of the last one, and says of when; what was felt
 // goes on. At rest again the shape is the model's.

@@ -1,0 +1,62 @@
+// The force of the samples in a network's window, and its sigma.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/scene/scene.h"
+#include "slave/tactile/network/force_network.h"
+#include "slave/tactile/pattern_check.h"
+#include "slave/tactile/steady_force.h"
+
+namespace palpate {
+
+class WindowForce {
+ public:
+  // Share of a sample in means over a few [-].
+  static constexpr double kBriskly = 0.3;
+
+  // `network` null: forces are unknown. It must outlive this object.
+  WindowForce(const Tactile& tactile, const ForceNetwork* network);
+
+  // The next sample starts a new window.
+  void Reset() noexcept;
+  // Adds a sample, counts minus baseline. True: the window is full.
+  bool Push(const TactileSignals& change) noexcept {
+    return estimate_ && estimate_->Push(change, outputs_);
+  }
+  // Adds `missed` samples between the last one and `change`.
+  void Bridge(const TactileSignals& change, int missed) noexcept;
+
+  struct Estimate {
+    std::optional<Eigen::Vector3d> force_F;  // of the fingertip on the object [N]; nullopt: unknown
+    double sigma = 0;                        // rms that its vector may be off by [N]
+  };
+  // Once per sample, after Push, which returned `is_full`. `before_F`: force of the last sample;
+  // `pattern`: of the same samples, null: unknown.
+  [[nodiscard]] Estimate Take(const TactileSignals& change, bool is_full,
+                              const std::optional<Eigen::Vector3d>& before_F,
+                              const PatternCheck* pattern) noexcept;
+  // Change of the force per sample, at present [N].
+  [[nodiscard]] double pace() const noexcept { return std::max(pace_F_.norm(), step_); }
+  [[nodiscard]] bool has_network() const { return estimate_ != nullptr; }
+  [[nodiscard]] const NetworkInfo& network() const { return network_; }
+
+ private:
+  [[nodiscard]] double SigmaOf(const Eigen::Vector3d& force_F,
+                               const PatternCheck* pattern) const noexcept;
+
+  NetworkInfo network_;
+  std::unique_ptr<ForceEstimate> estimate_;
+  std::vector<double> outputs_;
+  SteadyForce steady_;               // for networks that know their pattern
+  TactileSignals last_{};            // of the last sample
+  Eigen::Vector3d pace_F_{0, 0, 0};  // of the force, averaged over some samples [N/sample]
+  double step_ = 0;                  // of the force, in the last sample [N]
+  double leap_ = 0;                  // of the last sample, beyond the pace [N]
+};
+
+}  // namespace palpate
