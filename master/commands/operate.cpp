@@ -155,11 +155,11 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.settings = &line->settings;
   OperatorRequests requests(options.loop.render);
   options.requests = &requests;
+  SlaveLink::Options told = a.link;
+  told.longest_round_trip = line->link.longest_round_trip();
   std::optional<PatchWatch> patch;
   if (options.loop.render == RenderMode::kLocal || a.views || a.terminal) {
-    patch.emplace(PatchWatch::Options{a.link.target, a.link.insecure, a.link.tls,
-                                      line->link.longest_round_trip()},
-                  &line->patches);
+    patch.emplace(told, &line->patches);
     options.patches = &line->patches;
     options.patch_stats = [&patch] { return patch->stats(); };
   }
@@ -179,8 +179,6 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   std::optional<Keys> keys;
   if (!a.terminal) keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
-  SlaveLink::Options told = a.link;
-  told.longest_round_trip = line->link.longest_round_trip();
   ShapeWatch shape(told, scene, a.shapes, console.live());
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   Report report = RunSession(

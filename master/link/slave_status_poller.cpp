@@ -4,10 +4,6 @@
 
 #include <google/protobuf/util/json_util.h>
 
-#include "palpate/v1/teleoperation.grpc.pb.h"
-
-#include "master/link/channel.h"
-#include "master/link/status_words.h"
 #include "master/link/stream_keeper.h"
 #include "shared/wire/state_message.h"
 #include "shared/wire/trace_message.h"
@@ -48,13 +44,11 @@ std::string JsonOf(const google::protobuf::Message& message) {
 }
 
 struct SlaveStatusPoller::Parts {
-  explicit Parts(const SlaveLink::Options& link)
-      : stub(v1::Teleoperation::NewStub(
-            OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()),
-                        Traffic::kBulk, link.tls))) {}
+  explicit Parts(const SlaveLink::Options& link) : stub(BulkStub(link)) {}
 
-  void Take(const v1::SlaveState& message);
-  void Take(const v1::TraceUpdate& message);
+  // Both ignore what is no state or trace.
+  std::string Take(const v1::SlaveState& message);
+  std::string Take(const v1::TraceUpdate& message);
   void Run(const std::stop_token& stop);
   // Messages of the slave, or why there are none.
   Words Poll();
@@ -71,24 +65,25 @@ struct SlaveStatusPoller::Parts {
   std::map<Time, SampleTrace> traces;  // by when their samples were taken
   StreamKeeper<v1::SlaveState> states{
       [this](grpc::ClientContext* context) { return stub->WatchState(context, Request()); },
-      [this](const v1::SlaveState& message) { Take(message); }};
+      [this](v1::SlaveState* message) { return Take(*message); }};
   StreamKeeper<v1::TraceUpdate> told_traces{
       [this](grpc::ClientContext* context) { return stub->WatchTrace(context, TraceRequest()); },
-      [this](const v1::TraceUpdate& message) { Take(message); }};
+      [this](v1::TraceUpdate* message) { return Take(*message); }};
   std::jthread asking{[this](const std::stop_token& stop) { Run(stop); }};  // last
 };
 
-void SlaveStatusPoller::Parts::Take(const v1::SlaveState& message) {
+std::string SlaveStatusPoller::Parts::Take(const v1::SlaveState& message) {
   std::string reason;
   const auto state = FromProto(message, &reason);
-  if (!state) return;  // already known from the Operate stream
+  if (!state) return {};  // already known from the Operate stream
   std::string details = JsonOf(message.details());
   const std::scoped_lock lock(mutex);
   felt = {*state, std::move(details), Clock::now()};
   events.Add(state->events);
+  return {};
 }
 
-void SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
+std::string SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
   const std::scoped_lock lock(mutex);
   for (const v1::SampleTrace& told : message.samples()) {
     std::string reason;
@@ -100,6 +95,7 @@ void SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
   while (!traces.empty() && (is_old() || traces.size() > kTracesKept)) {
     traces.erase(traces.begin());
   }
+  return {};
 }
 
 void SlaveStatusPoller::Parts::Run(const std::stop_token& stop) {
