@@ -43,13 +43,6 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
           ""};  // The help shows the type name alone.
 }
 
-// Adds an option whose help shows `type`, such as FILE or HOST:PORT.
-template <class T>
-CLI::Option* Add(CLI::App* command, const char* name, T* value, const char* type,
-                 const char* text) {
-  return command->add_option(name, *value, text)->type_name(type);
-}
-
 void AddTls(CLI::App* command, SlaveLink::Options* link) {
   Add(command, "--tls", &link->tls, "DIR",
       "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder "
