@@ -53,9 +53,8 @@ int Main(int argc, char** argv) {
   ServeOptions serve;
   auto* serve_command = add_command(
       "serve", "Observe the object and stream the estimated force over gRPC until stopped", &serve);
-  serve_command
-      ->add_option("--listen", serve.listen, "Address to serve; port 0 selects any free port")
-      ->type_name("HOST:PORT")
+  Add(serve_command, "--listen", &serve.listen, "HOST:PORT",
+      "Address to serve; port 0 selects any free port")
       ->capture_default_str();
   serve_command->add_flag("--insecure", serve.insecure,
                           "Allow addresses that are not loopback, in plain text");
@@ -69,18 +68,13 @@ int Main(int argc, char** argv) {
       ->envname("STATE_DIRECTORY")
       ->check(CLI::ExistingDirectory);
 
-  serve_command
-      ->add_option("--metrics", serve.metrics, "Address that serves Prometheus metrics at /metrics")
-      ->type_name("HOST:PORT");
-  serve_command
-      ->add_option("--record", serve.record,
-                   "Record every sample and estimate without loss to this .mcap file; `process "
-                   "FILE.mcap` recomputes the estimates")
-      ->type_name("FILE");
-  serve_command
-      ->add_option("--record-limit", serve.record_limit,
-                   "Total size of the recording's files at which recording ends")
-      ->capture_default_str();
+  Add(serve_command, "--metrics", &serve.metrics, "HOST:PORT",
+      "Address that serves Prometheus metrics at /metrics");
+  Add(serve_command, "--record", &serve.record, "FILE",
+      "Record every sample and estimate without loss to this .mcap file; `process "
+      "FILE.mcap` recomputes the estimates");
+  AddShown(serve_command, "--record-limit", &serve.record_limit,
+           "Total size of the recording's files at which recording ends");
   serve_command
       ->add_option("--record-part", serve.record_part,
                    "Begin a new file after this many seconds: FILE-0001.mcap, FILE-0002.mcap; "
@@ -91,8 +85,7 @@ int Main(int argc, char** argv) {
   auto* process_command = add_command(
       "process", "Process recorded images, or a recording (FILE.mcap), as fast as possible",
       &process);
-  process_command->add_option("--out", process.out, "Folder for states.csv and summary.json")
-      ->type_name("DIR")
+  Add(process_command, "--out", &process.out, "DIR", "Folder for states.csv and summary.json")
       ->required();
   process_command->add_flag("--pictures", process.pictures,
                             "Also write every image with the detections drawn in");
@@ -101,39 +94,26 @@ int Main(int argc, char** argv) {
   process_command->add_flag("--points", process.points,
                             "Also write points.csv: points tracked by a stereo pair or depth "
                             "camera, with sigma and disparity");
-  process_command
-      ->add_option(
-          "--duration", process.duration,
-          "Seconds of a simulated target's path; files and scripted contacts end on their own")
-      ->type_name("FLOAT:s");
+  Add(process_command, "--duration", &process.duration, "FLOAT:s",
+      "Seconds of a simulated target's path; files and scripted contacts end on their own");
 
   RecordingExport exported;
   CLI::App* export_command = app.add_subcommand(
       "export", "Convert a recording to NumPy arrays, images and the files of its scene");
-  export_command
-      ->add_option("file", exported.file, "Recording that `serve --record` wrote (FILE.mcap)")
-      ->type_name("FILE")
+  Add(export_command, "file", &exported.file, "FILE",
+      "Recording that `serve --record` wrote (FILE.mcap)")
       ->required();
-  export_command->add_option("--out", exported.out, "Folder, created if missing")
-      ->type_name("DIR")
-      ->required();
+  Add(export_command, "--out", &exported.out, "DIR", "Folder, created if missing")->required();
 
   SolveOptions solve;
   auto* solve_command =
       add_command("solve", "Run the model alone on the contacts and loads of CSV files", &solve);
-  solve_command
-      ->add_option("--contacts", solve.contacts,
-                   "CSV case,x,y,z,dx,dy,dz[,width][,t]; planar scenes need no z")
-      ->type_name("FILE");
-  solve_command
-      ->add_option("--loads", solve.loads,
-                   "CSV case,x,y,z,fx,fy,fz[,width][,t]; t gives a load history for time: dynamic")
-      ->type_name("FILE");
-  solve_command->add_option("--out", solve.out, "CSV with one row per input row")
-      ->type_name("FILE")
-      ->required();
-  solve_command->add_option("--field", solve.field, "VTU file of the deformed body")
-      ->type_name("FILE");
+  Add(solve_command, "--contacts", &solve.contacts, "FILE",
+      "CSV case,x,y,z,dx,dy,dz[,width][,t]; planar scenes need no z");
+  Add(solve_command, "--loads", &solve.loads, "FILE",
+      "CSV case,x,y,z,fx,fy,fz[,width][,t]; t gives a load history for time: dynamic");
+  Add(solve_command, "--out", &solve.out, "FILE", "CSV with one row per input row")->required();
+  Add(solve_command, "--field", &solve.field, "FILE", "VTU file of the deformed body");
 
   CheckOptions check;
   add_command("check", "Report what will run and why, and the expected rate and error", &check);

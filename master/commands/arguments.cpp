@@ -11,7 +11,6 @@
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
-#include "shared/tls/certificate.h"
 #include "shared/tls/credentials.h"
 
 namespace palpate {
@@ -41,13 +40,6 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
                    CLI::detail::to_string(high) + " " + unit;
           },
           ""};  // The help shows the type name alone.
-}
-
-// Adds an option whose help shows `type`, such as FILE or HOST:PORT.
-template <class T>
-CLI::Option* Add(CLI::App* command, const char* name, T* value, const char* type,
-                 const char* text) {
-  return command->add_option(name, *value, text)->type_name(type);
 }
 
 void AddTls(CLI::App* command, SlaveLink::Options* link) {

@@ -35,8 +35,7 @@ void ConnectRecorder::Begin(const SlaveLink::Options& link, McapMap session) {
   session["version"] = Version();
   session["target"] = link.target;
   recording_.Begin(session);
-  bulk_.emplace(BulkWatch::Options{link.target, link.insecure, link.tls},
-                [this](const auto& message) { recording_.OnBulk(message); });
+  bulk_.emplace(link, [this](const auto& message) { recording_.OnBulk(message); });
 }
 
 void ConnectRecorder::AddOnlooker(Recorder::Onlooker* onlooker) {

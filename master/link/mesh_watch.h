@@ -2,25 +2,20 @@
 // exists, the slave computes a full displacement field for it, so make one only if it is shown.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "master/link/remote_mesh.h"
+#include "master/link/slave_link.h"
 
 namespace palpate {
 
 class MeshWatch {
  public:
   struct Options {
-    std::string target;         // HOST:PORT
-    bool insecure = false;      // allow targets that are not loopback, in plain text
-    std::filesystem::path tls;  // folder with the certificates; empty: plain text
     double rate = 5;            // largest rate of meshes [Hz], 1 to 120
     bool nodal_forces = false;  // request nodal forces
-    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the link is dead
     double relative_error =
         0;                  // of a coordinate, relative to the object's diagonal [-]; 0: all digits
     bool traction = false;  // request the traction
@@ -33,7 +28,7 @@ class MeshWatch {
 
   // Opens the stream and keeps it open, reconnecting with back-off. Throws
   // std::invalid_argument for an invalid target, or one beyond loopback without `insecure`.
-  explicit MeshWatch(const Options& options);
+  MeshWatch(const SlaveLink::Options& link, const Options& options);
   ~MeshWatch();
 
   // Null: none received yet. Thread-safe.

@@ -2,12 +2,11 @@
 // plane of the states.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "master/link/slave_link.h"
 #include "shared/link/latest_value.h"
 #include "shared/state/surface_patch.h"
 
@@ -21,12 +20,6 @@ struct ReceivedPatch {
 
 class PatchWatch {
  public:
-  struct Options {
-    std::string target;         // HOST:PORT
-    bool insecure = false;      // allow targets that are not loopback, in plain text
-    std::filesystem::path tls;  // folder with the certificates; empty: plain text
-    std::chrono::milliseconds longest_round_trip{1000};  // beyond it the link is dead
-  };
   struct Stats {
     std::uint64_t patches = 0, laws = 0, refused = 0;  // refused: rejected as invalid
     std::uint64_t bytes = 0;                           // of all received messages
@@ -36,10 +29,9 @@ class PatchWatch {
   // Opens the stream and keeps it open, reconnecting with back-off. `patches` must outlive this
   // object. Throws std::invalid_argument for an invalid target, or one beyond loopback without
   // `insecure`.
-  PatchWatch(const Options& options, LatestValue<ReceivedPatch>* patches);
+  PatchWatch(const SlaveLink::Options& link, LatestValue<ReceivedPatch>* patches);
   ~PatchWatch();
   [[nodiscard]] Stats stats() const;  // thread-safe
-  void Stop();
 
  private:
   struct Parts;

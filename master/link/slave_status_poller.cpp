@@ -4,20 +4,15 @@
 
 #include <google/protobuf/util/json_util.h>
 
-#include "palpate/v1/teleoperation.grpc.pb.h"
-
-#include "master/link/channel.h"
-#include "master/link/status_words.h"
 #include "master/link/stream_keeper.h"
 #include "shared/wire/state_message.h"
-#include "shared/wire/trace_message.h"
 
 namespace palpate {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kAskEvery(1000), kPatience(1000);
+constexpr milliseconds kAskEvery(1000);
 constexpr double kStateRate = 30;   // [Hz]
 constexpr double kTraceRate = 120;  // [Hz]
 constexpr double kTraceAge = 1;     // [s]
@@ -48,19 +43,14 @@ std::string JsonOf(const google::protobuf::Message& message) {
 }
 
 struct SlaveStatusPoller::Parts {
-  explicit Parts(const SlaveLink::Options& link)
-      : stub(v1::Teleoperation::NewStub(
-            OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()),
-                        Traffic::kBulk, link.tls))) {}
+  explicit Parts(const SlaveLink::Options& link) : stub(BulkStub(link)) {}
 
-  void Take(const v1::SlaveState& message);
-  void Take(const v1::TraceUpdate& message);
+  // Both ignore what is no state or trace.
+  std::string Take(const v1::SlaveState& message);
+  std::string Take(const v1::TraceUpdate& message);
   void Run(const std::stop_token& stop);
   // Messages of the slave, or why there are none.
-  Words Poll();
-  // Adds the answer of one call to `json` unless one before failed.
-  template <class Request, class Reply, class Call>
-  void Add(Call call, std::string* json, std::string* trouble);
+  Words Poll(const std::stop_token& stop);
 
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
   mutable std::mutex mutex;  // guards what follows
@@ -71,24 +61,25 @@ struct SlaveStatusPoller::Parts {
   std::map<Time, SampleTrace> traces;  // by when their samples were taken
   StreamKeeper<v1::SlaveState> states{
       [this](grpc::ClientContext* context) { return stub->WatchState(context, Request()); },
-      [this](const v1::SlaveState& message) { Take(message); }};
+      [this](v1::SlaveState* message) { return Take(*message); }};
   StreamKeeper<v1::TraceUpdate> told_traces{
       [this](grpc::ClientContext* context) { return stub->WatchTrace(context, TraceRequest()); },
-      [this](const v1::TraceUpdate& message) { Take(message); }};
+      [this](v1::TraceUpdate* message) { return Take(*message); }};
   std::jthread asking{[this](const std::stop_token& stop) { Run(stop); }};  // last
 };
 
-void SlaveStatusPoller::Parts::Take(const v1::SlaveState& message) {
+std::string SlaveStatusPoller::Parts::Take(const v1::SlaveState& message) {
   std::string reason;
   const auto state = FromProto(message, &reason);
-  if (!state) return;  // already known from the Operate stream
+  if (!state) return {};  // already known from the Operate stream
   std::string details = JsonOf(message.details());
   const std::scoped_lock lock(mutex);
   felt = {*state, std::move(details), Clock::now()};
   events.Add(state->events);
+  return {};
 }
 
-void SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
+std::string SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
   const std::scoped_lock lock(mutex);
   for (const v1::SampleTrace& told : message.samples()) {
     std::string reason;
@@ -100,11 +91,12 @@ void SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
   while (!traces.empty() && (is_old() || traces.size() > kTracesKept)) {
     traces.erase(traces.begin());
   }
+  return {};
 }
 
 void SlaveStatusPoller::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    Words told = Poll();
+    Words told = Poll(stop);
     std::unique_lock lock(mutex);
     told.version = words.version + 1;
     words = std::move(told);
@@ -112,27 +104,22 @@ void SlaveStatusPoller::Parts::Run(const std::stop_token& stop) {
   }
 }
 
-template <class Request, class Reply, class Call>
-void SlaveStatusPoller::Parts::Add(Call call, std::string* json, std::string* trouble) {
-  if (!trouble->empty()) return;
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
-  Reply reply;
-  const grpc::Status status = (stub.get()->*call)(&context, Request(), &reply);
-  if (status.ok()) {
-    *json = JsonOf(reply);
-  } else {
-    *trouble = WordsOf(status);
-  }
-}
-
-SlaveStatusPoller::Words SlaveStatusPoller::Parts::Poll() {
+SlaveStatusPoller::Words SlaveStatusPoller::Parts::Poll(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   Words told;
-  Add<v1::GetStatusRequest, v1::Status>(&Stub::GetStatus, &told.status, &told.trouble);
-  Add<v1::GetSceneRequest, v1::SceneDescription>(&Stub::GetScene, &told.scene, &told.trouble);
-  Add<v1::GetCapabilitiesRequest, v1::Capabilities>(&Stub::GetCapabilities, &told.capabilities,
-                                                    &told.trouble);
+  // Adds the answer of one call unless one before failed.
+  const auto add = [&](auto call, auto reply, std::string* json) {
+    if (!told.trouble.empty()) return;
+    const grpc::Status status = Query(stub.get(), call, stop, &reply);
+    if (status.ok()) {
+      *json = JsonOf(reply);
+    } else {
+      told.trouble = WordsOf(status);
+    }
+  };
+  add(&Stub::GetStatus, v1::Status(), &told.status);
+  add(&Stub::GetScene, v1::SceneDescription(), &told.scene);
+  add(&Stub::GetCapabilities, v1::Capabilities(), &told.capabilities);
   return told;
 }
 

@@ -1,12 +1,15 @@
 // Keeps a stream of the slave open for an observer: a separate thread reads messages, and reopens
-// the stream with back-off when it ends.
+// the stream with back-off when it ends. Only a slave that does not have the call (UNIMPLEMENTED)
+// ends it for good: a restart or another scene may change all other reasons.
 #pragma once
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -14,16 +17,44 @@
 #include <grpcpp/client_context.h>
 #include <grpcpp/support/sync_stream.h>
 
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
 #include "master/link/channel.h"
-#include "master/link/status_words.h"
+#include "master/link/slave_link.h"
 
 namespace palpate {
+
+// Opens a separate connection for observers. Throws std::invalid_argument for an invalid target, or
+// one beyond loopback without `insecure`.
+inline std::unique_ptr<v1::Teleoperation::Stub> BulkStub(const SlaveLink::Options& link) {
+  return v1::Teleoperation::NewStub(
+      OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()), Traffic::kBulk,
+                  link.tls, link.longest_round_trip));
+}
+
+// Makes one call with an empty request and a deadline of a second, which `stop` cancels.
+template <class Request, class Reply>
+grpc::Status Query(v1::Teleoperation::Stub* stub,
+                   grpc::Status (v1::Teleoperation::Stub::*call)(grpc::ClientContext*,
+                                                                 const Request&, Reply*),
+                   const std::stop_token& stop, Reply* reply) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(1));
+  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+  return (stub->*call)(&context, Request(), reply);
+}
 
 template <class Message>
 class StreamKeeper {
  public:
   using Open = std::function<std::unique_ptr<grpc::ClientReader<Message>>(grpc::ClientContext*)>;
-  using Take = std::function<void(const Message&)>;
+  // Returns why the message is rejected; empty: it is accepted. May modify the message.
+  using Take = std::function<std::string(Message*)>;
+
+  struct Stats {
+    std::uint64_t accepted = 0, rejected = 0;  // received messages
+    std::string trouble;  // why none is received, or why the last one was rejected; empty: neither
+  };
 
   // Both are called on this object's thread and must outlive it.
   StreamKeeper(Open open, Take take)
@@ -32,10 +63,14 @@ class StreamKeeper {
   StreamKeeper(const StreamKeeper&) = delete;
   StreamKeeper& operator=(const StreamKeeper&) = delete;
 
-  // Why nothing is received; empty: no problem. Thread-safe.
-  [[nodiscard]] std::string trouble() const {
+  [[nodiscard]] Stats stats() const {  // thread-safe
     const std::scoped_lock lock(mutex_);
-    return trouble_;
+    return stats_;
+  }
+  // Ends the open stream; the next one begins anew.
+  void Reopen() {
+    const std::scoped_lock lock(mutex_);
+    if (context_ != nullptr) context_->TryCancel();
   }
   // Ends the stream.
   void Stop() {
@@ -53,14 +88,13 @@ class StreamKeeper {
 
   void Run() {
     Backoff backoff(kFirstRetry, kLongestRetry);
-    while (true) {
-      if (Watch()) backoff.Reset();
+    while (Watch(&backoff)) {
       std::unique_lock lock(mutex_);
       if (stopped_.wait_for(lock, backoff.Next(), [this] { return stopping_; })) return;
     }
   }
-  // Reads one stream until its end. True: a message was received.
-  bool Watch() {
+  // Reads one stream until its end. False: no other follows.
+  bool Watch(Backoff* backoff) {
     grpc::ClientContext own;
     {
       const std::scoped_lock lock(mutex_);
@@ -69,20 +103,22 @@ class StreamKeeper {
     }
     const auto stream = open_(&own);
     Message message;
-    bool came = false;
+    bool is_rejected = false;
     while (stream->Read(&message)) {
-      take_(message);
-      if (!std::exchange(came, true)) SetTrouble({});
+      std::string trouble = take_(&message);
+      is_rejected = !trouble.empty();
+      if (!is_rejected) backoff->Reset();
+      const std::scoped_lock lock(mutex_);
+      ++(is_rejected ? stats_.rejected : stats_.accepted);
+      stats_.trouble = std::move(trouble);
     }
     const grpc::Status status = stream->Finish();
-    SetTrouble(status.ok() ? "the slave ended the stream" : WordsOf(status));
     const std::scoped_lock lock(mutex_);
     context_ = nullptr;
-    return came;
-  }
-  void SetTrouble(std::string trouble) {
-    const std::scoped_lock lock(mutex_);
-    trouble_ = std::move(trouble);
+    if (!stopping_ && !is_rejected) {
+      stats_.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
+    }
+    return status.error_code() != grpc::StatusCode::UNIMPLEMENTED;
   }
 
   const Open open_;
@@ -91,7 +127,7 @@ class StreamKeeper {
   std::condition_variable stopped_;
   bool stopping_ = false;
   grpc::ClientContext* context_ = nullptr;  // of the stream that is open
-  std::string trouble_;
+  Stats stats_;
   std::thread thread_;  // last: it uses all of the above
 };
 

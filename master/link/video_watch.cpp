@@ -1,8 +1,5 @@
 #include "master/link/video_watch.h"
 
-#include "palpate/v1/teleoperation.grpc.pb.h"
-
-#include "master/link/channel.h"
 #include "master/link/stream_keeper.h"
 #include "shared/wire/fields.h"
 
@@ -23,21 +20,19 @@ v1::WatchVideoRequest Request(const VideoWatch::Options& options) {
 
 struct VideoWatch::Parts {
   Parts(const SlaveLink::Options& link, const Options& options)
-      : request(Request(options)),
-        stub(v1::Teleoperation::NewStub(
-            OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()),
-                        Traffic::kBulk, link.tls))) {}
+      : request(Request(options)), stub(BulkStub(link)) {}
 
   // What is no picture, or of no known instant, is left out.
-  void Take(const v1::VideoFrame& frame) {
+  std::string Take(const v1::VideoFrame& frame) {
     std::string reason;
     FieldReader reader(&reason);
     const Time sensed_at = reader.Stamp("sensed_at", frame.sensed_at());
-    if (!reader.ok() || frame.jpeg().empty() || frame.jpeg().size() > kLargestJpeg) return;
+    if (!reader.ok() || frame.jpeg().empty() || frame.jpeg().size() > kLargestJpeg) return {};
     const std::scoped_lock lock(mutex);
     newest = std::make_shared<const RemotePicture>(
         RemotePicture{newest ? newest->number + 1 : 1, sensed_at, static_cast<int>(frame.width()),
                       static_cast<int>(frame.height()), frame.jpeg()});
+    return {};
   }
 
   const v1::WatchVideoRequest request;
@@ -46,7 +41,7 @@ struct VideoWatch::Parts {
   std::shared_ptr<const RemotePicture> newest;
   StreamKeeper<v1::VideoFrame> keeper{
       [this](grpc::ClientContext* context) { return stub->WatchVideo(context, request); },
-      [this](const v1::VideoFrame& frame) { Take(frame); }};  // last: it uses all of the above
+      [this](v1::VideoFrame* frame) { return Take(*frame); }};  // last: it uses all of the above
 };
 
 VideoWatch::VideoWatch(const SlaveLink::Options& link, const Options& options)
@@ -60,7 +55,7 @@ std::shared_ptr<const RemotePicture> VideoWatch::newest() const {
 }
 
 std::string VideoWatch::trouble() const {
-  return parts_->keeper.trouble();
+  return parts_->keeper.stats().trouble;
 }
 
 }  // namespace palpate

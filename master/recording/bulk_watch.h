@@ -2,22 +2,17 @@
 // twice a second, and the status once a second. Uses a separate connection.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <memory>
-#include <string>
 
 #include <google/protobuf/message.h>
+
+#include "master/link/slave_link.h"
 
 namespace palpate {
 
 class BulkWatch {
  public:
-  struct Options {
-    std::string target;         // HOST:PORT
-    bool insecure = false;      // allow targets that are not loopback, in plain text
-    std::filesystem::path tls;  // folder with the certificates; empty: plain text
-  };
   static constexpr double kPictureRate = 2, kMeshRate = 2;  // [Hz]
   static constexpr int kQuality = 75;                       // JPEG quality of images
 
@@ -27,7 +22,7 @@ class BulkWatch {
 
   // Receives until destruction, reconnecting with back-off. Throws std::invalid_argument for an
   // invalid target, or one beyond loopback without `insecure`.
-  BulkWatch(const Options& options, OnMessage on_message);
+  BulkWatch(const SlaveLink::Options& link, OnMessage on_message);
   ~BulkWatch();
 
  private:

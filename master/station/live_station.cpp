@@ -17,7 +17,6 @@
 #include "master/station/server/page_server.h"
 #include "master/station/task_queue.h"
 #include "master/station/terminal.h"
-#include "master/station/terminal_text.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -36,12 +35,7 @@ constexpr std::uint64_t kTerminal = 0;        // a command that no page sent
 struct Views {
   explicit Views(const SlaveLink::Options& line)
       : video(line, {}),
-        meshes({.target = line.target,
-                .insecure = line.insecure,
-                .tls = line.tls,
-                .rate = kMeshRate,
-                .relative_error = kMeshError,
-                .traction = true}) {}
+        meshes(line, {.rate = kMeshRate, .relative_error = kMeshError, .traction = true}) {}
   VideoWatch video;
   MeshWatch meshes;
 };

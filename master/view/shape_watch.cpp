@@ -129,12 +129,8 @@ ShapeWatch::ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
                        const std::vector<std::filesystem::path>& files, bool table) {
   if (files.empty() && !(table && !scene.fingertips.empty())) return;
   MeshWatch::Options options;
-  options.target = link.target;
-  options.insecure = link.insecure;
-  options.tls = link.tls;
-  options.longest_round_trip = link.longest_round_trip;
   options.nodal_forces = std::any_of(files.begin(), files.end(), NeedsNodalForces);
-  meshes_ = std::make_unique<MeshWatch>(options);
+  meshes_ = std::make_unique<MeshWatch>(link, options);
   std::vector<Eigen::Vector3d> homes;
   for (const RemoteFingertip& tip : scene.fingertips) homes.push_back(tip.p_S_home);
   for (const auto& file : files) {

@@ -39,6 +39,15 @@ int Become(const CommandProgram& program, char** arguments);
 int RunCommandProgram(int argc, char** argv, std::string_view command, const char* footer,
                       const std::function<void(CLI::App*)>& add_options,
                       const std::function<int(const std::stop_token&)>& run);
+template <class Options>
+int RunCommandProgram(int argc, char** argv, std::string_view command, const char* footer,
+                      void (*add_options)(CLI::App*, Options*),
+                      int (*run)(const Options&, const std::stop_token&)) {
+  Options options;
+  return RunCommandProgram(
+      argc, argv, command, footer, [&](CLI::App* app) { add_options(app, &options); },
+      [&](const std::stop_token& stop) { return run(options, stop); });
+}
 
 // Declares the positional argument `scene` and --override.
 void AddSceneOptions(CLI::App* command, std::filesystem::path* scene,

@@ -66,12 +66,6 @@ double InSi(double value, double factor) {
 
 }  // namespace
 
-std::optional<double> ParseNumber(std::string_view text) noexcept {
-  const auto value = TakeNumber<double>(&text);
-  if (!value || !text.empty() || !std::isfinite(*value)) return std::nullopt;
-  return value;
-}
-
 std::optional<long long> ParseInteger(std::string_view text) noexcept {
   const auto value = TakeNumber<long long>(&text);
   return text.empty() ? value : std::nullopt;

@@ -25,13 +25,11 @@ enum class Dimension : std::uint8_t {
   kVolume,     // l ml m3 cm3
 };
 
-// A finite decimal number in the notation of the C locale, independent of the process's locale; the
-// text must contain nothing else.
-std::optional<double> ParseNumber(std::string_view text) noexcept;
-// The same for a whole number.
+// A whole number; the text must contain nothing else.
 std::optional<long long> ParseInteger(std::string_view text) noexcept;
 
-// `number`, `number unit` or `numberunit` in SI. nullopt: not a number, not finite, a unit of
+// `number`, `number unit` or `numberunit` in SI; finite decimal numbers in the notation of the C
+// locale, independent of the process's locale. nullopt: not a number, not finite, a unit of
 // another dimension.
 std::optional<double> ParseQuantity(std::string_view text, Dimension dimension) noexcept;
 

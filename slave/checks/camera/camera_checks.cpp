@@ -7,7 +7,6 @@
 #include "slave/checks/camera/interlace.h"
 #include "slave/checks/camera/object_in_place.h"
 #include "slave/checks/camera/regained.h"
-#include "slave/checks/camera/tip_cover.h"
 #include "slave/checks/camera/tool_at_start.h"
 
 namespace palpate {
@@ -17,7 +16,6 @@ Checks<CameraSample> MakeCameraChecks(const Scene& scene, const FirstImage& firs
   checks.Add("object_in_place", std::make_unique<ObjectInPlaceCheck>());
   checks.Add("image_quality", std::make_unique<ImageQualityCheck>());
   checks.Add("indentation", std::make_unique<IndentationCheck>());
-  checks.Add("tip_cover", std::make_unique<TipCoverCheck>());
   checks.Add("encoders", std::make_unique<EncoderCheck>());
   if (first.p_I_tip) {
     checks.Add("tool_at_start", std::make_unique<ToolAtStartCheck>(

@@ -14,26 +14,18 @@ void AddOptions(CLI::App* command, CalibrateOptions* options) {
                       "Inner corners, or circles, of the board, for example 9x6");
   command->add_option("--square", options->square,
                       "Distance between neighbouring corners or circles, for example 25mm");
-  command
-      ->add_option("--pattern", options->pattern,
-                   "Pattern of the board: chessboard, circles or asymmetric-circles")
-      ->capture_default_str();
+  AddShown(command, "--pattern", &options->pattern,
+           "Pattern of the board: chessboard, circles or asymmetric-circles");
   command->add_option("--distance", options->distance,
                       "Distance of a plane, for example 250mm; prints the size of a pixel on it");
-  command->add_option("--out", options->out, "File for the rig, or for the lens of one camera")
-      ->type_name("FILE");
-  command
-      ->add_option("--drawing", options->drawing,
-                   "SVG file that shows boards, coverage and residuals")
-      ->type_name("FILE");
+  Add(command, "--out", &options->out, "FILE", "File for the rig, or for the lens of one camera");
+  Add(command, "--drawing", &options->drawing, "FILE",
+      "SVG file that shows boards, coverage and residuals");
   command->add_flag("--force", options->force,
                     "Write a calibration even if it is rejected; the exit code stays 1");
-  command
-      ->add_option("--register", options->tip_places,
-                   "Estimate the camera pose from tip positions: CSV x,y,z,u,v[,u_right,v_right]")
-      ->type_name("FILE");
-  command->add_option("--rig", options->rig, "For --register: an existing rig or lens file")
-      ->type_name("FILE");
+  Add(command, "--register", &options->tip_places, "FILE",
+      "Estimate the camera pose from tip positions: CSV x,y,z,u,v[,u_right,v_right]");
+  Add(command, "--rig", &options->rig, "FILE", "For --register: an existing rig or lens file");
   command->add_option("--size", options->size,
                       "For --register: image size of a camera that looks straight down on z = 0, "
                       "for example 640x480");
@@ -46,9 +38,6 @@ void AddOptions(CLI::App* command, CalibrateOptions* options) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::CalibrateOptions options;
-  return palpate::RunCommandProgram(
-      argc, argv, "calibrate", palpate::kCalibrateHelp,
-      [&](CLI::App* command) { palpate::AddOptions(command, &options); },
-      [&](const std::stop_token& stop) { return palpate::RunCalibrate(options, stop); });
+  return palpate::RunCommandProgram(argc, argv, "calibrate", palpate::kCalibrateHelp,
+                                    palpate::AddOptions, palpate::RunCalibrate);
 }

@@ -12,28 +12,19 @@ constexpr const char* kExamples = R"(Examples:
 
 void AddOptions(CLI::App* command, EvaluateOptions* options) {
   AddSceneOptions(command, &options->scene, &options->overrides);
-  command
-      ->add_option(
-          "--cloud", options->cloud,
-          "Measured points (PCD) in the frame of sense.depth_camera; without it, simulated "
-          "contacts and a virtual camera provide them")
-      ->type_name("FILE");
-  command->add_option("--out", options->out, "Folder for report.html, report.json and clouds")
-      ->type_name("DIR")
+  Add(command, "--cloud", &options->cloud, "FILE",
+      "Measured points (PCD) in the frame of sense.depth_camera; without it, simulated "
+      "contacts and a virtual camera provide them");
+  Add(command, "--out", &options->out, "DIR", "Folder for report.html, report.json and clouds")
       ->required();
-  command
-      ->add_option("--contacts", options->contacts,
-                   "Contacts that deform the object: CSV as for solve; default: the end of the "
-                   "scene's tactile recording, if any")
-      ->type_name("FILE");
-  command->add_option("--loads", options->loads, "Loads that deform the object: CSV as for solve")
-      ->type_name("FILE");
-  command
-      ->add_option(
-          "--segment", options->segment,
-          "surfaces: segment by colour and shape; colour: by colour alone; no: every point "
-          "belongs to the object")
-      ->capture_default_str();
+  Add(command, "--contacts", &options->contacts, "FILE",
+      "Contacts that deform the object: CSV as for solve; default: the end of the "
+      "scene's tactile recording, if any");
+  Add(command, "--loads", &options->loads, "FILE",
+      "Loads that deform the object: CSV as for solve");
+  AddShown(command, "--segment", &options->segment,
+           "surfaces: segment by colour and shape; colour: by colour alone; no: every point "
+           "belongs to the object");
   command
       ->add_option("--at", options->at,
                    "A point on the object in the frame of the cloud: x,y,z [m]")
@@ -44,39 +35,25 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
                    "Colour of the object: red,green,blue, each 0 to 255")
       ->delimiter(',')
       ->expected(3);
-  command
-      ->add_option("--voxel", options->segmentation.voxel,
-                   "Edge of the voxels that thin out the cloud [m]; 0 selects it automatically")
-      ->capture_default_str();
-  command
-      ->add_option("--neighbours", options->segmentation.colour.neighbours,
-                   "Number of neighbours of a point in region growing by colour")
-      ->capture_default_str();
-  command
-      ->add_option("--point-colour", options->segmentation.colour.point_colour,
-                   "Largest colour difference of points in one region, 0 to 442")
-      ->capture_default_str();
-  command
-      ->add_option("--region-colour", options->segmentation.colour.region_colour,
-                   "Regions with a smaller colour difference are merged, 0 to 442")
-      ->capture_default_str();
-  command
-      ->add_option("--repetitions", options->repetitions,
-                   "Number of simulated contacts when --cloud is absent")
-      ->capture_default_str();
+  AddShown(command, "--voxel", &options->segmentation.voxel,
+           "Edge of the voxels that thin out the cloud [m]; 0 selects it automatically");
+  AddShown(command, "--neighbours", &options->segmentation.colour.neighbours,
+           "Number of neighbours of a point in region growing by colour");
+  AddShown(command, "--point-colour", &options->segmentation.colour.point_colour,
+           "Largest colour difference of points in one region, 0 to 442");
+  AddShown(command, "--region-colour", &options->segmentation.colour.region_colour,
+           "Regions with a smaller colour difference are merged, 0 to 442");
+  AddShown(command, "--repetitions", &options->repetitions,
+           "Number of simulated contacts when --cloud is absent");
   command->add_flag("--materials", options->materials,
                     "Evaluate the simulated object in each of paper B's three foams");
-  command->add_option("--leaf", options->leaf, "Edge of the octree's leaves [m]")
-      ->capture_default_str();
+  AddShown(command, "--leaf", &options->leaf, "Edge of the octree's leaves [m]");
 }
 
 }  // namespace
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::EvaluateOptions options;
-  return palpate::RunCommandProgram(
-      argc, argv, "evaluate", palpate::kExamples,
-      [&](CLI::App* command) { palpate::AddOptions(command, &options); },
-      [&](const std::stop_token& stop) { return palpate::RunEvaluate(options, stop); });
+  return palpate::RunCommandProgram(argc, argv, "evaluate", palpate::kExamples, palpate::AddOptions,
+                                    palpate::RunEvaluate);
 }

@@ -45,9 +45,6 @@ void AddOptions(CLI::App* command, IdentifyOptions* options) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::IdentifyOptions options;
-  return palpate::RunCommandProgram(
-      argc, argv, "identify", palpate::kIdentifyHelp,
-      [&](CLI::App* command) { palpate::AddOptions(command, &options); },
-      [&](const std::stop_token& stop) { return palpate::RunIdentify(options, stop); });
+  return palpate::RunCommandProgram(argc, argv, "identify", palpate::kIdentifyHelp,
+                                    palpate::AddOptions, palpate::RunIdentify);
 }

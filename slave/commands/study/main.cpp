@@ -11,16 +11,13 @@ constexpr const char* kExamples = R"(Examples:
 
 void AddOptions(CLI::App* command, StudyOptions* options) {
   AddSceneOptions(command, &options->scene, &options->overrides);
-  command->add_option("--out", options->out, "Folder for study.csv, study.json and study.svg")
-      ->type_name("DIR")
+  Add(command, "--out", &options->out, "DIR", "Folder for study.csv, study.json and study.svg")
       ->required();
-  command->add_option("--budget", options->budget, "Time limit for all models together")
-      ->type_name("FLOAT:s")
+  Add(command, "--budget", &options->budget, "FLOAT:s", "Time limit for all models together")
       ->capture_default_str();
   command->add_flag("--end-to-end", options->end_to_end,
                     "Measure instead what each stage adds to the error of the rendered force");
-  command->add_option("--delay", options->delay, "Delay of the link for --end-to-end")
-      ->type_name("FLOAT:s")
+  Add(command, "--delay", &options->delay, "FLOAT:s", "Delay of the link for --end-to-end")
       ->capture_default_str();
 }
 
@@ -28,9 +25,6 @@ void AddOptions(CLI::App* command, StudyOptions* options) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  palpate::StudyOptions options;
-  return palpate::RunCommandProgram(
-      argc, argv, "study", palpate::kExamples,
-      [&](CLI::App* command) { palpate::AddOptions(command, &options); },
-      [&](const std::stop_token& stop) { return palpate::RunStudyCommand(options, stop); });
+  return palpate::RunCommandProgram(argc, argv, "study", palpate::kExamples, palpate::AddOptions,
+                                    palpate::RunStudyCommand);
 }

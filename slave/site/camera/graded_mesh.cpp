@@ -206,19 +206,6 @@ TriangleMesh MakeGradedMesh(const std::vector<Point>& points, const std::vector<
   return mesh;
 }
 
-double SmallestAngle(const TriangleMesh& mesh) {
-  double smallest = 4;
-  for (const auto& v : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Point& apex = mesh.points[Index(v[i])];
-      const Point a = mesh.points[Index(v[(i + 1) % 3])] - apex;
-      const Point b = mesh.points[Index(v[(i + 2) % 3])] - apex;
-      smallest = std::min(smallest, std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
-    }
-  }
-  return smallest;
-}
-
 double Area(const TriangleMesh& mesh) {
   double twice = 0;
   for (const auto& v : mesh.triangles) {

@@ -39,8 +39,6 @@ TriangleMesh MakeGradedMesh(const std::vector<Eigen::Vector2d>& points,
                             const std::vector<Segment>& segments, const SizeField& size,
                             int max_points = 60000);
 
-// Smallest angle of all triangles [rad].
-double SmallestAngle(const TriangleMesh& mesh);
 // Sum of the triangles' areas.
 double Area(const TriangleMesh& mesh);
 

@@ -33,11 +33,10 @@ bool Until(const std::function<bool()>& condition) {
   return true;
 }
 
-MeshWatch::Options To(const std::string& target) {
-  MeshWatch::Options options;
-  options.target = target;
-  options.rate = 120;
-  return options;
+constexpr MeshWatch::Options kFast{.rate = 120};
+
+SlaveLink::Options To(const std::string& target) {
+  return {.target = target};
 }
 
 class MeshWatchTest : public testing::Test {
@@ -50,7 +49,7 @@ class MeshWatchTest : public testing::Test {
 TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
-  MeshWatch watch(To(server_->address()));
+  MeshWatch watch(To(server_->address()), kFast);
   ASSERT_TRUE(Until([&] {
     slave_.TakeSample();
     return watch.stats().meshes > 2;
@@ -73,9 +72,7 @@ TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
 }
 
 TEST_F(MeshWatchTest, NodalForcesComeIfAskedFor) {
-  MeshWatch::Options options = To(server_->address());
-  options.nodal_forces = true;
-  const MeshWatch watch(options);
+  const MeshWatch watch(To(server_->address()), {.rate = 120, .nodal_forces = true});
   ASSERT_TRUE(Until([&] {
     slave_.TakeSample();
     return watch.newest() != nullptr;
@@ -85,7 +82,7 @@ TEST_F(MeshWatchTest, NodalForcesComeIfAskedFor) {
 
 TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
   const std::string address = server_->address();
-  const MeshWatch watch(To(address));
+  const MeshWatch watch(To(address), kFast);
   ASSERT_TRUE(Until([&] {
     slave_.TakeSample();
     return watch.stats().meshes > 0;
@@ -103,13 +100,13 @@ TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
 }
 
 TEST_F(MeshWatchTest, PlainTextLeavesThisMachineOnlyOnRequest) {
-  EXPECT_THROW(MeshWatch(To("192.0.2.1:5")), std::invalid_argument);
+  EXPECT_THROW(MeshWatch(To("192.0.2.1:5"), kFast), std::invalid_argument);
 }
 
 TEST_F(MeshWatchTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
   const std::string address = server_->address();
   server_.reset();
-  MeshWatch watch(To(address));
+  MeshWatch watch(To(address), kFast);
   ASSERT_TRUE(Until([&] { return !watch.stats().trouble.empty(); }));
   EXPECT_EQ(watch.newest(), nullptr);
   watch.Stop();
@@ -154,7 +151,7 @@ TEST_F(MeshWatchTest, LargeMeshesCome) {
   }
   message.mutable_positions()->CopyFrom(message.rest());
   FakeMeshServer teller({message});
-  const MeshWatch watch(To(teller.address));
+  const MeshWatch watch(To(teller.address), kFast);
   ASSERT_TRUE(Until([&] { return watch.stats().meshes > 0; }));
   EXPECT_EQ(watch.newest()->positions.size(), static_cast<std::size_t>(kNodes));
   EXPECT_EQ(teller.asked_rate, 120);
@@ -165,7 +162,7 @@ TEST_F(MeshWatchTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
   headless.mutable_sensed_at();
   for (int i = 0; i < 3; ++i) headless.add_positions(0);
   FakeMeshServer teller({headless, headless});
-  const MeshWatch watch(To(teller.address));
+  const MeshWatch watch(To(teller.address), kFast);
   ASSERT_TRUE(Until([&] { return watch.stats().refused == 2; }));
   EXPECT_EQ(watch.newest(), nullptr);
   EXPECT_THAT(watch.stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));

@@ -56,6 +56,18 @@ double SignedArea(const std::vector<Point>& loop) {
   return twice / 2;
 }
 
+double SmallestAngle(const TriangleMesh& mesh) {
+  double smallest = 4;
+  for (const auto& v : mesh.triangles) {
+    const auto at = [&](std::size_t i) { return mesh.points[std::size_t(v[i % 3])]; };
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Point a = at(i + 1) - at(i), b = at(i + 2) - at(i);
+      smallest = std::min(smallest, std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
+    }
+  }
+  return smallest;
+}
+
 class GradedMeshTest : public ::testing::TestWithParam<Domain> {
  protected:
   TriangleMesh Make() const {
