@@ -1,7 +1,6 @@
 // What the simulated site with fingertips costs beside the loops it feeds: a sample, a step of the
 // hand, and a press solved ahead. Times are this machine's; the ratio to a plain sum of as many
 // exponentials as a sample's skin has points is the figure to watch.
-#include <array>
 #include <cmath>
 
 #include <benchmark/benchmark.h>

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
-#include <map>
 #include <memory>
-#include <optional>
 #include <regex>
 #include <set>
 #include <string>

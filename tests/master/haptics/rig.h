@@ -3,8 +3,6 @@
 
 #include <cmath>
 #include <functional>
-#include <memory>
-#include <vector>
 
 #include "master/haptics/haptic_loop.h"
 #include "tests/master/haptics/virtual_slave.h"

@@ -29,6 +29,7 @@
 #include "shared/wire/fields.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -229,13 +230,9 @@ TEST_F(SlaveLinkTest, NobodyThereIsAnErrorThatTellsWhatWasTried) {
   server_.reset();
   SlaveLink::Options options = To(address);
   options.wait = 0.2;
-  try {
-    SlaveLink(options).Connect();
-    FAIL() << "somebody was there";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("no slave at " + address + ": "));
-    EXPECT_THAT(error.what(), HasSubstr(" attempts in "));
-  }
+  EXPECT_THAT(
+      Thrown<std::runtime_error>([&] { SlaveLink(options).Connect(); }),
+      testing::AllOf(HasSubstr("no slave at " + address + ": "), HasSubstr(" attempts in ")));
 }
 
 TEST_F(SlaveLinkTest, ConnectWaitsForASlaveThatComesLater) {
@@ -548,15 +545,10 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
 
 TEST_F(SlaveLinkTest, AnotherServiceIsAnErrorAtOnce) {
   const StrangePeer peer;
-  try {
-    SlaveLink(To(peer.address)).Connect();
-    FAIL() << "it was taken for a slave";
-  } catch (const std::runtime_error& error) {
-    EXPECT_EQ(error.what(),
-              peer.address +
-                  " answers, but does not speak palpate.v1: is it a palpate-slave of a "
-                  "compatible release?");
-  }
+  EXPECT_EQ(Thrown<std::runtime_error>([&] { SlaveLink(To(peer.address)).Connect(); }),
+            peer.address +
+                " answers, but does not speak palpate.v1: is it a palpate-slave of a "
+                "compatible release?");
 }
 
 // Another certificate is needed, and a new start with it; not so once it was let in, when what it

@@ -19,6 +19,7 @@
 #include "shared/recording/npy.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -146,12 +147,8 @@ TEST_F(RecordingTest, AMessageOfAnotherTypeIsRefusedByName) {
   RecordingReader reader(file_);
   ASSERT_TRUE(reader.Next());
   v1::ForceTick tick;
-  try {
-    reader.Read(&tick);
-    FAIL() << "it was read";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("/a is of palpate.v1.FeltState: accepted is"));
-  }
+  EXPECT_THAT(Thrown<InputError>([&] { reader.Read(&tick); }),
+              HasSubstr("/a is of palpate.v1.FeltState: accepted is"));
 }
 
 class PartsTest : public ::testing::Test {

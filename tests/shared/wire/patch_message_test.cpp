@@ -1,6 +1,5 @@
 #include "shared/wire/patch_message.h"
 
-#include <cmath>
 #include <functional>
 #include <limits>
 

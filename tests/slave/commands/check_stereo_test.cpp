@@ -1,6 +1,4 @@
 // What `check` says of two cameras, simulated and from files.
-#include <fstream>
-#include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>

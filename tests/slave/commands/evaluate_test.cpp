@@ -8,7 +8,6 @@
 #include <sstream>
 #include <variant>
 
-#include <Eigen/QR>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -22,12 +23,7 @@ std::string Refusal(const char* scene, double duration) {
   options.scene = kScenes / scene;
   options.out = std::filesystem::temp_directory_path() / "process-refused";
   options.duration = duration;
-  try {
-    RunProcess(options, {});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing";
+  return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
 }
 
 TEST(ProcessTest, ADurationIsANumberOfSeconds) {
@@ -49,12 +45,7 @@ std::string RefusalInside(const std::filesystem::path& out, const std::string& n
   options.scene = out / name;
   options.out = out;
   options.frames = frames;
-  try {
-    RunProcess(options, {});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing";
+  return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
 }
 
 TEST(ProcessTest, WritesOverNothingItReads) {

@@ -1,7 +1,6 @@
 #include "slave/commands/running_scene.h"
 
 #include <cstdlib>
-#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

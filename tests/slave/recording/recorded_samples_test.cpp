@@ -1,6 +1,5 @@
 #include "slave/recording/recorded_samples.h"
 
-#include <cmath>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -14,6 +13,7 @@
 #include "slave/recording/step_messages.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -197,12 +197,8 @@ TEST_F(RecordedSamplesTest, AFileThatWouldLeaveItsFolderIsRefused) {
 
 TEST_F(RecordedSamplesTest, AMastersRecordingIsNone) {
   { Recording recording({.file = file_}); }
-  try {
-    const RecordedBeginning beginning(file_);
-    FAIL() << "it was taken";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("accepted is a recording by a slave (serve --record)"));
-  }
+  EXPECT_THAT(Thrown<InputError>([&] { const RecordedBeginning beginning(file_); }),
+              HasSubstr("accepted is a recording by a slave (serve --record)"));
 }
 
 }  // namespace

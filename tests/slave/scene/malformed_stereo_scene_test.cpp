@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/scene/stereo_scene.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -320,13 +321,8 @@ TEST_F(StereoSceneTest, PointsBesideFingertipsAreRefused) {
                            "\n  material: {young_modulus: 3.8 kPa, poisson_ratio: 0.15}\n"
                            "  fixed: {plane: {axis: z, at: 0 m}}\nmodel: {kind: fem}\n"
                            "sense: {tactile: {source: stream}, points: {track: dots}}\n";
-  try {
-    LoadScene(folder_.Write("scene.yaml", text));
-    FAIL() << "fingertips see no dots";
-  } catch (const SceneError& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr(":7: sense.points = {track: dots}: accepted is nothing with `tactile`"));
-  }
+  EXPECT_THAT(Thrown<SceneError>([&] { LoadScene(folder_.Write("scene.yaml", text)); }),
+              HasSubstr(":7: sense.points = {track: dots}: accepted is nothing with `tactile`"));
 }
 
 // One camera tells of planar objects only; the sentence says what else there is.

@@ -1,8 +1,5 @@
 #include "slave/scene/scene_loader.h"
 
-#include <cmath>
-#include <numbers>
-
 #include <gtest/gtest.h>
 
 #include "tests/slave/scene/decimal_comma.h"

@@ -1,12 +1,12 @@
 // Scenes of volumes and membranes: what contracts names, with its defaults, and what is refused.
 #include <string>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -33,12 +33,7 @@ Scene Load(const std::string& text, SceneUse use = SceneUse::kSolve) {
 }
 
 std::string MistakesOf(const std::string& text, SceneUse use = SceneUse::kSolve) {
-  try {
-    Load(text, use);
-    return {};
-  } catch (const SceneError& error) {
-    return error.what();
-  }
+  return Thrown<SceneError>([&] { Load(text, use); });
 }
 
 // Reference: contracts, model options: the first value listed is the default.
@@ -157,13 +152,11 @@ TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
     EXPECT_DOUBLE_EQ(std::get<MeshFileGeometry>(scene.object.geometry).unit, metres);
   }
   const std::string dozen = "{mesh: cube.stl, unit: dozen}";
-  try {
-    LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")), {},
-              SceneUse::kSolve);
-    FAIL() << "a dozen is no length";
-  } catch (const SceneError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("unit = dozen: accepted is a unit such as mm"));
-  }
+  EXPECT_THAT(Thrown<SceneError>([&] {
+                LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")),
+                          {}, SceneUse::kSolve);
+              }),
+              HasSubstr("unit = dozen: accepted is a unit such as mm"));
 }
 
 struct Refusal {

@@ -1,7 +1,6 @@
 // Scenes of two cameras and of depth pictures, one thing per line, with the files that they name.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>

@@ -2,7 +2,6 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/service/service_fixture.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -16,12 +17,7 @@ using testing::HasSubstr;
 class ServerTest : public ServiceTest {};
 
 std::string WhyNot(FakeSlave* slave, const std::string& address, bool insecure = false) {
-  try {
-    const Server server(*slave, address, insecure);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
+  return Thrown<std::runtime_error>([&] { const Server server(*slave, address, insecure); });
 }
 
 TEST_F(ServerTest, TellsThePortThatItGot) {

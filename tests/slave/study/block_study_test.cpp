@@ -1,7 +1,6 @@
 // A study of the block and of the embryo's disc against the published forces of the reference set,
 // which were derived with another program.
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string>

@@ -3,7 +3,6 @@
 // with other programs, for a square patch. The study's is a disc of the same area.
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <numbers>
 #include <optional>
 #include <string>

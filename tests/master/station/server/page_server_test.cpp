@@ -2,7 +2,6 @@
 #include "master/station/server/page_server.h"
 
 #include <atomic>
-#include <mutex>
 #include <stdexcept>
 #include <thread>
 
@@ -10,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/master/station/server/page_client.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -189,12 +189,9 @@ TEST(PageServerEndTest, APortInUseIsAnError) {
   const PageServer::Listener nobody{[](std::uint64_t, std::string_view) { return std::string(); },
                                     [](std::uint64_t) {}};
   const PageServer first({"127.0.0.1", 0}, &board, nobody);
-  try {
-    const PageServer second(first.endpoint(), &board, nobody);
-    FAIL() << "two servers at one port";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr(ToString(first.endpoint())));
-  }
+  EXPECT_THAT(Thrown<std::runtime_error>(
+                  [&] { const PageServer second(first.endpoint(), &board, nobody); }),
+              HasSubstr(ToString(first.endpoint())));
 }
 
 }  // namespace

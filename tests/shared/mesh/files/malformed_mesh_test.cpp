@@ -9,6 +9,7 @@
 #include "shared/mesh/files/mesh_file.h"
 #include "tests/shared/mesh/files/all_samples.h"
 #include "tests/shared/mesh/files/temp_folder.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -16,12 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string Refusal(const std::filesystem::path& file, double unit = 1) {
-  try {
-    ReadMeshFile(file, unit);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "none";
+  return Thrown<std::invalid_argument>([&] { ReadMeshFile(file, unit); });
 }
 
 struct Malformed {

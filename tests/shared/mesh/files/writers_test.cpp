@@ -1,5 +1,4 @@
 // Writing: what is read back is what was written.
-#include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

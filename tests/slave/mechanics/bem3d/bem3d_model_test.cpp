@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include <Eigen/LU>

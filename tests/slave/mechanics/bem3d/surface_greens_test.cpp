@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/bem3d/solid_bodies.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -289,12 +290,7 @@ TEST(SurfaceGreens, DoNotDependOnTheNumberingOfTriangles) {
 
 std::string Refusal(const SurfaceMesh& mesh, const Held& held, double nu,
                     const SurfaceGreens::Options& options = {}) {
-  try {
-    SurfaceGreens greens(mesh, held, nu, options);
-  } catch (const std::invalid_argument& refused) {
-    return refused.what();
-  }
-  return "";
+  return Thrown<std::invalid_argument>([&] { SurfaceGreens greens(mesh, held, nu, options); });
 }
 
 TEST(SurfaceGreens, RefuseWhatThePressureIsLostIn) {

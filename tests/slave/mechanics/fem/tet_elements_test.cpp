@@ -8,7 +8,6 @@
 #include <random>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/fem_body.h"

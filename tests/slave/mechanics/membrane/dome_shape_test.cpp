@@ -1,7 +1,6 @@
 #include "slave/mechanics/membrane/dome_shape.h"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 #include <stdexcept>

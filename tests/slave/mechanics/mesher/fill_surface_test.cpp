@@ -3,10 +3,7 @@
 
 #include <cmath>
 #include <numbers>
-#include <set>
-#include <stdexcept>
 
-#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,6 +12,7 @@
 #include "slave/mechanics/mesher/run_program.h"
 #include "tests/shared/mesh/files/temp_folder.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -60,12 +58,7 @@ SurfaceMesh Crossing() {
 }
 
 std::string Failure(const SurfaceMesh& surface, const FillOptions& options) {
-  try {
-    FillSurface(surface, options);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "none";
+  return Thrown<std::exception>([&] { FillSurface(surface, options); });
 }
 
 class FillSurfaceTest : public ::testing::TestWithParam<Program> {

@@ -13,6 +13,7 @@
 #include "tests/reference/reference_file.h"
 #include "tests/slave/mechanics/plate/ritz_plate.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -408,12 +409,7 @@ TEST(PlateLargeModel, CanBeInterruptedAndRefusesImpossibleParams) {
   Stopping stop;
   EXPECT_THROW(PlateLargeModel(kRubber, &stop), Interrupted);
   const auto refusal = [](PlateLargeModel::Params params) -> std::string {
-    try {
-      const PlateLargeModel refused(params);
-    } catch (const std::invalid_argument& e) {
-      return e.what();
-    }
-    return "accepted";
+    return Thrown<std::invalid_argument>([&] { const PlateLargeModel refused(params); });
   };
   auto params = kRubber;
   params.order = 5;

@@ -11,6 +11,7 @@
 #include "slave/mechanics/plate/plate_surface.h"
 #include "tests/reference/reference_file.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -189,12 +190,7 @@ TEST(PlateModel, SaysWhatItIsAndRefusesImpossibleParams) {
   EXPECT_EQ(model.info().kind, "plate");
   EXPECT_NEAR(model.info().range, 0.5 * 0.001 / 0.078, 1e-15);
   const auto refusal = [](PlateModel::Params params) -> std::string {
-    try {
-      const PlateModel refused(params);
-    } catch (const std::invalid_argument& e) {
-      return e.what();
-    }
-    return "accepted";
+    return Thrown<std::invalid_argument>([&] { const PlateModel refused(params); });
   };
   const double nan = std::nan("");
   EXPECT_THAT(refusal({0, 1e-3, 1e6, 0.3}), HasSubstr("radius = 0: accepted is"));

@@ -15,6 +15,7 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -63,12 +64,9 @@ class PointsRunTest : public ::testing::Test {
   }
   // What a run of recorded pairs is refused with.
   [[nodiscard]] std::string Refusal(const Scene& scene) const {
-    try {
+    return Thrown<std::runtime_error>([&] {
       RunOffline(scene, {folder_ / "out", false, false, {}}, {});
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "nothing";
+    });
   }
   [[nodiscard]] nlohmann::json Summary() const {
     return nlohmann::json::parse(std::ifstream(folder_ / "out/summary.json"));

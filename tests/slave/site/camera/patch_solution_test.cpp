@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,6 +12,7 @@
 
 #include "tests/slave/site/camera/site_scenes.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate::site {
 namespace {
@@ -195,12 +195,7 @@ TEST(TrueBody, EntryIsWhereTheWayFirstCrossesInwards) {
 }
 
 std::string Refusal(const Scene& scene) {
-  try {
-    const TrueBody body(scene);
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "accepted";
+  return Thrown<std::invalid_argument>([&] { const TrueBody body(scene); });
 }
 
 TEST(TrueBody, RefusalsNameTheKey) {

@@ -15,6 +15,7 @@
 
 #include "tests/slave/site/camera/site_scenes.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -185,12 +186,7 @@ TEST(SimulatedSite, PicturesAreTakenWhileTheToolMoves) {
 }
 
 std::string Refusal(const Scene& scene) {
-  try {
-    const SimulatedSite site(scene);
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "accepted";
+  return Thrown<std::invalid_argument>([&] { const SimulatedSite site(scene); });
 }
 
 TEST(SimulatedSite, RefusalsNameTheKey) {

@@ -1,8 +1,6 @@
 // Reference: the Point Cloud Library's writer and reader.
 #include "slave/study/clouds/pcd_file.h"
 
-#include <algorithm>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -15,6 +13,7 @@
 #include <pcl/point_types.h>
 
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate::study {
 namespace {
@@ -33,12 +32,7 @@ class PcdFileTest : public testing::Test {
     return file;
   }
   std::string Complaint(const std::string& content) {
-    try {
-      ReadPcd(Write(content));
-    } catch (const std::invalid_argument& e) {
-      return e.what();
-    }
-    return "";
+    return Thrown<std::invalid_argument>([&] { ReadPcd(Write(content)); });
   }
   fs::path folder_;
 };

@@ -1,7 +1,6 @@
 // References: labels by hand of recorded clouds; scenes of simple shapes whose parts are known.
 #include "slave/study/clouds/segmentation.h"
 
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <random>

@@ -8,6 +8,7 @@
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -24,12 +25,7 @@ class RigFileTest : public testing::Test {
     return folder_ / "rig.yaml";
   }
   std::string Refusal(const std::string& text) const {
-    try {
-      ReadRig(Write(text));
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "read";
+    return Thrown<std::runtime_error>([&] { ReadRig(Write(text)); });
   }
 
   const fs::path folder_ = fs::path(BinaryPath()) / "test_stereo";
@@ -130,7 +126,7 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
   EXPECT_THAT(Refusal(lens + "distortion_coefficients: {data: [0, 0, 0, 0, 0, 1, 0, 0]}"),
               HasSubstr("plumb bob"));
   const std::string four = lens + "distortion_coefficients: {data: [0, 0, 0, 0]}\n";
-  EXPECT_EQ(Refusal(four), "read");
+  EXPECT_EQ(Refusal(four), "");
   EXPECT_THAT(Refusal(four + "distortion_model: equidistant"),
               HasSubstr("distortion_model = equidistant: accepted is plumb_bob"));
   EXPECT_THAT(Refusal(four + "distortion_model: [plumb_bob]"), HasSubstr("accepted is plumb_bob"));
@@ -148,7 +144,7 @@ TEST_F(RigFileTest, SaysWhatIsWrongWithAFile) {
   const std::string identity = "R: {data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n";
   EXPECT_THAT(Refusal(pair + identity + "T: {data: [1e-300, 0, 0]}"),
               HasSubstr("length of T = 1e-300: accepted is two cameras apart [m], 1e-12 to 1000"));
-  EXPECT_EQ(Refusal(pair + identity + "T: {data: [0.06, 0, 0]}"), "read");
+  EXPECT_EQ(Refusal(pair + identity + "T: {data: [0.06, 0, 0]}"), "");
   EXPECT_THROW(ReadRig(folder_), std::runtime_error);
   EXPECT_THROW(ReadRig(folder_ / "missing.yaml"), std::runtime_error);
   EXPECT_THAT([] { ReadRig("/dev/zero"); },
@@ -162,7 +158,7 @@ TEST_F(RigFileTest, IntrinsicsOutsideTheRangeOfLensesAreRefused) {
     return Refusal("image_width: 640\nimage_height: 480\ncamera_matrix: {data: [" + matrix +
                    ", 0, 0, 1]}\ndistortion_coefficients: {data: [" + distortion + ", 0, 0, 0]}");
   };
-  EXPECT_EQ(refusal("800, 0, 320, 0, 800, 240"), "read");
+  EXPECT_EQ(refusal("800, 0, 320, 0, 800, 240"), "");
   EXPECT_THAT(
       refusal("5e-324, 0, 320, 0, 800, 240"),
       HasSubstr("camera_matrix: fx = 4.94066e-324: accepted is a focal > 0 [px], 0.001 to 1e+09"));

@@ -3,7 +3,6 @@
 #include <random>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "slave/vision/stereo/rig.h"

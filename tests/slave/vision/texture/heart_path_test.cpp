@@ -1,10 +1,8 @@
 // Paper C's second experiment in simulation: a texture target on its path, as printed and three
 // times as fast, for a minute each.
-#include <algorithm>
 #include <cmath>
 #include <string>
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "slave/vision/texture/stereo_texture.h"
