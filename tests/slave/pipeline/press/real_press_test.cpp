@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
@@ -14,7 +13,6 @@
 #include "slave/pipeline/press/membrane_press.h"
 #include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
 #include "tests/slave/pipeline/press/identify_membrane.h"
-#include "tests/slave/pipeline/press/press_figure.h"
 #include "tests/slave/pipeline/press/press_recording.h"
 #include "tests/support/paths.h"
 
@@ -129,53 +127,6 @@ RecordedPress* RealPressTest::press_ = nullptr;
 MembraneShape* RealPressTest::shape_ = nullptr;
 Ellipsoid RealPressTest::ellipsoid_;
 
-void Draw(const RecordedPress& recorded, const MembranePress& press,
-          const std::vector<Evaluated>& judged, const std::string& remark) {
-  PressFigure figure;
-  figure.title = "Force on an air-filled membrane, from its deflection";
-  figure.remark = remark;
-  figure.last_training_frame = kLastTraining;
-  for (const auto& row : recorded.rows) figure.wrench.push_back(row.force.norm());
-  for (const Evaluated& one : judged) {
-    figure.forces.push_back({one.frame, one.measured, one.estimated, one.reading.sigma_own_force});
-  }
-  const Evaluated& last = judged.back();
-  const auto camera = RecordedPressCamera().camera;
-  const auto project = [&](const Eigen::Vector3d& p) {
-    return Eigen::Vector2d(camera.fx * p.x() / p.z() + camera.cx,
-                           camera.fy * p.y() / p.z() + camera.cy);
-  };
-  figure.field_frame = last.frame;
-  figure.contact = project(last.reading.p_O);
-  std::vector<double> explained;
-  press.Explain(1, last.reading.explained_force, last.reading.own_pressure, &explained);
-  const SurfaceMesh& mesh = press.membrane().surface();
-  for (const SurfacePoint& point : recorded.frames.back().points) {
-    const auto place = FindPlace(mesh, point.p_S_rest);
-    if (!place || !point.seen) continue;
-    double way = 0;
-    Eigen::Vector3d n = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) {
-      const auto node = static_cast<std::size_t>(
-          mesh.triangles[static_cast<std::size_t>(place->triangle)][static_cast<std::size_t>(k)]);
-      way += place->weights[k] * explained[node];
-      n += place->weights[k] * press.membrane().normals()[node];
-    }
-    figure.field.push_back(
-        {project(point.p_S_rest), n.normalized().dot(point.p_S - point.p_S_rest), way});
-  }
-  const fs::path folder = BinaryPath("/test-output/membrane-press");
-  fs::create_directories(folder);
-  std::ofstream(folder / "press.svg") << Drawn(figure);
-  std::ofstream csv(folder / "press.csv");
-  csv << "frame,measured_N,estimated_N,x,y,z,depth,residual\n";
-  for (const Evaluated& one : judged) {
-    csv << fmt::format("{},{:.3f},{:.3f},{:.5f},{:.5f},{:.5f},{:.6f},{:.6f}\n", one.frame,
-                       one.measured, one.estimated, one.reading.p_O.x(), one.reading.p_O.y(),
-                       one.reading.p_O.z(), one.reading.depth, one.reading.residual);
-  }
-}
-
 // The covariance that DepthPoints states, against what its points do while nothing touches: not
 // too small, and no more than twice too large.
 TEST_F(RealPressTest, AtRestThePointsScatterAsTheirSigmaSays) {
@@ -207,13 +158,12 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   MembranePress press(InflatedMembrane(*shape_, identified.params), params);
   const auto judged = Evaluate(&press, identified.fit.offset);
   const double share = RmsLater(judged) / Peak();
-  const std::string remark = fmt::format(
+  fmt::print(
       "E h = {:.0f} +- {:.0f} N/m, T = {:.0f} N/m, p = {:.1f} kPa, offset {:+.2f} N, from {} "
-      "frames in contact; later frames {:.1f} % of the peak of {:.2f} N",
+      "frames in contact; later frames {:.1f} % of the peak of {:.2f} N\n",
       identified.fit.stiffness, identified.fit.sigma_stiffness, identified.params.tension,
       press.membrane().pressure() / 1e3, identified.fit.offset, identified.in_contact, 100 * share,
       Peak());
-  fmt::print("{}\n", remark);
   for (const Evaluated& one : judged) {
     fmt::print(
         "  {:3d}: wrench {:5.2f} N, from the picture {:5.2f} N, at ({:5.1f}, {:4.1f}, {:4.1f}) "
@@ -222,7 +172,6 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
         1e3 * one.reading.p_O.y(), 1e3 * one.reading.p_O.z(), 1e3 * one.reading.depth,
         1e3 * one.reading.residual);
   }
-  Draw(*press_, press, judged, remark);
   EXPECT_LE(share, 0.08);
 }
 
