@@ -89,8 +89,6 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   ContactResponse response;
   model->Respond(std::span(&contact, 1), std::span(&response, 1));
   const double k_disc = out.dot(response.stiffness_O * out);
-  std::printf("embryo from the picture: %.3f mN/um, disc of %.0f um radius: %.3f mN/um\n", k * 1e-3,
-              kRadius * 1e6, k_disc * 1e-3);
   EXPECT_NEAR(k / k_disc, 1, 0.15);
 }
 

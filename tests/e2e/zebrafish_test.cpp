@@ -233,7 +233,6 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
           << ", score " << seen.tip.score;
     }
   }
-  std::cout << found << " of " << marked << " marked tips found\n";
   EXPECT_GE(found, marked / 3) << "lost everywhere is no tracker";
 }
 

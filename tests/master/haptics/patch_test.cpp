@@ -197,8 +197,6 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
     GetParam().lie(&patch, n++);
     rig.patches.Put(patch);
   });
-  std::printf("  %-20s %.3f N  %.3f N/ms  %+.3f mJ\n", GetParam().name.c_str(), energy.peak(),
-              energy.step(), 1e3 * energy.min());
   EXPECT_LE(energy.peak(), 3.3 + 1e-9);
   EXPECT_LE(energy.step(), 0.2 + 1e-9);
   EXPECT_GE(energy.min(), -1e-3);

@@ -70,8 +70,6 @@ TEST(TipTrackerTest, FindsTheTipToThreeHundredthsOfAPixel) {
   const Errors errors = ErrorsOver(WithTool({160.3, 120.4}), 2);
   EXPECT_LT(errors.rms_x, 0.03);
   EXPECT_LT(errors.rms_y, 0.03);
-  RecordProperty("rms_x_px", std::to_string(errors.rms_x));
-  RecordProperty("rms_y_px", std::to_string(errors.rms_y));
 }
 
 // Sigma is what the noise does; the template's own noise, frozen at start, stays within it too.

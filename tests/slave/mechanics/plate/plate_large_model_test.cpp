@@ -114,8 +114,6 @@ TEST(PlateLargeModel, EccentricLoadsAgreeWithAnotherFormulation) {
       const auto r = Query(model, {Loaded({p, 0}, F, 2 * R)})[0];
       ASSERT_NE(r.validity, Validity::kFailed) << model.failure();
       const double w = -r.displacement_O.z() / kThickness;
-      std::printf("nu %4.2f p %.2f R %.2f F %3.0f order %2d: w / t %.6f, Ritz %.6f %.6f\n", nu, p,
-                  R, F, order, w, coarse, fine);
       EXPECT_GT(w, 1.2);
       EXPECT_NEAR(w / fine, 1, std::abs(coarse / fine - 1) + 1e-3) << nu << " " << order;
     }
@@ -131,7 +129,6 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
   for (const int order : orders) {
     models.push_back(std::make_unique<PlateLargeModel>(Unit(0.45, order)));
   }
-  std::printf("   p    R   w/t  F at order 24   relative difference of orders 8, 12, 16\n");
   for (const double p : {0.2, 0.5, 0.8}) {
     for (const double R : {0.0, 0.05, 0.13}) {
       for (const double w : {1.0, 5.0, 10.0}) {
@@ -142,8 +139,6 @@ TEST(PlateLargeModel, EccentricForcesConvergeWithTheOrder) {
           forces.push_back(-r.force_O.z());
         }
         const auto error = [&](std::size_t i) { return forces[i] / forces.back() - 1; };
-        std::printf("%4.1f %4.2f %5.0f %14.6g   %8.1e %8.1e %8.1e\n", p, R, w, forces.back(),
-                    error(0), error(1), error(2));
         const bool inside = w <= 20 * (1 - p * p) * (1 - p * p);
         if (!inside) continue;
         EXPECT_LT(std::abs(error(1)), p < 0.6 ? 0.007 : 0.01) << p << " " << R << " " << w;

@@ -2,7 +2,6 @@
 #include "slave/mechanics/fem/solid/solid_model.h"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -348,8 +347,7 @@ TEST(LargeStrainReference, ConvergesUnderRefinement) {
   for (const double fraction : {0.1, 0.25}) {
     const double coarse = depth(3, fraction), fine = depth(6, fraction);
     const double limit = fine + (fine - coarse) / 3;  // of second order
-    std::printf("%4.2f N: depth %.6e %.6e m, limit %.4e m\n", fraction, coarse, fine, limit);
-    EXPECT_GT(fine, coarse);  // from below, as an energy's minimum must
+    EXPECT_GT(fine, coarse);                          // from below, as an energy's minimum must
     EXPECT_LT(limit - fine, 0.015 * limit);
     if (fraction == 0.25) {
       EXPECT_NEAR(limit, 3.246e-3, 0.003 * limit);

@@ -33,7 +33,6 @@ constexpr double kWrench = 0.2;  // its noise [N]
 
 struct Evaluated {
   int frame = 0;
-  MembranePress::Reading reading;
   double measured = 0;   // [N]
   double estimated = 0;  // [N]
 };
@@ -102,8 +101,8 @@ class RealPressTest : public ::testing::Test {
     for (const auto& frame : press_->frames) {
       const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
       const auto& reading = press->Fit(frame.points);
-      judged.push_back({frame.number, reading, Measured(frame.number),
-                        reading.Force(1, row.pressure_rise) + offset});
+      judged.push_back(
+          {frame.number, Measured(frame.number), reading.Force(1, row.pressure_rise) + offset});
     }
     return judged;
   }
@@ -130,7 +129,6 @@ Ellipsoid RealPressTest::ellipsoid_;
 // The covariance that DepthPoints states, against what its points do while nothing touches: not
 // too small, and no more than twice too large.
 TEST_F(RealPressTest, AtRestThePointsScatterAsTheirSigmaSays) {
-  RecordProperty("rest_rms_um", fmt::format("{:.1f}", 1e6 * press_->rest_rms));
   EXPECT_LT(press_->rest_scatter, 1.1);
   EXPECT_GT(press_->rest_scatter, 0.5);
   EXPECT_LT(press_->rest_rms, 0.06e-3);
@@ -158,20 +156,6 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   MembranePress press(InflatedMembrane(*shape_, identified.params), params);
   const auto judged = Evaluate(&press, identified.fit.offset);
   const double share = RmsLater(judged) / Peak();
-  fmt::print(
-      "E h = {:.0f} +- {:.0f} N/m, T = {:.0f} N/m, p = {:.1f} kPa, offset {:+.2f} N, from {} "
-      "frames in contact; later frames {:.1f} % of the peak of {:.2f} N\n",
-      identified.fit.stiffness, identified.fit.sigma_stiffness, identified.params.tension,
-      press.membrane().pressure() / 1e3, identified.fit.offset, identified.in_contact, 100 * share,
-      Peak());
-  for (const Evaluated& one : judged) {
-    fmt::print(
-        "  {:3d}: wrench {:5.2f} N, from the picture {:5.2f} N, at ({:5.1f}, {:4.1f}, {:4.1f}) "
-        "mm, {:4.2f} mm deep, residual {:.3f} mm\n",
-        one.frame, one.measured, one.estimated, 1e3 * one.reading.p_O.x(),
-        1e3 * one.reading.p_O.y(), 1e3 * one.reading.p_O.z(), 1e3 * one.reading.depth,
-        1e3 * one.reading.residual);
-  }
   EXPECT_LE(share, 0.08);
 }
 
@@ -238,7 +222,6 @@ TEST_F(RealPressTest, ASceneOfItFeelsThePress) {
   }
   ASSERT_GT(judged, 5);
   const double share = std::sqrt(square / judged) / peak;
-  RecordProperty("of_the_peak", fmt::format("{:.3f}", share));
   EXPECT_LT(share, 0.113);
   EXPECT_EQ(valid, judged);
   EXPECT_GE(within, 0.8 * judged);
@@ -283,12 +266,10 @@ TEST_F(RealPressTest, NoAssumptionAloneMakesTheResult) {
     for (const auto& frame : press_->frames) {
       const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
       const auto& reading = press.Fit(frame.points);
-      judged.push_back({frame.number, reading, Measured(frame.number),
+      judged.push_back({frame.number, Measured(frame.number),
                         reading.Force(fit.stiffness, air * row.pressure_rise) + fit.offset});
     }
     const double share = RmsLater(judged) / Peak();
-    fmt::print("  {:24s} E h = {:4.0f} N/m, offset {:+.2f} N: {:4.1f} %\n", variant.what,
-               fit.stiffness, fit.offset, 100 * share);
     EXPECT_LE(share, 0.10) << variant.what;
   }
 }

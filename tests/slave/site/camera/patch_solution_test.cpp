@@ -1,7 +1,6 @@
 #include "slave/site/camera/patch_solution.h"
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -84,7 +83,6 @@ TEST(PatchSolution, AgreesWithTheContinuumWithinOnePerMille) {
       EXPECT_NEAR(std::abs(k.y() / k.x()), std::abs(tilt), 1e-3) << id;
     }
   }
-  std::printf("%d cases, largest relative error %.2e\n", compared, worst);
   EXPECT_GE(compared, 40);
 }
 
@@ -103,7 +101,6 @@ TEST(PatchSolution, ConvergesAtSecondOrderInTheNumberOfUnknowns) {
     return std::pair(2.0 * static_cast<double>(s.mesh.nodes.size()), s.stiffness(1, 1));
   };
   const double limit = with(0.3).second;
-  std::printf("unknowns   k          relative error  order\n");
   double unknowns_before = 0, error_before = 0, order = 0;
   for (const double factor : {2.0, 1.4, 1.0, 0.7}) {
     const auto [unknowns, k] = with(factor);
@@ -111,7 +108,6 @@ TEST(PatchSolution, ConvergesAtSecondOrderInTheNumberOfUnknowns) {
     if (error_before > 0) {
       order = std::log(error_before / error) / std::log(unknowns / unknowns_before);
     }
-    std::printf("%8.0f   %.7f  %.2e        %.2f\n", unknowns, k, error, order);
     EXPECT_GT(error, 0) << "a displacement method is too stiff";
     unknowns_before = unknowns;
     error_before = error;

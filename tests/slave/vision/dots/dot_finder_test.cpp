@@ -86,7 +86,6 @@ TEST(DotFinder, NoiseMovesCentroidsAsMuchAsStated) {
     }
   }
   const double rms = std::sqrt(squares / count);
-  RecordProperty("rms_px", std::to_string(rms));
   EXPECT_LT(rms, 0.012);
   EXPECT_LT(rms, 1.1 * std::sqrt(stated / count));
   EXPECT_GT(rms, 0.4 * std::sqrt(stated / count));

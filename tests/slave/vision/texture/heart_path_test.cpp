@@ -55,8 +55,6 @@ TEST_P(HeartPathTest, IsFollowedIn3dToHalfAMillimetreWithoutLoss) {
     }
   }
   const double rms = std::sqrt(square / points), way_rms = std::sqrt(way_square / points);
-  RecordProperty("rms_mm", std::to_string(1e3 * rms));
-  RecordProperty("way_rms_mm", std::to_string(1e3 * way_rms));
   EXPECT_LE(rms, 0.5e-3);
   EXPECT_LE(way_rms, 0.1e-3);
 }
