@@ -164,8 +164,7 @@ TEST(GapTest, AForceThatIsHeldIsPaidForToo) {
   Rig rig({.K = 1900}, RenderMode::kLocal, kForceLimit, kSlewLimit);
   Puppet puppet;
   rig.Run(puppet, 0.1);
-  puppet.reading.engaged = true;
-  rig.Run(puppet, 0.2);
+  rig.Engage(puppet, 0.2);
   rig.Glide(puppet, {0, -0.0055, 0});  // 1.5 mm inside
   EXPECT_GT(rig.loop.record().chain.sent.norm(), 1);
   rig.slave.silent = true;

@@ -58,6 +58,15 @@ class Rig {
       if (each) each(record);
     }
   }
+  // `seconds` of it with the switch closed, and open.
+  void Engage(Puppet& puppet, double seconds) {
+    puppet.reading.engaged = true;
+    Run(puppet, seconds);
+  }
+  void Release(Puppet& puppet, double seconds) {
+    puppet.reading.engaged = false;
+    Run(puppet, seconds);
+  }
   // Moves `puppet` straight to `p_M` at 20 mm/s, as a hand goes: what it presses in, it has paid
   // for.
   void Glide(Puppet& puppet, const Eigen::Vector3d& p_M) {
