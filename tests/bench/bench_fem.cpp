@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <string>
 #include <vector>
 
 #include <Eigen/Sparse>

@@ -3,7 +3,6 @@
 // about the size of paper B's mesh (150 nodes, 480 tetrahedra; the paper's has 153 and 486). One
 // thread, CPU time. Paper B: 185 Hz per sensor model, 50 Hz deformation, 20 Hz together.
 #include <cmath>
-#include <memory>
 #include <numbers>
 
 #include <benchmark/benchmark.h>

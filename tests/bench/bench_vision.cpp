@@ -1,7 +1,6 @@
 // What the eyes cost: the tip's window, the snake, a whole look, and a look behind a JPEG decoder
 // against the bare decoder. Decoded grey 640 x 480 pictures in memory, one thread.
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 

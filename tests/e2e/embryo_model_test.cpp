@@ -9,7 +9,6 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/camera/estimator.h"
@@ -63,20 +62,6 @@ class EmbryoModelTest : public testing::Test {
     return moved;
   }
 
-  static void DrawModel(const cv::Mat& picture, const Estimator& estimator) {
-    cv::Mat drawn = picture.clone();
-    for (const BoundaryElement& e : estimator.touch().mesh.elements) {
-      const auto at = [&](const Eigen::Vector2d& p_O) {
-        const Eigen::Vector2d p = estimator.view().ToImage(estimator.registration().X_SO *
-                                                           Eigen::Vector3d(p_O.x(), p_O.y(), 0));
-        return cv::Point2d(p.x(), p.y());
-      };
-      cv::line(drawn, at(e.a), at(e.b), {0, 220, 0}, 2, cv::LINE_AA);
-      cv::circle(drawn, at(e.a), 3, {0, 0, 255}, cv::FILLED, cv::LINE_AA);
-    }
-    cv::imwrite((kOut / "embryo-model.png").string(), drawn);
-  }
-
   cv::Mat image_;
 };
 
@@ -86,7 +71,6 @@ class EmbryoModelTest : public testing::Test {
 TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   const Scene scene = LoadScene(kOut / "embryo.yaml");
   Estimator estimator(scene, {image_, 1, {}}, std::nullopt);
-  DrawModel(image_, estimator);
   const ContactEstimate& felt = estimator.Estimate({image_, 2, {}});
   ASSERT_EQ(felt.validity, Validity::kValid) << ToString(felt.check);
   ASSERT_TRUE(felt.local_model.known());
@@ -105,8 +89,6 @@ TEST_F(EmbryoModelTest, ThePicturesModelIsAsStiffAsADiscOfItsSize) {
   ContactResponse response;
   model->Respond(std::span(&contact, 1), std::span(&response, 1));
   const double k_disc = out.dot(response.stiffness_O * out);
-  std::printf("embryo from the picture: %.3f mN/um, disc of %.0f um radius: %.3f mN/um\n", k * 1e-3,
-              kRadius * 1e6, k_disc * 1e-3);
   EXPECT_NEAR(k / k_disc, 1, 0.15);
 }
 
@@ -131,7 +113,6 @@ TEST_F(EmbryoModelTest, APipetteCarriedIntoTheChorionIsFelt) {
   const double k = local.normal.dot(local.stiffness * local.normal);
   EXPECT_NEAR(felt.force->dot(local.normal) / (k * felt.depth), 1, 0.3)
       << "the pipette does not come along the normal, so the shear takes part";
-  cv::imwrite((kOut / "embryo-pressed.png").string(), PipetteAt({208, -72}));
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -186,50 +185,6 @@ Rendering Render(const Recording& recording, const fs::path& playback, RenderMod
 
 using Renderings = std::map<RenderMode, Rendering>;
 
-void WritePlot(const Renderings& all, const std::string& name) {
-  const std::vector<double>& truth = all.at(RenderMode::kHold).truth;
-  const auto [low, high] = std::minmax_element(truth.begin(), truth.end());
-  const double begin = all.at(RenderMode::kHold).t.front();
-  const auto line = [&](std::ofstream& out, const Rendering& r, const std::vector<double>& f,
-                        const char* colour) {
-    out << "<polyline fill='none' stroke-width='1' stroke='" << colour << "' points='";
-    for (std::size_t i = 0; i < f.size(); i += 2) {
-      const double y = 380 - 350 * (f[i] - *low) / (*high - *low);
-      out << 20 + 240 * (r.t[i] - begin) << ',' << std::clamp(y, 5.0, 395.0) << ' ';
-    }
-    out << "'/>\n";
-  };
-  std::ofstream out(kOut / (name + ".svg"));
-  out << "<svg xmlns='http://www.w3.org/2000/svg' width='1240' height='420' "
-         "font-family='sans-serif' font-size='12'>\n<rect width='100%' height='100%' "
-         "fill='white'/>\n";
-  line(out, all.at(RenderMode::kHold), truth, "black");
-  const std::array colours{"#1f77b4", "#2ca02c", "#d62728"};
-  for (std::size_t i = 0; i < kModes.size(); ++i) {
-    const Rendering& r = all.at(kModes[i]);
-    line(out, r, r.shown, colours[i]);
-    out << "<text x='" << 120 + 110 * i << "' y='412' fill='" << colours[i] << "'>"
-        << ToString(kModes[i]) << "</text>\n";
-  }
-  out << "<text x='20' y='412'>" << name << ": truth</text>\n<text x='460' y='412'>" << *low
-      << " to " << *high << " N, 240 px per second</text>\n</svg>\n";
-}
-
-// The error table of one recording: printed, and a row per mode in errors.csv.
-void Report(const Renderings& all, const std::string& name) {
-  static bool first = true;
-  std::ofstream out(kOut / "errors.csv", first ? std::ios::trunc : std::ios::app);
-  if (first) out << "recording,render,rms_N,max_N,ticks\n";
-  first = false;
-  for (const RenderMode mode : kModes) {
-    const Rendering& r = all.at(mode);
-    const std::string mode_name(ToString(mode));
-    std::printf("  %-12s %-12s rms %.4f N  max %.4f N\n", name.c_str(), mode_name.c_str(), r.rms,
-                r.max);
-    out << name << ',' << mode_name << ',' << r.rms << ',' << r.max << ',' << r.t.size() << '\n';
-  }
-}
-
 class TeleopRecordingTest : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
@@ -255,11 +210,7 @@ using AnyContactTest = TeleopRecordingTest;
 // Reference: what hold and delayed interpolation are. The hold is the last image's force, so its
 // error is what the truth changed since, tick by tick; the interpolation lies between the forces of
 // the two images before.
-// Leaves the error table and the plot.
 TEST_P(AnyContactTest, HoldShowsTheLastImageAndInterpolationLiesBetweenTwo) {
-  WritePlot(all_, GetParam());
-  Report(all_, GetParam());
-  Report(late_, std::string(GetParam()) + "+100ms");
   const Rendering& hold = all_.at(RenderMode::kHold);
   const Rendering& linear = all_.at(RenderMode::kInterpolate);
   ASSERT_GT(hold.t.size(), 4000U);

@@ -1,6 +1,5 @@
 // Real microscope pictures of embryos and injection pipettes (../shared, not ours to pass on): the
-// eyes find contour and tip without being told where they are. What they saw is drawn into
-// test-output/zebrafish/ of the build folder, for a person's look.
+// eyes find contour and tip without being told where they are.
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -22,17 +21,13 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kPictures = SourcePath("/../shared/data/zebrafish_injection");
-const fs::path kOverlays = BinaryPath("/test-output/zebrafish");
-
-cv::Point2d ToCv(const Eigen::Vector2d& p) {
-  return {p.x(), p.y()};
-}
+const fs::path kOut = BinaryPath("/test-output/zebrafish");
 
 class ZebrafishTest : public testing::Test {
  protected:
   void SetUp() override {
     if (!fs::is_directory(kPictures)) GTEST_SKIP() << kPictures << " is absent";
-    fs::create_directories(kOverlays);
+    fs::create_directories(kOut);
   }
 
   static cv::Mat Read(const std::string& name) {
@@ -49,24 +44,11 @@ class ZebrafishTest : public testing::Test {
   // A pipette's template, cut from the picture `name` at a place a person looked up.
   static void UseTemplate(Scene& scene, const std::string& name, const cv::Rect& window,
                           const Eigen::Vector2d& p_I_tip) {
-    const fs::path file = kOverlays / ("template-of-" + name + ".png");
+    const fs::path file = kOut / ("template-of-" + name + ".png");
     cv::imwrite(file.string(), Read(name)(window));
     scene.sense.Find<CameraOptions>()->tip.emplace();
     scene.sense.Find<TipTracking>()->template_file = file;
     scene.sense.Find<TipTracking>()->anchor = p_I_tip - Eigen::Vector2d(window.x, window.y);
-  }
-
-  static void Draw(const std::string& name, cv::Mat image, const TipAndContourTracker& eyes,
-                   const Observation& seen) {
-    const auto& contour = seen.contour_I;
-    for (std::size_t i = 0; i < contour.size(); ++i) {
-      cv::line(image, ToCv(contour[i]), ToCv(contour[(i + 1) % contour.size()]), {0, 0, 255}, 2);
-    }
-    for (const auto& p : eyes.rest_contour_I()) {
-      cv::circle(image, ToCv(p), 2, {0, 255, 0}, cv::FILLED);
-    }
-    if (seen.tip.found) cv::circle(image, ToCv(seen.tip.p_I), 8, {0, 255, 255}, 2);
-    cv::imwrite((kOverlays / (name + ".png")).string(), image);
   }
 };
 
@@ -93,7 +75,6 @@ TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   const cv::Mat image = Read(name);
   TipAndContourTracker eyes(scene, image, std::nullopt);
   const Observation& seen = eyes.Process(image, 1, {});
-  Draw(name, image.clone(), eyes, seen);
   ASSERT_EQ(seen.contour_I.size(), 60U);
   EXPECT_FALSE(CrossesItself(seen.contour_I));
   const Shape shape = ShapeOf(seen.contour_I);
@@ -127,7 +108,6 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
     const cv::Mat image = Read(embryo.name);
     TipAndContourTracker eyes(scene, image, std::nullopt);
     const Observation& seen = eyes.Process(image, 1, {});
-    Draw(embryo.name, image.clone(), eyes, seen);
     ASSERT_EQ(seen.contour_I.size(), 60U) << embryo.name;
     EXPECT_FALSE(CrossesItself(seen.contour_I)) << embryo.name;
     const Shape shape = ShapeOf(seen.contour_I);
@@ -181,7 +161,6 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
     const cv::Mat image = Read(tip.picture);
     TipAndContourTracker eyes(scene, image, std::nullopt);
     const Observation& seen = eyes.Process(image, 1, {});
-    Draw("tip-" + tip.picture, image.clone(), eyes, seen);
     ASSERT_TRUE(seen.tip.found) << tip.picture << ", score " << seen.tip.score;
     EXPECT_GT(seen.tip.score, 0.9) << tip.picture;
     EXPECT_LT((seen.tip.p_I - tip.tip).norm(), 6) << tip.picture << " " << seen.tip.p_I.transpose();
@@ -254,7 +233,6 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
           << ", score " << seen.tip.score;
     }
   }
-  std::cout << found << " of " << marked << " marked tips found\n";
   EXPECT_GE(found, marked / 3) << "lost everywhere is no tracker";
 }
 

@@ -1,6 +1,5 @@
 // Certificates, keys, lists of who was revoked, and the names in them.
 #include <stdexcept>
-#include <string>
 
 #include <spdlog/spdlog.h>
 

@@ -1,6 +1,5 @@
 // Recordings: any bytes as a file, any bytes as the records of a chunk, and messages of both
 // programs.
-#include <cmath>
 #include <cstdlib>
 #include <string>
 

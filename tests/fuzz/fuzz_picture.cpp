@@ -1,5 +1,4 @@
 // Pictures of every kind that a recording may consist of.
-#include <array>
 #include <stdexcept>
 
 #include "slave/capture/picture_files.h"

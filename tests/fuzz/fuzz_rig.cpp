@@ -1,5 +1,4 @@
 // The file of a rig, and what its lenses make of a point.
-#include <cmath>
 #include <stdexcept>
 
 #include "slave/vision/stereo/rig.h"

@@ -1,7 +1,6 @@
 #include "tests/model_selection/random_scene.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>

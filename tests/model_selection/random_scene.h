@@ -3,8 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <random>
-#include <string>
 
 #include "slave/scene/scene.h"
 

@@ -1,6 +1,5 @@
 #include "tests/model_selection/truth.h"
 
-#include <cmath>
 #include <limits>
 
 #include "shared/mesh/disc_patch.h"

@@ -2,7 +2,6 @@
 // values: k_bar = F / (E depth thickness).
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -101,10 +100,9 @@ double StiffnessBar(const json& c, int count) {
 }
 
 // Reference: b_block_embryo.json, the discrete equations' own answer (1e-6 in the same length
-// unit). The table shows the discretisation error against the continuum value and its order.
+// unit).
 TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
   PALPATE_REFERENCE_OR_SKIP(file, "b_block_embryo.json");
-  std::printf("%-46s %8s %10s %9s %6s\n", "case", "elements", "k_bar", "error", "order");
   int compared = 0;
   for (const auto& c : file.at("cases")) {
     if (!c.contains("constant_element_bem")) continue;
@@ -115,8 +113,6 @@ TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
          c.at("constant_element_bem").at("k_bar_by_element_count").items()) {
       table[std::stoi(count)] = k_bar;
     }
-    double previous_error = 0;
-    int previous_count = 0;
     for (const auto& [count, expected] : table) {
       if (count > kLargestMesh) continue;
       const double k_bar = StiffnessBar(c, count);
@@ -124,14 +120,6 @@ TEST(BlockAndEmbryo, ConstantElementsReproduceTheDiscreteReference) {
       const double error = k_bar / exact - 1;
       // The discretisation error of the reference's own solver, and no more.
       EXPECT_LE(std::abs(error), std::abs(expected / exact - 1) + 1e-6) << id;
-      std::printf("%-46s %8d %10.6f %8.3f%%", id.c_str(), count, k_bar, 100 * error);
-      if (previous_count > 0) {
-        std::printf(" %6.2f", std::log(previous_error / error) /
-                                  std::log(static_cast<double>(count) / previous_count));
-      }
-      std::printf("\n");
-      previous_error = error;
-      previous_count = count;
       ++compared;
     }
   }
@@ -149,7 +137,6 @@ TEST(BlockAndEmbryo, ANarrowerPatchIsSofterByTheLogarithmOfItsWidth) {
   const double side = p.at("width_m");
   const json& table = study.at("expected").at("table");
   const json& slopes = study.at("expected").at("slope_of_inverse_k_per_ln_width");
-  std::printf("%10s %8s %10s %9s %8s\n", "width [m]", "elements", "k_bar", "error", "slope");
   double previous = 0, slope = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     const double width = table.at(i).at("patch_width_m");
@@ -168,8 +155,6 @@ TEST(BlockAndEmbryo, ANarrowerPatchIsSofterByTheLogarithmOfItsWidth) {
     model.Respond({&contact, 1}, {&response, 1});
     const double k_bar = -response.force_O.y() / (1e-3 * side);
     if (i > 0) slope = (1 / k_bar - 1 / previous) / std::numbers::ln2;
-    std::printf("%10.6f %8d %10.6f %8.3f%% %8.4f\n", width, count, k_bar, 100 * (k_bar / exact - 1),
-                slope);
     EXPECT_LT(k_bar, exact);
     EXPECT_NEAR(k_bar / exact, 1, 0.03) << width;
     if (i > 0) {
@@ -212,7 +197,6 @@ TEST(BlockAndEmbryo, TheShippedEmbryoFollowsTheDiscsInItsLinearRangeAndIsFlagged
           << id << " " << depth;
       if (is_linear) worst = std::max(worst, std::abs(-response.force_O.x() / exact - 1));
     }
-    std::printf("%-46s %5.2f %% off at most\n", id.c_str(), 100 * worst);
     EXPECT_LE(worst, 0.05) << id;
     ++compared;
   }

@@ -1,11 +1,9 @@
 // Paper B, equations (1) to (4) and (6) to (7), against e_contact_distribution.json: contact points
 // with both readings of equation (3), nodal forces with both readings of equation (6).
 #include <array>
-#include <span>
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "slave/contact/surface_contact.h"

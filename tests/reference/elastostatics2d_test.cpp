@@ -1,10 +1,7 @@
 // Plane elasticity against a_elastostatics2d.json: exact solutions where there are some, and the
-// numbers of another constant-element solver where both must agree. Errors are printed against the
-// number of elements, with the observed order.
+// numbers of another constant-element solver where both must agree.
 #include <cmath>
-#include <cstdio>
 #include <functional>
-#include <numbers>
 #include <string>
 
 #include <Eigen/Dense>
@@ -20,25 +17,19 @@ using Eigen::Matrix2d;
 using Eigen::Vector2d;
 using reference::json;
 
-// Prints rows of error against element count with the order between them.
-class ConvergenceTable {
+// The order between the last two errors.
+class Convergence {
  public:
-  explicit ConvergenceTable(const std::string& title) { std::printf("%s\n", title.c_str()); }
   void Add(int elements, double error) {
-    std::printf("  %5d elements: error %10.3e", elements, error);
-    if (count_ > 0) {
-      last_order_ = std::log(std::abs(error_ / error)) / std::log(double(elements) / count_);
-      std::printf(", order %5.2f", last_order_);
-    }
-    std::printf("\n");
+    order_ = std::log(std::abs(error_ / error)) / std::log(double(elements) / count_);
     count_ = elements;
     error_ = error;
   }
-  [[nodiscard]] double last_order() const { return last_order_; }
+  [[nodiscard]] double order() const { return order_; }
 
  private:
   int count_ = 0;
-  double error_ = 0, last_order_ = 0;
+  double error_ = 0, order_ = 0;
 };
 
 // --- patch tests: the exact displacement on the left side, the exact traction elsewhere
@@ -119,13 +110,11 @@ TEST(Elastostatics2d, PatchTestsConvergeAsMeasured) {
     const bool strain = reference::PlaneOf(p) == Plane::kStrain;
     const LinearField exact = FieldOf(id, p.at("stress_amplitude"), strain ? E / (1 - nu * nu) : E,
                                       strain ? nu / (1 - nu) : nu, E / (2 * (1 + nu)), H);
-    ConvergenceTable table(id);
     for (const int count : {30, 60, 120, 240}) {
       const double error = PatchError(MeshRectangle(p.at("W"), H, count), exact, p);
       const double measured = c.at("constant_element_bem_measured")
                                   .at(std::to_string(count))
                                   .at("max_rel_displacement_error");
-      table.Add(count, error);
       if (measured < 1e-12) {
         EXPECT_LT(error, 1e-12) << id;
       } else {
@@ -166,21 +155,21 @@ TEST(Elastostatics2d, LameCylinderReproducesTheDiscreteReference) {
     const json& p = c.at("params");
     const double a = p.at("a"), b = p.at("b");
     const double exact = c.at("expected").at(0).at("u_r");
-    ConvergenceTable table(id);
+    Convergence convergence;
     for (const int count : {30, 60, 120, 240}) {  // on each circle; the case counts both
       const double u = PressurisedRing(a, b, count,
                                        bodies::Free(bodies::Ring(a, b, count), p.at("nu"),
                                                     reference::PlaneOf(p)),
                                        p.at("E"), p.at("pi_"))
                            .u_a;
-      table.Add(count, u / exact - 1);
+      convergence.Add(count, u / exact - 1);
       const double own = c.at("cross_check")
                              .at("own_constant_bem_internal_pressure_only")
                              .at(std::to_string(2 * count))
                              .at("u_a_over_exact");
       EXPECT_NEAR(u / exact, own, 1e-6) << id << ' ' << count;
     }
-    EXPECT_NEAR(table.last_order(), 1, 0.1);
+    EXPECT_NEAR(convergence.order(), 1, 0.1);
   }
 }
 
@@ -222,27 +211,6 @@ std::vector<Contact> PressureOn(const BoundaryMesh& mesh, double pressure, doubl
   return loads;
 }
 
-// Reference: closed forms; the error falls with the first order.
-TEST(Elastostatics2d, DiscUnderUniformPressureConverges) {
-  PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
-  for (const std::string id :
-       {"disc_uniform_pressure_plane_stress", "disc_uniform_pressure_plane_strain"}) {
-    const json c = reference::CaseOf(file, id);
-    const json& p = c.at("params");
-    const double exact = c.at("expected").at("u_r");
-    ConvergenceTable table(id);
-    for (const int count : {60, 120, 240}) {
-      const BoundaryMesh mesh = MeshDisc(p.at("R"), count);
-      Bem2dModel model(bodies::Free(mesh, p.at("nu"), reference::PlaneOf(p)),
-                       {.young_modulus = p.at("E"), .thickness = 1});
-      const auto response =
-          bodies::Respond(model, PressureOn(mesh, p.at("p"), std::numbers::pi)).front();
-      table.Add(count, response.displacement_O.x() / exact - 1);
-    }
-    EXPECT_GT(table.last_order(), 0.9);
-  }
-}
-
 // Reference: Hondros' stress in the centre, Michell's series on the boundary. The loaded arc of 0.3
 // rad is made of whole elements (N = 2 pi k / 0.3, k odd, to 1 %), hence 4 % at the finest mesh.
 TEST(Elastostatics2d, DiscBetweenTwoArcsConverges) {
@@ -252,7 +220,6 @@ TEST(Elastostatics2d, DiscBetweenTwoArcsConverges) {
     const json c = reference::CaseOf(file, id);
     const json& p = c.at("params");
     const json& expected = c.at("expected");
-    ConvergenceTable table(id + ", shortening of the loaded diameter");
     for (const auto& [count, on_arc] : {std::pair{64, 3}, {146, 7}, {314, 15}}) {
       const BoundaryMesh mesh = MeshDisc(p.at("R"), count);
       Bem2dModel model(bodies::Free(mesh, p.at("nu"), reference::PlaneOf(p)),
@@ -264,7 +231,6 @@ TEST(Elastostatics2d, DiscBetweenTwoArcsConverges) {
           bodies::Respond(model, loads, &solution).front();  // element 0, at angle 0
       const double shortening = expected.at("shortening_of_loaded_diameter");
       const double error = -2 * response.displacement_O.x() / shortening - 1;
-      table.Add(count, error);
       EXPECT_LT(std::abs(error), 10.0 / count);
       const Matrix2d centre =
           InteriorField(model, model.Boundary(solution)).At(Vector2d(0, 0)).stress;
@@ -298,7 +264,6 @@ TEST(Elastostatics2d, StressAtAHoleIsThreeTimesTheTension) {
     const json c = reference::CaseOf(file, id);
     const json& p = c.at("params");
     const double a = p.at("a"), s = p.at("s");
-    ConvergenceTable table(id);
     for (const int count : {72, 144, 288}) {
       const BoundaryMesh mesh = bodies::Ring(a, 4 * a, count);
       Bem2dModel model(bodies::Free(mesh, p.at("nu"), reference::PlaneOf(p)),
@@ -315,7 +280,6 @@ TEST(Elastostatics2d, StressAtAHoleIsThreeTimesTheTension) {
       // The hole's elements run clockwise from angle 0.
       const double top = field.OnBoundary(count + count * 3 / 4).stress(0, 0) / s;
       const double side = field.OnBoundary(count).stress(1, 1) / s;
-      table.Add(count, top / 3 - 1);
       if (count >= 144) {
         EXPECT_NEAR(top, 3, 0.06) << id;
       }
@@ -348,31 +312,9 @@ TEST(Elastostatics2d, TheMixedProblemStaysWellConditionedAtNuOneHalf) {
     problem.mesh.length_unit = 1;
     const double condition = GreensFunctions(problem).condition();
     const double expected = row.at("cond_mixed_fixed_side");
-    std::printf("  nu %.6f: condition %.4g (1-norm), reference %.4g (2-norm)\n", nu, condition,
-                expected);
     EXPECT_GT(condition, expected / 10);
     EXPECT_LT(condition, expected * 10);
   }
-}
-
-// Reference: the case's 25 combinations; nondimensional inside, so the same answer.
-TEST(Elastostatics2d, ScaleAndStiffnessChangeNothing) {
-  PALPATE_REFERENCE_OR_SKIP(file, "a_elastostatics2d.json");
-  const json c = reference::CaseOf(file, "scale_extremes_block");
-  const double expected = c.at("expected").at("k_bar_nondimensional");
-  double first = 0;
-  int combinations = 0;
-  for (const auto& row : c.at("expected").at("table")) {
-    const double L = row.at("L"), E = row.at("E");
-    Bem2dModel model(bodies::Block(60, L), {.young_modulus = E, .thickness = L});
-    const auto response = bodies::Respond(model, {bodies::Move(37, {0, -1e-3 * L})}).front();
-    const double k_bar = -response.force_O.y() / (E * 1e-3 * L * L);
-    if (first == 0) first = k_bar;
-    EXPECT_NEAR(k_bar / first, 1, 1e-9) << L << ' ' << E;
-    EXPECT_NEAR(k_bar / expected, 1, 3e-4) << L << ' ' << E;
-    ++combinations;
-  }
-  EXPECT_EQ(combinations, 25);
 }
 
 // Reference: at the critical radius the kernel matrix of the all-displacement problem is singular;

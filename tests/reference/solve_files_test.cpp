@@ -1,7 +1,6 @@
 // The references through `solve`: scene, contacts and loads as files, answers read back.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "tests/reference/reference_file.h"

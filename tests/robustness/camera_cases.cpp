@@ -1,7 +1,6 @@
 // What one camera must bear, and under what it may doubt.
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <variant>
 
 #include <Eigen/Geometry>

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
-#include <map>
 #include <memory>
-#include <optional>
 #include <regex>
 #include <set>
 #include <string>
@@ -34,7 +31,7 @@ constexpr const char* kHelp = R"(Examples:
   robustness --mixed 100 --seed 7 --only '^camera'    two at a time, drawn at random
   robustness --list
 
-Writes OUT/table.csv, OUT/table.txt and OUT/table.svg. A row holds if none of its estimates is
+Writes OUT/table.csv and OUT/table.txt. A row holds if none of its estimates is
 silently wrong (`valid`, off by more than 3 sigma and more than 5 % of the largest true force), and
 where the force must be right, if 80 % are `valid` and these within 5 % rms.
 
@@ -114,7 +111,6 @@ class Suite {
     std::string text = Headline() + "\n";
     for (const Row& row : rows_) text += InWords(row) + "\n";
     WriteWholeFile(options_.out / "table.txt", text + "\n" + Summary(rows_));
-    WriteWholeFile(options_.out / "table.svg", Draw(rows_));
   }
 
   [[nodiscard]] int Evaluate() const {
@@ -157,7 +153,7 @@ int Main(int argc, char** argv) {
       ->check(CLI::Range(1, 100000));
   app.add_option("--seed", options.seed, "By which they are drawn");
   app.add_option("--without", options.without, "Leave out a check of slave/checks (repeatable)");
-  app.add_option("--out", options.out, "Folder for table.csv, table.txt and table.svg");
+  app.add_option("--out", options.out, "Folder for table.csv and table.txt");
   app.add_option("--known", options.known, "File of rows that are known not to hold, a line each");
   try {
     app.parse(argc, argv);

@@ -1,5 +1,4 @@
 // A press that two cameras see, or a depth camera.
-#include <cmath>
 #include <memory>
 #include <random>
 #include <utility>

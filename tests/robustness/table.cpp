@@ -8,12 +8,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/text/csv.h"
-#include "shared/text/svg.h"
 
 namespace palpate::robustness {
 namespace {
-
-using Eigen::Vector2d;
 
 constexpr const char* kHeader =
     "sense,stage,case,demand,samples,valid,silent,rms_percent,worst_percent,sigma_percent,z,holds,"
@@ -113,64 +110,6 @@ std::string Summary(std::span<const Row> rows) {
                     sum.held, sum.rows, sum.silent, sum.samples, Percent(sum.silent, sum.samples));
   }
   return text;
-}
-
-namespace {
-
-constexpr std::string_view kStyle = R"(
-svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 11px; }
-.paper { fill: #ffffff; } .ink { fill: #1d2430; } .soft { fill: #5b6576; }
-.heading { font-size: 16px; font-weight: 600; }
-.right { fill: #2f9e62; } .doubt { fill: #d9dee6; } .silent { fill: #d6336c; }
-.broken { fill: #d6336c; font-weight: 600; }
-@media (prefers-color-scheme: dark) {
-.paper { fill: #14181f; } .ink { fill: #e8ecf2; } .soft { fill: #a9b3c2; }
-.right { fill: #58c98c; } .doubt { fill: #3a424f; } .silent { fill: #ff6b9a; }
-.broken { fill: #ff6b9a; }
-}
-)";
-constexpr double kLine = 15, kTop = 74, kBarLeft = 500, kBarWidth = 360, kWidth = 1180;
-
-void DrawKey(Svg* svg) {
-  double x = kBarLeft;
-  for (const auto& [style, words] :
-       {std::pair("right", "valid"), std::pair("doubt", "told otherwise"),
-        std::pair("silent", "silently wrong")}) {
-    svg->Rectangle({x, 46}, {12, 12}, style);
-    svg->Text({x + 18, 56}, words, "soft");
-    x += 130;
-  }
-}
-
-void DrawRow(const Row& row, double y, Svg* svg) {
-  const Score& s = row.score;
-  svg->Text({20, y + 11}, row.stage, "soft");
-  svg->Text({180, y + 11}, row.name, row.holds() ? "ink" : "broken");
-  const double whole = static_cast<double>(std::max<std::size_t>(s.samples, 1));
-  double x = kBarLeft;
-  const auto piece = [&](std::size_t count, const char* style) {
-    const double width = kBarWidth * static_cast<double>(count) / whole;
-    if (width > 0) svg->Rectangle({x, y + 2}, {width, kLine - 4}, style);
-    x += width;
-  };
-  piece(s.valid - s.silent, "right");
-  piece(s.silent, "silent");
-  piece(s.samples - s.valid, "doubt");
-  svg->Text({kBarLeft + kBarWidth + 12, y + 11},
-            fmt::format("{:.1f} % rms, demand: {}", 100 * s.rms, InWords(row.demand)), "soft");
-}
-
-}  // namespace
-
-std::string Draw(std::span<const Row> rows) {
-  Svg svg(kWidth, kTop + kLine * static_cast<double>(rows.size()) + 20, "Adversity", kStyle);
-  svg.Rectangle({0, 0}, {kWidth, kTop + kLine * static_cast<double>(rows.size()) + 20}, "paper");
-  svg.Text({20, 30}, "What the senses tell of altered samples", "heading ink");
-  DrawKey(&svg);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    DrawRow(rows[i], kTop + kLine * static_cast<double>(i), &svg);
-  }
-  return svg.Document();
 }
 
 std::set<std::string> ReadKnown(const std::filesystem::path& file) {

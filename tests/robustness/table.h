@@ -1,5 +1,5 @@
-// What the suite found: a row per stage and case, as CSV that a later run goes on from, as text and
-// as a drawing.
+// What the suite found: a row per stage and case, as CSV that a later run goes on from, and as
+// text.
 #pragma once
 
 #include <filesystem>
@@ -33,9 +33,6 @@ std::string Headline();
 std::string InWords(const Row& row);
 // What it comes to: rows, those that hold, silent share by sense.
 std::string Summary(std::span<const Row> rows);
-
-// A bar per row: where the estimates were right, doubted, and silently wrong.
-std::string Draw(std::span<const Row> rows);
 
 // Keys, a line each, of rows that are known not to hold; `#` begins a comment. Empty path: none.
 std::set<std::string> ReadKnown(const std::filesystem::path& file);

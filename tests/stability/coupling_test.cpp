@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <tuple>
 
 #include <gtest/gtest.h>
@@ -74,13 +73,7 @@ constexpr double kImpedance = 10;
 
 class CouplingTest : public testing::TestWithParam<std::tuple<double, std::size_t>> {
  protected:
-  [[nodiscard]] CouplingResult Try(const char* name, Coupling&& coupling) const {
-    const CouplingResult felt = Press(coupling, K_);
-    std::printf(
-        "%5.0f N/m, round trip %3zu ms, %-10s: swing %8.3g mm, error %5.1f %%, energy %7.3f mJ\n",
-        K_, 2 * delay_, name, 1e3 * felt.swing, 100 * felt.error, 1e3 * felt.least_energy);
-    return felt;
-  }
+  [[nodiscard]] CouplingResult Try(Coupling&& coupling) const { return Press(coupling, K_); }
 
   double K_ = std::get<0>(GetParam());           // [N/m]
   std::size_t delay_ = std::get<1>(GetParam());  // each way [ms]
@@ -93,11 +86,11 @@ constexpr double kNoEnergy = -1e-3;                // [J]: issue 12's bound
 // K = b sqrt(k / m - (b / 2 m)^2) = 204 N/m: calm at any delay. A delayed wall that is stiffer than
 // the arm's own spring of 800 N/m is beyond it at every phase, which a delay brings round.
 TEST_P(CouplingTest, WithoutControlAStiffWallShakesAndWithItNoneDoes) {
-  const CouplingResult bare = Try("bare", Bare(K_, delay_));
+  const CouplingResult bare = Try(Bare(K_, delay_));
   const bool is_unstable = K_ > 800 && delay_ > 0;
   EXPECT_EQ(bare.swing > kShaken, is_unstable);
   EXPECT_EQ(bare.swing < kCalm, !is_unstable);
-  const CouplingResult controlled = Try("controlled", Controlled(K_, delay_));
+  const CouplingResult controlled = Try(Controlled(K_, delay_));
   EXPECT_LT(controlled.swing, kCalm);
   EXPECT_GT(controlled.least_energy, kNoEnergy);
 }
@@ -105,8 +98,8 @@ TEST_P(CouplingTest, WithoutControlAStiffWallShakesAndWithItNoneDoes) {
 // What is late is felt as something else, however stable it is; what is known at the hand is not.
 // Waves between a spring and a wall die away over many round trips: of 500 ms, 0.25 mm is left.
 TEST_P(CouplingTest, TheModelIsRightWhereTheOthersAreOnlyStable) {
-  const CouplingResult model = Try("model", Modelled(K_, delay_));
-  const CouplingResult waves = Try("waves", Waves(K_, delay_, kImpedance));
+  const CouplingResult model = Try(Modelled(K_, delay_));
+  const CouplingResult waves = Try(Waves(K_, delay_, kImpedance));
   EXPECT_LT(model.swing, kCalm);
   EXPECT_LT(model.error, 1e-9);
   EXPECT_GT(model.least_energy, kNoEnergy);

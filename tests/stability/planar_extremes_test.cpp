@@ -1,6 +1,5 @@
 // The planar model at the ends of its range: sizes from 1 nm to 1 km, moduli from 1 Pa to 1 TPa, nu
 // up to 0.5, slivers, hundreds of contacts. Right, flagged or refused; never NaN.
-#include <cmath>
 #include <tuple>
 
 #include <gtest/gtest.h>

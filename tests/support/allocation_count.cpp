@@ -15,6 +15,12 @@
 namespace {
 
 std::atomic<long> count{0};
+thread_local long own_count = 0;
+
+void Count() {
+  ++count;
+  ++own_count;
+}
 
 }  // namespace
 
@@ -22,17 +28,17 @@ std::atomic<long> count{0};
 namespace {
 
 const int installed = __sanitizer_install_malloc_and_free_hooks(
-    [](const volatile void*, std::size_t) { ++count; }, [](const volatile void*) {});
+    [](const volatile void*, std::size_t) { Count(); }, [](const volatile void*) {});
 
 }  // namespace
 #else
 void* operator new(std::size_t size) {
-  ++count;
+  Count();
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  ++count;
+  Count();
   return std::malloc(size);
 }
 void operator delete(void* memory) noexcept {
@@ -47,6 +53,10 @@ namespace palpate {
 
 long AllocationCount() noexcept {
   return count;
+}
+
+long OwnAllocationCount() noexcept {
+  return own_count;
 }
 
 }  // namespace palpate

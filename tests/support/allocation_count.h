@@ -6,5 +6,7 @@ namespace palpate {
 
 // How often operator new was called so far, all threads together.
 long AllocationCount() noexcept;
+// The same of the calling thread alone.
+long OwnAllocationCount() noexcept;
 
 }  // namespace palpate

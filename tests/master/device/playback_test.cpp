@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/thrown.h"
+
 namespace palpate {
 namespace {
 
@@ -25,12 +27,7 @@ std::filesystem::path Write(const std::string& text) {
 }
 
 std::string ErrorOf(const std::string& text) {
-  try {
-    const Playback playback(Write(text));
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "no error";
+  return Thrown<std::runtime_error>([&] { const Playback playback(Write(text)); });
 }
 
 // Reference: a straight line is reproduced exactly by linear interpolation, at any rate of rows.

@@ -23,8 +23,7 @@ class HapticLoopTest : public testing::Test {
   void Engage(Rig& rig) {
     puppet_.reading = {};
     rig.Run(puppet_, 0.05);
-    puppet_.reading.engaged = true;
-    rig.Run(puppet_, 0.05);
+    rig.Engage(puppet_, 0.05);
     ASSERT_EQ(rig.state(), kFollowing);
     rig.Glide(puppet_, {0, kInside, 0});
     rig.Run(puppet_, 0.1);
@@ -54,8 +53,7 @@ TEST_F(HapticLoopTest, MapsPositionsAndForcesBetweenTheFrames) {
   Rig rig(options);
   puppet_.reading = {};
   rig.Run(puppet_, 0.05);
-  puppet_.reading.engaged = true;
-  rig.Run(puppet_, 0.05);
+  rig.Engage(puppet_, 0.05);
   ASSERT_EQ(rig.state(), kFollowing);
   EXPECT_TRUE(puppet_.guide.known);
   EXPECT_NEAR(puppet_.guide.gap_M, 0.002, 1e-9);
@@ -71,8 +69,7 @@ TEST_F(HapticLoopTest, ComesInSmoothlyAndEngagingMovesNothing) {
   puppet_.reading = {};
   puppet_.reading.p_M = {0.3, 0.1, 0};  // far from the slave's tool
   rig.Run(puppet_, 0.05);
-  puppet_.reading.engaged = true;
-  rig.Run(puppet_, 0.1);
+  rig.Engage(puppet_, 0.1);
   EXPECT_EQ(rig.state(), kFollowing);
   EXPECT_EQ(rig.slave.tip().norm(), 0);
 }
@@ -80,10 +77,8 @@ TEST_F(HapticLoopTest, ComesInSmoothlyAndEngagingMovesNothing) {
 // The clutch closes again with the tool 2 mm inside, the hand goes back out at 20 mm/s. What the
 // contact gives back was put in before: nothing is damped, and the law holds all the way.
 TEST_F(HapticLoopTest, AContactTakenUpPressedGivesBackWhatItHolds) {
-  puppet_.reading.engaged = false;
-  rig_.Run(puppet_, 0.2);
-  puppet_.reading.engaged = true;
-  rig_.Run(puppet_, 0.1);
+  rig_.Release(puppet_, 0.2);
+  rig_.Engage(puppet_, 0.1);
   ASSERT_EQ(rig_.state(), kFollowing);
   EXPECT_NEAR(puppet_.felt.y(), 1.0, 1e-12);
   puppet_.reading.v_M.y() = 0.020;
@@ -137,10 +132,8 @@ TEST_F(HapticLoopTest, LaterTheOperatorMustEngageAnew) {
   EXPECT_EQ(rig_.state(), kReady);
   EXPECT_EQ(puppet_.felt.norm(), 0);
   EXPECT_FALSE(rig_.slave.engaged());
-  puppet_.reading.engaged = false;
-  rig_.Run(puppet_, 0.01);
-  puppet_.reading.engaged = true;
-  rig_.Run(puppet_, 0.1);
+  rig_.Release(puppet_, 0.01);
+  rig_.Engage(puppet_, 0.1);
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
@@ -169,8 +162,7 @@ TEST_F(HapticLoopTest, APunctureDropsTheForceFastButNotInAStep) {
 }
 
 TEST_F(HapticLoopTest, LettingGoFadesAndTheToolStands) {
-  puppet_.reading.engaged = false;
-  rig_.Run(puppet_, 0.060);
+  rig_.Release(puppet_, 0.060);
   EXPECT_EQ(rig_.state(), kClutched);
   EXPECT_EQ(puppet_.felt.norm(), 0);
   const Eigen::Vector3d tip = rig_.slave.tip();
@@ -347,10 +339,8 @@ TEST_F(HapticLoopTest, WhatWasSensedTooLongAgoOrInTheFutureIsNotRendered) {
     EXPECT_EQ(puppet_.felt.norm(), 0) << seconds;
     EXPECT_TRUE(rig.loop.record().chain.reasons.Has(Reason::kAged)) << seconds;
     rig.Run(puppet_, 0.5);
-    puppet_.reading.engaged = false;
-    rig.Run(puppet_, 0.05);
-    puppet_.reading.engaged = true;
-    rig.Run(puppet_, 0.05);
+    rig.Release(puppet_, 0.05);
+    rig.Engage(puppet_, 0.05);
     EXPECT_NE(rig.state(), kFollowing) << seconds;
   }
 }
@@ -376,8 +366,7 @@ TEST_F(HapticLoopTest, AfterAStopASlaveThatWasStartedAnewIsFollowed) {
   puppet_.reading.engaged = false;
   stops = false;
   rig_.Run(puppet_, 0.06);
-  puppet_.reading.engaged = true;
-  rig_.Run(puppet_, 0.3);
+  rig_.Engage(puppet_, 0.3);
   EXPECT_EQ(rig_.state(), kFollowing);
 }
 
@@ -394,10 +383,8 @@ TEST_F(HapticLoopTest, ChangedSettingsShowNothingUntilTheyAreReadAndEngagedAnew)
   rig_.settings.Put({7, halved, 3.3});
   rig_.Run(puppet_, 0.5);
   EXPECT_EQ(rig_.state(), kReady);
-  puppet_.reading.engaged = false;
-  rig_.Run(puppet_, 0.01);
-  puppet_.reading.engaged = true;
-  rig_.Run(puppet_, 0.1);
+  rig_.Release(puppet_, 0.01);
+  rig_.Engage(puppet_, 0.1);
   EXPECT_EQ(rig_.state(), kFollowing);
   EXPECT_NEAR(puppet_.felt.y(), 0.5, 1e-9);
   const OperatorCommand* command = rig_.commands.Take();
@@ -413,19 +400,16 @@ TEST(HapticLoopReturnTest, AnEngagementGoesOnAfterACutOfTheLine) {
   Rig rig(options);
   Puppet puppet;
   rig.Run(puppet, 0.1);
-  puppet.reading.engaged = true;
-  rig.Run(puppet, 0.2);
+  rig.Engage(puppet, 0.2);
   ASSERT_EQ(rig.state(), OperatorState::kFollowing);
   rig.slave.silent = true;
   rig.Run(puppet, 0.2);
   EXPECT_NE(rig.state(), OperatorState::kFollowing);
   rig.settings.Put({0, options.transform, 3.3});
   rig.slave.silent = false;
-  puppet.reading.engaged = false;
-  rig.Run(puppet, 0.1);
+  rig.Release(puppet, 0.1);
   EXPECT_FALSE(rig.loop.record().chain.reasons.Has(Reason::kOffsetJump));
-  puppet.reading.engaged = true;
-  rig.Run(puppet, 0.2);
+  rig.Engage(puppet, 0.2);
   EXPECT_EQ(rig.state(), OperatorState::kFollowing);
 }
 
@@ -434,10 +418,8 @@ TEST_F(HapticLoopTest, ALimitThatWasReadOnlyLowersTheForce) {
     rig_.settings.Put({0, {}, read});
     rig_.Run(puppet_, 0.06);
     EXPECT_EQ(puppet_.felt.norm(), 0) << "whoever follows engages anew, by what is in force";
-    puppet_.reading.engaged = false;
-    rig_.Run(puppet_, 0.1);
-    puppet_.reading.engaged = true;
-    rig_.Run(puppet_, 0.2);
+    rig_.Release(puppet_, 0.1);
+    rig_.Engage(puppet_, 0.2);
     EXPECT_EQ(rig_.state(), kFollowing);
     EXPECT_NEAR(puppet_.felt.norm(), 0.4, 1e-12) << read;
   }

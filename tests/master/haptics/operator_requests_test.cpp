@@ -22,8 +22,7 @@ class OperatorRequestsTest : public testing::Test {
  protected:
   void SetUp() override {
     rig_.Run(puppet_, 0.05);
-    puppet_.reading.engaged = true;
-    rig_.Run(puppet_, 0.05);
+    rig_.Engage(puppet_, 0.05);
     ASSERT_EQ(rig_.state(), kFollowing);
     rig_.Glide(puppet_, {0, -0.006, 0});
     rig_.Run(puppet_, 0.1);
@@ -84,8 +83,7 @@ TEST_F(OperatorRequestsTest, AnotherRenderingWaitsUntilNobodyFeelsIt) {
   rig_.requests.render = RenderMode::kHold;
   rig_.Run(puppet_, 0.1);
   EXPECT_EQ(rig_.loop.record().render, RenderMode::kLocal);
-  puppet_.reading.engaged = false;
-  rig_.Run(puppet_, 0.1);
+  rig_.Release(puppet_, 0.1);
   EXPECT_EQ(rig_.loop.record().render, RenderMode::kHold);
   puppet_.reading.engaged = true;
   EXPECT_LE(LargestStep(0.2), kSmooth);
@@ -120,8 +118,7 @@ class TareTest : public testing::Test {
     return rig_.loop.record().tare_state;
   }
   void Press() {
-    puppet_.reading.engaged = true;
-    rig_.Run(puppet_, 0.1);
+    rig_.Engage(puppet_, 0.1);
     rig_.Glide(puppet_, {0, -0.006, 0});
     rig_.Run(puppet_, 0.2);
   }

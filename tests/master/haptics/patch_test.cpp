@@ -49,8 +49,7 @@ TEST_P(DelayTest, TheForceIsThatOfTheCommandedPlaceAtAnyRoundTrip) {
   rig.patches.Put(WallPatch(kK, 1));
   Puppet puppet;
   rig.Run(puppet, 0.1 + 2 * trip);
-  puppet.reading.engaged = true;
-  rig.Run(puppet, 0.2 + 2 * trip);
+  rig.Engage(puppet, 0.2 + 2 * trip);
   ASSERT_EQ(rig.state(), OperatorState::kFollowing);
   double worst = 0, deepest = 0;
   const auto look = [&](const TickRecord& record) {
@@ -102,8 +101,7 @@ TEST(PatchTest, OffThePatchThePlaneGoesOn) {
   rig.patches.Put(WallPatch(kK, 1));
   Puppet puppet;
   rig.Run(puppet, 0.1);
-  puppet.reading.engaged = true;
-  rig.Run(puppet, 0.2);
+  rig.Engage(puppet, 0.2);
   rig.Glide(puppet, {0.03, 0, 0});
   rig.Glide(puppet, {0.03, -0.006, 0});
   rig.Run(puppet, 0.1);
@@ -119,8 +117,7 @@ TEST(PatchTest, APatchOfOtherSettingsWaits) {
   rig.patches.Put(other);
   Puppet puppet;
   rig.Run(puppet, 0.1);
-  puppet.reading.engaged = true;
-  rig.Run(puppet, 0.2);
+  rig.Engage(puppet, 0.2);
   rig.Glide(puppet, {0, -0.006, 0});
   rig.Run(puppet, 0.1);
   EXPECT_NEAR(rig.loop.record().chain.local.y(), kK * 0.002, 1e-3);
@@ -134,8 +131,7 @@ TEST(PatchTest, AModelWorseThanTheHoldIsNotShown) {
     rig.patches.Put(WallPatch(200 * times, 1));
     Puppet puppet;
     rig.Run(puppet, 0.1);
-    puppet.reading.engaged = true;
-    rig.Run(puppet, 0.2);
+    rig.Engage(puppet, 0.2);
     int held = 0;
     const auto look = [&](const TickRecord& record) {
       held += record.chain.reasons.Has(Reason::kHeld) ? 1 : 0;
@@ -197,8 +193,6 @@ TEST_P(MaliciousPatchTest, TheHandKeepsItsLimits) {
     GetParam().lie(&patch, n++);
     rig.patches.Put(patch);
   });
-  std::printf("  %-20s %.3f N  %.3f N/ms  %+.3f mJ\n", GetParam().name.c_str(), energy.peak(),
-              energy.step(), 1e3 * energy.min());
   EXPECT_LE(energy.peak(), 3.3 + 1e-9);
   EXPECT_LE(energy.step(), 0.2 + 1e-9);
   EXPECT_GE(energy.min(), -1e-3);

@@ -3,8 +3,6 @@
 
 #include <cmath>
 #include <functional>
-#include <memory>
-#include <vector>
 
 #include "master/haptics/haptic_loop.h"
 #include "tests/master/haptics/virtual_slave.h"
@@ -59,6 +57,15 @@ class Rig {
       const TickRecord& record = Tick(device);
       if (each) each(record);
     }
+  }
+  // `seconds` of it with the switch closed, and open.
+  void Engage(Puppet& puppet, double seconds) {
+    puppet.reading.engaged = true;
+    Run(puppet, seconds);
+  }
+  void Release(Puppet& puppet, double seconds) {
+    puppet.reading.engaged = false;
+    Run(puppet, seconds);
   }
   // Moves `puppet` straight to `p_M` at 20 mm/s, as a hand goes: what it presses in, it has paid
   // for.

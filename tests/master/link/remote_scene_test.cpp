@@ -10,6 +10,8 @@
 
 #include "palpate/v1/scene.pb.h"
 
+#include "tests/support/thrown.h"
+
 namespace palpate {
 namespace {
 
@@ -74,13 +76,9 @@ class MalformedSceneTest : public testing::TestWithParam<Malformation> {};
 TEST_P(MalformedSceneTest, IsRefusedAndNamed) {
   v1::SceneDescription scene = GoodScene();
   GetParam().apply(scene.mutable_operator_());
-  try {
-    ToRemoteScene(scene, {});
-    FAIL() << "it was accepted";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr(GetParam().field));
-    EXPECT_THAT(error.what(), testing::HasSubstr("accepted is"));
-  }
+  EXPECT_THAT(
+      Thrown<std::runtime_error>([&] { ToRemoteScene(scene, {}); }),
+      testing::AllOf(testing::HasSubstr(GetParam().field), testing::HasSubstr("accepted is")));
 }
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

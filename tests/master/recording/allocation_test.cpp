@@ -1,7 +1,5 @@
 // A session is recorded while the haptic thread ticks: that thread takes nothing from the heap.
 #include <atomic>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -12,38 +10,7 @@
 #include "master/recording/session_recording.h"
 #include "shared/recording/recording_reader.h"
 #include "tests/master/haptics/rig.h"
-
-namespace {
-
-thread_local bool t_counting = false;
-thread_local int t_allocations = 0;
-
-void* Allocate(std::size_t size) {
-  if (t_counting) ++t_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  return Allocate(size);
-}
-void* operator new[](std::size_t size) {
-  return Allocate(size);
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
+#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -68,20 +35,21 @@ TEST(RecordedTicksTest, TheHapticThreadAllocatesNothingAndEveryTickIsKept) {
       }
       recorder.Finish();
     });
+    long allocations = 0;
     for (int tick = 0; tick < kTicks; ++tick) {
       rig.now += kHapticPeriod;
       rig.slave.Step(rig.now, &rig.commands, &rig.states);
-      t_counting = true;
+      const long before = OwnAllocationCount();
       const DeviceReading reading = hand.Read(rig.now);
       hand.WriteForce(rig.loop.Tick(reading, rig.now));
-      t_counting = false;
+      allocations += OwnAllocationCount() - before;
       while (tick - taken > kBehind) std::this_thread::yield();
     }
     slow.request_stop();
     slow.join();
     EXPECT_EQ(rig.records.dropped(), 0U);
+    EXPECT_EQ(allocations, 0);
   }
-  EXPECT_EQ(t_allocations, 0);
   int kept = 0;
   for (RecordingReader reader(file); reader.Next();) kept += reader.topic() == kTickTopic ? 1 : 0;
   EXPECT_EQ(kept, kTicks);

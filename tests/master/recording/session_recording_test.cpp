@@ -4,12 +4,10 @@
 #include <cstring>
 #include <fstream>
 #include <random>
-#include <stdexcept>
 #include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "palpate/v1/recording.pb.h"
 #include "palpate/v1/teleoperation.pb.h"
@@ -17,6 +15,8 @@
 #include "master/recording/export.h"
 #include "master/recording/replay.h"
 #include "shared/text/text.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -89,12 +89,9 @@ void ExpectSame(const TickRecord& read, const TickRecord& told) {
   EXPECT_EQ(read.truth_at, told.truth_at);
 }
 
-class SessionRecordingTest : public ::testing::Test {
+class SessionRecordingTest : public FolderTest {
  protected:
-  ~SessionRecordingTest() override { std::filesystem::remove_all(folder_); }
-
   void Record(int ticks) {
-    std::filesystem::create_directories(folder_);
     std::mt19937 random(3);
     SessionRecording recording({.file = file_});
     recording.Begin({{"scene", "block"}, {"force_limit_N", "3.3"}});
@@ -114,8 +111,6 @@ class SessionRecordingTest : public ::testing::Test {
     }
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("session-recording." + std::to_string(getpid()));
   const std::filesystem::path file_ = folder_ / "a.mcap";
   std::vector<TickRecord> told_;
 };
@@ -138,7 +133,6 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
 
 // What the slave tells once, its scene and what its mesh is made of.
 TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
-  std::filesystem::create_directories(folder_);
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_, .part = 0.02});
@@ -187,7 +181,6 @@ TEST_F(SessionRecordingTest, WhatTheOperatorDidStandsInTheLog) {
 }
 
 TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
-  std::filesystem::create_directories(folder_);
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_});
@@ -210,7 +203,6 @@ TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
 
 // An hour without a tick: waited for, this test would not end.
 TEST_F(SessionRecordingTest, WhereNothingWasRecordedNobodyWaits) {
-  std::filesystem::create_directories(folder_);
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_});
@@ -245,14 +237,9 @@ TEST_F(SessionRecordingTest, ReplayEndsWhereNobodyWantsMore) {
 }
 
 TEST_F(SessionRecordingTest, ARecordingWithoutTicksIsRefusedWithWhatIsAccepted) {
-  std::filesystem::create_directories(folder_);
   { SessionRecording recording({.file = file_}); }
-  try {
-    const Replay replay(file_);
-    FAIL() << "it was taken";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("accepted is a master's recording (connect --record)"));
-  }
+  EXPECT_THAT(Thrown<InputError>([&] { const Replay replay(file_); }),
+              HasSubstr("accepted is a master's recording (connect --record)"));
 }
 
 TEST_F(SessionRecordingTest, ExportHasARowPerTickWithSigmaAndValidity) {

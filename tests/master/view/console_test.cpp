@@ -1,6 +1,5 @@
 #include "master/view/console.h"
 
-#include <array>
 #include <cstdio>
 #include <string>
 

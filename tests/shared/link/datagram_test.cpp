@@ -1,8 +1,6 @@
 // Datagrams that only two ends make and read: what strangers, replays, damage and other sessions
 // bring changes nothing.
-#include <array>
 #include <chrono>
-#include <cstring>
 #include <functional>
 #include <memory>
 #include <mutex>

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/thrown.h"
+
 namespace palpate {
 namespace {
 
@@ -38,13 +40,9 @@ TEST(LoopbackTest, WhatIsNoAddressIsRefusedAndNamed) {
                               "[::1:1",
                               "http://localhost:1",
                               "local host:1"}) {
-    try {
-      ParseEndpoint(address);
-      ADD_FAILURE() << address << " was accepted";
-    } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), testing::StartsWith(address));
-      EXPECT_THAT(error.what(), testing::HasSubstr("accepted is HOST:PORT"));
-    }
+    EXPECT_THAT(
+        Thrown<std::invalid_argument>([&] { ParseEndpoint(address); }),
+        testing::AllOf(testing::StartsWith(address), testing::HasSubstr("accepted is HOST:PORT")));
   }
 }
 

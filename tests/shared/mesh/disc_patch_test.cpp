@@ -6,7 +6,6 @@
 #include <numbers>
 #include <random>
 
-#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
 #include "shared/mesh/node_merger.h"
 
-#include <cmath>
 #include <limits>
 #include <random>
 #include <vector>

@@ -1,12 +1,13 @@
 #include "shared/mesh/outline.h"
 
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -59,12 +60,9 @@ TEST_P(CheckOutlineTest, SaysWhatIsWrongAtEverySize) {
     for (auto& hole : outline.holes) {
       for (auto& p : hole) p *= scale;
     }
-    try {
-      CheckOutline(outline);
-      ADD_FAILURE() << "accepted at scale " << scale;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), HasSubstr(GetParam().message)) << "at scale " << scale;
-    }
+    EXPECT_THAT(Thrown<std::invalid_argument>([&] { CheckOutline(outline); }),
+                HasSubstr(GetParam().message))
+        << "at scale " << scale;
     EXPECT_THROW(MeshPolygon(outline, 60), std::invalid_argument);
   }
 }

@@ -1,9 +1,7 @@
 #include "shared/mesh/solid_mesh.h"
 
-#include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <set>
 #include <stdexcept>
 

@@ -1,7 +1,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

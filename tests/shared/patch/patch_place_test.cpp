@@ -3,7 +3,6 @@
 #include <cmath>
 #include <random>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "tests/shared/patch/patches.h"

@@ -1,8 +1,6 @@
 // Patches for tests.
 #pragma once
 
-#include <numbers>
-
 #include "shared/patch/patch_place.h"
 #include "shared/state/surface_patch.h"
 

@@ -15,6 +15,7 @@
 #include "shared/recording/mcap_reader.h"
 #include "shared/recording/mcap_writer.h"
 #include "shared/text/text.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -230,12 +231,9 @@ TEST_F(McapTest, WhereTheDiskIsFullItEndsReadableAndSaysSo) {
 }
 
 TEST_F(McapTest, AFolderThatIsNotThereIsNamed) {
-  try {
-    const McapWriter writer(folder_ / "none" / "a.mcap", {});
-    FAIL() << "it was written";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("none/a.mcap: cannot be written: "));
-  }
+  EXPECT_THAT(
+      Thrown<std::runtime_error>([&] { const McapWriter writer(folder_ / "none" / "a.mcap", {}); }),
+      HasSubstr("none/a.mcap: cannot be written: "));
 }
 
 }  // namespace

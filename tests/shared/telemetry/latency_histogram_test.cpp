@@ -1,6 +1,5 @@
 #include "shared/telemetry/latency_histogram.h"
 
-#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>

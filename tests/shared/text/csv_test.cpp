@@ -3,11 +3,12 @@
 #include <clocale>
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -47,15 +48,6 @@ std::filesystem::path Write(const std::string& text) {
   return file;
 }
 
-std::string Complaint(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "none";
-}
-
 TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
   CsvLines lines(Write("\xEF\xBB\xBF a , b\r\n\n# c\n,1,\n2"));
   ASSERT_TRUE(lines.Next());
@@ -74,24 +66,27 @@ TEST(CsvLinesTest, PassesOverWhatIsNoRow) {
 // Devices and pipes without end are files, too; a line is what must be held.
 TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
   CsvLines zeros("/dev/zero");
-  EXPECT_EQ(Complaint([&] { zeros.Next(); }),
+  EXPECT_EQ(Thrown<InputError>([&] { zeros.Next(); }),
             "/dev/zero:1: a line of 64 KiB or more: accepted is a CSV file");
-  EXPECT_THAT(Complaint([] { CsvLines{testing::TempDir()}; }), HasSubstr("cannot be read"));
-  EXPECT_THAT(Complaint([] { CsvLines("/nowhere.csv"); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(Thrown<InputError>([] { CsvLines{testing::TempDir()}; }),
+              HasSubstr("cannot be read"));
+  EXPECT_THAT(Thrown<InputError>([] { CsvLines("/nowhere.csv"); }), HasSubstr("cannot be read"));
 }
 
 TEST(CsvRowsTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
   CsvRows rows(Write("t,x,\n0,+1.5,\n1,\x1b[2J\n1\n"));
   ASSERT_TRUE(rows.Next());
   EXPECT_EQ(rows.Number(*rows.Find("x"), 2), 1.5);
-  EXPECT_THAT(Complaint([&] { static_cast<void>(rows.Number(1, 1)); }),
+  EXPECT_THAT(Thrown<InputError>([&] { static_cast<void>(rows.Number(1, 1)); }),
               EndsWith(".csv:2: x = +1.5: accepted is a finite number"));
   ASSERT_TRUE(rows.Next());
-  EXPECT_THAT(Complaint([&] { rows.Refuse(1, "a number"); }), EndsWith(":3: x = ?[2J: accepted is "
-                                                                       "a number"));
-  EXPECT_THAT(Complaint([&] { rows.Next(); }),
+  EXPECT_THAT(Thrown<InputError>([&] { rows.Refuse(1, "a number"); }),
+              EndsWith(":3: x = ?[2J: accepted is "
+                       "a number"));
+  EXPECT_THAT(Thrown<InputError>([&] { rows.Next(); }),
               EndsWith(":4: 1 cells: accepted is 2, as in the header"));
-  EXPECT_THAT(Complaint([] { CsvRows(Write("a,a\n")); }), HasSubstr("column a appears twice"));
+  EXPECT_THAT(Thrown<InputError>([] { CsvRows(Write("a,a\n")); }),
+              HasSubstr("column a appears twice"));
 }
 
 TEST(CsvTableTest, KnowsItsColumnsInAnyOrder) {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <string>
 
@@ -12,19 +11,17 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
+
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class TextFileTest : public testing::Test {
+class TextFileTest : public FolderTest {
  protected:
-  TextFileTest() { fs::create_directories(folder_); }
-  ~TextFileTest() override { fs::remove_all(folder_); }
-  TextFileTest(const TextFileTest&) = delete;
-  TextFileTest& operator=(const TextFileTest&) = delete;
-
   [[nodiscard]] std::set<std::string> Names() const {
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
@@ -34,15 +31,8 @@ class TextFileTest : public testing::Test {
   // What is said of writing to `out` what is read from `input`.
   static std::string Refusal(const fs::path& out, const fs::path& input) {
     const std::array inputs{fs::path(), fs::path("/nowhere"), input};
-    try {
-      RequireOtherThan("--out", out, inputs);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "none";
+    return Thrown<std::invalid_argument>([&] { RequireOtherThan("--out", out, inputs); });
   }
-
-  const fs::path folder_ = fs::path(testing::TempDir()) / "palpate-text";
 };
 
 TEST(ParseFiniteTest, TakesWholeNumbersInTheirPlainForm) {
@@ -223,14 +213,14 @@ TEST_F(TextFileTest, AnInputIsRecognisedByEveryPath) {
   WriteWholeFile(scene, "name: a");
   fs::create_symlink(scene, folder_ / "soft.yaml");
   fs::create_hard_link(scene, folder_ / "hard.yaml");
-  for (const fs::path& out : {scene, folder_ / ".." / "palpate-text" / "scene.yaml",
+  for (const fs::path& out : {scene, folder_ / ".." / folder_.filename() / "scene.yaml",
                               folder_ / "soft.yaml", folder_ / "hard.yaml"}) {
     EXPECT_EQ(Refusal(out, scene), "--out " + out.string() + ": accepted is another file than " +
                                        scene.string() + ", which is read");
   }
   WriteWholeFile(folder_ / "other.yaml", "name: a");
   for (const fs::path& out : {fs::path(), folder_ / "other.yaml", folder_ / "new.yaml"}) {
-    EXPECT_EQ(Refusal(out, scene), "none");
+    EXPECT_EQ(Refusal(out, scene), "");
   }
 }
 

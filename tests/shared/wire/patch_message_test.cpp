@@ -1,6 +1,5 @@
 #include "shared/wire/patch_message.h"
 
-#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -67,7 +66,6 @@ v1::SurfacePatch Message() {
 // Reference: the issue, at most 64 kB once and 256 bytes per update; float is what is sent.
 TEST(PatchMessageTest, TheLargestFitsAndComesBackAsItWent) {
   const v1::SurfacePatch message = Message();
-  RecordProperty("bytes", static_cast<int>(message.ByteSizeLong()));
   EXPECT_LE(message.ByteSizeLong(), kMaxPatchBytes);
   std::string reason;
   const auto patch = FromProto(message, &reason);

@@ -89,8 +89,6 @@ TEST(ShapeCodeTest, ACoordinateIsNeverOffByMoreThanStated) {
 // moves'; the error asked for is 1e-4 of the size.
 TEST(ShapeCodeTest, AHundredThousandTrianglesThatArePressedTravelWithinFiveMegabitsASecond) {
   Line line(Square(225));
-  std::size_t bytes = 0;
-  int coarse = 0;
   for (int i = 0; i < 120; ++i) {
     const double t = i / 30.0;
     const double depth = 5e-3 * std::min({1.0, t, std::max(0.0, 4.0 - t)});
@@ -99,12 +97,7 @@ TEST(ShapeCodeTest, AHundredThousandTrianglesThatArePressedTravelWithinFiveMegab
     ASSERT_LE(size, kBudget);
     ASSERT_LE(line.worst, line.stated() * kRounding);
     ASSERT_LE(line.stated(), 4e-4 * 0.1) << "frame " << i;
-    bytes += size;
-    coarse += line.exponent > 0 ? 1 : 0;
   }
-  RecordProperty("mbit_per_s", std::to_string(8e-6 * static_cast<double>(bytes) / 4));
-  std::printf("%.2f Mbit/s, %d of 120 coarser than asked for\n",
-              8e-6 * static_cast<double>(bytes) / 4, coarse);
 }
 
 // What jumps from end to end costs as much as it may, and is told exactly soon after it rests.
@@ -185,7 +178,6 @@ TEST(TractionCodeTest, ANodeIsNeverOffByMoreThanHalfAStepAndTheBudgetHolds) {
       worst = std::max(worst, std::abs(back->steps[i] * back->unit - (*pascals)[i]));
     }
     EXPECT_LE(worst, told.unit / 2 * kRounding);
-    std::printf("%zu bytes, steps of %.3g Pa\n", packed.size(), told.unit);
   }
   EXPECT_LE(Packed(Quantised(patch, kBudget / 2)).size(), 300U);
 }

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <limits>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -174,7 +173,6 @@ TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   state.settings_revision = 100;
   v1::SlaveState message;
   ToProto(state, &message);
-  RecordProperty("bytes", static_cast<int>(message.ByteSizeLong()));
   EXPECT_LE(message.ByteSizeLong(), kMaxStateBytes);
   EXPECT_GE(message.ByteSizeLong(), kMaxStateBytes - 16) << "the test no longer looks at the worst";
 }

@@ -3,8 +3,6 @@
 #include "slave/capture/codecs/codecs.h"
 
 #include <csetjmp>
-#include <numeric>
-#include <optional>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -12,6 +10,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <png.h>
+
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -45,15 +45,6 @@ cv::Mat Noise(int type, const cv::Size& size = {61, 47}) {
   cv::Mat image(size, type);
   cv::RNG(7).fill(image, cv::RNG::UNIFORM, 0, CV_MAT_DEPTH(type) == CV_16U ? 65536 : 256);
   return image;
-}
-
-std::string Complaint(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
 }
 
 struct PngKind {
@@ -156,7 +147,7 @@ TEST(OpenPictureTest, NoCutFileIsRead) {
     Buffer bytes;
     ASSERT_TRUE(cv::imencode(format, Noise(CV_8UC3, {20, 16}), bytes));
     for (std::size_t kept = 8; kept < bytes.size(); ++kept) {
-      const std::string complaint = Complaint([&] {
+      const std::string complaint = Thrown<std::exception>([&] {
         const Bytes cut(bytes.data(), kept);
         (format == ".png" ? OpenPng(cut) : OpenJpeg(cut))->Decode();
       });
@@ -173,8 +164,8 @@ TEST(OpenPictureTest, DamagedPixelsAreRefusedWithoutOtherWords) {
     const auto middle = bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() / 2);
     std::fill(middle, middle + 40, static_cast<unsigned char>(0xff));
     testing::internal::CaptureStderr();
-    const std::string complaint =
-        Complaint([&] { (format == ".png" ? OpenPng(bytes) : OpenJpeg(bytes))->Decode(); });
+    const std::string complaint = Thrown<std::exception>(
+        [&] { (format == ".png" ? OpenPng(bytes) : OpenJpeg(bytes))->Decode(); });
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << format;
     EXPECT_THAT(complaint, testing::StartsWith("is damaged: ")) << format;
   }
@@ -186,7 +177,8 @@ TEST(EncodePngTest, PicturesSurviveTheRoundTrip) {
     ExpectSamePixels(Decode(EncodePng(whole)), whole, cv::typeToString(type));
     ExpectSamePixels(Decode(EncodePng(part)), part, "rows apart");
   }
-  EXPECT_THAT(Complaint([] { EncodePng(cv::Mat(4, 5, CV_32FC1)); }), testing::HasSubstr("PNG"));
+  EXPECT_THAT(Thrown<std::exception>([] { EncodePng(cv::Mat(4, 5, CV_32FC1)); }),
+              testing::HasSubstr("PNG"));
 }
 
 TEST(EncodeJpegTest, TheBytesAreThoseOfOpenCv) {
@@ -226,12 +218,7 @@ TEST(EncodeJpegTest, PicturesSurviveTheRoundTrip) {
 
 TEST(EncodeJpegTest, BadArgumentsAreNamed) {
   const auto message = [](const cv::Mat& image, int quality) {
-    try {
-      EncodeJpeg(image, quality);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return Thrown<std::invalid_argument>([&] { EncodeJpeg(image, quality); });
   };
   EXPECT_THAT(message(cv::Mat(), 80), testing::HasSubstr("0 x 0 px"));
   EXPECT_THAT(message(cv::Mat(4, 5, CV_32FC1), 80), testing::HasSubstr("5 x 4 px"));

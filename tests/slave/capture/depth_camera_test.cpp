@@ -1,7 +1,6 @@
 // Depth cameras of OpenNI2: the module palpate-openni itself, over a fake library in the place of
 // the real one.
 #include <memory>
-#include <string>
 #include <vector>
 
 #include <gmock/gmock.h>

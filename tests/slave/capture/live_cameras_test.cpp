@@ -20,6 +20,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "tests/support/thrown.h"
+
 namespace palpate {
 namespace {
 
@@ -246,12 +248,7 @@ TEST(LiveCamerasTest, SideBySideIsCutInTwo) {
 TEST(LiveCamerasTest, WhatIsNoPairAndNoDepthIsSaid) {
   const cv::Mat grey(4, 6, CV_8UC1), deep(4, 6, CV_16UC1), wide(4, 8, CV_8UC1);
   const auto refusal = [](const std::vector<cv::Mat>& pictures, PairLayout layout) {
-    try {
-      PairFrom(pictures, layout, "eyes");
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return Thrown<std::runtime_error>([&] { PairFrom(pictures, layout, "eyes"); });
   };
   EXPECT_THAT(refusal({grey}, PairLayout::kDepth), HasSubstr("one channel of 16 bit"));
   EXPECT_THAT(refusal({grey, deep}, PairLayout::kTwoCameras), HasSubstr("accepted for a pair"));

@@ -10,7 +10,8 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "tests/slave/capture/scratch.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -21,16 +22,6 @@ std::vector<std::string> Names(const std::string& pattern, const Scratch& scratc
     names.push_back(file.filename().string());
   }
   return names;
-}
-
-template <typename Action>
-std::string Message(const Action& action) {
-  try {
-    action();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
 }
 
 TEST(NaturallyLessTest, DigitsCompareAsNumbers) {
@@ -99,8 +90,8 @@ TEST(ListPicturesTest, PatternsWithoutAFolderLieInTheWorkingDirectory) {
   const auto before = std::filesystem::current_path();
   std::filesystem::current_path(scratch.path());
   for (const char* pattern : {"%d.png", "?.png"}) {
-    EXPECT_EQ(Message([&] { EXPECT_EQ(ListPictures(pattern, {}).size(), 2U); }),
-              "nothing was thrown")
+    EXPECT_EQ(Thrown<std::runtime_error>([&] { EXPECT_EQ(ListPictures(pattern, {}).size(), 2U); }),
+              "")
         << pattern;
   }
   std::filesystem::current_path(before);
@@ -109,7 +100,7 @@ TEST(ListPicturesTest, PatternsWithoutAFolderLieInTheWorkingDirectory) {
 TEST(ListPicturesTest, WhatIsWrongIsNamed) {
   const Scratch scratch;
   const auto list = [&](const std::string& pattern) {
-    return Message([&] { ListPictures(pattern, scratch.path()); });
+    return Thrown<std::runtime_error>([&] { ListPictures(pattern, scratch.path()); });
   };
   EXPECT_THAT(list("."), testing::HasSubstr("the directory contains no image"));
   EXPECT_THAT(list("*.png"), testing::HasSubstr("*.png: no image matches"));
@@ -165,13 +156,13 @@ std::string PngHeader(std::uint32_t width, std::uint32_t height) {
 TEST(ReadPictureTest, SizesAreJudgedBeforePixelsTakeMemory) {
   const Scratch scratch;
   const auto huge = scratch.Write("huge.png", PngHeader(16384, 16384));
-  EXPECT_THAT(Message([&] { ReadPicture(huge, 2); }),
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadPicture(huge, 2); }),
               testing::HasSubstr("huge.png: image 2 is 16384 x 16384 px: accepted are at most"));
   const auto large = scratch.Write("large.png", PngHeader(8192, 8192));
   const AcceptSize refuse = [](const cv::Size& size) {
     throw std::runtime_error("not " + std::to_string(size.width));
   };
-  EXPECT_EQ(Message([&] { ReadPicture(large, 2, refuse); }), "not 8192");
+  EXPECT_EQ(Thrown<std::runtime_error>([&] { ReadPicture(large, 2, refuse); }), "not 8192");
 }
 
 // Truncation at any place must be refused: a decoder alone would answer with grey.
@@ -188,7 +179,7 @@ TEST(ReadPictureTest, ATruncatedPngIsRefusedWithoutOtherWords) {
     EXPECT_EQ(ReadPicture(file, 8).cols, 64);
     std::filesystem::resize_file(file, size);
     ::testing::internal::CaptureStderr();
-    const std::string message = Message([&] { ReadPicture(file, 8); });
+    const std::string message = Thrown<std::runtime_error>([&] { ReadPicture(file, 8); });
     EXPECT_EQ(::testing::internal::GetCapturedStderr(), "") << size;
     EXPECT_THAT(message, testing::HasSubstr("cut.png: image 8 is truncated")) << size;
   }
@@ -206,14 +197,15 @@ TEST(ReadPictureTest, DamagedPicturesAreRefusedByNameAndNumber) {
       const auto file = scratch.Write(
           "cut" + extension,
           std::string(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)));
-      const std::string message = Message([&] { ReadPicture(file, 12); });
+      const std::string message = Thrown<std::runtime_error>([&] { ReadPicture(file, 12); });
       EXPECT_THAT(message, testing::HasSubstr("cut" + extension)) << part;
       EXPECT_THAT(message, testing::HasSubstr("image 12")) << part;
     }
   }
-  EXPECT_THAT(Message([&] { ReadPicture(scratch.Write("text.png", "not an image"), 3); }),
+  EXPECT_THAT(Thrown<std::runtime_error>(
+                  [&] { ReadPicture(scratch.Write("text.png", "not an image"), 3); }),
               testing::HasSubstr("image 3 is not an image"));
-  EXPECT_THAT(Message([&] { ReadPicture(scratch.path() / "none.png", 4); }),
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadPicture(scratch.path() / "none.png", 4); }),
               testing::HasSubstr("image 4 cannot be opened"));
 }
 

@@ -9,6 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -22,12 +24,7 @@ std::string Refusal(const char* scene, double duration) {
   options.scene = kScenes / scene;
   options.out = std::filesystem::temp_directory_path() / "process-refused";
   options.duration = duration;
-  try {
-    RunProcess(options, {});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing";
+  return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
 }
 
 TEST(ProcessTest, ADurationIsANumberOfSeconds) {
@@ -49,17 +46,12 @@ std::string RefusalInside(const std::filesystem::path& out, const std::string& n
   options.scene = out / name;
   options.out = out;
   options.frames = frames;
-  try {
-    RunProcess(options, {});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing";
+  return Thrown<std::invalid_argument>([&] { RunProcess(options, {}); });
 }
 
 TEST(ProcessTest, WritesOverNothingItReads) {
-  const auto folder = std::filesystem::temp_directory_path() / "process-inside";
-  std::filesystem::remove_all(folder);
+  const Scratch scratch;
+  const auto& folder = scratch.path();
   std::filesystem::create_directories(folder / "frames");
   std::filesystem::copy(kScenes / "silicone-block.yaml", folder / "summary.json");
   EXPECT_THAT(RefusalInside(folder, "summary.json", false),
@@ -79,7 +71,6 @@ sense:
 )";
   EXPECT_THAT(RefusalInside(folder, "recorded.yaml", true),
               HasSubstr("--frames " + (folder / "frames").string()));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "slave/commands/progress_bar.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>

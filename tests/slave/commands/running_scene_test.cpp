@@ -1,14 +1,13 @@
 #include "slave/commands/running_scene.h"
 
 #include <cstdlib>
-#include <fstream>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "shared/text/text.h"
 #include "slave/commands/study/study_command.h"
 #include "slave/scene/decided_model.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -24,15 +23,12 @@ tool: {shape: flat, width: 5.87 mm}
 model: {kind: auto, tolerance: 10 %}
 )";
 
-class RunningSceneTest : public testing::Test {
+class RunningSceneTest : public FolderTest {
  protected:
   RunningSceneTest() {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
     setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
     WriteWholeFile(file_, kBlock);
   }
-  ~RunningSceneTest() override { fs::remove_all(folder_); }
 
   Scene Load(const std::vector<std::string>& overrides = {}) const {
     return LoadRunningScene(file_, overrides, SceneUse::kSolve);
@@ -43,7 +39,6 @@ class RunningSceneTest : public testing::Test {
     return files;
   }
 
-  const fs::path folder_ = fs::path(testing::TempDir()) / "running_scene";
   const fs::path file_ = folder_ / "scene.yaml";
 };
 

@@ -1,12 +1,13 @@
 #include "slave/manipulator/tip_follower.h"
 
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -115,12 +116,7 @@ TEST(TipFollower, HoldStopsWhereItIs) {
 }
 
 std::string Refusal(const ManipulatorOptions& options) {
-  try {
-    const TipFollower follower(options);
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "accepted";
+  return Thrown<std::invalid_argument>([&] { const TipFollower follower(options); });
 }
 
 TEST(TipFollower, RefusalsNameTheKey) {

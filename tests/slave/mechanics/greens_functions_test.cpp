@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/bodies.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -96,12 +97,7 @@ TEST(GreensFunctions, CountTheRigidMotionsThatAreLeftFree) {
 }
 
 std::string RefusalOf(const ReferenceProblem& problem) {
-  try {
-    const GreensFunctions greens(problem);
-    return "";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+  return Thrown<std::invalid_argument>([&] { const GreensFunctions greens(problem); });
 }
 
 TEST(GreensFunctions, RefuseWhatPlaneStrainCannotKnowNearNuOneHalf) {

@@ -7,6 +7,7 @@
 
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/plate/plate_surface.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -31,12 +32,7 @@ int HeldCount(const Scene& scene, int component) {
 }
 
 std::string RefusalOf(const Scene& scene) {
-  try {
-    MakeModel(scene, MeshOutline(scene, std::nullopt));
-    return "";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+  return Thrown<std::invalid_argument>([&] { MakeModel(scene, MeshOutline(scene, std::nullopt)); });
 }
 
 // Of the rectangle's 60 elements those along the bottom, the longer side twice as long as the

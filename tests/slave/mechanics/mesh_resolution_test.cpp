@@ -6,7 +6,6 @@
 #include <numbers>
 #include <string>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "shared/text/text.h"

@@ -108,9 +108,6 @@ TEST_P(MovingContactsTest, StayEqualToAFactorisationOverTenThousandSteps) {
   EXPECT_LT(worst, 1e-9);
   EXPECT_GT(moving_.counts().updates, steps / 2);
   EXPECT_LT(moving_.counts().factorisations, steps / 4);
-  std::printf("  worst difference %.1e, %ld updates, %ld factorisations\n", worst,
-              static_cast<long>(moving_.counts().updates),
-              static_cast<long>(moving_.counts().factorisations));
 }
 
 // Reference: as above, displacements and tractions of the whole boundary.

@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,6 +20,7 @@
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -166,12 +166,7 @@ TEST_F(RecordedRunTest, ARecordingWithAGapIsProcessedUpToIt) {
 
 TEST_F(RecordedRunTest, ImpossibleStepsAreRefusedInWords) {
   const auto refusal = [](const std::filesystem::path& file) -> std::string {
-    try {
-      Process(file);
-    } catch (const std::exception& error) {
-      return error.what();
-    }
-    return "nothing";
+    return Thrown<std::exception>([&] { Process(file); });
   };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(refusal(Changed([](v1::SenseStep* step) {

@@ -1,11 +1,9 @@
 #include "slave/recording/recorded_samples.h"
 
-#include <cmath>
 #include <random>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "shared/text/text.h"
 #include "slave/recording/scene_files.h"
@@ -13,6 +11,8 @@
 #include "slave/recording/step_messages.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -35,13 +35,8 @@ bool IsSame(const cv::Mat& a, const cv::Mat& b) {
          std::equal(a.data, a.data + a.total() * a.elemSize(), b.data);
 }
 
-class RecordedSamplesTest : public ::testing::Test {
+class RecordedSamplesTest : public FolderTest {
  protected:
-  RecordedSamplesTest() { std::filesystem::create_directories(folder_); }
-  ~RecordedSamplesTest() override { std::filesystem::remove_all(folder_); }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("recorded-samples." + std::to_string(getpid()));
   const std::filesystem::path file_ = folder_ / "a.mcap";
   const Scene scene_ = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
 };
@@ -196,12 +191,8 @@ TEST_F(RecordedSamplesTest, AFileThatWouldLeaveItsFolderIsRefused) {
 
 TEST_F(RecordedSamplesTest, AMastersRecordingIsNone) {
   { Recording recording({.file = file_}); }
-  try {
-    const RecordedBeginning beginning(file_);
-    FAIL() << "it was taken";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("accepted is a recording by a slave (serve --record)"));
-  }
+  EXPECT_THAT(Thrown<InputError>([&] { const RecordedBeginning beginning(file_); }),
+              HasSubstr("accepted is a recording by a slave (serve --record)"));
 }
 
 }  // namespace

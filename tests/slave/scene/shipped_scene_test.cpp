@@ -1,5 +1,4 @@
 // The scenes in deploy/scenes load, and say what the papers say.
-#include <algorithm>
 #include <numbers>
 
 #include <gtest/gtest.h>

@@ -1,12 +1,13 @@
 // Scenes of volumes and membranes: what contracts names, with its defaults, and what is refused.
 #include <string>
-#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -28,17 +29,12 @@ constexpr const char* kBox = "{box: {size: [60 mm, 60 mm, 60 mm], cells: [3, 3, 
 constexpr const char* kBottom = "{plane: {axis: z, at: 0 m}}";
 
 Scene Load(const std::string& text, SceneUse use = SceneUse::kSolve) {
-  const SceneFolder folder;
+  const Scratch folder;
   return LoadScene(folder.Write("scene.yaml", text), {}, use);
 }
 
 std::string MistakesOf(const std::string& text, SceneUse use = SceneUse::kSolve) {
-  try {
-    Load(text, use);
-    return {};
-  } catch (const SceneError& error) {
-    return error.what();
-  }
+  return Thrown<SceneError>([&] { Load(text, use); });
 }
 
 // Reference: contracts, model options: the first value listed is the default.
@@ -146,7 +142,7 @@ TEST(SolidSceneTest, AVolumeMayStandAnywhere) {
 }
 
 TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
-  const SceneFolder folder;
+  const Scratch folder;
   folder.Write("cube.stl", "solid cube\nendsolid cube\n");
   for (const auto& [unit, metres] :
        {std::pair{"mm", 1e-3}, std::pair{"1 mm", 1e-3}, std::pair{"25.4 mm", 25.4e-3}}) {
@@ -157,13 +153,11 @@ TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
     EXPECT_DOUBLE_EQ(std::get<MeshFileGeometry>(scene.object.geometry).unit, metres);
   }
   const std::string dozen = "{mesh: cube.stl, unit: dozen}";
-  try {
-    LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")), {},
-              SceneUse::kSolve);
-    FAIL() << "a dozen is no length";
-  } catch (const SceneError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("unit = dozen: accepted is a unit such as mm"));
-  }
+  EXPECT_THAT(Thrown<SceneError>([&] {
+                LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")),
+                          {}, SceneUse::kSolve);
+              }),
+              HasSubstr("unit = dozen: accepted is a unit such as mm"));
 }
 
 struct Refusal {

@@ -1,5 +1,7 @@
 #include "tests/slave/scene/stereo_scene.h"
 
+#include "tests/support/thrown.h"
+
 namespace palpate {
 namespace {
 
@@ -51,12 +53,7 @@ StereoSceneTest::StereoSceneTest() {
 }
 
 std::string StereoSceneTest::MistakesOf(const Lines& lines, SceneUse use) const {
-  try {
-    Load(lines, use);
-    return {};
-  } catch (const SceneError& error) {
-    return error.what();
-  }
+  return Thrown<SceneError>([&] { Load(lines, use); });
 }
 
 }  // namespace palpate

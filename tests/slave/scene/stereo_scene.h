@@ -1,13 +1,13 @@
 // Scenes of two cameras and of depth pictures, one thing per line, with the files that they name.
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 
@@ -24,7 +24,7 @@ struct Lines {
   std::string geometry = kMembrane;
   std::string fixed = "{side: rim}";
   std::string model = "{kind: plate-large}";
-  std::string more;
+  std::string more{};
   std::string tool = "{shape: flat, width: 4 mm}";
 };
 
@@ -41,7 +41,7 @@ class StereoSceneTest : public ::testing::Test {
   }
   // What loading complains of; empty: nothing.
   std::string MistakesOf(const Lines& lines, SceneUse use = SceneUse::kFull) const;
-  SceneFolder folder_;
+  Scratch folder_;
 };
 
 }  // namespace palpate

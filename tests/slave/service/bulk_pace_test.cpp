@@ -5,7 +5,6 @@
 #include <cmath>
 #include <deque>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 
@@ -79,8 +78,7 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
   });
   ASSERT_TRUE(Eventually([&] { return slave_.is_making(); }));
   for (int i = 0; i < 150; ++i) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::SettingsReply reply;
     ASSERT_EQ(Connect()->SetModel(&context, {}, &reply).error_code(), grpc::StatusCode::ABORTED);
   }

@@ -1,7 +1,5 @@
 #include "slave/study/auto_model.h"
 
-#include <cmath>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

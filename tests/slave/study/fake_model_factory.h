@@ -4,8 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <string>
-#include <variant>
 
 #include "slave/study/study.h"
 

@@ -10,6 +10,7 @@
 #include "slave/vision/contour_registration.h"
 #include "slave/vision/contour_tracker.h"
 #include "tests/slave/vision/test_pictures.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -203,12 +204,8 @@ TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {
   const auto message = [&](const auto& start, const cv::Mat& first) {
     ContourTracking options;
     options.start = start;
-    try {
-      ContourTracker(options, first, GreyFormat(first), 0, false);
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return Thrown<std::runtime_error>(
+        [&] { ContourTracker(options, first, GreyFormat(first), 0, false); });
   };
   using Circle = ContourTracking::Circle;
   using Polygon = ContourTracking::Polygon;

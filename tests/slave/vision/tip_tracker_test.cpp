@@ -8,6 +8,7 @@
 
 #include "slave/vision/template_match.h"
 #include "tests/slave/vision/test_pictures.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -69,8 +70,6 @@ TEST(TipTrackerTest, FindsTheTipToThreeHundredthsOfAPixel) {
   const Errors errors = ErrorsOver(WithTool({160.3, 120.4}), 2);
   EXPECT_LT(errors.rms_x, 0.03);
   EXPECT_LT(errors.rms_y, 0.03);
-  RecordProperty("rms_x_px", std::to_string(errors.rms_x));
-  RecordProperty("rms_y_px", std::to_string(errors.rms_y));
 }
 
 // Sigma is what the noise does; the template's own noise, frozen at start, stays within it too.
@@ -265,12 +264,8 @@ TEST(TipTemplateTest, PlacesWithoutAToolAreRefusedByName) {
   const cv::Mat image = picture.Render();
   const GreyFormat format(image);
   const auto message = [&](const Eigen::Vector2d& tip, double width, const cv::Mat& first) {
-    try {
-      CutTipTemplate(first, format, tip, kDown, width, 64);
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return Thrown<std::runtime_error>(
+        [&] { CutTipTemplate(first, format, tip, kDown, width, 64); });
   };
   EXPECT_NE(message({400, 120}, 17, image).find("(400, 120) px"), std::string::npos);
   EXPECT_NE(message({NAN, 120}, 17, image).find("outside"), std::string::npos);

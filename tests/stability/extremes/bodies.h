@@ -3,13 +3,13 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene.h"
-#include "tests/stability/extremes/sweep.h"
 
 namespace palpate::extremes {
 
@@ -41,6 +41,9 @@ struct Stretch {
 Scene VolumeScene(const Family& family, const Stretch& stretch);
 Scene OutlineScene(const Family& family, const Stretch& stretch);
 Scene MembraneScene(const Family& family, double radius, double thickness, double E, double nu);
+
+// How many cells were accurate within their bound, flagged, refused with a reason, and WRONG.
+std::map<std::string, int>& Outcomes();
 
 // Runs one cell: builds the model, lets `ask` question it, and judges. `ask` returns the relative
 // error and leaves the worst validity in its second argument. Exceptions of std::invalid_argument

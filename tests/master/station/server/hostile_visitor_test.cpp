@@ -1,5 +1,4 @@
 // The server as strangers meet it: other hosts and origins, nonsense, floods.
-#include <stdexcept>
 #include <thread>
 
 #include <gmock/gmock.h>

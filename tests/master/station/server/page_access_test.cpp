@@ -14,6 +14,7 @@
 #include "master/station/server/page_server.h"
 #include "tests/master/station/server/page_client.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -24,12 +25,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 std::string WordsOf(const std::string& view, const fs::path& tls) {
-  try {
-    ViewPlace(view, tls);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return {};
+  return Thrown<std::invalid_argument>([&] { ViewPlace(view, tls); });
 }
 
 class PageAccessTest : public testing::Test {

@@ -2,7 +2,6 @@
 // browser does.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>

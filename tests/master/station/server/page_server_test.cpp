@@ -2,14 +2,14 @@
 #include "master/station/server/page_server.h"
 
 #include <atomic>
-#include <mutex>
 #include <stdexcept>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/master/station/server/page_client.h"
+#include "tests/support/eventually.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -32,11 +32,6 @@ class PageServerTest : public testing::Test {
   void Put(Topic topic, std::string message) {
     board_.Put(topic, std::move(message));
     server_.Notify();
-  }
-  bool Until(const std::function<bool()>& condition) {
-    for (int i = 0; i < 1000 && !condition(); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    return condition();
   }
 
   NoticeBoard board_;
@@ -162,9 +157,9 @@ TEST_F(PageServerTest, TellsWhoLeft) {
   {
     PageClient page(server_.endpoint());
     ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
-    ASSERT_TRUE(Until([this] { return server_.pages() == 1; }));
+    ASSERT_TRUE(Eventually([this] { return server_.pages() == 1; }));
   }
-  EXPECT_TRUE(Until([this] { return left_ == 1 && server_.pages() == 0; }));
+  EXPECT_TRUE(Eventually([this] { return left_ == 1 && server_.pages() == 0; }));
 }
 
 TEST(PageServerEndTest, SaysGoodbye) {
@@ -189,12 +184,9 @@ TEST(PageServerEndTest, APortInUseIsAnError) {
   const PageServer::Listener nobody{[](std::uint64_t, std::string_view) { return std::string(); },
                                     [](std::uint64_t) {}};
   const PageServer first({"127.0.0.1", 0}, &board, nobody);
-  try {
-    const PageServer second(first.endpoint(), &board, nobody);
-    FAIL() << "two servers at one port";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr(ToString(first.endpoint())));
-  }
+  EXPECT_THAT(Thrown<std::runtime_error>(
+                  [&] { const PageServer second(first.endpoint(), &board, nobody); }),
+              HasSubstr(ToString(first.endpoint())));
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "tests/shared/mesh/files/all_samples.h"
-#include "tests/shared/mesh/files/temp_folder.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -16,12 +17,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string Refusal(const std::filesystem::path& file, double unit = 1) {
-  try {
-    ReadMeshFile(file, unit);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "none";
+  return Thrown<std::invalid_argument>([&] { ReadMeshFile(file, unit); });
 }
 
 struct Malformed {
@@ -37,7 +33,7 @@ struct Malformed {
 class MalformedMeshTest : public ::testing::TestWithParam<Malformed> {};
 
 TEST_P(MalformedMeshTest, IsRefusedWithPlaceAndReason) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write(GetParam().file, GetParam().bytes);
   EXPECT_EQ(Refusal(file), file.string() + GetParam().refusal);
 }
@@ -129,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":3: 2 numbers: accepted is 3"}));
 
 TEST(MeshFileTest, RefusesUnitsThatAreNone) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("a.veg", samples::Veg(samples::Pair(), 0));
   for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     EXPECT_THAT(Refusal(file, unit), HasSubstr("accepted is a finite length > 0"));

@@ -1,10 +1,8 @@
 #include "slave/mechanics/bem3d/bem3d_model.h"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include <Eigen/LU>
@@ -218,10 +216,6 @@ TEST(Bem3dModel, PressedCubeComesToTheReference) {
       1;
   const double graded =
       PatchDepth({0, 4, 7.5, 10, 13, 19, 30}, {0, 20, 35, 46, 54, 60}) / reference - 1;
-  std::printf(
-      "pressed cube: %+.2f %% with 180 triangles, %+.2f %% with 720, order %.2f; %+.2f %% with 384 "
-      "graded ones\n",
-      100 * coarse, 100 * fine, std::log2(coarse / fine), 100 * graded);
   EXPECT_LT(std::abs(fine), 0.5 * std::abs(coarse));
   EXPECT_LT(std::abs(graded), 0.005);
 }
@@ -261,7 +255,6 @@ TEST(Bem3dModel, BigBlockIsAlmostAHalfSpace) {
     const double root = std::sqrt(2.0);
     const double expected = 1e-3 * (1 - nu * nu) / (M_PI * 1e4 * 2 * half) * 4 / 3 *
                             (1 - root + 3 * std::log(1 + root));
-    std::printf("square on a block, nu = %.1f: %+.2f %%\n", nu, 100 * (depth / expected - 1));
     EXPECT_NEAR(depth / expected, 1, 0.06) << "nu = " << nu;
   }
 }

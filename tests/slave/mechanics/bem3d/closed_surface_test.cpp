@@ -1,6 +1,5 @@
 #include "slave/mechanics/bem3d/closed_surface.h"
 
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -10,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/mechanics/bem3d/solid_bodies.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -22,12 +22,7 @@ SurfaceMesh Cube() {
 }
 
 std::string Refusal(const SurfaceMesh& mesh) {
-  try {
-    ClosedSurface surface(mesh);
-  } catch (const std::invalid_argument& refused) {
-    return refused.what();
-  }
-  return "";
+  return Thrown<std::invalid_argument>([&] { ClosedSurface surface(mesh); });
 }
 
 void Turn(std::array<int, 3>* triangle) {

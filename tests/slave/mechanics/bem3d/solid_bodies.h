@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>

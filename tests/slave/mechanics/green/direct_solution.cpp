@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "shared/text/text.h"
 #include "slave/mechanics/membrane/inflated_membrane.h"

@@ -5,10 +5,11 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -206,12 +207,8 @@ TEST(InflatedMembrane, WhatCannotBeComputedIsRefusedWithItsReason) {
         MembraneShape shape = MeshFlatMembrane(0.04, 3);
         InflatedMembrane::Params params{.modulus = 1000, .tension = 100};
         change(&shape, &params);
-        try {
-          const InflatedMembrane membrane(std::move(shape), params);
-        } catch (const std::invalid_argument& error) {
-          return std::string(error.what());
-        }
-        return std::string();
+        return Thrown<std::invalid_argument>(
+            [&] { const InflatedMembrane membrane(std::move(shape), params); });
       };
   using S = MembraneShape*;
   using P = InflatedMembrane::Params*;

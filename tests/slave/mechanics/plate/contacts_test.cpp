@@ -1,6 +1,5 @@
 #include "slave/mechanics/plate/contacts.h"
 
-#include <cmath>
 #include <limits>
 
 #include <gmock/gmock.h>

@@ -79,12 +79,10 @@ TEST(PlateModes, ALoadAllOverConvergesSpectrally) {
   RoundPress exact(kNu, 1);
   ASSERT_TRUE(exact.SolveDeflection(3));
   double before = 1;
-  std::printf("order  relative error of the force, w = 3 t, load over all\n");
   for (const int order : {4, 8, 16}) {
     const PlateModes modes(order, kNu);
     const double error =
         std::abs(ModalForce(modes, {0, 0}, 1, 3, Symmetry::kMirror) / exact.force() - 1);
-    std::printf("%5d  %.1e\n", order, error);
     EXPECT_LT(error, before / 10) << order;
     before = error;
   }

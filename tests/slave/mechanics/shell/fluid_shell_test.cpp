@@ -48,8 +48,6 @@ TEST(FluidShellTest, TwiceAsManyPiecesSayTheSame) {
   for (const double depth : {2e-6, 10e-6, 30e-6, 60e-6, 100e-6}) {
     ASSERT_TRUE(coarse.PressTo(depth)) << depth;
     ASSERT_TRUE(fine.PressTo(depth)) << depth;
-    std::printf("depth %3.0f um: %.4g uN, finer %.4g uN, pressure %.4g Pa\n", 1e6 * depth,
-                1e6 * coarse.state().force, 1e6 * fine.state().force, fine.state().pressure);
     EXPECT_NEAR(coarse.state().force / fine.state().force, 1, 0.05) << depth;
   }
 }

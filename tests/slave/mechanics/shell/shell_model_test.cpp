@@ -76,8 +76,6 @@ TEST_F(ShellModelTest, ASolidDiscIsStiffer) {
   ContactResponse response;
   disc->Respond({&contact, 1}, {&response, 1});
   ASSERT_NE(response.validity, Validity::kFailed);
-  std::printf("100 um: solid disc %.3g mN, shell %.3g mN\n", -1e3 * response.force_O.x(),
-              -1e3 * Press(100e-6).force_O.x());
   EXPECT_GT(-response.force_O.x(), -Press(100e-6).force_O.x());
 }
 

@@ -1,6 +1,5 @@
 // Solids in time: integrators, frequencies, energy.
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -1,18 +1,18 @@
 #include "slave/pipeline/camera/estimator.h"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <span>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -331,13 +331,9 @@ TEST_F(EstimatorTest, AWrongScaleIsRefusedWithTheOneThatFits) {
   for (const double wrong : {0.95, 1.05}) {
     Scene scene = scene_;
     scene.sense.Find<Camera>()->pixel *= wrong;
-    try {
-      Estimator estimator(scene, first, home());
-      ADD_FAILURE() << "accepted " << wrong;
-    } catch (const std::runtime_error& error) {
-      EXPECT_NE(std::string(error.what()).find("camera.pixel (3"), std::string::npos)
-          << error.what();
-    }
+    EXPECT_THAT(Thrown<std::runtime_error>([&] { Estimator estimator(scene, first, home()); }),
+                testing::HasSubstr("camera.pixel (3"))
+        << wrong;
   }
 }
 

@@ -8,7 +8,6 @@
 #include <optional>
 #include <random>
 #include <utility>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>

@@ -51,7 +51,6 @@ TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   EXPECT_EQ(compared, 60);
   EXPECT_LT(worst, 0.1);
   EXPECT_GT(unstraightened, 1) << "or the lens shows nothing";
-  RecordProperty("worst_px", std::to_string(worst));
 }
 
 TEST(StraightCameraTest, ALensOfAnotherPictureSizeIsRefused) {

@@ -2,7 +2,6 @@
 // place, depth and thickness; the truth is a neo-Hookean solid, of which no model knows anything.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <random>
 #include <string>
@@ -80,16 +79,12 @@ TEST_P(MembraneLawAt, EveryStepIsWithinTheBoundOrTwoSigmaOrFlagged) {
     ASSERT_TRUE(truth.Deepen(depth));
   }
   const double at_5mm = -ForceAt(truth.press(), 5e-3);
-  std::printf("  depth [mm]  truth [N]  error [%%]  sigma [%%]\n");
   for (double depth = kStep; depth < place.deepest + 1e-9; depth += kStep) {
     const double force = -ForceAt(truth.press(), depth);
     const SurfaceLoad load = body->Fit(Dots(truth.press(), depth, &random));
     ASSERT_NE(load.validity, Validity::kFailed);
     const double error = std::abs(-load.force - force);
     const double bound = std::max(0.05 * force, 0.01 * at_5mm);
-    std::printf("  %10.1f %10.4f %10.2f %10.2f %s\n", 1e3 * depth, force,
-                100 * (-load.force / force - 1), 100 * load.sigma_force / force,
-                std::string(load.reason).c_str());
     if (load.validity == Validity::kValid) {
       EXPECT_LT(error, std::max(bound, 2 * load.sigma_force)) << depth;
     }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <random>
-#include <vector>
 
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/scene/scene.h"

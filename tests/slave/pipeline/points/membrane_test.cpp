@@ -2,7 +2,6 @@
 // its tool, seen by two noisy cameras, against the truth that its pictures were made from.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -82,9 +81,6 @@ class Membrane {
     }
     return largest;
   }
-  [[nodiscard]] int DotsSeen() const {
-    return static_cast<int>(std::ranges::count_if(seen_->points, &SurfacePoint::seen));
-  }
   SurfaceEstimator& estimator() { return estimator_; }
 
  private:
@@ -104,8 +100,6 @@ TEST(MembraneTest, DisplacementAndForceAreTrueAtEveryStepCentreAndEccentric) {
     Membrane membrane(RubberMembrane("plate-large", p));
     membrane.PressTo(p, kDeepest);
     const double full = membrane.TrueForce().norm();
-    std::printf("pressed at %.1f of the radius, %.3f N at 5 mm\n", p, full);
-    std::printf("  depth/mm  force/N  felt/N  error/%%  sigma/N  displacement error/um  dots\n");
     for (double depth = 0; depth < kDeepest + kStep / 2; depth += kStep) {
       membrane.PressTo(p, depth);
       for (int i = 0; i < kPicturesPerStep; ++i) {
@@ -116,11 +110,6 @@ TEST(MembraneTest, DisplacementAndForceAreTrueAtEveryStepCentreAndEccentric) {
         const double error = (*felt.force - truth).norm();
         EXPECT_LE(error, std::max(0.05 * truth.norm(), 0.01 * full)) << p << " " << depth;
         EXPECT_LE(membrane.DisplacementError(), 1e-4) << p << " " << depth;
-        if (i > 0) continue;
-        std::printf("  %8.1f  %7.4f  %6.4f  %7.2f  %7.4f  %21.0f  %4d\n", 1e3 * depth, truth.norm(),
-                    felt.force->norm(),
-                    truth.norm() > 0 ? 100 * (felt.force->norm() / truth.norm() - 1) : 0.0,
-                    felt.sigma, 1e6 * membrane.DisplacementError(), membrane.DotsSeen());
       }
     }
   }

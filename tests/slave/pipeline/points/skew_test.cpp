@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,9 +79,8 @@ class SkewedCameras final : public StereoSource {
 };
 
 struct Row {
-  int valid = 0, silent = 0, other = 0;
-  double rms = 0, worst = 0;  // of the valid ones, of the largest force
-  double sigma = 0;           // likewise, their sum in parts of all
+  int valid = 0, silent = 0;
+  double rms = 0;  // of the valid ones, of the largest force
 };
 
 Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, const Skew& skew) {
@@ -95,23 +92,13 @@ Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, cons
     sense.Process();
     const ContactEstimate& felt = sense.Estimate(seen.truth().p_S_tip);
     if (pair < kRest) continue;
-    if (felt.validity != Validity::kValid || !felt.force) {
-      ++row.other;
-      continue;
-    }
+    if (felt.validity != Validity::kValid || !felt.force) continue;
     const double error = (*felt.force - seen.truth().force).norm() / peak;
     ++row.valid;
     row.rms += error * error;
-    row.sigma += felt.sigma / peak / kMoving;
-    row.worst = std::max(row.worst, error);
     row.silent += !(error <= kRight || error <= kSigmas * felt.sigma / peak);
   }
   row.rms = std::sqrt(row.rms / std::max(1, row.valid));
-  std::printf(
-      "%3.0f mm/s, right picture %+6.1f ms, told %+5.1f +- %.1f: %2d of %d valid, rms %4.1f %%, "
-      "worst %5.1f %%, sigma %4.1f %%, %d silently wrong\n",
-      1e3 * speed, 1e3 * skew.is, 1e3 * skew.told, 1e3 * skew.jitter, row.valid,
-      row.valid + row.other, 100 * row.rms, 100 * row.worst, 100 * row.sigma, row.silent);
   return row;
 }
 

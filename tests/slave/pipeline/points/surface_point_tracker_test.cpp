@@ -1,10 +1,10 @@
 #include "slave/pipeline/points/surface_point_tracker.h"
 
-#include <cmath>
 #include <filesystem>
 #include <random>
 #include <stdexcept>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -14,10 +14,13 @@
 #include "tests/slave/vision/dots/dot_pictures.h"
 #include "tests/slave/vision/texture/target_pictures.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
 
+using testing::AllOf;
+using testing::HasSubstr;
 using testing_fakes::DotPairs;
 using testing_fakes::MembraneScene;
 using testing_fakes::PlateDeflection;
@@ -175,23 +178,14 @@ TEST(TipAndContourTrackerTest, ARigThatCannotBeUsedIsTheScenesMistake) {
   const auto file =
       std::filesystem::temp_directory_path() / ("eyes-rig-" + std::to_string(getpid()) + ".yaml");
   scene.sense.Find<StereoCameras>()->rig = file;
-  const auto refusal = [&]() -> std::string {
-    try {
-      RigOf(scene);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "nothing";
-  };
+  const auto refusal = [&] { return Thrown<std::invalid_argument>([&] { RigOf(scene); }); };
   WriteRig(file, rig);
-  EXPECT_EQ(refusal(), "nothing");
+  EXPECT_EQ(refusal(), "");
   WriteRig(file, rig, true);
-  EXPECT_NE(refusal().find("sense.camera.stereo.rig"), std::string::npos) << refusal();
-  EXPECT_NE(refusal().find("one camera"), std::string::npos) << refusal();
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("sense.camera.stereo.rig"), HasSubstr("one camera")));
   rig.left.fx = -800;
   WriteRig(file, rig);
-  EXPECT_NE(refusal().find("sense.camera.stereo.rig"), std::string::npos) << refusal();
-  EXPECT_NE(refusal().find("focal > 0"), std::string::npos) << refusal();
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("sense.camera.stereo.rig"), HasSubstr("focal > 0")));
   std::filesystem::remove(file);
 }
 
@@ -201,15 +195,8 @@ TEST(TipAndContourTrackerTest, PicturesThatAreNotTheRigsAreRefusedInWords) {
   StereoPair pair = DotPairs().Draw({}, 1);
   EXPECT_NO_THROW(RequireRigFits(scene, rig, pair));
   pair.right = cv::Mat::zeros(240, 320, CV_8UC1);
-  try {
-    RequireRigFits(scene, rig, pair);
-    FAIL() << "accepted";
-  } catch (const std::runtime_error& e) {
-    const std::string words = e.what();
-    EXPECT_NE(words.find("right"), std::string::npos) << words;
-    EXPECT_NE(words.find("320 x 240"), std::string::npos) << words;
-    EXPECT_NE(words.find("640 x 480"), std::string::npos) << words;
-  }
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { RequireRigFits(scene, rig, pair); }),
+              AllOf(HasSubstr("right"), HasSubstr("320 x 240"), HasSubstr("640 x 480")));
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "slave/pipeline/press/membrane_body.h"
 #include "slave/site/environment/simulated_environment.h"
 #include "tests/slave/vision/depth/depth_pictures.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -263,12 +264,8 @@ INSTANTIATE_TEST_SUITE_P(Shapes, NearlyThatDomeTest,
 TEST(DomedSceneRefusals, AToolNarrowerThanItsTrianglesIsRefused) {
   Scene scene = DomedScene();
   scene.tool->width = 2e-3;
-  try {
-    MakeMembraneBody(scene);
-    ADD_FAILURE() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("tool.width = 0.002 m: accepted"));
-  }
+  EXPECT_THAT(Thrown<std::invalid_argument>([&] { MakeMembraneBody(scene); }),
+              testing::HasSubstr("tool.width = 0.002 m: accepted"));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
@@ -14,7 +13,6 @@
 #include "slave/pipeline/press/membrane_press.h"
 #include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
 #include "tests/slave/pipeline/press/identify_membrane.h"
-#include "tests/slave/pipeline/press/press_figure.h"
 #include "tests/slave/pipeline/press/press_recording.h"
 #include "tests/support/paths.h"
 
@@ -35,7 +33,6 @@ constexpr double kWrench = 0.2;  // its noise [N]
 
 struct Evaluated {
   int frame = 0;
-  MembranePress::Reading reading;
   double measured = 0;   // [N]
   double estimated = 0;  // [N]
 };
@@ -104,8 +101,8 @@ class RealPressTest : public ::testing::Test {
     for (const auto& frame : press_->frames) {
       const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
       const auto& reading = press->Fit(frame.points);
-      judged.push_back({frame.number, reading, Measured(frame.number),
-                        reading.Force(1, row.pressure_rise) + offset});
+      judged.push_back(
+          {frame.number, Measured(frame.number), reading.Force(1, row.pressure_rise) + offset});
     }
     return judged;
   }
@@ -129,57 +126,9 @@ RecordedPress* RealPressTest::press_ = nullptr;
 MembraneShape* RealPressTest::shape_ = nullptr;
 Ellipsoid RealPressTest::ellipsoid_;
 
-void Draw(const RecordedPress& recorded, const MembranePress& press,
-          const std::vector<Evaluated>& judged, const std::string& remark) {
-  PressFigure figure;
-  figure.title = "Force on an air-filled membrane, from its deflection";
-  figure.remark = remark;
-  figure.last_training_frame = kLastTraining;
-  for (const auto& row : recorded.rows) figure.wrench.push_back(row.force.norm());
-  for (const Evaluated& one : judged) {
-    figure.forces.push_back({one.frame, one.measured, one.estimated, one.reading.sigma_own_force});
-  }
-  const Evaluated& last = judged.back();
-  const auto camera = RecordedPressCamera().camera;
-  const auto project = [&](const Eigen::Vector3d& p) {
-    return Eigen::Vector2d(camera.fx * p.x() / p.z() + camera.cx,
-                           camera.fy * p.y() / p.z() + camera.cy);
-  };
-  figure.field_frame = last.frame;
-  figure.contact = project(last.reading.p_O);
-  std::vector<double> explained;
-  press.Explain(1, last.reading.explained_force, last.reading.own_pressure, &explained);
-  const SurfaceMesh& mesh = press.membrane().surface();
-  for (const SurfacePoint& point : recorded.frames.back().points) {
-    const auto place = FindPlace(mesh, point.p_S_rest);
-    if (!place || !point.seen) continue;
-    double way = 0;
-    Eigen::Vector3d n = Eigen::Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) {
-      const auto node = static_cast<std::size_t>(
-          mesh.triangles[static_cast<std::size_t>(place->triangle)][static_cast<std::size_t>(k)]);
-      way += place->weights[k] * explained[node];
-      n += place->weights[k] * press.membrane().normals()[node];
-    }
-    figure.field.push_back(
-        {project(point.p_S_rest), n.normalized().dot(point.p_S - point.p_S_rest), way});
-  }
-  const fs::path folder = BinaryPath("/test-output/membrane-press");
-  fs::create_directories(folder);
-  std::ofstream(folder / "press.svg") << Drawn(figure);
-  std::ofstream csv(folder / "press.csv");
-  csv << "frame,measured_N,estimated_N,x,y,z,depth,residual\n";
-  for (const Evaluated& one : judged) {
-    csv << fmt::format("{},{:.3f},{:.3f},{:.5f},{:.5f},{:.5f},{:.6f},{:.6f}\n", one.frame,
-                       one.measured, one.estimated, one.reading.p_O.x(), one.reading.p_O.y(),
-                       one.reading.p_O.z(), one.reading.depth, one.reading.residual);
-  }
-}
-
 // The covariance that DepthPoints states, against what its points do while nothing touches: not
 // too small, and no more than twice too large.
 TEST_F(RealPressTest, AtRestThePointsScatterAsTheirSigmaSays) {
-  RecordProperty("rest_rms_um", fmt::format("{:.1f}", 1e6 * press_->rest_rms));
   EXPECT_LT(press_->rest_scatter, 1.1);
   EXPECT_GT(press_->rest_scatter, 0.5);
   EXPECT_LT(press_->rest_rms, 0.06e-3);
@@ -207,22 +156,6 @@ TEST_F(RealPressTest, ForceFromTheDeflectionFollowsTheWrenchOnLaterFrames) {
   MembranePress press(InflatedMembrane(*shape_, identified.params), params);
   const auto judged = Evaluate(&press, identified.fit.offset);
   const double share = RmsLater(judged) / Peak();
-  const std::string remark = fmt::format(
-      "E h = {:.0f} +- {:.0f} N/m, T = {:.0f} N/m, p = {:.1f} kPa, offset {:+.2f} N, from {} "
-      "frames in contact; later frames {:.1f} % of the peak of {:.2f} N",
-      identified.fit.stiffness, identified.fit.sigma_stiffness, identified.params.tension,
-      press.membrane().pressure() / 1e3, identified.fit.offset, identified.in_contact, 100 * share,
-      Peak());
-  fmt::print("{}\n", remark);
-  for (const Evaluated& one : judged) {
-    fmt::print(
-        "  {:3d}: wrench {:5.2f} N, from the picture {:5.2f} N, at ({:5.1f}, {:4.1f}, {:4.1f}) "
-        "mm, {:4.2f} mm deep, residual {:.3f} mm\n",
-        one.frame, one.measured, one.estimated, 1e3 * one.reading.p_O.x(),
-        1e3 * one.reading.p_O.y(), 1e3 * one.reading.p_O.z(), 1e3 * one.reading.depth,
-        1e3 * one.reading.residual);
-  }
-  Draw(*press_, press, judged, remark);
   EXPECT_LE(share, 0.08);
 }
 
@@ -289,7 +222,6 @@ TEST_F(RealPressTest, ASceneOfItFeelsThePress) {
   }
   ASSERT_GT(judged, 5);
   const double share = std::sqrt(square / judged) / peak;
-  RecordProperty("of_the_peak", fmt::format("{:.3f}", share));
   EXPECT_LT(share, 0.113);
   EXPECT_EQ(valid, judged);
   EXPECT_GE(within, 0.8 * judged);
@@ -334,12 +266,10 @@ TEST_F(RealPressTest, NoAssumptionAloneMakesTheResult) {
     for (const auto& frame : press_->frames) {
       const auto& row = press_->rows[static_cast<std::size_t>(frame.number)];
       const auto& reading = press.Fit(frame.points);
-      judged.push_back({frame.number, reading, Measured(frame.number),
+      judged.push_back({frame.number, Measured(frame.number),
                         reading.Force(fit.stiffness, air * row.pressure_rise) + fit.offset});
     }
     const double share = RmsLater(judged) / Peak();
-    fmt::print("  {:24s} E h = {:4.0f} N/m, offset {:+.2f} N: {:4.1f} %\n", variant.what,
-               fit.stiffness, fit.offset, 100 * share);
     EXPECT_LE(share, 0.10) << variant.what;
   }
 }

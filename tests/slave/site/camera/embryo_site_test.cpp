@@ -1,5 +1,4 @@
 // What is true of a simulated embryo beside the disc that it is.
-#include <cmath>
 #include <set>
 #include <vector>
 

@@ -1,12 +1,10 @@
 #include "slave/site/camera/graded_mesh.h"
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include <gtest/gtest.h>
 

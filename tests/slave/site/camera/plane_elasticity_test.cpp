@@ -1,7 +1,5 @@
 #include "slave/site/camera/plane_elasticity.h"
 
-#include <cmath>
-#include <string>
 #include <tuple>
 
 #include <gtest/gtest.h>

@@ -1,7 +1,6 @@
 #include "slave/site/camera/scripted_press.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -10,6 +9,7 @@
 
 #include "slave/site/camera/simulated_site.h"
 #include "tests/slave/site/camera/site_scenes.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -74,12 +74,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ScriptedPressTest,
                                            EmbryoScene(), Shifted(EmbryoScene(), {2e-6, 1e-6})));
 
 std::string Refusal(const Scene& scene) {
-  try {
-    const ScriptedPress press(scene);
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "accepted";
+  return Thrown<std::invalid_argument>([&] { const ScriptedPress press(scene); });
 }
 
 TEST(ScriptedPress, RefusalsNameTheKey) {

@@ -2,7 +2,6 @@
 // difference when the force is found from the dots.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -62,16 +61,6 @@ std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, d
   return all;
 }
 
-void Print(double thickness, double width, const Vector2d& p_O, const std::vector<Laws>& all) {
-  std::printf("thickness %.1f mm, tool %.0f mm, load at %.2f radii\n", 1e3 * thickness, 1e3 * width,
-              p_O.norm() / kRadius);
-  std::printf("  depth [mm]  truth [N]  von Karman at depth [%%]  by dots [%%]  misplaced [mm]\n");
-  for (const Laws& laws : all) {
-    std::printf("  %10.1f %10.4f %24.2f %12.2f %15.3f\n", 1e3 * laws.depth, laws.truth,
-                100 * (laws.by_depth - 1), 100 * (laws.by_dots - 1), 1e3 * laws.misplaced);
-  }
-}
-
 // Reference: the solid itself. The flag's own threshold is 10 %, and the statement is good for 3 %.
 void ExpectStated(const std::vector<Laws>& all) {
   for (const Laws& laws : all) {
@@ -98,7 +87,6 @@ Vector2d Beside(double radii) {
 TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
   for (const double radii : {0.0, 0.3, 0.5, 0.7}) {
     const auto all = Compare(1e-3, 0.004, Beside(radii), 0.5e-3);
-    Print(1e-3, 0.004, Beside(radii), all);
     ExpectStated(all);
     for (const Laws& laws : all) {
       const double allowed = std::max(0.05, 0.01 * all.back().truth / laws.truth);
@@ -114,7 +102,6 @@ TEST(MembraneLaws, DifferByFourToTenPerCentAtOneDepth) {
   double last = 0.04;
   for (const double thickness : {0.5e-3, 1e-3, 2e-3}) {
     const auto all = Compare(thickness, 0.010, {0, 0}, 1e-3);
-    Print(thickness, 0.010, {0, 0}, all);
     const double high = all.back().by_depth - 1;
     EXPECT_GT(high, last - 0.005) << thickness;
     EXPECT_LT(high, 0.10) << thickness;
@@ -128,7 +115,6 @@ TEST(MembraneLaws, OtherThicknessesStayWithinFivePerCent) {
   for (const double thickness : {0.5e-3, 2e-3}) {
     for (const double radii : {thickness < 1e-3 ? 0.3 : 0.0, 0.5}) {
       const auto all = Compare(thickness, 0.004, Beside(radii), 1e-3);
-      Print(thickness, 0.004, Beside(radii), all);
       ExpectStated(all);
       for (const Laws& laws : all) {
         EXPECT_LT(std::abs(laws.by_dots - 1), 0.05) << thickness << " " << radii;

@@ -1,6 +1,5 @@
 #include <chrono>
 #include <stdexcept>
-#include <string>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -9,6 +8,7 @@
 #include "slave/site/points/pair_rig.h"
 #include "slave/site/points/scripted_membrane.h"
 #include "tests/slave/site/points/membrane_scenes.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -125,13 +125,11 @@ TEST(ScriptedMembrane, AHomeThatIsNotOverTheMembraneIsRefused) {
   for (const Vector3d& p_O : {Vector3d(0.04, 0, 4e-3), Vector3d(0, 0, -4e-3)}) {
     Scene scene = MembraneScene();
     scene.manipulator.home = scene.object.X_SO * p_O;
-    try {
-      StereoSite site(scene, site::kCoarse);
-      const ScriptedMembrane source(site, scene);
-      ADD_FAILURE() << "accepted";
-    } catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("manipulator.home"));
-    }
+    EXPECT_THAT(Thrown<std::invalid_argument>([&] {
+                  StereoSite site(scene, site::kCoarse);
+                  const ScriptedMembrane source(site, scene);
+                }),
+                testing::HasSubstr("manipulator.home"));
   }
 }
 

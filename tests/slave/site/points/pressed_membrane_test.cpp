@@ -10,6 +10,7 @@
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "tests/reference/reference_file.h"
+#include "tests/support/thrown.h"
 
 namespace palpate::site {
 namespace {
@@ -280,12 +281,9 @@ TEST(PressedMembrane, SolvesTheExtremes) {
 std::string Refusal(const MembraneGeometry& geometry, const Material& material, double width,
                     const Vector2d& p_O, const MembraneResolution& resolution = {},
                     double prestress = 0) {
-  try {
+  return Thrown<std::invalid_argument>([&] {
     const PressedMembrane membrane(geometry, material, width, p_O, resolution, prestress);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "accepted";
+  });
 }
 
 TEST(PressedMembrane, RefusesWhatItCannotSolve) {

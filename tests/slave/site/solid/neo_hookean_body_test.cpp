@@ -1,7 +1,6 @@
 #include "slave/site/solid/neo_hookean_body.h"
 
 #include <array>
-#include <cmath>
 #include <random>
 #include <string>
 #include <vector>

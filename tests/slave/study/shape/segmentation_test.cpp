@@ -1,8 +1,6 @@
 // References: labels by hand of recorded clouds; scenes of simple shapes whose parts are known.
 #include "slave/study/clouds/segmentation.h"
 
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <random>
 
@@ -37,8 +35,6 @@ TEST(SegmentationTest, LabelledObjectsOfRecordedCloudsAreFound) {
     for (const LabelScore& row : ScoreLabels(cloud, Segment(cloud, {}))) {
       EXPECT_EQ(row.support, row.label == 1) << "label " << row.label;
       if (row.label < 2) continue;
-      std::printf("%s label %u: %zu points, intersection over union %.3f\n",
-                  entry.path().filename().c_str(), row.label, row.points, row.iou);
       EXPECT_GE(row.iou, 0.8) << "label " << row.label;
     }
   }

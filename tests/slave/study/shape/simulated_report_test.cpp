@@ -1,5 +1,4 @@
 // The page and the figure of a simulated experiment, from made-up scores.
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>

@@ -1,6 +1,5 @@
 // Boards seen by cameras that are known.
 #include <algorithm>
-#include <cmath>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -9,6 +8,7 @@
 #include "slave/vision/calibration/calibration_verdict.h"
 #include "slave/vision/calibration/pair_calibration.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -133,12 +133,8 @@ TEST(PairCalibrationTest, PairsThatShareNoPoseAreRefused) {
   std::vector<Corners> rights;
   for (const PairView& pair : pairs) rights.push_back(pair.right);
   for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].right = rights[(i + 1) % pairs.size()];
-  try {
-    CalibratePair(TestBoard(), pairs, kSizes);
-    FAIL() << "accepted";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("no three pairs agree"));
-  }
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { CalibratePair(TestBoard(), pairs, kSizes); }),
+              HasSubstr("no three pairs agree"));
   EXPECT_THROW(CalibratePair(TestBoard(), {pairs[0], pairs[1]}, kSizes), std::runtime_error);
 }
 

@@ -1,6 +1,5 @@
 #include "slave/vision/calibration/registration.h"
 
-#include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>

@@ -4,7 +4,6 @@
 #include <functional>
 #include <random>
 
-#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"

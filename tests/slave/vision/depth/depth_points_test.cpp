@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 #include <stdexcept>
 
@@ -11,6 +10,7 @@
 
 #include "tests/slave/vision/depth/depth_pictures.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -259,12 +259,7 @@ TEST(DepthPointsParams, WhatIsImpossibleIsRefusedByName) {
   const auto refusal = [](auto change) {
     auto params = TestParams();
     change(&params);
-    try {
-      DepthPoints eyes(params);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return Thrown<std::invalid_argument>([&] { DepthPoints eyes(params); });
   };
   using P = DepthPoints::Params;
   using ::testing::StartsWith;

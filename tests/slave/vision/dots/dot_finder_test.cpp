@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <random>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -87,7 +85,6 @@ TEST(DotFinder, NoiseMovesCentroidsAsMuchAsStated) {
     }
   }
   const double rms = std::sqrt(squares / count);
-  RecordProperty("rms_px", std::to_string(rms));
   EXPECT_LT(rms, 0.012);
   EXPECT_LT(rms, 1.1 * std::sqrt(stated / count));
   EXPECT_GT(rms, 0.4 * std::sqrt(stated / count));

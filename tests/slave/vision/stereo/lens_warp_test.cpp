@@ -10,6 +10,7 @@
 
 #include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/paths.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -91,12 +92,8 @@ TEST(LensWarpTest, ThePairsFileIsNoLens) {
   WriteRig(folder / "warp-pair.yaml", VergedTestRig());
   WriteRig(folder / "warp-lens.yaml", VergedTestRig(kBarrel), true);
   EXPECT_EQ(ReadLens(folder / "warp-lens.yaml").distortion, kBarrel);
-  try {
-    ReadLens(folder / "warp-pair.yaml");
-    FAIL() << "accepted";
-  } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("is for two cameras"));
-  }
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { ReadLens(folder / "warp-pair.yaml"); }),
+              testing::HasSubstr("is for two cameras"));
 }
 
 }  // namespace

@@ -6,7 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slave/vision/stereo/lens_warp.h"
-#include "tests/slave/capture/scratch.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -26,12 +27,7 @@ Camera CameraWith(const std::filesystem::path& lens) {
 }
 
 std::string Message(const std::filesystem::path& lens, const cv::Mat& picture) {
-  try {
-    StraighteningOf(CameraWith(lens))(picture);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "nothing was refused";
+  return Thrown<std::runtime_error>([&] { StraighteningOf(CameraWith(lens))(picture); });
 }
 
 TEST(StraighteningTest, WithoutALensThereIsNone) {

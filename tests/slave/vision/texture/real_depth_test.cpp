@@ -72,9 +72,6 @@ TEST_P(RealDepthTest, WindowsAreFoundAtAnyDistance) {
     const auto within = std::upper_bound(misses.begin(), misses.end(), 2.0) - misses.begin();
     const double share = 1.0 * found / windows;
     const double outliers = 1 - static_cast<double>(within) / found;
-    RecordProperty("found", std::to_string(share));
-    RecordProperty("outliers", std::to_string(outliers));
-    RecordProperty("median_px", std::to_string(misses[misses.size() / 2]));
     EXPECT_GE(share, pair.found) << baseline;
     EXPECT_LE(outliers, pair.outliers) << baseline;
     EXPECT_LE(misses[misses.size() / 2], pair.median) << baseline;

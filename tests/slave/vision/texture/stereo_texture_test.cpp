@@ -1,7 +1,6 @@
 #include "slave/vision/texture/stereo_texture.h"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <Eigen/LU>
