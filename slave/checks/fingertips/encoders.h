@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-#include "slave/checks/check.h"
-#include "slave/checks/fingertips/fingertip_sample.h"
+#include "slave/checks/fingertips/fingertip_checks.h"
 
 namespace palpate {
 
@@ -22,7 +21,7 @@ class FingerEncoderCheck final : public Check<ContactSample> {
   void Reset() noexcept override { doubts_ = 0; }
 
  private:
-  // Samples after which it is forgiven: a network looks back as far [samples].
+  // Samples after which it is forgiven: a network looks back as far [samples]. [tuned: late]
   static constexpr int kForgives = 15;
   int doubts_ = 0;
 };

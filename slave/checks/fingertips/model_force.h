@@ -1,8 +1,7 @@
 // The force is that of the object at this depth, as far as its model is known.
 #pragma once
 
-#include "slave/checks/check.h"
-#include "slave/checks/fingertips/fingertip_sample.h"
+#include "slave/checks/fingertips/fingertip_checks.h"
 
 namespace palpate {
 
@@ -23,8 +22,10 @@ class ModelForceCheck final : public Check<ContactSample> {
  private:
   // Depth by that of the scene's press, from which on the closer limits hold [-].
   static constexpr double kDeep = 0.6;
-  // Force by that of the model, which is off by tens of percent, more where it is shallow [-].
+  // Force by that of the model, which is off by tens of percent [-]. [tuned: object softer than
+  // told]
   static constexpr double kLeastDeep = 0.65, kMostDeep = 1.5;
+  // The same where the model is off by more [-]. [tuned: object softer than told]
   static constexpr double kLeastShallow = 0.35, kMostShallow = 1.8;
 };
 

@@ -2,14 +2,14 @@
 // wrong, or late.
 #pragma once
 
-#include "slave/checks/check.h"
-#include "slave/checks/fingertips/fingertip_sample.h"
+#include "slave/checks/fingertips/fingertip_checks.h"
 
 namespace palpate {
 
 class PoseCheck final : public Check<FingertipSample> {
  public:
-  // Depth of a contact that begins or ends; foam is felt from 1.7 mm on [m].
+  // Depth of a contact that begins or ends; foam is felt from 1.7 mm on [m]. [tuned: object
+  // elsewhere than told]
   static constexpr double kApart = 2.2e-3;
 
   void Examine(const FingertipSample& sample, Findings* findings) noexcept override {

@@ -2,8 +2,7 @@
 // measured again.
 #pragma once
 
-#include "slave/checks/check.h"
-#include "slave/checks/fingertips/fingertip_sample.h"
+#include "slave/checks/fingertips/fingertip_checks.h"
 #include "slave/checks/fingertips/pose.h"
 
 namespace palpate {
@@ -27,7 +26,8 @@ class RestContactCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // Pressure above its baseline; five real fingers: -2 after a contact [counts].
+  // Pressure above its baseline; five real fingers: -2 after a contact [counts]. [tuned: pressed
+  // while rest is taken]
   static constexpr double kBelowRest = -8;
   bool takes_rest_ = false, was_inside_ = false;
 };
