@@ -1,6 +1,7 @@
 #include "slave/pipeline/camera/touch_model.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
@@ -8,9 +9,13 @@
 namespace palpate {
 
 TouchModel::TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress)
+    : TouchModel(scene, MeshOutline(scene, seen), nullptr, progress) {}
+
+TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
+                       std::unique_ptr<DeformationModel> model, Progress* progress)
     : law(scene.model.contact),
-      mesh(MeshOutline(scene, seen)),
-      deformation(MakeModel(scene, mesh, progress)),
+      mesh(std::move(outline)),
+      deformation(model ? std::move(model) : MakeModel(scene, mesh, progress)),
       contact(std::make_unique<BoundaryContact>(mesh)),
       probe(std::make_unique<BoundaryContact>(mesh)),
       held(HeldVertices(scene, mesh)),
