@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
@@ -43,7 +44,8 @@ std::filesystem::path ShapeFileOf(const Geometry& geometry) {
 }
 
 // Of everything that the decision follows from; empty: nothing is kept.
-std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides) {
+std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides,
+                             SceneUse use) {
   const auto folder = CacheFolder();
   if (folder.empty()) return {};
   Hash hash;
@@ -55,6 +57,7 @@ std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>&
   add(BytesOf(scene.file));
   add(BytesOf(ShapeFileOf(scene.object.geometry)));
   for (const std::string& line : overrides) add(line);
+  if (use == SceneUse::kSolve && !scene.sense.all().empty()) add("solve");
   return folder / Formatted("auto-%016llx.json", static_cast<unsigned long long>(hash.value()));
 }
 
@@ -100,7 +103,11 @@ Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std:
                        SceneUse use, const std::stop_token& stop) {
   Scene scene = LoadScene(file, overrides, use);
   if (scene.model.kind != "auto" || !study::CanStudy(scene) || !EstimatesForce(scene)) return scene;
-  Decide(FileOf(scene, overrides), stop, &scene);
+  // `solve` answers for the model as it is, a session as its sensing uses it.
+  SenseOptions sense = scene.sense;
+  if (use == SceneUse::kSolve) scene.sense = {};
+  Decide(FileOf(scene, overrides, use), stop, &scene);
+  scene.sense = std::move(sense);
   for (const std::string& line : LinesOf(scene.model.decision, 4)) spdlog::info("{}", line);
   return scene;
 }
@@ -108,7 +115,8 @@ Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std:
 void KeepDecision(const study::StudyResult& study, const Scene& scene,
                   const std::vector<std::string>& overrides) {
   if (scene.model.kind != "auto") return;
-  if (const auto decided = study::DecidedBy(study, scene)) Keep(*decided, FileOf(scene, overrides));
+  if (const auto decided = study::DecidedBy(study, scene))
+    Keep(*decided, FileOf(scene, overrides, SceneUse::kFull));
 }
 
 std::string MissingGuards(const ManipulatorOptions& arm) {

@@ -33,4 +33,12 @@ std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& works
                                    double budget_s = kQuickBudget, const std::stop_token& stop = {},
                                    Progress* progress = nullptr);
 
+// The scene's own model as a study states it, at the contacts that it asks by itself.
+struct OwnModel {
+  PressSpec question;
+  StudyRow row;
+};
+// Seconds. Throws std::invalid_argument: see AskedOf; nothing is fixed.
+OwnModel StudyOwn(Scene scene, const ModelFactory& workshop, Progress* progress = nullptr);
+
 }  // namespace palpate::study

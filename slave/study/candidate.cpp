@@ -38,6 +38,11 @@ Candidate Start(const Scene& scene, std::string kind, std::string family) {
   return c;
 }
 
+// The scene's own model at its own resolution.
+bool IsOwn(const Scene& scene, const Candidate& c) {
+  return c.own && IsSameModel(scene.model, c.scene.model);
+}
+
 // --- planar objects
 // Element counts for which whole numbers of elements lie under the tool, so that what is left of
 // the error is the method's; coarser ones below, for who is in a hurry.
@@ -196,6 +201,24 @@ void AddGreen(const Division& d, const CandidateLimits& limits,
   if (c.dof <= limits.dof) candidates->push_back(std::move(c));
 }
 
+// What the scene names and no row above has, as ten-node tetrahedra that turn.
+void AddOwn(const Division& d, std::vector<Candidate>* candidates) {
+  const ModelOptions& own = d.scene.model;
+  const ModelKind* kind = FindModelKind(own.kind);
+  if (!d.own || kind == nullptr || kind->object != ObjectClass::kVolume) return;
+  if (std::ranges::any_of(*candidates, [&](const Candidate& c) { return IsOwn(d.scene, c); })) {
+    return;
+  }
+  if (kind->iterates) {
+    const std::size_t any = std::numeric_limits<std::size_t>::max();
+    return AddFem(d, own.fem.element, own.fem.law, own.fem.residual, {.dof = any}, candidates);
+  }
+  Candidate c = Start(d, own.kind, own.kind);
+  c.dof = 3 * (kind->on_surface ? d.skin : d.nodes);
+  c.expected_s = DenseSeconds(3 * d.skin);
+  candidates->push_back(std::move(c));
+}
+
 void AddVolume(const Division& d, const CandidateLimits& limits,
                std::vector<Candidate>* candidates) {
   using Element = FemOptions::Element;
@@ -222,9 +245,15 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
   bem.dof = 3 * d.skin;
   bem.expected_s = 5 * DenseSeconds(bem.dof);
   if (bem.dof <= limits.dense_dof) candidates->push_back(std::move(bem));
+  AddOwn(d, candidates);
 }
 
 }  // namespace
+
+bool IsSameModel(const ModelOptions& a, const ModelOptions& b) {
+  return a.kind == b.kind && a.order == b.order && a.fem.element == b.fem.element &&
+         a.fem.law == b.fem.law && a.fem.residual == b.fem.residual;
+}
 
 std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits) {
@@ -244,6 +273,10 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
       return std::ranges::find(limits.families, c.family) == limits.families.end();
     });
   }
+  std::erase_if(candidates, [&](const Candidate& c) {
+    const bool large = c.own && FindModelKind(c.scene.model.kind)->linearity == Linearity::kNever;
+    return limits.own && !large && !IsOwn(scene, c);
+  });
   std::ranges::stable_sort(candidates, {}, &Candidate::expected_s);
   return candidates;
 }

@@ -19,10 +19,14 @@ struct CandidateLimits {
   std::size_t dense_dof = 4000;            // of models with a dense inverse
   bool residuals = true;                   // iterative solvers at several residuals, not one only
   std::vector<std::string> families = {};  // these only; empty: all
+  bool own = false;  // the scene's own model and those of large deformation at its resolution only
 };
 
-// Cheapest first. `scene.model.kind` is ignored, its other options are kept; the scene's own
-// resolution is always included.
+// Whether both are one model, but for its resolution.
+bool IsSameModel(const ModelOptions& a, const ModelOptions& b);
+
+// Cheapest first. The scene's own model (none of the kind `auto`) and its resolution are always
+// included; its other options are kept.
 std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits = {});
 

@@ -30,6 +30,7 @@ svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
 .grid { stroke: #d9dee6; stroke-width: 1; } .frame { fill: none; stroke: #8a94a6; }
 .target { fill: #2f9e62; fill-opacity: 0.12; stroke: #2f9e62; stroke-dasharray: 4 3; }
 .front { fill: none; stroke: #5b6576; stroke-width: 1.5; stroke-dasharray: 7 3; }
+.leader { stroke: #8a94a6; stroke-width: 0.8; }
 .choice { fill: none; stroke: #d6336c; stroke-width: 2; } .choice-ink { fill: #d6336c; }
 .mark { stroke-width: 1.5; fill-opacity: 0.75; } .bar { stroke-width: 1.2; fill: none; }
 .c0 { fill: #2f6fd6; stroke: #2f6fd6; } .c1 { fill: #e0701c; stroke: #e0701c; }
@@ -47,38 +48,67 @@ svg { font-family: system-ui, "DejaVu Sans", sans-serif; font-size: 12px; }
 }
 )";
 constexpr std::size_t kColours = 8;
+const Vector2d kMark(6.5, 6.5);  // half of what a mark needs [px]
 
 bool IsDrawn(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && std::isfinite(row.error.value) &&
          row.update_median_s > 0;
 }
 
-// Whole decades around the values, at least two.
-struct Decades {
-  int low = 0, high = 0;
-  static Decades Around(const std::vector<double>& values) {
+// A logarithmic axis a little wider than its values.
+struct Axis {
+  double low = 0, high = 0;  // decades
+  static Axis Around(const std::vector<double>& values) {
+    constexpr double kLeast = 0.7, kMargin = 0.07;
     const auto [least, most] = std::ranges::minmax(values);
-    Decades d{static_cast<int>(std::floor(std::log10(least))),
-              static_cast<int>(std::ceil(std::log10(most)))};
-    while (d.high - d.low < 2) ++d.high;
-    return d;
+    const double middle = 0.5 * (std::log10(least) + std::log10(most));
+    const double half = std::max(0.5 * kLeast, (0.5 + kMargin) * std::log10(most / least));
+    return {middle - half, middle + half};
   }
   [[nodiscard]] double Share(double value) const {
     return std::clamp((std::log10(value) - low) / (high - low), 0.0, 1.0);
   }
+  // Far enough apart for their words.
+  [[nodiscard]] std::vector<double> Ticks() const {
+    constexpr double kFew = 2, kMany = 7;
+    const double span = high - low;
+    std::vector<double> ticks;
+    for (int d = static_cast<int>(std::floor(low)); d <= high; ++d) {
+      if (span > kMany && d % 2 != 0) continue;
+      for (const double part : {1.0, 2.0, 5.0}) {
+        const double at = d + std::log10(part);
+        const bool is_shown = part == 1 || span <= kFew;
+        if (is_shown && at >= low && at <= high) ticks.push_back(part * std::pow(10, d));
+      }
+    }
+    return ticks;
+  }
 };
 
-std::string PowerOfTen(int exponent, std::string_view unit) {
-  return Formatted("%g", std::pow(10, exponent)) + (unit.empty() ? "" : " ") + std::string(unit);
+// Seconds with a readable unit.
+std::string Seconds(double s) {
+  if (s >= 0.999) return Formatted("%g s", s);
+  if (s >= 0.999e-3) return Formatted("%g ms", 1e3 * s);
+  if (s >= 0.999e-6) return Formatted("%g us", 1e6 * s);
+  return Formatted("%g ns", 1e9 * s);
 }
 
-// Seconds with a readable unit, for whole decades.
-std::string Seconds(int exponent) {
-  if (exponent >= 0) return PowerOfTen(exponent, "s");
-  if (exponent >= -3) return PowerOfTen(exponent + 3, "ms");
-  if (exponent >= -6) return PowerOfTen(exponent + 6, "us");
-  return PowerOfTen(exponent + 9, "ns");
-}
+// Rectangles that are taken, by words and marks.
+class Taken {
+ public:
+  [[nodiscard]] bool IsFree(const Vector2d& corner, const Vector2d& size) const {
+    return std::ranges::none_of(boxes_, [&](const auto& box) {
+      return (corner.array() < box.second.array()).all() &&
+             (box.first.array() < (corner + size).array()).all();
+    });
+  }
+  void Add(const Vector2d& corner, const Vector2d& size) {
+    boxes_.emplace_back(corner, corner + size);
+  }
+
+ private:
+  std::vector<std::pair<Vector2d, Vector2d>> boxes_;
+};
 
 Points Star(const Vector2d& at, int corners, double radius, double inner, double turn) {
   Points points;
@@ -119,10 +149,10 @@ struct Panel {
   double left = 0, right = 0;  // [px]
   std::string_view caption;
   double StudyRow::*cost = nullptr;  // [s]
-  Decades decades;
+  Axis axis;
 
   [[nodiscard]] double X(double seconds) const {
-    return left + (right - left) * decades.Share(seconds);
+    return left + (right - left) * axis.Share(seconds);
   }
   [[nodiscard]] double middle() const { return 0.5 * (left + right); }
 };
@@ -142,9 +172,9 @@ class Figure {
       }
     }
     std::ranges::sort(families_);
-    errors_ = Decades::Around(errors);
-    update_.decades = Costs(update_, {1 / study.rate});
-    precompute_.decades = Costs(precompute_, {});
+    errors_ = Axis::Around(errors);
+    update_.axis = AxisOf(update_);
+    precompute_.axis = AxisOf(precompute_);
   }
 
   std::string Draw() {
@@ -157,18 +187,23 @@ class Figure {
       DrawTarget(panel);
       DrawAxes(panel);
       DrawFront(panel);
-      for (const StudyRow* row : drawn_) DrawRow(panel, *row);
+      DrawRows(panel);
     }
     DrawLegend();
     return svg_.Document();
   }
 
  private:
-  [[nodiscard]] Decades Costs(const Panel& panel, std::vector<double> costs) const {
+  // The rate that is asked for belongs to it only where some model misses it: it may be far off.
+  [[nodiscard]] Axis AxisOf(const Panel& panel) const {
+    std::vector<double> costs;
     for (const StudyRow* row : drawn_) {
       costs.push_back(std::clamp(row->*panel.cost, kShortest, kLongest));
     }
-    return costs.empty() ? Decades{-3, 0} : Decades::Around(costs);
+    if (costs.empty()) return {-3, 0};
+    const double wanted = 1 / study_.rate;
+    if (panel.cost == update_.cost && wanted < std::ranges::max(costs)) costs.push_back(wanted);
+    return Axis::Around(costs);
   }
 
   [[nodiscard]] double Y(double error) const {
@@ -180,16 +215,17 @@ class Figure {
   }
 
   void DrawAxes(const Panel& panel) {
-    for (int d = panel.decades.low; d <= panel.decades.high; ++d) {
-      const double x = panel.X(std::pow(10, d));
+    for (const double seconds : panel.axis.Ticks()) {
+      const double x = panel.X(seconds);
       svg_.Line({x, kTop}, {x, kBottom}, "grid");
-      svg_.Text({x, kBottom + 18}, Seconds(d), "soft small", Svg::Anchor::kMiddle);
+      svg_.Text({x, kBottom + 18}, Seconds(seconds), "soft small", Svg::Anchor::kMiddle);
     }
-    for (int d = errors_.low; d <= errors_.high; ++d) {
-      const double y = Y(std::pow(10, d));
+    for (const double error : errors_.Ticks()) {
+      const double y = Y(error);
       svg_.Line({panel.left, y}, {panel.right, y}, "grid");
       if (panel.cost != update_.cost) continue;
-      svg_.Text({panel.left - 8, y + 4}, PowerOfTen(d + 2, "%"), "soft small", Svg::Anchor::kEnd);
+      svg_.Text({panel.left - 8, y + 4}, Formatted("%g %%", 100 * error), "soft small",
+                Svg::Anchor::kEnd);
     }
     svg_.Rectangle({panel.left, kTop}, {panel.right - panel.left, kBottom - kTop}, "frame");
     svg_.Text({panel.middle(), kBottom + 40}, panel.caption, "ink", Svg::Anchor::kMiddle);
@@ -226,19 +262,59 @@ class Figure {
     svg_.Polyline(points, "front");
   }
 
-  void DrawRow(const Panel& panel, const StudyRow& row) {
-    const auto family =
-        static_cast<std::size_t>(std::ranges::find(families_, row.family) - families_.begin());
-    const Vector2d at = At(panel, row);
-    const std::string bar = "bar c" + std::to_string(family % kColours);
-    svg_.Line({at.x(), Y(row.error.value + row.error.bar)},
-              {at.x(), Y(row.error.value - row.error.bar)}, bar);
-    Mark(&svg_, family, at, Tooltip(row));
-    if (!row.recommended) return;
-    svg_.Circle(at, 11, "choice");
-    const bool right = at.x() < panel.middle();
-    svg_.Text(at + Vector2d(right ? 12 : -12, -10), row.name(), "choice-ink small",
-              right ? Svg::Anchor::kStart : Svg::Anchor::kEnd);
+  // Marks that would hide each other go beside their place, to which a line leads; words stand
+  // where neither they nor marks are. What is not dominated is named, as far as there is room.
+  void DrawRows(const Panel& panel) {
+    Taken taken;
+    std::vector<std::pair<const StudyRow*, Vector2d>> marks;
+    for (const StudyRow* row : drawn_) {
+      const Vector2d at = At(panel, *row), mark = BesideOthers(panel, at, taken);
+      taken.Add(mark - kMark, 2 * kMark);
+      marks.emplace_back(row, mark);
+      const auto family =
+          static_cast<std::size_t>(std::ranges::find(families_, row->family) - families_.begin());
+      const std::string style = "bar c" + std::to_string(family % kColours);
+      svg_.Line({mark.x(), Y(row->error.value + row->error.bar)},
+                {mark.x(), Y(row->error.value - row->error.bar)}, style);
+      if (mark != at) svg_.Line(at, mark, "leader");
+      Mark(&svg_, family, mark, Tooltip(*row));
+      if (row->recommended) svg_.Circle(mark, 11, "choice");
+    }
+    std::ranges::stable_sort(marks, {}, [](const auto& one) { return !one.first->recommended; });
+    for (const auto& [row, mark] : marks) {
+      if (row->recommended || row->on_front) Name(panel, *row, mark, &taken);
+    }
+  }
+
+  [[nodiscard]] static Vector2d BesideOthers(const Panel& panel, const Vector2d& at,
+                                             const Taken& taken) {
+    constexpr int kSteps = 12;
+    const double step = 2 * kMark.x();
+    for (int i = 0; i <= 2 * kSteps; ++i) {
+      const double aside = step * ((i + 1) / 2) * (i % 2 == 0 ? 1 : -1);
+      const Vector2d mark = at + Vector2d(aside, 0);
+      const bool inside = mark.x() >= panel.left && mark.x() <= panel.right;
+      if (inside && taken.IsFree(mark - kMark, 2 * kMark)) return mark;
+    }
+    return at;
+  }
+
+  void Name(const Panel& panel, const StudyRow& row, const Vector2d& mark, Taken* taken) {
+    constexpr double kLetter = 6.2, kLine = 12, kGap = 12;  // of small words [px]
+    const std::string words = row.recommended ? row.name() : row.resolution;
+    const Vector2d size(kLetter * static_cast<double>(words.size()), kLine);
+    for (const double up : {-6.0, -22.0, 10.0, -38.0, 26.0, -54.0, 42.0}) {
+      for (const double left : {kGap, -kGap - size.x(), -0.5 * size.x()}) {
+        const Vector2d corner = mark + Vector2d(left, up);
+        const bool inside = corner.x() >= panel.left && corner.x() + size.x() <= panel.right &&
+                            corner.y() >= kTop && corner.y() + size.y() <= kBottom - 2 * kLine;
+        if (!inside || !taken->IsFree(corner, size)) continue;
+        taken->Add(corner, size);
+        svg_.Text(corner + Vector2d(0, kLine - 2), words,
+                  row.recommended ? "choice-ink small" : "soft small");
+        return;
+      }
+    }
   }
 
   void DrawLegend() {
@@ -257,7 +333,7 @@ class Figure {
   Svg svg_;
   std::vector<const StudyRow*> drawn_;
   std::vector<std::string> families_;
-  Decades errors_;
+  Axis errors_;
   Panel update_{74, 430, "update time of a moved contact (median)", &StudyRow::update_median_s, {}};
   Panel precompute_{482, 838, "precompute time (once)", &StudyRow::precompute_s, {}};
 };

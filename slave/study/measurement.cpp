@@ -15,6 +15,8 @@
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/pipeline/camera/touch_model.h"
+#include "slave/pipeline/load/load_identifier.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/study/press_spec.h"
 #include "slave/study/width_mismatch.h"
@@ -28,6 +30,16 @@ constexpr int kSteps = 4;  // from the small depth to the full one, as a hand wo
 constexpr double kNarrow = 0.75, kWide = 1.4;  // of the tool's width, for the slope
 constexpr std::size_t kFewestRepeats = 5, kMostRepeats = 1000;
 constexpr int kHop = 10;  // every tenth update touches other elements
+
+// What the slave finds from the points of a membrane.
+PressAnswers AnswerTo(const SeenPress& seen, LoadIdentifier* identifier) {
+  identifier->Reset();
+  SurfaceLoad load;
+  for (const auto& points_O : seen.images_O) load = identifier->Fit(points_O);
+  const Answer answer{IsForceKnown(load.validity) ? -load.force : kUnknown, load.validity,
+                      load.reason, true};
+  return {answer, answer, 0, 0};
+}
 
 // Finds the elements of places, as the tracker does before it asks the model.
 class Finder {
@@ -54,17 +66,31 @@ PatchBasis LoadBasisOf(const ModelOptions& model) {
   return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
 }
 
+// Whether the slave corrects the model's answers for the shape of the tool: with one camera, and
+// under a round tool always.
+bool CorrectsForTool(const Scene& scene) {
+  const bool camera = IsPlanar(scene.object.geometry) && scene.sense.Find<Camera>() != nullptr;
+  return scene.tool && (camera || IsTouchedRound(scene));
+}
+
 class Trial {
  public:
-  Trial(DeformationModel* model, const Candidate& candidate, const ObjectMesh& mesh,
+  Trial(std::unique_ptr<DeformationModel> model, const Candidate& candidate, const ObjectMesh& mesh,
         const PressSpec& question, const ModelFactory& workshop)
-      : model_(*model),
+      : made_(std::move(model)),
+        touch_(CorrectsForTool(candidate.scene)
+                   ? std::make_unique<TouchModel>(candidate.scene, std::get<BoundaryMesh>(mesh),
+                                                  std::move(made_))
+                   : nullptr),
+        model_(touch_ ? *touch_->deformation : *made_),
         options_(candidate.scene.model),
         steps_(candidate.linear ? 1 : kSteps),
         mesh_(mesh),
         finder_(mesh),
         question_(question),
         workshop_(workshop) {}
+
+  [[nodiscard]] const DeformationModel& model() const { return model_; }
 
   PressAnswers Answer(const Press& press) {
     PressAnswers answers;
@@ -103,11 +129,8 @@ class Trial {
       const Vector3d p_O = press.p_O + (hop - 1) * 0.5 * question_.width * press.along_O;
       contacts.push_back(Moved(press, p_O, question_.width, 0));
     }
-    ContactResponse response;
     model_.Reset();
-    for (const Contact& contact : contacts) {  // the first calls allocate
-      model_.Respond(std::span(&contact, 1), std::span(&response, 1));
-    }
+    for (const Contact& contact : contacts) Respond(contact);  // the first calls allocate
     std::vector<double> seconds;
     const double end = workshop_.now() + timing_s;
     while (seconds.size() < most && (seconds.size() < kFewestRepeats || workshop_.now() < end)) {
@@ -115,7 +138,7 @@ class Trial {
       Contact& contact = contacts[Index(i / kHop % 3)];
       contact.prescribed_O = question_.depth * (0.5 + 0.05 * (i % kHop)) * press.inward_O;
       const double began = workshop_.now();
-      model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+      Respond(contact);
       seconds.push_back(workshop_.now() - began);
     }
     return seconds;
@@ -127,6 +150,25 @@ class Trial {
             depth * press.inward_O};
   }
 
+  // As the slave's estimates ask the model for a contact.
+  ContactResponse Respond(const Contact& contact) {
+    ContactResponse response;
+    if (!touch_) {
+      model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+      return response;
+    }
+    BoundaryPlace place;
+    place.element = contact.element;
+    place.p_O = contact.p_O.head<2>();
+    place.normal_O = touch_->mesh.elements[Index(contact.element)].normal();
+    const Vector3d n = Planar(place.normal_O);
+    const bool slides = touch_->law == ContactLaw::kFrictionless;
+    response = touch_->Press(
+        place, slides ? Vector3d(n.dot(contact.prescribed_O) * n) : contact.prescribed_O);
+    response.takes_width = true;
+    return response;
+  }
+
   // The force that `depth` takes of a tool this much wider.
   study::Answer At(const Press& press, double depth, double width_share) {
     const double width = width_share * question_.width;
@@ -134,9 +176,7 @@ class Trial {
   }
 
   study::Answer Move(const Press& press, double depth, double width) {
-    const Contact contact = Moved(press, press.p_O, width, depth);
-    ContactResponse response;
-    model_.Respond(std::span(&contact, 1), std::span(&response, 1));
+    const ContactResponse response = Respond(Moved(press, press.p_O, width, depth));
     if (!IsForceKnown(response.validity)) return {};
     return {press.inward_O.dot(response.force_O), response.validity, response.doubt,
             response.takes_width};
@@ -182,7 +222,7 @@ class Trial {
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
   // tell. Not asked where nothing is to be corrected: a shell solves each width anew.
   double SlopeOf(const Press& press) {
-    if (TakesWidthAsItIs(mesh_, options_)) return 0;
+    if (touch_ || TakesWidthAsItIs(mesh_, options_)) return 0;
     const auto seen = [&](double share, const study::Answer& answer) {
       if (press.loaded || answer.takes_width) return share;
       return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));
@@ -194,6 +234,8 @@ class Trial {
     return std::log(thick.value / thin.value) / std::log(ratio);
   }
 
+  std::unique_ptr<DeformationModel> made_;
+  std::unique_ptr<TouchModel> touch_;  // null: the model's answers are the slave's
   DeformationModel& model_;
   const ModelOptions& options_;
   const int steps_;
@@ -230,22 +272,27 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
          Progress* progress, double timing_s, StudyRow* row) {
   const ObjectMesh mesh = MeshObject(candidate.scene, std::nullopt);
   const double began = workshop.now();
-  const auto model = workshop.make(candidate.scene, mesh, progress);
-  row->precompute_s = workshop.now() - began;
+  auto model = workshop.make(candidate.scene, mesh, progress);
   const ModelInfo& info = model->info();
   if (info.dof > 0) row->dof = info.dof;
   row->memory_bytes = info.memory_bytes;
   row->reason = info.remark;
-  Trial trial(model.get(), candidate, mesh, question, workshop);
+  Trial trial(std::move(model), candidate, mesh, question, workshop);
+  const auto identifier =
+      question.seen.empty() ? nullptr : MakeLoadIdentifier(candidate.scene, progress);
+  row->precompute_s = workshop.now() - began;
   row->validity = Validity::kValid;
-  for (const Press& press : question.presses) {
-    row->answers.push_back(trial.Answer(press));
+  for (std::size_t i = 0; i < question.presses.size(); ++i) {
+    row->answers.push_back(identifier ? AnswerTo(question.seen[i], identifier.get())
+                                      : trial.Answer(question.presses[i]));
     const Answer& full = row->answers.back().full;
     row->validity = Worse(row->validity, full.validity);
+    row->beyond += full.validity == Validity::kValid ? 0 : 1;
     if (!full.doubt.empty()) row->reason = full.doubt;
     if (IsAnswer(row->answers.back().small)) continue;
     row->outcome = Outcome::kFailed;
-    row->reason = model->failure().empty() ? "no solution" : std::string(model->failure());
+    const std::string_view why = trial.model().failure();
+    row->reason = why.empty() ? "no solution" : std::string(why);
     return;
   }
   std::vector<double> seconds = trial.Updates(question.presses.front(), timing_s);

@@ -12,6 +12,7 @@
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/study/volume_stiffness.h"
 
 namespace palpate::study {
 namespace {
@@ -51,6 +52,13 @@ Press NearestOnOutline(const Outline& outline, const Vector2d& p) {
 
 Press OnMembrane(const Vector3d& p_O) {
   return {p_O, -Vector3d::UnitZ(), Vector3d::UnitX()};
+}
+
+// At the centre where home is not over the membrane.
+Press UnderHome(const Scene& scene, double radius) {
+  const Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
+  const bool over = home_O.head<2>().norm() < radius;
+  return OnMembrane(over ? Vector3d(home_O.x(), home_O.y(), 0) : Vector3d::Zero());
 }
 
 Press OnTriangle(const SurfaceMesh& surface, int triangle, const Vector3d& p_O) {
@@ -182,6 +190,10 @@ class Cut {
 
 }  // namespace
 
+bool IsTouchedRound(const Scene& scene) {
+  return IsPlanar(scene.object.geometry) && scene.tool && scene.tool->shape == Tool::Shape::kRound;
+}
+
 PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places) {
   const std::vector<Vector3d>& places = asked_places.empty() ? scene.study_contacts : asked_places;
   PressSpec question;
@@ -190,9 +202,7 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     question.size = membrane->radius;
     small_depth = kMembraneLinear * membrane->thickness;
     for (const Vector3d& p_O : places) question.presses.push_back(OnMembrane(p_O));
-    if (places.empty()) {
-      question.presses = {OnMembrane(Vector3d::Zero()), OnMembrane({membrane->radius / 2, 0, 0})};
-    }
+    if (places.empty()) question.presses = {UnderHome(scene, membrane->radius)};
   } else if (IsPlanar(scene.object.geometry)) {
     const Outline outline = OutlineOf(scene.object.geometry);
     if (outline.outer.empty()) {
@@ -208,12 +218,14 @@ PressSpec AskedOf(const Scene& scene, const std::vector<Vector3d>& asked_places)
     const SurfaceMesh surface = SurfaceOf(MeshObject(scene, std::nullopt));
     question.size = LargerSide(surface.nodes);
     question.presses = OnVolume(scene, surface, places);
-    for (Press& press : question.presses) press.loaded = asked_places.empty();
+    const bool loaded = asked_places.empty() && !HasVolumeStiffness(scene);
+    for (Press& press : question.presses) press.loaded = loaded;
   }
   question.width = scene.tool ? scene.tool->width : kToolPerSize * question.size;
   question.depth = scene.tool ? std::min(scene.operator_options.press_depth, 0.5 * question.size)
                               : kDefaultDepth * question.size;
   question.small_depth = small_depth > 0 ? small_depth : kSmallDepth * question.size;
+  if (IsTouchedRound(scene)) question.small_depth = question.depth;
   question.small_depth = std::min(question.small_depth, question.depth);
   // A flat punch on a half-space needs E w d / (1 - nu^2).
   question.load = scene.object.material.young_modulus * question.width * question.depth;

@@ -9,6 +9,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
+#include "slave/vision/stereo/surface_points.h"
 
 namespace palpate::study {
 
@@ -25,24 +26,36 @@ struct Press {
 inline constexpr std::size_t kMany =
     3;  // contacts, a sample of possible positions relative to the mesh
 
+// What the cameras before a membrane see of a press: the slave finds its force from the shape that
+// the points take, not from the depth of the tool.
+struct SeenPress {
+  double force = 0;  // along the press at full depth [N]
+  // From rest to full depth; without noise, each point with its covariance.
+  std::vector<std::vector<SurfacePoint>> images_O;
+};
+
 struct PressSpec {
-  std::vector<Press> presses;  // one or more, each on its own
-  double width = 0;            // of the tool [m], > 0
-  double depth = 0;            // indentation of the operator, at most half the size [m]
-  double small_depth = 0;      // where every model is linear [m]
+  std::vector<Press> presses;   // one or more, each on its own
+  std::vector<SeenPress> seen;  // one per press; empty: the model's answers for the depth count
+  double width = 0;             // of the tool [m], > 0
+  double depth = 0;             // indentation of the operator, at most half the size [m]
+  double small_depth = 0;  // where every model is linear; `depth` if no force is linear, of a round
+                           // tool or by cameras [m]
   double load = 0;  // for loaded contacts the load that reaches about `depth` [N]; a share of it at
                     // the small depth
   double size = 0;  // larger side of the bounding box, the radius of a membrane [m]
 };
 
 // The scene's own contacts. Planar objects: at the boundary nearest to the tool's home. Membranes:
-// at the centre and at half the radius. Volumes: loaded, on the surface opposite to the fixed part
-// (a rigid disc on whole nodes differs so much from mesh to mesh that no solution converges). If
-// given, `places` [m] are used instead, each moved to the surface, with a rigid tool as the
-// slave's; without them those of the scene. A scene without a tool gets one as wide as a fifteenth
-// of the object. Throws std::invalid_argument: an outline that needs an image, a point off the
-// object.
+// under home. Volumes: on the surface opposite to the fixed part; loaded where VolumeStiffness does
+// not apply (a rigid disc on whole nodes differs so much from mesh to mesh that no solution
+// converges). If given, `places` [m] are used instead, each moved to the surface, with a rigid
+// tool; without them those of the scene. A scene without a tool gets one as wide as a fifteenth of
+// the object. Throws std::invalid_argument: an outline that needs an image, a point off the object.
 PressSpec AskedOf(const Scene& scene, const std::vector<Eigen::Vector3d>& places = {});
+
+// Whether the tool's contact grows with the depth, as RoundIndenter has it.
+bool IsTouchedRound(const Scene& scene);
 
 // A uniform load over a disc on a triangulated surface, the same on every mesh: no whole triangles,
 // no whole nodes.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "shared/text/text.h"
+#include "slave/study/seen_press.h"
 
 namespace palpate::study {
 namespace {
@@ -40,8 +41,9 @@ std::string Sentence(const StudyRow& row, const char* because) {
 }
 
 // Why no row meets both: which of the two cannot be met at all, or what they cost each other.
-std::string Conflict(double tolerance, double rate, std::vector<StudyRow>* rows) {
-  const auto any = [](const StudyRow&) { return true; };
+template <typename Eligible>
+std::string Conflict(double tolerance, double rate, const Eligible& any,
+                     std::vector<StudyRow>* rows) {
   const auto error = [](const StudyRow& row) { return row.error.value; };
   const auto slowest = [](const StudyRow& row) { return row.update_p99_s; };
   const StudyRow* exact = Least(rows, any, error);
@@ -57,23 +59,20 @@ std::string Conflict(double tolerance, double rate, std::vector<StudyRow>* rows)
              Formatted(" at %.3g Hz", 1 / fast->update_p99_s);
   }
   if (!words.empty()) return words;
-  const StudyRow* within = Least(rows, std::mem_fn(&StudyRow::meets_tolerance), slowest);
-  const StudyRow* in_time = Least(rows, std::mem_fn(&StudyRow::meets_rate), error);
+  const StudyRow* within = Least(
+      rows, [&](const StudyRow& row) { return any(row) && row.meets_tolerance; }, slowest);
+  const StudyRow* in_time = Least(
+      rows, [&](const StudyRow& row) { return any(row) && row.meets_rate; }, error);
   return Formatted("; within %.3g %% the fastest is ", 100 * tolerance) + within->name() +
          Formatted(" at %.3g Hz, at %.3g Hz the most accurate is ", 1 / within->update_p99_s,
                    rate) +
          in_time->name() + Formatted(" with %.2g %%", 100 * in_time->error.value);
 }
 
-// What stays in its range at full depth, if anything does.
-template <typename Allowed>
-StudyRow* LeastInRange(std::vector<StudyRow>* rows, const Allowed& allowed,
-                       double (*cost)(const StudyRow&)) {
-  const auto in_range = [&](const StudyRow& row) {
-    return allowed(row) && row.validity == Validity::kValid;
-  };
-  if (StudyRow* best = Least(rows, in_range, cost)) return best;
-  return Least(rows, allowed, cost);
+// Whether the model is in its range at the study's contacts: 0 at all, 1 at nine of ten, 2 at
+// fewer.
+std::size_t RangeOf(const StudyRow& row) {
+  return row.beyond == 0 ? 0 : row.beyond <= row.answers.size() / 10 ? 1 : 2;
 }
 
 constexpr double kWorthABar = 2;  // [s]
@@ -123,6 +122,8 @@ class Study {
       : settings_(settings), workshop_(workshop), stop_(stop), watcher_(watcher), scene_(scene) {
     result_.scene_name = scene.name;
     result_.question = AskedOf(scene, settings.places);
+    result_.question.seen = SeePresses(scene, result_.question);
+    if (!result_.question.seen.empty()) result_.question.small_depth = result_.question.depth;
     result_.tolerance = scene.model.tolerance;
     result_.rate = scene.model.rate;
     result_.budget_s = settings.budget_s;
@@ -216,34 +217,46 @@ void MarkFront(std::vector<StudyRow>* rows) {
 }
 
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows) {
+  std::size_t best = 2;
   for (StudyRow& row : *rows) {
     row.meets_tolerance = IsComparable(row) && row.error.value <= tolerance;
     row.meets_rate = IsComparable(row) && row.update_p99_s * rate <= 1;
     row.recommended = false;
+    if (IsComparable(row)) best = std::min(best, RangeOf(row));
   }
-  const auto meets_both = [](const StudyRow& row) { return row.meets_tolerance && row.meets_rate; };
-  constexpr auto update = [](const StudyRow& row) { return row.update_median_s; };
-  constexpr auto precompute = [](const StudyRow& row) { return row.precompute_s; };
-  if (const StudyRow* fastest = LeastInRange(rows, meets_both, +update)) {
+  const auto eligible = [&](const StudyRow& row) { return RangeOf(row) == best; };
+  const auto meets_both = [&](const StudyRow& row) {
+    return eligible(row) && row.meets_tolerance && row.meets_rate;
+  };
+  const auto update = [](const StudyRow& row) { return row.update_median_s; };
+  const auto precompute = [](const StudyRow& row) { return row.precompute_s; };
+  const auto missed = [&](const StudyRow& row) {
+    return std::max(row.error.value / tolerance, row.update_p99_s * rate);
+  };
+  StudyRow* choice = Least(rows, meets_both, update);
+  const bool meets = choice != nullptr;
+  if (meets) {
+    const double slowest = kAsFast * choice->update_median_s;
     const auto as_fast = [&](const StudyRow& row) {
-      return meets_both(row) && row.update_median_s <= kAsFast * fastest->update_median_s &&
-             row.validity <= fastest->validity;
+      return meets_both(row) && row.update_median_s <= slowest;
     };
-    StudyRow* choice = LeastInRange(rows, as_fast, +precompute);
-    choice->recommended = true;
-    return Sentence(*choice, "the cheapest that meets tolerance and rate");
+    choice = Least(rows, as_fast, precompute);
+  } else {
+    choice = Least(rows, eligible, missed);
   }
-  StudyRow* choice = Least(
-      rows, [](const StudyRow&) { return true; },
-      [&](const StudyRow& row) {
-        return std::max(row.error.value / tolerance, row.update_p99_s * rate);
-      });
   if (!choice) return "no model has a known error";
   choice->recommended = true;
-  return Sentence(
-             *choice,
-             "no model meets tolerance and rate; this one misses them by the smallest factor") +
-         Conflict(tolerance, rate, rows);
+  std::string words =
+      meets ? Sentence(*choice, "the cheapest that meets tolerance and rate")
+            : Sentence(*choice,
+                       "no model meets tolerance and rate; this one misses them by the "
+                       "smallest factor") +
+                  Conflict(tolerance, rate, eligible, rows);
+  if (best == 0) return words;
+  const auto count = choice->answers.size();
+  words += "; no model is in its range at all contacts, this one is at " +
+           std::to_string(count - choice->beyond) + " of " + std::to_string(count);
+  return words + (choice->reason.empty() ? "" : ": " + choice->reason);
 }
 
 StudyResult RunStudy(const Scene& scene, const StudySettings& settings,

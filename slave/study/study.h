@@ -20,10 +20,11 @@ namespace palpate::study {
 void MarkFront(std::vector<StudyRow>* rows);
 
 // Marks what meets the tolerance (its error, as known) and the rate [Hz] (its slowest percent), and
-// recommends: of the rows that meet both, stay in their range if any does, and are at most twice as
-// slow as the fastest of them, the one with the least precompute. None: the one that misses
-// tolerance or rate by the smallest factor. Returns why, one sentence; where none meets both, which
-// cannot be met and the nearest that can.
+// recommends among the rows that are in their range at every contact; without any, at nine of ten;
+// without any, all. Of those that meet both and are at most twice as slow as the fastest of them,
+// the one with the least precompute. None: the one that misses tolerance or rate by the smallest
+// factor. Returns why, one sentence; where none meets both, which cannot be met and the nearest
+// that can; where none is in its range everywhere, at how many contacts this one is.
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
 struct StudySettings {

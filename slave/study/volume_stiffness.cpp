@@ -124,8 +124,32 @@ std::vector<char> MovedNodes(const SolidMesh& mesh, const Press& press, double w
   return moved;
 }
 
+// Of every node's unknowns those along the press and across it, where the tool moves it.
+Eigen::SparseMatrix<double> AlongPress(const TetStiffness& stiffness,
+                                       const std::vector<char>& moved, const Vector3d& inward) {
+  const Vector3d across = inward.unitOrthogonal();
+  Eigen::Matrix3d R;
+  R << inward, across, inward.cross(across);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t n = 0; n < moved.size(); ++n) {
+    const auto& row = stiffness.row[n];
+    const bool turned = moved[n] != 0 && std::ranges::min(row) >= 0;
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        const double entry = turned ? R(i, k) : i == k ? 1 : 0;
+        if (row[Index(i)] >= 0 && entry != 0) {
+          entries.emplace_back(row[Index(i)], row[Index(k)], entry);
+        }
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> T(stiffness.lower.rows(), stiffness.lower.rows());
+  T.setFromTriplets(entries.begin(), entries.end());
+  return T;
+}
+
 // u^T K u of the state in which unknowns with `given` != NaN are held there and the others rest.
-double EnergyOf(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd& given) {
+double EnergyOf(const Eigen::SparseMatrix<double>& K, const Eigen::VectorXd& given) {
   Eigen::VectorXd u = given;
   std::vector<Eigen::Triplet<double>> picked;
   for (Eigen::Index k = 0; k < given.size(); ++k) {
@@ -135,7 +159,6 @@ double EnergyOf(const Eigen::SparseMatrix<double>& lower, const Eigen::VectorXd&
   }
   Eigen::SparseMatrix<double> P(given.size(), static_cast<Eigen::Index>(picked.size()));
   P.setFromTriplets(picked.begin(), picked.end());  // u = given + P x
-  const Eigen::SparseMatrix<double> K = lower.selfadjointView<Eigen::Lower>();
   const Eigen::SparseMatrix<double> part = P.transpose() * K * P;
   Eigen::VectorXd x = -(P.transpose() * (K * u));
   SpdFactor(part.triangularView<Eigen::Lower>()).Solve(x.data(), 1);
@@ -156,6 +179,12 @@ SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, doub
   return mesh;
 }
 
+bool HasVolumeStiffness(const Scene& scene) {
+  constexpr double kLocks = 0.499;
+  return !HoldsByNumber(scene) && scene.object.material.poisson_ratio <= kLocks &&
+         std::holds_alternative<SolidMesh>(MeshObject(scene, std::nullopt));
+}
+
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest, double growth) {
   if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
@@ -165,19 +194,24 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
         AssembleTetStiffness(mesh, FixedNodeDofs(scene, mesh.nodes),
                              scene.object.material.poisson_ratio, TetElement::kTet10);
     const auto moved = MovedNodes(mesh, press, width, stiffness.row.size());
+    const auto T = AlongPress(stiffness, moved, press.inward_O);
+    const bool slides = scene.model.contact == ContactLaw::kFrictionless;
     Eigen::VectorXd given = Eigen::VectorXd::Constant(stiffness.lower.rows(), kUnknown);
     for (std::size_t n = 0; n < moved.size(); ++n) {
+      const auto& row = stiffness.row[n];
+      const bool is_free = std::ranges::min(row) >= 0;
       for (int c = 0; c < 3 && moved[n] != 0; ++c) {
-        const int row = stiffness.row[n][Index(c)];
-        if (row >= 0) given[row] = press.inward_O[c];
+        const double along = is_free ? (c == 0 ? 1 : slides ? kUnknown : 0) : press.inward_O[c];
+        if (row[Index(c)] >= 0) given[row[Index(c)]] = along;
       }
     }
+    const Eigen::SparseMatrix<double> K = stiffness.lower.selfadjointView<Eigen::Lower>();
     ModelOptions quadratic;
     quadratic.kind = "fem";
     quadratic.fem.element = FemOptions::Element::kTet10;
     const double seen = 1 + WidthMismatch(mesh, quadratic, press, width);
     const double force = scene.object.material.young_modulus * stiffness.length_unit *
-                         EnergyOf(stiffness.lower, given) / seen;
+                         EnergyOf(T.transpose() * K * T, given) / seen;
     return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
   } catch (const std::exception&) {  // the formulation has limits of its own; others remain
     return std::nullopt;

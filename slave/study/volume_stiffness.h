@@ -16,12 +16,15 @@ inline constexpr double kFineGrowth = 0.7;
 SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, double finest,
                       double growth = kFineGrowth);
 
-// Force of a bonded rigid tool along its direction per displacement [N/m], small strain: quadratic
-// tetrahedra on that mesh, nodes under the tool move together, scaled to the tool's true width as a
-// flat punch on a half-space, whose force is proportional to the width. With `finest` = width / 2,
-// / 3, / 4 a block was 1.3, 0.4, 0.02 % below width / 6; a growth of 1.5 added up to 1 %, of 3 up
-// to 2 %, and took a half and a quarter of the time. nullopt: no tetrahedra, nu > 0.499, no surface
-// there, not fixed. A third of a second at width / 3.
+// Whether the following applies: tetrahedra, nu up to 0.499, not fixed by the numbers of nodes.
+bool HasVolumeStiffness(const Scene& scene);
+
+// Force of a rigid tool, bonded or sliding as the scene's, along its direction per displacement
+// [N/m], small strain: quadratic tetrahedra on that mesh, nodes under the tool move together,
+// scaled to the tool's true width as a flat punch on a half-space, whose force is proportional to
+// the width. With `finest` = width / 2, / 3, / 4 a block was 1.3, 0.4, 0.02 % below width / 6; a
+// growth of 1.5 added up to 1 %, of 3 up to 2 %, and took a half and a quarter of the time.
+// nullopt: does not apply, no surface there, not fixed. A third of a second at width / 3.
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest, double growth = kFineGrowth);
 

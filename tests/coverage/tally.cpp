@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <spdlog/fmt/fmt.h>
 
@@ -36,6 +37,38 @@ Bands BandsOf(const std::vector<EstimateRow>& told) {
   std::ranges::nth_element(sigmas, sigmas.begin() + std::ssize(sigmas) / 2);
   bands.sigma = sigmas[sigmas.size() / 2];
   return bands;
+}
+
+Intervals IntervalsOf(const std::vector<std::vector<EstimateRow>>& presses) {
+  constexpr int kSeries = 2000;
+  constexpr std::size_t kOutside = kSeries / 40;  // at either end
+  struct Counts {
+    double all = 0, one = 0, two = 0;
+  };
+  std::vector<Counts> counts;
+  for (const auto& press : presses) {
+    const Bands bands = BandsOf(press);
+    const auto all = static_cast<double>(bands.count);
+    if (all > 0) counts.push_back({all, all * bands.one, all * bands.two});
+  }
+  if (counts.empty()) return {};
+  std::mt19937 random(1);
+  std::uniform_int_distribution<std::size_t> draw(0, counts.size() - 1);
+  std::vector<double> one, two;
+  for (int i = 0; i < kSeries; ++i) {
+    Counts sum;
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+      const Counts& press = counts[draw(random)];
+      sum = {sum.all + press.all, sum.one + press.one, sum.two + press.two};
+    }
+    one.push_back(sum.one / sum.all);
+    two.push_back(sum.two / sum.all);
+  }
+  const auto middle = [](std::vector<double> shares) {
+    std::ranges::sort(shares);
+    return Interval{shares[kOutside], shares[shares.size() - 1 - kOutside]};
+  };
+  return {middle(one), middle(two)};
 }
 
 std::string Headline() {

@@ -180,6 +180,12 @@ Scene RandomScene(std::uint32_t seed, const std::filesystem::path& folder) {
     default:
       scene = Shell(&dice);
   }
+  // Before a camera the slave corrects the force for the shape of the tool.
+  const bool corrects = IsPlanar(scene.object.geometry) && scene.model.wall == 0;
+  if (corrects && dice.Chance(0.5)) {
+    scene.name += " before a camera";
+    scene.sense.Set(CameraOptions{.camera = Camera{}, .tip = TipTracking{}, .contour = {}});
+  }
   return scene;
 }
 

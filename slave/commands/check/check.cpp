@@ -34,92 +34,6 @@ void PrintMesh(const BoundaryMesh& mesh) {
                         LengthInWords(longest->length()), longest->length() / shortest->length()));
 }
 
-// The element a tool coming from home would meet first.
-const BoundaryElement& ElementNearest(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
-  return *std::min_element(mesh.elements.begin(), mesh.elements.end(),
-                           [&](const BoundaryElement& x, const BoundaryElement& y) {
-                             return (x.midpoint() - p_O).squaredNorm() <
-                                    (y.midpoint() - p_O).squaredNorm();
-                           });
-}
-
-struct Probe {
-  double stiffness = 0;  // normal force per normal displacement of the patch [N/m]
-  double update_us = 0;
-  Validity validity = Validity::kFailed;
-  Solution solution;
-};
-
-Probe PressAt(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::Vector2d& normal_O,
-              double width) {
-  constexpr int kRepeats = 200;
-  const Eigen::Vector3d n(normal_O.x(), normal_O.y(), 0);
-  const Contact contact{
-      Contact::Kind::kDisplacement, {p_O.x(), p_O.y(), 0}, -1, width, Eigen::Vector3d::Zero()};
-  ContactResponse response;
-  const auto began = std::chrono::steady_clock::now();
-  for (int i = 0; i < kRepeats; ++i) {
-    model.Respond(std::span(&contact, 1), std::span(&response, 1));
-  }
-  const double us =
-      std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count();
-  Probe probe{n.dot(response.stiffness_O * n), us / kRepeats, response.validity, {}};
-  model.Solve({&contact, 1}, &probe.solution);
-  return probe;
-}
-
-// Expected relative error of the contact force from two meshes, for a method of order one: with
-// three times the elements a third of the error is left, so the limit is (3 k(3N) - k(N)) / 2.
-// Three, not two: elements cut into three keep their midpoints, which choose the patch. A mesh that
-// would take long to refine is held against a coarser one.
-std::optional<double> ExpectedError(const Scene& scene, const Eigen::Vector2d& p_O,
-                                    const Eigen::Vector2d& normal_O, double stiffness) {
-  constexpr int kFactor = 3, kLargest = 1800;
-  const int elements = scene.model.elements;
-  const bool refine = kFactor * elements <= kLargest;
-  Scene other = scene;
-  other.model.elements = refine ? kFactor * elements : elements / kFactor;
-  const std::unique_ptr<DeformationModel> model =
-      MakeModel(other, MeshOutline(other, std::nullopt));
-  const double k = PressAt(*model, p_O, normal_O, scene.tool->width).stiffness;
-  const double limit = refine ? 1.5 * k - 0.5 * stiffness : 1.5 * stiffness - 0.5 * k;
-  if (!(limit > 0)) return std::nullopt;
-  return std::abs(1 - stiffness / limit);
-}
-
-// Returns the solution it is from.
-Solution PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, DeformationModel& model) {
-  const Eigen::Vector3d home_O = scene.object.X_SO.inverse() * scene.manipulator.home;
-  const BoundaryElement& place = ElementNearest(mesh, home_O.head<2>());
-  const Eigen::Vector2d p_O = place.midpoint();
-  const double width = scene.tool->width;
-  const Eigen::Vector2d normal_O = place.normal();
-  const Probe probe = PressAt(model, p_O, normal_O, width);
-  if (probe.validity == Validity::kFailed) {
-    PrintLine("expectation",
-              "none: the boundary nearest to the tool's home is fixed and cannot be displaced");
-    return probe.solution;
-  }
-  PrintLine("update",
-            fmt::format("{:.3g} us per contact: {} the requested {:g} Hz", probe.update_us,
-                        probe.update_us * 1e-6 * scene.model.rate < 1 ? "meets" : "MISSES",
-                        scene.model.rate));
-  PrintLine("stiffness",
-            fmt::format("{:.4g} N/m at ({}, {}), {:.3g} N for an indentation of {}",
-                        probe.stiffness, LengthInWords(p_O.x()), LengthInWords(p_O.y()),
-                        probe.stiffness * scene.operator_options.press_depth,
-                        LengthInWords(scene.operator_options.press_depth)));
-  const std::optional<double> error = ExpectedError(scene, p_O, normal_O, probe.stiffness);
-  if (error) {
-    PrintLine("error",
-              fmt::format("about {:.1f} % of the contact force, due to the elements (from two "
-                          "meshes, order one): {} the requested {:g} %",
-                          100 * *error, *error <= scene.model.tolerance ? "meets" : "MISSES",
-                          100 * scene.model.tolerance));
-  }
-  return probe.solution;
-}
-
 // What the window around the tip can follow, and whether it suits the tool's size in the picture.
 void PrintTip(const Scene& scene) {
   constexpr int kReach = 10;  // that the window has around the template at least [px]
@@ -211,7 +125,7 @@ void PrintModel(const Scene& scene) {
       fmt::format("{:.1f} ms, {:.1f} MB of memory, {} degrees of freedom, condition number {:.3g}",
                   1e3 * info.precompute_s, static_cast<double>(info.memory_bytes) * 1e-6, info.dof,
                   info.condition));
-  PrintShapeCost(*model, PrintExpectation(scene, mesh, *model));
+  PrintShapeCost(*model, PrintPress(scene, *model));
 }
 
 // Of a picture that nothing is known of: noise takes longest.

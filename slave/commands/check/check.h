@@ -37,6 +37,11 @@ void PrintHand(const Scene& scene);
 // with their figures.
 void PrintChoice(const Scene& scene);
 
+// Prints a contact where the tool would meet the object: force, update time and error as a study
+// states them; the error is that of the decision if `auto` made one. Returns the solution of
+// `model`, the scene's.
+Solution PrintPress(const Scene& scene, DeformationModel& model);
+
 // Prints the cost of the deformed shape while a client watches it, measured on a solution.
 void PrintShapeCost(DeformationModel& model, const Solution& solution);
 

@@ -5,11 +5,14 @@
 #include <memory>
 #include <stdexcept>
 
+#include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/site/environment/simulated_environment.h"
+#include "slave/study/press_spec.h"
 
 namespace palpate {
 namespace {
@@ -103,7 +106,7 @@ class Ticks {
   }
 
   EndToEndBudget Budget(const Scene& scene) const {
-    EndToEndBudget budget{scene.name, peak_, total_.Over(count_), delay_, {}};
+    EndToEndBudget budget{scene.name, 1, peak_, total_.Over(count_), delay_, {}};
     const bool fingertips = scene.sense.Find<Tactile>() != nullptr;
     budget.parts = {
         {fingertips ? "touch" : "vision", vision_.Over(count_), false,
@@ -148,6 +151,63 @@ class Ticks {
 
 }  // namespace
 
+namespace {
+
+EndToEndBudget MeasureOne(const Scene& scene, double delay, const std::stop_token& stop) {
+  std::vector<Sample> samples = RunPress(scene, stop);
+  if (scene.sense.Find<StereoCameras>()) AddQuietRun(scene, stop, &samples);
+  Ticks ticks(samples, delay, scene.sense.Find<Camera>() != nullptr);
+  ticks.Run();
+  return ticks.Budget(scene);
+}
+
+// Across the way of the tool, unit, frame S.
+Eigen::Vector3d Sideways(const Scene& scene) {
+  if (scene.sense.Find<Camera>()) {
+    const Eigen::Vector2d way = scene.tool->direction.normalized();
+    return {-way.y(), way.x(), 0};
+  }
+  if (!IsVolume(scene.object.geometry)) return scene.object.X_SO.linear().col(0);
+  const std::vector<Eigen::Vector3d> nodes = SurfaceOf(MeshObject(scene, std::nullopt)).nodes;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p_O : nodes) box.extend(p_O);
+  Eigen::Index least = 0;
+  (scene.object.X_SO * box.center() - scene.manipulator.home).cwiseAbs().minCoeff(&least);
+  return Eigen::Vector3d::Unit(least);
+}
+
+// The scene with its contact elsewhere: the object moves below fingertips, whose poses belong to
+// the manipulator's home, and home moves with any other tool.
+std::vector<Scene> Elsewhere(const Scene& scene) {
+  std::vector<Scene> scenes;
+  if (scene.site.embryo || !IsHeld(scene.object)) return scenes;  // a needle has one way
+  const Eigen::Vector3d step = study::AskedOf(scene).size * Sideways(scene);
+  for (const double share : {-0.2, -0.1, 0.1, 0.2}) {
+    Scene& other = scenes.emplace_back(scene);
+    if (scene.sense.Find<Tactile>()) {
+      other.object.X_SO.pretranslate(-share * step);
+    } else {
+      other.manipulator.home += share * step;
+    }
+  }
+  return scenes;
+}
+
+void Add(const EndToEndBudget& one, EndToEndBudget* sum) {
+  const auto count = static_cast<double>(++sum->presses);
+  const auto take = [&](double value, double* mean) { *mean += (value - *mean) / count; };
+  take(one.peak, &sum->peak);
+  take(one.total, &sum->total);
+  for (std::size_t i = 0; i < one.parts.size(); ++i) {
+    BudgetPart& part = sum->parts[i];
+    take(one.parts[i].rms, &part.rms);
+    part.least = std::min(part.least, one.parts[i].rms);
+    part.most = std::max(part.most, one.parts[i].rms);
+  }
+}
+
+}  // namespace
+
 const BudgetPart& EndToEndBudget::largest() const {
   return *std::ranges::max_element(parts, {}, &BudgetPart::rms);
 }
@@ -156,11 +216,16 @@ EndToEndBudget MeasureEndToEnd(const Scene& scene, double delay, const std::stop
   if (!(delay >= 0 && delay <= 1)) {
     throw std::invalid_argument(fmt::format("--delay = {:g} s: accepted is 0 to 1", delay));
   }
-  std::vector<Sample> samples = RunPress(scene, stop);
-  if (scene.sense.Find<StereoCameras>()) AddQuietRun(scene, stop, &samples);
-  Ticks ticks(samples, delay, scene.sense.Find<Camera>() != nullptr);
-  ticks.Run();
-  return ticks.Budget(scene);
+  EndToEndBudget budget = MeasureOne(scene, delay, stop);
+  for (BudgetPart& part : budget.parts) part.least = part.most = part.rms;
+  for (const Scene& other : Elsewhere(scene)) {
+    try {
+      const EndToEndBudget one = MeasureOne(other, delay, stop);
+      if (one.total > 0 && !stop.stop_requested()) Add(one, &budget);
+    } catch (const std::invalid_argument&) {  // the tool does not meet the object there
+    }
+  }
+  return budget;
 }
 
 }  // namespace palpate

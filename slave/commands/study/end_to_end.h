@@ -13,15 +13,17 @@ namespace palpate {
 
 // Contribution of one stage to the error, beyond the stages before it.
 struct BudgetPart {
-  std::string name;      // vision, contact, model, rendering, link; material
-  double rms = 0;        // over the ticks in contact [N]
-  bool is_told = false;  // from the scene's tolerance: the simulator knows it exactly
-  std::string lowers;    // measure that reduces it, one clause
+  std::string name;            // vision, contact, model, rendering, link; material
+  double rms = 0;              // over the ticks in contact, mean over the presses [N]
+  bool is_told = false;        // from the scene's tolerance: the simulator knows it exactly
+  std::string lowers;          // measure that reduces it, one clause
+  double least = 0, most = 0;  // of the presses [N]
 };
 
 struct EndToEndBudget {
   std::string scene;
-  double peak = 0;   // the largest true force [N]
+  std::size_t presses = 0;
+  double peak = 0;   // the largest true force, mean over the presses [N]
   double total = 0;  // error of the rendered force, rms over the ticks in contact [N]
   double delay = 0;  // of the link [s]
   std::vector<BudgetPart> parts;
@@ -29,7 +31,8 @@ struct EndToEndBudget {
   [[nodiscard]] const BudgetPart& largest() const;
 };
 
-// Simulates the scene's contact by the simulated operator and the rendering at 1 kHz, `delay` [s]
+// Simulates the scene's contact, at its own place and up to a fifth of the object's size to either
+// side of it, by the simulated operator and the rendering at 1 kHz, `delay` [s]
 // after each sample. At a tick at position p, with the newest sample i, the rendered force R minus
 // the true force F is
 //

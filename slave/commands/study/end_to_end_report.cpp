@@ -31,6 +31,16 @@ std::string InWords(const EndToEndBudget& budget, double force) {
                      budget.peak > 0 ? 100 * force / budget.peak : 0, force);
 }
 
+// Of one part: mean and spread.
+std::string InWords(const EndToEndBudget& budget, const BudgetPart& part) {
+  std::string words = InWords(budget, part.rms);
+  if (budget.presses > 1 && budget.peak > 0) {
+    words += fmt::format(", {:.2f} to {:.2f} %", 100 * part.least / budget.peak,
+                         100 * part.most / budget.peak);
+  }
+  return words + (part.is_told ? ", as stated in the scene" : "");
+}
+
 std::string Sentence(const EndToEndBudget& budget) {
   const BudgetPart& largest = budget.largest();
   return fmt::format("the largest part is {}; it is reduced by {}", largest.name, largest.lowers);
@@ -41,10 +51,11 @@ std::string Draw(const EndToEndBudget& budget) {
   Svg svg(kWidth, height, "Error budget of the rendered force: " + budget.scene, kStyle);
   svg.Rectangle({0, 0}, {kWidth, height}, "paper");
   svg.Text({20, 28}, budget.scene + ": error budget of the rendered force", "ink heading");
-  svg.Text({20, 50},
-           fmt::format("rms during the scripted contact, peak {:.3g} N, link {:g} ms; total {}",
-                       budget.peak, 1e3 * budget.delay, InWords(budget, budget.total)),
-           "soft");
+  svg.Text(
+      {20, 50},
+      fmt::format("rms during {} scripted contacts, peak {:.3g} N, link {:g} ms; total {}",
+                  budget.presses, budget.peak, 1e3 * budget.delay, InWords(budget, budget.total)),
+      "soft");
   const double most = std::max(budget.largest().rms, 1e-300);
   double y = kTop;
   for (const BudgetPart& part : budget.parts) {
@@ -53,9 +64,7 @@ std::string Draw(const EndToEndBudget& budget) {
     const double length = std::max(1.0, kBar * part.rms / most);
     const std::string style = is_largest ? "largest" : "part";
     svg.Rectangle({kLeft, y}, {length, 20}, style + (part.is_told ? " told" : ""));
-    svg.Text({kLeft + length + 8, y + 14},
-             InWords(budget, part.rms) + (part.is_told ? ", as stated in the scene" : ""),
-             "ink small");
+    svg.Text({kLeft + length + 8, y + 14}, InWords(budget, part), "ink small");
     y += kRow;
   }
   svg.Text({20, y + 20}, Sentence(budget), "ink");
@@ -65,11 +74,10 @@ std::string Draw(const EndToEndBudget& budget) {
 }  // namespace
 
 std::string ToTable(const EndToEndBudget& budget) {
-  std::string text = fmt::format("{}: peak {:.3g} N, link {:g} ms\n", budget.scene, budget.peak,
-                                 1e3 * budget.delay);
+  std::string text = fmt::format("{}: {} presses, peak {:.3g} N, link {:g} ms\n", budget.scene,
+                                 budget.presses, budget.peak, 1e3 * budget.delay);
   for (const BudgetPart& part : budget.parts) {
-    text += fmt::format("  {:<10} {}{}\n", part.name, InWords(budget, part.rms),
-                        part.is_told ? ", as stated in the scene" : "");
+    text += fmt::format("  {:<10} {}\n", part.name, InWords(budget, part));
   }
   return text +
          fmt::format("  {:<10} {}\n{}\n", "total", InWords(budget, budget.total), Sentence(budget));
@@ -77,12 +85,16 @@ std::string ToTable(const EndToEndBudget& budget) {
 
 void WriteBudget(const EndToEndBudget& budget, const std::filesystem::path& folder) {
   nlohmann::ordered_json json{{"scene", budget.scene},
+                              {"presses", budget.presses},
                               {"peak_N", budget.peak},
                               {"delay_s", budget.delay},
                               {"total_rms_N", budget.total},
                               {"largest", budget.largest().name},
                               {"lowers", budget.largest().lowers}};
-  for (const BudgetPart& part : budget.parts) json["parts_rms_N"][part.name] = part.rms;
+  for (const BudgetPart& part : budget.parts) {
+    json["parts_rms_N"][part.name] = part.rms;
+    json["parts_spread_N"][part.name] = {part.least, part.most};
+  }
   WriteWholeFile(folder / "end_to_end.json", json.dump(2) + "\n");
   WriteWholeFile(folder / "end_to_end.svg", Draw(budget));
 }

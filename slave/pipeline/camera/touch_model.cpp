@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "shared/mesh/boundary_patch.h"
 #include "slave/mechanics/factory/make_model.h"
@@ -22,9 +23,13 @@ constexpr std::size_t kMostElements = 256;
 }  // namespace
 
 TouchModel::TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress)
+    : TouchModel(scene, MeshOutline(scene, seen), nullptr, progress) {}
+
+TouchModel::TouchModel(const Scene& scene, BoundaryMesh outline,
+                       std::unique_ptr<DeformationModel> model, Progress* progress)
     : law(scene.model.contact),
-      mesh(MeshOutline(scene, seen)),
-      deformation(MakeModel(scene, mesh, progress)),
+      mesh(std::move(outline)),
+      deformation(model ? std::move(model) : MakeModel(scene, mesh, progress)),
       contact(std::make_unique<BoundaryContact>(mesh)),
       probe(std::make_unique<BoundaryContact>(mesh)),
       held(HeldVertices(scene, mesh)),

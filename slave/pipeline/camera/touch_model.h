@@ -54,6 +54,9 @@ class ToolWidth {
 struct TouchModel final : PreparedModel {
   // `seen`: the outline found in the image, for `contour: from-image`. Throws like MakeModel.
   TouchModel(const Scene& scene, const std::optional<Outline>& seen, Progress* progress);
+  // On a mesh whose model may be made already.
+  TouchModel(const Scene& scene, BoundaryMesh outline, std::unique_ptr<DeformationModel> model,
+             Progress* progress = nullptr);
 
   [[nodiscard]] const ModelInfo& info() const override { return deformation->info(); }
 

@@ -105,5 +105,43 @@ TEST(ParetoTest, NearestToWhatIsAskedForWhereNothingMeetsBoth) {
   EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("no model has a known error"));
 }
 
+StudyRow Beyond(StudyRow row, std::size_t beyond) {
+  row.answers.resize(20);
+  row.beyond = beyond;
+  row.validity = beyond > 0 ? Validity::kExtrapolated : Validity::kValid;
+  row.reason = beyond > 0 ? "too coarse" : "";
+  return row;
+}
+
+// A model that is in its range everywhere is taken before one that is cheaper, more accurate or
+// both, even if it misses what is asked for.
+TEST(ParetoTest, WhatIsBeyondItsRangeIsTakenWhereNothingElseIsLeft) {
+  std::vector<StudyRow> rows{Beyond(Answered(0.01, 1e-6, 0.001), 20),
+                             Beyond(Answered(0.04, 2e-5), 0)};
+  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::Not(testing::HasSubstr("range")));
+  EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(1));
+  rows[1].error.value = 0.06;
+  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("no model meets"));
+  EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(1));
+
+  rows[1] = Beyond(rows[1], 2);
+  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("is at 18 of 20: too coarse"));
+  EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(1)) << "nine of ten";
+  rows[1] = Beyond(rows[1], 3);
+  EXPECT_THAT(Recommend(0.05, 500, &rows), testing::HasSubstr("this one is at 0 of 20"));
+  EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(0));
+}
+
+// Reference: the published sizes of samples of which the largest, the second largest and so on are
+// 95 % bounds of the 90th percentile (tables of Wilks' tolerance limits).
+TEST(ParetoTest, BoundOfNineOfTenHasThePublishedRanks) {
+  const std::vector<std::size_t> sizes{29, 46, 61, 76, 89, 103};
+  for (std::size_t rank = 0; rank < sizes.size(); ++rank) {
+    EXPECT_EQ(BeyondBound(sizes[rank]), rank) << sizes[rank];
+    EXPECT_EQ(BeyondBound(sizes[rank] - 1), rank > 0 ? rank - 1 : 0) << sizes[rank];
+  }
+  EXPECT_EQ(BeyondBound(1), 0U);
+}
+
 }  // namespace
 }  // namespace palpate::study

@@ -64,12 +64,12 @@ TEST(ReachablePlacesTest, GoEvenlyOverWhereTheToolRestsNoneTwice) {
 }
 
 // A box's reference needs no more cells than it is cut into for the tool.
-TEST(ReachablePlacesTest, ABoxOfAnyNumberOfCellsIsPressedAtTwenty) {
+TEST(ReachablePlacesTest, ABoxOfAnyNumberOfCellsIsPressedAtFortySix) {
   Scene scene = Rectangle();
   scene.tool->width = 0.02;
   scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {12, 12, 12}};
   scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
-  EXPECT_EQ(PlacesToDecide(scene).size(), 20U);
+  EXPECT_EQ(PlacesToDecide(scene).size(), 46U);
 }
 
 // One place says little of the others; the scene's own are not overruled, and too wide a tool rests

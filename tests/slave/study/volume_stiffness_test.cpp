@@ -33,6 +33,19 @@ TEST(VolumeStiffness, OfASmallToolIsThatOfABondedDiscOnAHalfSpace) {
   EXPECT_NEAR(*found / half_space, 1, 0.05);
 }
 
+// Reference: Boussinesq's flat punch that slides on a half-space takes E w / (1 - nu^2) per depth;
+// tolerance as above.
+TEST(VolumeStiffness, OfASmallSlidingToolIsThatOfAFlatPunch) {
+  Scene scene = Cube();
+  scene.model.contact = ContactLaw::kFrictionless;
+  const double w = kSide / 20, half_space = kE * w / (1 - kNu * kNu);
+  const auto found = VolumeStiffness(scene, OnTop(0.03, 0.03), w, w / 3);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(*found / half_space, 1, 0.05);
+  const auto bonded = VolumeStiffness(Cube(), OnTop(0.03, 0.03), w, w / 3);
+  EXPECT_LT(*found, *bonded);
+}
+
 // Reference: the object's symmetry; the meshes at the two places are no mirror images.
 TEST(VolumeStiffness, IsTheSameAtMirroredPlaces) {
   const double w = 0.01;

@@ -1,0 +1,117 @@
+#include "slave/study/seen_press.h"
+
+#include <exception>
+#include <optional>
+#include <utility>
+
+#include "slave/mechanics/plate/plate_surface.h"
+#include "slave/pipeline/points/surface_point_tracker.h"
+#include "slave/site/points/true_membrane.h"
+#include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate::study {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kImages = 5;       // from rest to full depth: each fit begins at the one before
+constexpr double kInView = 0.9;  // of the radius: texture and depths reach so far [-]
+
+// Printed dots, or what is spread over a membrane whose points are not printed.
+std::vector<Vector2d> PlacesOfPoints(const Scene& scene, double radius) {
+  const auto* points = scene.sense.Find<PointTracking>();
+  if (points != nullptr && points->track == PointTracking::Track::kDots) return DotPlaces(*points);
+  std::vector<Vector2d> places;
+  for (const Vector3d& p_O : MembraneGrid(radius).nodes) {
+    if (p_O.norm() <= kInView * radius) places.emplace_back(p_O.head<2>());
+  }
+  return places;
+}
+
+// Of points at rest, frame O [m^2]; nullopt: not in view.
+class Cameras {
+ public:
+  explicit Cameras(const Scene& scene)
+      : pair_(scene.sense.Find<StereoCameras>()),
+        depth_(scene.sense.Find<DepthPictures>()),
+        sigma_px_(scene.sense.Find<PointTracking>()->sigma) {
+    if (pair_ == nullptr) return;
+    rig_ = RigOf(scene);
+    X_LO_ = pair_->X_SL.inverse() * scene.object.X_SO;
+  }
+  [[nodiscard]] std::optional<Matrix3d> CovarianceAt(const Vector3d& p_O) const {
+    if (depth_ != nullptr) return depth_->sigma * depth_->sigma * Matrix3d::Identity();
+    const Vector3d p_L = X_LO_ * p_O;
+    const auto left = Project(rig_.left, p_L), right = Project(rig_.right, rig_.X_RL * p_L);
+    const auto point = left && right ? Triangulate(rig_, *left, *right, sigma_px_) : std::nullopt;
+    if (!point) return std::nullopt;
+    return X_LO_.linear().transpose() * point->covariance * X_LO_.linear();
+  }
+
+ private:
+  const StereoCameras* pair_;
+  const DepthPictures* depth_;
+  double sigma_px_;
+  StereoRig rig_;
+  Eigen::Isometry3d X_LO_ = Eigen::Isometry3d::Identity();
+};
+
+std::vector<SurfacePoint> PointsAtRest(const Scene& scene, const MembraneGeometry& membrane) {
+  const Cameras cameras(scene);
+  std::vector<SurfacePoint> points;
+  for (const Vector2d& place : PlacesOfPoints(scene, membrane.radius)) {
+    SurfacePoint point;
+    point.id = static_cast<int>(points.size());
+    point.p_S_rest = {place.x(), place.y(), -membrane.thickness};  // on the inner face
+    const auto covariance = cameras.CovarianceAt(point.p_S_rest);
+    if (!covariance) continue;
+    point.seen = true;
+    point.covariance = *covariance;
+    points.push_back(point);
+  }
+  return points;
+}
+
+std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
+                             const MembraneGeometry& membrane) {
+  Scene true_scene = scene;
+  true_scene.site.misplacement.setZero();
+  true_scene.operator_options.press_depth = question.depth;
+  site::TrueMembrane solid(true_scene, {});
+  const std::vector<SurfacePoint> rest = PointsAtRest(scene, membrane);
+  std::vector<SeenPress> seen;
+  for (const Press& press : question.presses) {
+    SeenPress one;
+    for (int step = 0; step <= kImages; ++step) {
+      const double depth = question.depth * step / kImages;
+      solid.MoveTool(scene.object.X_SO * Vector3d(press.p_O + depth * press.inward_O),
+                     Patience::kWaits);
+      const site::TrueMembrane::Now now = solid.now();
+      if (!now.solved) return {};
+      one.force = -site::ForceOf(now.dent);
+      one.images_O.push_back(rest);
+      for (SurfacePoint& point : one.images_O.back()) {
+        point.p_S = point.p_S_rest + site::DisplacementOf(now.dent, point.p_S_rest.head<2>());
+      }
+    }
+    seen.push_back(std::move(one));
+  }
+  return seen;
+}
+
+}  // namespace
+
+std::vector<SeenPress> SeePresses(const Scene& scene, const PressSpec& question) {
+  const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
+  if (membrane == nullptr || !scene.tool || !HasStereoOrDepth(scene.sense)) return {};
+  try {
+    return Solve(scene, question, *membrane);
+  } catch (const std::exception&) {  // beyond the solid: the model answers for the depth instead
+    return {};
+  }
+}
+
+}  // namespace palpate::study

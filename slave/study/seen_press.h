@@ -1,0 +1,20 @@
+// What the cameras before a membrane see of a study's presses.
+#pragma once
+
+#include <vector>
+
+#include "slave/scene/scene.h"
+#include "slave/study/press_spec.h"
+
+namespace palpate::study {
+
+// Within this share the forces are those of the solid's limit [-]. [derived: PressCache, beside
+// home]
+inline constexpr double kSeenForce = 0.006;
+
+// One per press at the question's depth, by a neo-Hookean solid (TrueMembrane); about a second for
+// each radius. Empty: no membrane before a stereo pair or depth camera, or the solid has no
+// equilibrium at this depth.
+std::vector<SeenPress> SeePresses(const Scene& scene, const PressSpec& question);
+
+}  // namespace palpate::study

@@ -1,0 +1,112 @@
+// Whether a study states the error of what runs: the estimates of a simulated session without
+// noise, at its deepest image, against the simulator's force.
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/factory/make_model.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/offline/offline_report.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/site/environment/simulated_environment.h"
+#include "slave/study/auto_model.h"
+#include "slave/study/volume_stiffness.h"
+#include "tests/support/paths.h"
+
+namespace palpate::study {
+namespace {
+
+constexpr double kFactor = 1.3;    // that a stated error may be off
+constexpr double kOfTruth = 6e-4;  // of the force: what the simulators are good for
+
+Scene Shipped(const std::string& name, const std::vector<std::string>& overrides) {
+  Scene scene = LoadScene(SourcePath("/deploy/scenes/" + name + ".yaml"), overrides);
+  scene.site.noise = scene.site.flicker = scene.site.lighting = 0;
+  return scene;
+}
+
+// Of one camera the model's answer at the true depth, which leaves the image out.
+double RunningError(const Scene& scene) {
+  const auto environment = MakeSimulatedEnvironment(scene);
+  const auto sense = MakeSensingPipeline(scene, {.is_live = false}, environment.get());
+  const auto report = sense->OpenOfflineReport(environment.get());
+  double deepest = 0, error = kUnknown;
+  while (sense->Acquire({})) {
+    const Truth truth = environment->truth();
+    sense->Process();
+    const ContactEstimate felt = sense->Estimate(truth.p_S_tip);
+    report->Add(felt.sensed_at, &truth);
+    if (!felt.force || truth.force.norm() <= deepest) continue;
+    deepest = truth.force.norm();
+    const double told =
+        scene.sense.Find<Camera>() ? report->compared().back().model_at_truth : felt.force->norm();
+    error = std::abs(told / deepest - 1);
+  }
+  return error;
+}
+
+void ExpectStatedAsItRuns(const Scene& scene, double running) {
+  const StudyRow row = StudyOwn(scene, RealWorkshop()).row;
+  ASSERT_EQ(row.outcome, Outcome::kAnswered) << row.reason;
+  std::printf("stated %.3f %%, deviation %.3f %%, running %.3f %%\n", 100 * row.error.value,
+              100 * row.deviation, 100 * running);
+  EXPECT_LT(row.error.value, kFactor * running + kOfTruth);
+  EXPECT_GT(row.error.value, running / kFactor - kOfTruth);
+}
+
+TEST(RunningStudyTest, BlockBeforeOneCamera) {
+  for (const int elements : {20, 60, 180}) {
+    SCOPED_TRACE(elements);
+    const Scene scene = Shipped("silicone-block", {"model.elements=" + std::to_string(elements)});
+    ExpectStatedAsItRuns(scene, RunningError(scene));
+  }
+}
+
+TEST(RunningStudyTest, RoundToolBeforeOneCamera) {
+  for (const int elements : {120, 360}) {
+    SCOPED_TRACE(elements);
+    const Scene scene = Shipped("silicone-block", {"model.elements=" + std::to_string(elements),
+                                                   "tool={shape: round, radius: 8 mm}"});
+    ExpectStatedAsItRuns(scene, RunningError(scene));
+  }
+}
+
+TEST(RunningStudyTest, MembraneBeforeAStereoPair) {
+  for (const int modes : {6, 10, 16}) {
+    SCOPED_TRACE(modes);
+    const Scene scene = Shipped("rubber-membrane", {"model.modes=" + std::to_string(modes)});
+    ExpectStatedAsItRuns(scene, RunningError(scene));
+  }
+}
+
+// Fingertips feel their force; the model of the cube answers for the tool, as `solve` does. The
+// true force is that of a finer mesh than the study's.
+TEST(RunningStudyTest, CubeUnderATool) {
+  for (const int cells : {4, 6, 9}) {
+    SCOPED_TRACE(cells);
+    const std::string n = std::to_string(cells);
+    Scene scene = Shipped(
+        "foam-cube",
+        {"model={kind: fem-green}", "object.geometry.box.cells=[" + n + ", " + n + ", " + n + "]"});
+    scene.operator_options.press_depth = 1e-4;  // linear, as the model is
+    const PressSpec question = AskedOf(scene);
+    const Press& press = question.presses.front();
+    const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
+    const Contact contact{Contact::Kind::kDisplacement, press.p_O, -1, question.width,
+                          question.depth * press.inward_O};
+    ContactResponse response;
+    model->Respond(std::span(&contact, 1), std::span(&response, 1));
+    const auto stiffness = VolumeStiffness(scene, press, question.width, question.width / 6);
+    ASSERT_TRUE(stiffness);
+    const double force = press.inward_O.dot(response.force_O);
+    ExpectStatedAsItRuns(scene, std::abs(force / (*stiffness * question.depth) - 1));
+  }
+}
+
+}  // namespace
+}  // namespace palpate::study
