@@ -9,6 +9,7 @@ namespace {
 
 struct Line {
   double slope = 0, sigma = 0;
+  double offset = 0;  // at rest
 };
 
 std::optional<Line> Fit(const std::vector<std::pair<double, double>>& points) {
@@ -21,7 +22,8 @@ std::optional<Line> Fit(const std::vector<std::pair<double, double>>& points) {
   }
   if (!(xx > 0)) return std::nullopt;
   const double slope = xy / xx;
-  return Line{slope, std::sqrt(std::max(0.0, yy - slope * xy) / (count - 2) / xx)};
+  const double sigma = std::sqrt(std::max(0.0, yy - slope * xy) / (count - 2) / xx);
+  return Line{slope, sigma, my - slope * mx};
 }
 
 }  // namespace
@@ -48,6 +50,8 @@ std::optional<ChordModulus> ChordModulusOf(const MaterialTest& test) {
   if (!line) return std::nullopt;
   chord.modulus = line->slope / test.end_factor;
   chord.sigma = line->sigma / test.end_factor;
+  const double end_stress = line->slope * chord.to + (chord.compression ? -1 : 1) * line->offset;
+  chord.excess = line->slope * chord.to / end_stress - 1;
   return chord;
 }
 

@@ -16,6 +16,8 @@ namespace palpate::identify {
 struct ChordModulus {
   double modulus = 0, sigma = 0;  // [Pa]; sigma by the scatter about the line
   double from = 0, to = 0;        // sizes of strain [-]
+  // By how much the line from rest with this slope exceeds the stress at `to` [-].
+  double excess = 0;
   bool compression = false;
 };
 inline constexpr double kChordFrom = 0.1, kChordTo = 0.2;

@@ -72,9 +72,10 @@ double HyperLaw::YoungModulus() const {
 }
 
 HyperLaw LawFamily::Make(const VectorXd& c, const VectorXd& shape) const {
-  HyperLaw law{.name = std::string(name)};
-  if (yeoh) {
-    law.yeoh = c.head<3>();
+  HyperLaw law{.name = name};
+  if (!yeoh.empty()) {
+    for (Eigen::Index i = 0; i < c.size(); ++i)
+      law.yeoh[yeoh[static_cast<std::size_t>(i)] - 1] = c[i];
     law.second_share = second_share;
     return law;
   }
@@ -90,7 +91,8 @@ HyperLaw LawFamily::Make(const VectorXd& c, const VectorXd& shape) const {
 
 std::vector<std::string> LawFamily::ParameterNames() const {
   std::vector<std::string> names;
-  for (int i = 1; i <= moduli(); ++i) names.push_back((yeoh ? "C" : "G") + std::to_string(i));
+  for (const int power : yeoh) names.push_back("C" + std::to_string(power));
+  for (int i = 1; yeoh.empty() && i <= moduli(); ++i) names.push_back("G" + std::to_string(i));
   for (int i = 1; i <= free; ++i) names.push_back("alpha" + std::to_string(i));
   if (foam) names.emplace_back("nu");
   return names;
@@ -101,7 +103,7 @@ const std::vector<LawFamily>& OfferedLaws() {
       {.name = "neo-hookean", .fixed = {2}},
       {.name = "mooney-rivlin", .fixed = {2, -2}},
       {.name = "ogden-1", .free = 1},
-      {.name = "yeoh", .yeoh = true},
+      {.name = "yeoh", .yeoh = {1, 2, 3}},
       {.name = "ogden-2", .free = 2},
       {.name = "ogden-3", .free = 3},
       {.name = "foam-1", .free = 1, .foam = true},

@@ -12,7 +12,6 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -40,14 +39,16 @@ struct HyperLaw {
 
 // Which numbers of a law are sought. Given exponents (and nu), W is linear in the moduli.
 struct LawFamily {
-  std::string_view name;
+  std::string name;
   std::vector<double> fixed;  // exponents that the name decides
   int free = 0;               // exponents that are sought
   bool foam = false;          // compressible, nu is sought too
-  bool yeoh = false;          // instead of terms
+  std::vector<int> yeoh;      // powers of I1 - 3, of 1 to 3, instead of terms
   double second_share = 0;
 
-  [[nodiscard]] int moduli() const { return yeoh ? 3 : static_cast<int>(fixed.size()) + free; }
+  [[nodiscard]] int moduli() const {
+    return static_cast<int>(yeoh.empty() ? fixed.size() : yeoh.size()) + free;
+  }
   [[nodiscard]] int shapes() const { return free + (foam ? 1 : 0); }
   [[nodiscard]] int parameters() const { return moduli() + shapes(); }
   // `shape`: exponents, then nu of a foam.

@@ -120,7 +120,8 @@ namespace {
 
 // Of J^T J in columns of length one, so that units and sizes of constants play no part.
 void Invert(const MatrixXd& J, const VectorXd& scales, Identifiability* told) {
-  const VectorXd unit = J.colwise().norm().cwiseMax(1e-300).cwiseInverse().transpose();
+  const VectorXd sizes = J.colwise().norm().transpose().cwiseProduct(scales);
+  const VectorXd unit = scales.cwiseQuotient(sizes.cwiseMax(kNothing * sizes.maxCoeff()));
   const MatrixXd even = J * unit.asDiagonal();
   const SymmetricEigen eigen = EigenOf(even.transpose() * even);
   told->inverse = told->open = MatrixXd::Zero(J.cols(), J.cols());
@@ -129,8 +130,8 @@ void Invert(const MatrixXd& J, const VectorXd& scales, Identifiability* told) {
     if (eigen.values[i] > kNothing * eigen.values.maxCoeff()) {
       told->inverse += way * way.transpose() / eigen.values[i];
     } else {
-      const double size = kOpen / way.cwiseQuotient(scales).cwiseAbs().maxCoeff();
-      told->open += size * size * way * way.transpose();
+      const VectorXd open = kOpen / way.cwiseQuotient(scales).cwiseAbs().maxCoeff() * way;
+      told->open += open * open.transpose();
     }
   }
 }

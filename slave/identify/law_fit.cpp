@@ -27,11 +27,13 @@ using Eigen::VectorXd;
 constexpr double kLeastShare = 0.1;  // of the highest peak: a test's weight is bounded
 constexpr std::size_t kStarts = 4;   // of the grid's best that are refined
 constexpr int kMostEvaluations = 200;
-constexpr double kStep = 1e-5;         // relative, of derivatives by constants
+constexpr double kWide = 1.96;         // sigmas of a 95 % interval
 constexpr double kEffectiveRows = 40;  // of one test: neighbours on a curve tell the same
 constexpr Index kNeighbours = 10;      // of the rows of a test one tenth counts as neighbours,
 constexpr double kFewRows = 1.33;  // which widens bands: (2.26 / 1.96)^2 (Kiefer, Vogelsang 2005)
 constexpr double kFloor = 1e-4;    // of the peak: no data are better known
+// Difference of BIC that is no evidence [paper: Kass and Raftery 1995].
+constexpr double kSameBic = 2;
 
 // Of each row: one over the test's peak.
 VectorXd Weights(const std::vector<MaterialTest>& tests) {
@@ -95,7 +97,7 @@ class Projection {
     }
     if (!A.allFinite()) return std::nullopt;
     const VectorXd scale = A.colwise().norm().cwiseMax(1e-300).transpose();
-    const Index bounded = family_.yeoh ? 1 : A.cols();
+    const Index bounded = family_.yeoh.empty() ? A.cols() : 1;
     VectorXd c = SolveNonNegative(A * scale.cwiseInverse().asDiagonal(), target_, bounded);
     c = c.cwiseQuotient(scale);
     *left = A * c - target_;
@@ -158,7 +160,7 @@ VectorXd BestShape(const LawFamily& family, const Projection& projection) {
       starts.emplace_back(left.squaredNorm(), start);
     }
   }
-  if (starts.empty()) throw std::runtime_error(std::string(family.name) + ": overflows");
+  if (starts.empty()) throw std::runtime_error(family.name + ": overflows");
   std::ranges::stable_sort(starts, {}, [](const auto& start) { return start.first; });
   if (family.shapes() == 0) return {};
   starts.resize(std::min(starts.size(), kStarts));
@@ -199,6 +201,48 @@ MatrixXd Scores(const MatrixXd& J, const VectorXd& left, const std::vector<Mater
   return 0.5 * (meat + meat.transpose());
 }
 
+// Of the modulus at rest, to first order.
+double YoungSigma(const LawFit& fit) {
+  const LawFamily& family = fit.family;
+  VectorXd slope(fit.values.size());
+  for (Index i = 0; i < slope.size(); ++i) {
+    VectorXd up = fit.values;
+    const double step = 1e-6 * std::max(std::abs(up[i]), 1e-3);
+    up[i] += step;
+    const HyperLaw law = family.Make(up.head(family.moduli()), up.tail(family.shapes()));
+    slope[i] = (law.YoungModulus() - fit.law.YoungModulus()) / step;
+  }
+  return std::sqrt(std::max(0.0, slope.dot(fit.covariance * slope)));
+}
+
+// The modulus whose interval includes zero, of several the least sure.
+std::optional<Index> SpansZero(const LawFit& fit) {
+  std::optional<Index> found;
+  double least = kWide;
+  for (Index i = 0; i < fit.family.moduli(); ++i) {
+    const double size = std::abs(fit.values[i]), sigma = std::sqrt(fit.covariance(i, i));
+    const double sure = size > 0 ? size / sigma : 0;
+    if (sure <= least) least = sure, found = i;
+  }
+  return found;
+}
+
+// The fit of a family without what it does not need; nullopt: it then is a simpler one of the list,
+// or nothing. Yeoh's law without a higher power is none of those, unless only the first is left.
+std::optional<LawFit> FitNeeded(LawFamily family, const std::vector<MaterialTest>& tests,
+                                std::vector<std::string>* dropped) {
+  while (true) {
+    LawFit fit = FitLaw(family, tests);
+    const auto open = SpansZero(fit);
+    if (!open) return fit;
+    const std::string& name = fit.names[static_cast<std::size_t>(*open)];
+    if (dropped != nullptr) dropped->push_back(family.name + " " + name);
+    if (*open == 0 || family.yeoh.size() < 3) return std::nullopt;
+    family.yeoh.erase(family.yeoh.begin() + *open);
+    family.name += " without " + name;
+  }
+}
+
 double Bic(double misfit, const std::vector<MaterialTest>& tests, Index rows, int parameters) {
   double effective = 0;
   for (const MaterialTest& test : tests) {
@@ -221,12 +265,29 @@ double RelativeRms(const HyperLaw& law, const std::vector<MaterialTest>& tests,
   return std::sqrt(sum / static_cast<double>(ValuesOf(tests))) / PeakOf(tests);
 }
 
+double SmallStrainRms(const HyperLaw& law, const std::vector<MaterialTest>& tests) {
+  double misfit = 0, peak = 0, count = 0;
+  for (const MaterialTest& test : tests) {
+    MaterialTest small = test;
+    std::erase_if(small.rows, [&](const TestRow& row) {
+      MaterialTest one = test;
+      one.rows = {row};
+      const auto [low, high] = StretchRange({one});
+      return std::max(high - 1, 1 - low) > kSmallStrain;
+    });
+    misfit += (Predict(law, small) - Measured(small)).squaredNorm();
+    count += static_cast<double>(small.values()), peak = std::max(peak, small.Peak());
+  }
+  return peak > 0 ? std::sqrt(misfit / count) / peak : 0;
+}
+
 LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   const Projection projection(family, tests);
   const VectorXd shape = BestShape(family, projection);
   VectorXd left;
   const auto moduli = projection.Moduli(shape, &left);
-  LawFit fit{.law = family.Make(*moduli, shape), .names = family.ParameterNames()};
+  LawFit fit{
+      .family = family, .law = family.Make(*moduli, shape), .names = family.ParameterNames()};
   fit.values.resize(family.parameters());
   fit.values << *moduli, shape;
   std::vector<double> shares;
@@ -239,29 +300,44 @@ LawFit FitLaw(const LawFamily& family, const std::vector<MaterialTest>& tests) {
   fit.untold = told.untold, fit.extra = told.extra;
   const MatrixXd meat = Scores(J, left, tests) + kFloor * kFloor * (J.transpose() * J);
   fit.covariance = kFewRows * (told.inverse * meat * told.inverse) + told.open;
+  fit.young_sigma = YoungSigma(fit);
   const auto [low, high] = StretchRange(tests);
   fit.unstable = FirstInstability(fit.law, low, high);
   return fit;
 }
 
-std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam) {
+std::vector<LawFit> FitLaws(const std::vector<MaterialTest>& tests, bool foam,
+                            std::vector<std::string>* dropped) {
   const std::size_t rows = ValuesOf(tests);
   std::vector<LawFit> fits;
+  const LawFamily* simplest = nullptr;
   for (const LawFamily& family : OfferedLaws()) {
     if (family.foam != foam || rows < 2 * static_cast<std::size_t>(family.parameters())) continue;
-    LawFit fit = FitLaw(family, tests);
+    auto fit = FitNeeded(family, tests, dropped);
+    if (simplest == nullptr) simplest = &family;
+    if (fit && fit->law.ShearModulus() > 0) fits.push_back(std::move(*fit));
+  }
+  if (fits.empty() && simplest != nullptr) {
+    LawFit fit = FitLaw(*simplest, tests);
     if (fit.law.ShearModulus() > 0) fits.push_back(std::move(fit));
   }
   if (fits.empty())
     throw std::runtime_error("no constitutive model with a positive modulus fits these tests");
   std::ranges::stable_sort(
       fits, {}, [](const LawFit& fit) { return std::pair(!fit.unstable.empty(), fit.bic); });
+  const auto alike = std::ranges::find_if(fits, [&](const LawFit& fit) {
+    return fit.unstable.empty() != fits.front().unstable.empty() ||
+           fit.bic > fits.front().bic + kSameBic;
+  });
+  const auto fewest = std::ranges::min_element(
+      fits.begin(), alike, {}, [](const LawFit& fit) { return fit.family.parameters(); });
+  std::rotate(fits.begin(), fewest, fewest + 1);
   return fits;
 }
 
-double PredictionHalfWidth(const LawFamily& family, const LawFit& fit, const MaterialTest& one) {
-  const MatrixXd J = Sensitivities(family, fit.values, {one});
-  return 1.96 * std::sqrt(std::max(0.0, (J.row(0) * fit.covariance * J.row(0).transpose())(0)));
+VectorXd PredictionHalfWidths(const LawFit& fit, const MaterialTest& one) {
+  const MatrixXd J = Sensitivities(fit.family, fit.values, {one});
+  return kWide * (J * fit.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
 }  // namespace palpate::identify

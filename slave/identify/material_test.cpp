@@ -16,16 +16,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row, std::optional<double> nu) {
-  if (test.kind == TestKind::kTensor) return row.F;
-  if (test.kind == TestKind::kShear) {
-    Matrix3d F = Matrix3d::Identity();
-    F(0, 1) = row.abscissa;
-    return F;
-  }
-  return PrincipalStretches(test.kind, row.abscissa, nu, row.across).asDiagonal();
-}
-
 VectorXd Stacked(const std::vector<MaterialTest>& tests, const auto& of) {
   VectorXd all(static_cast<Eigen::Index>(ValuesOf(tests)));
   Eigen::Index at = 0;
@@ -86,6 +76,21 @@ Vector3d PrincipalStretches(TestKind kind, double stretch, std::optional<double>
     default:
       return {1, 1, 1};
   }
+}
+
+Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row, std::optional<double> nu) {
+  if (test.kind == TestKind::kTensor) return row.F;
+  if (test.kind == TestKind::kShear) {
+    Matrix3d F = Matrix3d::Identity();
+    F(0, 1) = row.abscissa;
+    return F;
+  }
+  return PrincipalStretches(test.kind, row.abscissa, nu, row.across).asDiagonal();
+}
+
+double AbscissaOf(const MaterialTest& test, const TestRow& row, std::size_t component) {
+  const auto [i, j] = test.components[component];
+  return test.kind == TestKind::kTensor ? row.F(i, j) : row.abscissa;
 }
 
 double MaterialTest::Peak() const {
@@ -163,15 +168,28 @@ std::string AgainstIsotropy(const MaterialTest& test) {
   return {};
 }
 
-std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests) {
+std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests,
+                                       std::optional<double> nu) {
   std::pair<double, double> range{1, 1};
   for (const MaterialTest& test : tests) {
     for (const TestRow& row : test.rows) {
-      const Vector3d l =
-          Eigen::JacobiSVD<Matrix3d>(DeformationOf(test, row, std::nullopt)).singularValues();
+      const Vector3d l = Eigen::JacobiSVD<Matrix3d>(DeformationOf(test, row, nu)).singularValues();
       range = {std::min(range.first, l.minCoeff()), std::max(range.second, l.maxCoeff())};
     }
   }
+  return range;
+}
+
+std::pair<double, double> LinearRange(const HyperLaw& law) {
+  constexpr double kStrainStep = 0.005, kTenth = 0.1, kShortest = -0.9, kLongest = 1;
+  MaterialTest one{.kind = TestKind::kUniaxial, .components = {{0, 0}}, .rows = {{}}};
+  const auto linear = [&](double strain) {
+    one.rows[0].abscissa = 1 + strain;
+    return std::abs(law.YoungModulus() * strain / Predict(law, one, 0)[0] - 1) <= kTenth;
+  };
+  std::pair<double, double> range{0, 0};
+  while (range.first > kShortest && linear(range.first - kStrainStep)) range.first -= kStrainStep;
+  while (range.second < kLongest && linear(range.second + kStrainStep)) range.second += kStrainStep;
   return range;
 }
 

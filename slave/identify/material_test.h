@@ -42,6 +42,13 @@ struct MaterialTest {
   [[nodiscard]] std::size_t values() const { return rows.size() * components.size(); }
 };
 
+// Deformation gradient of a row. `nu`: as above.
+Eigen::Matrix3d DeformationOf(const MaterialTest& test, const TestRow& row,
+                              std::optional<double> nu);
+
+// Where a component is drawn: stretch, amount of shear, or of kTensor the entry of F.
+double AbscissaOf(const MaterialTest& test, const TestRow& row, std::size_t component);
+
 // The model's stress in row `row`, with as many entries as `components` [Pa], bonded ends included.
 Eigen::VectorXd Predict(const HyperLaw& law, const MaterialTest& test, std::size_t row);
 // Of all rows, one after the other.
@@ -59,7 +66,12 @@ double PeakOf(const std::vector<MaterialTest>& tests);
 // differ by more than a tenth of the peak. Empty: it can.
 std::string AgainstIsotropy(const MaterialTest& test);
 
-// Smallest and largest principal stretch of all incompressible or given deformations.
-std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests);
+// Strains, the first not above zero, between which a straight line with the law's modulus at rest
+// is within a tenth of its uniaxial stress.
+std::pair<double, double> LinearRange(const HyperLaw& law);
+
+// Smallest and largest principal stretch of all deformations. `nu`: as above.
+std::pair<double, double> StretchRange(const std::vector<MaterialTest>& tests,
+                                       std::optional<double> nu = std::nullopt);
 
 }  // namespace palpate::identify

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -20,14 +22,31 @@ constexpr double kPerDecade = 2;
 constexpr int kMostSweeps = 20'000;
 constexpr double kSettled = 1e-10;    // of the largest modulus, in a sweep
 constexpr double kNegligible = 1e-3;  // of the sum: such a term is left out
+constexpr double kWide = 1.96;        // sigmas of a 95 % interval
+// A ramp takes 1 % of its record for 1 % of its strain [derived: steady rate]. Of the record [-].
+constexpr double kStill = 0.01, kHold = 0.03;
+constexpr double kReturn = 0.1;   // of the range: a strain that returns [-]
+constexpr double kOtherRate = 2;  // ratio of rates that differ [-]
+// Logarithm of the factor between a record and what one other record predicts of it, rms [-]
+// [recorded: viscoelastic_adhesive, 80 pairs of a record that holds or returns with another].
+constexpr double kOneRecord = 0.49;
+constexpr double kLeastFactor = 0.1;  // also of records that part in sign [-]
+constexpr int kRampRows = 40;
 
-// Times two per decade; the last is short enough for the record to tell it from what stays.
+// Times two per decade. The first is the usual step of the densest record, the last short enough
+// for the record to tell it from what stays.
 std::vector<double> Times(const std::vector<RelaxationTable>& tables) {
   double shortest = std::numeric_limits<double>::infinity(), longest = 0;
   for (const RelaxationTable& table : tables) {
+    std::vector<double> steps;
     for (std::size_t i = 1; i < table.time.size(); ++i) {
       const double step = table.time[i] - table.time[i - 1];
-      if (step > 0) shortest = std::min(shortest, step);
+      if (step > 0) steps.push_back(step);
+    }
+    if (!steps.empty()) {
+      std::ranges::nth_element(steps,
+                               steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
+      shortest = std::min(shortest, steps[steps.size() / 2]);
     }
     longest = std::max(longest, table.time.back() - table.time.front());
   }
@@ -92,42 +111,203 @@ Regression Stack(const std::vector<RelaxationTable>& tables, const std::vector<d
   return all;
 }
 
-}  // namespace
+// Strain per second while it is strained: nine of ten steps are slower.
+double RateOf(const RelaxationTable& table) {
+  std::vector<double> rates;
+  for (std::size_t i = 1; i < table.time.size(); ++i) {
+    const double step = table.time[i] - table.time[i - 1];
+    if (step > 0) rates.push_back(std::abs(table.strain[i] - table.strain[i - 1]) / step);
+  }
+  if (rates.empty()) return 0;
+  std::ranges::sort(rates);
+  return rates[(rates.size() - 1) * 9 / 10];
+}
 
-PronyFit FitProny(const std::vector<RelaxationTable>& tables) {
-  std::vector<double> times = Times(tables);
-  Regression data = Stack(tables, times);
+// Whether the strain is held for a while, or returns.
+bool HoldsOrReturns(const RelaxationTable& table) {
+  const auto [low, high] = std::ranges::minmax(table.strain);
+  const double range = high - low, record = table.time.back() - table.time.front();
+  double longest = 0, up = table.strain.front(), down = up, back = 0;
+  std::size_t from = 0;
+  for (std::size_t i = 0; i < table.time.size(); ++i) {
+    while (std::abs(table.strain[i] - table.strain[from]) > kStill * range) ++from;
+    longest = std::max(longest, table.time[i] - table.time[from]);
+    up = std::max(up, table.strain[i]), down = std::min(down, table.strain[i]);
+    back = std::max(back, std::min(up - table.strain[i], table.strain[i] - down));
+  }
+  return longest >= kHold * record || back >= kReturn * range;
+}
+
+void RequireFading(const std::vector<RelaxationTable>& tables) {
+  double slowest = std::numeric_limits<double>::infinity(), fastest = 0;
+  bool told = false;
+  for (const RelaxationTable& table : tables) {
+    if (table.shear != tables.front().shear) {
+      throw InputError(table.name + ": shear and other strains together: accepted is one of them");
+    }
+    const double rate = RateOf(table);
+    slowest = std::min(slowest, rate), fastest = std::max(fastest, rate);
+    told |= HoldsOrReturns(table);
+  }
+  if (told || fastest > kOtherRate * slowest) return;
+  throw InputError(
+      tables.front().name +
+      ": the strain only rises, at one rate, so that fading cannot be told from a curved "
+      "stress-strain law: accepted for relaxation is a strain that is held or returns, or records "
+      "of several rates; for one ramp use tension, compression or shear");
+}
+
+struct Solution {
+  VectorXd x;
+  MatrixXd covariance;
+};
+
+Solution Solve(const MatrixXd& A, const VectorXd& b) {
+  const MatrixXd H = A.transpose() * A;
+  Solution solved{SolveNonNegative(H, A.transpose() * b), {}};
+  const double variance = (A * solved.x - b).squaredNorm() / static_cast<double>(b.size());
+  solved.covariance = variance * H.ldlt().solve(MatrixXd::Identity(H.rows(), H.cols()));
+  return solved;
+}
+
+// The branch whose interval includes zero, of several the least sure.
+std::optional<Index> SpansZero(const Solution& solved) {
+  std::optional<Index> found;
+  double least = kWide;
+  for (Index i = 0; i + 1 < solved.x.size(); ++i) {
+    const double sure = solved.x[i] / std::sqrt(std::max(solved.covariance(i, i), 1e-300));
+    if (sure <= least) least = sure, found = i;
+  }
+  return found;
+}
+
+PronyFit Fit(const std::vector<RelaxationTable>& tables) {
+  const std::vector<double> times = Times(tables);
+  const Regression data = Stack(tables, times);
   if (!(data.A.rightCols(1).norm() > 0) || !(data.b.norm() > 0)) {
     throw InputError(tables.front().name +
                      ": the strain is zero: accepted is a strain and its stress");
   }
-  VectorXd x = SolveNonNegative(data.A.transpose() * data.A, data.A.transpose() * data.b);
+  PronyFit fit;
+  Solution solved{SolveNonNegative(data.A.transpose() * data.A, data.A.transpose() * data.b), {}};
   std::vector<Index> used;
-  std::vector<double> kept;
-  for (Index i = 0; i < x.size(); ++i) {
-    const bool last = i + 1 == x.size();
-    if (!last && x[i] < kNegligible * x.sum()) continue;
-    used.push_back(i);
-    if (!last) kept.push_back(times[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < solved.x.size(); ++i) {
+    const bool last = i + 1 == solved.x.size();
+    if (last || solved.x[i] >= kNegligible * solved.x.sum()) used.push_back(i);
   }
-  const MatrixXd A = data.A(Eigen::all, used);
-  const MatrixXd H = A.transpose() * A;
-  x = SolveNonNegative(H, A.transpose() * data.b);
-  const VectorXd fitted = A * x;
-  const VectorXd left = fitted - data.b;
-  PronyFit fit{.rms = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())) /
-                      data.b.cwiseAbs().maxCoeff(),
-               .fitted = {fitted.begin(), fitted.end()}};
-  const VectorXd sigma = (left.squaredNorm() / static_cast<double>(left.size()) *
-                          H.ldlt().solve(MatrixXd::Identity(H.rows(), H.cols())).diagonal())
-                             .cwiseMax(0)
-                             .cwiseSqrt();
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    fit.terms.push_back({x[static_cast<Index>(i)], sigma[static_cast<Index>(i)], kept[i]});
+  solved = Solve(data.A(Eigen::all, used), data.b);
+  while (const auto open = SpansZero(solved)) {
+    fit.dropped += solved.x[*open] > 0 ? 1 : 0;
+    used.erase(used.begin() + *open);
+    solved = Solve(data.A(Eigen::all, used), data.b);
   }
-  fit.equilibrium = x[x.size() - 1], fit.sigma = sigma[x.size() - 1];
-  fit.instant = x.sum();
+  const VectorXd fitted = data.A(Eigen::all, used) * solved.x, left = fitted - data.b;
+  fit.rms = std::sqrt(left.squaredNorm() / static_cast<double>(left.size())) /
+            data.b.cwiseAbs().maxCoeff();
+  fit.fitted = {fitted.begin(), fitted.end()};
+  fit.covariance = solved.covariance;
+  const VectorXd sigma = solved.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Index last = solved.x.size() - 1;
+  for (Index i = 0; i < last; ++i) {
+    const double time = times[static_cast<std::size_t>(used[static_cast<std::size_t>(i)])];
+    fit.terms.push_back({solved.x[i], sigma[i], time});
+  }
+  fit.equilibrium = solved.x[last], fit.sigma = sigma[last];
+  fit.instant = solved.x.sum();
   return fit;
+}
+
+// Stress that every modulus of a fit answers to a strain, the last that of G_inf.
+MatrixXd Answers(const PronyFit& fit, const RelaxationTable& table) {
+  MatrixXd A(static_cast<Index>(table.time.size()), static_cast<Index>(fit.terms.size()) + 1);
+  for (std::size_t k = 0; k < fit.terms.size(); ++k) {
+    A.col(static_cast<Index>(k)) = Branch(table, fit.terms[k].time);
+  }
+  A.rightCols(1) = Eigen::Map<const VectorXd>(table.strain.data(), A.rows());
+  return A;
+}
+
+VectorXd Moduli(const PronyFit& fit) {
+  VectorXd moduli(static_cast<Index>(fit.terms.size()) + 1);
+  for (std::size_t k = 0; k < fit.terms.size(); ++k) {
+    moduli[static_cast<Index>(k)] = fit.terms[k].modulus;
+  }
+  moduli[moduli.size() - 1] = fit.equilibrium;
+  return moduli;
+}
+
+// Logarithm of the factor between a record and what the others predict of it, rms over the records.
+// The value of one record alone counts as one more.
+double ErrorOfOthers(const std::vector<RelaxationTable>& tables) {
+  double sum = kOneRecord * kOneRecord;
+  for (std::size_t i = 0; tables.size() > 1 && i < tables.size(); ++i) {
+    std::vector<RelaxationTable> others = tables;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    const PronyFit fit = Fit(others);
+    const VectorXd said = Answers(fit, tables[i]) * Moduli(fit);
+    const Eigen::Map<const VectorXd> stress(tables[i].stress.data(), said.size());
+    const double factor = said.dot(stress) / std::max(said.squaredNorm(), 1e-300);
+    sum += std::pow(std::log(std::max(factor, kLeastFactor)), 2);
+  }
+  return std::sqrt(sum / (tables.size() > 1 ? static_cast<double>(tables.size()) + 1 : 1));
+}
+
+}  // namespace
+
+double PronyFit::At(double time) const {
+  double modulus = equilibrium;
+  for (const PronyTerm& term : terms) modulus += term.modulus * std::exp(-time / term.time);
+  return modulus;
+}
+
+PronyFit FitProny(const std::vector<RelaxationTable>& tables) {
+  RequireFading(tables);
+  PronyFit fit = Fit(tables);
+  fit.other_rate = ErrorOfOthers(tables);
+  return fit;
+}
+
+std::vector<PredictedCurve> PredictRates(const PronyFit& fit,
+                                         const std::vector<RelaxationTable>& tables) {
+  double slowest = std::numeric_limits<double>::infinity(), fastest = 0, end = 0;
+  std::vector<double> rates;
+  for (const RelaxationTable& table : tables) {
+    rates.push_back(RateOf(table));
+    slowest = std::min(slowest, rates.back()), fastest = std::max(fastest, rates.back());
+    for (const double strain : table.strain) {
+      if (std::abs(strain) > std::abs(end)) end = strain;
+    }
+  }
+  std::vector<PredictedCurve> curves;
+  if (!(slowest > 0)) return curves;
+  for (double decade = std::round(std::log10(slowest)) - 1;
+       decade <= std::round(std::log10(fastest)) + 1; ++decade) {
+    const double rate = std::pow(10, decade);
+    if (std::ranges::any_of(rates, [&](double r) { return std::abs(std::log2(r / rate)) < 1; })) {
+      continue;
+    }
+    RelaxationTable ramp;
+    for (int i = 0; i <= kRampRows; ++i) {
+      ramp.strain.push_back(end * i / kRampRows);
+      ramp.time.push_back(std::abs(ramp.strain.back()) / rate);
+    }
+    PredictedCurve curve{TestKind::kRelaxation,
+                         Formatted("ramp at %g /s", rate),
+                         tables.front().shear ? "P12" : "P11",
+                         {}};
+    const MatrixXd A = Answers(fit, ramp);
+    const VectorXd stress = A * Moduli(fit);
+    const double factor = std::exp(kWide * fit.other_rate);
+    for (Index i = 0; i < stress.size(); ++i) {
+      const double own = std::max(0.0, (A.row(i) * fit.covariance * A.row(i).transpose())(0));
+      const double half = kWide * std::hypot(std::sqrt(own), fit.rms * stress[kRampRows]);
+      const auto [low, high] = std::minmax({stress[i] / factor, stress[i] * factor});
+      curve.rows.push_back({ramp.strain[static_cast<std::size_t>(i)], stress[i], low - half,
+                            high + half, std::nullopt});
+    }
+    curves.push_back(std::move(curve));
+  }
+  return curves;
 }
 
 }  // namespace palpate::identify

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "shared/text/text.h"
 #include "slave/identify/bonded_cylinder.h"
 #include "slave/identify/raw_table.h"
@@ -207,7 +209,7 @@ void Thin(std::vector<TestRow>* rows) {
 
 void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test) {
   if (test->rows.size() < kLeastRows) {
-    throw InputError(Formatted("%s: %zu rows between --from and --to: accepted is %zu or more",
+    throw TooFewRows(Formatted("%s: %zu rows between --from and --to: accepted is %zu or more",
                                table.file.c_str(), test->rows.size(), kLeastRows));
   }
   if (!(test->Peak() > 0)) throw InputError(table.file.string() + ": every stress is zero");
@@ -329,9 +331,11 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
   const Ordinate y = FindOrdinate(table, specimen, true);
   const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
   const double stress = StressFactor(table.columns[y.column], y.load, specimen);
+  const std::string& words = table.columns[x.column].name;
   RelaxationTable relaxation{.name = table.file.stem().string()};
-  const bool stretch = table.columns[x.column].name.starts_with("stretch") ||
-                       table.columns[x.column].name.starts_with("lambda");
+  relaxation.shear =
+      words.find("shear") != std::string::npos || words.find("gamma") != std::string::npos;
+  const bool stretch = words.starts_with("stretch") || words.starts_with("lambda");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double t = table.rows[i][*time] * table.columns[*time].to_si.value_or(1);
     if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "the time decreases");
@@ -340,7 +344,8 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
     relaxation.stress.push_back(stress * table.rows[i][y.column]);
   }
   if (relaxation.time.size() < kLeastRows) {
-    throw InputError(table.file.string() + ": fewer than four rows");
+    throw TooFewRows(Formatted("%s: %zu rows: accepted is %zu or more", table.file.c_str(),
+                               relaxation.time.size(), kLeastRows));
   }
   return relaxation;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "shared/text/text.h"
 #include "slave/identify/material_test.h"
 
 namespace palpate::identify {
@@ -33,11 +34,18 @@ struct TableRequest {
 // Times, amounts and stresses of a relaxation test, as in the file.
 struct RelaxationTable {
   std::string name;
+  bool shear = false;                        // amounts of shear and shear stresses
   std::vector<double> time, strain, stress;  // [s], [-], [Pa]
 };
 
+// A table of too few rows, which can be left out.
+struct TooFewRows : InputError {
+  using InputError::InputError;
+};
+
 // Throws InputError `file:line: ...` or `file: ...`: no header, a required column is missing, a
-// cell that is not a number, an impossible deformation, fewer than four rows; std::invalid_argument
+// cell that is not a number, an impossible deformation, fewer than four rows (TooFewRows);
+// std::invalid_argument
 // naming the option: forces and displacements need an area or length.
 MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen);
 RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& specimen);

@@ -1,5 +1,7 @@
 #include "slave/commands/identify/identify.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -8,6 +10,8 @@
 #include "shared/text/text.h"
 #include "slave/commands/identify/identify_report.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/identify/magnitude.h"
+#include "slave/identify/specimen_spread.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/scene/units.h"
 
@@ -114,38 +118,72 @@ Requests Sort(const IdentifyOptions& options) {
   return requests;
 }
 
+// Reads a table whose numbers are possible; nullopt: it has too few rows and is left out.
+template <class Table>
+std::optional<Table> ReadOrLeaveOut(Table (*read)(const TableRequest&, const identify::Specimen&),
+                                    const TableRequest& request, const identify::Specimen& specimen,
+                                    IdentifyReport* report) {
+  try {
+    Table table = read(request, specimen);
+    RequirePossible(table);
+    return table;
+  } catch (const identify::TooFewRows& e) {
+    report->doubts.push_back(std::string(e.what()) + "; left out");
+    return std::nullopt;
+  }
+}
+
+// The largest number of specimens that were tested the same way decides their spread.
+void FindSpread(IdentifyReport* report) {
+  std::array<std::vector<double>, 2> moduli;
+  for (const NamedChord& named : report->moduli) {
+    moduli[named.chord.compression ? 1 : 0].push_back(named.chord.modulus);
+  }
+  const auto& most = moduli[moduli[1].size() > moduli[0].size() ? 1 : 0];
+  report->specimens = std::max<std::size_t>(1, most.size());
+  report->specimen_sigma = identify::OtherSpecimenSigma(most);
+}
+
 void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, bool foam,
                   Progress* progress, IdentifyReport* report) {
   for (const TableRequest& request : requests.tests) {
-    report->tests.push_back(ReadTest(request, specimen));
-    const identify::MaterialTest& test = report->tests.back();
+    auto read = ReadOrLeaveOut(identify::ReadTest, request, specimen, report);
+    if (!read) continue;
+    const identify::MaterialTest& test = report->tests.emplace_back(std::move(*read));
     if (std::string doubt = AgainstIsotropy(test); !doubt.empty()) {
       report->doubts.push_back(std::move(doubt));
     }
-    if (const auto chord = ChordModulusOf(test)) {
+    const auto chord = ChordModulusOf(test);
+    if (chord && chord->modulus > 2 * chord->sigma) {  // else its interval includes zero
       report->moduli.push_back({test.name, *chord, test.end_factor});
     }
   }
+  FindSpread(report);
   if (report->tests.empty()) return;
   ReportProgress(progress, "constitutive models", 0);
-  report->fits = identify::FitLaws(report->tests, foam);
+  report->fits = identify::FitLaws(report->tests, foam, &report->dropped);
   for (const identify::LawFit& fit : report->fits) {
     report->shares.emplace_back();
     identify::RelativeRms(fit.law, report->tests, &report->shares.back());
   }
-  if (foam) return;
   ReportProgress(progress, "other tests", 0.8);
-  const identify::Predictor predictor(report->tests);
+  const identify::Predictor predictor(report->tests, foam);
   report->predictions = predictor.OtherTests();
+  report->fitted = predictor.FittedTests();
   report->predicted_by = predictor.laws();
 }
 
 void IdentifyRelaxation(const Requests& requests, const identify::Specimen& specimen,
                         IdentifyReport* report) {
   for (const TableRequest& request : requests.relaxations) {
-    report->relaxations.push_back(ReadRelaxation(request, specimen));
+    auto read = ReadOrLeaveOut(identify::ReadRelaxation, request, specimen, report);
+    if (read) report->relaxations.push_back(std::move(*read));
   }
-  if (!report->relaxations.empty()) report->prony = identify::FitProny(report->relaxations);
+  if (report->relaxations.empty()) return;
+  report->prony = identify::FitProny(report->relaxations);
+  for (auto& curve : identify::PredictRates(*report->prony, report->relaxations)) {
+    report->predictions.push_back(std::move(curve));
+  }
 }
 
 }  // namespace
@@ -166,7 +204,9 @@ displacements need --diameter or --area, and --height.
 The chord modulus is the slope of nominal stress between 10 and 20 % strain, or over the measured
 range of a shorter curve. It is divided by the stiffening due to bonded ends. The constitutive
 models are neo-Hookean, Mooney-Rivlin, Yeoh and Ogden with 1 to 3 terms. With --foam they are
-compressible. The best model is stable and has the lowest BIC.
+compressible. The best model is stable and has the lowest BIC. A model whose residual is above 10 %
+of the peak is only a warning. The lines for a scene are of the best model that a scene reads.
+Several tests of one kind are several specimens. Numbers that no soft solid has are rejected.
 
 Examples:
   palpate-slave identify compression=EF10.csv --diameter 50mm --height 30mm --ends bonded --out build/ef10
@@ -189,6 +229,9 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
     ProgressBar progress("identify", stop);
     IdentifyLaws(requests, specimen, options.foam, &progress, &report);
     IdentifyRelaxation(requests, specimen, &report);
+    const bool nothing = report.tests.empty() && report.relaxations.empty() &&
+                         requests.press.empty() && requests.pictures.empty();
+    if (nothing) throw InputError(report.doubts.front());
     if (!requests.press.empty()) {
       const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);

@@ -22,21 +22,28 @@ constexpr const char* kStyle =
     ".band{fill:#c44e52;fill-opacity:0.2}\n";
 
 struct Curve {
-  std::string title;
-  Points seen, law, band;  // the band closed
+  std::string title, x, y;  // with the axes' names and units
+  Points seen, law, band;   // the band closed
 };
 
+std::string AxisOf(identify::TestKind kind, bool shear_entry) {
+  if (kind == identify::TestKind::kRelaxation) return "strain [-]";
+  return kind == identify::TestKind::kShear || shear_entry ? "amount of shear [-]" : "stretch [-]";
+}
+
 Curve CurveOf(const MaterialTest& test, const identify::LawFit& fit) {
-  Curve curve{test.name + " (" + std::string(NameOf(test.kind)) + ")", {}, {}, {}};
+  const auto& [along, face] = test.components.front();
+  Curve curve{test.name + " (" + std::string(NameOf(test.kind)) + ")",
+              AxisOf(test.kind, along != face),
+              test.cauchy ? "true stress [Pa]" : "nominal stress [Pa]",
+              {},
+              {},
+              {}};
   const Eigen::VectorXd said = Predict(fit.law, test);
   for (std::size_t i = 0; i < test.rows.size(); ++i) {
-    const identify::TestRow& row = test.rows[i];
-    double x = row.abscissa;
-    if (test.kind == identify::TestKind::kTensor) {
-      x = row.F(0, 1) != 0 ? row.F(0, 1) : row.F(0, 0);
-    }
+    const double x = AbscissaOf(test, test.rows[i], 0);
     const auto at = static_cast<Eigen::Index>(i * test.components.size());
-    curve.seen.emplace_back(x, row.measured.front());
+    curve.seen.emplace_back(x, test.rows[i].measured.front());
     curve.law.emplace_back(x, said[at]);
   }
   std::ranges::sort(curve.law, {}, [](const Vector2d& p) { return p.x(); });
@@ -44,7 +51,12 @@ Curve CurveOf(const MaterialTest& test, const identify::LawFit& fit) {
 }
 
 Curve CurveOf(const identify::PredictedCurve& predicted) {
-  Curve curve{predicted.name + " (not measured)", {}, {}, {}};
+  Curve curve{predicted.name + " (not measured)",
+              AxisOf(predicted.kind, false),
+              "nominal stress [Pa]",
+              {},
+              {},
+              {}};
   for (const identify::PredictedRow& row : predicted.rows) {
     curve.law.emplace_back(row.abscissa, row.stress);
     curve.band.emplace_back(row.abscissa, row.low);
@@ -56,7 +68,7 @@ Curve CurveOf(const identify::PredictedCurve& predicted) {
 }
 
 Curve CurveOf(const identify::RelaxationTable& table, const double* fitted) {
-  Curve curve{table.name + " (relaxation, over s)", {}, {}, {}};
+  Curve curve{table.name + " (relaxation)", "time [s]", "stress [Pa]", {}, {}, {}};
   for (std::size_t i = 0; i < table.time.size(); ++i) {
     curve.seen.emplace_back(table.time[i], table.stress[i]);
     curve.law.emplace_back(table.time[i], fitted[i]);
@@ -88,8 +100,9 @@ void Draw(const Curve& curve, const Vector2d& corner, Svg* svg) {
   svg->Text(foot, Formatted("%.4g", low.x()), "small");
   svg->Text(foot + Vector2d(kPanel, 0), Formatted("%.4g", high.x()), "small", Svg::Anchor::kEnd);
   svg->Text(corner + Vector2d(-4, 10), Formatted("%.3g", high.y()), "small", Svg::Anchor::kEnd);
-  svg->Text(corner + Vector2d(-4, kPanel), Formatted("%.3g Pa", low.y()), "small",
-            Svg::Anchor::kEnd);
+  svg->Text(corner + Vector2d(-4, kPanel), Formatted("%.3g", low.y()), "small", Svg::Anchor::kEnd);
+  svg->Text(foot + Vector2d(kPanel / 2, 0), curve.x, "small", Svg::Anchor::kMiddle);
+  svg->Text(corner + Vector2d(-8, kPanel / 2), curve.y, "small", Svg::Anchor::kMiddle, -90);
 }
 
 std::vector<Curve> CurvesOf(const IdentifyReport& report) {

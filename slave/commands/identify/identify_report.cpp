@@ -4,10 +4,12 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
+#include "slave/identify/specimen_spread.h"
 
 namespace palpate {
 namespace {
@@ -16,7 +18,8 @@ using identify::LawFit;
 using Json = nlohmann::ordered_json;
 
 constexpr double kWide = 1.96;
-constexpr double kLeastShare = 1e-12;       // of a term in a scene
+constexpr double kPoorFit = 0.1;       // residual over the peak from which a fit is a warning [-]
+constexpr double kLeastShare = 1e-12;  // of a term in a scene
 constexpr double kPoissonOfScene = 0.4999;  // what `model` solves with a pressure of its own
 constexpr const char* kDefinition =
     "slope of nominal stress between 10 and 20 % strain, divided by the stiffening due to bonded "
@@ -26,12 +29,26 @@ double SigmaOf(const LawFit& fit, Eigen::Index i) {
   return std::sqrt(std::max(0.0, fit.covariance(i, i)));
 }
 
-Json ToJson(const NamedChord& named) {
+// Half width of the 95 % interval of another specimen's modulus [Pa].
+double HalfWidth(double modulus, double sigma, double specimen_sigma) {
+  return identify::kSpecimenWide * std::hypot(sigma, specimen_sigma * modulus);
+}
+
+std::string MaterialLine(double young_modulus, double poisson_ratio, double sigma) {
+  return fmt::format(
+      "  object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}, tolerance: {:.2g}}}\n",
+      young_modulus, poisson_ratio, std::min(sigma, 1.0));
+}
+constexpr const char* kLinearModel = "  model: {kind: fem, element: tet10}\n";
+
+Json ToJson(const NamedChord& named, double specimen_sigma) {
   const identify::ChordModulus& c = named.chord;
   return {{"test", named.name},
           {"definition", kDefinition},
           {"modulus_Pa", c.modulus},
           {"sigma_Pa", c.sigma},
+          {"half_width_Pa", HalfWidth(c.modulus, c.sigma, specimen_sigma)},
+          {"linear_model_excess", c.excess},
           {"from", c.from},
           {"to", c.to},
           {"end_factor", named.end_factor}};
@@ -50,14 +67,15 @@ Json ConstantsOf(const LawFit& fit) {
   return constants;
 }
 
-Json ToJson(const LawFit& fit, const std::vector<double>& shares,
-            const std::vector<identify::MaterialTest>& tests) {
+Json ToJson(const LawFit& fit, const std::vector<double>& shares, const IdentifyReport& report) {
   Json per_test = Json::object();
-  for (std::size_t i = 0; i < tests.size(); ++i) per_test[tests[i].name] = shares[i];
+  for (std::size_t i = 0; i < report.tests.size(); ++i) per_test[report.tests[i].name] = shares[i];
+  const double E = fit.law.YoungModulus();
   return {{"law", fit.law.name},
           {"constants", ConstantsOf(fit)},
           {"shear_modulus_Pa", fit.law.ShearModulus()},
-          {"young_modulus_Pa", fit.law.YoungModulus()},
+          {"young_modulus_Pa", E},
+          {"half_width_Pa", HalfWidth(E, fit.young_sigma, report.specimen_sigma)},
           {"poisson_ratio", fit.law.PoissonRatio()},
           {"rms_of_peak", fit.rms},
           {"rms_of_own_peak", per_test},
@@ -66,10 +84,32 @@ Json ToJson(const LawFit& fit, const std::vector<double>& shares,
           {"instability", fit.unstable},
           {"not_told", fit.untold},
           {"would_tell", fit.extra},
-          {"scene", SceneLines(fit)}};
+          {"scene", SceneLines(fit, report.specimen_sigma)}};
 }
 
-Json ToJson(const identify::PronyFit& prony) {
+// Young's modulus of a Prony series after the longest record, and at once.
+struct Faded {
+  double held = 0, at_once = 0;  // [Pa]
+  double half_width = 0;         // of the first, as above [Pa]
+  double record = 0;             // [s]
+  std::string scene;
+};
+
+Faded FadedOf(const IdentifyReport& report) {
+  Faded faded;
+  for (const identify::RelaxationTable& table : report.relaxations) {
+    faded.record = std::max(faded.record, table.time.back() - table.time.front());
+  }
+  const double by = report.relaxations.front().shear ? 2 * (1 + kPoissonOfScene) : 1;
+  faded.held = by * report.prony->At(faded.record), faded.at_once = by * report.prony->instant;
+  const double own = by * report.prony->sigma;
+  faded.half_width = HalfWidth(faded.held, own, report.specimen_sigma);
+  const double sigma = std::hypot(report.specimen_sigma, own / faded.held);
+  faded.scene = MaterialLine(faded.held, kPoissonOfScene, sigma) + kLinearModel;
+  return faded;
+}
+
+Json ToJson(const identify::PronyFit& prony, const Faded& faded) {
   Json terms = Json::array();
   for (const identify::PronyTerm& term : prony.terms) {
     terms.push_back(
@@ -79,7 +119,12 @@ Json ToJson(const identify::PronyFit& prony) {
           {"equilibrium_Pa", prony.equilibrium},
           {"sigma_Pa", prony.sigma},
           {"terms", terms},
-          {"rms_of_peak", prony.rms}};
+          {"rms_of_peak", prony.rms},
+          {"log_factor_at_other_rates", prony.other_rate},
+          {"young_modulus_held_Pa", faded.held},
+          {"half_width_Pa", faded.half_width},
+          {"young_modulus_at_once_Pa", faded.at_once},
+          {"scene", faded.scene}};
 }
 
 Json ToJson(const PressFit& press) {
@@ -117,15 +162,19 @@ std::string ToWords(const PictureFit& fit) {
 }
 
 void WritePredictions(const IdentifyReport& report, const std::filesystem::path& file) {
-  std::string text = "test,abscissa,nominal_stress_Pa,low_Pa,high_Pa\n";
-  for (const identify::PredictedCurve& curve : report.predictions) {
-    for (const identify::PredictedRow& row : curve.rows) {
-      text += curve.name;
-      for (const double value : {row.abscissa, row.stress, row.low, row.high}) {
-        text += ',';
-        AppendNumber(&text, value, 9);
+  std::string text = "test,abscissa,nominal_stress_Pa,low_Pa,high_Pa,component,measured_Pa\n";
+  for (const auto* curves : {&report.predictions, &report.fitted}) {
+    for (const identify::PredictedCurve& curve : *curves) {
+      for (const identify::PredictedRow& row : curve.rows) {
+        text += curve.name;
+        for (const double value : {row.abscissa, row.stress, row.low, row.high}) {
+          text += ',';
+          AppendNumber(&text, value, 9);
+        }
+        text += ',' + curve.component + ',';
+        if (row.measured) AppendNumber(&text, *row.measured, 9);
+        text += '\n';
       }
-      text += '\n';
     }
   }
   WriteWholeFile(file, text);
@@ -140,61 +189,129 @@ std::string WordsOf(const LawFit& fit) {
   return words;
 }
 
+// The first that a scene reads; null: none.
+const LawFit* ReadByScenes(const IdentifyReport& report) {
+  const auto found = std::ranges::find_if(
+      report.fits, [](const LawFit& fit) { return !SceneLines(fit, 0).empty(); });
+  return found == report.fits.end() ? nullptr : &*found;
+}
+
+void AddScene(const IdentifyReport& report, std::string* words) {
+  const LawFit& best = report.fits.front();
+  const LawFit* fit = ReadByScenes(report);
+  if (fit == nullptr) return;
+  if (fit != &best) {
+    *words += fmt::format(
+        "  no scene reads {}; the best that it reads is {}, rms {:.2f} % instead of {:.2f} %\n",
+        best.law.name, fit->law.name, 100 * fit->rms, 100 * best.rms);
+  }
+  const double E = fit->law.YoungModulus();
+  const auto [low, high] = identify::LinearRange(fit->law);
+  *words += SceneLines(*fit, report.specimen_sigma);
+  *words += fmt::format(
+      "  E at rest {:.4g} +- {:.2g} Pa: for object.material.young_modulus with this model{}\n"
+      "  for a linear model, which is within 10 % of {} from {:.1f} to {:.1f} % strain\n"
+      "  residual up to {:.0f} % strain: {:.0f} % of the largest stress there\n",
+      E, HalfWidth(E, fit->young_sigma, report.specimen_sigma),
+      fit->law.nu ? " (no scene reads a foam model), and" : ", or", fit->law.name, 100 * low,
+      100 * high, 100 * identify::kSmallStrain,
+      100 * identify::SmallStrainRms(fit->law, report.tests));
+  if (fit->rms > kPoorFit) *words += "  warning: these lines are of a fit worse than 10 %\n";
+}
+
 void AddLaws(const IdentifyReport& report, std::string* words) {
   for (const LawFit& fit : report.fits) {
     *words += fmt::format("  {:<14} rms {:6.2f} % of the peak{}{}\n", fit.law.name, 100 * fit.rms,
                           WordsOf(fit), fit.unstable.empty() ? "" : "  UNSTABLE: " + fit.unstable);
+  }
+  if (!report.dropped.empty()) {
+    *words += fmt::format("  left out, the interval includes zero: {}\n",
+                          fmt::join(report.dropped, ", "));
   }
   const LawFit& best = report.fits.front();
   if (!best.unstable.empty()) {
     *words += "no stable constitutive model was found: none is proposed\n";
     return;
   }
-  *words += fmt::format("best: {}; at rest E {:.4g} Pa, nu {:.4g}\n", best.law.name,
-                        best.law.YoungModulus(), best.law.PoissonRatio());
+  const double E = best.law.YoungModulus();
+  *words += fmt::format(
+      "{}: {}; at rest E {:.4g} +- {:.2g} Pa, nu {:.4g}\n",
+      best.rms > kPoorFit
+          ? fmt::format("warning: no model fits within {:.0f} %; closest (rms {:.1f} %)",
+                        100 * kPoorFit, 100 * best.rms)
+          : "best",
+      best.law.name, E, HalfWidth(E, best.young_sigma, report.specimen_sigma),
+      best.law.PoissonRatio());
   if (!best.untold.empty()) {
     *words += fmt::format("  these data determine poorly: {}; a test that determines it: {}\n",
                           best.untold, best.extra);
   }
-  if (const std::string lines = SceneLines(best); !lines.empty()) *words += lines;
+  AddScene(report, words);
+}
+
+void AddModuli(const IdentifyReport& report, std::string* words) {
+  for (const NamedChord& named : report.moduli) {
+    const identify::ChordModulus& c = named.chord;
+    *words += fmt::format(
+        "{}: chord modulus {:.4g} +- {:.2g} Pa ({:.0f} to {:.0f} %; ends x {:.3f})\n"
+        "  for object.material.young_modulus of a linear model pressed so far; at {:.0f} % its "
+        "force "
+        "is {:+.0f} % off\n",
+        named.name, c.modulus, HalfWidth(c.modulus, c.sigma, report.specimen_sigma), 100 * c.from,
+        100 * c.to, named.end_factor, 100 * c.to, 100 * c.excess);
+  }
+  if (report.moduli.empty() && report.fits.empty()) return;
+  *words += fmt::format(
+      "+- of a modulus: 95 % for another specimen; {} here, standard deviation {:.1f} %\n",
+      report.specimens, 100 * report.specimen_sigma);
+}
+
+void AddRelaxation(const IdentifyReport& report, std::string* words) {
+  const identify::PronyFit& prony = *report.prony;
+  *words += fmt::format(
+      "{}relaxation: instantaneous modulus {:.4g} Pa, long-term modulus {:.4g} Pa, rms {:.2f} % of "
+      "the peak\n",
+      prony.rms > kPoorFit ? "warning: no Prony series fits within 10 %; " : "", prony.instant,
+      prony.equilibrium, 100 * prony.rms);
+  for (const identify::PronyTerm& term : prony.terms) {
+    *words += fmt::format("  {:.4g} +- {:.2g} Pa in {:.3g} s\n", term.modulus, kWide * term.sigma,
+                          term.time);
+  }
+  if (prony.dropped > 0) {
+    *words += fmt::format("  left out, the interval includes zero: {} terms\n", prony.dropped);
+  }
+  const Faded faded = FadedOf(report);
+  *words += faded.scene;
+  *words += fmt::format(
+      "  no scene reads a Prony series: object.material.young_modulus {:.4g} +- {:.2g} Pa (95 %, "
+      "another specimen) is for contacts held for {:.3g} s, {:.4g} Pa for quick ones\n",
+      faded.held, faded.half_width, faded.record, faded.at_once);
 }
 
 }  // namespace
 
-std::string SceneLines(const LawFit& fit) {
-  if (!fit.unstable.empty() || fit.law.nu || fit.law.terms.empty()) return {};
-  const double G = fit.law.ShearModulus();
+std::string SceneLines(const LawFit& fit, double specimen_sigma) {
+  if (!fit.unstable.empty() || fit.law.terms.empty()) return {};
+  const double G = fit.law.ShearModulus(), E = fit.law.YoungModulus();
+  const double sigma = std::hypot(specimen_sigma, fit.young_sigma / E);
+  if (fit.law.nu) return MaterialLine(E, *fit.law.nu, sigma) + kLinearModel;
   std::string terms;
   for (const identify::LawTerm& term : fit.law.terms) {
     if (term.G < kLeastShare * G) continue;
     terms += fmt::format("{}[{:.6g}, {:.6g}]", terms.empty() ? "" : ", ", term.G / G, term.alpha);
   }
-  return fmt::format(
-      "  object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {}}}\n"
-      "  model: {{kind: fem-hyperelastic, law: ogden, terms: [{}], element: tet10}}\n",
-      2 * (1 + kPoissonOfScene) * G, kPoissonOfScene, terms);
+  return MaterialLine(2 * (1 + kPoissonOfScene) * G, kPoissonOfScene, sigma) +
+         fmt::format(
+             "  model: {{kind: fem-hyperelastic, law: ogden, terms: [{}], element: tet10}}\n",
+             terms);
 }
 
 std::string ToWords(const IdentifyReport& report) {
   std::string words;
   for (const std::string& doubt : report.doubts) words += doubt + "\n";
-  for (const NamedChord& named : report.moduli) {
-    words +=
-        fmt::format("{}: chord modulus {:.4g} +- {:.2g} Pa ({:.0f} to {:.0f} %; ends x {:.3f})\n",
-                    named.name, named.chord.modulus, kWide * named.chord.sigma,
-                    100 * named.chord.from, 100 * named.chord.to, named.end_factor);
-  }
+  AddModuli(report, &words);
   if (!report.fits.empty()) AddLaws(report, &words);
-  if (report.prony) {
-    words += fmt::format(
-        "relaxation: instantaneous modulus {:.4g} Pa, long-term modulus {:.4g} Pa, rms {:.2f} % of "
-        "the peak\n",
-        report.prony->instant, report.prony->equilibrium, 100 * report.prony->rms);
-    for (const identify::PronyTerm& term : report.prony->terms) {
-      words += fmt::format("  {:.4g} +- {:.2g} Pa in {:.3g} s\n", term.modulus, kWide * term.sigma,
-                           term.time);
-    }
-  }
+  if (report.prony) AddRelaxation(report, &words);
   if (report.press) {
     words += fmt::format(
         "{} contacts with {}: E {:.5g} +- {:.2g} Pa, nu {:.4g}, rms {:.3g} % of the largest "
@@ -209,20 +326,26 @@ std::string ToWords(const IdentifyReport& report) {
 
 void WriteReport(const IdentifyReport& report, const std::filesystem::path& out) {
   Json json = {{"doubts", report.doubts}, {"moduli", Json::array()}, {"laws", Json::array()}};
-  for (const NamedChord& named : report.moduli) json["moduli"].push_back(ToJson(named));
+  for (const NamedChord& named : report.moduli) {
+    json["moduli"].push_back(ToJson(named, report.specimen_sigma));
+  }
   for (std::size_t i = 0; i < report.fits.size(); ++i) {
-    json["laws"].push_back(ToJson(report.fits[i], report.shares[i], report.tests));
+    json["laws"].push_back(ToJson(report.fits[i], report.shares[i], report));
   }
   if (!report.fits.empty() && report.fits.front().unstable.empty()) {
-    json["best"] = report.fits.front().law.name;
+    json[report.fits.front().rms > kPoorFit ? "closest" : "best"] = report.fits.front().law.name;
   }
+  if (const LawFit* fit = ReadByScenes(report)) json["scene_law"] = fit->law.name;
+  json["dropped"] = report.dropped;
+  json["specimens"] = {{"count", report.specimens}, {"sigma", report.specimen_sigma}};
   if (!report.predicted_by.empty()) json["predicted_by"] = report.predicted_by;
-  if (report.prony) json["relaxation"] = ToJson(*report.prony);
+  if (report.prony) json["relaxation"] = ToJson(*report.prony, FadedOf(report));
   if (report.press) json["press"] = ToJson(*report.press);
   if (report.pictures) json["pictures"] = ToJson(*report.pictures);
   WriteWholeFile(out / "report.json", json.dump(2) + "\n");
   WriteWholeFile(out / "identify.svg", DrawIdentify(report));
-  if (!report.predictions.empty()) WritePredictions(report, out / "predictions.csv");
+  if (!report.predictions.empty() || !report.fitted.empty())
+    WritePredictions(report, out / "predictions.csv");
 }
 
 }  // namespace palpate

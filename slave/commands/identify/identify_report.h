@@ -28,7 +28,12 @@ struct IdentifyReport {
   std::vector<NamedChord> moduli;
   std::vector<identify::LawFit> fits;       // the best first
   std::vector<std::vector<double>> shares;  // rms of each test over its peak, per fit
-  std::vector<identify::PredictedCurve> predictions;
+  std::vector<std::string> dropped;         // models with a constant whose interval includes zero
+  // Relative standard deviation of the modulus of another specimen, from this number of them.
+  double specimen_sigma = 0;
+  std::size_t specimens = 1;
+  std::vector<identify::PredictedCurve> predictions;  // tests that were not made
+  std::vector<identify::PredictedCurve> fitted;       // tests that were
   std::string predicted_by;
   std::vector<identify::RelaxationTable> relaxations;
   std::optional<identify::PronyFit> prony;
@@ -37,8 +42,8 @@ struct IdentifyReport {
 };
 
 // Lines of a scene for a fit; empty: `model` does not accept this constitutive model, or it is
-// unstable.
-std::string SceneLines(const identify::LawFit& fit);
+// unstable. A foam's are those of a linear model. `specimen_sigma`: as in the report.
+std::string SceneLines(const identify::LawFit& fit, double specimen_sigma);
 
 std::string ToWords(const IdentifyReport& report);
 void WriteReport(const IdentifyReport& report, const std::filesystem::path& out);

@@ -4,7 +4,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,6 +67,210 @@ TEST_F(IdentifyCommand, TellsALawItsModulusAndTheScenesLines) {
   EXPECT_THAT(report.at("laws").at(0).at("scene").get<std::string>(), HasSubstr("law: ogden"));
   EXPECT_GT(std::filesystem::file_size(folder_ / "out" / "identify.svg"), 2000U);
   EXPECT_GT(std::filesystem::file_size(folder_ / "out" / "predictions.csv"), 1000U);
+}
+
+// The lines of a scene for a fit, put into a scene: what `LoadScene` accepts.
+Scene SceneOf(const path& folder, const std::string& lines) {
+  WriteWholeFile(folder / "base.yaml",
+                 "name: block\nobject:\n  geometry: {box: {size: [0.06, 0.06, 0.03], cells: [6, 6, "
+                 "3]}}\n  material: {young_modulus: 1 kPa, poisson_ratio: 0.3}\n  fixed: {plane: "
+                 "{axis: z, at: 0 m}}\nmodel: {kind: fem}\n");
+  std::vector<std::string> overrides;
+  std::istringstream stream(lines);
+  for (std::string line; std::getline(stream, line);) {
+    line.erase(0, 2);
+    overrides.push_back(line.replace(line.find(": "), 2, "="));
+  }
+  EXPECT_EQ(overrides.size(), 2U) << lines;
+  return LoadScene(folder / "base.yaml", overrides, SceneUse::kSolve);
+}
+
+// Lines of the law that a scene reads.
+std::string SceneLinesOf(const json& report) {
+  if (report.contains("relaxation")) return report.at("relaxation").at("scene");
+  for (const json& law : report.at("laws")) {
+    if (law.at("law") == report.at("scene_law")) return law.at("scene");
+  }
+  return {};
+}
+
+// Yeoh's law is the best of a rubber that stiffens, but no scene reads it; of a foam and of a Prony
+// series a scene reads the modulus.
+TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForEveryTest) {
+  std::string yeoh = "stretch,P_kPa\n", foam = "stretch,P_kPa\n", hold = "t_s,shear,stress_kPa\n";
+  for (int i = 1; i <= 60; ++i) {
+    const double l = 1 + 0.025 * i, beyond = l * l + 2 / l - 3, c = 0.5 - 0.7 * i / 60;
+    yeoh += Formatted("%.4f,%.9f\n", l, 2 * (30 + 1.8 * beyond * beyond) * (l - 1 / (l * l)));
+    foam += Formatted("%.4f,%.9f\n", 1 - 0.008 * i, 20 * (1 - std::pow(1 - 0.008 * i, -3)) / 3);
+    hold += Formatted("%d,0.1,%.9f\n", i, 0.2 + 0.3 * std::exp(-i / 10.0) + 1e-4 * c);
+  }
+  json report = Run({.data = {"tension=" + Write("yeoh.csv", yeoh).string()}});
+  EXPECT_THAT(report.at("best").get<std::string>(), HasSubstr("yeoh"));
+  EXPECT_NE(report.at("scene_law"), report.at("best"));
+  const Scene rubber = SceneOf(folder_, SceneLinesOf(report));
+  EXPECT_EQ(rubber.model.kind, "fem-hyperelastic");
+  EXPECT_GT(rubber.object.material.young_modulus_tolerance, 0.04);  // the spread between specimens
+
+  report = Run({.data = {"compression=" + Write("foam.csv", foam).string()}, .foam = true});
+  EXPECT_EQ(SceneOf(folder_, SceneLinesOf(report)).model.kind, "fem");
+  EXPECT_GT(std::filesystem::file_size(folder_ / "out" / "predictions.csv"), 1000U);
+
+  report = Run({.data = {"relaxation=" + Write("hold.csv", hold).string()}});
+  const Scene adhesive = SceneOf(folder_, SceneLinesOf(report));
+  EXPECT_NEAR(adhesive.object.material.young_modulus, 3 * 2000, 100);  // 3 G, of 0.2 kPa at 10 %
+}
+
+TEST_F(IdentifyCommand, LeavesATableOfThreeRowsOut) {
+  const std::string few = Write("few.csv", "stretch,P_kPa\n1,0\n1.1,3\n1.2,5\n").string();
+  std::string text = "stretch,P_kPa\n";
+  for (int i = 1; i <= 30; ++i) {
+    const double l = 1 + 0.03 * i;
+    text += Formatted("%.4f,%.9f\n", l, 30 * (l - 1 / (l * l)));
+  }
+  const json report = Run({.data = {"tension=" + few, "tension=" + Write("r.csv", text).string()}});
+  EXPECT_THAT(report.at("doubts").at(0).get<std::string>(), HasSubstr("few.csv: 3 rows"));
+  EXPECT_EQ(report.at("best"), "neo-hookean");
+  EXPECT_THAT(Refusal({.data = {"tension=" + few}}), HasSubstr("accepted is 4 or more"));
+}
+
+// No law of the list falls and rises again.
+TEST_F(IdentifyCommand, CallsNoPoorFitTheBest) {
+  std::string text = "stretch,P_kPa\n";
+  for (int i = 1; i <= 40; ++i)
+    text += Formatted("%.4f,%.6f\n", 1 + 0.01 * i, i % 20 < 10 ? 9. : 3.);
+  const json report = Run({.data = {"tension=" + Write("steps.csv", text).string()}});
+  EXPECT_FALSE(report.contains("best"));
+  EXPECT_TRUE(report.contains("closest"));
+  SceneOf(folder_, SceneLinesOf(report));
+}
+
+TEST_F(IdentifyCommand, DrawsAxesWithNamesAndUnits) {
+  std::string text = "stretch,P_kPa\n", hold = "t_s,shear,stress_kPa\n";
+  for (int i = 1; i <= 30; ++i) {
+    const double l = 1 + 0.03 * i;
+    text += Formatted("%.4f,%.9f\n", l, 30 * (l - 1 / (l * l)));
+    hold += Formatted("%d,0.1,%.9f\n", i, 0.5 + 0.3 * std::exp(-i / 10.0));
+  }
+  Run({.data = {"tension=" + Write("rubber.csv", text).string(),
+                "relaxation=" + Write("hold.csv", hold).string()}});
+  std::ifstream stream(folder_ / "out" / "identify.svg");
+  const std::string svg((std::istreambuf_iterator<char>(stream)), {});
+  for (const char* axis :
+       {"stretch [-]", "amount of shear [-]", "nominal stress [Pa]", "time [s]"}) {
+    EXPECT_THAT(svg, HasSubstr(axis));
+  }
+}
+
+// `file` with other words in its header and one column times `factor`.
+std::string Altered(const path& file, const std::string& from, const std::string& to,
+                    std::size_t column = 0, double factor = 1) {
+  std::ifstream stream(file);
+  std::string text;
+  for (std::string line; std::getline(stream, line); text += '\n') {
+    if (const std::size_t at = line.find(from); !from.empty() && at != std::string::npos) {
+      line.replace(at, from.size(), to);
+    }
+    std::istringstream cells(line);
+    std::size_t count = 0;
+    for (std::string cell; std::getline(cells, cell, ','); ++count) {
+      const auto number = ParseFinite(cell);
+      if (count > 0) text += ',';
+      text += number && count == column ? Formatted("%.9g", factor * *number) : cell;
+    }
+  }
+  return text;
+}
+
+// Ten wrong units on published data, each of which the right unit turns into a fit; and a
+// compression test that is called a relaxation.
+TEST_F(IdentifyCommand, RejectsWrongUnitsOfPublishedData) {
+  const path data = SourcePath("/../shared/data");
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << data << " is absent";
+  const path silicone = data / "silicone_compression/EF50_0T_A1.csv",
+             rubber = data / "hyperelastic_curves/Treloar_1944/UT.csv",
+             brain = data / "hyperelastic_curves/Budday_2017/UT_T_corona_radiata.csv",
+             foam = data / "foam_curves/foam_leap/UC.csv",
+             tension = data / "foam_curves/foam_leap/UT.csv",
+             adhesive = data / "viscoelastic_adhesive/shear_relaxation_1.csv";
+  const auto as = [&](const std::string& kind, const path& file) {
+    return IdentifyOptions{.data = {kind + "=" + file.string()}};
+  };
+  const auto sized = [&](const path& file, const char* diameter, const char* height) {
+    IdentifyOptions options = as("compression", file);
+    options.diameter = diameter, options.height = height;
+    return options;
+  };
+  const auto with = [](IdentifyOptions options, const char* unit, bool is_foam) {
+    options.stress_unit = unit, options.foam = is_foam;
+    return options;
+  };
+  Run(sized(silicone, "50mm", "30mm"));
+  Run(as("compression", silicone));
+  Run(with(as("uniaxial", rubber), "MPa", false));
+  Run(with(as("uniaxial", brain), "kPa", false));
+  Run(with(as("compression", foam), "", true));
+  Run(with(as("tension", tension), "", true));
+  Run(as("relaxation", adhesive));
+  const std::vector<IdentifyOptions> wrong{
+      sized(silicone, "50", "30"),
+      sized(silicone, "50", "30mm"),
+      sized(silicone, "50mm", "30"),
+      sized(Write("mN.csv", Altered(silicone, "Load (N)", "Load (mN)")), "50mm", "30mm"),
+      as("compression", Write("Pa.csv", Altered(silicone, "Stress (kPa)", "Stress (Pa)"))),
+      as("compression", Write("percent.csv", Altered(silicone, "", "", 3, 100))),
+      as("uniaxial", rubber),
+      as("uniaxial", brain),
+      with(as("compression", Write("foam.csv", Altered(foam, "P_MPa", "P_Pa"))), "", true),
+      as("relaxation", Write("adhesive.csv", Altered(adhesive, "kPa", "Pa")))};
+  for (const IdentifyOptions& options : wrong) {
+    const std::string refusal = Refusal(options);
+    EXPECT_TRUE(refusal.find("Check the units") != std::string::npos ||
+                refusal.find("stretch =") != std::string::npos)
+        << options.data.front() << " " << options.diameter << " " << options.height << ": "
+        << refusal;
+  }
+  EXPECT_THAT(Refusal(as("relaxation", silicone)), HasSubstr("only rises, at one rate"));
+}
+
+// All four materials of the published data.
+TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForPublishedData) {
+  const path data = SourcePath("/../shared/data");
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << data << " is absent";
+  const auto expect = [&](const IdentifyOptions& options) {
+    EXPECT_NO_THROW(SceneOf(folder_, SceneLinesOf(Run(options)))) << options.data.front();
+    EXPECT_GT(std::filesystem::file_size(folder_ / "out" / "predictions.csv"), 500U);
+  };
+  for (const auto& entry : std::filesystem::directory_iterator(data / "silicone_compression")) {
+    if (!entry.path().filename().string().starts_with("EF")) continue;
+    IdentifyOptions options{.data = {"compression=" + entry.path().string()}};
+    options.diameter = "50mm", options.height = "30mm", options.ends = "bonded";
+    expect(options);
+  }
+  const std::string curves = (data / "hyperelastic_curves/").string(),
+                    foam = (data / "foam_curves/foam_leap/").string(),
+                    adhesive = (data / "viscoelastic_adhesive/").string();
+  for (const std::string material : {"Treloar_1944", "Kawabata_1981", "Meunier_2008"}) {
+    const std::string folder = curves + material;
+    IdentifyOptions options{.data = {"uniaxial=" + folder + "/UT.csv",
+                                     "equibiaxial=" + folder + "/ET.csv",
+                                     "planar=" + folder + "/PS.csv"}};
+    options.stress_unit = "MPa";
+    expect(options);
+    options.data = {folder + "/UT.csv"};  // by its tensors
+    expect(options);
+  }
+  IdentifyOptions gel{.data = {"biaxial=" + curves + "Katashima_2012/BT.csv"}};
+  gel.stress_unit = "kPa";
+  expect(gel);
+  for (const char* kind : {"tension=UT", "compression=UC", "shear=SS"}) {
+    const std::string word = kind;
+    const std::size_t at = word.find('=') + 1;
+    expect({.data = {word.substr(0, at) + foam + word.substr(at) + ".csv"}, .foam = true});
+  }
+  for (const char* file :
+       {"shear_relaxation", "shear_relaxation_1", "loading_2d0_unloading_0d03"}) {
+    expect({.data = {"relaxation=" + adhesive + file + ".csv"}});
+  }
 }
 
 // A simulated block pressed by `solve` is measured from another start: E and nu within 2 %.

@@ -89,6 +89,47 @@ TEST(FitLaws, NeverOfferAnUnstableLawBeforeAStableOne) {
   }
 }
 
+// Neo-Hookean data need no second term: whatever else is offered has no modulus that may be zero.
+// Yeoh's law with a middle power of zero is found without it.
+TEST(FitLaws, DropWhatMayBeZero) {
+  const HyperLaw neo{.name = "", .terms = {{3e4, 2}}};
+  std::vector<std::string> dropped;
+  for (const LawFit& fit : FitLaws(ThreeTests(neo, 0.01), false, &dropped)) {
+    for (Eigen::Index i = 0; i < fit.family.moduli(); ++i) {
+      EXPECT_GT(std::abs(fit.values[i]), 1.96 * std::sqrt(fit.covariance(i, i))) << fit.law.name;
+    }
+  }
+  EXPECT_THAT(dropped, testing::Contains(HasSubstr("mooney-rivlin G")));
+  const HyperLaw stiffening{.name = "", .yeoh = {3e4, 0, 600}};
+  const auto fits = FitLaws({CurveOf(stiffening, TestKind::kUniaxial, 2.5, 60, 0.01, 4)}, false);
+  EXPECT_EQ(fits.front().law.name, "yeoh without C2");
+  EXPECT_NEAR(fits.front().values[1], 600, 60);
+}
+
+TEST(FitLaws, StateTheModulusAtRestWithItsSigma) {
+  const HyperLaw mooney{.name = "", .terms = {{3e4, 2}, {1e4, -2}}};
+  const LawFit fit = FitLaw(Family("mooney-rivlin"), ThreeTests(mooney, 0.01));
+  const Eigen::Vector2d both(3, 3);  // E = 3 (G1 + G2)
+  EXPECT_NEAR(fit.young_sigma / std::sqrt(both.dot(fit.covariance * both)), 1, 1e-4);
+}
+
+// Of residuals that are 2 % everywhere, and of one that is off at small strains alone.
+TEST(SmallStrainRms, IsRelativeToTheStressThere) {
+  const HyperLaw law{.name = "", .terms = {{3e4, 2}}}, softer{.name = "", .terms = {{2.4e4, 2}}};
+  const MaterialTest test = CurveOf(law, TestKind::kUniaxial, 2, 100);
+  EXPECT_LT(SmallStrainRms(law, {test}), 1e-12);
+  const double off = SmallStrainRms(softer, {test});
+  EXPECT_GT(off, 0.1);
+  EXPECT_LT(off, 0.2);
+}
+
+// G (l - 1 / l^2) against 3 G (l - 1): a tenth apart at l = 0.9066 and 1.1036.
+TEST(LinearRange, IsThatOfTheNeoHookeanLaw) {
+  const auto [low, high] = LinearRange({.name = "", .terms = {{3e4, 2}}});
+  EXPECT_NEAR(low, 0.9066 - 1, 0.006);
+  EXPECT_NEAR(high, 1.1036 - 1, 0.006);
+}
+
 TEST(ChordModulus, IsYoungsOfAStraightCurve) {
   MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}, .end_factor = 1.4};
   for (int i = 0; i <= 40; ++i) {
@@ -98,6 +139,18 @@ TEST(ChordModulus, IsYoungsOfAStraightCurve) {
   ASSERT_TRUE(chord);
   EXPECT_NEAR(chord->modulus, 5e4, 1e-6);
   EXPECT_TRUE(chord->compression);
+  EXPECT_NEAR(chord->excess, 0, 1e-9);
+}
+
+// Stress 1e5 e^2: the chord between 10 and 20 % has the slope 3e4, hence 6 kPa at 20 %, where the
+// line through these rows has 3.83 (mean square 0.02333 of the strain, 3e4 * 0.05 above it).
+TEST(ChordModulus, SaysWhatALinearModelWouldExceed) {
+  MaterialTest test{.kind = TestKind::kUniaxial, .components = {{0, 0}}};
+  for (int i = 0; i <= 300; ++i) {
+    const double strain = 0.001 * i;
+    test.rows.push_back({.abscissa = 1 - strain, .measured = {-1e5 * strain * strain}});
+  }
+  EXPECT_NEAR(ChordModulusOf(test)->excess, 6 / 3.833 - 1, 0.01);
 }
 
 // Rubber's other tests lie in the band that uniaxial data alone give, and its mean width

@@ -1,6 +1,8 @@
 #include "slave/identify/prony.h"
 
 #include <cmath>
+#include <random>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -38,8 +40,86 @@ TEST(Prony, OfAnElasticBodyIsItsModulus) {
   EXPECT_NEAR(fit.instant, 2e3, 5);
 }
 
+// Stress of one exponential under a ramp to a strain of 0.5.
+RelaxationTable Ramp(double G_inf, double G, double tau, double rate) {
+  RelaxationTable table{.name = "ramp", .shear = true};
+  for (int i = 0; i <= 100; ++i) {
+    const double strain = 0.005 * i, t = strain / rate;
+    table.time.push_back(t);
+    table.strain.push_back(strain);
+    table.stress.push_back(G_inf * strain + G * tau * rate * (1 - std::exp(-t / tau)));
+  }
+  return table;
+}
+
+// Two rates of a ramp tell the third, by two decades of time beside them.
+TEST(Prony, PredictsOtherRatesWithBands) {
+  const std::vector<RelaxationTable> ramps{Ramp(2e3, 3e3, 10, 0.01), Ramp(2e3, 3e3, 10, 0.1)};
+  const auto curves = PredictRates(FitProny(ramps), ramps);
+  ASSERT_EQ(curves.size(), 2U);
+  EXPECT_EQ(curves[0].name, "ramp at 0.001 /s");
+  EXPECT_EQ(curves[1].name, "ramp at 1 /s");
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double rate = k == 0 ? 0.001 : 1;
+    for (const PredictedRow& row : curves[k].rows) {
+      const double truth =
+          2e3 * row.abscissa + 3e3 * 10 * rate * (1 - std::exp(-row.abscissa / rate / 10));
+      EXPECT_LE(row.low, truth + 1e-9) << rate << " " << row.abscissa;
+      EXPECT_GE(row.high, truth - 1e-9) << rate << " " << row.abscissa;
+    }
+    EXPECT_LT(curves[k].rows.back().low, 0.9 * curves[k].rows.back().stress);
+    EXPECT_LT(curves[k].rows.back().high, 3 * curves[k].rows.back().stress);
+  }
+}
+
+// Noise of 2 % of the peak: no modulus that is reported may be zero.
+TEST(Prony, DropsTermsThatMayBeZero) {
+  RelaxationTable noisy = Hold(2e3, 3e3, 10, 200, 0.5);
+  std::mt19937 engine(3);
+  std::normal_distribution<double> normal(0, 10);
+  for (double& stress : noisy.stress) stress += normal(engine);
+  const PronyFit fit = FitProny({noisy});
+  ASSERT_FALSE(fit.terms.empty());
+  for (const PronyTerm& term : fit.terms) EXPECT_GT(term.modulus, 1.96 * term.sigma) << term.time;
+  EXPECT_NEAR(fit.At(0), fit.instant, 1e-9 * fit.instant);
+  EXPECT_NEAR(fit.At(1e9), fit.equilibrium, 1e-9 * fit.instant);
+}
+
+std::string Complaint(const std::vector<RelaxationTable>& tables) {
+  try {
+    FitProny(tables);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+// A ramp of a law that stiffens, such as a compression test; with a hold, a return or another rate
+// it could be told from fading.
+TEST(Prony, RefusesOneRampAtOneRate) {
+  const RelaxationTable ramp = Ramp(2e3, 3e3, 10, 0.01);
+  EXPECT_NE(Complaint({ramp}).find("only rises, at one rate"), std::string::npos);
+  EXPECT_NE(Complaint({ramp, ramp}).find("only rises, at one rate"), std::string::npos);
+  EXPECT_EQ(Complaint({ramp, Ramp(2e3, 3e3, 10, 0.05)}), "");
+  RelaxationTable held = ramp;
+  held.time.push_back(held.time.back() + 5);
+  held.strain.push_back(held.strain.back());
+  held.stress.push_back(0.9 * held.stress.back());
+  EXPECT_EQ(Complaint({held}), "");
+  RelaxationTable back = ramp;
+  back.time.push_back(back.time.back() + 10);
+  back.strain.push_back(0.4);
+  back.stress.push_back(0.5 * back.stress.back());
+  EXPECT_EQ(Complaint({back}), "");
+}
+
+TEST(Prony, RefusesShearTogetherWithOtherStrains) {
+  EXPECT_NE(Complaint({Ramp(2e3, 0, 1, 0.01), Hold(2e3, 0, 1, 50, 0.1)}).find("one of them"),
+            std::string::npos);
+}
+
 TEST(Prony, RefusesWhatWasNotStrained) {
-  EXPECT_THROW(FitProny({{"rest", {0, 1, 2, 3}, {0, 0, 0, 0}, {0, 0, 0, 0}}}), InputError);
+  EXPECT_THROW(FitProny({{"rest", false, {0, 1, 2, 3}, {0, 0, 0, 0}, {0, 0, 0, 0}}}), InputError);
 }
 
 }  // namespace

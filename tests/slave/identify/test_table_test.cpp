@@ -79,6 +79,15 @@ TEST(TestTable, ManyRowsAreAveraged) {
   EXPECT_NEAR(test.rows.back().measured[0] / (test.rows.back().abscissa - 1), 1e4, 1e-6);
 }
 
+TEST(TestTable, OfTooFewRowsCanBeToldFromABadOne) {
+  const std::string three = "strain,stress\n0,0\n.1,1\n.2,2\n";
+  EXPECT_THROW(Read("tension", three), TooFewRows);
+  const std::string hold = "t,shear,stress\n0,0,0\n1,.1,1\n2,.1,1\n";
+  EXPECT_THROW(ReadRelaxation({"relaxation", Write(hold)}, {}), TooFewRows);
+  const RelaxationTable table = ReadRelaxation({"relaxation", Write(hold + "3,.1,1\n")}, {});
+  EXPECT_TRUE(table.shear);
+}
+
 TEST(TestTable, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(Complaint("tension", "a,b\n1,2\n1,2\n1,2\n1,2\n"), HasSubstr("no deformation"));
   EXPECT_THAT(Complaint("tension", "strain,b\n1,2\n1,2\n1,2\n1,2\n"), HasSubstr("no load"));

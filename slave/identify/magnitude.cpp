@@ -1,0 +1,58 @@
+#include "slave/identify/magnitude.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/text/text.h"
+#include "slave/identify/law_fit.h"
+
+namespace palpate::identify {
+namespace {
+
+struct Magnitudes {
+  double strain = 0, stretch = 1;  // largest
+  double stress = 0;               // largest [Pa]
+  double modulus = 0;              // Young's, as one number of the whole curve [Pa]
+};
+
+void Require(bool possible, const std::string& name, const char* what, double value,
+             const char* accepted) {
+  if (possible) return;
+  throw InputError(
+      Formatted("%s: %s %.3g: accepted is %s. Check the units: those of the header, "
+                "--stress-unit, --height, --diameter and --area",
+                name.c_str(), what, value, accepted));
+}
+
+void Require(const std::string& name, const Magnitudes& m) {
+  Require(m.strain >= kLeastStrain, name, "largest strain", m.strain, "0.01 or more");
+  Require(m.stretch <= kBreakingStretch, name, "largest stretch", m.stretch, "at most 12");
+  Require(m.stress <= kStrength, name, "largest stress [Pa]", m.stress,
+          "at most 6e7, the strength of elastomers");
+  Require(m.modulus >= kLeastModulus && m.modulus <= kMostModulus, name, "Young's modulus [Pa]",
+          m.modulus, "1e3 to 1e8, soft solids");
+}
+
+}  // namespace
+
+void RequirePossible(const MaterialTest& test) {
+  const auto [low, high] = StretchRange({test});
+  const LawFamily neo_hookean{.name = "neo-hookean", .fixed = {2}};
+  Require(test.name, {std::max(high - 1, 1 - low), high, test.Peak(),
+                      FitLaw(neo_hookean, {test}).law.YoungModulus()});
+}
+
+void RequirePossible(const RelaxationTable& table) {
+  Magnitudes m;
+  double both = 0, square = 0;
+  for (std::size_t i = 0; i < table.time.size(); ++i) {
+    m.strain = std::max(m.strain, std::abs(table.strain[i]));
+    m.stress = std::max(m.stress, std::abs(table.stress[i]));
+    both += table.strain[i] * table.stress[i], square += table.strain[i] * table.strain[i];
+  }
+  m.stretch = 1 + m.strain;
+  m.modulus = (table.shear ? 3 : 1) * both / std::max(square, 1e-300);
+  Require(table.name, m);
+}
+
+}  // namespace palpate::identify
