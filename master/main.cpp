@@ -5,22 +5,46 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
 #include <pwd.h>
 #include <unistd.h>
 
+#include "palpate/v1/teleoperation.grpc.pb.h"
+
 #include "master/commands/arguments.h"
 #include "master/commands/operate.h"
-#include "master/commands/signals.h"
 #include "master/link/channel.h"
-#include "master/link/evict.h"
+#include "master/link/slave_link.h"
 #include "shared/program/command_line.h"
 #include "shared/text/text.h"
 
 namespace palpate {
 namespace {
+
+// Ends the lease of the slave's operator because of `reason`, and returns the operator's name.
+// Throws std::runtime_error: no answer within `link.wait`, no operator, or not permitted.
+std::string EvictOperator(const SlaveLink::Options& link, const std::string& reason) {
+  const auto target = PermittedTarget(link.target, link.insecure || !link.tls.empty());
+  const auto stub = v1::Teleoperation::NewStub(OpenChannel(target, Traffic::kTicks, link.tls));
+  const auto deadline = std::chrono::system_clock::now() +
+                        std::chrono::milliseconds(static_cast<int>(1000 * link.wait));
+  const auto require = [](const grpc::Status& status) {
+    if (!status.ok()) throw std::runtime_error(WordsOf(status));
+  };
+  grpc::ClientContext first, second;
+  first.set_deadline(deadline);
+  first.set_wait_for_ready(true);
+  second.set_deadline(deadline);
+  v1::Status status, after;
+  require(stub->GetStatus(&first, {}, &status));
+  v1::EvictOperatorRequest request;
+  request.set_reason(reason);
+  require(stub->EvictOperator(&second, request, &after));
+  return status.operator_name();
+}
 
 constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 constexpr auto kSignalPoll = std::chrono::milliseconds(10);

@@ -1,19 +1,25 @@
 #include "master/commands/operate.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 #include <utility>
 
-#include "master/commands/signals.h"
+#include <poll.h>
+#include <unistd.h>
+
 #include "master/session/session.h"
 #include "master/station/live_station.h"
 #include "master/view/console.h"
-#include "master/view/keys.h"
 #include "master/view/shape_watch.h"
 #include "shared/link/loopback.h"
 #include "shared/program/program.h"
@@ -22,6 +28,41 @@
 
 namespace palpate {
 namespace {
+
+constexpr int kPatience = 100;  // between looks whether to end [ms]
+
+// A line of the terminal, or what came of it; empty: none within the patience. nullopt: the
+// terminal is gone, and would be found readable for ever.
+std::optional<std::string_view> TypedLine(std::array<char, 256>* buffer) {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  if (poll(&input, 1, kPatience) <= 0) return std::string_view();
+  if ((input.revents & ~POLLIN) != 0) return std::nullopt;
+  const ssize_t size = read(STDIN_FILENO, buffer->data(), buffer->size());
+  return size > 0 ? std::string_view(buffer->data(), static_cast<std::size_t>(size))
+                  : std::string_view();
+}
+
+// Keys of the terminal: Enter is the emergency stop, `r` and Enter resets it. Without a terminal
+// there are no keys.
+class Keys {
+ public:
+  // Both are called on a separate thread: `reset` after "r", `stop` after any other input.
+  Keys(std::function<void()> stop, std::function<void()> reset) {
+    if (isatty(STDIN_FILENO) == 0) return;
+    thread_ = std::jthread(
+        [stop = std::move(stop), reset = std::move(reset)](const std::stop_token& ended) {
+          std::array<char, 256> buffer{};
+          while (!ended.stop_requested()) {
+            const auto line = TypedLine(&buffer);
+            if (!line) return;
+            if (!line->empty()) (*line == "r\n" ? reset : stop)();
+          }
+        });
+  }
+
+ private:
+  std::jthread thread_;
+};
 
 constexpr auto kLastWords = std::chrono::milliseconds(50);  // for the last command to leave
 constexpr double kExamined = 1;  // duration of each measurement during a session [s]
@@ -129,6 +170,10 @@ McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& devic
           {"force_scale", Formatted("%.9g", scene.transform.force_scale)}};
 }
 
+void OnSignal(int) {
+  g_stop = true;
+}
+
 }  // namespace
 
 int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
@@ -214,6 +259,15 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   return report.log_failed || never_served || !shapes_written || !recorded ? EXIT_FAILURE
                                                                            : EXIT_SUCCESS;
+}
+
+void CatchSignals() {
+  std::signal(SIGUSR1, [](int) { g_emergency = true; });
+  std::signal(SIGUSR2, [](int) { g_reset = true; });
+  std::signal(SIGINT, OnSignal);
+  std::signal(SIGTERM, OnSignal);
+  if (std::signal(SIGHUP, OnSignal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
 }
 
 }  // namespace palpate

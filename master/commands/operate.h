@@ -1,6 +1,7 @@
 // `palpate-master connect`: operates a slave.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 
@@ -12,6 +13,15 @@
 #include "shared/metrics/metrics_page.h"
 
 namespace palpate {
+
+// Requests that signals make of the running program.
+inline std::atomic<bool> g_stop{false}, g_emergency{false}, g_reset{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+// SIGINT, SIGTERM and SIGHUP end the session with the force at zero. SIGHUP stays ignored if the
+// parent ignores it (nohup). SIGUSR1 requests the emergency stop, SIGUSR2 its reset. SIGPIPE is
+// ignored: a closed pipe must not end the session.
+void CatchSignals();
 
 // The link and the slots that must outlive it.
 struct Line {

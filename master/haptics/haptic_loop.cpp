@@ -2,13 +2,39 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
-#include "master/haptics/sane_state.h"
+#include "master/haptics/renderer.h"
+#include "shared/state/slave_state.h"
 
 namespace palpate {
 namespace {
+
+constexpr double kLargestForce = 1e9;  // larger forces are invalid [N]
+constexpr double kFarthest = 1e4;      // larger positions are invalid [m]
+
+// Finite and of at most this size in each direction.
+bool IsWithin(const Eigen::Vector3d& v, double limit) {
+  return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
+}
+
+bool IsSane(const FingerState& finger) {
+  return IsWithin(finger.p_S_contact.cast<double>(), kFarthest) &&
+         (!finger.force || IsWithin(finger.force->cast<double>(), kLargestForce));
+}
+
+// Whether positions, forces and number of fingertips of a received state can be used at all.
+bool IsSane(const SlaveState& state) {
+  if (state.finger_count < 0 || state.finger_count > kMaxFingers) return false;
+  const auto fingers = std::span(state.fingers).first(static_cast<std::size_t>(state.finger_count));
+  return std::ranges::all_of(fingers, [](const FingerState& finger) { return IsSane(finger); }) &&
+         IsWithin(state.p_S_tip, kFarthest) && IsWithin(state.offset, kFarthest) &&
+         (!state.force || IsWithin(*state.force, kLargestForce)) &&
+         (!state.true_force || IsWithin(*state.true_force, kLargestForce)) &&
+         (!state.local_model.known() || IsSane(state.local_model));
+}
 
 constexpr double kFadeIn = 0.050;  // [s]
 // From the last state to zero force: `dead_after` until the timeout, then these two; 80 ms in total

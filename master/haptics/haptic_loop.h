@@ -14,7 +14,6 @@
 #include "master/haptics/spsc_ring.h"
 #include "master/haptics/stop_requests.h"
 #include "master/haptics/tare.h"
-#include "master/haptics/tick_clock.h"
 #include "master/haptics/tick_record.h"
 #include "master/link/patch_watch.h"
 #include "master/link/slave_link.h"

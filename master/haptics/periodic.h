@@ -1,8 +1,10 @@
 // Loops with absolute deadlines, and real-time settings of the operating system.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -63,6 +65,28 @@ class BareLoops {
  private:
   std::array<PeriodicStats, kCount> stats_;
   std::array<std::jthread, kCount> threads_;  // last: they use stats_
+};
+
+// Time of the haptic loop: since its first tick, and between two ticks.
+class TickClock {
+ public:
+  // Begins a tick. Time since the last one, within bounds [s].
+  double Tick(Time now) noexcept {
+    if (!origin_) origin_ = now, last_ = now - kHapticPeriod;
+    const double dt = SecondsBetween(last_, now);
+    last_ = now;
+    return std::clamp(dt, kShortest, kLongest);
+  }
+  // Since the first tick [s].
+  [[nodiscard]] double ToSeconds(Time t) const noexcept {
+    return SecondsBetween(origin_.value_or(Time{}), t);
+  }
+
+ private:
+  static constexpr double kShortest = 1e-6, kLongest = 0.1;  // [s]
+
+  std::optional<Time> origin_;
+  Time last_{};
 };
 
 }  // namespace palpate

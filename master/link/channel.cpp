@@ -1,5 +1,8 @@
 #include "master/link/channel.h"
 
+#include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 #include <grpcpp/client_context.h>
@@ -8,6 +11,7 @@
 #include <grpcpp/support/channel_arguments.h>
 
 #include "shared/link/loopback.h"
+#include "shared/text/text.h"
 #include "shared/tls/credentials.h"
 
 namespace palpate {
@@ -35,6 +39,32 @@ class OperatorName final : public grpc::ClientContext::GlobalCallbacks {
  private:
   const std::string name_;
 };
+
+constexpr std::size_t kLongestReason = 300;  // [characters]
+
+// A part of a gRPC message, and the words shown for it. The first match counts.
+struct Row {
+  std::string_view part, words;
+};
+constexpr std::array<Row, 12> kRows{{
+    {"Deadline Exceeded", "no answer in time"},
+    {"Connection refused", "no program listens there"},
+    {"DNS resolution failed", "unknown host name"},
+    {"Network is unreachable", "no route to that machine"},
+    {"No route to host", "no route to that machine"},
+    {"timed out", "that machine does not answer"},
+    {"Timeout occurred", "that machine does not answer"},
+    {"eepalive", "the slave no longer answers"},
+    {"Socket closed", "the connection was closed"},
+    {"Connection reset", "the connection was closed"},
+    {"Broken pipe", "the connection was closed"},
+    {"Endpoint read failed", "the connection was closed"},
+}};
+
+// Codes of the transport. The slave itself returns UNAVAILABLE only when it stops.
+bool IsOfTheLine(grpc::StatusCode code) {
+  return code == grpc::StatusCode::UNAVAILABLE || code == grpc::StatusCode::DEADLINE_EXCEEDED;
+}
 
 }  // namespace
 
@@ -71,6 +101,16 @@ std::string PermittedTarget(const std::string& target, bool beyond) {
   const Endpoint endpoint = ParseEndpoint(target);
   RequireLoopbackUnless(beyond, endpoint);
   return ToString(endpoint);
+}
+
+std::string WordsOf(const grpc::Status& status) {
+  const std::string& told = status.error_message();
+  if (IsOfTheLine(status.error_code())) {
+    const auto row = std::ranges::find_if(
+        kRows, [&](const Row& one) { return told.find(one.part) != std::string::npos; });
+    if (row != kRows.end()) return std::string(row->words);
+  }
+  return Presentable(told, kLongestReason);
 }
 
 }  // namespace palpate

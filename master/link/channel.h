@@ -9,6 +9,7 @@
 #include <string>
 
 #include <grpcpp/channel.h>
+#include <grpcpp/support/status.h>
 
 namespace palpate {
 
@@ -53,5 +54,9 @@ class Backoff {
  private:
   std::chrono::milliseconds first_, longest_, next_;
 };
+
+// The reason of `status`: at most 300 printable characters, because the peer may be malicious. A
+// message of the slave itself is kept; empty without one.
+std::string WordsOf(const grpc::Status& status);
 
 }  // namespace palpate

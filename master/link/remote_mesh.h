@@ -14,7 +14,6 @@
 #include "shared/state/clock.h"
 #include "shared/state/validity.h"
 #include "shared/wire/shape_code.h"
-#include "shared/wire/traction_code.h"
 
 namespace palpate {
 

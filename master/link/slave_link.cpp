@@ -15,7 +15,6 @@
 #include "master/link/channel.h"
 #include "master/link/operate_session.h"
 #include "master/link/remote_scene.h"
-#include "master/link/status_words.h"
 #include "shared/link/loopback.h"
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"

@@ -6,7 +6,6 @@
 
 #include "master/link/stream_keeper.h"
 #include "shared/wire/state_message.h"
-#include "shared/wire/trace_message.h"
 
 namespace palpate {
 namespace {

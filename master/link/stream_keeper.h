@@ -20,7 +20,6 @@
 
 #include "master/link/channel.h"
 #include "master/link/slave_link.h"
-#include "master/link/status_words.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "master/session/session.h"
-#include "shared/metrics/metric.h"
+#include "shared/metrics/metrics_page.h"
 
 namespace palpate {
 

@@ -14,7 +14,6 @@
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "shared/wire/state_message.h"
-#include "shared/wire/trace_message.h"
 
 namespace palpate {
 namespace {

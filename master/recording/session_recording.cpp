@@ -6,7 +6,6 @@
 #include "palpate/v1/teleoperation.pb.h"
 
 #include "foxglove/schemas.pb.h"
-#include "master/haptics/record/event_words.h"
 #include "master/haptics/record/tick_words.h"
 #include "master/recording/tick_message.h"
 #include "shared/wire/fields.h"

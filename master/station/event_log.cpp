@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "master/haptics/record/event_words.h"
 #include "master/haptics/record/tick_words.h"
 
 namespace palpate {

@@ -17,7 +17,6 @@
 #include "master/station/server/page_server.h"
 #include "master/station/task_queue.h"
 #include "master/station/terminal.h"
-#include "master/station/terminal_text.h"
 #include "shared/text/text.h"
 
 namespace palpate {

@@ -10,7 +10,6 @@
 #include "master/link/remote_scene.h"
 #include "master/link/slave_status_poller.h"
 #include "master/session/session.h"
-#include "master/station/hand_trace.h"
 #include "master/station/tick_digest.h"
 
 namespace palpate {

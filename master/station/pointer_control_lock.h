@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <set>
 
+#include "master/device/pointer.h"
 #include "shared/state/clock.h"
 
 namespace palpate {
@@ -15,9 +16,26 @@ class PointerControlLock {
   // page has control, or had it when this page engaged; this page must then disengage first.
   // Control ends when the page disengages, leaves, or is silent for Pointer::kSilence and another
   // page engages.
-  bool Hears(std::uint64_t page, bool engaged, Time now);
+  bool Hears(std::uint64_t page, bool engaged, Time now) {
+    if (!engaged) too_early_.erase(page);
+    const bool is_led =
+        leader_ != 0 && leader_ != page && SecondsBetween(heard_at_, now) <= Pointer::kSilence;
+    if (is_led || too_early_.contains(page)) {
+      if (engaged) too_early_.insert(page);
+      return false;
+    }
+    if (!engaged && leader_ != page && leader_ != 0) return false;
+    leader_ = engaged ? page : 0;
+    heard_at_ = now;
+    return true;
+  }
   // Removes `page`. True: it had control.
-  bool Leaves(std::uint64_t page);
+  bool Leaves(std::uint64_t page) {
+    too_early_.erase(page);
+    if (leader_ != page) return false;
+    leader_ = 0;
+    return true;
+  }
 
  private:
   std::uint64_t leader_ = 0;           // 0: none

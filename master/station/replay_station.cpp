@@ -8,17 +8,102 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "palpate/v1/teleoperation.pb.h"
+
+#include "master/link/remote_scene.h"
+#include "master/link/slave_status_poller.h"
+#include "master/recording/replay.h"
 #include "master/station/display.h"
-#include "master/station/replay_scene.h"
+#include "master/station/moment_json.h"
 #include "master/station/server/page_command.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
 #include "master/station/tick_digest.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
+
+constexpr std::ptrdiff_t kSayingsShown = 50;
+
+std::string NewestBy(double t, const std::map<double, std::string>& told) {
+  const auto after = told.upper_bound(t);
+  return after == told.begin() ? std::string() : std::prev(after)->second;
+}
+
+// Rarely changing data of a recording, read before the replay: scene, capabilities and status of
+// the slave, and the log.
+class ReplayScene {
+ public:
+  // Reads the whole recording. Throws InputError if a message is damaged.
+  ReplayScene(const Replay& replay, const std::string& file) {
+    v1::SceneDescription scene;
+    v1::Capabilities capabilities;
+    const auto since = [&](Time at) { return SecondsBetween(replay.span().first, at); };
+    ReplayFeed feed;
+    feed.on_scene = [&](const v1::SceneDescription& told, Time at) {
+      if (scenes_.empty()) scene = told;
+      scenes_[since(at)] = JsonOf(told);
+    };
+    feed.on_capabilities = [&](const v1::Capabilities& told, Time at) {
+      if (capabilities_.empty()) capabilities = told;
+      capabilities_[since(at)] = JsonOf(told);
+    };
+    feed.on_health = [&](const v1::Status& told, Time at) { health_[since(at)] = JsonOf(told); };
+    feed.on_log = [&](const std::string& line, Time at, bool is_alarm) {
+      entries_.push_back({entries_.size() + 1, since(at), is_alarm, line});
+    };
+    replay.Play(0, 0, feed, {});
+    if (!scenes_.empty()) hello_.scene = ToRemoteScene(scene, capabilities);
+    hello_.badge = "REPLAY";
+    hello_.target = file;
+    TakeNote(replay.span().session);
+  }
+
+  [[nodiscard]] const StationHello& hello() const { return hello_; }
+  // A text if another build than `own` recorded it; empty if it is the same or unknown.
+  [[nodiscard]] std::string OtherBuild(const std::string& own) const {
+    if (hello_.version.empty() || own.empty() || hello_.version == own) return {};
+    return "Recorded by palpate-master " + hello_.version + ", played by " + own + ".";
+  }
+  // Messages of the slave up to `t` [s].
+  [[nodiscard]] SlaveStatusPoller::Words WordsAt(double t) const {
+    return {0, NewestBy(t, scenes_), NewestBy(t, capabilities_), NewestBy(t, health_), {}};
+  }
+  // The newest log entries up to `t` [s], newest last.
+  [[nodiscard]] std::vector<LogEntry> SaidBy(double t) const {
+    const auto end = std::ranges::upper_bound(entries_, t, {}, &LogEntry::t);
+    return {end - std::min(kSayingsShown, end - entries_.begin()), end};
+  }
+
+ private:
+  using StatesByTime = std::map<double, std::string>;  // JSON by time [s]
+
+  void TakeNote(const McapMap& session) {
+    constexpr std::size_t kLongest = 200;
+    const auto take = [&](const char* key, std::string* value) {
+      const auto found = session.find(key);
+      if (found != session.end()) *value = Presentable(found->second, kLongest);
+    };
+    std::string limit;
+    take("scene", &hello_.scene.name);
+    take("device", &hello_.device);
+    take("render", &hello_.render);
+    take("version", &hello_.version);
+    take("force_limit_N", &limit);
+    hello_.scene.force_limit = ParseFinite(limit).value_or(hello_.scene.force_limit);
+  }
+
+  StationHello hello_;
+  StatesByTime scenes_, capabilities_, health_;
+  std::vector<LogEntry> entries_;
+};
 
 constexpr auto kFrame = std::chrono::milliseconds(33), kStill = std::chrono::milliseconds(100);
 constexpr double kBefore =

@@ -1,6 +1,7 @@
 #include "shared/metrics/metrics_page.h"
 
 #include <chrono>
+#include <cmath>
 #include <list>
 #include <stdexcept>
 #include <thread>
@@ -10,6 +11,8 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -47,6 +50,30 @@ struct Asker {
   http::request_parser<http::empty_body> parser;
   http::response<http::string_body> answer;
 };
+
+constexpr std::size_t kLongestValue = 200;  // [characters]
+
+void AppendValue(double value, std::string* text) {
+  if (std::isnan(value)) {
+    *text += "NaN\n";
+  } else if (std::isinf(value)) {
+    *text += value > 0 ? "+Inf\n" : "-Inf\n";
+  } else {
+    AppendNumber(value, '\n', text);
+  }
+}
+
+void Append(const Metric& metric, std::string* text) {
+  *text += "# HELP " + metric.name + ' ' + metric.help + '\n';
+  *text +=
+      "# TYPE " + metric.name + (metric.type == Metric::Type::kCounter ? " counter\n" : " gauge\n");
+  for (const Metric::Sample& sample : metric.samples) {
+    *text += metric.name;
+    if (!sample.label.empty()) *text += '{' + sample.label + '}';
+    *text += ' ';
+    AppendValue(sample.value, text);
+  }
+}
 
 }  // namespace
 
@@ -158,6 +185,29 @@ MetricsPage::~MetricsPage() {
 
 const Endpoint& MetricsPage::endpoint() const {
   return parts_->endpoint;
+}
+
+std::string Label(std::string_view name, std::string_view value) {
+  std::string label = std::string(name) + "=\"";
+  for (const char c : Presentable(value, kLongestValue)) {
+    if (c == '"' || c == '\\') label += '\\';
+    label += c;
+  }
+  return label + '"';
+}
+
+Metric Gauge(std::string name, std::string help, double value) {
+  return {std::move(name), std::move(help), Metric::Type::kGauge, {{"", value}}};
+}
+
+Metric Counter(std::string name, std::string help, double value) {
+  return {std::move(name), std::move(help), Metric::Type::kCounter, {{"", value}}};
+}
+
+std::string ToText(const Metrics& metrics) {
+  std::string text;
+  for (const Metric& metric : metrics) Append(metric, &text);
+  return text;
 }
 
 }  // namespace palpate

@@ -6,7 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "shared/metrics/metric.h"
+#include "shared/metrics/metrics_page.h"
 
 namespace palpate {
 namespace {

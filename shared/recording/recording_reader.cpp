@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "shared/recording/recording.h"
-#include "shared/recording/recording_parts.h"
 #include "shared/text/text.h"
 
 namespace palpate {

@@ -5,7 +5,9 @@
 #include <string>
 
 #include "palpate/v1/state.pb.h"
+#include "palpate/v1/telemetry.pb.h"
 
+#include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -32,5 +34,12 @@ void ToProto(const OperatorCommand& command, v1::OperatorCommand* message);
 // command has no epoch or position; `reason` then states the field and what is accepted. An absent
 // `sent_at` becomes Time{}, without an echo.
 std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std::string* reason);
+
+// Overwrites `message`. A missing time becomes that of the previous stage.
+void ToProto(const SampleTrace& trace, v1::SampleTrace* message);
+
+// Returns nullopt if `sensed_at` is absent, or a number is not finite, negative or out of range;
+// `reason` then states which.
+std::optional<SampleTrace> FromProto(const v1::SampleTrace& message, std::string* reason);
 
 }  // namespace palpate

@@ -1,17 +1,121 @@
+#include <atomic>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include "shared/telemetry/latency_histogram.h"
-#include "slave/pipeline/awaited_sense.h"
+#include "slave/capture/picture_inbox.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/pipeline/fingertips/fingertip_sense.h"
+#include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/site/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
+
+constexpr const char* kNothingYet = "no image received yet (FeedPictures)";
+
+// A sensing whose images a driver sends: it is created from the first usable images, and until then
+// reports what it waits for.
+class AwaitedSense final : public SensingPipeline {
+ public:
+  // `make` creates the sensing from `pace.pictures`; it throws if the images cannot be used, and is
+  // called again with the next ones. `awaited`: description until then.
+  using Make = std::function<std::unique_ptr<SensingPipeline>(const Pace& pace)>;
+  AwaitedSense(const Scene& scene, Make make, SenseInfo awaited)
+      : inbox_(scene),
+        make_(std::move(make)),
+        awaited_(std::move(awaited)),
+        trouble_(kNothingYet) {}
+
+  bool Acquire(const std::stop_token& stop) override {
+    if (Made()) return Made()->Acquire(stop);
+    while (inbox_.Wait(stop) && !stop.stop_requested()) {
+      if (TryToMake(stop)) return true;
+    }
+    return false;
+  }
+  void Process() noexcept override { Made()->Process(); }
+  const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return Made()->Estimate(p_S_tip);
+  }
+  [[nodiscard]] std::string_view doubt() const override { return Made()->doubt(); }
+  LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
+    return Made() ? Made()->LocalModelAt(p_S_tip) : LocalModel{};
+  }
+  BoundaryShape Shape(bool nodal_forces) override {
+    return Made() ? Made()->Shape(nodal_forces) : BoundaryShape{};
+  }
+  [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override {
+    return Made() ? Made()->Picture(full_scale) : std::nullopt;
+  }
+  // Throws std::logic_error before the first sample.
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const override {
+    if (!Made())
+      throw std::logic_error(std::string(kNothingYet) +
+                             ": accepted is a change after the first image");
+    return Made()->Prepare(changed, progress);
+  }
+  void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override {
+    Made()->Adopt(std::move(prepared), changed);
+  }
+  void Reset() override { Made()->Reset(); }
+  [[nodiscard]] SenseInfo info() const override { return Made() ? Made()->info() : awaited_; }
+  [[nodiscard]] std::vector<StageTimes> Stages() const override {
+    return Made() ? Made()->Stages() : std::vector<StageTimes>();
+  }
+  std::unique_ptr<OfflineReport> OpenOfflineReport(
+      const SimulatedEnvironment* environment) override {
+    return Made() ? Made()->OpenOfflineReport(environment) : nullptr;
+  }
+  [[nodiscard]] PictureInbox* pictures() override { return &inbox_; }
+  [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
+  [[nodiscard]] std::optional<CameraHealth> health() const override {
+    CameraHealth health = inbox_.health();
+    const std::lock_guard lock(mutex_);
+    if (health.trouble.empty()) health.trouble = trouble_;
+    return health;
+  }
+
+ private:
+  [[nodiscard]] SensingPipeline* Made() const noexcept { return made_; }
+  // False: these images cannot be used; the reason is reported.
+  bool TryToMake(const std::stop_token& stop) {
+    try {
+      auto sense = make_({.pictures = &inbox_});
+      if (!sense->Acquire(stop)) return false;
+      sense_ = std::move(sense);
+      made_ = sense_.get();
+      ReportTrouble({});
+      return true;
+    } catch (const std::exception& error) {
+      ReportTrouble(std::string("the received images cannot be used: ") + error.what());
+      inbox_.Drop();
+      return false;
+    }
+  }
+  void ReportTrouble(const std::string& trouble) {
+    const std::lock_guard lock(mutex_);
+    if (!trouble.empty() && trouble != trouble_) spdlog::warn("{}", trouble);
+    trouble_ = trouble;
+  }
+
+  PictureInbox inbox_;
+  const Make make_;
+  const SenseInfo awaited_;
+  std::unique_ptr<SensingPipeline> sense_;
+  std::atomic<SensingPipeline*> made_ = nullptr;  // `sense_`, once it has its first sample
+  mutable std::mutex mutex_;                      // guards the next one
+  std::string trouble_;
+};
 
 constexpr int kFewestElements = 3;
 

@@ -13,7 +13,7 @@
 #include "shared/recording/npy.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
-#include "slave/recording/recorded_beginning.h"
+#include "slave/recording/scene_files.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/recording/step_messages.h"
 

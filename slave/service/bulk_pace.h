@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "shared/link/base_round_trip.h"
+#include "shared/link/clock_offset.h"
 #include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/clock.h"
 

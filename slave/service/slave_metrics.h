@@ -1,7 +1,7 @@
 // Metrics of a slave for long-term monitoring.
 #pragma once
 
-#include "shared/metrics/metric.h"
+#include "shared/metrics/metrics_page.h"
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/service/admission/acceptor.h"
 

@@ -36,4 +36,16 @@ PageAccess MakePageAccess(const std::filesystem::path& folder, const std::string
 // Whether the request `target` contains the token (`/ws?token=...`). Runs in constant time.
 bool CarriesToken(std::string_view target, std::string_view token);
 
+// Checks of HTTP requests to the page, against requests that another web site makes the browser
+// send.
+//
+// Accepts a Host header that names this machine: a loopback address or `localhost`, with any port,
+// as through a tunnel. Other names indicate DNS rebinding. Returns the reason of a rejection, else
+// an empty string.
+std::string RefusalOfHost(std::string_view host);
+// Accepts an Origin header of the page itself, or none, as from a program. `scheme`: `http://` or
+// `https://`. Returns the reason of a rejection, else an empty string.
+std::string RefusalOfOrigin(std::string_view origin, std::string_view host,
+                            std::string_view scheme);
+
 }  // namespace palpate

@@ -11,9 +11,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/version.hpp>
 
+#include "master/station/server/page_access.h"
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_session.h"
-#include "master/station/server/visitor.h"
 
 namespace palpate {
 namespace {

@@ -10,9 +10,11 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -126,6 +128,34 @@ class FileCursor : public SourcePlace {
   std::size_t position_ = 0;
   std::size_t mark_ = 0;  // where what was taken last begins
   NumberForm form_ = NumberForm::kText;
+};
+
+// A text file of rows: fields between blanks or commas, comments from `#` to the end of the line,
+// empty lines passed over, *INCLUDE lines replaced by the rows of the file they name.
+class RowReader : public SourcePlace {
+ public:
+  // Throws std::invalid_argument: a file cannot be read, files that include each other without end.
+  explicit RowReader(const std::filesystem::path& file);
+
+  // Goes to the next row; false: there is none.
+  bool Next();
+  // Goes to the next row, which must be there with `least` fields; `what` was expected.
+  void Require(const char* what, std::size_t least);
+  // Comes back to the present row with the next Next.
+  void Back() { again_ = true; }
+
+  [[nodiscard]] const std::vector<std::string_view>& fields() const { return fields_; }
+  std::int64_t Whole(std::size_t field, const char* what, std::int64_t low,
+                     std::int64_t high) const;
+  [[nodiscard]] double Real(std::size_t field, const char* what) const;
+  [[nodiscard]] std::string Where() const override { return files_.back()->Where(); }
+
+ private:
+  void Include(const std::string& name);
+
+  std::vector<std::unique_ptr<FileCursor>> files_;  // the last one is being read
+  std::vector<std::string_view> fields_;
+  bool again_ = false;
 };
 
 }  // namespace palpate

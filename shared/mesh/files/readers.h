@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
+#include "shared/mesh/files/file_cursor.h"
 #include "shared/mesh/files/mesh_builder.h"
 #include "shared/mesh/files/mesh_file.h"
-#include "shared/mesh/files/row_reader.h"
 
 namespace palpate {
 

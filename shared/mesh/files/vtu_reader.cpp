@@ -5,7 +5,6 @@
 #include "shared/mesh/files/mesh_builder.h"
 #include "shared/mesh/files/readers.h"
 #include "shared/mesh/files/vtu_data.h"
-#include "shared/mesh/files/xml.h"
 
 namespace palpate {
 namespace {

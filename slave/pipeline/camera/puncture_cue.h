@@ -9,6 +9,8 @@
 // still there.
 #pragma once
 
+#include <algorithm>
+
 namespace palpate {
 
 class PunctureCue {
@@ -37,7 +39,17 @@ class PunctureCue {
   // Whether the indentation at `depth` [m] may have vanished: requests a second check.
   [[nodiscard]] bool IsArmed(double depth) const noexcept { return from_ > 0 && depth >= from_; }
   // Once per image in contact. True: the membrane is punctured.
-  [[nodiscard]] bool Broke(const Sample& look) noexcept;
+  [[nodiscard]] bool Broke(const Sample& look) noexcept {
+    deepest_ = std::max(deepest_, look.depth);
+    if (!look.dent_known || look.expected_px < kLeastDent) return false;
+    const double most = look.seen_px + kSigmas * look.sigma_px;
+    const bool is_gone = most < kGone * look.expected_px;
+    was_dented_ |= look.seen_px - kSigmas * look.sigma_px > kGone * look.expected_px;
+    gone_ = is_gone ? gone_ + 1 : 0;
+    const bool overshot = IsArmed(look.depth);
+    const bool is_driven = look.depth > (1 - kRetreat) * deepest_;
+    return overshot && is_driven && gone_ >= (was_dented_ ? 1 : kUnseenDent);
+  }
 
  private:
   double from_ = 0;

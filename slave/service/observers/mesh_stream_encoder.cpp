@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "shared/text/text.h"
-#include "shared/wire/traction_code.h"
+#include "shared/wire/shape_code.h"
 #include "slave/service/messages.h"
 
 namespace palpate {

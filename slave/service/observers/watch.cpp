@@ -8,7 +8,6 @@
 #include "shared/wire/fields.h"
 #include "shared/wire/patch_message.h"
 #include "shared/wire/state_message.h"
-#include "shared/wire/trace_message.h"
 #include "slave/service/messages.h"
 #include "slave/service/observers/mesh_stream_encoder.h"
 #include "slave/service/roles.h"

@@ -1,24 +1,140 @@
 #include "slave/site/points/stereo_site.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <variant>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "slave/scene/scene.h"
 #include "slave/site/environment/painting.h"
+#include "slave/site/environment/simulated_environment.h"
+#include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/site/points/painted_membrane.h"
 #include "slave/site/points/pair_rig.h"
+#include "slave/site/points/press_cache.h"
 #include "slave/site/points/scripted_membrane.h"
 #include "slave/site/points/textured_target.h"
-#include "slave/site/points/true_membrane.h"
 
 namespace palpate {
 namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kFarthest = 1e3;  // tools farther away are none, in radii
+constexpr double kNear = 1.5;      // of the centre: presses are expected within, in radii
+
+const MembraneGeometry& GeometryOf(const Scene& scene) {
+  const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
+  if (membrane) return *membrane;
+  throw std::invalid_argument("object.geometry: accepted by the simulator is a membrane");
+}
+
+site::PressCache::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
+                              const site::MembraneResolution& resolution) {
+  if (!scene.tool || !(scene.tool->width > 0)) {
+    throw std::invalid_argument(
+        "tool.width: missing; accepted by the simulator is the diameter of the tool, > 0");
+  }
+  const double depth = scene.operator_options.press_depth;
+  if (!(depth > 0 && std::isfinite(depth))) {
+    throw std::invalid_argument(
+        fmt::format("operator.press.depth = {:g} m: accepted is > 0", depth));
+  }
+  return {.geometry = GeometryOf(scene),
+          .material = scene.object.material,
+          .width = scene.tool->width,
+          .home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm(),
+          .press_depth = depth,
+          .prestress = scene.model.prestress,
+          .resolution = resolution};
+}
+
+// The membrane of a scene as it really is, and the tool on it.
+class TrueMembrane {
+ public:
+  struct Now {
+    Eigen::Vector3d p_S_tip{0, 0, 0};
+    bool in_contact = false;
+    bool solved = true;  // as Truth has it
+    site::Dent dent;
+  };
+
+  // Throws std::invalid_argument naming the key: no membrane, no tool, no press depth, scenes that
+  // PressedMembrane rejects.
+  TrueMembrane(const Scene& scene, const site::MembraneResolution& resolution)
+      : X_SO_(TruePose(scene)),
+        rim_(GeometryOf(scene).radius),
+        presses_(PlanOf(scene, X_SO_, resolution)) {
+    now_.p_S_tip = scene.manipulator.home;
+    now_.dent.rim = rim_;
+  }
+
+  // See StereoSite. Thread-safe.
+  void MoveTool(const Vector3d& p_S_tip, Patience patience) {
+    if (!p_S_tip.allFinite()) return;
+    if ((p_S_tip - X_SO_.translation()).norm() > kFarthest * rim_) return;
+    const std::lock_guard moving(moving_);
+    Move(p_S_tip, patience);
+  }
+  void SolveEverywhere() { presses_.SolveEverywhere(); }
+  [[nodiscard]] bool is_solved_everywhere() const { return presses_.is_solved_everywhere(); }
+  [[nodiscard]] std::uint64_t waits() const { return presses_.waits(); }
+  [[nodiscard]] Now now() const {
+    const std::lock_guard lock(mutex_);
+    return now_;
+  }
+  [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
+
+ private:
+  void Move(const Vector3d& p_S_tip, Patience patience) {
+    const Vector3d p_O = X_SO_.inverse() * p_S_tip;
+    const double radius = p_O.head<2>().norm();
+    Now next;
+    next.p_S_tip = p_S_tip;
+    next.dent.rim = rim_;
+    next.in_contact = radius < rim_ && p_O.z() < 0;
+    const double pressed = std::min(radius, presses_.farthest());
+    if (next.in_contact) {
+      site::Dent& dent = next.dent;
+      dent.depth = -p_O.z();
+      dent.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
+      const site::PressCache::Presses presses = patience == Patience::kWaits
+                                                    ? presses_.Await(pressed, dent.depth)
+                                                    : presses_.Find(pressed, dent.depth);
+      dent.parts = presses.parts;
+      next.solved = presses.solved && radius <= presses_.farthest();
+      for (const site::Dent::Part& part : dent.parts) {
+        const auto& rungs = part.press->rungs;
+        next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= dent.depth;
+      }
+    } else if (radius < kNear * rim_) {
+      presses_.Expect(pressed);
+    }
+    const std::lock_guard lock(mutex_);
+    now_ = std::move(next);
+  }
+
+  Eigen::Isometry3d X_SO_;
+  double rim_;  // [m]
+
+  std::mutex moving_;  // one mover at a time
+
+  mutable std::mutex mutex_;  // guards what others read
+  Now now_;
+
+  site::PressCache presses_;
+};
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -74,7 +190,7 @@ class MembraneStage final : public Stage {
     return {lens, X_CL * X_LO, geometry.radius, geometry.thickness};
   }
 
-  site::TrueMembrane membrane_;
+  TrueMembrane membrane_;
   std::array<Painter, 2> painters_;
   site::Dent held_;
 };

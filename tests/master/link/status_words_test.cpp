@@ -1,6 +1,6 @@
-#include "master/link/status_words.h"
-
 #include <gtest/gtest.h>
+
+#include "master/link/channel.h"
 
 namespace palpate {
 namespace {

@@ -1,6 +1,6 @@
-#include "master/station/hand_trace.h"
-
 #include <gtest/gtest.h>
+
+#include "master/station/tick_digest.h"
 
 namespace palpate {
 namespace {

@@ -13,7 +13,7 @@
 #include "palpate/v1/telemetry.pb.h"
 
 #include "master/recording/session_recording.h"
-#include "shared/wire/trace_message.h"
+#include "shared/wire/state_message.h"
 #include "tests/master/station/server/page_client.h"
 
 namespace palpate {

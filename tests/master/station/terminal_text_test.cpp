@@ -1,9 +1,9 @@
-#include "master/station/terminal_text.h"
-
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "master/station/terminal.h"
 
 namespace palpate {
 namespace {

@@ -1,12 +1,12 @@
 // When datagrams yield to the stream beside them, and when not.
-#include "shared/link/datagram_pace.h"
-
 #include <cmath>
 #include <deque>
 #include <functional>
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "shared/link/datagram_line.h"
 
 namespace palpate {
 namespace {

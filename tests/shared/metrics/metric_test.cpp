@@ -1,9 +1,9 @@
-#include "shared/metrics/metric.h"
-
 #include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "shared/metrics/metrics_page.h"
 
 namespace palpate {
 namespace {

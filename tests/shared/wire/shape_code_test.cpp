@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/wire/traction_code.h"
-
 namespace palpate {
 namespace {
 

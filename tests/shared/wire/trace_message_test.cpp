@@ -1,8 +1,8 @@
-#include "shared/wire/trace_message.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "shared/wire/state_message.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,3 @@
-#include "slave/commands/unblocked_log.h"
-
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -10,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <spdlog/logger.h>
 #include <unistd.h>
+
+#include "slave/commands/program.h"
 
 namespace palpate {
 namespace {

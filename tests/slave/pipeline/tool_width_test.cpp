@@ -1,6 +1,4 @@
 // A flat tool on boundary elements, which it covers in part.
-#include "slave/pipeline/camera/tool_width.h"
-
 #include <cmath>
 #include <span>
 
@@ -8,6 +6,7 @@
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/pipeline/camera/touch_model.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
 

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include "shared/text/text.h"
-#include "slave/recording/recorded_beginning.h"
 #include "slave/recording/scene_files.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/recording/step_messages.h"

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "shared/wire/shape_code.h"
-#include "shared/wire/traction_code.h"
 #include "slave/service/observers/mesh_stream_encoder.h"
 #include "slave/service/publisher.h"
 #include "slave/service/teleoperation_service.h"

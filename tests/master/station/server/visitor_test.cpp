@@ -1,6 +1,6 @@
-#include "master/station/server/visitor.h"
-
 #include <gtest/gtest.h>
+
+#include "master/station/server/page_access.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,6 @@
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/files/vtu_data.h"
 #include "shared/mesh/files/vtu_writer.h"
-#include "shared/mesh/files/xml.h"
 #include "tests/shared/mesh/files/temp_folder.h"
 
 namespace palpate {
