@@ -12,7 +12,7 @@
 #include "master/haptics/periodic.h"
 #include "master/haptics/renderer.h"
 #include "master/haptics/spsc_ring.h"
-#include "master/haptics/stop_requests.h"
+#include "master/haptics/stop_path.h"
 #include "master/haptics/tare.h"
 #include "master/haptics/tick_record.h"
 #include "master/link/patch_watch.h"

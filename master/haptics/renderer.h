@@ -12,8 +12,7 @@
 #include "master/haptics/force_chain.h"
 #include "master/haptics/render_fallback_selector.h"
 #include "master/haptics/render_mode.h"
-#include "shared/patch/patch_render.h"
-#include "shared/patch/spring.h"
+#include "shared/patch/patch_contact.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {

@@ -3,12 +3,61 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <thread>
+#include <utility>
 
-#include "master/haptics/stop_requests.h"
+#include "master/link/slave_link.h"
+#include "shared/state/clock.h"
 
 namespace palpate {
+
+// `Request` and `Act` are thread-safe, `Request` is safe in signal handlers too. The haptic loop
+// calls the others. Wait-free.
+class StopRequests {
+ public:
+  // Requests the emergency stop.
+  void Request() noexcept { ++asked_; }
+  // Confirms the first `stops` requests, after the slave has stopped.
+  void Act(std::uint32_t stops) noexcept {
+    std::uint32_t acted = acted_;
+    while (acted < stops && !acted_.compare_exchange_weak(acted, stops)) {
+    }
+  }
+  // Number of requested stops, and whether one is not confirmed yet.
+  [[nodiscard]] std::uint32_t asked() const noexcept { return asked_; }
+  [[nodiscard]] bool is_wanted() const noexcept { return asked_ != acted_; }
+
+  // Adds the request to the next command.
+  void Put(Time now, OperatorCommand* command) noexcept {
+    const std::uint32_t asked = asked_;
+    if (std::exchange(put_, asked) != asked) {
+      sequence_ = command->sequence;
+      put_at_ = now;
+    }
+    command->stop = asked != acted_;
+  }
+  // Confirms what the newest state shows. An earlier state may refer to a previous stop that was
+  // reset. A slave that does not count stop commands knows of this one after a round trip.
+  void Take(const ReceivedState& newest) noexcept {
+    const SlaveState& state = newest.state;
+    if (state.phase != Phase::kEstop || put_ == acted_) return;
+    const Time sent_at = state.sent_at - Seconds(newest.clock_offset);
+    if (state.command_sequence >= sequence_ ||
+        SecondsBetween(put_at_, sent_at) > newest.round_trip + kHeard) {
+      Act(put_);
+    }
+  }
+
+ private:
+  static constexpr double kHeard = 0.100;  // in addition to the round trip [s]
+
+  std::atomic<std::uint32_t> asked_{0}, acted_{0};
+  std::uint32_t put_ = 0;       // put into commands
+  std::uint64_t sequence_ = 0;  // of the first command of the last one
+  Time put_at_{};
+};
 
 class StopPath {
  public:

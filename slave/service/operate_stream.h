@@ -18,8 +18,8 @@
 #include "shared/link/state_mailbox.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
-#include "slave/service/refused_streams.h"
 #include "slave/service/status.h"
+#include "slave/service/stream_list.h"
 
 namespace palpate {
 

@@ -20,7 +20,7 @@
 #include "slave/service/operate_stream.h"
 #include "slave/service/operator_lease.h"
 #include "slave/service/publisher.h"
-#include "slave/service/refused_streams.h"
+#include "slave/service/stream_list.h"
 
 namespace palpate {
 

@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
-#include "slave/site/camera/tagged_outline.h"
+#include "slave/site/camera/patch_solution.h"
 
 namespace palpate::site {
 namespace {

@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "shared/patch/patch_render.h"
 #include "tests/shared/patch/patches.h"
 #include "tests/support/allocation_count.h"
 
