@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kAskEvery(1000), kPatience(1000);
+constexpr milliseconds kAskEvery(1000);
 constexpr double kStateRate = 30;   // [Hz]
 constexpr double kTraceRate = 120;  // [Hz]
 constexpr double kTraceAge = 1;     // [s]
@@ -50,10 +50,7 @@ struct SlaveStatusPoller::Parts {
   std::string Take(const v1::TraceUpdate& message);
   void Run(const std::stop_token& stop);
   // Messages of the slave, or why there are none.
-  Words Poll();
-  // Adds the answer of one call to `json` unless one before failed.
-  template <class Request, class Reply, class Call>
-  void Add(Call call, std::string* json, std::string* trouble);
+  Words Poll(const std::stop_token& stop);
 
   const std::unique_ptr<v1::Teleoperation::Stub> stub;
   mutable std::mutex mutex;  // guards what follows
@@ -99,7 +96,7 @@ std::string SlaveStatusPoller::Parts::Take(const v1::TraceUpdate& message) {
 
 void SlaveStatusPoller::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    Words told = Poll();
+    Words told = Poll(stop);
     std::unique_lock lock(mutex);
     told.version = words.version + 1;
     words = std::move(told);
@@ -107,27 +104,22 @@ void SlaveStatusPoller::Parts::Run(const std::stop_token& stop) {
   }
 }
 
-template <class Request, class Reply, class Call>
-void SlaveStatusPoller::Parts::Add(Call call, std::string* json, std::string* trouble) {
-  if (!trouble->empty()) return;
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
-  Reply reply;
-  const grpc::Status status = (stub.get()->*call)(&context, Request(), &reply);
-  if (status.ok()) {
-    *json = JsonOf(reply);
-  } else {
-    *trouble = WordsOf(status);
-  }
-}
-
-SlaveStatusPoller::Words SlaveStatusPoller::Parts::Poll() {
+SlaveStatusPoller::Words SlaveStatusPoller::Parts::Poll(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   Words told;
-  Add<v1::GetStatusRequest, v1::Status>(&Stub::GetStatus, &told.status, &told.trouble);
-  Add<v1::GetSceneRequest, v1::SceneDescription>(&Stub::GetScene, &told.scene, &told.trouble);
-  Add<v1::GetCapabilitiesRequest, v1::Capabilities>(&Stub::GetCapabilities, &told.capabilities,
-                                                    &told.trouble);
+  // Adds the answer of one call unless one before failed.
+  const auto add = [&](auto call, auto reply, std::string* json) {
+    if (!told.trouble.empty()) return;
+    const grpc::Status status = Query(stub.get(), call, stop, &reply);
+    if (status.ok()) {
+      *json = JsonOf(reply);
+    } else {
+      told.trouble = WordsOf(status);
+    }
+  };
+  add(&Stub::GetStatus, v1::Status(), &told.status);
+  add(&Stub::GetScene, v1::SceneDescription(), &told.scene);
+  add(&Stub::GetCapabilities, v1::Capabilities(), &told.capabilities);
   return told;
 }
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <utility>
@@ -29,6 +30,18 @@ inline std::unique_ptr<v1::Teleoperation::Stub> BulkStub(const SlaveLink::Option
   return v1::Teleoperation::NewStub(
       OpenChannel(PermittedTarget(link.target, link.insecure || !link.tls.empty()), Traffic::kBulk,
                   link.tls, link.longest_round_trip));
+}
+
+// Makes one call with an empty request and a deadline of a second, which `stop` cancels.
+template <class Request, class Reply>
+grpc::Status Query(v1::Teleoperation::Stub* stub,
+                   grpc::Status (v1::Teleoperation::Stub::*call)(grpc::ClientContext*,
+                                                                 const Request&, Reply*),
+                   const std::stop_token& stop, Reply* reply) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(1));
+  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+  return (stub->*call)(&context, Request(), reply);
 }
 
 template <class Message>

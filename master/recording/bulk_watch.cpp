@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kHealthEvery(1000), kDeadline(1000);
+constexpr milliseconds kHealthEvery(1000);
 
 v1::WatchVideoRequest PictureRequest() {
   v1::WatchVideoRequest request;
@@ -34,16 +34,6 @@ struct BulkWatch::Parts {
   // Queries the scene once per revision, and the status.
   void PollEverySecond(const std::stop_token& stop);
   void RequestScene(const std::stop_token& stop);
-  // Makes one call, which `stop` cancels. Whether it succeeded.
-  template <class Request, class Reply>
-  bool Query(grpc::Status (v1::Teleoperation::Stub::*call)(grpc::ClientContext*, const Request&,
-                                                           Reply*),
-             const std::stop_token& stop, Reply* reply) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + kDeadline);
-    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
-    return (stub.get()->*call)(&context, Request(), reply).ok();
-  }
   std::string Take(const google::protobuf::Message& message) const {
     on_message(message);
     return {};
@@ -74,18 +64,19 @@ void BulkWatch::Parts::RequestScene(const std::stop_token& stop) {
   using Stub = v1::Teleoperation::Stub;
   v1::SceneDescription scene;
   v1::Capabilities capabilities;
-  if (!Query(&Stub::GetScene, stop, &scene)) return;
+  if (!Query(stub.get(), &Stub::GetScene, stop, &scene).ok()) return;
   if (std::exchange(is_told, true) && scene.settings_revision() == revision) return;
   revision = scene.settings_revision();
   on_message(scene);
-  if (Query(&Stub::GetCapabilities, stop, &capabilities)) on_message(capabilities);
+  if (Query(stub.get(), &Stub::GetCapabilities, stop, &capabilities).ok()) on_message(capabilities);
 }
 
 void BulkWatch::Parts::PollEverySecond(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     RequestScene(stop);
     v1::Status status;
-    if (Query(&v1::Teleoperation::Stub::GetStatus, stop, &status)) on_message(status);
+    if (Query(stub.get(), &v1::Teleoperation::Stub::GetStatus, stop, &status).ok())
+      on_message(status);
     std::unique_lock lock(mutex);
     stopped.wait_for(lock, stop, kHealthEvery, [] { return false; });
   }

@@ -98,12 +98,6 @@ class Sheet {
   std::vector<std::string> lines_;
 };
 
-std::string Bar(double force, double limit) {
-  const double share = limit > 0 ? std::clamp(force / limit, 0.0, 1.0) : 0;
-  const auto full = static_cast<std::size_t>(std::lround(share * kBar));
-  return "[" + std::string(full, '#') + std::string(kBar - full, '.') + "]";
-}
-
 void AddHead(const StationHello& hello, const StationMoment& moment, Sheet* sheet) {
   const TickRecord& tick = moment.ticks.newest;
   sheet->Add("palpate " + hello.badge + "  " + hello.scene.name + "  " + hello.scene.model +
@@ -124,7 +118,7 @@ void AddForce(const StationMoment& moment, Sheet* sheet) {
   const double sent = chain.sent.norm(), limit = moment.status.force_limit;
   double peak = sent;
   for (const TickSample& sample : moment.ticks.samples) peak = std::max(peak, sample.sent);
-  sheet->Add(Formatted("force  %6.2f N of %.2f N ", sent, limit) + Bar(sent, limit) +
+  sheet->Add(Formatted("force  %6.2f N of %.2f N ", sent, limit) + ForceBar(sent, limit, kBar) +
              Formatted("  peak %.2f N", peak));
   const bool known = felt.sequence > 0;
   const std::string check(known ? ToString(felt.check) : "");

@@ -28,14 +28,6 @@ std::vector<std::string> Cut(std::vector<std::string> lines, std::FILE* out) {
 
 constexpr int kBar = 20;  // characters of the force bar
 
-std::string Bar(double force, double limit) {
-  const double share = limit > 0 ? std::clamp(force / limit, 0.0, 1.0) : 0;
-  const auto full = static_cast<std::size_t>(std::lround(share * kBar));
-  std::string bar = "[....................]";
-  bar.replace(1, full, full, '#');
-  return bar;
-}
-
 std::string OrDash(bool known, double value, const char* format) {
   std::string numeral = Formatted(format, value);
   if (known) return numeral;
@@ -143,6 +135,13 @@ void AddForces(const Report& r, Table* table) {
 
 }  // namespace
 
+std::string ForceBar(double force, double limit, int width) {
+  const double share = limit > 0 ? std::clamp(force / limit, 0.0, 1.0) : 0;
+  const auto full = static_cast<std::size_t>(std::lround(share * width));
+  return "[" + std::string(full, '#') + std::string(static_cast<std::size_t>(width) - full, '.') +
+         "]";
+}
+
 Console Console::Standard() {
   return {stdout, isatty(STDOUT_FILENO) == 1};
 }
@@ -193,7 +192,7 @@ std::string FormatStatus(const Status& status) {
       OrDash(status.rate > 0, status.rate, "%4.0f").c_str(),
       OrDash(timed, status.link.rtt_p50_us / 1e3, "%5.2f").c_str(),
       OrDash(tick.state_age >= 0, std::clamp(tick.state_age, 0.0, 99.0) * 1e3, "%3.0f").c_str(),
-      force, Bar(force, status.force_limit).c_str());
+      force, ForceBar(force, status.force_limit, kBar).c_str());
   const std::string reasons = InWords(tick.chain.reasons);
   if (!reasons.empty()) line += "  " + reasons;
   if (!status.link.trouble.empty()) line += "  (" + status.link.trouble + ")";

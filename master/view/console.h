@@ -40,6 +40,8 @@ class Console {
   double said_ = 0;  // when the last plain line was printed [s]
 };
 
+// `force` as a share of `limit`, a bar of `width` characters in brackets.
+std::string ForceBar(double force, double limit, int width);
 // The status line: state, rate, round trip, age, force. For example
 //   `  12.3 s  FOLLOWING     1000 Hz  RTT 0.21 ms  age   3 ms   1.23 N [#######.............]
 //   clamped`
