@@ -11,7 +11,6 @@
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
-#include "shared/tls/certificate.h"
 #include "shared/tls/credentials.h"
 
 namespace palpate {

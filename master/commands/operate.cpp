@@ -24,7 +24,7 @@
 #include "shared/link/loopback.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
-#include "shared/tls/certificate.h"
+#include "shared/tls/credentials.h"
 
 namespace palpate {
 namespace {

@@ -30,7 +30,7 @@
 #include "shared/link/thread_priority.h"
 #include "shared/state/slave_state.h"
 #include "shared/telemetry/latency_histogram.h"
-#include "shared/tls/certificate.h"
+#include "shared/tls/credentials.h"
 
 namespace palpate {
 

@@ -9,7 +9,6 @@
 
 #include "foxglove/schemas.pb.h"
 #include "master/recording/session_recording.h"
-#include "master/recording/tick_message.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"

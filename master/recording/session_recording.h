@@ -21,11 +21,21 @@
 #include <string>
 #include <string_view>
 
+#include "palpate/v1/recording.pb.h"
+
 #include "master/haptics/tick_record.h"
 #include "master/link/slave_link.h"
 #include "shared/recording/recording.h"
 
 namespace palpate {
+
+// TickRecord <-> palpate.v1.ForceTick.
+//
+// Overwrites `message`. Numbers keep seven digits.
+void ToProto(const TickRecord& record, v1::ForceTick* message);
+// Converts a message recorded `at`. Unknown additions of newer programs are ignored. Numbers that
+// are not finite become zero.
+TickRecord FromProto(const v1::ForceTick& message, Time at);
 
 namespace v1 {
 class MeshState;

@@ -11,7 +11,7 @@
 #include <grpcpp/security/auth_metadata_processor.h>
 #include <grpcpp/server_context.h>
 
-#include "shared/tls/certificate.h"
+#include "shared/tls/credentials.h"
 
 namespace palpate {
 

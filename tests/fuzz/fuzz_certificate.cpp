@@ -4,7 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "shared/tls/certificate.h"
+#include "shared/tls/credentials.h"
 #include "slave/service/roles.h"
 #include "tests/fuzz/fuzz_files.h"
 

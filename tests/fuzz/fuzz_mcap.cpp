@@ -6,7 +6,7 @@
 
 #include "palpate/v1/recording.pb.h"
 
-#include "master/recording/tick_message.h"
+#include "master/recording/session_recording.h"
 #include "shared/recording/mcap_reader.h"
 #include "shared/text/text.h"
 #include "slave/recording/step_messages.h"

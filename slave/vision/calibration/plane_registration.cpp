@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "slave/vision/calibration/registration_checks.h"
+#include "slave/vision/calibration/registration.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {

@@ -16,7 +16,6 @@
 
 #include "master/recording/export.h"
 #include "master/recording/replay.h"
-#include "master/recording/tick_message.h"
 #include "shared/text/text.h"
 
 namespace palpate {

@@ -14,7 +14,6 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/plate/fit/load_search.h"
-#include "slave/mechanics/plate/fit/rim_motions.h"
 #include "slave/mechanics/plate/plate_surface.h"
 
 namespace palpate {

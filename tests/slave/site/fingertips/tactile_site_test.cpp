@@ -11,7 +11,6 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/site/fingertips/scripted_touch.h"
 #include "tests/slave/site/fingertips/touch_scenes.h"
 
 namespace palpate {

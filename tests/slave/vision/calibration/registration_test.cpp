@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/scene/scene_loader.h"
-#include "slave/vision/calibration/registration_checks.h"
 #include "slave/vision/calibration/robust_fit.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 
