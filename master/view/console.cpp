@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include "master/view/shape_layers.h"
-#include "master/view/viewpoint.h"
 #include "shared/text/text.h"
 
 namespace palpate {

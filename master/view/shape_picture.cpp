@@ -4,7 +4,6 @@
 #include <array>
 
 #include "master/view/shape_layers.h"
-#include "master/view/viewpoint.h"
 #include "shared/mesh/disc_patch.h"
 #include "shared/text/text.h"
 

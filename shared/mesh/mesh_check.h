@@ -1,6 +1,7 @@
 // Checks a mesh: corrections, warnings and refusals.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,26 @@
 #include "shared/mesh/solid_mesh.h"
 
 namespace palpate {
+
+// The parts of a closed surface and which of them lie inside others.
+//
+// Triangles connected by edges. Parts that share only a node are separate.
+struct SurfacePart {
+  std::vector<int> triangles;
+  int depth = 0;  // number of other parts around it; odd: it bounds a cavity
+};
+// Parts of a surface without open edges. Empty: more than kMostParts. O(parts x triangles).
+constexpr std::size_t kMostParts = 1000;
+std::vector<SurfacePart> ClosedParts(const SurfaceMesh& surface);
+
+// Winding number of the triangles around `p` (unsigned; sum of their solid angles over 4 pi): 1
+// inside a simple closed part, 0 outside. Source: van Oosterom and Strackee, IEEE Trans. Biomed.
+// Eng. 30 (1983) 125-126, eq. 8.
+double WindingNumber(const SurfaceMesh& surface, const std::vector<int>& triangles,
+                     const Eigen::Vector3d& p);
+
+// Volume enclosed by triangles that point outward [m^3].
+double EnclosedVolume(const SurfaceMesh& surface, const std::vector<int>& triangles);
 
 // Indices start at 0. Texts use the numbers of the file. An element is a tetrahedron, or a triangle
 // of a surface.

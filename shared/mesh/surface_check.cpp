@@ -10,7 +10,6 @@
 
 #include "shared/mesh/mesh_census.h"
 #include "shared/mesh/mesh_check.h"
-#include "shared/mesh/surface_parts.h"
 
 namespace palpate {
 namespace {

@@ -12,7 +12,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/capture/decode_ahead.h"
 #include "slave/capture/live_cameras.h"
 #include "slave/capture/picture_files.h"
 

@@ -5,7 +5,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/press/membrane_press.h"
 #include "slave/vision/depth/depth_points.h"
 #include "tests/slave/vision/depth/depth_pictures.h"

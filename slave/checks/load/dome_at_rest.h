@@ -6,7 +6,7 @@
 
 #include "slave/checks/load/fit_sample.h"
 #include "slave/checks/load/load_limits.h"
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 
 namespace palpate {
 

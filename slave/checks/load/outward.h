@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "slave/checks/load/fit_sample.h"
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 
 namespace palpate {
 

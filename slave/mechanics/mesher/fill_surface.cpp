@@ -20,7 +20,6 @@
 #include "shared/mesh/files/file_cursor.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
-#include "shared/mesh/surface_parts.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/mesher/run_program.h"
 

@@ -1,15 +1,19 @@
 #include "slave/pipeline/points/points_sense.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
 
+#include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "shared/mesh/files/mesh_file.h"
 #include "slave/checks/points/points_limits.h"
 #include "slave/mechanics/factory/make_model.h"
+#include "slave/pipeline/base/overlay_words.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/site/environment/simulated_environment.h"
@@ -65,6 +69,27 @@ std::string InWords(const PointTracking& points) {
       break;
   }
   return "the surface is tracked in the depth images";
+}
+
+const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour(40, 140, 255);
+// Of the drawing: a ring at full scale by the image's height [-], the largest share of full scale
+// [-], the step that shows the direction of a force [m]. [by definition]
+constexpr double kRing = 0.1, kMostShare = 1.5, kShortStep = 1e-3;
+
+// Far outside stays outside, and drawable.
+cv::Point Round(const Eigen::Vector2d& p) {
+  const Eigen::Vector2d near = p.cwiseMax(-1e4).cwiseMin(1e4);
+  return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
+}
+
+std::string ForceInWords(const PointsOverlay& overlay) {
+  if (!overlay.force) return "force unknown";
+  return fmt::format("{:.3g} N +- {:.2g}  {}", *overlay.force, overlay.sigma, overlay.validity);
+}
+
+double ShareOf(const PointsOverlay& overlay, double full_scale) {
+  const bool has_share = overlay.force && *overlay.force > 0 && full_scale > 0;
+  return has_share ? std::fmin(kMostShare, *overlay.force / full_scale) : 0;
 }
 
 }  // namespace
@@ -208,6 +233,80 @@ std::vector<StageTimes> PointsSense::Stages() const {
   return {TimesOf(eyes_->stage(), times_.look), TimesOf("checks", times_.checks),
           TimesOf("mechanics", estimator_ ? estimator_->times() : LatencyHistogram{}),
           TimesOf("total", times_.total)};
+}
+
+PointsOverlay MakePointsOverlay(const SurfacePointTracker& eyes, const SurfaceObservation& seen,
+                                const ContactEstimate& felt) {
+  PointsOverlay overlay;
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    const Eigen::Vector2d p_I = eyes.PlaceInPicture(i);
+    if (p_I.allFinite()) {
+      overlay.seen_I.push_back(p_I);
+      continue;
+    }
+    const bool was_seen = !seen.points[i].p_S.isZero(0);
+    const auto last_I = eyes.Project(seen.points[i].p_S);
+    if (was_seen && last_I) overlay.lost_I.push_back(*last_I);
+  }
+  overlay.radius_px = eyes.radius_px();
+  overlay.windows = eyes.stage() != "dots";
+  overlay.validity = ToString(felt.validity);
+  const bool has_place = seen.found && (felt.depth > 0 || !felt.force);
+  if (has_place && felt.validity != Validity::kTrackingLost) {
+    overlay.place_I = eyes.Project(felt.p_S_contact);
+  }
+  if (!felt.force) return overlay;
+  overlay.force = felt.force->norm();
+  overlay.sigma = felt.sigma;
+  if (!(*overlay.force > 0) || !overlay.place_I) return overlay;
+  const auto ahead = eyes.Project(felt.p_S_contact + kShortStep * felt.force->normalized());
+  const auto aside = eyes.Project(felt.p_S_contact + kShortStep * felt.force->unitOrthogonal());
+  if (!ahead || !aside) return overlay;
+  // As long as the same force would be drawn across the line of sight, foreshortened.
+  const double full_length = (*aside - *overlay.place_I).norm();
+  if (full_length > 0) overlay.along_I = (*ahead - *overlay.place_I) / full_length;
+  return overlay;
+}
+
+cv::Mat AsPicture(const cv::Mat& image) {
+  if (image.depth() != CV_16U) return image;
+  cv::Mat grey;
+  cv::normalize(image, grey, 0, 255, cv::NORM_MINMAX, CV_8U, image > 0);
+  return grey;
+}
+
+cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale) {
+  cv::Mat picture;
+  cv::cvtColor(AsPicture(image), picture, cv::COLOR_GRAY2BGR);
+  const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
+  for (const Eigen::Vector2d& p : overlay.seen_I) {
+    const cv::Point centre = Round(p);
+    if (overlay.windows) {
+      cv::rectangle(picture, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
+                    kSeenColour, 1);
+    } else {
+      cv::circle(picture, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
+    }
+    cv::drawMarker(picture, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
+  }
+  for (const Eigen::Vector2d& p : overlay.lost_I) {
+    cv::drawMarker(picture, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
+                   cv::LINE_AA);
+  }
+  if (overlay.place_I) {
+    const double share = ShareOf(overlay, full_scale);
+    const Eigen::Vector2d force_I = 0.2 * image.rows * share * overlay.along_I;
+    const cv::Point place = Round(*overlay.place_I);
+    cv::drawMarker(picture, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
+    const int ring = static_cast<int>(std::lround(kRing * image.rows * share));
+    if (ring > 1) cv::circle(picture, place, ring, kLoadColour, 2, cv::LINE_AA);
+    if (force_I.norm() > 3) {
+      cv::arrowedLine(picture, place, Round(*overlay.place_I + force_I), kLoadColour, 2,
+                      cv::LINE_AA, 0, 0.2);
+    }
+  }
+  DrawWords(ForceInWords(overlay), kLoadColour, &picture);
+  return picture;
 }
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 
 #include "slave/checks/load/fit_sample.h"
 #include "slave/contact/surface_contact.h"
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/load/load_identifier.h"
 #include "slave/pipeline/press/membrane_press.h"
 

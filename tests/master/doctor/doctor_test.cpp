@@ -1,3 +1,5 @@
+#include "master/doctor/doctor.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -8,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "master/doctor/line.h"
-#include "master/doctor/machine.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
 

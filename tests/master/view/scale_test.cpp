@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "master/view/viewpoint.h"
+#include "master/view/shape_layers.h"
 
 namespace palpate {
 namespace {

@@ -1,10 +1,10 @@
-#include "master/view/viewpoint.h"
-
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "master/view/shape_layers.h"
 
 namespace palpate {
 namespace {

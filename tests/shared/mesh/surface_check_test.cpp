@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/mesh_check.h"
-#include "shared/mesh/surface_parts.h"
 
 namespace palpate {
 namespace {

@@ -13,7 +13,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "shared/mesh/surface_parts.h"
+#include "shared/mesh/mesh_check.h"
 #include "tests/slave/contact/printed_weights.h"
 #include "tests/support/allocation_count.h"
 

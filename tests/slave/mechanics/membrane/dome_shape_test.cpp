@@ -1,5 +1,3 @@
-#include "slave/mechanics/membrane/dome_shape.h"
-
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,6 +8,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
 
 namespace palpate {

@@ -12,7 +12,7 @@
 #include <Eigen/QR>
 
 #include "shared/text/text.h"
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 
 namespace palpate::domes {
 

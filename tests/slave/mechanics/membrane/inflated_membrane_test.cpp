@@ -10,8 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/membrane/dome_shape.h"
-
 namespace palpate {
 namespace {
 

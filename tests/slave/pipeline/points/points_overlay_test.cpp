@@ -1,9 +1,8 @@
-#include "slave/pipeline/points/points_overlay.h"
-
 #include <limits>
 
 #include <gtest/gtest.h>
 
+#include "slave/pipeline/points/points_sense.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 
 namespace palpate {

@@ -12,7 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/press/membrane_body.h"
 #include "slave/site/environment/simulated_environment.h"

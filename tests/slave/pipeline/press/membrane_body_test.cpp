@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "tests/slave/pipeline/press/identify_membrane.h"
 #include "tests/support/allocation_count.h"
 

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/membrane/dome_shape.h"
+#include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/press/membrane_press.h"
 #include "tests/slave/mechanics/membrane/fit_ellipsoid.h"
