@@ -1,11 +1,13 @@
 #include "master/haptics/haptic_loop.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "master/haptics/sane_state.h"
+#include "master/haptics/tick_drive.h"
 
 namespace palpate {
 namespace {
@@ -58,22 +60,23 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
 
 // Real-time: no allocation, lock, log, exception or network from here down.
 void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept {
-  RunPeriodically(length, stop, &stats_.periodic, [&] {
-    const Time now = Clock::now();
-    device.WriteForce(Tick(device.Read(now), now));
+  std::atomic<bool> lets_go{false};
+  TickDrive drive(device, [&](Time now) {
+    const Time begin = Clock::now();
+    DeviceReading reading = device.Read(now);
+    reading.engaged = reading.engaged && !lets_go;
+    device.WriteForce(Tick(reading, now));
     device.Guide(guide());
-    stats_.compute_us.Add(SecondsBetween(now, Clock::now()) * 1e6);
+    if (lets_go) return sent_ != Eigen::Vector3d::Zero();
+    stats_.compute_us.Add(SecondsBetween(begin, Clock::now()) * 1e6);
     return !device.finished();
   });
+  drive.Run(length, stop, &stats_.periodic);
+  lets_go = true;
   PeriodicStats fade;  // not part of the run
-  RunPeriodically(Seconds(2 * kFadeOut), {}, &fade, [&] {
-    const Time now = Clock::now();
-    DeviceReading letting_go = device.Read(now);
-    letting_go.engaged = false;
-    device.WriteForce(Tick(letting_go, now));
-    return sent_ != Eigen::Vector3d::Zero();
-  });
-  device.WriteForce(Eigen::Vector3d::Zero());
+  drive.Run(Seconds(2 * kFadeOut), {}, &fade);
+  drive.Stop();
+  device.DropForce();
   Release(Clock::now());
 }
 
@@ -81,6 +84,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   const double dt = clock_.Tick(now);
   record_ = TickRecord();
   record_.at = now;
+  record_.device = raw.status;
   TakeRequests();
   TakeState(now);
   TakeSettings();
@@ -206,9 +210,9 @@ bool HapticLoop::KeepsOffset() noexcept {
 }
 
 DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
-  if (IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest)) {
-    return last_reading_ = reading;
-  }
+  const bool good = reading.status.fault == DeviceFault::kNone &&
+                    IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest);
+  if (good) return last_reading_ = reading;
   record_.chain.reasons.Add(Reason::kBadDevice);
   return {last_reading_.p_M, Eigen::Vector3d::Zero(), false};
 }

@@ -227,7 +227,9 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   SpscRing<TickRecord> ring(kRingCapacity);
   Recorder recorder(&ring, options.log, options.see_tick);
   HapticLoop::Options limited = options.loop;
+  device.LowerForceLimit(limited.force_limit);
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
+  limited.slew_limit = std::min(limited.slew_limit, device.slew_limit());
   HapticLoop loop(limited,
                   {states, commands, &ring, options.settings, options.patches, options.requests});
 
