@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "master/commands/arguments.h"
+#include "master/commands/devices_command.h"
 #include "master/commands/operate.h"
 #include "master/commands/signals.h"
 #include "master/link/channel.h"
@@ -76,6 +77,7 @@ int Main(int argc, char** argv) {
       if (!doctor.link.target.empty()) doctor.options.line = doctor.link;
       return RunDoctor(doctor.options);
     }
+    if (app.got_subcommand("devices")) return ListDevices();
     if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
     if (app.got_subcommand("evict")) return Evict(a);
     CheckBeforehand(a);

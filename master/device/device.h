@@ -63,6 +63,10 @@ class Device {
   [[nodiscard]] virtual double force_limit() const = 0;  // of the device itself [N]
   // Sets the master's limit [N], which can only be lowered.
   virtual void LowerForceLimit(double /*limit*/) noexcept {}
+  // Largest stiffness that the device renders without buzzing [N/m].
+  [[nodiscard]] virtual double stiffness_limit() const {
+    return std::numeric_limits<double>::infinity();
+  }
   // Largest change of force that the device accepts [N/ms].
   [[nodiscard]] virtual double slew_limit() const {
     return std::numeric_limits<double>::infinity();

@@ -43,7 +43,7 @@ Eigen::Vector3d Stepped(const Eigen::Vector3d& last, const Eigen::Vector3d& want
 }
 
 std::string Value(double value, const char* unit) {
-  return Formatted("%.3g ", value) + unit;
+  return Formatted("%.4g ", value) + unit;
 }
 
 }  // namespace

@@ -55,6 +55,7 @@ class HapticDevice : public Device {
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return false; }
   [[nodiscard]] double force_limit() const final { return limit_; }
+  [[nodiscard]] double stiffness_limit() const final { return capabilities_.stiffness; }
   [[nodiscard]] double slew_limit() const final;
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
   // Of the last reading.

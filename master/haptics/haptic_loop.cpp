@@ -28,9 +28,9 @@ Time SensedAt(const ReceivedState& received) {
   return received.state.sensed_at - Seconds(received.clock_offset);
 }
 
-// Largest stable stiffness, converted to the tool [N/m].
-double Stiffest(const TeleopTransform& transform) {
-  return PassivityControl::kMaxStiffness / (transform.position_scale * transform.force_scale);
+// `stiffest` at the device, converted to the tool [N/m].
+double AtTool(double stiffest, const TeleopTransform& transform) {
+  return stiffest / (transform.position_scale * transform.force_scale);
 }
 
 double PositiveOrThrow(double value, const char* name) {
@@ -54,7 +54,7 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
   PositiveOrThrow(options.max_age, "max_age");
   PositiveOrThrow(options.transform.position_scale, "position_scale");
   PositiveOrThrow(options.transform.force_scale, "force_scale");
-  renderer_.set_stiffest(Stiffest(transform_));
+  renderer_.set_stiffest(AtTool(options_.stiffest, transform_));
   machine_.set_dead_after(std::clamp(options.dead_after, kLeastDeadAfter, kMostDeadAfter));
 }
 
@@ -178,7 +178,7 @@ void HapticLoop::TakeSettings() noexcept {
   settings_wait_ = false;
   transform_ = settings_.transform;
   offset_epoch_ = 0;  // the slave may have continued this epoch with its own offset
-  renderer_.set_stiffest(Stiffest(transform_));
+  renderer_.set_stiffest(AtTool(options_.stiffest, transform_));
   renderer_.ForgetPatch();
   tare_.Forget();
 }
