@@ -8,7 +8,9 @@ namespace palpate {
 TickDrive::TickDrive(Device& device, std::function<bool(Time)> tick)
     : device_(device),
       tick_(std::move(tick)),
-      on_device_([this](Time now) { TryTick(now); }),
+      on_device_([this](Time now) {
+        if (TryTick(now)) driven_at_ = now;
+      }),
       driven_(device.StartTicks(&on_device_)) {}
 
 TickDrive::~TickDrive() {
@@ -20,26 +22,26 @@ void TickDrive::Stop() {
   driven_ = false;
 }
 
-void TickDrive::TryTick(Time now) noexcept {
-  if (busy_.test_and_set(std::memory_order_acquire)) return;
+bool TickDrive::TryTick(Time now) noexcept {
+  if (busy_.test_and_set(std::memory_order_acquire)) return false;
   if (wanted_) {
     wanted_ = tick_(now);
-    ticked_at_ = now;
     ++ticks_;
   }
   busy_.clear(std::memory_order_release);
+  return true;
 }
 
 bool TickDrive::Supervise() noexcept {
   const Time now = Clock::now();
-  const bool silent = SecondsBetween(ticked_at_, now) >= Device::kLetGoAfter;
+  const bool silent = SecondsBetween(driven_at_, now) >= Device::kLetGoAfter;
   if (!driven_ || silent) TryTick(now);
   return wanted_;
 }
 
 void TickDrive::Run(Clock::duration length, const std::stop_token& stop,
                     PeriodicStats* stats) noexcept {
-  ticked_at_ = Clock::now();
+  driven_at_ = Clock::now();
   ticks_ = 0;
   wanted_ = true;
   RunPeriodically(length, stop, stats, [this] { return Supervise(); });

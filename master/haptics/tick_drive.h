@@ -27,8 +27,8 @@ class TickDrive {
   void Stop();
 
  private:
-  // Runs a tick unless another thread is inside one.
-  void TryTick(Time now) noexcept;
+  // Runs a tick unless another thread is inside one. False: another is.
+  bool TryTick(Time now) noexcept;
   bool Supervise() noexcept;
 
   Device& device_;
@@ -36,7 +36,7 @@ class TickDrive {
   const Device::Tick on_device_;
   std::atomic_flag busy_;  // a thread is inside a tick
   std::atomic<bool> wanted_{false};
-  std::atomic<Time> ticked_at_{Time{}};
+  std::atomic<Time> driven_at_{Time{}};  // of the last tick on the device's thread
   std::atomic<std::uint64_t> ticks_{0};
   static_assert(std::atomic<Time>::is_always_lock_free);
   bool driven_;  // last: the device may tick from here on

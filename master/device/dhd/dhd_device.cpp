@@ -17,7 +17,7 @@ Eigen::Vector3d ToM(const Eigen::Vector3d& d) {
 Eigen::Vector3d ToD(const Eigen::Vector3d& m) {
   return {m.z(), m.x(), m.y()};
 }
-// X_MD, column by column.
+// R_MD, column by column.
 Eigen::Matrix3d RotationToM() {
   Eigen::Matrix3d R;
   R << ToM({1, 0, 0}), ToM({0, 1, 0}), ToM({0, 0, 1});
@@ -104,7 +104,10 @@ std::unique_ptr<DhdDevice> DhdDevice::Open(const Options& options) {
 }
 
 DhdDevice::DhdDevice(Opened opened)
-    : HapticDevice(opened.capabilities), own_(std::move(opened)), description_(own_.description) {
+    : HapticDevice(opened.capabilities),
+      own_(std::move(opened)),
+      description_(own_.description),
+      R_MD_(RotationToM()) {
   last_.repeated = true;
 }
 
@@ -149,9 +152,8 @@ void DhdDevice::ReadMotion(DeviceReading* reading) noexcept {
   if (!own_.has_wrist) return;
   double frame[3][3] = {};
   if (!Succeeded(api.orientation(frame, own_.id))) return;
-  static const Eigen::Matrix3d kToM = RotationToM();
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(&frame[0][0]);
-  reading->q_M = Eigen::Quaterniond(Eigen::Matrix3d(kToM * R * kToM.transpose()));
+  reading->q_M = Eigen::Quaterniond(Eigen::Matrix3d(R_MD_ * R * R_MD_.transpose()));
 }
 
 void DhdDevice::ReadButtons() noexcept {

@@ -55,7 +55,8 @@ class DhdDevice final : public HapticDevice {
 
   const Opened own_;
   const std::string description_;
-  DeviceStatus status_;  // of this reading
+  const Eigen::Matrix3d R_MD_;  // frame M from the library's
+  DeviceStatus status_;         // of this reading
   DeviceReading last_;
   bool enabled_ = false;       // the force was enabled
   bool was_pressed_ = false;   // the first button, at the last reading

@@ -105,6 +105,7 @@ TouchDevice::Opened TouchDevice::OpenDevice(const Options& options) {
   const HdApi& api = opened.api;
   std::string refused;
   for (const char* name : NamesToTry(options.name)) {
+    ForgetErrors(api);  // of an earlier session
     opened.handle = api.init_device(name);
     const HdError error = api.get_error();
     const bool is_handle = opened.handle != hd::kInvalidHandle && opened.handle <= kMostHandles;
@@ -164,6 +165,7 @@ TouchDevice::~TouchDevice() {
   api_.make_current(handle_);
   api_.disable(hd::kForceOutput);
   api_.disable_device(handle_);
+  ForgetErrors(api_);
 }
 
 bool TouchDevice::StartTicks(const Tick* tick) {

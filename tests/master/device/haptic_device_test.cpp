@@ -8,6 +8,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "master/device/rate/rate_device.h"
+#include "master/device/sim_hand.h"
+#include "tests/support/allocation_count.h"
+
 namespace palpate {
 namespace {
 
@@ -167,6 +171,30 @@ TEST_F(HapticDeviceTest, DroppingTheForceTakesNoTime) {
   EXPECT_TRUE(device_.force.isZero(0));
   Tick({4, 0, 0});
   EXPECT_NEAR(device_.force.x(), 0.2, 1e-12) << "and it rises from zero";
+}
+
+// With what every driver goes through, and the devices that move an arm.
+TEST(HapticDeviceAllocationTest, ReadingAndWritingTakeNothingFromTheHeap) {
+  struct Quiet final : RateSource {
+    RateInput Poll(Time /*now*/) override { return {{1, 0, 0}, true}; }
+    [[nodiscard]] std::string description() const override { return "quiet"; }
+  };
+  Recorded recorded;
+  SimHand hand(0.004, 0.02);
+  RateDevice rate(std::make_unique<Quiet>(), 0.02, false);
+  rate.Poll(kStart);
+  const long before = AllocationCount();
+  for (int i = 0; i < 1000; ++i) {
+    const Time now = kStart + std::chrono::milliseconds(i);
+    recorded.next.status.fault = i % 100 == 50 ? DeviceFault::kDriver : DeviceFault::kNone;
+    for (HapticDevice* device :
+         {static_cast<HapticDevice*>(&recorded), static_cast<HapticDevice*>(&hand),
+          static_cast<HapticDevice*>(&rate)}) {
+      device->Read(now);
+      device->Write({1, 2, 3}, {0, 0, 1});
+    }
+  }
+  EXPECT_EQ(AllocationCount(), before);
 }
 
 // Random readings, faults, forces and steps: whatever comes, the driver gets no more than the
