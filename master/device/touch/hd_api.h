@@ -31,6 +31,7 @@ inline constexpr unsigned kForceOutput = 0x4000, kMaxForceClamping = 0x4001,
 inline constexpr unsigned kCalibrated = 0x5000, kNeedsUpdate = 0x5001, kNeedsManual = 0x5002;
 inline constexpr unsigned kEncoderReset = 1, kAutomatic = 2, kInkwell = 4;  // ways to calibrate
 inline constexpr unsigned kInvalidHandle = 0xFFFFFFFF;
+inline constexpr unsigned kInvalidParameter = 0x100;  // a model has no such parameter
 inline constexpr unsigned kWarmMotors = 0x200, kExceededMaxForce = 0x201, kExceededImpulse = 0x202,
                           kExceededVelocity = 0x203, kForceError = 0x204, kDeviceFault = 0x300,
                           kCommunication = 0x302;  // errors

@@ -188,7 +188,10 @@ void TouchDevice::ServoFrame() noexcept {
   inside_ = false;
   SendForce(now);
   api_.end_frame(handle_);
-  CollectErrors();
+  status_.fault = DeviceFault::kNone;
+  status_.code = 0;
+  status_.cause = "";
+  saturated_ = CollectErrors();  // of the force, for the next reading
   ++frame_;
 }
 
@@ -211,6 +214,7 @@ DeviceReading TouchDevice::Measure(Time now) noexcept {
   reading.at = now;
   status_.buttons = static_cast<std::uint32_t>(Integer(api_, hd::kButtons));
   reading.engaged = (status_.buttons & 1U) != 0;
+  CollectErrors();  // a reading with an error is none
   reading.status = status_;
   return reading;
 }
@@ -244,24 +248,21 @@ void TouchDevice::SendForce(Time now) noexcept {
   api_.set_doubles(hd::kCurrentForce, force.data());
 }
 
-void TouchDevice::CollectErrors() noexcept {
-  status_.fault = DeviceFault::kNone;
-  status_.code = 0;
-  status_.cause = "";
+bool TouchDevice::CollectErrors() noexcept {
   bool saturated = false;
   for (int i = 0; i < kMostErrors; ++i) {
     const HdError error = api_.get_error();
     if (error.code == 0) break;
     if (error.code == hd::kExceededMaxForce) {
       saturated = true;
-    } else if (status_.fault == DeviceFault::kNone) {
+    } else if (error.code != hd::kInvalidParameter && status_.fault == DeviceFault::kNone) {
       status_.fault = FaultOf(error.code);
       status_.code = static_cast<std::int32_t>(error.code);
       const char* words = api_.error_text(error.code);
       if (words != nullptr) status_.cause = words;
     }
   }
-  saturated_ = saturated;
+  return saturated;
 }
 
 DeviceReading TouchDevice::DoRead(Time now) noexcept {

@@ -106,6 +106,23 @@ TEST_F(TouchDeviceTest, ErrorsOfTheServoAreFaultsWithTheirCode) {
   }
 }
 
+// Calls that fail leave their results as they were. Such a reading moves nothing.
+TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
+  bench_.Open();
+  const FakeKnot knot{0.001, 0.01, 0.02, 0.03};
+  bench_.fake.follow(&knot, 1, 0);
+  Step(10);
+  for (const char* function : {"hdGetDoublev", "hdBeginFrame", "hdGetIntegerv"}) {
+    bench_.fake.set_error(function, 0x302, 1);
+    bench_.Step();
+    EXPECT_EQ(status().fault, DeviceFault::kUnplugged) << function;
+    const Eigen::Vector3d& p = bench_.rig.loop.record().p_M;
+    EXPECT_NEAR((p - Eigen::Vector3d(0.01, 0.02, 0.03)).norm(), 0, 1e-6) << function;
+    Step(10);
+    EXPECT_EQ(status().fault, DeviceFault::kNone);
+  }
+}
+
 TEST_F(TouchDeviceTest, AnOlderLibraryWithoutTemperaturesWorks) {
   BenchKind old = TouchBench();
   old.folder = "hd-old";
