@@ -24,7 +24,7 @@ struct Driver {
   std::string_view name;     // of --device
   std::string_view devices;  // which it drives
   std::string_view option;   // meaning of the text after the colon
-  // Opens no device. Does not throw.
+  // May open the device to read it; writes no force. Does not throw.
   DriverReport (*examine)();
   // Throws DeviceUnavailable, or std::invalid_argument for a wrong option.
   std::unique_ptr<HapticDevice> (*open)(const std::string& option);
