@@ -49,7 +49,10 @@ void ForgetErrors(const HdApi& api) {
 
 DeviceCapabilities CapabilitiesOf(const HdApi& api) {
   DeviceCapabilities own;
-  const auto known = [](double value) { return value > 0 ? value : 1.0 * DeviceCapabilities::kUnknown; };
+  const auto known = [](double value) {
+    if (value > 0) return value;
+    return DeviceCapabilities::kUnknown;
+  };
   own.sensed_dof = Integer(api, hd::kInputDof);
   own.actuated_dof = std::min(Integer(api, hd::kOutputDof), 3);  // torques are not rendered
   own.force = known(Number(api, hd::kMaxForce));
