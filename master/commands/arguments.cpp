@@ -82,6 +82,12 @@ void DeclareEvict(CLI::App* app, Arguments* a) {
   AddLineOptions(evict, &a->link);
 }
 
+void DeclareDevices(CLI::App* app) {
+  app->add_subcommand(
+         "devices", "List haptic devices: what was searched and found, what is missing, what to do")
+      ->footer("Example:\n  palpate-master devices");
+}
+
 void DeclareRecordings(CLI::App* app, Arguments* a) {
   CLI::App* replay = app->add_subcommand("replay", "Show a recorded session");
   replay->footer(
@@ -122,6 +128,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master evict localhost:50051 --reason maintenance\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
+      "  palpate-master devices\n"
       "  palpate-master connect localhost:50051 --tui\n"
       "  palpate-master connect localhost:50051 --record session.mcap\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
@@ -135,8 +142,8 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       app->add_subcommand("connect", "Operate a slave and render its contact force");
   Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
   Add(connect, "--device", &a->device, "DEVICE",
-      "sim-hand, playback:FILE.csv (time_s,x,y,z), or pointer (mouse, keys or gamepad "
-      "on the page of --view)")
+      "sim-hand, playback:FILE.csv (time_s,x,y,z), pointer (mouse, keys or gamepad on the page of "
+      "--view), or touch, dhd, haply, spacemouse, gamepad or keyboard[:option]; see devices")
       ->capture_default_str();
   connect
       ->add_option("--render", a->render,
@@ -189,6 +196,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "--name", &a->link.operator_name, "NAME",
       "Name of the operator, which the slave shows to other clients; default: user, machine and "
       "process");
+  DeclareDevices(app);
   DeclareEvict(app, a);
   DeclareRecordings(app, a);
   DeclareDoctor(app, doctor);
@@ -215,6 +223,10 @@ void CheckBeforehand(const Arguments& a) {
   if (a.views) ViewPlace(a.view, a.link.tls);
   if (IsPointer(a) && !a.views) {
     throw std::invalid_argument("--device pointer: accepted is with --view, which serves its page");
+  }
+  if (ReadsTerminal(a) && a.terminal) {
+    throw std::invalid_argument(
+        "--device keyboard: accepted is without --tui, which reads the keys");
   }
   RequireWritable(a.report);
   RequireWritable(a.log);

@@ -46,6 +46,11 @@ inline bool IsPointer(const Arguments& a) {
   return a.device == "pointer";
 }
 
+// Whether the device reads the keys of the terminal.
+inline bool ReadsTerminal(const Arguments& a) {
+  return a.device == "keyboard" || a.device.starts_with("keyboard:");
+}
+
 // Whether the device can be made only when the scene is known.
 inline bool IsMadeForScene(const Arguments& a) {
   return a.device == "sim-hand" || IsPointer(a);

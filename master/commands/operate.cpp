@@ -218,12 +218,26 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
   }
   auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
+  options.see_tick = [&console, &device,
+                      fault = DeviceFault::kNone](const TickRecord& tick) mutable {
+    if (std::exchange(fault, tick.device.fault) == tick.device.fault) return;
+    const std::string words = FaultInWords(tick.device);
+    console.Print("device " + device->description() + ": " +
+                  (words.empty() ? "good readings"
+                                 : words + "; its force is zero. " +
+                                       std::string(NextStepOf(tick.device.fault))));
+  };
   if (station) {
     if (a.views) console.Print("view at " + station->address());
-    options.see_tick = [&station](const TickRecord& tick) { station->OnTick(tick); };
+    options.see_tick = [&station, &a, print = options.see_tick](const TickRecord& tick) {
+      if (!a.terminal) print(tick);
+      station->OnTick(tick);
+    };
   }
   std::optional<Keys> keys;
-  if (!a.terminal) keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
+  if (!a.terminal && !ReadsTerminal(a)) {
+    keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
+  }
   ShapeWatch shape(told, scene, a.shapes, console.live());
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   Report report = RunSession(

@@ -2,14 +2,20 @@
 
 #include <cmath>
 
-#include "master/device/device.h"
-
 namespace palpate {
 namespace {
 
 constexpr double kArmStep = 0.00025;  // [s]; stable far beyond: 2 / omega is 39 ms, m / b 14 ms
 
 }  // namespace
+
+DeviceCapabilities CapabilitiesOfArm() {
+  DeviceCapabilities own;
+  own.actuated_dof = 3;
+  own.simulated = true;
+  own.force = 12;
+  return own;
+}
 
 void MovingArm::Step(double dt, const HandIntent& intent) noexcept {
   const int steps = static_cast<int>(std::ceil(dt / kArmStep));

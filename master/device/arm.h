@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "master/device/haptic_device.h"
+
 namespace palpate {
 
 // Intended motion of the device. Frame M.
@@ -23,6 +25,9 @@ struct Arm {
   double stiffness = 800;  // k [N/m]
   double damping = 21.7;   // b [N s/m]: 2 * 0.7 * sqrt(k m)
 };
+
+// Of a device whose force moves such an arm.
+DeviceCapabilities CapabilitiesOfArm();
 
 // Starts at rest at the origin of M. Not thread-safe.
 class MovingArm {

@@ -1,21 +1,31 @@
-// Interface of a haptic device or its substitute. The haptic loop polls it.
+// What the haptic loop needs of a device: readings in, forces out. Every driver derives from
+// HapticDevice, which applies the last limits.
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
+#include "master/device/device_status.h"
 #include "shared/state/clock.h"
 
 namespace palpate {
 
-// Reading of the device at one tick. Frame M.
+// Reading of the device at one tick. Frame M: x to the right, y up, z towards the operator.
 struct DeviceReading {
   Eigen::Vector3d p_M{0, 0, 0};  // tip [m]
   Eigen::Vector3d v_M{0, 0, 0};  // velocity [m/s]
   bool engaged = false;          // the dead-man's switch is closed: the operator wants to follow
+  bool repeated = false;         // the device had nothing new since the last reading
+  Time at{};                     // when it was measured, master's clock
+  Eigen::Quaterniond q_M{1, 0, 0, 0};  // orientation of the tip
+  Eigen::Vector3d w_M{0, 0, 0};        // angular velocity [rad/s]
+  DeviceStatus status = {};            // with a fault, the rest is not usable
 };
 
 // What a scripted device may know of the scene: the position of the surface, in frame M.
@@ -31,6 +41,8 @@ class Device {
   // Timeout of a driver [s]: without a new force it sets the force to zero, because the program may
   // have stopped.
   static constexpr double kLetGoAfter = 0.020;
+  // One tick of the haptic loop, at the given time. Real-time safe.
+  using Tick = std::function<void(Time)>;
 
   virtual ~Device() = default;
   Device() = default;
@@ -39,19 +51,38 @@ class Device {
 
   // Reads the tip at `now`. Real-time safe: no allocation, lock or wait.
   virtual DeviceReading Read(Time now) noexcept = 0;
-  // Renders `force_M` [N], for at most kLetGoAfter. The last force is zero. Real-time safe.
+  // Renders `force_M` [N], for at most kLetGoAfter. Real-time safe.
   virtual void WriteForce(const Eigen::Vector3d& force_M) noexcept = 0;
+  // Sets the force to zero at once: the last call of a run. Real-time safe.
+  virtual void DropForce() noexcept { WriteForce(Eigen::Vector3d::Zero()); }
   // Sets the position of the surface. Scripted devices use it, real ones ignore it. Real-time safe.
   virtual void Guide(const DeviceGuide& guide) noexcept = 0;
   // The motion is over (a recording has ended). Real-time safe.
   [[nodiscard]] virtual bool finished() const noexcept = 0;
   [[nodiscard]] virtual std::string description() const = 0;
   [[nodiscard]] virtual double force_limit() const = 0;  // of the device itself [N]
+  // Sets the master's limit [N], which can only be lowered.
+  virtual void LowerForceLimit(double /*limit*/) noexcept {}
+  // Largest stiffness that the device renders without buzzing [N/m].
+  [[nodiscard]] virtual double stiffness_limit() const {
+    return std::numeric_limits<double>::infinity();
+  }
+  // Largest change of force that the device accepts [N/ms].
+  [[nodiscard]] virtual double slew_limit() const {
+    return std::numeric_limits<double>::infinity();
+  }
+
+  // From now on a thread of the device calls `tick` once per period, where the device has one.
+  // False: it has none, and the caller's thread polls. `tick` must stay valid until StopTicks.
+  virtual bool StartTicks(const Tick* /*tick*/) { return false; }
+  // On return no thread of the device is inside `tick`, nor will be.
+  virtual void StopTicks() {}
 };
 
-// Opens `spec`: `sim-hand` or `playback:FILE.csv`. `press_depth` [m] and `press_speed` [m/s] of the
-// simulated operator are in frame M. Throws std::invalid_argument for an unknown device, and
-// std::runtime_error with file:line for an invalid recording.
+// Opens the device that `--device` names; `palpate-master devices` lists them. `press_depth` [m]
+// and `press_speed` [m/s] of the simulated operator are in frame M. Throws std::invalid_argument
+// for an unknown device or option, and std::runtime_error with the reason where it cannot be
+// opened.
 std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth, double press_speed);
 
 // The file that `spec` plays; empty if it is no playback.

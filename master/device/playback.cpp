@@ -35,9 +35,16 @@ double Number(const CsvLines& row, std::size_t column, std::string_view name) {
   return *value;
 }
 
+// A recorded hand feels nothing, and therefore has no limit of its own.
+DeviceCapabilities WithoutForce() {
+  DeviceCapabilities own;
+  own.simulated = true;
+  return own;
+}
+
 }  // namespace
 
-Playback::Playback(const std::filesystem::path& file) : file_(file) {
+Playback::Playback(const std::filesystem::path& file) : HapticDevice(WithoutForce()), file_(file) {
   CsvLines lines(file);
   if (!lines.Next()) lines.Fail("empty: accepted is a header row with time_s, x, y, z");
   const auto columns = FindColumns(lines);
@@ -59,7 +66,7 @@ Playback::Playback(const std::filesystem::path& file) : file_(file) {
   }
 }
 
-DeviceReading Playback::Read(Time now) noexcept {
+DeviceReading Playback::DoRead(Time now) noexcept {
   const bool first = !start_;
   if (first) start_ = now;
   const double t = rows_.front().t + std::max(0.0, SecondsBetween(*start_, now));

@@ -3,31 +3,29 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <vector>
 
-#include "master/device/device.h"
+#include "master/device/haptic_device.h"
 
 namespace palpate {
 
-class Playback final : public Device {
+class Playback final : public HapticDevice {
  public:
   // Reads a CSV file with a header row and the columns `time_s` [s], `x`, `y`, `z` [m, frame M], in
   // any order; other columns are ignored. Accepted are two or more rows of finite numbers, strictly
   // rising times and positions within 100 m. Throws std::runtime_error with file:line otherwise.
   explicit Playback(const std::filesystem::path& file);
 
-  // Interpolates linearly between rows. The recording starts at the first call, which returns a
-  // disengaged reading, so that the next one engages. The reading after the last row is disengaged.
-  DeviceReading Read(Time now) noexcept override;
-  void WriteForce(const Eigen::Vector3d&) noexcept override {}  // has no effect
-  void Guide(const DeviceGuide&) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return finished_; }
   [[nodiscard]] std::string description() const override;
-  [[nodiscard]] double force_limit() const override {
-    return std::numeric_limits<double>::infinity();
-  }
+
+ protected:
+  // Interpolates linearly between rows. The recording starts at the first call, which returns a
+  // disengaged reading, so that the next one engages. The reading after the last row is disengaged.
+  DeviceReading DoRead(Time now) noexcept override;
+  // A force has no effect.
+  DeviceOutput DoWrite(const Wrench& /*wrench*/) noexcept override { return DeviceOutput::kOk; }
 
  private:
   struct Row {

@@ -11,11 +11,17 @@ constexpr double kLongestLeap = 0.1;  // longest gap between readings that is ma
 
 }  // namespace
 
-Pointer::Pointer(double speed, const Arm& arm) : speed_(speed), hand_(arm) {
+Pointer::Pointer(double speed, const Arm& arm)
+    : HapticDevice(CapabilitiesOfArm()), speed_(speed), hand_(arm) {
   RequirePositive("the pointer's speed", speed);
 }
 
-DeviceReading Pointer::Read(Time now) noexcept {
+DeviceOutput Pointer::DoWrite(const Wrench& wrench) noexcept {
+  hand_.ApplyForce(wrench.force);
+  return DeviceOutput::kOk;
+}
+
+DeviceReading Pointer::DoRead(Time now) noexcept {
   const double dt = last_ ? std::clamp(SecondsBetween(*last_, now), 0.0, kLongestLeap) : 0;
   last_ = now;
   Take(now);

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "master/device/arm.h"
-#include "master/device/device.h"
+#include "master/device/haptic_device.h"
 #include "shared/link/latest_value.h"
 
 namespace palpate {
@@ -21,7 +21,7 @@ struct PointerAim {
   double stamp = 0;              // of the page, returned by `used` once it is applied
 };
 
-class Pointer final : public Device {
+class Pointer final : public HapticDevice {
  public:
   // Timeout of a page [s]: after this silence the operator is disengaged. Browsers on busy machines
   // are often silent for 0.1 s or more. Meanwhile the last target stays.
@@ -39,14 +39,13 @@ class Pointer final : public Device {
   // Whether the device is engaged. Thread-safe.
   [[nodiscard]] bool holds() const noexcept { return holds_; }
 
+  [[nodiscard]] std::string description() const override;
+
+ protected:
   // Engaging never moves the device. After a timeout the device stays disengaged until the page has
   // disengaged and engages again, or another page engages.
-  DeviceReading Read(Time now) noexcept override;
-  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.ApplyForce(force_M); }
-  void Guide(const DeviceGuide& /*guide*/) noexcept override {}
-  [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] std::string description() const override;
-  [[nodiscard]] double force_limit() const override { return 12; }
+  DeviceReading DoRead(Time now) noexcept override;
+  DeviceOutput DoWrite(const Wrench& wrench) noexcept override;
 
  private:
   void Take(Time now) noexcept;

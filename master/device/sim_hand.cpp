@@ -146,12 +146,18 @@ void PressScript::Release(double t) noexcept {
 }
 
 SimHand::SimHand(double press_depth, double press_speed, const Arm& arm)
-    : press_depth_(press_depth),
+    : HapticDevice(CapabilitiesOfArm()),
+      press_depth_(press_depth),
       press_speed_(press_speed),
       script_(press_depth, press_speed, kStrength / arm.stiffness),
       hand_(arm) {}
 
-DeviceReading SimHand::Read(Time now) noexcept {
+DeviceOutput SimHand::DoWrite(const Wrench& wrench) noexcept {
+  hand_.ApplyForce(wrench.force);
+  return DeviceOutput::kOk;
+}
+
+DeviceReading SimHand::DoRead(Time now) noexcept {
   if (!start_) start_ = now;
   const double t = SecondsBetween(*start_, now);
   const double dt = std::clamp(t - t_, 0.0, kAbsence);

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "master/device/arm.h"
-#include "master/device/device.h"
+#include "master/device/haptic_device.h"
 
 namespace palpate {
 
@@ -54,19 +54,18 @@ class PressScript {
   double correction_ = 0;  // part of `advance_` that overcomes the force [m]
 };
 
-class SimHand final : public Device {
+class SimHand final : public HapticDevice {
  public:
   // Accepts the same values as PressScript.
   SimHand(double press_depth, double press_speed, const Arm& arm = {});
 
-  // Advances the arm to `now` in stable steps. A gap of more than one second is skipped.
-  DeviceReading Read(Time now) noexcept override;
-  // A force that is not finite counts as zero.
-  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { hand_.ApplyForce(force_M); }
   void Guide(const DeviceGuide& guide) noexcept override { guide_ = guide; }
-  [[nodiscard]] bool finished() const noexcept override { return false; }
   [[nodiscard]] std::string description() const override;
-  [[nodiscard]] double force_limit() const override { return 12; }
+
+ protected:
+  // Advances the arm to `now` in stable steps. A gap of more than one second is skipped.
+  DeviceReading DoRead(Time now) noexcept override;
+  DeviceOutput DoWrite(const Wrench& wrench) noexcept override;
 
  private:
   double press_depth_, press_speed_;

@@ -1,12 +1,14 @@
 #include "master/haptics/haptic_loop.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "master/haptics/renderer.h"
+#include "master/haptics/tick_drive.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -52,9 +54,9 @@ Time SensedAt(const ReceivedState& received) {
   return received.state.sensed_at - Seconds(received.clock_offset);
 }
 
-// Largest stable stiffness, converted to the tool [N/m].
-double Stiffest(const TeleopTransform& transform) {
-  return PassivityControl::kMaxStiffness / (transform.position_scale * transform.force_scale);
+// `stiffest` at the device, converted to the tool [N/m].
+double AtTool(double stiffest, const TeleopTransform& transform) {
+  return stiffest / (transform.position_scale * transform.force_scale);
 }
 
 double PositiveOrThrow(double value, const char* name) {
@@ -78,28 +80,29 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
   PositiveOrThrow(options.max_age, "max_age");
   PositiveOrThrow(options.transform.position_scale, "position_scale");
   PositiveOrThrow(options.transform.force_scale, "force_scale");
-  renderer_.set_stiffest(Stiffest(transform_));
+  renderer_.set_stiffest(AtTool(options_.stiffest, transform_));
   machine_.set_dead_after(std::clamp(options.dead_after, kLeastDeadAfter, kMostDeadAfter));
 }
 
 // Real-time: no allocation, lock, log, exception or network from here down.
 void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept {
-  RunPeriodically(length, stop, &stats_.periodic, [&] {
-    const Time now = Clock::now();
-    device.WriteForce(Tick(device.Read(now), now));
+  std::atomic<bool> lets_go{false};
+  TickDrive drive(device, [&](Time now) {
+    const Time begin = Clock::now();
+    DeviceReading reading = device.Read(now);
+    reading.engaged = reading.engaged && !lets_go;
+    device.WriteForce(Tick(reading, now));
     device.Guide(guide());
-    stats_.compute_us.Add(SecondsBetween(now, Clock::now()) * 1e6);
+    if (lets_go) return sent_ != Eigen::Vector3d::Zero();
+    stats_.compute_us.Add(SecondsBetween(begin, Clock::now()) * 1e6);
     return !device.finished();
   });
+  drive.Run(length, stop, &stats_.periodic);
+  lets_go = true;
   PeriodicStats fade;  // not part of the run
-  RunPeriodically(Seconds(2 * kFadeOut), {}, &fade, [&] {
-    const Time now = Clock::now();
-    DeviceReading letting_go = device.Read(now);
-    letting_go.engaged = false;
-    device.WriteForce(Tick(letting_go, now));
-    return sent_ != Eigen::Vector3d::Zero();
-  });
-  device.WriteForce(Eigen::Vector3d::Zero());
+  drive.Run(Seconds(2 * kFadeOut), {}, &fade);
+  drive.Stop();
+  device.DropForce();
   Release(Clock::now());
 }
 
@@ -107,6 +110,7 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   const double dt = clock_.Tick(now);
   record_ = TickRecord();
   record_.at = now;
+  record_.device = raw.status;
   TakeRequests();
   TakeState(now);
   TakeSettings();
@@ -200,7 +204,7 @@ void HapticLoop::TakeSettings() noexcept {
   settings_wait_ = false;
   transform_ = settings_.transform;
   offset_epoch_ = 0;  // the slave may have continued this epoch with its own offset
-  renderer_.set_stiffest(Stiffest(transform_));
+  renderer_.set_stiffest(AtTool(options_.stiffest, transform_));
   renderer_.ForgetPatch();
   tare_.Forget();
 }
@@ -232,9 +236,9 @@ bool HapticLoop::KeepsOffset() noexcept {
 }
 
 DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
-  if (IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest)) {
-    return last_reading_ = reading;
-  }
+  const bool good = reading.status.fault == DeviceFault::kNone &&
+                    IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest);
+  if (good) return last_reading_ = reading;
   record_.chain.reasons.Add(Reason::kBadDevice);
   return {last_reading_.p_M, Eigen::Vector3d::Zero(), false};
 }

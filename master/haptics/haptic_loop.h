@@ -29,8 +29,9 @@ class HapticLoop {
     double force_limit = 3.3;  // on the device [N], > 0; limits of scene and device also apply
     double slew_limit = 0.2;   // of the force, in both directions [N/ms], > 0
     double max_age = 0.2;      // of a rendered sample, without its network delay [s]
-    double dead_after = kUsualDeadAfter;  // link timeout without a state [s]
-    std::uint32_t settings_revision = 0;  // of the settings that `transform` is from
+    double dead_after = kUsualDeadAfter;                // link timeout without a state [s]
+    std::uint32_t settings_revision = 0;                // of the settings that `transform` is from
+    double stiffest = PassivityControl::kMaxStiffness;  // rendered at the device [N/m], > 0
   };
   struct Slots {
     LatestValue<ReceivedState>* states = nullptr;      // read here

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "master/device/device_status.h"
 #include "master/haptics/force_chain.h"
 #include "master/haptics/operator_machine.h"
 #include "master/haptics/render_mode.h"
@@ -47,6 +48,7 @@ struct TickRecord {
   double position_scale = 0, force_scale = 0, force_limit = 0;
   double energy =
       0;  // put in by the operator minus returned, at the device's port [J]; NaN: unknown
+  DeviceStatus device;                     // with the reading of this tick
   Eigen::Vector3d p_S_tip{NAN, NAN, NAN};  // tip of the newest state [m]; NaN: none yet
 };
 

@@ -227,7 +227,10 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   SpscRing<TickRecord> ring(kRingCapacity);
   Recorder recorder(&ring, options.log, options.see_tick);
   HapticLoop::Options limited = options.loop;
+  device.LowerForceLimit(limited.force_limit);
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
+  limited.stiffest = std::min(limited.stiffest, device.stiffness_limit());
+  limited.slew_limit = std::min(limited.slew_limit, device.slew_limit());
   HapticLoop loop(limited,
                   {states, commands, &ring, options.settings, options.patches, options.requests});
 
@@ -256,8 +259,14 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
     shown = t;
     LinkStats told = link();
     if (loop.stops().is_wanted()) told.trouble = Join(kUnanswered, told.trouble);
-    show({t, recorder.newest(), meter.Update(t, recorder.taken()), recorder.newest().force_limit,
-          Named(recorder.newest(), options.finger_names), told});
+    Status status{t,
+                  recorder.newest(),
+                  meter.Update(t, recorder.taken()),
+                  recorder.newest().force_limit,
+                  Named(recorder.newest(), options.finger_names),
+                  told};
+    status.device = device.description();
+    show(status);
   }
   haptic.join();
   emergency.reset();

@@ -86,7 +86,8 @@ struct Status {
   double force_limit = 0;            // [N]
   std::vector<NamedFinger> fingers;  // in the scene's order; empty: no state yet
   LinkStats link;
-  std::string badge = {};  // `REPLAY`; empty: live
+  std::string badge = {};   // `REPLAY`; empty: live
+  std::string device = {};  // its description; empty: a recording
 };
 
 struct SessionOptions {

@@ -33,6 +33,7 @@ class Alarms {
 
   std::vector<Alarm> List() {
     AddStop();
+    AddDevice();
     AddLine();
     if (moment_.status.link.connected) {  // without a link these only repeat the cause
       AddValidity();
@@ -56,6 +57,20 @@ class Alarms {
     if (tick_.state != OperatorState::kEstop) return;
     Stop("Emergency stop: the tool is stopped, the operator is disengaged.",
          "When it is safe, press R or the button beside STOP, then engage again.");
+  }
+  void AddDevice() {
+    constexpr float kWhole = 0.95F;
+    const DeviceStatus& device = tick_.device;
+    const std::string name =
+        moment_.status.device.empty() ? "The device" : "The device (" + moment_.status.device + ")";
+    if (device.fault != DeviceFault::kNone) {
+      Stop(name + ": " + FaultInWords(device) + ". Its force is zero.",
+           std::string(NextStepOf(device.fault)));
+    } else if (device.force_share < kWhole) {
+      Note(Formatted("%s renders %.0f %% of the force.", name.c_str(),
+                     100 * static_cast<double>(device.force_share)),
+           "Its service scales forces: look for a force gate, a force scale and other sessions.");
+    }
   }
   void AddLine() {
     const LinkStats& link = moment_.status.link;
@@ -171,6 +186,8 @@ void Alarms::AddReasons() {
   }};
   for (const auto& [reason, words, next] : kChanges) {
     if (!tick_.chain.reasons.Has(reason)) continue;
+    const bool is_told = reason == Reason::kBadDevice && tick_.device.fault != DeviceFault::kNone;
+    if (is_told) continue;
     Note(std::string("The force was changed: ") + words + ".", next);
   }
 }

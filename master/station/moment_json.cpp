@@ -74,6 +74,20 @@ Json LinkOf(const StationMoment& moment) {
       {"trouble", link.trouble}};
 }
 
+Json DeviceOf(const DeviceStatus& device) {
+  Json buttons = Json::array();
+  for (unsigned i = 0; i < 32; ++i) {
+    if ((device.buttons >> i & 1U) != 0) buttons.push_back(i + 1);
+  }
+  return {{"words", InWords(device)},
+          {"fault", FaultInWords(device)},
+          {"calibration", InWords(device.calibration)},
+          {"output", InWords(device.output)},
+          {"temperature", Number(static_cast<double>(device.temperature))},
+          {"force_share", Number(static_cast<double>(device.force_share))},
+          {"buttons", buttons}};
+}
+
 Json FeltOf(const StationMoment& moment) {
   const SlaveState& state = moment.felt.state;
   if (state.sequence == 0) return nullptr;
@@ -249,6 +263,7 @@ std::string StatusJson(const StationMoment& moment) {
                {"rate", moment.ticks.rate > 0 ? Json(moment.ticks.rate) : Json()},
                {"missed", moment.ticks.missed},
                {"link", LinkOf(moment)},
+               {"device", moment.replay ? Json() : DeviceOf(tick.device)},
                {"fingers", FingersOf(moment.status.fingers)},
                {"felt", FeltOf(moment)},
                {"pointer_holds", moment.pointer_holds},

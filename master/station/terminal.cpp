@@ -134,6 +134,17 @@ void AddForce(const StationMoment& moment, Sheet* sheet) {
   sheet->Add("       " + (reasons.empty() ? "as estimated by the slave" : "changed by " + reasons));
 }
 
+// The device by its name alone, and its state.
+void AddDevice(const StationHello& hello, const StationMoment& moment, Sheet* sheet) {
+  const DeviceStatus& device = moment.ticks.newest.device;
+  const std::string fault = FaultInWords(device);
+  const std::string name = hello.device.substr(0, hello.device.find(':'));
+  if (!moment.replay) {
+    sheet->Add("device " + name + "  " + (fault.empty() ? InWords(device) : fault),
+               fault.empty() ? Tone::kPlain : Tone::kBad);
+  }
+}
+
 void AddLine(const StationMoment& moment, Sheet* sheet) {
   const TickRecord& tick = moment.ticks.newest;
   const LinkStats& link = moment.status.link;
@@ -234,6 +245,7 @@ std::vector<std::string> TerminalText(const StationHello& hello, const StationMo
   AddForce(moment, &sheet);
   for (const std::string& line : FingerTable(moment.status.fingers, nullptr)) sheet.Add(line);
   AddLine(moment, &sheet);
+  AddDevice(hello, moment, &sheet);
   AddAlarms(moment, &sheet);
   const std::size_t skipped = said.size() - std::min(said.size(), kSayingsShown);
   for (auto saying = said.begin() + static_cast<std::ptrdiff_t>(skipped); saying != said.end();

@@ -34,6 +34,10 @@ std::vector<std::string> ActsInWords(const TickRecord& before, const TickRecord&
     lines.emplace_back(now.clutched ? "the clutch is open: the operator is disengaged"
                                     : "the clutch is closed: the operator may engage");
   }
+  if (now.device.fault != before.device.fault) {
+    const std::string fault = FaultInWords(now.device);
+    lines.push_back("device: " + (fault.empty() ? "good readings again" : fault));
+  }
   if (now.render != before.render) {
     lines.push_back("rendering " + std::string(ToString(now.render)));
   }

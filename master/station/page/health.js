@@ -21,6 +21,11 @@ function groupsOf(hello, health, status) {
       [hello.badge === 'REPLAY' ? 'recorded by palpate-master' : 'palpate-master', hello.version], ['clock offset', status ? ms(status.link.clock_offset, 3) : '-'], ['age of the sample', ms(status?.link.sensed_age ?? NaN, 0)], ['reconnects', status?.link.reconnects ?? '-'],
       ['states rejected', status?.link.refused ?? '-'], ...(hello.certificate_until ? [['certificate valid until', certificateOf(hello.certificate_until)]] : [])]]);
   }
+  if (status?.device) {
+    const { fault, calibration, output, temperature, force_share: share, buttons } = status.device;
+    groups.push(['Device', [['state', fault || 'good readings'], ['calibration', calibration], ['output', output], ...(share === null ? [] : [['renders', `${figure(100 * share)} % of the force`]]),
+      ...(temperature === null ? [] : [['warmest motor', `${figure(100 * temperature)} % of its limit`]]), ['buttons pressed', buttons.join(', ') || 'none']]]);
+  }
   if (status?.trace) {
     const { trace } = status;
     groups.push(['End-to-end latency', [['sample, state', `${trace.sample}, ${trace.state}`], ['tick at', `${trace.t.toFixed(3)} s`], ...TRACE.map(([key, name]) => [name, ms(trace[key], 2)]), ['total', ms(trace.total, 2)]]]);

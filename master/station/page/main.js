@@ -161,7 +161,7 @@ function showFacts() {
   set('source', hello ? `${told.health?.scene?.model?.kind || hello.model}, ${hello.simulated ? 'simulated' : 'real'}` : '');
   const isReplay = hello?.badge === 'REPLAY';
   set('role', isReplay ? 'replay' : line?.role || '-', line?.role === 'observer' ? 'warn' : '');
-  set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `operated by ${told.health.status.operator_name}` : hello ? hello.device.split(':')[0] : '');
+  set('device', line?.role === 'observer' && told.health?.status?.operator_name ? `operated by ${told.health.status.operator_name}` : hello ? `${hello.device.split(':')[0]}${status?.device?.fault ? `: ${status.device.fault}` : ''}` : '', status?.device?.fault ? 'bad' : '');
   const own = pointer.delay !== null ? `, pointer delay ${Math.round(pointer.delay)} ms` : link.delay !== null ? `, page ${fixed(link.delay, 1)} ms` : '';
   set('page-delay', own);
   byId('badge').hidden = !hello || hello.badge === 'LIVE';

@@ -35,6 +35,28 @@ TEST(AlarmsTest, NothingIsWrong) {
   EXPECT_THAT(AlarmsOf(Good()), IsEmpty());
 }
 
+TEST(AlarmsTest, AFaultOfTheDeviceIsToldWithNameCauseAndNextStep) {
+  StationMoment moment = Good();
+  moment.status.device = "touch: Touch";
+  moment.ticks.newest.chain.reasons.Add(Reason::kBadDevice);
+  moment.ticks.newest.device.fault = DeviceFault::kUnplugged;
+  moment.ticks.newest.device.cause = "communication error";
+  const std::vector<Alarm> alarms = AlarmsOf(moment);
+  ASSERT_EQ(alarms.size(), 1U) << "what follows from it is not told twice";
+  EXPECT_EQ(alarms[0].level, Alarm::Level::kStop);
+  EXPECT_EQ(alarms[0].text,
+            "The device (touch: Touch): unplugged: communication error. Its force is zero.");
+  EXPECT_THAT(alarms[0].next, HasSubstr("Plug the device in"));
+}
+
+TEST(AlarmsTest, ADeviceThatScalesForcesIsTold) {
+  StationMoment moment = Good();
+  moment.ticks.newest.device.force_share = 0.3F;
+  EXPECT_THAT(AlarmsOf(moment), ElementsAre(HasText("renders 30 % of the force")));
+  moment.ticks.newest.device.force_share = 0.99F;
+  EXPECT_THAT(AlarmsOf(moment), IsEmpty());
+}
+
 // What a dead slave leaves behind is one thing to be told, not five.
 TEST(AlarmsTest, ALostLineIsToldOnce) {
   StationMoment moment = Good();

@@ -54,6 +54,20 @@ TEST(MomentJsonTest, SaysWhatTheTickSays) {
   EXPECT_TRUE(json["recording"].is_null()) << "none can be made";
 }
 
+TEST(MomentJsonTest, SaysCalibrationOutputTemperatureAndButtonsOfTheDevice) {
+  StationMoment moment;
+  moment.ticks.newest.device.calibration = Calibration::kCalibrated;
+  moment.ticks.newest.device.buttons = 0b101;
+  moment.ticks.newest.device.temperature = 0.5F;
+  const auto device = nlohmann::json::parse(StatusJson(moment))["device"];
+  EXPECT_EQ(device["fault"], "");
+  EXPECT_EQ(device["calibration"], "calibrated");
+  EXPECT_EQ(device["output"], "ok");
+  EXPECT_EQ(device["temperature"], 0.5);
+  EXPECT_TRUE(device["force_share"].is_null()) << "unknown is not zero";
+  EXPECT_EQ(device["buttons"], nlohmann::json::parse("[1, 3]"));
+}
+
 TEST(MomentJsonTest, AlarmsSayTheNextStep) {
   StationMoment moment = Pressed();
   moment.status.link.connected = true;

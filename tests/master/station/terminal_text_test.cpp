@@ -75,6 +75,16 @@ TEST(TerminalTextTest, WhatIsNotKnownIsNoNumber) {
   EXPECT_THAT(text, HasSubstr("age -"));
 }
 
+TEST(TerminalTextTest, TellsTheStateOfTheDevice) {
+  StationMoment moment = Pressed();
+  moment.ticks.newest.device.calibration = Calibration::kCalibrated;
+  moment.ticks.newest.device.output = DeviceOutput::kSaturated;
+  moment.ticks.newest.device.buttons = 1;
+  EXPECT_THAT(TextOf(moment), HasSubstr("calibrated, output saturated, buttons 1"));
+  moment.ticks.newest.device.fault = DeviceFault::kHot;
+  EXPECT_THAT(TextOf(moment), HasSubstr("device   hot"));
+}
+
 TEST(TerminalTextTest, AnAlarmSaysItsNextStep) {
   StationMoment moment = Pressed();
   moment.status.link.connected = false;

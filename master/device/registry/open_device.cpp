@@ -2,6 +2,7 @@
 
 #include "master/device/device.h"
 #include "master/device/playback.h"
+#include "master/device/registry/drivers.h"
 #include "master/device/sim_hand.h"
 
 namespace palpate {
@@ -20,8 +21,14 @@ std::unique_ptr<Device> OpenDevice(const std::string& spec, double press_depth,
   if (spec == "sim-hand") return std::make_unique<SimHand>(press_depth, press_speed);
   const auto file = PlaybackFile(spec);
   if (!file.empty()) return std::make_unique<Playback>(file);
-  throw std::invalid_argument("--device = " + spec +
-                              ": accepted is sim-hand, playback:FILE.csv or pointer (with --view)");
+  const std::string name = spec.substr(0, spec.find(':'));
+  const std::string option = name.size() < spec.size() ? spec.substr(name.size() + 1) : "";
+  std::string accepted = "sim-hand, playback:FILE.csv, pointer (with --view)";
+  for (const Driver& driver : Drivers()) {
+    if (driver.name == name) return driver.open(option);
+    accepted += ", " + std::string(driver.name);
+  }
+  throw std::invalid_argument("--device = " + spec + ": accepted is " + accepted);
 }
 
 }  // namespace palpate

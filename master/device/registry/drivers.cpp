@@ -1,0 +1,20 @@
+#include "master/device/registry/drivers.h"
+
+#include <array>
+
+#include "master/device/dhd/dhd_device.h"
+#include "master/device/gamepad/gamepad_source.h"
+#include "master/device/haply/haply_device.h"
+#include "master/device/keyboard/keyboard_source.h"
+#include "master/device/spacemouse/spacemouse_source.h"
+#include "master/device/touch/touch_device.h"
+
+namespace palpate {
+
+std::span<const Driver> Drivers() {
+  static const std::array drivers{TouchDriver(),      DhdDriver(),     HaplyDriver(),
+                                  SpaceMouseDriver(), GamepadDriver(), KeyboardDriver()};
+  return drivers;
+}
+
+}  // namespace palpate

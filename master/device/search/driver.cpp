@@ -1,0 +1,63 @@
+#include "master/device/search/driver.h"
+
+#include <chrono>
+#include <thread>
+
+namespace palpate {
+namespace {
+
+constexpr auto kLook = std::chrono::milliseconds(5), kPatience = std::chrono::milliseconds(200);
+
+// The status of the first usable reading, or of the last one.
+DeviceStatus FirstStatus(HapticDevice* device) {
+  DeviceStatus status;
+  for (auto left = kPatience; left.count() > 0; left -= kLook) {
+    status = device->Read(Clock::now()).status;
+    if (status.fault == DeviceFault::kNone) break;
+    std::this_thread::sleep_for(kLook);
+  }
+  return status;
+}
+
+}  // namespace
+
+void AddLibrary(const LibrarySearch& search, const SharedLibrary& library, DriverReport* report) {
+  report->searched.push_back(InWords(search));
+  const std::string problem = library.problem();
+  if (!library.file().empty()) report->found.push_back(library.file());
+  if (!problem.empty()) report->missing.push_back(problem);
+}
+
+void AddNodes(const std::vector<DeviceNode>& nodes, const char* group, DriverReport* report) {
+  for (const DeviceNode& node : nodes) {
+    report->found.push_back(node.name + " at " + node.node.string());
+    if (node.accessible) continue;
+    report->missing.push_back("permission to read and write " + node.node.string());
+    report->next =
+        std::string("install the udev rules (cmake --install), then: sudo usermod -aG ") + group +
+        " $USER, log in again, replug the device";
+  }
+}
+
+void AddOpened(const Driver& driver, DriverReport* report) {
+  try {
+    const auto device = driver.open("");
+    const DeviceStatus status = FirstStatus(device.get());
+    report->found.push_back(device->description());
+    report->found.push_back(InWords(device->capabilities()));
+    report->found.push_back(InWords(status));
+    const std::string fault = FaultInWords(status);
+    if (fault.empty()) {
+      report->usable = true;
+      return;
+    }
+    report->missing.push_back("a good reading: " + fault);
+    if (report->next.empty()) report->next = NextStepOf(status.fault);
+  } catch (const DeviceUnavailable& error) {
+    report->missing.push_back(error.reason());
+  } catch (const std::exception& error) {
+    report->missing.emplace_back(error.what());
+  }
+}
+
+}  // namespace palpate

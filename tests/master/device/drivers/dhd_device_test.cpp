@@ -1,0 +1,125 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/master/device/drivers/driver_bench.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class DhdDeviceTest : public testing::Test {
+ protected:
+  void Step(int ms) {
+    for (int i = 0; i < ms; ++i) bench_.Step();
+  }
+  [[nodiscard]] DeviceStatus status() const { return bench_.rig.loop.record().device; }
+  DriverBench bench_{DhdBench()};
+};
+
+TEST_F(DhdDeviceTest, TurnsTheFrameAndReportsTheLimits) {
+  bench_.Open();
+  bench_.fake.place(0.01, 0.02, -0.03);  // towards the operator, to the right, down
+  Step(3);
+  const Eigen::Vector3d expected(0.02, -0.03, 0.01);
+  // Reference: without a hand it falls for 3 ms, by g t^2 / 2 = 44 um.
+  EXPECT_NEAR((bench_.rig.loop.record().p_M - expected).norm(), 0, 50e-6);
+  EXPECT_EQ(bench_.device->capabilities().force, 12);
+  EXPECT_THAT(bench_.device->description(), HasSubstr("omega.3, SDK 3.17.5"));
+}
+
+// A time guard (+1) and an error (-1) of two calls sum to zero. The error counts.
+TEST_F(DhdDeviceTest, ATimeGuardNeverCancelsAnError) {
+  bench_.Open();
+  Step(10);
+  bench_.fake.set_error("dhdGetPosition", 1, 1);
+  bench_.fake.set_error("dhdGetLinearVelocity", -1, 1);
+  bench_.Step();
+  EXPECT_EQ(status().fault, DeviceFault::kDriver);
+  Step(5);
+  EXPECT_EQ(status().fault, DeviceFault::kNone);
+  bench_.fake.set_error("dhdGetLinearVelocity", 1, 1);
+  bench_.fake.set_error("dhdGetPosition", -1, 1);
+  bench_.Step();
+  EXPECT_EQ(status().fault, DeviceFault::kDriver);
+}
+
+// Saturation (+2) of the force and an error of a reading: each is told by itself.
+TEST_F(DhdDeviceTest, SaturatedMotorsAreShownAndAreNoError) {
+  bench_.Open();
+  Step(10);
+  bench_.fake.set_error("dhdSetForce", 2, 1);
+  bench_.Step();
+  EXPECT_EQ(bench_.device->status().output, DeviceOutput::kSaturated);
+  EXPECT_EQ(status().fault, DeviceFault::kNone);
+  bench_.fake.set_error("dhdSetForce", -1, 1);
+  Step(2);
+  EXPECT_EQ(status().fault, DeviceFault::kDriver) << "a force that was not taken";
+}
+
+TEST_F(DhdDeviceTest, SingleRepeatedReadingsAreNoFault) {
+  bench_.Open();
+  Step(10);
+  bench_.fake.set_error("dhdGetPosition", 1, 15);
+  for (int i = 0; i < 15; ++i) {
+    bench_.Step();
+    EXPECT_EQ(status().fault, DeviceFault::kNone) << i;
+  }
+}
+
+// The controller switches the force off; a new press of the button switches it on.
+TEST_F(DhdDeviceTest, AForceThatIsSwitchedOffIsToldWithItsCause) {
+  const std::vector<PressTick> press = SimulatedPress();
+  bench_.Open();
+  bench_.Play(press, 1500);
+  ASSERT_GT(bench_.Made().norm(), 0.5);
+  bench_.fake.set_option("deadman", "0");
+  Step(30);
+  EXPECT_EQ(status().fault, DeviceFault::kForceOff);
+  EXPECT_THAT(FaultInWords(status()), HasSubstr("dead-man's switch"));
+  EXPECT_EQ(bench_.rig.state(), OperatorState::kClutched);
+  bench_.fake.set_option("deadman", "1");
+  Step(30);
+  EXPECT_EQ(status().fault, DeviceFault::kForceOff) << "nobody has asked for it";
+  bench_.fake.press(0, 0, 0);
+  Step(5);
+  bench_.fake.press(0, 1, 0);
+  Step(5);
+  EXPECT_EQ(status().fault, DeviceFault::kNone);
+  EXPECT_NE(bench_.rig.state(), OperatorState::kFollowing) << "that press only enabled the force";
+}
+
+TEST_F(DhdDeviceTest, TheForceIsEnabledOnlyAfterAGoodReading) {
+  bench_.Open();
+  EXPECT_EQ(bench_.fake.calls("dhdEnableForce"), 0);
+  bench_.fake.set_error("dhdGetPosition", -1, 5);
+  Step(5);
+  EXPECT_EQ(bench_.fake.calls("dhdEnableForce"), 0);
+  Step(2);
+  EXPECT_EQ(bench_.fake.calls("dhdEnableForce"), 1);
+}
+
+TEST_F(DhdDeviceTest, ASigmaSensesSixAxesAndItsClosedGripperEngages) {
+  bench_.fake.set_option("model", "sigma.7");
+  bench_.Open();
+  EXPECT_EQ(bench_.device->capabilities().sensed_dof, 6);
+  Step(10);
+  EXPECT_EQ(status().buttons & 1U, 0U);
+  bench_.fake.set_option("gripper", "0.05");
+  Step(100);
+  EXPECT_EQ(status().buttons & 1U, 1U);
+  EXPECT_EQ(bench_.rig.state(), OperatorState::kFollowing);
+}
+
+TEST_F(DhdDeviceTest, WithoutADeviceItSaysSo) {
+  bench_.fake.unplug();
+  try {
+    bench_.Open();
+    FAIL() << "it opened";
+  } catch (const DeviceUnavailable& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no device is connected"));
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,150 @@
+// What holds for every driver with force feedback, through the fake of its vendor's library.
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/master/device/drivers/driver_bench.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class ForceFeedbackTest : public testing::TestWithParam<BenchKind (*)()> {
+ protected:
+  ForceFeedbackTest() : bench_(GetParam()()) {}
+  DriverBench bench_;
+};
+
+// Reference: the same motion with the simulated operator. 1 %: encoder steps and the filtered
+// velocity of a device reach only the passivity control.
+TEST_P(ForceFeedbackTest, ThePressGivesTheForceOfTheSimulatedOperator) {
+  const std::vector<PressTick> press = SimulatedPress();
+  double peak = 0, worst = 0, worst_made = 0;
+  for (const PressTick& tick : press) peak = std::max(peak, tick.sent.norm());
+  ASSERT_GT(peak, 1.5);
+  bench_.Open();
+  bench_.Play(press, press.size(), [&](std::size_t i) {
+    const Eigen::Vector3d& sent = bench_.rig.loop.record().chain.sent;
+    worst = std::max(worst, (sent - press[i].sent).norm());
+    worst_made = std::max(worst_made, (bench_.Made() - sent).norm());
+  });
+  EXPECT_LT(worst, 0.01 * peak);
+  EXPECT_LT(worst_made, 0.01 * peak) << "the device makes what the loop sends";
+}
+
+TEST_P(ForceFeedbackTest, TellsItsLimitsAndCalibration) {
+  bench_.Open();
+  for (int i = 0; i < 5; ++i) bench_.Step();
+  EXPECT_EQ(FaultInWords(bench_.device->status()), "");
+  const DeviceCapabilities& own = bench_.device->capabilities();
+  EXPECT_GT(own.force, 3);
+  EXPECT_LE(own.continuous_force, own.force);
+  EXPECT_GT(own.stiffness, 300);
+  EXPECT_EQ(own.actuated_dof, 3);
+  EXPECT_EQ(bench_.device->slew_limit(), 0.2);
+}
+
+// Unplugged at each of 200 instants of a press: the force is zero within 25 ms, the reason is told,
+// the tool does not move after 40 ms, and the switch that stays closed engages nothing.
+TEST_P(ForceFeedbackTest, UnpluggingAtAnyInstantEndsForceAndMotion) {
+  const std::vector<PressTick> press = SimulatedPress();
+  constexpr std::size_t kInstants = 200;
+  int in_force = 0;
+  for (std::size_t k = 0; k < kInstants; ++k) {
+    DriverBench bench(GetParam()());
+    bench.Open();
+    const std::size_t at = 500 + k * 8;
+    bench.Play(press, at);
+    if (bench.rig.loop.record().chain.sent.norm() > 0.1) ++in_force;
+    bench.fake.unplug();
+    Eigen::Vector3d tip(0, 0, 0);
+    for (int ms = 1; ms <= 200; ++ms) {
+      const TickRecord& record = bench.Step();
+      if (ms >= 25) {
+        ASSERT_EQ(bench.Made().norm(), 0) << at << " + " << ms;
+        ASSERT_EQ(bench.device->status().output, DeviceOutput::kOff) << at << " + " << ms;
+        ASSERT_EQ(record.device.fault, DeviceFault::kUnplugged) << at << " + " << ms;
+        ASSERT_THAT(FaultInWords(record.device), HasSubstr("unplugged: communication error"));
+      }
+      if (ms == 40) tip = bench.rig.slave.tip();
+      if (ms > 40) {
+        ASSERT_EQ(bench.rig.slave.tip(), tip) << at << " + " << ms;
+        ASSERT_FALSE(bench.rig.slave.engaged());
+      }
+    }
+    bench.fake.replug();
+    for (int ms = 0; ms < 100; ++ms) {
+      bench.Step();
+      ASSERT_NE(bench.rig.state(), OperatorState::kFollowing);
+      ASSERT_EQ(bench.Made().norm(), 0);
+    }
+  }
+  EXPECT_GT(in_force, 50) << "the test did not unplug under force";
+}
+
+// A device that answers, but with nothing new, or whose own thread has stopped.
+TEST_P(ForceFeedbackTest, AFrozenDeviceIsDisengagedAfterTwentyMilliseconds) {
+  const std::vector<PressTick> press = SimulatedPress();
+  bench_.Open();
+  bench_.Play(press, 1500);
+  ASSERT_EQ(bench_.rig.state(), OperatorState::kFollowing);
+  bench_.fake.freeze(2);
+  for (int ms = 1; ms <= 60; ++ms) {
+    bench_.Step();
+    if (ms < 25) continue;
+    EXPECT_EQ(bench_.rig.loop.record().device.fault, DeviceFault::kSilent) << ms;
+    EXPECT_FALSE(bench_.rig.slave.engaged()) << ms;
+  }
+}
+
+// Random motion, switches, faults and freezes: from engagement to force, no path skips a limit.
+TEST_P(ForceFeedbackTest, NoPathFromEngagementToForceSkipsALimit) {
+  std::mt19937_64 random(7);
+  const auto below = [&random](int n) {
+    return static_cast<int>(random() % static_cast<unsigned>(n));
+  };
+  constexpr double kSlew = 200;  // [N/s]
+  bench_.Open();
+  Eigen::Vector3d last(0, 0, 0), p(0, 0, 0);
+  double last_t = 0;
+  int with_force = 0;
+  for (int i = 0; i < 20000; ++i) {
+    p.y() = std::clamp(p.y() + 1e-4 * (below(9) - 4), -0.03, 0.01);
+    if (below(400) == 0) p.y() = 1e-3 * (below(40) - 30);  // a jump
+    bench_.Place(p);
+    if (below(100) == 0) bench_.fake.press(0, below(4) > 0 ? 1 : 0, 0);
+    if (below(1500) == 0) bench_.fake.freeze(1 + below(2));
+    if (below(40) == 0) bench_.fake.freeze(0);
+    if (below(700) == 0) bench_.fake.set_error("", -1, 1 + below(4));
+    bench_.Step();
+    ASSERT_LE(bench_.Made().norm(), kForceLimit * (1 + 1e-9)) << i;
+    const auto [t, asked] = bench_.Asked();  // a frozen device takes no command meanwhile
+    ASSERT_LE(asked.norm(), kForceLimit * (1 + 1e-9)) << i;
+    if (!asked.isZero(0)) {
+      ASSERT_LE((asked - last).norm(), kSlew * (t - last_t) * (1 + 1e-6)) << i;
+      if (t > last_t) ++with_force;
+    }
+    last = asked;
+    last_t = t;
+  }
+  EXPECT_GT(with_force, 1000) << "the test did not exercise forces";
+}
+
+TEST_P(ForceFeedbackTest, ALibraryWithoutASymbolIsNamedWithIt) {
+  const BenchKind kind = GetParam()();
+  try {
+    kind.open(BinaryPath("/fakes/" + kind.folder + "-missing"), [] { return Time{}; });
+    FAIL() << "it opened";
+  } catch (const DeviceUnavailable& error) {
+    EXPECT_THAT(error.what(), HasSubstr(kind.folder + "-missing"));
+    EXPECT_THAT(error.what(), HasSubstr("has no "));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Drivers, ForceFeedbackTest, testing::Values(&TouchBench, &DhdBench),
+                         [](const auto& info) { return info.param().name; });
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,326 @@
+#include "tests/master/device/fakes/fake_core.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace palpate::fakes {
+namespace {
+
+using Eigen::Vector3d;
+using Lock = std::lock_guard<std::recursive_mutex>;
+
+// Longest step of the handle's integration [s].
+constexpr double kStep = 0.00025;
+constexpr std::size_t kMaxLog = 60000;  // a minute at 1 kHz
+
+double RealNow() {
+  static const auto start = std::chrono::steady_clock::now();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool ReadNumber(const std::string& text, double& number) {
+  char* end = nullptr;
+  number = std::strtod(text.c_str(), &end);
+  return !text.empty() && *end == 0 && !std::isnan(number);
+}
+
+}  // namespace
+
+void Core::Reset() {
+  {
+    const Lock lock(mutex);
+    manual_ = false;
+    plugged = true;
+    frozen = 0;
+    time = RealNow();
+    p.setZero();
+    v.setZero();
+    R.setIdentity();
+    knots.clear();
+    button_events.clear();
+    buttons = 0;
+    faults.clear();
+    calls.clear();
+    log.resize(kMaxLog);
+    logged = 0;
+    shown_ = {};
+    options_.clear();
+    std::map<std::string, std::string> defaults = {
+        {"mass", "0.1"},     {"viscosity", "0.5"},      {"dry", "0"},
+        {"resolution", "0"}, {"half_x", "0.1"},         {"half_y", "0.1"},
+        {"half_z", "0.1"},   {"grip_stiffness", "300"}, {"grip_damping", "3"}};
+    for (const auto& [name, text] : Defaults()) defaults[name] = text;
+    for (const auto& [name, text] : defaults) {
+      Option& option = options_[name];
+      option.text = text;
+      option.numeric = ReadNumber(text, option.number);
+    }
+  }
+  OnReset();
+}
+
+void Core::SetClock(double now) {
+  const Lock lock(mutex);
+  followed_since += now - time;
+  for (ButtonEvent& event : button_events) event.at += now - time;
+  manual_now_ = time = now;
+  manual_ = true;
+}
+
+void Core::Step(double seconds) {
+  if (manual_) StepTo(manual_now_ + seconds);
+}
+
+void Core::StepTo(double t) {
+  const Lock lock(mutex);
+  manual_now_ = t;
+  Advance(t);
+}
+
+double Core::Sync() {
+  Advance(manual_ ? manual_now_.load() : RealNow());
+  return time;
+}
+
+bool Core::SetOption(const std::string& name, const std::string& value) {
+  const Lock lock(mutex);
+  const auto found = options_.find(name);
+  double number = 0;
+  if (found == options_.end() || (found->second.numeric && !ReadNumber(value, number)))
+    return false;
+  Sync();
+  const Option before = std::exchange(found->second, Option{value, number, found->second.numeric});
+  if (OnOption(name)) return true;
+  found->second = before;
+  return false;
+}
+
+void Core::Plug(bool in) {
+  const Lock lock(mutex);
+  Sync();
+  Look();
+  plugged = in;
+  frozen = 0;
+  OnPlug();
+}
+
+double Core::Number(std::string_view name) const {
+  return options_.find(name)->second.number;
+}
+
+const std::string& Core::Text(std::string_view name) const {
+  return options_.find(name)->second.text;
+}
+
+int Core::Enter(const char* function) {
+  Sync();
+  auto count = calls.find(function);
+  if (count == calls.end()) count = calls.emplace(function, 0).first;
+  ++count->second;
+  for (const char* name : {function, ""}) {
+    const auto fault = faults.find(name);
+    if (fault == faults.end() || fault->second.count == 0) continue;
+    if (fault->second.count > 0) --fault->second.count;
+    return fault->second.code;
+  }
+  return 0;
+}
+
+const Sample& Core::Look() {
+  if (frozen || !plugged) return shown_;
+  const double step = Number("resolution");
+  const auto rounded = [step](double x) { return step > 0 ? step * std::round(x / step) : x; };
+  shown_ = {time, p.unaryExpr(rounded), v, R, buttons};
+  return shown_;
+}
+
+void Core::Log(const double (&asked)[7]) {
+  FakeForce& entry = log[logged++ % log.size()];
+  entry.t = time;
+  std::copy(std::begin(asked), std::end(asked), entry.asked);
+  const Vector3d made = MotorForce();
+  std::copy(made.data(), made.data() + 3, entry.made);
+}
+
+// Minimum jerk between the knots: at their times the hand stands still.
+bool Core::Operator(Vector3d& target, Vector3d& rate) const {
+  if (knots.empty()) return false;
+  double t = time - followed_since;
+  if (repeat && knots.back().t > 0) t = std::fmod(t, knots.back().t);
+  rate.setZero();
+  const auto next =
+      std::find_if(knots.begin(), knots.end(), [t](auto& knot) { return knot.t > t; });
+  const auto place = [](const FakeKnot& knot) { return Vector3d(knot.x, knot.y, knot.z); };
+  if (next == knots.begin() || next == knots.end()) {
+    target = place(next == knots.end() ? knots.back() : knots.front());
+    return true;
+  }
+  const FakeKnot& from = *(next - 1);
+  const double span = next->t - from.t;
+  const double s = (t - from.t) / span;
+  const Vector3d way = place(*next) - place(from);
+  target = place(from) + way * (s * s * s * (10 - 15 * s + 6 * s * s));
+  rate = way * (30 * s * s * (1 - s) * (1 - s) / span);
+  return true;
+}
+
+// Friction is implicit, so that it stops the handle and never turns it back; a constant force
+// without friction gives the exact parabola.
+void Core::SubStep(double h) {
+  const double mass = Number("mass");
+  Vector3d force = MotorForce() + Weight();
+  double viscosity = Number("viscosity") + Brake();
+  Vector3d target, rate;
+  const bool held = Operator(target, rate);
+  const double grip = Number("grip_stiffness");
+  if (held && std::isinf(grip)) {
+    p = target;
+    v = rate;
+    return;
+  }
+  if (held) {
+    const double damping = Number("grip_damping");
+    force += grip * (target - p) + damping * rate;
+    viscosity += damping;
+  }
+  const Vector3d before = v;
+  v += h / mass * force;
+  const double lost = h * Number("dry") / mass;
+  v *= v.norm() > lost ? (1 - lost / v.norm()) / (1 + h * viscosity / mass) : 0;
+  p += h / 2 * (before + v);
+  const Vector3d half(Number("half_x"), Number("half_y"), Number("half_z"));
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(p[i]) <= half[i]) continue;
+    p[i] = std::clamp(p[i], -half[i], half[i]);
+    v[i] = 0;
+  }
+}
+
+void Core::Advance(double until) {
+  while (time < until) {
+    const double h = std::min(kStep, until - time);
+    SubStep(h);
+    time = until - time > kStep ? time + h : until;
+    for (const ButtonEvent& event : button_events) {
+      if (event.at > time) continue;
+      buttons = event.down ? buttons | 1u << event.button : buttons & ~(1u << event.button);
+    }
+    std::erase_if(button_events, [this](const ButtonEvent& event) { return event.at <= time; });
+    OnStep(h);
+  }
+}
+
+}  // namespace palpate::fakes
+
+using palpate::fakes::Core;
+using palpate::fakes::TheCore;
+using Guard = std::lock_guard<std::recursive_mutex>;
+
+FAKE_EXPORT void fake_reset() {
+  TheCore().Reset();
+}
+FAKE_EXPORT void fake_set_clock(double now) {
+  TheCore().SetClock(now);
+}
+FAKE_EXPORT void fake_step(double seconds) {
+  TheCore().Step(seconds);
+}
+
+FAKE_EXPORT double fake_now() {
+  const Guard guard(TheCore().mutex);
+  return TheCore().Sync();
+}
+
+FAKE_EXPORT int fake_set_option(const char* name, const char* value) {
+  return TheCore().SetOption(name, value) ? 0 : -1;
+}
+
+FAKE_EXPORT void fake_place(double x, double y, double z) {
+  const Guard guard(TheCore().mutex);
+  TheCore().Sync();
+  TheCore().p = {x, y, z};
+  TheCore().v.setZero();
+}
+
+FAKE_EXPORT void fake_turn(double x, double y, double z) {
+  const Guard guard(TheCore().mutex);
+  const Eigen::Vector3d turn(x, y, z);
+  TheCore().R = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+}
+
+FAKE_EXPORT void fake_follow(const FakeKnot* knots, int count, int repeat) {
+  const Guard guard(TheCore().mutex);
+  TheCore().followed_since = TheCore().Sync();
+  TheCore().knots.assign(knots, knots + count);
+  TheCore().repeat = repeat != 0;
+}
+
+FAKE_EXPORT void fake_press(int button, int down, double after) {
+  if (button < 0 || button > 31) return;
+  const Guard guard(TheCore().mutex);
+  TheCore().button_events.push_back({TheCore().Sync() + after, button, down != 0});
+}
+
+FAKE_EXPORT void fake_unplug() {
+  TheCore().Plug(false);
+}
+FAKE_EXPORT void fake_replug() {
+  TheCore().Plug(true);
+}
+
+FAKE_EXPORT void fake_freeze(int mode) {
+  const Guard guard(TheCore().mutex);
+  TheCore().Sync();
+  TheCore().Look();
+  TheCore().frozen = mode;
+}
+
+FAKE_EXPORT void fake_set_error(const char* function, int code, int count) {
+  const Guard guard(TheCore().mutex);
+  TheCore().faults[function] = {code, count};
+}
+
+FAKE_EXPORT void fake_get_handle(double p[3], double v[3]) {
+  const Guard guard(TheCore().mutex);
+  TheCore().Sync();
+  Eigen::Map<Eigen::Vector3d>{p} = TheCore().p;
+  Eigen::Map<Eigen::Vector3d>{v} = TheCore().v;
+}
+
+FAKE_EXPORT int fake_last_force(double f[3]) {
+  const Guard guard(TheCore().mutex);
+  TheCore().Sync();
+  Eigen::Map<Eigen::Vector3d>{f} = TheCore().MotorForce();
+  return TheCore().MotorsOn();
+}
+
+FAKE_EXPORT int fake_force_log(FakeForce* log, int room) {
+  const Guard guard(TheCore().mutex);
+  const Core& core = TheCore();
+  const std::size_t count =
+      std::min({static_cast<std::size_t>(std::max(room, 0)), core.logged, core.log.size()});
+  for (std::size_t i = 0; i < count; ++i) {
+    log[i] = core.log[(core.logged - count + i) % core.log.size()];
+  }
+  return static_cast<int>(count);
+}
+
+FAKE_EXPORT int fake_calls(const char* function) {
+  const Guard guard(TheCore().mutex);
+  const auto found = TheCore().calls.find(function);
+  return found == TheCore().calls.end() ? 0 : found->second;
+}
+
+FAKE_EXPORT int fake_command(const char* line, char* reply, int room) {
+  const std::string text = TheCore().Command(line);
+  if (room > 0) {
+    std::strncpy(reply, text.c_str(), static_cast<std::size_t>(room));
+    reply[room - 1] = 0;
+  }
+  return text.rfind("error", 0) == 0 ? -1 : 0;
+}

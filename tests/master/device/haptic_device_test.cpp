@@ -1,0 +1,286 @@
+#include "master/device/haptic_device.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "master/device/rate/rate_device.h"
+#include "master/device/sim_hand.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+const Time kStart{std::chrono::hours(1)};
+constexpr double kForce = 5, kTorque = 0.1;  // limits of the device
+
+DeviceCapabilities Capabilities() {
+  DeviceCapabilities own;
+  own.actuated_dof = 6;
+  own.force = kForce;
+  own.torque = kTorque;
+  return own;
+}
+
+// A driver that reads what the test sets, and keeps what it receives.
+class Recorded final : public HapticDevice {
+ public:
+  explicit Recorded(const DeviceCapabilities& own = Capabilities()) : HapticDevice(own) {}
+  [[nodiscard]] std::string description() const override { return "recorded"; }
+
+  DeviceReading next;
+  DeviceOutput answer = DeviceOutput::kOk;
+  Eigen::Vector3d force{0, 0, 0}, torque{0, 0, 0};  // received last
+
+ protected:
+  DeviceReading DoRead(Time /*now*/) noexcept override { return next; }
+  DeviceOutput DoWrite(const Wrench& wrench) noexcept override {
+    force = wrench.force;
+    torque = wrench.torque;
+    return answer;
+  }
+};
+
+class HapticDeviceTest : public testing::Test {
+ protected:
+  // A tick with a step of `ms`.
+  WriteResult Tick(const Eigen::Vector3d& force, int ms = 1,
+                   const Eigen::Vector3d& torque = {0, 0, 0}) {
+    now_ += std::chrono::milliseconds(ms);
+    reading_ = device_.Read(now_);
+    return device_.Write(force, torque);
+  }
+
+  Recorded device_;
+  Time now_ = kStart;
+  DeviceReading reading_;
+};
+
+// Reference: 0.2 N/ms from zero.
+TEST_F(HapticDeviceTest, TheForceRisesByAtMostAFifthOfANewtonPerMillisecond) {
+  for (int i = 1; i <= 20; ++i) {
+    Tick({0, 4, 0});
+    EXPECT_NEAR(device_.force.y(), std::min(0.2 * i, 4.0), 1e-12) << i;
+  }
+  Tick({0, -4, 0});
+  EXPECT_NEAR(device_.force.y(), 3.8, 1e-12) << "and turns no faster";
+}
+
+TEST_F(HapticDeviceTest, ALateTickHasNoLargerStep) {
+  Tick({4, 0, 0}, 15);
+  EXPECT_NEAR(device_.force.x(), 0.2, 1e-12);
+}
+
+// A second force without a reading in between has no time to rise in.
+TEST_F(HapticDeviceTest, WritingTwiceRaisesNothingTwice) {
+  Tick({4, 0, 0});
+  device_.Write({4, 0, 0}, {0, 0, 0});
+  EXPECT_NEAR(device_.force.x(), 0.2, 1e-12);
+}
+
+TEST_F(HapticDeviceTest, TheSmallerOfBothLimitsHolds) {
+  for (int i = 0; i < 100; ++i) Tick({30, 40, 0});
+  EXPECT_NEAR(device_.force.norm(), kForce, 1e-12);
+  EXPECT_EQ(device_.status().output, DeviceOutput::kSaturated);
+  device_.LowerForceLimit(3.3);
+  device_.LowerForceLimit(4);
+  for (int i = 0; i < 100; ++i) Tick({30, 40, 0});
+  EXPECT_NEAR(device_.force.norm(), 3.3, 1e-12) << "a limit is never raised";
+}
+
+// Reference: the torque needs as long to its limit as the force, 5 N at 0.2 N/ms: 25 ms.
+TEST_F(HapticDeviceTest, TheTorqueIsLimitedToo) {
+  for (int i = 0; i < 12; ++i) Tick({0, 0, 0}, 1, {0, 0, 9});
+  EXPECT_NEAR(device_.torque.z(), kTorque * 12 / 25, 1e-12);
+  for (int i = 0; i < 100; ++i) Tick({0, 0, 0}, 1, {0, 0, 9});
+  EXPECT_NEAR(device_.torque.z(), kTorque, 1e-12);
+}
+
+TEST_F(HapticDeviceTest, WithoutACalibrationThereIsNoForce) {
+  for (const auto calibration :
+       {Calibration::kPending, Calibration::kManual, Calibration::kUnknown}) {
+    device_.next.status.calibration = calibration;
+    const WriteResult result = Tick({1, 0, 0});
+    EXPECT_EQ(result.output, DeviceOutput::kOff);
+    EXPECT_EQ(result.cause, DeviceFault::kNotCalibrated);
+    EXPECT_TRUE(device_.force.isZero(0));
+    EXPECT_EQ(reading_.status.fault, DeviceFault::kNotCalibrated);
+  }
+}
+
+TEST_F(HapticDeviceTest, BeforeTheFirstNewReadingThereIsNoForce) {
+  device_.next.repeated = true;
+  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kSilent);
+  device_.next.repeated = false;
+  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kNone);
+  EXPECT_GT(device_.force.x(), 0);
+}
+
+// Reference: 20 ms, and at least the ticks of 19 ms before it keep their force.
+TEST_F(HapticDeviceTest, TwentyMillisecondsWithoutANewReadingEndTheForce) {
+  for (int i = 0; i < 10; ++i) Tick({1, 0, 0});
+  device_.next.repeated = true;
+  for (int i = 1; i <= 19; ++i) {
+    Tick({1, 0, 0});
+    EXPECT_NEAR(device_.force.x(), 1, 1e-12) << i;
+  }
+  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kSilent);
+  EXPECT_TRUE(device_.force.isZero(0));
+}
+
+TEST_F(HapticDeviceTest, AfterAFaultTheSwitchMustOpenFirst) {
+  device_.next.engaged = true;
+  Tick({0, 0, 0});
+  EXPECT_TRUE(reading_.engaged);
+  device_.next.status.fault = DeviceFault::kUnplugged;
+  Tick({0, 0, 0});
+  EXPECT_FALSE(reading_.engaged);
+  device_.next.status.fault = DeviceFault::kNone;
+  for (int i = 0; i < 50; ++i) Tick({0, 0, 0});
+  EXPECT_FALSE(reading_.engaged) << "the operator never let go";
+  device_.next.engaged = false;
+  Tick({0, 0, 0});
+  device_.next.engaged = true;
+  Tick({0, 0, 0});
+  EXPECT_TRUE(reading_.engaged);
+}
+
+TEST_F(HapticDeviceTest, ImpossibleNumbersAreAFaultAndNeverAForce) {
+  for (const double bad : {std::nan(""), 1e300, -std::numeric_limits<double>::infinity()}) {
+    device_.next = DeviceReading();
+    device_.next.p_M.y() = bad;
+    EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kImpossible);
+    device_.next.p_M.y() = 0;
+    for (int i = 0; i < 100; ++i) {
+      Tick({bad, 0, 0});
+      EXPECT_TRUE(device_.force.allFinite());
+      EXPECT_LE(device_.force.norm(), kForce * (1 + 1e-12));
+    }
+  }
+}
+
+TEST_F(HapticDeviceTest, DroppingTheForceTakesNoTime) {
+  for (int i = 0; i < 100; ++i) Tick({4, 0, 0});
+  device_.DropForce();
+  EXPECT_TRUE(device_.force.isZero(0));
+  Tick({4, 0, 0});
+  EXPECT_NEAR(device_.force.x(), 0.2, 1e-12) << "and it rises from zero";
+}
+
+// With what every driver goes through, and the devices that move an arm.
+TEST(HapticDeviceAllocationTest, ReadingAndWritingTakeNothingFromTheHeap) {
+  struct Quiet final : RateSource {
+    RateInput Poll(Time /*now*/) override { return {{1, 0, 0}, true}; }
+    [[nodiscard]] std::string description() const override { return "quiet"; }
+  };
+  Recorded recorded;
+  SimHand hand(0.004, 0.02);
+  RateDevice rate(std::make_unique<Quiet>(), 0.02, false);
+  rate.Poll(kStart);
+  const long before = AllocationCount();
+  for (int i = 0; i < 1000; ++i) {
+    const Time now = kStart + std::chrono::milliseconds(i);
+    recorded.next.status.fault = i % 100 == 50 ? DeviceFault::kDriver : DeviceFault::kNone;
+    for (HapticDevice* device :
+         {static_cast<HapticDevice*>(&recorded), static_cast<HapticDevice*>(&hand),
+          static_cast<HapticDevice*>(&rate)}) {
+      device->Read(now);
+      device->Write({1, 2, 3}, {0, 0, 1});
+    }
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+// Random readings, faults, forces and steps: whatever comes, the driver gets no more than the
+// limits, rises no faster, and gets nothing without a calibrated, new and good reading.
+TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
+  std::mt19937_64 random(20261125);
+  const auto below = [&random](int n) {
+    return static_cast<int>(random() % static_cast<unsigned>(n));
+  };
+  int with_force = 0, without = 0;
+  for (int round = 0; round < 200; ++round) {
+    Recorded device;
+    double limit = kForce;
+    Time now = kStart, written{}, fresh{};
+    Eigen::Vector3d last(0, 0, 0);
+    for (int i = 0; i < 500; ++i) {
+      const int kind = below(20);
+      device.next.repeated = below(3) == 0 || (i / 50) % 4 == 3;
+      device.next.engaged = below(2) == 0;
+      device.next.status.calibration =
+          below(30) == 0 ? Calibration::kManual : Calibration::kCalibrated;
+      device.next.status.fault = below(60) == 0 ? DeviceFault::kDriver : DeviceFault::kNone;
+      device.next.p_M.x() = below(80) == 0 ? std::nan("") : 0.01;
+      device.answer = static_cast<DeviceOutput>(below(3));
+      if (kind == 0) {
+        limit = std::min(limit, 1.0 + below(6));
+        device.LowerForceLimit(limit);
+      }
+      if (kind == 1) device.DropForce(), last.setZero();
+      if (kind != 2) {
+        now += std::chrono::microseconds(100 + below(4000));
+        const DeviceReading reading = device.Read(now);
+        const bool good = device.next.status.fault == DeviceFault::kNone &&
+                          IsUsable(device.next.status.calibration) &&
+                          std::isfinite(device.next.p_M.x());
+        if (device.next.status.fault == DeviceFault::kNone && !device.next.repeated) fresh = now;
+        const bool usable = good && fresh != Time{} && SecondsBetween(fresh, now) < 0.020;
+        ASSERT_EQ(reading.status.fault == DeviceFault::kNone, usable) << round << " " << i;
+        if (!usable) {
+          ASSERT_TRUE(device.force.isZero(0));
+          last.setZero();
+        }
+        ASSERT_TRUE(usable || !reading.engaged);
+      }
+      const double size = std::pow(10.0, below(6) - 2);
+      const Eigen::Vector3d wanted(size * (below(3) - 1), size * (below(3) - 1),
+                                   below(50) == 0 ? NAN : size);
+      const WriteResult result = device.Write(wanted, wanted);
+      const double step = 200 * std::min(0.001, SecondsBetween(written, now));
+      ASSERT_TRUE(device.force.allFinite() && device.torque.allFinite());
+      ASSERT_LE(device.force.norm(), std::max(limit, (last).norm()) * (1 + 1e-8));
+      ASSERT_LE(device.torque.norm(), kTorque * (1 + 1e-8));
+      if (result.cause != DeviceFault::kNone && result.cause != DeviceFault::kForceOff) {
+        ASSERT_TRUE(device.force.isZero(0));
+      } else {
+        ASSERT_LE((device.force - last).norm(), step * (1 + 1e-8) + 1e-15) << round << " " << i;
+      }
+      (device.force.isZero(0) ? without : with_force) += 1;
+      last = device.force;
+      written = now;
+    }
+  }
+  EXPECT_GT(with_force, 20000) << "the test did not exercise forces";
+  EXPECT_GT(without, 5000);
+}
+
+TEST(DeviceStatusTest, SaysFaultCauseAndCode) {
+  DeviceStatus status;
+  EXPECT_EQ(FaultInWords(status), "");
+  status.fault = DeviceFault::kUnplugged;
+  status.cause = "USB cable";
+  status.code = 0x302;
+  EXPECT_EQ(FaultInWords(status), "unplugged: USB cable (code 0x302)");
+  status.buttons = 0b1010;
+  status.force_share = 0.3F;
+  status.temperature = 0.4F;
+  EXPECT_THAT(InWords(status), HasSubstr("renders 30 % of the force, motor 40 %, buttons 2 4"));
+}
+
+TEST(DeviceCapabilitiesTest, LeaveOutWhatIsUnknown) {
+  DeviceCapabilities own = Capabilities();
+  EXPECT_EQ(InWords(own), "3 axes sensed, 6 with force, up to 5 N, up to 0.1 N m");
+  own.stiffness = 400;
+  own.rate = 1000;
+  EXPECT_THAT(InWords(own), HasSubstr("400 N/m, 1000 Hz"));
+}
+
+}  // namespace
+}  // namespace palpate

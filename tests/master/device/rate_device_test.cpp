@@ -1,0 +1,158 @@
+#include "master/device/rate/rate_device.h"
+
+#include <string_view>
+
+#include <gtest/gtest.h>
+
+#include "master/device/gamepad/gamepad_source.h"
+#include "master/device/keyboard/keyboard_source.h"
+
+namespace palpate {
+namespace {
+
+const Time kStart{std::chrono::hours(1)};
+constexpr double kSpeed = 0.02;  // [m/s]
+
+Time At(double t) {
+  return kStart + Seconds(t);
+}
+
+// A source that returns what the test sets.
+struct Scripted final : RateSource {
+  RateInput Poll(Time /*now*/) override { return input; }
+  void Cue(double share, Time /*now*/) override { cue = share; }
+  [[nodiscard]] std::string description() const override { return "scripted"; }
+  RateInput input;
+  double cue = 0;
+};
+
+class RateDeviceTest : public testing::Test {
+ protected:
+  RateDeviceTest()
+      : source_(new Scripted), device_(std::unique_ptr<RateSource>(source_), kSpeed, false) {}
+
+  // Ticks of 1 ms for `seconds`; the source is polled every 5 ms if it `speaks`.
+  DeviceReading Run(double seconds, bool speaks = true) {
+    DeviceReading reading;
+    for (int i = 0; i < std::lround(1000 * seconds); ++i, ++ms_) {
+      const Time now = At(0.001 * ms_);
+      if (speaks && ms_ % 5 == 0) device_.Poll(now);
+      reading = device_.Read(now);
+      device_.WriteForce(force_);
+    }
+    return reading;
+  }
+
+  Scripted* source_;
+  RateDevice device_;
+  Eigen::Vector3d force_{0, 0, 0};
+  int ms_ = 0;
+};
+
+// Reference: speed times time; the arm lags by (damping of nothing) and settles within 1e-6 m.
+TEST_F(RateDeviceTest, MovesAtTheCommandedVelocityWhileEngaged) {
+  source_->input.engaged = true;
+  source_->input.share = {0.5, 0, -1};
+  Run(1);
+  source_->input.share.setZero();
+  const DeviceReading rest = Run(1);
+  EXPECT_TRUE(rest.engaged);
+  EXPECT_NEAR((rest.p_M - Eigen::Vector3d(0.01, 0, -0.02)).norm(), 0, 1e-4);
+}
+
+TEST_F(RateDeviceTest, StaysWhileReleased) {
+  source_->input.share = {1, 1, 1};
+  EXPECT_NEAR(Run(1).p_M.norm(), 0, 1e-12);
+}
+
+TEST_F(RateDeviceTest, YieldsToTheForceAndShowsIt) {
+  source_->input.engaged = true;
+  force_ = {0, 3, 0};
+  EXPECT_NEAR(Run(2).p_M.y(), 3 / Arm().stiffness, 1e-6);
+  EXPECT_NEAR(source_->cue, 3.0 / 12, 1e-9);
+}
+
+// Reference: the motion ends after 20 ms of silence, the engagement after 100 ms.
+TEST_F(RateDeviceTest, ASilentSourceStopsTheMotionAndThenDisengages) {
+  source_->input.engaged = true;
+  source_->input.share = {1, 0, 0};
+  Run(1);
+  const double before = Run(0.090, false).p_M.x();
+  EXPECT_NEAR(Run(0.005, false).p_M.x(), before, 1e-4);
+  const DeviceReading silent = Run(0.020, false);
+  EXPECT_EQ(silent.status.fault, DeviceFault::kSilent);
+  EXPECT_FALSE(silent.engaged);
+  EXPECT_FALSE(Run(0.1).engaged) << "the switch was never opened";
+}
+
+TEST_F(RateDeviceTest, AFaultOfTheSourceDisengagesAtOnce) {
+  source_->input.engaged = true;
+  source_->input.share = {1, 0, 0};
+  Run(0.5);
+  source_->input.fault = DeviceFault::kUnplugged;
+  const DeviceReading gone = Run(0.006);
+  EXPECT_EQ(gone.status.fault, DeviceFault::kUnplugged);
+  EXPECT_FALSE(gone.engaged);
+  EXPECT_NEAR((Run(0.5).p_M - gone.p_M).norm(), 0, 0.002) << "the arm comes to rest";
+}
+
+TEST(SpeedOfTest, ReadsMillimetresPerSecond) {
+  EXPECT_EQ(SpeedOf("gamepad", ""), 0.02);
+  EXPECT_EQ(SpeedOf("gamepad", "50"), 0.05);
+  for (const char* text : {"0", "-1", "201", "nan", "fast"}) {
+    EXPECT_THROW(SpeedOf("gamepad", text), std::invalid_argument) << text;
+  }
+}
+
+void Press(KeyboardState* keys, std::string_view bytes, double t) {
+  keys->Take(bytes.data(), bytes.size(), At(t));
+}
+
+TEST(KeyboardStateTest, EngagesWithEAndMovesForAMomentPerKey) {
+  KeyboardState keys;
+  Press(&keys, "\x1b[C", 0);
+  EXPECT_FALSE(keys.At(At(0.01)).engaged);
+  Press(&keys, "e", 0);
+  Press(&keys, "\x1b[A\x1b[6~", 0);
+  const RateInput moving = keys.At(At(0.05));
+  EXPECT_TRUE(moving.engaged);
+  EXPECT_EQ(moving.share, Eigen::Vector3d(1, 1, 1));
+  EXPECT_EQ(keys.At(At(0.07)).share.norm(), 0);
+  Press(&keys, "\x1bOD", 1);
+  EXPECT_EQ(keys.At(At(1)).share, Eigen::Vector3d(-1, 0, 0));
+  Press(&keys, "E", 1);
+  EXPECT_FALSE(keys.At(At(1)).engaged);
+  EXPECT_FALSE(keys.TakeStop());
+}
+
+TEST(KeyboardStateTest, AnyOtherKeyStopsAndDisengages) {
+  for (const std::string_view bytes : {" ", "x", "\n", "\x1b", "\x1b[Z", "1"}) {
+    KeyboardState keys;
+    Press(&keys, "e", 0);
+    Press(&keys, bytes, 0);
+    EXPECT_FALSE(keys.At(At(0)).engaged);
+    EXPECT_TRUE(keys.TakeStop());
+    EXPECT_FALSE(keys.TakeStop()) << "once";
+  }
+  KeyboardState keys;
+  Press(&keys, "r", 0);
+  EXPECT_TRUE(keys.TakeReset());
+  EXPECT_FALSE(keys.TakeStop());
+}
+
+// Reference: at most one command in 50 ms, one in 100 ms while it lasts, and a zero at the end.
+TEST(RumblePaceTest, SendsChangesAtMostEveryFiftyMillisecondsAndRepeats) {
+  RumblePace pace;
+  EXPECT_FALSE(pace.Send(0, At(0)));
+  EXPECT_TRUE(pace.Send(0.5, At(0.005)));
+  EXPECT_FALSE(pace.Send(0.7, At(0.050)));
+  EXPECT_TRUE(pace.Send(0.7, At(0.056)));
+  EXPECT_FALSE(pace.Send(0.7, At(0.150)));
+  EXPECT_TRUE(pace.Send(0.7, At(0.160)));
+  EXPECT_FALSE(pace.Send(0.01, At(0.165)));
+  EXPECT_TRUE(pace.Send(0.01, At(0.215))) << "a force in the dead zone is none";
+  EXPECT_FALSE(pace.Send(0, At(1)));
+}
+
+}  // namespace
+}  // namespace palpate

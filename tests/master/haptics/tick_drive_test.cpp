@@ -1,0 +1,104 @@
+#include "master/haptics/tick_drive.h"
+
+#include <chrono>
+#include <set>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+// A device whose own thread calls the tick `count` times, a millisecond apart, and then no more.
+class Driven final : public Device {
+ public:
+  explicit Driven(int count) : count_(count) {}
+  DeviceReading Read(Time) noexcept override { return {}; }
+  void WriteForce(const Eigen::Vector3d&) noexcept override {}
+  void Guide(const DeviceGuide&) noexcept override {}
+  [[nodiscard]] bool finished() const noexcept override { return false; }
+  [[nodiscard]] std::string description() const override { return "driven"; }
+  [[nodiscard]] double force_limit() const override { return 1; }
+  bool StartTicks(const Tick* tick) override {
+    thread_ = std::jthread([this, tick](const std::stop_token& stop) {
+      for (int i = 0; i < count_ && !stop.stop_requested(); ++i) {
+        (*tick)(Clock::now());
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    });
+    return true;
+  }
+  void StopTicks() override {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  int count_;
+  std::jthread thread_;
+};
+
+struct Seen {
+  int ticks = 0;
+  bool overlapped = false;
+  std::atomic<bool> inside{false};
+  std::set<std::thread::id> threads;
+  bool Take(int last) {
+    overlapped = overlapped || inside.exchange(true);
+    threads.insert(std::this_thread::get_id());
+    ++ticks;
+    inside = false;
+    return ticks < last;
+  }
+};
+
+TEST(TickDriveTest, WithoutAThreadOfTheDeviceTheCallerTicks) {
+  class Polled final : public Device {
+   public:
+    DeviceReading Read(Time) noexcept override { return {}; }
+    void WriteForce(const Eigen::Vector3d&) noexcept override {}
+    void Guide(const DeviceGuide&) noexcept override {}
+    [[nodiscard]] bool finished() const noexcept override { return false; }
+    [[nodiscard]] std::string description() const override { return "polled"; }
+    [[nodiscard]] double force_limit() const override { return 1; }
+  } device;
+  Seen seen;
+  TickDrive drive(device, [&](Time) { return seen.Take(30); });
+  PeriodicStats stats;
+  drive.Run(std::chrono::hours(1), {}, &stats);
+  EXPECT_EQ(seen.ticks, 30);
+  EXPECT_EQ(stats.ticks, 30U);
+  EXPECT_EQ(seen.threads, std::set{std::this_thread::get_id()});
+}
+
+// The device ticks, falls silent, and the caller goes on, so that commands reach the slave. Never
+// are two threads inside a tick.
+TEST(TickDriveTest, TheCallerTakesOverFromASilentDevice) {
+  Driven device(40);
+  Seen seen;
+  TickDrive drive(device, [&](Time) { return seen.Take(200); });
+  PeriodicStats stats;
+  drive.Run(std::chrono::hours(1), {}, &stats);
+  drive.Stop();
+  EXPECT_EQ(seen.ticks, 200);
+  EXPECT_FALSE(seen.overlapped);
+  EXPECT_EQ(seen.threads.size(), 2U);
+  EXPECT_EQ(stats.ticks, 200U);
+}
+
+// Between two runs, and after the last, the device's thread finds nothing to do.
+TEST(TickDriveTest, OutsideOfARunNothingTicks) {
+  Driven device(1000000);
+  Seen seen;
+  TickDrive drive(device, [&](Time) { return seen.Take(20); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(seen.ticks, 0);
+  PeriodicStats stats;
+  drive.Run(std::chrono::hours(1), {}, &stats);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  drive.Stop();
+  EXPECT_EQ(seen.ticks, 20);
+}
+
+}  // namespace
+}  // namespace palpate
