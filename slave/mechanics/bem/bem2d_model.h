@@ -12,6 +12,10 @@
 
 namespace palpate {
 
+inline constexpr std::string_view kCoarseElements =
+    "the elements are too coarse for how the body gives way here: the stiffness error is about 5 % "
+    "or more; use more elements or a higher model.order";
+
 // Displacements and tractions on the boundary, node by node: the elements' midpoints where they are
 // constant, the points of ElementNodes in each element where not. Frame O.
 struct BoundaryState {
@@ -77,6 +81,8 @@ class Bem2dModel final : public DeformationModel {
   std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
   [[nodiscard]] bool IsPatchCoarse(const Contact& contact, int patch) const noexcept;
+  // Whether the order of the elements falsifies this answer (element_error.h).
+  [[nodiscard]] bool IsFalsified(std::span<const ContactResponse> responses) noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) noexcept;
 
   Params params_;
@@ -94,6 +100,7 @@ class Bem2dModel final : public DeformationModel {
   std::vector<ContactPatch> patches_;
   std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink
   std::vector<double> prescribed_, answer_;         // nondimensional
+  std::vector<Eigen::Vector2d> probe_forces_;
 };
 
 }  // namespace palpate
