@@ -156,6 +156,11 @@ std::string CsvTable::Text(std::string_view column) const {
   return std::string(cells()[*place]);
 }
 
+bool CsvTable::IsAbsent(std::string_view column) const {
+  const auto place = Find(column);
+  return !place || cells()[*place].empty();
+}
+
 double CsvTable::Number(std::string_view column) const {
   const auto place = Find(column);
   if (!place) return 0;

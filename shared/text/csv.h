@@ -93,6 +93,8 @@ class CsvTable : public CsvBelowHeader {
   // number of cells differs from the header.
   bool Next();
   [[nodiscard]] bool Has(std::string_view column) const { return Find(column).has_value(); }
+  // The column is absent, or its cell in this row is empty.
+  [[nodiscard]] bool IsAbsent(std::string_view column) const;
   // Throws InputError for an empty cell.
   [[nodiscard]] std::string Text(std::string_view column) const;
   // A finite number; 0 if an optional column or its cell is absent. Throws InputError.

@@ -1,6 +1,6 @@
 // Checks of a mesh: whether it is usable, and fine enough for a contact; otherwise results are
-// extrapolated. Two ways to fail: a contact's disc covers too few pieces, or four-node tetrahedra
-// do not follow the strain (across a thin part that bends they are far too stiff: shear locking).
+// extrapolated. Two ways to fail: a contact's disc covers too few pieces, or the tetrahedra do
+// not follow the strain (parts that bend are then too stiff: shear locking).
 #pragma once
 
 #include <array>
@@ -15,6 +15,10 @@
 #include "shared/mesh/solid_mesh.h"
 
 namespace palpate {
+
+// Corners of a tetrahedron's edges, in the order of their middles.
+inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
+    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 
 // Requirements of the elements. All throw std::invalid_argument: no tetrahedron, coordinates that
 // are not finite, a node that does not exist; a tetrahedron whose volume is not above `least` of
@@ -59,49 +63,52 @@ inline constexpr std::string_view kCoarsePatch =
     "the mesh is too coarse for a contact of this width here: the stiffness error is about 10 % or "
     "more";
 
-// How much softer the body would be, were every edge free to bow:
+// How much softer the body would be on a finer mesh:
 //
-//   eta^2 / 2U,   eta^2 = sum over edges |r|^2 / k,   r = sum_e V S (grad l_i + grad l_j)
+//   int (e* - e) : C : (e* - e) dV / int e : C : e dV
 //
-// r is what the edge's quadratic shape 4 l_i l_j feels of the stresses S of the elements around it,
-// k its own stiffness (mean over directions), U the energy of strain: a hierarchical error estimate
-// with a diagonal (Bank and Smith 1993; Zienkiewicz, Gago and Kelly 1983). S is the second
-// Piola-Kirchhoff stress, E and lengths nondimensional, so that rotations do not count. Edges of
-// the elements at contacts are left out: there the patch decides.
+// e are the strains of the elements, e* those that are recovered: continuous, at a node the mean of
+// the elements around it by volume (Zienkiewicz and Zhu, Int. J. Numer. Meth. Eng. 24, 1987). The
+// error of the energy is that of the compliance. e is Green and Lagrange's, so that rotations do
+// not count. The elements at contacts and those beside them are left out, unless there are no
+// others: there the patch decides.
 class StrainResolution {
  public:
-  // `held`: per node and component; edges do not bow along components that are fixed at both ends.
-  // Poisson's ratio is limited to 0.49: locking beyond it is reported elsewhere.
-  StrainResolution(const SolidMesh& mesh, const HeldNodes& held, double poisson_ratio);
+  // `nodes`: 4 or 10 per element; the middles of edges are numbered behind the nodes of `mesh`,
+  // element by element in the order of their first appearance (kTetEdges). Poisson's ratio is
+  // limited to 0.49: locking beyond it is reported elsewhere.
+  StrainResolution(const SolidMesh& mesh, double poisson_ratio, int nodes = 4);
 
-  // For nodal displacements `u`, in the mesh's unit of length; `touched`: nodes of contacts. 0
-  // without strain. O(elements), no allocation.
+  // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
+  // contacts. 0 without strain. O(elements), no allocation.
   double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched) noexcept;
 
  private:
   struct Element {
-    std::array<int, 4> nodes{};
-    std::array<int, 6> edges{};
+    std::array<int, 10> nodes{};
     Eigen::Matrix<double, 3, 4> gradients;
     double volume = 0;
   };
-  void Number(const HeldNodes& held);
-  void AddElement(const Element& element, std::span<const Eigen::Vector3d> u) noexcept;
+  using Strains = std::array<Eigen::Matrix3d, 4>;  // at the corners
+  [[nodiscard]] Strains StrainsOf(const Element& element,
+                                  std::span<const Eigen::Vector3d> u) const noexcept;
+  [[nodiscard]] double TwiceEnergy(const Strains& strains) const noexcept;
   void MarkContacts(std::span<const int> touched) noexcept;
 
   double lambda_, mu_;  // by E
+  bool quadratic_;
   std::vector<Element> elements_;
-  std::vector<std::array<int, 2>> ends_;     // per edge
-  std::vector<Eigen::Vector3d> compliance_;  // 1 / k per edge and component; 0: fixed
-  std::vector<Eigen::Vector3d> residual_;
-  std::vector<char> near_;  // per node: one in contact, or of an element that has one
-  double twice_energy_ = 0;
+  std::vector<Strains> strains_;       // per element
+  std::vector<Eigen::Matrix3d> mean_;  // per corner node
+  std::vector<double> volume_;         // of the elements around it
+  std::vector<char> near_;             // per node: one in contact, or of an element that has one
 };
 
 // Beyond it a solution is extrapolated.
-inline constexpr double kMostSoftness = 0.1;
+inline constexpr double kMostSoftness = 0.05;
 inline constexpr std::string_view kStiffInBending =
-    "too few linear tetrahedra across a part that bends: its stiffness is too high by about 10 % "
-    "or more";
+    "too few tetrahedra for how the body bends: its stiffness is too high by about 5 % or more; "
+    "use "
+    "more cells or model.element = tet10";
 
 }  // namespace palpate

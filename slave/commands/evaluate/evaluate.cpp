@@ -245,10 +245,11 @@ study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem
   shape.estimate_S = shape.rest_S;
   shape.state = "at rest";
   std::vector<SolveRow> rows;
+  const RowRules rules{.tool_width = ToolWidthOf(scene)};
   if (!contacts.empty()) {
-    AppendRows(contacts, Contact::Kind::kDisplacement, mesh, false, &rows);
+    AppendRows(contacts, Contact::Kind::kDisplacement, mesh, rules, &rows);
   }
-  if (!loads.empty()) AppendRows(loads, Contact::Kind::kForce, mesh, false, &rows);
+  if (!loads.empty()) AppendRows(loads, Contact::Kind::kForce, mesh, rules, &rows);
   if (!rows.empty()) {
     shape.state = "the model under " + std::to_string(rows.size()) + " contacts";
     const auto u_O = Displacement(still, mesh, rows, progress);

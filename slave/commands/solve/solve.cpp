@@ -158,15 +158,16 @@ void PrintModelInfo(const ModelInfo& info) {
   std::fputc('\n', stderr);
 }
 
-std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& mesh, bool dynamic) {
+std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& mesh,
+                               const RowRules& rules) {
   std::vector<SolveRow> rows;
   if (!options.contacts.empty()) {
-    AppendRows(options.contacts, Contact::Kind::kDisplacement, mesh, dynamic, &rows);
+    AppendRows(options.contacts, Contact::Kind::kDisplacement, mesh, rules, &rows);
   }
   if (!options.loads.empty()) {
-    AppendRows(options.loads, Contact::Kind::kForce, mesh, dynamic, &rows);
+    AppendRows(options.loads, Contact::Kind::kForce, mesh, rules, &rows);
   }
-  if (dynamic &&
+  if (rules.dynamic &&
       std::ranges::none_of(rows, [](const SolveRow& row) { return row.t.has_value(); })) {
     throw InputError("solve: no column t: accepted with model.time = dynamic is a history");
   }
@@ -180,7 +181,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
-  std::vector<SolveRow> rows = ReadRows(options, mesh, dynamic);
+  std::vector<SolveRow> rows = ReadRows(options, mesh, {ToolWidthOf(scene), dynamic});
   RequireAlone(rows);
   std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
   inputs.insert(inputs.end(), {options.contacts, options.loads});
@@ -219,6 +220,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     std::fprintf(stderr, "solve: interrupted; the rows solved so far are written\n");
   }
   progress.Clear();
+  ReportWidths(scene, rows);
   ReportFlags(dynamic ? answers : rows);
   const bool written =
       WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());

@@ -62,11 +62,16 @@ void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
 
 }  // namespace
 
+double ToolWidthOf(const Scene& scene) {
+  return scene.tool ? scene.tool->width : 0;
+}
+
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
-                bool dynamic, std::vector<SolveRow>* rows) {
+                const RowRules& rules, std::vector<SolveRow>* rows) {
   const bool moved = kind == Contact::Kind::kDisplacement;
   const Axes& value = moved ? kMoved : kLoaded;
-  CsvTable table = OpenTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), dynamic);
+  CsvTable table =
+      OpenTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), rules.dynamic);
   const TouchableSurface surface(mesh);
   while (table.Next()) {
     SolveRow row;
@@ -81,12 +86,27 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     row.contact.width = table.Number("width");
     if (row.contact.width < 0) table.Refuse("width", "a width >= 0 [m]");
     ReadRadius(table, mesh, &row);
+    if (row.radius == 0 && table.IsAbsent("width")) row.contact.width = rules.tool_width;
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
     if (table.Has("t")) row.t = table.Number("t");
     if (row.t && *row.t < 0) table.Refuse("t", "a time >= 0 [s]");
     rows->push_back(std::move(row));
   }
+}
+
+void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows) {
+  const auto points = std::ranges::count_if(
+      rows, [](const SolveRow& row) { return row.contact.width == 0 && row.radius == 0; });
+  if (points == 0 || scene.model.wall > 0 ||
+      std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
+    return;
+  }
+  std::fprintf(stderr,
+               "solve: %ld of %zu rows have no width%s: a contact at a point has no limit under "
+               "refinement, its force depends on the mesh\n",
+               static_cast<long>(points), rows.size(),
+               scene.tool ? "" : " and the scene has no tool");
 }
 
 void ReportFlags(const std::vector<SolveRow>& rows) {

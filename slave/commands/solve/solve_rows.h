@@ -12,6 +12,7 @@
 
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "slave/scene/scene.h"
 
 namespace palpate {
 
@@ -24,11 +25,22 @@ struct SolveRow {
   double radius = 0;  // of a round tool's end [m]; 0: the contact's width
 };
 
-// Appends the rows of `file` (contracts, `solve`). A column `t` is read if `dynamic`. Throws
+// How the rows of a file are read.
+struct RowRules {
+  double tool_width = 0;  // of rows that give neither width nor radius [m]
+  bool dynamic = false;   // a column `t` is read
+};
+// Of the scene's tool [m]; 0: there is none.
+double ToolWidthOf(const Scene& scene);
+
+// Appends the rows of `file` (contracts, `solve`). Throws
 // InputError: what CsvTable rejects, a position without a surface, a negative width or time, a
 // value along an axis that the object does not have, a history for a static model.
 void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const ObjectMesh& mesh,
-                bool dynamic, std::vector<SolveRow>* rows);
+                const RowRules& rules, std::vector<SolveRow>* rows);
+
+// Prints a warning on standard error if rows touch an outline or a volume at a point.
+void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows);
 
 // Prints on standard error how many rows are extrapolated and why: one line per reason, with the
 // first such row.

@@ -12,6 +12,10 @@
 
 namespace palpate {
 
+inline constexpr std::string_view kCoarseElements =
+    "the elements are too coarse for how the body gives way here: the stiffness error is about 5 % "
+    "or more; use more elements or a higher model.order";
+
 // Displacements and tractions on the boundary, node by node: the elements' midpoints where they are
 // constant, the points of ElementNodes in each element where not. Frame O.
 struct BoundaryState {
@@ -19,14 +23,14 @@ struct BoundaryState {
   std::vector<Eigen::Vector2d> traction;      // on the body [Pa]
 };
 
-// Frictionless contacts prescribe the displacement along its own direction (a zero displacement:
-// along the outward normal at the patch's middle element) and leave the traction across it zero:
-// answers of several add up only where each keeps its direction. A contact on fixed elements must
-// have a zero displacement there and reports the reaction. Loads on a body without fixed nodes
-// must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that would need such,
-// are absurd: kFailed. kExtrapolated too where the elements of a contact's width are so much
-// longer or shorter than it that the stiffness is off by more than a tenth. A place is found by a
-// walk over all elements if `element` is -1: give it where time counts.
+// Frictionless contacts prescribe the displacement along the outward normal of the element at their
+// place and leave the traction across it zero; the response repeats the prescribed value. A contact
+// on fixed elements must have a zero displacement there and reports the reaction. Loads on a body
+// without fixed nodes must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that
+// would need such, are absurd: kFailed. kExtrapolated too where the elements of a contact's width
+// are so much longer or shorter than it that the stiffness is off by more than a tenth, and where
+// the order of the elements falsifies it by more than a twentieth (element_error.h). A place is
+// found by a walk over all elements if `element` is -1: give it where time counts.
 class Bem2dModel final : public DeformationModel {
  public:
   struct Params {
@@ -53,7 +57,6 @@ class Bem2dModel final : public DeformationModel {
     int element;
     double width;
     Eigen::Vector2d p_O;
-    Eigen::Vector2d direction;
   };
 
   void ComputeResponses(std::span<const Contact> contacts,
@@ -75,10 +78,11 @@ class Bem2dModel final : public DeformationModel {
   void MeasureUpdate();
   [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
   bool AppendPatch(const Contact& contact);
-  [[nodiscard]] Eigen::Vector2d DirectionOf(const Contact& contact) const noexcept;
   std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
   [[nodiscard]] bool IsPatchCoarse(const Contact& contact, int patch) const noexcept;
+  // Whether the order of the elements falsifies this answer (element_error.h).
+  [[nodiscard]] bool IsFalsified(std::span<const ContactResponse> responses) noexcept;
   [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) noexcept;
 
   Params params_;
@@ -96,6 +100,7 @@ class Bem2dModel final : public DeformationModel {
   std::vector<ContactPatch> patches_;
   std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink
   std::vector<double> prescribed_, answer_;         // nondimensional
+  std::vector<Eigen::Vector2d> probe_forces_;
 };
 
 }  // namespace palpate

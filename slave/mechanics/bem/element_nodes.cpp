@@ -9,17 +9,13 @@
 namespace palpate {
 namespace {
 
-double Legendre(std::size_t k, double s) {
-  return k == 0 ? 1 : k == 1 ? s : 1.5 * s * s - 0.5;
-}
-
 // The nodes integrate products of two basis functions exactly: a function's component along P_k is
 // its weighted sum over the nodes, times 2 k + 1.
 ElementNodes WithModes(ElementNodes nodes) {
   for (std::size_t m = 0; m < Index(nodes.count); ++m) {
     for (std::size_t k = 0; k < Index(nodes.count); ++k) {
-      nodes.mode[m][k] =
-          (2 * static_cast<double>(k) + 1) * nodes.weight[m] * Legendre(k, nodes.s[m]);
+      nodes.mode[m][k] = (2 * static_cast<double>(k) + 1) * nodes.weight[m] *
+                         ElementNodes::Legendre(static_cast<int>(k), nodes.s[m]);
     }
   }
   return nodes;
@@ -27,7 +23,7 @@ ElementNodes WithModes(ElementNodes nodes) {
 
 using Complex = LegendreMoments::Complex;
 
-constexpr std::size_t kFunctions = kLargestNodeCount + 1;
+constexpr std::size_t kFunctions = kModes + 1;
 constexpr double kFar = 2;      // |z| from which quadrature takes over: recurrence loses |z|^4
 constexpr int kFarPoints = 14;  // (2 + sqrt 3)^(-2 * 14) = 1e-16
 constexpr double kVeryFar = 8;
@@ -62,7 +58,7 @@ Rule GaussRule(int count) {
     }
     const double weight = 2 / ((1 - s * s) * slope * slope);
     const auto p = Polynomials(count, s);
-    rule.push_back({s, {weight, weight * p[1], weight * p[2], weight * p[3]}});
+    rule.push_back({s, {weight, weight * p[1], weight * p[2], weight * p[3], weight * p[4]}});
   }
   return rule;
 }
@@ -93,7 +89,7 @@ Functions ByRecurrence(const Complex& z, bool on_element) {
 // Q' by the recurrence and Q'' by Legendre's equation, both over z^2 - 1.
 void Differentiate(const Complex& z, const Functions& Q, LegendreMoments* m) {
   const Complex inverse = Inverse(Times(z, z) - 1.0);
-  for (std::size_t k = 0; k < kLargestNodeCount; ++k) {
+  for (std::size_t k = 0; k < kModes; ++k) {
     const auto order = static_cast<double>(k);
     const Complex slope = k == 0 ? -inverse : order * Times(Times(z, Q[k]) - Q[k - 1], inverse);
     m->dipole[k] = -2.0 * slope;
@@ -108,7 +104,7 @@ Functions ByQuadrature(const Rule& rule, const Complex& z, LegendreMoments* m) {
     const Complex square = Times(inverse, inverse);
     const Complex cube = Times(square, inverse);
     for (std::size_t k = 0; k < kFunctions; ++k) Q[k] += 0.5 * point.weighted[k] * inverse;
-    for (std::size_t k = 0; k < kLargestNodeCount; ++k) {
+    for (std::size_t k = 0; k < kModes; ++k) {
       m->dipole[k] += point.weighted[k] * square;
       m->triple[k] -= 2 * point.weighted[k] * cube;
     }
@@ -142,7 +138,7 @@ LegendreMoments::LegendreMoments(Complex z) {
     Q = ByRecurrence(z, on_element);
     if (!on_element) Differentiate(z, Q, this);
   }
-  for (std::size_t k = 0; k < kLargestNodeCount; ++k) {
+  for (std::size_t k = 0; k < kModes; ++k) {
     pole[k] = -2.0 * Q[k];
     if (k > 0) log[k] = 2 / (2 * static_cast<double>(k) + 1) * (Q[k + 1] - Q[k - 1]);
   }

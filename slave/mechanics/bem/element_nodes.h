@@ -18,6 +18,7 @@
 namespace palpate {
 
 constexpr int kLargestNodeCount = 3;
+constexpr int kModes = kLargestNodeCount + 1;  // Legendre's polynomials that are integrated
 
 // On -1 <= s <= 1. P_k: Legendre's polynomials.
 struct ElementNodes {
@@ -27,9 +28,14 @@ struct ElementNodes {
   // The basis function of node m, one there and zero at the others, is sum_k mode[m][k] P_k(s).
   std::array<std::array<double, kLargestNodeCount>, kLargestNodeCount> mode{};
 
-  // The basis function of node m at an end of the element, -1 or 1, where P_k is end^k.
-  [[nodiscard]] double AtEnd(std::size_t m, double end) const {
-    return mode[m][0] + end * mode[m][1] + mode[m][2];
+  // The basis function of node m at `at`, which may lie beyond the element's ends, -1 and 1.
+  [[nodiscard]] double At(std::size_t m, double at) const {
+    return mode[m][0] + at * mode[m][1] + Legendre(2, at) * mode[m][2];
+  }
+  // P_k(at), k <= 3. The nodes are the zeros of P_count.
+  static double Legendre(int k, double at) {
+    if (k < 2) return k == 0 ? 1 : at;
+    return k == 2 ? 1.5 * at * at - 0.5 : (2.5 * at * at - 1.5) * at;
   }
 
   static const ElementNodes& Of(ElementOrder order);
@@ -48,7 +54,7 @@ struct ElementNodes {
 // Source: Abramowitz and Stegun, 8.8.3 (Neumann) and 8.5.3 (recurrence); the second by parts.
 struct LegendreMoments {
   using Complex = std::complex<double>;
-  using Modes = std::array<Complex, kLargestNodeCount>;
+  using Modes = std::array<Complex, kModes>;
   Modes log{};     // of ln(z - s); not for k = 0, whose scale is not its own
   Modes pole{};    // of 1 / (s - z), the derivative of -log
   Modes dipole{};  // of 1 / (s - z)^2, the derivative of pole

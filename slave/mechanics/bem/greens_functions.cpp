@@ -109,6 +109,7 @@ void GreensFunctions::Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress) 
     ReportProgress(progress, "solving", static_cast<double>(j) / static_cast<double>(E->cols()));
     lu.SolveInPlace(E->middleCols(j, std::min(kColumnsAtOnce, E->cols() - j)));
   }
+  error_ = ElementError(problem_, nodes_, elasticity_, lu, *E);
 }
 
 Eigen::Matrix<double, 2, 3> GreensFunctions::RigidModes(const Eigen::Vector2d& p_O) const noexcept {

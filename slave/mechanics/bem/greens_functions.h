@@ -17,6 +17,7 @@
 
 #include "shared/text/progress.h"
 #include "slave/mechanics/bem/boundary_system.h"
+#include "slave/mechanics/bem/element_error.h"
 #include "slave/mechanics/linear/dense_lu.h"
 
 namespace palpate {
@@ -73,6 +74,7 @@ class GreensFunctions {
         .held[static_cast<std::size_t>(node(i).element)][static_cast<std::size_t>(component)];
   }
   [[nodiscard]] double condition() const { return condition_; }  // of A_0, 1-norm estimate
+  [[nodiscard]] const ElementError& error() const { return error_; }
   [[nodiscard]] std::size_t memory_bytes() const { return 4 * stride_ * stride_ * sizeof(double); }
 
  private:
@@ -95,6 +97,7 @@ class GreensFunctions {
   };
   std::unique_ptr<double, Free> blocks_;
   double condition_ = 0;
+  ElementError error_;
 };
 
 // Displacements and tractions on the whole boundary as a sum over what nodes were given.

@@ -92,11 +92,7 @@ StrainResolution StrainsOf(const SolidMesh& mesh, const fem::FemBody& body, doub
   for (auto& tet : numbered.tets) {
     for (int& node : tet) node = body.Number(node);
   }
-  HeldNodes held;
-  for (const auto& node : body.free()) {
-    held.push_back({node.v[0] == 0, node.v[1] == 0, node.v[2] == 0});
-  }
-  return {numbered, held, nu};
+  return {numbered, nu};
 }
 
 }  // namespace

@@ -95,6 +95,36 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 degrees of freedom"));
 }
 
+// Contracts, `solve`: rows without a width are as wide as the scene's tool. Reference: its limit
+// under refinement, 2.35 N (b_block_embryo.json); a row of width 0 has no limit and becomes softer.
+TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {
+  options_.scene =
+      Write("tool.yaml", std::string(kBlock) + "tool: {shape: flat, width: 5.87 mm}\n");
+  for (const int elements : {60, 180, 540}) {
+    options_.overrides = {"model.elements=" + std::to_string(elements)};
+    const Outcome outcome = RunContacts(
+        "case,x,y,dx,dy,width\nabsent,0.044,0.088,0,-5e-3,\n"
+        "given,0.044,0.088,0,-5e-3,5.87e-3\npoint,0.044,0.088,0,-5e-3,0\n");
+    ASSERT_EQ(outcome.rows.size(), 3U) << outcome.message;
+    EXPECT_NEAR(Number(outcome, 0, "fy") / -2.35, 1, 0.07) << elements;
+    EXPECT_EQ(outcome.rows[0].at("fy"), outcome.rows[1].at("fy"));
+    if (elements == 540) {
+      EXPECT_LT(Number(outcome, 2, "fy") / Number(outcome, 0, "fy"), 0.7);
+    }
+    EXPECT_THAT(outcome.message, HasSubstr("1 of 3 rows have no width: a contact at a point"));
+    const Outcome bare = RunContacts("case,x,y,dx,dy\nA,0.044,0.088,0,-5e-3\n");
+    EXPECT_EQ(bare.rows.at(0).at("fy"), outcome.rows[0].at("fy"));
+    EXPECT_THAT(bare.message, testing::Not(HasSubstr("no width")));
+  }
+}
+
+TEST_F(SolveTest, WarnsOfAPointContactInASceneWithoutATool) {
+  const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
+  EXPECT_THAT(outcome.message,
+              HasSubstr("1 of 1 rows have no width and the scene has no tool: a contact at a point "
+                        "has no limit under refinement"));
+}
+
 // Reference: linearity; numbers round-trip, so that the sum is exact to rounding.
 TEST_F(SolveTest, RowsOfACaseActTogetherAndCasesDoNot) {
   const Outcome outcome = RunContacts(

@@ -129,66 +129,94 @@ TEST(Bem2dModel, TractionOnTheVerticesAddsUpToTheForceOfTheTool) {
   }
 }
 
-// Reference: without friction the traction across the direction of motion vanishes.
-TEST(Bem2dModel, AFrictionlessContactPushesAlongItsDisplacementOnly) {
+// Law: without friction there is no traction across the normal, so that a slanted displacement does
+// what its normal part does; along the surface the tool slides, on fixed elements too.
+TEST(Bem2dModel, AFrictionlessContactPushesAlongTheNormalOnly) {
   Bem2dModel::Params params = kSilicone;
   params.contact = ContactLaw::kFrictionless;
   Bem2dModel model(Silicone(), params);
-  const auto response = bodies::Respond(model, {bodies::Move(15, {-1e-3, 0})}).front();
-  EXPECT_LT(response.force_O.x(), 0);
-  EXPECT_EQ(response.force_O.y(), 0);
+  for (const double width : {0.0, 17.6e-3}) {
+    const auto press = [&](const Vector2d& moved) {
+      Contact contact = bodies::Move(kTop, moved);
+      contact.p_O = {0.044, 0.088, 0};
+      contact.width = width;
+      return bodies::Respond(model, {contact}).front();
+    };
+    const Eigen::Vector3d straight = press({0, -1e-3}).force_O;
+    for (const double across : {1e-3, -3e-3}) {
+      const ContactResponse slanted = press({across, -1e-3});
+      EXPECT_EQ(slanted.validity, Validity::kValid);
+      EXPECT_EQ(slanted.force_O, straight);
+      EXPECT_EQ(slanted.force_O.x(), 0);
+      EXPECT_EQ(slanted.displacement_O.x(), across) << "as prescribed";
+    }
+    EXPECT_TRUE(press({1e-3, 0}).force_O.isZero(0));
+  }
   const auto rest = bodies::Respond(model, {bodies::Move(15, {0, 0}), bodies::Load(25, {-0.1, 0})});
   EXPECT_NE(rest[0].force_O.x(), 0);  // held along its normal
   EXPECT_EQ(rest[0].force_O.y(), 0);
+  EXPECT_EQ(bodies::Respond(model, {bodies::Move(0, {1e-3, 0})}).front().force_O.norm(), 0);
+  EXPECT_EQ(bodies::Respond(model, {bodies::Move(0, {0, 1e-3})}).front().validity,
+            Validity::kFailed);
 }
 
-// Reference: a load that answers d, prescribed as displacement, answers the load. One element.
-// Reference: linearity. A frictionless contact is free across the way it is moved, so what is
-// prescribed are the ways of all contacts: answers add up where every contact keeps its own. Where
-// one is left out by a zero, whose way is the normal, another problem is solved, and its answer is
-// another unless contacts move along their normals.
-TEST(Bem2dModel, FrictionlessContactsAddUpWhereTheyKeepTheirWays) {
+// Reference: linearity. Forces and displacements of contacts that move together are the sums of
+// those of each one that moves while the others rest; and the normal forces are those of the
+// coupled system n_i . u_ij n_j f_j = n_i . d_i, u_ij from loads.
+TEST(Bem2dModel, FrictionlessContactsSuperpose) {
   Bem2dModel::Params params{.young_modulus = 1, .thickness = 1};
   params.contact = ContactLaw::kFrictionless;
   Bem2dModel model(bodies::Block(60), params);
   const auto& elements = model.greens_functions().problem().mesh.elements;
   constexpr std::array kTouched{20, 27, 38};
-  constexpr double kTouch = 1e-6;  // of the others, so small that it only tells the way
-  const auto forces = [&](const std::array<Vector2d, 3>& moved) {
-    std::vector<Contact> contacts(3);
-    std::vector<ContactResponse> responses(3);
+  const auto normal = [&](std::size_t k) { return elements[Index(kTouched[k])].normal(); };
+  std::array<Vector2d, 3> moved;
+  for (std::size_t k = 0; k < 3; ++k) moved[k] = Eigen::Rotation2Dd(0.5) * (-1e-3 * normal(k));
+  const auto solve = [&](std::size_t first, std::size_t last, Eigen::Matrix3d* forces,
+                         std::vector<Vector2d>* field) {
+    std::vector<Contact> contacts;
     for (std::size_t k = 0; k < 3; ++k) {
-      contacts[k].element = kTouched[k];
-      contacts[k].prescribed_O.head<2>() = moved[k];
+      const bool moves = k >= first && k < last;
+      contacts.push_back(bodies::Move(kTouched[k], moves ? moved[k] : Vector2d(0, 0)));
     }
-    model.Respond(contacts, responses);
-    Eigen::Matrix3d f;
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_EQ(responses[static_cast<std::size_t>(k)].validity, Validity::kValid);
-      f.col(k) = responses[static_cast<std::size_t>(k)].force_O;
-    }
-    return f;
+    Solution solution;
+    const auto responses = bodies::Respond(model, contacts, &solution);
+    for (int k = 0; k < 3; ++k) forces->col(k) += responses[Index(k)].force_O;
+    const BoundaryState state = model.Boundary(solution);
+    field->resize(state.displacement.size(), Vector2d(0, 0));
+    for (std::size_t i = 0; i < field->size(); ++i) (*field)[i] += state.displacement[i];
   };
-  const auto mismatch = [&](const std::array<Vector2d, 3>& ways, double others) {
-    const Eigen::Matrix3d together = forces(ways);
-    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-    for (std::size_t alone = 0; alone < 3; ++alone) {
-      auto moved = ways;
-      for (std::size_t k = 0; k < 3; ++k) moved[k] *= k == alone ? 1 : others;
-      sum += forces(moved);
-    }
-    return (sum - (1 + 2 * others) * together).norm() / together.norm();
-  };
-  std::array<Vector2d, 3> normal, oblique;
-  for (std::size_t k = 0; k < 3; ++k) {
-    normal[k] = -1e-3 * elements[static_cast<std::size_t>(kTouched[k])].normal();
-    oblique[k] = Eigen::Rotation2Dd(0.5) * normal[k];
+  Eigen::Matrix3d together = Eigen::Matrix3d::Zero(), sum = together;
+  std::vector<Vector2d> field, sum_of_fields;
+  solve(0, 3, &together, &field);
+  for (std::size_t k = 0; k < 3; ++k) solve(k, k + 1, &sum, &sum_of_fields);
+  EXPECT_LT((sum - together).norm(), 1e-12 * together.norm());
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    EXPECT_LT((field[i] - sum_of_fields[i]).norm(), 1e-15) << i;
   }
-  EXPECT_LT(mismatch(normal, 0), 1e-12);
-  EXPECT_LT(mismatch(oblique, kTouch), 1e-12);
-  EXPECT_GT(mismatch(oblique, 0), 0.1);
+  Eigen::Matrix3d compliance;
+  Eigen::Vector3d depth;
+  for (std::size_t j = 0; j < 3; ++j) {
+    std::vector<Contact> loads;
+    for (std::size_t i = 0; i < 3; ++i) {
+      loads.push_back(bodies::Load(kTouched[i], i == j ? normal(j) : Vector2d(0, 0)));
+    }
+    const auto responses = bodies::Respond(model, loads);
+    for (std::size_t i = 0; i < 3; ++i) {
+      compliance(static_cast<int>(i), static_cast<int>(j)) =
+          normal(i).dot(responses[i].displacement_O.head<2>());
+    }
+    depth[static_cast<int>(j)] = normal(j).dot(moved[j]);
+  }
+  const Eigen::Vector3d coupled = compliance.inverse() * depth;
+  for (int k = 0; k < 3; ++k) {
+    const Vector2d n = normal(Index(k));
+    EXPECT_NEAR(n.dot(together.col(k).head<2>()) / coupled[k], 1, 1e-10) << k;
+    EXPECT_LT(std::abs(n.x() * together(1, k) - n.y() * together(0, k)), 1e-16) << k;
+  }
 }
 
+// Reference: a load that answers d, prescribed as displacement, answers the load. One element.
 TEST(Bem2dModel, LoadsAndDisplacementsAreInverse) {
   Bem2dModel model(Silicone(), kSilicone);
   const auto loaded = bodies::Respond(model, {bodies::Load(kTop, {0.01, -0.3})}).front();
@@ -236,7 +264,7 @@ TEST(Bem2dModel, AChangedContactSetIsNoticed) {
   contact.element = kTop - 1;
   expect_fresh("element");
   contact.prescribed_O = {0.5e-3, -1e-3, 0};
-  expect_fresh("direction");
+  expect_fresh("displacement");
   contact.kind = Contact::Kind::kForce;
   contact.prescribed_O = {0, -0.1, 0};
   expect_fresh("kind");

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/mesh/node_merger.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/footprint/disc_compliance.h"
@@ -297,40 +298,60 @@ TEST(PatchResolution, AWholeSideIsNoNarrowPatch) {
 }
 
 // Reference: Timoshenko's beam, k = 1 / (L^3 / 3 E I + L / (5/6 G A)), a unit square across, under
-// an even load on its end. What is valid is within 10 % and the estimate's own 6 %.
-TEST(StrainResolution, ABeamWithTooFewElementsAcrossIsExtrapolated) {
+// an even load on its end. It lacks the held end, which makes short beams up to 1.5 % stiffer. What
+// is valid is within 5 % and that; what is within 2 % is valid.
+TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
+  struct Mesh {
+    double length;
+    int along, across;
+  };
   for (const Kind& kind : Kinds()) {
     if (kind.name == "bem3d") continue;
+    const bool is_quadratic = kind.name == "fem tet10";
+    const bool is_slow = kind.name != "fem-green" && kind.name != "fem";
     int valid = 0, flagged = 0;
-    for (const double length : {4.0, 10.0}) {
-      for (const int across : {1, 2, 4, 6, 8}) {
-        const bool is_slow = kind.name != "fem-green" && kind.name != "fem";
-        if (across > (is_slow ? 2 : 8) || (across > 6 && length > 4)) continue;
-        const Box box{.size = {length, 1, 1},
-                      .cells = {static_cast<int>(length) * across, across, across},
+    for (const Mesh& mesh : {Mesh{4, 4, 1},
+                             {4, 8, 2},
+                             {4, 24, 6},
+                             {4, 32, 8},
+                             {4, 40, 10},
+                             {4, 16, 12},
+                             {10, 20, 2},
+                             {10, 60, 6},
+                             {10, 50, 10},
+                             {5, 2, 1},
+                             {5, 5, 1},
+                             {20, 3, 1},
+                             {20, 10, 1},
+                             {100, 10, 1},
+                             {1000, 20, 1}}) {
+      if (mesh.across > (is_slow ? 2 : kind.name == "fem" ? 6 : 12)) continue;
+      for (const double nu : {0.05, 0.45}) {
+        if (nu > 0.4 && mesh.length < 5) continue;  // the held end counts for more
+        const Box box{.size = {mesh.length, 1, 1},
+                      .cells = {mesh.along, mesh.across, mesh.across},
                       .held = 0,
-                      .nu = 0.05};
+                      .nu = nu};
         const auto model = Make(kind, box);
-        Contact end = Press(true, {length, 0.5, 0.5}, 4);
-        end.prescribed_O = {0, 0, -1e-7};
+        Contact end = Press(true, {mesh.length, 0.5, 0.5}, 4);
+        end.prescribed_O = {0, 0, -1e-7 / std::pow(mesh.length, 2)};
         const ContactResponse r = Query(*model, end);
-        const double G = 1 / (2 * (1 + box.nu));
-        const double k = 1 / (4 * std::pow(length, 3) + length / (5.0 / 6 * G));
+        const double G = 1 / (2 * (1 + nu));
+        const double k = 1 / (4 * std::pow(mesh.length, 3) + mesh.length / (5.0 / 6 * G));
         const double off = std::abs(StiffnessOf(r) / k - 1);
         const bool is_valid = r.validity == Validity::kValid;
-        EXPECT_LT(is_valid ? off : 0, 0.16) << kind.name << " " << length << ", " << across;
-        EXPECT_TRUE(is_valid || off > 0.06) << kind.name << " " << length << ", " << across;
-        if (!is_valid) {
-          EXPECT_EQ(r.doubt, kStiffInBending);
-        }
+        EXPECT_LT(is_valid ? off : 0, 0.065) << kind.name << " " << mesh.length << ", "
+                                             << mesh.along << ", " << mesh.across << ", " << nu;
+        EXPECT_TRUE(is_valid || off > 0.02) << kind.name << " " << mesh.length << ", " << mesh.along
+                                            << ", " << mesh.across << ", " << nu;
+        EXPECT_TRUE(is_valid || r.doubt == kStiffInBending) << r.doubt;
         (is_valid ? valid : flagged) += 1;
         end.prescribed_O = {1e-7, 0, 0};  // pulled, it is exact but for the held end
-        EXPECT_EQ(Query(*model, end).validity, Validity::kValid) << kind.name << " pulled";
+        EXPECT_TRUE(nu > 0.4 || Query(*model, end).validity == Validity::kValid) << kind.name;
       }
     }
-    EXPECT_EQ(valid > 0, kind.name == "fem tet10" || kind.name == "fem-green" || kind.name == "fem")
-        << kind.name;
-    EXPECT_EQ(flagged > 0, kind.name != "fem tet10") << kind.name;
+    EXPECT_EQ(valid > 0, is_quadratic || kind.name == "fem-green") << kind.name;
+    EXPECT_GT(flagged, 3) << kind.name;
   }
 }
 
@@ -350,20 +371,38 @@ TEST(StrainResolution, WhatDoesNotBendIsLeftAlone) {
   }
 }
 
-// Law: the patch test. An even stretch is what four nodes can do: on rollers too, which carry it.
-TEST(StrainResolution, AnEvenStretchOnRollersIsExact) {
+// Law: the patch test. An even stretch is what four nodes can do.
+TEST(StrainResolution, AnEvenStretchIsExact) {
   const SolidMesh mesh = MeshBox({2, 1, 1}, {2, 1, 1});
-  std::vector<std::array<bool, 3>> held;
   std::vector<Vector3d> u;
   std::vector<int> end;
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
     const Vector3d& p = mesh.nodes[i];
-    held.push_back({p.x() == 0, p.y() == 0, p.z() == 0});
     u.emplace_back(1e-6 * p.x(), -3e-7 * p.y(), -3e-7 * p.z());
     if (p.x() == 2) end.push_back(static_cast<int>(i));
   }
-  StrainResolution strain(mesh, held, 0.3);
+  StrainResolution strain(mesh, 0.3);
   EXPECT_LT(strain.Softness(u, end), 1e-9);
+}
+
+// Law: ten nodes follow pure bending exactly, in any direction; the middles of edges are numbered
+// as kTetEdges lists them.
+TEST(StrainResolution, PureBendingIsExactWithTenNodes) {
+  const SolidMesh mesh = MeshBox({4, 1, 2}, {2, 1, 1});
+  std::vector<Vector3d> places = mesh.nodes;
+  EdgeMiddles middle(&places);
+  for (const auto& tet : mesh.tets) {
+    for (const auto& [i, j] : kTetEdges) {
+      middle(tet[static_cast<std::size_t>(i)], tet[static_cast<std::size_t>(j)]);
+    }
+  }
+  std::vector<Vector3d> u;
+  for (const Vector3d& p : places)
+    u.emplace_back(1e-9 * Vector3d(-p.x() * p.z(), 0, p.x() * p.x() / 2));
+  StrainResolution strain(mesh, 0, 10);
+  EXPECT_LT(strain.Softness(u, {}), 1e-12);
+  u.back().x() += 1e-9;
+  EXPECT_GT(strain.Softness(u, {}), 0.01);
 }
 
 // The estimate does not depend on size, and rotations of the whole body count for nothing.
@@ -371,8 +410,7 @@ TEST(StrainResolution, IsTheSameAtEverySizeAndTurned) {
   double first = 0;
   for (const double size : {1.0, 1e-6, 1e3}) {
     const SolidMesh mesh = MeshBox({4 * size, size, size}, {4, 1, 1});
-    std::vector<std::array<bool, 3>> held(mesh.nodes.size(), {false, false, false});
-    StrainResolution strain(mesh, held, 0.3);
+    StrainResolution strain(mesh, 0.3);
     for (const double angle : {0.0, 1.0, 2.5}) {
       const Eigen::AngleAxisd turned(angle, Vector3d(1, 2, 3).normalized());
       std::vector<Vector3d> u;

@@ -35,12 +35,10 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .poisson_ratio = poisson_ratio}),
       element_(options.element),
       locks_(poisson_ratio >= kLocks),
+      strain_(mesh, poisson_ratio, options.element == TetElement::kTet4 ? 4 : 10),
+      bending_(columns_.node_of_place().size()),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
-  if (element_ == TetElement::kTet4) {
-    strain_.emplace(mesh, held, poisson_ratio);
-    bending_.resize(columns_.node_of_place().size());
-  }
   Describe(options, poisson_ratio, mesh.tets.size());
 }
 
@@ -85,7 +83,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
     }
   }
   try {
-    if (strain_ && solver_.failure().empty()) CheckBending(responses);
+    if (solver_.failure().empty()) CheckBending(responses);
   } catch (const std::exception&) {
     failure_ = "out of memory";
     std::ranges::fill(responses, ContactResponse{});
@@ -133,7 +131,7 @@ void FemGreenModel::LearnBending(const ContactFootprint& footprint, Bending* ben
     }
     if (!(bending->compliance[c] > 0)) continue;  // held
     for (auto& moved : u) moved *= kSmall * columns_.length_unit() / bending->compliance[c];
-    bending->softness[c] = strain_->Softness(u, nodes);
+    bending->softness[c] = strain_.Softness(u, nodes);
   }
   bending->known = true;
 }
@@ -152,6 +150,7 @@ void FemGreenModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
     return;
   }
   columns_.Solve(places, forces_O, u_O);
+  u_O->resize(surface_.nodes.size());  // without the middles of edges
   for (auto& u : *u_O) u *= displacement_unit_;
 }
 
@@ -162,7 +161,7 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
     if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
     if (!places_.Find(contact, &footprint).empty()) continue;
     for (const auto& touched : footprint.places) wanted.push_back(touched.place);
-    if (strain_ && !footprint.places.empty()) BendingOf(footprint);
+    if (!footprint.places.empty()) BendingOf(footprint);
   }
   columns_.Prefetch(wanted, nullptr);
 }

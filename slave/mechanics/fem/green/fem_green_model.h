@@ -22,11 +22,11 @@
 
 namespace palpate {
 
-// Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those of
-// four nodes where a part bends (mesh_resolution.h; the first contact there decides, by three more
-// sparse solutions). Contacts with a width are not available with tet10, because no contact acts on
-// its middle nodes: kFailed. See ComplianceSolver. Pass `element` with p_O where time matters:
-// without it a walk over the surface finds a changed position.
+// Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those
+// where a part bends too far for them (mesh_resolution.h; the first contact there decides, by three
+// more sparse solutions). Contacts with a width are not available with tet10, because no contact
+// acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element` with p_O where time
+// matters: without it a walk over the surface finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
@@ -80,9 +80,9 @@ class FemGreenModel final : public DeformationModel {
   ComplianceSolver solver_;
   TetElement element_;
   bool locks_ = false;
-  std::optional<StrainResolution> strain_;  // of four nodes
-  std::vector<Bending> bending_;            // per place
-  double displacement_unit_ = 0;            // of a unit force in newtons: 1 / (E length unit) [m/N]
+  StrainResolution strain_;
+  std::vector<Bending> bending_;  // per place
+  double displacement_unit_ = 0;  // of a unit force in newtons: 1 / (E length unit) [m/N]
 };
 
 }  // namespace palpate

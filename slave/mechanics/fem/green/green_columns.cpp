@@ -178,7 +178,7 @@ void GreenColumns::SolveAxes(std::span<const int> places,
 
 void GreenColumns::Spread(const Eigen::Ref<const Eigen::VectorXd>& x,
                           std::vector<Vector3d>* u) const {
-  u->assign(place_of_node_.size(), Vector3d::Zero());
+  u->assign(stiffness_.row.size(), Vector3d::Zero());
   for (std::size_t n = 0; n < u->size(); ++n) {
     for (int c = 0; c < 3; ++c) {
       const int row = stiffness_.row[n][Index(c)];

@@ -50,8 +50,8 @@ class GreenColumns final : public Compliance {
   // Interrupted; what was finished stays, on disk too.
   bool Prefetch(std::span<const int> places, Progress* progress);
 
-  // Displacement of every node of the mesh by forces on places, by one sparse solution;
-  // nondimensional.
+  // Displacement of every node, those of the mesh first, then the middles of edges, by forces on
+  // places, by one sparse solution; nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
   // The same by a unit force along each axis, of which each of `places` has the same part.

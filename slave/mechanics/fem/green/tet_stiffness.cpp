@@ -25,9 +25,6 @@ constexpr double kLargestNu = 0.499;
 constexpr double kFixesMotion = 1e-10;     // smallest eigenvalue of the motions' Gram matrix
 constexpr double kSmallestVolume = 1e-12;  // of the cube of the longest edge
 
-constexpr std::array<std::array<std::size_t, 2>, 6> kEdges{
-    {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
-
 // The nodes of every element, corners first, and which components are held.
 struct Elements {
   std::size_t per_element = 4;
@@ -42,8 +39,8 @@ Elements Number(const SolidMesh& mesh, const HeldNodes& held, TetElement element
     std::array<int, 10> nodes{};
     std::ranges::copy(tet, nodes.begin());
     if (element == TetElement::kTet10) {
-      for (std::size_t e = 0; e < kEdges.size(); ++e) {
-        const int a = tet[kEdges[e][0]], b = tet[kEdges[e][1]];
+      for (std::size_t e = 0; e < kTetEdges.size(); ++e) {
+        const int a = tet[Index(kTetEdges[e][0])], b = tet[Index(kTetEdges[e][1])];
         const auto [found, is_new] =
             middles.try_emplace(std::minmax(a, b), static_cast<int>(elements.held.size()));
         nodes[4 + e] = found->second;
@@ -75,8 +72,7 @@ Gradients QuadraticGradients(const Eigen::Matrix<double, 3, 4>& g, const Eigen::
   Gradients gradients;
   for (int i = 0; i < 4; ++i) gradients.col(i) = (4 * l[i] - 1) * g.col(i);
   for (int e = 0; e < 6; ++e) {
-    const auto i = static_cast<Eigen::Index>(kEdges[Index(e)][0]);
-    const auto j = static_cast<Eigen::Index>(kEdges[Index(e)][1]);
+    const auto [i, j] = kTetEdges[Index(e)];
     gradients.col(4 + e) = 4 * (l[i] * g.col(j) + l[j] * g.col(i));
   }
   return gradients;

@@ -1,12 +1,9 @@
 #include "slave/mechanics/fem/solid/element_mesh.h"
 
-#include <utility>
-
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/node_merger.h"
-#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
 namespace {
@@ -15,11 +12,6 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 
 constexpr double kFlat = 1e-14;  // volume / longest edge^3 of what counts as none
-
-std::pair<int, int> EndsOf(int edge) {
-  const auto& [a, b] = kTetEdges[Index(edge)];
-  return {static_cast<int>(a), static_cast<int>(b)};
-}
 
 void AddFaces(ElementMesh* mesh, EdgeMiddles* middle) {
   mesh->touch_surface.nodes = mesh->nodes;
@@ -51,7 +43,8 @@ ElementMesh MakeElementMesh(const SolidMesh& mesh, FemOptions::Element element, 
   for (const auto& tet : mesh.tets) {
     made.connectivity.insert(made.connectivity.end(), tet.begin(), tet.end());
     if (made.nodes_per_element == 4) continue;
-    for (const auto& [a, b] : kTetEdges) made.connectivity.push_back(middle(tet[a], tet[b]));
+    for (const auto& [a, b] : kTetEdges)
+      made.connectivity.push_back(middle(tet[Index(a)], tet[Index(b)]));
   }
   made.surface.triangles = SurfaceOf(mesh).triangles;
   made.surface.nodes.assign(made.nodes.begin(), made.nodes.begin() + made.vertex_count);
@@ -89,7 +82,7 @@ ShapeValues ShapesAt(int nodes_per_element, const Vector4d& bary) {
   ShapeValues shapes(10);
   for (int i = 0; i < 4; ++i) shapes[i] = bary[i] * (2 * bary[i] - 1);
   for (int e = 0; e < 6; ++e) {
-    const auto [a, b] = EndsOf(e);
+    const auto [a, b] = kTetEdges[Index(e)];
     shapes[4 + e] = 4 * bary[a] * bary[b];
   }
   return shapes;
@@ -101,7 +94,7 @@ ShapeGradients GradientsAt(const TetGeometry& geometry, int nodes_per_element,
   ShapeGradients gradients(3, 10);
   for (int i = 0; i < 4; ++i) gradients.col(i) = (4 * bary[i] - 1) * geometry.grad.col(i);
   for (int e = 0; e < 6; ++e) {
-    const auto [a, b] = EndsOf(e);
+    const auto [a, b] = kTetEdges[Index(e)];
     gradients.col(4 + e) = 4 * (bary[a] * geometry.grad.col(b) + bary[b] * geometry.grad.col(a));
   }
   return gradients;
@@ -120,14 +113,14 @@ Eigen::MatrixXd ShapeProducts(int nodes_per_element) {
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) products(i, j) = i == j ? 6 : 1;
     for (int e = 0; e < 6; ++e) {
-      const auto [a, b] = EndsOf(e);
+      const auto [a, b] = kTetEdges[Index(e)];
       products(i, 4 + e) = products(4 + e, i) = i == a || i == b ? -4 : -6;
     }
   }
   for (int e = 0; e < 6; ++e) {
     for (int f = 0; f < 6; ++f) {
-      const auto [a, b] = EndsOf(e);
-      const auto [c, d] = EndsOf(f);
+      const auto [a, b] = kTetEdges[Index(e)];
+      const auto [c, d] = kTetEdges[Index(f)];
       const int shared = (a == c || a == d) + (b == c || b == d);
       products(4 + e, 4 + f) = shared == 2 ? 32 : shared == 1 ? 16 : 8;
     }

@@ -8,14 +8,12 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
 constexpr int kMaxNodes = 10;  // of one element
-// Corners of the edges, in the order of their middles.
-constexpr std::array<std::array<std::size_t, 2>, 6> kTetEdges{
-    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
 
 // Ten nodes: the corners, then the middles of the edges.
 struct ElementMesh {

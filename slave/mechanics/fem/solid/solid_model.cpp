@@ -38,14 +38,12 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
       supports_(mesh_, layout_, held, body_.NodeVolumes()),
+      // Of bending alone where the pressure is the elements' own.
+      strain_({mesh_.surface.nodes, mesh.tets},
+              layout_.has_pressure() ? 0.0 : params_.poisson_ratio, mesh_.nodes_per_element),
+      u_(mesh_.nodes.size()),
       statics_(equilibrium_, supports_, params_.linear(), layout_.size()) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
-  if (mesh_.nodes_per_element == 4) {
-    // Of bending alone where the pressure is the elements' own.
-    strain_.emplace(SolidMesh{mesh_.nodes, mesh.tets}, held,
-                    layout_.has_pressure() ? 0.0 : params_.poisson_ratio);
-    u_.resize(mesh_.nodes.size());
-  }
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {
     throw std::invalid_argument(
@@ -226,7 +224,7 @@ std::optional<std::string_view> SolidModel::FlagReason(double largest) {
   // In equilibrium under nothing, what is left of strain is the residual's.
   const bool acts = params_.dynamic() || !state_.loads.isZero(0) || !state_.target.isZero(0) ||
                     std::ranges::any_of(state_.row_target, [](double moved) { return moved != 0; });
-  if (strain_ && acts && Softness() > kMostSoftness) return kStiffInBending;
+  if (acts && Softness() > kMostSoftness) return kStiffInBending;
   return std::nullopt;
 }
 
@@ -239,7 +237,7 @@ double SolidModel::Softness() {
   for (std::size_t i = 0; i < u_.size(); ++i) {
     u_[i] = state_.x.segment<3>(layout_.first(static_cast<int>(i)));
   }
-  return strain_->Softness(u_, touched_);
+  return strain_.Softness(u_, touched_);
 }
 
 bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses) {

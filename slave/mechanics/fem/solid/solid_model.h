@@ -88,8 +88,8 @@ class SolidModel final : public DeformationModel {
   std::vector<bool> used_;
   SolidContacts contacts_;
   Supports supports_;
-  std::optional<StrainResolution> strain_;  // of four nodes
-  std::vector<Eigen::Vector3d> u_;          // of the nodes
+  StrainResolution strain_;
+  std::vector<Eigen::Vector3d> u_;  // of the nodes
   std::vector<int> touched_;
 
   Eigen::VectorXd weight_;  // gravity's load

@@ -30,7 +30,8 @@ Supports::Supports(const ElementMesh& mesh, const BlockLayout& layout, const Hel
     for (std::size_t i = 4; i < nodes.size(); ++i) {
       const auto& [a, b] = kTetEdges[i - 4];
       for (std::size_t c = 0; c < 3; ++c) {
-        held_[Index(nodes[i])][c] = held_[Index(nodes[a])][c] && held_[Index(nodes[b])][c];
+        held_[Index(nodes[i])][c] =
+            held_[Index(nodes[Index(a)])][c] && held_[Index(nodes[Index(b)])][c];
       }
     }
   }

@@ -1,0 +1,58 @@
+// By how much the order of the elements falsifies a body's compliance: slender parts that bend are
+// too stiff or wild long before compact bodies are.
+//
+// Between its nodes, the zeros of Legendre's P_n, the displacement of an element departs from the
+// discrete one by c P_n(s) to first order; c follows from the neighbours' values. This departure
+// belongs into the collocated equations, A_0 Y + T(c P_n) = -Abar_0 Ybar, and changes the answer by
+//
+//   delta = -A_0^-1 T(c P_n)
+//
+// a step of iterated defect correction (Stetter, Numer. Math. 29, 1978). Forces f on the boundary
+// do the work f . u / 2 in the discrete answer, and f . delta / 2 is missing: relative to each
+// other they are the error of the compliance. Two steps are taken; a series whose second term is
+// not small does not converge, and both terms together show it. No constant is chosen.
+//
+// The estimate does not see what the tractions of supports leave out.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/geometry/index.h"
+#include "slave/mechanics/bem/boundary_system.h"
+#include "slave/mechanics/linear/dense_lu.h"
+
+namespace palpate {
+
+class ElementError {
+ public:
+  ElementError() = default;
+  // `lu`: of A_0; `E`: -A_0^-1 Abar_0; rows beyond the nodes' are extra equations. O(probes N^2).
+  ElementError(const ReferenceProblem& problem, const std::vector<BoundaryNode>& nodes,
+               const PlaneElasticity& elasticity, const DenseLu& lu, const Eigen::MatrixXd& E);
+
+  // Elements that represent all elements of their part of the boundary.
+  [[nodiscard]] std::size_t probes() const { return elements_.size(); }
+  [[nodiscard]] int ProbeOf(int element) const { return probe_of_[Index(element)]; }
+  // Part of their work that is missing under forces on the probes [-]; infinite: they do none.
+  [[nodiscard]] double MissingPart(std::span<const Eigen::Vector2d> forces) const noexcept;
+
+ private:
+  // On the whole boundary [-]. [derived: a column each costs 1 / N of the precompute, and a part of
+  // the boundary as long as 3 % of it moves alike where the body is slender]
+  static constexpr int kProbes = 32;
+  static constexpr int kSteps = 2;
+
+  void ChooseProbes(const ReferenceProblem& problem);
+  void AddSide(const ReferenceProblem& problem, std::vector<int>* side);
+
+  std::vector<int> elements_;  // per probe
+  std::vector<int> probe_of_;  // per element
+  // Mean displacements by unit forces, x and y each: of the discrete answer, of each step.
+  std::array<Eigen::MatrixXd, 1 + kSteps> terms_;
+};
+
+}  // namespace palpate
