@@ -1,26 +1,49 @@
 #include "slave/pipeline/camera/tool_width.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 #include "shared/mesh/boundary_patch.h"
+#include "slave/mechanics/object_mesh.h"
 
 namespace palpate {
 namespace {
 
 constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};  // constant, linear, quadratic [elements]
-constexpr double kLeft = 0.05;                            // sigma of these [elements]
-constexpr double kOfBody = 0.002;                         // and of the elements elsewhere
-constexpr double kStretched = 0.05;  // of what is put right, where that is much
+// One sigma of what is left, see tool_width.h.
+constexpr double kNext = 0.045;      // of the next order in the length of an element
+constexpr double kOfBody = 0.0013;   // of the elements elsewhere
+constexpr double kStretched = 0.02;  // of what is put right for the tool, where that is much
+constexpr double kSupported = 0.2;   // of what is put right for the support
 constexpr std::size_t kMostElements = 256;
+
+// ln of the length that the mesh holds of a disc's arcs by theirs: elements are held whole.
+double SupportOf(const BoundaryMesh& mesh, const Scene& scene) {
+  if (!std::holds_alternative<DiscGeometry>(scene.object.geometry)) return 0;
+  double held = 0, wanted = 0;
+  for (const Fixed& fixed : scene.object.fixed) {
+    const auto* arc = std::get_if<FixedArc>(&fixed.where);
+    if (arc == nullptr || arc->half_angle >= std::numbers::pi) continue;
+    Scene alone = scene;
+    alone.object.fixed = {fixed};
+    const auto count = std::ranges::count_if(FixedElementDofs(alone, mesh),
+                                             [](const auto& dofs) { return dofs[0] || dofs[1]; });
+    held += 2 * std::numbers::pi * static_cast<double>(count) / mesh.size();
+    wanted += 2 * arc->half_angle;
+  }
+  return held > 0 && wanted > 0 ? std::log(held / wanted) : 0;
+}
 
 }  // namespace
 
 ToolWidth::ToolWidth(const BoundaryMesh& mesh, const Scene& scene)
     : mesh_(&mesh),
       width_(scene.model.wall > 0 ? 0 : scene.tool->width),
-      ends_(kEnds[static_cast<std::size_t>(scene.model.order)]) {}
+      ends_(kEnds[static_cast<std::size_t>(scene.model.order)]),
+      support_(width_ > 0 ? SupportOf(mesh, scene) : 0) {}
 
 ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* model) noexcept {
   if (!(width_ > 0) || place.element < 0) return {};
@@ -67,10 +90,11 @@ ToolWidth::Share ToolWidth::Find(const BoundaryPlace& place,
   if (!(own > 0 && more > own && C > C_more && C_more > 0)) return {};
   const double slope = (C - C_more) / (C * std::log(more / own));  // -d ln C / d ln w
   const double wanted = std::log(width_ / own);
-  const double compliance = 1 - slope * wanted;
+  const double compliance = 1 - slope * wanted + slope * support_;
   if (!(compliance > 0)) return {};
-  return {1 / compliance,
-          std::hypot(kOfBody, slope * kLeft * h / width_, kStretched * slope * wanted)};
+  const double next = kNext * (h / width_) * (h / width_);
+  return {1 / compliance, std::hypot(kOfBody, slope * std::hypot(next, kStretched * wanted,
+                                                                 kSupported * support_))};
 }
 
 }  // namespace palpate
