@@ -158,8 +158,9 @@ std::optional<double> Graded(const Scene& scene, const Press& press, double widt
   if (press.loaded) return std::nullopt;
   if (IsVolume(scene.object.geometry)) {
     constexpr double kRoughGrowth = 3;
-    return many == check ? VolumeStiffness(scene, press, width, width / 4, 1)
-                         : VolumeStiffness(scene, press, width, width / 3, kRoughGrowth);
+    if (check) return VolumeStiffness(scene, press, width, width / 4, 1);
+    return many ? VolumeStiffness(scene, press, width, width / 3, kRoughGrowth)
+                : VolumeStiffness(scene, press, width, width / 5);
   }
   const PlanarMesh own = many ? PlanarMesh::kRough : PlanarMesh::kFine;
   return PlanarStiffness(scene, press, width, check ? PlanarMesh::kMedium : own);

@@ -13,42 +13,10 @@
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/indenter/round_indenter.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/camera/tool_width.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
-
-// What whole boundary elements in the place of a flat tool do to its force, compensated.
-//
-// A patch holds each element whose midpoint the tool covers: it is as wide as these are, not as the
-// tool, and a little less, since the elements at its ends carry less than the traction there, which
-// is singular. It is taken for L - a h wide, h the length of an element; a was fitted to quadratic
-// finite elements graded towards a bonded tool's ends, on blocks, wedges and discs with 1.5 to 10
-// elements under the tool. Of a plane body the compliance goes with the logarithm of the width
-// (Johnson 1985, 2.5); how fast, two patches tell. What is left of 4.1 % rms is 0.5 %.
-class ToolWidth {
- public:
-  // Keeps a reference to the mesh. With `model.wall` the width is not corrected.
-  ToolWidth(const BoundaryMesh& mesh, const Scene& scene);
-
-  struct Share {
-    double factor = 1;  // by which the patch's force and stiffness are to be multiplied
-    double sigma = 0;   // remaining error, as share of the force [-]
-  };
-  // Queries the model for two contacts at `place` unless it is the last one. No allocation.
-  Share At(const BoundaryPlace& place, DeformationModel* model) noexcept;
-
- private:
-  [[nodiscard]] double LengthOf(const BoundaryPlace& place, double width) const noexcept;
-  [[nodiscard]] double Compliance(const BoundaryPlace& place, double width,
-                                  DeformationModel* model) const noexcept;
-  [[nodiscard]] Share Find(const BoundaryPlace& place, DeformationModel* model) const noexcept;
-
-  const BoundaryMesh* mesh_;
-  double width_;         // width of the tool [m]; 0: no correction
-  double ends_;          // a above
-  BoundaryPlace place_;  // element of the last result; -1: none
-  Share last_;
-};
 
 // The part that SetModel replaces as a whole. One thread at a time; frame O.
 struct TouchModel final : PreparedModel {

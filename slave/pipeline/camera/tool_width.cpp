@@ -1,0 +1,100 @@
+#include "slave/pipeline/camera/tool_width.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "shared/mesh/boundary_patch.h"
+#include "slave/mechanics/object_mesh.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<double, 3> kEnds{0.28, 0.11, 0.06};  // constant, linear, quadratic [elements]
+// One sigma of what is left, see tool_width.h.
+constexpr double kNext = 0.045;      // of the next order in the length of an element
+constexpr double kOfBody = 0.0013;   // of the elements elsewhere
+constexpr double kStretched = 0.02;  // of what is put right for the tool, where that is much
+constexpr double kSupported = 0.2;   // of what is put right for the support
+constexpr std::size_t kMostElements = 256;
+
+// ln of the length that the mesh holds of a disc's arcs by theirs: elements are held whole.
+double SupportOf(const BoundaryMesh& mesh, const Scene& scene) {
+  if (!std::holds_alternative<DiscGeometry>(scene.object.geometry)) return 0;
+  double held = 0, wanted = 0;
+  for (const Fixed& fixed : scene.object.fixed) {
+    const auto* arc = std::get_if<FixedArc>(&fixed.where);
+    if (arc == nullptr || arc->half_angle >= std::numbers::pi) continue;
+    Scene alone = scene;
+    alone.object.fixed = {fixed};
+    const auto count = std::ranges::count_if(FixedElementDofs(alone, mesh),
+                                             [](const auto& dofs) { return dofs[0] || dofs[1]; });
+    held += 2 * std::numbers::pi * static_cast<double>(count) / mesh.size();
+    wanted += 2 * arc->half_angle;
+  }
+  return held > 0 && wanted > 0 ? std::log(held / wanted) : 0;
+}
+
+}  // namespace
+
+ToolWidth::ToolWidth(const BoundaryMesh& mesh, const Scene& scene)
+    : mesh_(&mesh),
+      width_(scene.model.wall > 0 ? 0 : scene.tool->width),
+      ends_(kEnds[static_cast<std::size_t>(scene.model.order)]),
+      support_(width_ > 0 ? SupportOf(mesh, scene) : 0) {}
+
+ToolWidth::Share ToolWidth::At(const BoundaryPlace& place, DeformationModel* model) noexcept {
+  if (!(width_ > 0) || place.element < 0) return {};
+  if (place.element != place_.element || place.p_O != place_.p_O) {
+    place_ = place;
+    last_ = Find(place, model);
+  }
+  return last_;
+}
+
+// Of the patch's elements; 0: too many.
+double ToolWidth::LengthOf(const BoundaryPlace& place, double width) const noexcept {
+  std::array<int, kMostElements> patch;
+  const int count = PatchElements(*mesh_, place.element, place.p_O, width, patch);
+  if (count > static_cast<int>(patch.size())) return 0;
+  double length = 0;
+  for (int i = 0; i < count; ++i) {
+    length +=
+        mesh_->elements[static_cast<std::size_t>(patch[static_cast<std::size_t>(i)])].length();
+  }
+  return length;
+}
+
+// Along the normal [m/N]; 0: not known.
+double ToolWidth::Compliance(const BoundaryPlace& place, double width,
+                             DeformationModel* model) const noexcept {
+  Contact contact;
+  contact.p_O.head<2>() = place.p_O;
+  contact.element = place.element;
+  contact.width = width;
+  ContactResponse response;
+  model->Respond(std::span(&contact, 1), std::span(&response, 1));
+  const Eigen::Vector2d& n = place.normal_O;
+  const double stiffness = n.dot(response.stiffness_O.topLeftCorner<2, 2>() * n);
+  return response.validity != Validity::kFailed && stiffness > 0 ? 1 / stiffness : 0;
+}
+
+ToolWidth::Share ToolWidth::Find(const BoundaryPlace& place,
+                                 DeformationModel* model) const noexcept {
+  const double h = mesh_->elements[static_cast<std::size_t>(place.element)].length();
+  const double wider = width_ + 2 * h;
+  const double own = LengthOf(place, width_) - ends_ * h, more = LengthOf(place, wider) - ends_ * h;
+  const double C = Compliance(place, width_, model), C_more = Compliance(place, wider, model);
+  if (!(own > 0 && more > own && C > C_more && C_more > 0)) return {};
+  const double slope = (C - C_more) / (C * std::log(more / own));  // -d ln C / d ln w
+  const double wanted = std::log(width_ / own);
+  const double compliance = 1 - slope * wanted + slope * support_;
+  if (!(compliance > 0)) return {};
+  const double next = kNext * (h / width_) * (h / width_);
+  return {1 / compliance, std::hypot(kOfBody, slope * std::hypot(next, kStretched * wanted,
+                                                                 kSupported * support_))};
+}
+
+}  // namespace palpate
