@@ -70,8 +70,9 @@ inline constexpr std::string_view kCoarsePatch =
 // e are the strains of the elements, e* those that are recovered: continuous, at a node the mean of
 // the elements around it by volume (Zienkiewicz and Zhu, Int. J. Numer. Meth. Eng. 24, 1987). The
 // error of the energy is that of the compliance. e is Green and Lagrange's, so that rotations do
-// not count. The elements at contacts and those beside them are left out, unless there are no
-// others: there the patch decides.
+// not count. Elements nearer to contacts than the body is thick are left out: it is pressed there
+// and does not bend, and the patch decides. The thickness is 4 V / A, the side of a long square
+// bar. If no element is left, all count in a slender body and none in a compact one.
 class StrainResolution {
  public:
   // `nodes`: 4 or 10 per element; the middles of edges are numbered behind the nodes of `mesh`,
@@ -80,8 +81,8 @@ class StrainResolution {
   StrainResolution(const SolidMesh& mesh, double poisson_ratio, int nodes = 4);
 
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
-  // contacts. 0 without strain. O(elements), no allocation.
-  double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched) noexcept;
+  // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
+  double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched);
 
  private:
   struct Element {
@@ -93,15 +94,19 @@ class StrainResolution {
   [[nodiscard]] Strains StrainsOf(const Element& element,
                                   std::span<const Eigen::Vector3d> u) const noexcept;
   [[nodiscard]] double TwiceEnergy(const Strains& strains) const noexcept;
-  void MarkContacts(std::span<const int> touched) noexcept;
+  void MarkContacts(std::span<const int> touched);
 
   double lambda_, mu_;  // by E
   bool quadratic_;
+  bool slender_ = false;
+  double thickness_ = 0;                 // [the mesh's unit]
+  std::vector<Eigen::Vector3d> points_;  // nodes at rest, middles too
   std::vector<Element> elements_;
   std::vector<Strains> strains_;       // per element
   std::vector<Eigen::Matrix3d> mean_;  // per corner node
   std::vector<double> volume_;         // of the elements around it
-  std::vector<char> near_;             // per node: one in contact, or of an element that has one
+  std::vector<int> touched_;           // last
+  std::vector<char> near_;             // per node: not farther from touched_ than thickness_
 };
 
 // Beyond it a solution is extrapolated.
