@@ -128,6 +128,7 @@ StrainResolution::StrainResolution(const SolidMesh& mesh, double poisson_ratio, 
 }
 
 double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const int> touched) {
+  if (!slender_) return 0;
   std::ranges::fill(mean_, Matrix3d::Zero());
   for (std::size_t e = 0; e < elements_.size(); ++e) {
     const Element& element = elements_[e];
@@ -152,7 +153,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     far += missing;
     some_are_far = true;
   }
-  const double missing = some_are_far ? far : slender_ ? all : 0;
+  const double missing = some_are_far ? far : all;
   return energy > 0 ? missing / energy / (quadratic_ ? kSeen10 : kSeen4) : 0;
 }
 

@@ -72,7 +72,8 @@ inline constexpr std::string_view kCoarsePatch =
 // error of the energy is that of the compliance. e is Green and Lagrange's, so that rotations do
 // not count. Elements nearer to contacts than the body is thick are left out: it is pressed there
 // and does not bend, and the patch decides. The thickness is 4 V / A, the side of a long square
-// bar. If no element is left, all count in a slender body and none in a compact one.
+// bar. If no element is left, all count. Bodies of up to two thicknesses, as cubes are, do not
+// bend.
 class StrainResolution {
  public:
   // `nodes`: 4 or 10 per element; the middles of edges are numbered behind the nodes of `mesh`,
