@@ -3,7 +3,6 @@
 #include "master/link/mesh_watch.h"
 
 #include <atomic>
-#include <functional>
 #include <stdexcept>
 #include <thread>
 
@@ -15,23 +14,12 @@
 
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
 
 using testing::HasSubstr;
-
-// How long anything may take before a test gives up: liveness, not speed.
-constexpr std::chrono::seconds kLiveness(20);
-
-bool Until(const std::function<bool()>& condition) {
-  const auto end = std::chrono::steady_clock::now() + kLiveness;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
 
 MeshWatch::Options To(const std::string& target) {
   MeshWatch::Options options;
@@ -42,6 +30,14 @@ MeshWatch::Options To(const std::string& target) {
 
 class MeshWatchTest : public testing::Test {
  protected:
+  template <class Condition>
+  bool SensingUntil(const Condition& condition) {
+    return Eventually([&] {
+      slave_.TakeSample();
+      return condition();
+    });
+  }
+
   FakeSlave slave_;
   std::unique_ptr<Server> server_ = std::make_unique<Server>(slave_, "127.0.0.1:0", false);
 };
@@ -51,10 +47,7 @@ TEST_F(MeshWatchTest, TheNewestMeshIsThereAndNobodyComputesItForNobody) {
   slave_.TakeSample();
   EXPECT_EQ(slave_.shapes_computed(), 0);
   MeshWatch watch(To(server_->address()));
-  ASSERT_TRUE(Until([&] {
-    slave_.TakeSample();
-    return watch.stats().meshes > 2;
-  }));
+  ASSERT_TRUE(SensingUntil([&] { return watch.stats().meshes > 2; }));
   const auto mesh = watch.newest();
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->positions.size(), 3U);
@@ -76,29 +69,20 @@ TEST_F(MeshWatchTest, NodalForcesComeIfAskedFor) {
   MeshWatch::Options options = To(server_->address());
   options.nodal_forces = true;
   const MeshWatch watch(options);
-  ASSERT_TRUE(Until([&] {
-    slave_.TakeSample();
-    return watch.newest() != nullptr;
-  }));
+  ASSERT_TRUE(SensingUntil([&] { return watch.newest() != nullptr; }));
   EXPECT_EQ(watch.newest()->nodal_forces.size(), 3U);
 }
 
 TEST_F(MeshWatchTest, ItComesBackWithTheSlave) {
   const std::string address = server_->address();
   const MeshWatch watch(To(address));
-  ASSERT_TRUE(Until([&] {
-    slave_.TakeSample();
-    return watch.stats().meshes > 0;
-  }));
+  ASSERT_TRUE(SensingUntil([&] { return watch.stats().meshes > 0; }));
   server_.reset();
-  ASSERT_TRUE(Until([&] { return !watch.stats().trouble.empty(); }));
+  ASSERT_TRUE(Eventually([&] { return !watch.stats().trouble.empty(); }));
   EXPECT_TRUE(watch.newest()) << "what was seen last";
   server_ = std::make_unique<Server>(slave_, address, false);
   const std::uint64_t before = watch.stats().meshes;
-  ASSERT_TRUE(Until([&] {
-    slave_.TakeSample();
-    return watch.stats().meshes > before;
-  }));
+  ASSERT_TRUE(SensingUntil([&] { return watch.stats().meshes > before; }));
   EXPECT_EQ(watch.stats().trouble, "");
 }
 
@@ -110,7 +94,7 @@ TEST_F(MeshWatchTest, StopsAtOnceWhereNobodyIsAndTwiceIsFine) {
   const std::string address = server_->address();
   server_.reset();
   MeshWatch watch(To(address));
-  ASSERT_TRUE(Until([&] { return !watch.stats().trouble.empty(); }));
+  ASSERT_TRUE(Eventually([&] { return !watch.stats().trouble.empty(); }));
   EXPECT_EQ(watch.newest(), nullptr);
   watch.Stop();
   watch.Stop();
@@ -155,7 +139,7 @@ TEST_F(MeshWatchTest, LargeMeshesCome) {
   message.mutable_positions()->CopyFrom(message.rest());
   FakeMeshServer teller({message});
   const MeshWatch watch(To(teller.address));
-  ASSERT_TRUE(Until([&] { return watch.stats().meshes > 0; }));
+  ASSERT_TRUE(Eventually([&] { return watch.stats().meshes > 0; }));
   EXPECT_EQ(watch.newest()->positions.size(), static_cast<std::size_t>(kNodes));
   EXPECT_EQ(teller.asked_rate, 120);
 }
@@ -166,7 +150,7 @@ TEST_F(MeshWatchTest, MeshesThatCannotBeAreCountedToldAndNeverHandedOn) {
   for (int i = 0; i < 3; ++i) headless.add_positions(0);
   FakeMeshServer teller({headless, headless});
   const MeshWatch watch(To(teller.address));
-  ASSERT_TRUE(Until([&] { return watch.stats().refused == 2; }));
+  ASSERT_TRUE(Eventually([&] { return watch.stats().refused == 2; }));
   EXPECT_EQ(watch.newest(), nullptr);
   EXPECT_THAT(watch.stats().trouble, HasSubstr("a mesh was rejected: rest is absent"));
 }

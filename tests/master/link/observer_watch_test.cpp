@@ -1,5 +1,4 @@
 // What the station watches beside the force, against a real server with a fake slave behind it.
-#include <functional>
 #include <stdexcept>
 #include <thread>
 
@@ -11,6 +10,7 @@
 #include "master/link/video_watch.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
@@ -24,13 +24,13 @@ class ObserverWatchTest : public testing::Test {
     options.target = server_->address();
     return options;
   }
-  // Liveness, not speed: something is sensed until `condition`.
-  bool SensingUntil(const std::function<bool()>& condition) {
-    for (int i = 0; i < 4000 && !condition(); ++i) {
+  // Something is sensed until `condition`.
+  template <class Condition>
+  bool SensingUntil(const Condition& condition) {
+    return Eventually([&] {
       slave_.TakeSample();
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    return condition();
+      return condition();
+    });
   }
 
   FakeSlave slave_;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -29,15 +28,13 @@
 #include "shared/wire/fields.h"
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
+#include "tests/support/eventually.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
 
 using testing::HasSubstr;
-
-// How long anything may take before a test gives up: liveness, not speed.
-constexpr std::chrono::seconds kLiveness(20);
 
 // What stands in for the haptic loop: puts commands and takes states, 1000 times a second.
 class Loop {
@@ -49,18 +46,24 @@ class Loop {
   ReceivedState newest;
   Events told;
 
-  bool Until(const std::function<bool()>& condition) {
-    const auto end = std::chrono::steady_clock::now() + kLiveness;
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() > end) return false;
+  template <class Condition>
+  bool Until(const Condition& condition) {
+    return Eventually([&] {
+      if (condition()) return true;
       commands.Put(command);
       if (const ReceivedState* taken = states.Take()) {
         newest = *taken;
         told.Add(taken->state.events);
       }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return true;
+      return false;
+    });
+  }
+};
+
+// A link that has begun.
+struct StartedLink : SlaveLink {
+  StartedLink(const Options& options, Loop& loop) : SlaveLink(options) {
+    Start(&loop.states, &loop.commands, &loop.settings);
   }
 };
 
@@ -88,8 +91,7 @@ TEST_F(SlaveLinkTest, ConnectingTellsTheScene) {
 
 // Reference: the fake's spring: 2 mm below the surface at 1000 N/m.
 TEST_F(SlaveLinkTest, CommandsArriveAndTheForceComesBack) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   loop_.command.epoch = 1;
   loop_.command.engaged = true;
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.phase == Phase::kFollowing; }));
@@ -123,8 +125,7 @@ TEST_F(SlaveLinkTest, FingertipsAreToldInSceneAndStates) {
 
 // The server's watch over itself connects to the same port now and then.
 TEST_F(SlaveLinkTest, ItsConnectionsAreMadeFitForLongLines) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return loop_.newest.state.sequence > 0; }));
   const std::vector<int> lines = LinesTo(ParseEndpoint(server_->address()).port);
   EXPECT_TRUE(std::ranges::any_of(lines, [](int fd) {
@@ -136,8 +137,7 @@ TEST_F(SlaveLinkTest, ItsConnectionsAreMadeFitForLongLines) {
 }
 
 TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return slave_.commands().size() > 20; }));
   const auto commands = slave_.commands();
   EXPECT_EQ(commands.front().sequence, 1U);
@@ -152,8 +152,7 @@ TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
 // Both ends share one clock here, so the true offset is zero. Tolerance: half a round trip
 // (RFC 5905), taken as the largest seen.
 TEST_F(SlaveLinkTest, RoundTripsAndTheOtherClockAreMeasured) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
   EXPECT_TRUE(link.stats().connected);
   link.Stop();
@@ -169,8 +168,7 @@ TEST_F(SlaveLinkTest, RoundTripsAndTheOtherClockAreMeasured) {
 // A loop that stops renewing its command must be noticed by the slave: nothing is sent in its
 // place.
 TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().commands > 5; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   const std::uint64_t sent = link.stats().commands;
@@ -179,8 +177,7 @@ TEST_F(SlaveLinkTest, ACommandThatIsNotRenewedIsNotRepeated) {
 }
 
 TEST_F(SlaveLinkTest, EventsOfStatesThatWereNeverTakenAreStillTold) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 0; }));
   slave_.Happen(Event::kPuncture);
   const std::uint64_t seen = link.stats().states;
@@ -193,8 +190,7 @@ TEST_F(SlaveLinkTest, EventsOfStatesThatWereNeverTakenAreStillTold) {
 
 TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
   const std::string address = server_->address();
-  SlaveLink link(To(address));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(address), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
   server_.reset();
   ASSERT_TRUE(loop_.Until([&] { return !link.stats().connected; }));
@@ -211,12 +207,10 @@ TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
 }
 
 TEST_F(SlaveLinkTest, WhoeverHoldsTheLeaseIsNamedAndTheLeaseIsTakenWhenFree) {
-  auto first = std::make_unique<SlaveLink>(To(server_->address()));
-  first->Start(&loop_.states, &loop_.commands, &loop_.settings);
+  auto first = std::make_unique<StartedLink>(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return first->stats().commands > 0; }));
   Loop second_loop;
-  SlaveLink second(To(server_->address()));
-  second.Start(&second_loop.states, &second_loop.commands, &second_loop.settings);
+  StartedLink second(To(server_->address()), second_loop);
   ASSERT_TRUE(loop_.Until([&] { return !second.stats().trouble.empty(); }));
   EXPECT_THAT(second.stats().trouble, HasSubstr("the lease is held by Ada (ipv4:127.0.0.1:"));
   EXPECT_FALSE(second.stats().connected);
@@ -254,8 +248,7 @@ TEST_F(SlaveLinkTest, PlainTextLeavesThisMachineOnlyOnRequest) {
 }
 
 TEST_F(SlaveLinkTest, TheEmergencyStopReachesTheSlaveBesideTheStream) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().connected; }));
   EXPECT_TRUE(link.EmergencyStop("the hand let go"));
   EXPECT_EQ(slave_.stop_reason(), "the hand let go");
@@ -281,8 +274,7 @@ TEST_F(DatagramLinkTest, StatesAndCommandsTravelBothWaysAndTheNewestCounts) {
   options.on_received = [&](const ReceivedState& state) {
     received.push_back(state.state.sequence);
   };
-  SlaveLink link(options);
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(options, loop_);
   loop_.command.epoch = 1;
   loop_.command.engaged = true;
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 50; }));
@@ -318,15 +310,13 @@ TEST_F(DatagramLinkTest, TheyAlsoTravelBetweenAddressesOfOneLink) {
   server_ = std::make_unique<Server>(slave_, "[" + address + "]:0", true);
   SlaveLink::Options options = WithDatagrams(server_->address());
   options.insecure = true;
-  SlaveLink link(options);
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(options, loop_);
   EXPECT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }))
       << link.stats().trouble;
 }
 
 TEST_F(DatagramLinkTest, EventsAreToldThoughDatagramsCarryNone) {
-  SlaveLink link(WithDatagrams(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(WithDatagrams(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }));
   for (const Event event : {Event::kContact, Event::kPuncture, Event::kRelease, Event::kLimit}) {
     slave_.Happen(event);
@@ -335,8 +325,7 @@ TEST_F(DatagramLinkTest, EventsAreToldThoughDatagramsCarryNone) {
 }
 
 TEST_F(DatagramLinkTest, OverLoopbackNobodyGetsThemUnasked) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
   EXPECT_EQ(link.stats().states_by_datagram, 0U);
 }
@@ -348,13 +337,11 @@ TEST_F(DatagramLinkTest, BeyondLoopbackTheyAreTriedUnlessRefused) {
   SlaveLink::Options options = To(server_->address());
   options.insecure = true;
   {
-    SlaveLink link(options);
-    link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+    StartedLink link(options, loop_);
     EXPECT_TRUE(loop_.Until([&] { return link.stats().states_by_datagram > 5; }));
   }
   options.datagrams = false;
-  SlaveLink link(options);
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(options, loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 50; }));
   EXPECT_EQ(link.stats().states_by_datagram, 0U);
 }
@@ -412,6 +399,14 @@ class NearlyASlave : public StrangePeer {
   }
 };
 
+void Fill(std::uint64_t sequence, v1::SlaveState* state) {
+  const Time now = Clock::now();
+  state->set_sequence(sequence);
+  ToProto(now, state->mutable_sensed_at());
+  ToProto(now, state->mutable_sent_at());
+  state->mutable_p_s_tip();
+}
+
 // One that lets whoever calls operate once it is told to.
 class ChoosySlave final : public NearlyASlave {
  public:
@@ -422,10 +417,7 @@ class ChoosySlave final : public NearlyASlave {
     if (!lets) return {grpc::StatusCode::PERMISSION_DENIED, "role 'sensor' may not call this"};
     v1::SlaveState state;
     while (lets && !context->IsCancelled()) {
-      state.set_sequence(state.sequence() + 1);
-      ToProto(Clock::now(), state.mutable_sensed_at());
-      ToProto(Clock::now(), state.mutable_sent_at());
-      state.mutable_p_s_tip();
+      Fill(state.sequence() + 1, &state);
       stream->Write(state);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
@@ -450,13 +442,6 @@ class OfferingSlave final : public NearlyASlave {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     return grpc::Status::OK;
-  }
-  static void Fill(std::uint64_t sequence, v1::SlaveState* state) {
-    const Time now = Clock::now();
-    state->set_sequence(sequence);
-    ToProto(now, state->mutable_sensed_at());
-    ToProto(now, state->mutable_sent_at());
-    state->mutable_p_s_tip();
   }
   std::atomic<bool> ends{false};
 
@@ -514,12 +499,11 @@ TEST_F(DatagramLinkTest, NoDatagramTellsWhatIsOldOrAfterTheEnd) {
     return DatagramLine::LinkFeedback{};
   });
   OfferingSlave slave(OfferOf(line.port(), 32, 32));
-  SlaveLink link(WithDatagrams(slave.address));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(WithDatagrams(slave.address), loop_);
   ASSERT_TRUE(loop_.Until([&] { return commands > 0 && loop_.newest.state.sequence > 20; }));
   const auto send = [&](std::uint64_t sequence) {
     v1::SlaveState state;
-    OfferingSlave::Fill(sequence, &state);
+    Fill(sequence, &state);
     state.mutable_force()->set_y(3);
     line.Send(state.SerializeAsString());
   };
@@ -581,8 +565,7 @@ TEST_F(SlaveLinkTest, TheEyesStartAnewWhereTheSlaveKnowsHow) {
 
 TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {
   const NearlyASlave peer;
-  SlaveLink link(To(peer.address));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(peer.address), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().refused > 3; }));
   EXPECT_THAT(link.stats().trouble, HasSubstr("a state was rejected: p_S_tip.x = nan"));
   EXPECT_EQ(link.stats().states, 0U);
@@ -594,8 +577,7 @@ TEST_F(SlaveLinkTest, StatesThatCannotBeAreCountedToldAndNeverHandedOn) {
 // What the master goes by is read before each stream and again when a state tells of a change.
 TEST_F(SlaveLinkTest, SettingsAreReadBeforeTheStreamAndWhenTheyChange) {
   slave_.set_settings_revision(4);
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   const RemoteSettings* read = nullptr;
   const auto is_read = [&](std::uint32_t revision) {
     return [&, revision] {
@@ -611,8 +593,7 @@ TEST_F(SlaveLinkTest, SettingsAreReadBeforeTheStreamAndWhenTheyChange) {
 }
 
 TEST_F(SlaveLinkTest, TheEndOfTheStreamIsToldAtOnce) {
-  SlaveLink link(To(server_->address()));
-  link.Start(&loop_.states, &loop_.commands, &loop_.settings);
+  StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return link.stats().states > 3; }));
   EXPECT_FALSE(loop_.newest.ended);
   server_.reset();

@@ -12,6 +12,7 @@
 #include "slave/manipulator/serial_manipulator.h"
 #include "tests/slave/capture/scratch.h"
 #include "tests/slave/manipulator/fake_mp285.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
@@ -166,12 +167,6 @@ TEST(Mp285Test, TenThousandMovesOverALineThatFailsNeverEndAtAWrongPlace) {
   EXPECT_GT(fake.failures(), kMoves / 100);
   EXPECT_GT(faults, 0);
   EXPECT_GT(known, 0);
-}
-
-bool Eventually(const std::function<bool()>& condition) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
-  return condition();
 }
 
 TEST(SerialManipulatorTest, FollowsInStepsFromHomeAndStandsWithoutItsLine) {

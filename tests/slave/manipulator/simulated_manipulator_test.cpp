@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/eventually.h"
+
 namespace palpate {
 namespace {
 
@@ -19,16 +21,6 @@ ManipulatorOptions Options() {
           .max_speed = 0.05,
           .workspace_min = {-0.1, -0.1, 0},
           .workspace_max = {0.1, 0.1, 0}};
-}
-
-// Waits for `condition`, at most ten seconds.
-template <class Condition>
-bool Eventually(Condition condition) {
-  for (int k = 0; k < 10000; ++k) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(1ms);
-  }
-  return false;
 }
 
 TEST(SimulatedManipulator, GoesWhereItIsToldAndSaysSo) {

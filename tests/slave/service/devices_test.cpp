@@ -26,8 +26,7 @@ v1::PictureSample Picture(int i) {
 // Feeds `samples` on a stream of its own.
 grpc::Status Feed(v1::Teleoperation::Stub& stub, const std::vector<v1::PictureSample>& samples,
                   v1::FeedPicturesReply* reply) {
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   const auto writer = stub.FeedPictures(&context, reply);
   for (const auto& sample : samples) writer->Write(sample);
   writer->WritesDone();
@@ -40,15 +39,10 @@ class DevicesTest : public ServiceTest {
 };
 
 TEST_F(DevicesTest, ASceneWithoutStreamsRefusesThem) {
-  const grpc::Status fed = Feed(*Connect(), {Picture(0)}, &reply_);
-  EXPECT_EQ(fed.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(fed.error_message(), HasSubstr("the scene accepts no images"));
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  EXPECT_THAT(Feed(*Connect(), {Picture(0)}, &reply_), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no images")));
+  CallContext context;
   const auto stub = Connect();
-  const grpc::Status driven = stub->DriveTool(&context)->Finish();
-  EXPECT_EQ(driven.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(driven.error_message(), HasSubstr("the scene accepts no driver"));
+  EXPECT_THAT(stub->DriveTool(&context)->Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no driver")));
 }
 
 class PicturesTest : public DevicesTest {
@@ -69,9 +63,7 @@ TEST_F(PicturesTest, AreTakenAndCounted) {
 TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
   v1::PictureSample wrong = Picture(1);
   wrong.mutable_picture()->set_width(32);
-  const grpc::Status status = Feed(*Connect(), {Picture(0), wrong}, &reply_);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(status.error_message(), HasSubstr("sample 2: data of 3072 bytes: accepted is 1536"));
+  EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("sample 2: data of 3072 bytes: accepted is 1536")));
 }
 
 TEST_F(PicturesTest, WithoutEncodingOrStampAreRefused) {
@@ -152,9 +144,7 @@ TEST_F(ArmTest, OneDriverAtATime) {
   ASSERT_TRUE(first.Read());
   Driver second(Connect());
   second.Send(second.Report(0));
-  const grpc::Status status = second.Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(status.error_message(), HasSubstr("the manipulator is driven by a driver"));
+  EXPECT_THAT(second.Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the manipulator is driven by a driver")));
   EXPECT_FALSE(slave_.arm().is_faulty()) << "the first drives on";
 }
 
@@ -173,9 +163,7 @@ TEST_P(BadReportTest, EndsTheStreamInWordsAndIsAFault) {
   v1::ArmReport bad = driver.Report(0);
   GetParam().apply(&bad);
   driver.Send(bad);
-  const grpc::Status status = driver.Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_THAT(status.error_message(), HasSubstr(GetParam().words));
+  EXPECT_THAT(driver.Finish(), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr(GetParam().words)));
   EXPECT_TRUE(slave_.arm().is_faulty());
 }
 

@@ -39,51 +39,6 @@ void FakeSlave::Happen(Event event) {
   events_.Add(event);
 }
 
-int FakeSlave::begins() const {
-  const std::scoped_lock lock(mutex_);
-  return begins_;
-}
-
-int FakeSlave::ends() const {
-  const std::scoped_lock lock(mutex_);
-  return ends_;
-}
-
-std::vector<OperatorCommand> FakeSlave::commands() const {
-  const std::scoped_lock lock(mutex_);
-  return commands_;
-}
-
-int FakeSlave::shapes_computed() const {
-  const std::scoped_lock lock(mutex_);
-  return shapes_;
-}
-
-int FakeSlave::pictures_taken() const {
-  const std::scoped_lock lock(mutex_);
-  return pictures_;
-}
-
-std::string FakeSlave::stop_reason() const {
-  const std::scoped_lock lock(mutex_);
-  return stop_reason_;
-}
-
-ParameterChange FakeSlave::parameters() const {
-  const std::scoped_lock lock(mutex_);
-  return parameters_;
-}
-
-void FakeSlave::set_has_camera(bool has_camera) {
-  const std::scoped_lock lock(mutex_);
-  has_camera_ = has_camera;
-}
-
-void FakeSlave::set_settings_revision(std::uint32_t revision) {
-  const std::scoped_lock lock(mutex_);
-  state_.settings_revision = revision;
-}
-
 void FakeSlave::TakeTactile(const std::vector<std::string>& fingers) {
   const std::scoped_lock lock(mutex_);
   Tactile& tactile = tactile_.emplace();

@@ -30,20 +30,22 @@ class FakeSlave : public Slave {
   void TakeSample();
   // The next states carry `event`.
   void Happen(Event event);
-  [[nodiscard]] int begins() const;
-  [[nodiscard]] int ends() const;
-  [[nodiscard]] std::vector<OperatorCommand> commands() const;  // accepted since the last Begin
-  [[nodiscard]] int shapes_computed() const;
+  [[nodiscard]] int begins() const { return Locked(begins_); }
+  [[nodiscard]] int ends() const { return Locked(ends_); }
+  [[nodiscard]] std::vector<OperatorCommand> commands() const { return Locked(commands_); }  // accepted since the last Begin
+  [[nodiscard]] int shapes_computed() const { return Locked(shapes_); }
   [[nodiscard]] int reinitialized() const { return reinitialized_; }
-  [[nodiscard]] int pictures_taken() const;
-  [[nodiscard]] std::string stop_reason() const;
-  [[nodiscard]] ParameterChange parameters() const;
-  void set_has_camera(bool has_camera);
+  [[nodiscard]] int pictures_taken() const { return Locked(pictures_); }
+  [[nodiscard]] std::string stop_reason() const { return Locked(stop_reason_); }
+  [[nodiscard]] ParameterChange parameters() const { return Locked(parameters_); }
+  void set_has_camera(bool has_camera) { Set(has_camera, &has_camera_); }
   // Making a model takes until it is given up.
   void MakeModelsForEver() { makes_for_ever_ = true; }
   [[nodiscard]] bool is_making() const { return is_making_; }
   // As after a change of settings.
-  void set_settings_revision(std::uint32_t revision);
+  void set_settings_revision(std::uint32_t revision) {
+    Set(revision, &state_.settings_revision);
+  }
   // From now on the scene has fingertips whose samples are streamed, each of which feels what the
   // tool feels, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);
@@ -77,6 +79,17 @@ class FakeSlave : public Slave {
   DrivenArm* driven_arm() override { return arm_.get(); }
 
  private:
+  template <class T>
+  T Locked(const T& value) const {
+    const std::scoped_lock lock(mutex_);
+    return value;
+  }
+  template <class T>
+  void Set(T value, T* place) {
+    const std::scoped_lock lock(mutex_);
+    *place = value;
+  }
+
   std::atomic<bool> makes_for_ever_{false}, is_making_{false};
   std::atomic<int> reinitialized_{0};
   mutable std::mutex mutex_;  // guards everything below

@@ -133,8 +133,7 @@ TEST_F(OperateDatagramsTest, WithoutAWishNothingIsOfferedAndItIsOfferedOnce) {
 
 TEST_F(OperateDatagramsTest, ObserversNeverSeeTheKeys) {
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   const auto watched = stub->WatchState(&context, {});
   Operator ada(Connect());
   ASSERT_TRUE(OfferTo(&ada).has_value());

@@ -63,8 +63,7 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
   ada.Hold(0, "Ada at the window");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const grpc::Status refused = Operator(Connect()).Finish();
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(refused.error_message(), HasSubstr("Ada at the window (ipv4:127.0.0.1:"));
+  EXPECT_THAT(refused, EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("Ada at the window (ipv4:127.0.0.1:")));
   EXPECT_EQ(slave_.begins(), 1);
   EXPECT_EQ(GetStatus().operator_name(), "Ada at the window");
   EXPECT_THAT(GetStatus().alarms(), testing::Contains(HasSubstr("was refused: the lease is held")));
@@ -74,9 +73,7 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
 TEST_F(OperateTest, TheLeaseIsHeldFromTheOpeningOnBeforeAnyCommand) {
   Operator ada(Connect());
   ASSERT_TRUE(ada.Read().has_value());
-  const grpc::Status refused = Operator(Connect()).Finish();
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(refused.error_message(), HasSubstr("an unnamed operator"));
+  EXPECT_THAT(Operator(Connect()).Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("an unnamed operator")));
 }
 
 TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {
@@ -105,9 +102,7 @@ TEST_F(OperateTest, ABrokenStreamReservesTheLeaseForTheOperatorsName) {
   ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
   Operator bob(Connect());
   bob.Hold(0, "Bob");
-  const grpc::Status refused = bob.Finish();
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_THAT(refused.error_message(), HasSubstr("reserved for Ada"));
+  EXPECT_THAT(bob.Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("reserved for Ada")));
   Operator again(Connect());
   again.Hold(0, "Ada");
   EXPECT_TRUE(again.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
@@ -119,8 +114,7 @@ TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const auto stub = Connect();
   const auto evict = [&] {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::EvictOperatorRequest request;
     request.set_reason("maintenance");
     v1::Status reply;
@@ -128,9 +122,7 @@ TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
   };
   ASSERT_TRUE(evict().ok());
   EXPECT_EQ(slave_.ends(), 1);
-  const grpc::Status ended = ada.Finish();
-  EXPECT_EQ(ended.error_code(), grpc::StatusCode::ABORTED);
-  EXPECT_EQ(ended.error_message(), "evicted by an administrator: maintenance");
+  EXPECT_THAT(ada.Finish(), EndedWith(grpc::StatusCode::ABORTED, "evicted by an administrator: maintenance"));
   EXPECT_EQ(evict().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
 }
 
@@ -252,9 +244,7 @@ TEST_F(OperateTest, AStoppingServerEndsTheStreamAsUnavailable) {
   ada.Hold(0);
   ASSERT_TRUE(ada.Read().has_value());
   std::jthread stopping([this] { server_->Stop(); });
-  const grpc::Status status = ada.Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_EQ(status.error_message(), "the slave is stopping");
+  EXPECT_THAT(ada.Finish(), EndedWith(grpc::StatusCode::UNAVAILABLE, "the slave is stopping"));
   stopping.join();
   EXPECT_EQ(slave_.ends(), 1);
 }

@@ -94,16 +94,12 @@ TEST_F(ServerTest, ErrorsOfTheSlaveArriveAsACodeAndTheSameSentence) {
     return caller.SetModel(&context, request, &reply);
   };
   EXPECT_TRUE(set_model(*stub, "bem2d").ok());
-  const grpc::Status unknown = set_model(*stub, "magic");
-  EXPECT_EQ(unknown.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_EQ(unknown.error_message(), "kind = magic: accepted is bem2d");
+  EXPECT_THAT(set_model(*stub, "magic"), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, "kind = magic: accepted is bem2d"));
 
   Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
-  const grpc::Status not_now = set_model(ada.stub(), "bem2d");
-  EXPECT_EQ(not_now.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(not_now.error_message(), "an operator follows");
+  EXPECT_THAT(set_model(ada.stub(), "bem2d"), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "an operator follows"));
 }
 
 // What a stranger may change while somebody operates: nothing. But anybody may stop.
@@ -123,9 +119,7 @@ TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
                        caller.ReinitializeTracking(&for_eyes, {}, &status)};
   };
   for (const grpc::Status& refused : refusals(*stub)) {
-    EXPECT_EQ(refused.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-    EXPECT_THAT(refused.error_message(),
-                HasSubstr("only the operator may change settings: Ada (ipv4:127.0.0.1:"));
+    EXPECT_THAT(refused, EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("only the operator may change settings: Ada (ipv4:127.0.0.1:")));
   }
   EXPECT_FALSE(slave_.parameters().young_modulus.has_value());
   EXPECT_EQ(slave_.reinitialized(), 0);
@@ -146,16 +140,12 @@ TEST_F(ServerTest, ParametersArriveAndTheSceneInForceComesBack) {
 }
 
 TEST_F(ServerTest, ASceneWithoutStreamedFingertipsTakesNoSamples) {
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::FeedTactileReply reply;
   const auto stub = Connect();
   const auto writer = stub->FeedTactile(&context, &reply);
   writer->WritesDone();
-  const grpc::Status status = writer->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(status.error_message(),
-            "the scene accepts no tactile samples: its sense.tactile.source is not stream");
+  EXPECT_THAT(writer->Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene accepts no tactile samples: its sense.tactile.source is not stream"));
 }
 
 TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {
@@ -175,8 +165,7 @@ TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {
 std::string CallRaw(const std::string& address, const std::string& method,
                     const std::string& request) {
   grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   grpc::CompletionQueue queue;
   const grpc::Slice slice(request);
   const auto call = stub.PrepareUnaryCall(&context, method, grpc::ByteBuffer(&slice, 1), &queue);

@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
@@ -16,24 +17,23 @@
 
 #include "slave/service/server.h"
 #include "tests/slave/service/fake_slave.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 
-// How long anything may take before a test gives up: liveness, not speed.
-inline constexpr std::chrono::seconds kLiveness{20};
-
-// Looks again until `condition` holds or patience is over.
-inline bool Eventually(const std::function<bool()>& condition) {
-  const auto end = std::chrono::steady_clock::now() + kLiveness;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
-}
-
 inline void SetDeadline(grpc::ClientContext* context) {
   context->set_deadline(std::chrono::system_clock::now() + kLiveness);
+}
+
+// Of one call that may take as long as anything.
+struct CallContext : grpc::ClientContext {
+  CallContext() { SetDeadline(this); }
+};
+
+// Whether a call ended with this code and words that `words` matches.
+MATCHER_P2(EndedWith, code, words, "") {
+  *result_listener << arg.error_code() << ": " << arg.error_message();
+  return arg.error_code() == code && testing::Value(arg.error_message(), words);
 }
 
 class ServiceTest : public testing::Test {
@@ -54,8 +54,7 @@ class ServiceTest : public testing::Test {
   }
 
   v1::Status GetStatus() const {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::Status status;
     EXPECT_TRUE(Connect()->GetStatus(&context, {}, &status).ok());
     return status;

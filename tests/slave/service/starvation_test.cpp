@@ -78,8 +78,7 @@ TEST_F(StarvationTest, ModelsAreMadeOneAtATimeAndEndWithTheirCall) {
   });
   ASSERT_TRUE(Eventually([&] { return slave_.is_making(); }));
   for (int i = 0; i < 150; ++i) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::SettingsReply reply;
     ASSERT_EQ(Connect()->SetModel(&context, {}, &reply).error_code(), grpc::StatusCode::ABORTED);
   }

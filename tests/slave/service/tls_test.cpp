@@ -85,20 +85,17 @@ class TlsTest : public testing::Test {
           " seconds' +%y%m%d%H%M%SZ)");
   }
   static grpc::StatusCode Stop(v1::Teleoperation::Stub& stub) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::Status reply;
     return stub.Stop(&context, {}, &reply).error_code();
   }
   static grpc::StatusCode SetParameters(v1::Teleoperation::Stub& stub) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::SettingsReply reply;
     return stub.SetParameters(&context, {}, &reply).error_code();
   }
   static grpc::StatusCode Evict(v1::Teleoperation::Stub& stub) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::Status reply;
     return stub.EvictOperator(&context, {}, &reply).error_code();
   }
@@ -178,8 +175,7 @@ TEST_F(TlsTest, AnArmsDriverThatIsRevokedIsCut) {
   slave_.TakeArm({});
   Certs("arm " + At("ca") + " " + At("robot") + " robot");
   const auto robot = As("robot");
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   const auto stream = robot->DriveTool(&context);
   v1::ArmReport report;
   report.set_sequence(1);
@@ -316,9 +312,7 @@ TEST_F(TlsTest, TheRoleDecidesWhoMayCallWhat) {
   EXPECT_EQ(SetParameters(*As("sensor")), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK);
   EXPECT_EQ(SetParameters(*As("admin")), grpc::StatusCode::OK);
-  const grpc::Status refused = Operator(As("observer")).Finish();
-  EXPECT_EQ(refused.error_code(), grpc::StatusCode::PERMISSION_DENIED);
-  EXPECT_THAT(refused.error_message(), HasSubstr("role 'observer' may not call"));
+  EXPECT_THAT(Operator(As("observer")).Finish(), EndedWith(grpc::StatusCode::PERMISSION_DENIED, HasSubstr("role 'observer' may not call")));
   EXPECT_EQ(slave_.begins(), 0) << "the lease was not touched";
   EXPECT_EQ(Evict(*As("operator")), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(Evict(*As("admin")), grpc::StatusCode::FAILED_PRECONDITION) << "nobody operates";

@@ -22,8 +22,7 @@ class WatchTest : public ServiceTest {
  protected:
   // Ends a WatchState of this rate at once; what the server says if it refuses.
   grpc::Status Watch(double max_rate_hz) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::WatchStateRequest request;
     request.set_max_rate_hz(max_rate_hz);
     const auto stub = Connect();
@@ -54,8 +53,7 @@ TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
 // taken up to one period (5 ms) before the sending that is paced.
 TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::WatchStateRequest request;
   request.set_max_rate_hz(20);
   const auto stream = stub->WatchState(&context, request);
@@ -72,8 +70,7 @@ TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
 
 TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   const auto stream = stub->WatchState(&context, {});
   v1::SlaveState before, state;
   ASSERT_TRUE(stream->Read(&before));
@@ -87,8 +84,7 @@ TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
 TEST_F(WatchTest, WhatTheChecksMeasuredIsToldToWhomAsksForIt) {
   const auto stub = Connect();
   for (const bool asked : {false, true}) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::WatchStateRequest request;
     request.set_details(asked);
     const auto stream = stub->WatchState(&context, request);
@@ -111,8 +107,7 @@ TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 2; }));
   slave_.TakeSample();
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   const auto stream = stub->WatchState(&context, {});
   v1::SlaveState state;
   ASSERT_TRUE(stream->Read(&state));
@@ -135,8 +130,7 @@ TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   ASSERT_TRUE(stalled->Read(&first));
 
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   const auto diligent = stub->WatchState(&context, {});
   v1::SlaveState state;
   for (int i = 0; i < 600; ++i) {
@@ -162,8 +156,7 @@ TEST_F(WatchTest, StalledReadersDoNotKeepTheServerFromStopping) {
   Operator ada(ConnectWithSmallWindow());
   ASSERT_TRUE(ada.Read().has_value());
   const auto stalled_stub = ConnectWithSmallWindow();
-  grpc::ClientContext stalled_context;
-  SetDeadline(&stalled_context);
+  CallContext stalled_context;
   const auto stalled = stalled_stub->WatchState(&stalled_context, {});
   std::uint64_t sent = 0;
   ASSERT_TRUE(Eventually([&] {
@@ -198,9 +191,7 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
   Operator ada(Connect());  // has seats of its own, by its connection or its name
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
-  grpc::ClientContext own, named;
-  SetDeadline(&own);
-  SetDeadline(&named);
+  CallContext own, named;
   named.AddMetadata("palpate-operator-bin", "Ada");
   EXPECT_TRUE(ada.stub().WatchState(&own, slowly)->Read(&state));
   EXPECT_TRUE(stub->WatchState(&named, slowly)->Read(&state));
@@ -239,8 +230,7 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
 TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_EQ(slave_.shapes_computed(), 0);
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::WatchMeshRequest request;
   request.set_nodal_forces(true);
   const auto stream = stub->WatchMesh(&context, request);
@@ -254,8 +244,7 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_EQ(mesh.nodal_forces_size(), 9);
   EXPECT_GT(mesh.sequence(), 0U);
   const int computed = slave_.shapes_computed();
-  grpc::ClientContext state_context;
-  SetDeadline(&state_context);
+  CallContext state_context;
   const auto states = stub->WatchState(&state_context, {});
   v1::SlaveState state;
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(states->Read(&state));  // repeated, nothing sensed
@@ -274,8 +263,7 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
 // Reference: the fake's triangle, its diagonal sqrt(2) m long.
 TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::WatchMeshRequest request;
   request.set_relative_error(1e-3);
   const auto stream = stub->WatchMesh(&context, request);
@@ -347,23 +335,19 @@ TEST(MeshStreamEncoderTest, AnOutlinesTractionIsTheModels) {
 TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
   const auto stub = Connect();
   for (const double error : {-1.0, 1e-7, 0.2, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
-    grpc::ClientContext context;
-    SetDeadline(&context);
+    CallContext context;
     v1::WatchMeshRequest request;
     request.set_relative_error(error);
     const auto stream = stub->WatchMesh(&context, request);
     v1::MeshState mesh;
     EXPECT_FALSE(stream->Read(&mesh)) << error;
-    const grpc::Status status = stream->Finish();
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-    EXPECT_THAT(status.error_message(), HasSubstr("relative_error = "));
+    EXPECT_THAT(stream->Finish(), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("relative_error = ")));
   }
 }
 
 TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::WatchTraceRequest request;
   request.set_max_rate_hz(120);
   slave_.TakeSample();
@@ -384,8 +368,7 @@ TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
 
 TEST_F(WatchTest, PicturesComeAsAskedFor) {
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::WatchVideoRequest request;
   request.set_overlays(true);
   request.set_quality(35);
@@ -401,14 +384,11 @@ TEST_F(WatchTest, PicturesComeAsAskedFor) {
 TEST_F(WatchTest, WithoutACameraThereAreNoPictures) {
   slave_.set_has_camera(false);
   const auto stub = Connect();
-  grpc::ClientContext context;
-  SetDeadline(&context);
+  CallContext context;
   v1::VideoFrame frame;
   const auto stream = stub->WatchVideo(&context, {});
   EXPECT_FALSE(stream->Read(&frame));
-  const grpc::Status status = stream->Finish();
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(status.error_message(), "the scene has no camera");
+  EXPECT_THAT(stream->Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene has no camera"));
   EXPECT_EQ(slave_.pictures_taken(), 0);
 }
 

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/master/station/server/page_client.h"
+#include "tests/support/eventually.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -32,11 +33,6 @@ class PageServerTest : public testing::Test {
   void Put(Topic topic, std::string message) {
     board_.Put(topic, std::move(message));
     server_.Notify();
-  }
-  bool Until(const std::function<bool()>& condition) {
-    for (int i = 0; i < 1000 && !condition(); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    return condition();
   }
 
   NoticeBoard board_;
@@ -162,9 +158,9 @@ TEST_F(PageServerTest, TellsWhoLeft) {
   {
     PageClient page(server_.endpoint());
     ASSERT_THAT(page.Upgrade(Host(), Origin()), HasSubstr("101"));
-    ASSERT_TRUE(Until([this] { return server_.pages() == 1; }));
+    ASSERT_TRUE(Eventually([this] { return server_.pages() == 1; }));
   }
-  EXPECT_TRUE(Until([this] { return left_ == 1 && server_.pages() == 0; }));
+  EXPECT_TRUE(Eventually([this] { return left_ == 1 && server_.pages() == 0; }));
 }
 
 TEST(PageServerEndTest, SaysGoodbye) {

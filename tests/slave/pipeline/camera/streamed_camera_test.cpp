@@ -12,6 +12,7 @@
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/site/environment/simulated_environment.h"
+#include "tests/support/eventually.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -30,13 +31,6 @@ Scene Streamed() {
       Block(), {"model.elements=60", "sense.camera.source=stream", "manipulator.source=stream"});
   scene.manipulator.silence = 60;  // a busy machine is no silent driver
   return scene;
-}
-
-// Liveness only.
-bool Eventually(const std::function<bool()>& condition) {
-  const Time begin = Clock::now();
-  while (!condition() && SecondsBetween(begin, Clock::now()) < 30) std::this_thread::yield();
-  return condition();
 }
 
 class StreamedCameraTest : public testing::Test {
