@@ -10,10 +10,8 @@
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-
 #include "slave/commands/solve/solve.h"
-#include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 
@@ -23,14 +21,8 @@ inline std::string Text(double value) {
   return text;
 }
 
-class SolveFiles : public testing::Test {
+class SolveFiles : public FolderTest {
  protected:
-  SolveFiles()
-      : folder_(std::filesystem::path(BinaryPath()) / "test_reference" /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    std::filesystem::create_directories(folder_);
-  }
-
   // Runs and returns the rows as numbers by column; an empty cell is NaN, validity is left out.
   std::vector<std::map<std::string, double>> Solve(const std::string& scene,
                                                    const std::string& contacts,
@@ -63,13 +55,6 @@ class SolveFiles : public testing::Test {
     }
     return rows;
   }
-
- private:
-  std::filesystem::path Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
-  std::filesystem::path folder_;
 };
 
 }  // namespace palpate

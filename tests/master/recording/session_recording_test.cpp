@@ -8,7 +8,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "palpate/v1/recording.pb.h"
 #include "palpate/v1/teleoperation.pb.h"
@@ -17,6 +16,7 @@
 #include "master/recording/replay.h"
 #include "master/recording/tick_message.h"
 #include "shared/text/text.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -90,12 +90,9 @@ void ExpectSame(const TickRecord& read, const TickRecord& told) {
   EXPECT_EQ(read.truth_at, told.truth_at);
 }
 
-class SessionRecordingTest : public ::testing::Test {
+class SessionRecordingTest : public FolderTest {
  protected:
-  ~SessionRecordingTest() override { std::filesystem::remove_all(folder_); }
-
   void Record(int ticks) {
-    std::filesystem::create_directories(folder_);
     std::mt19937 random(3);
     SessionRecording recording({.file = file_});
     recording.Begin({{"scene", "block"}, {"force_limit_N", "3.3"}});
@@ -115,8 +112,6 @@ class SessionRecordingTest : public ::testing::Test {
     }
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("session-recording." + std::to_string(getpid()));
   const std::filesystem::path file_ = folder_ / "a.mcap";
   std::vector<TickRecord> told_;
 };
@@ -139,7 +134,6 @@ TEST_F(SessionRecordingTest, ReplayTellsTheSameTicksInTheSameOrder) {
 
 // What the slave tells once, its scene and what its mesh is made of.
 TEST_F(SessionRecordingTest, APartByItselfKnowsSceneAndTopology) {
-  std::filesystem::create_directories(folder_);
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_, .part = 0.02});
@@ -188,7 +182,6 @@ TEST_F(SessionRecordingTest, WhatTheOperatorDidStandsInTheLog) {
 }
 
 TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
-  std::filesystem::create_directories(folder_);
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_});
@@ -211,7 +204,6 @@ TEST_F(SessionRecordingTest, SwitchedOffItKeepsNothingButSaysSo) {
 
 // An hour without a tick: waited for, this test would not end.
 TEST_F(SessionRecordingTest, WhereNothingWasRecordedNobodyWaits) {
-  std::filesystem::create_directories(folder_);
   std::mt19937 random(3);
   {
     SessionRecording recording({.file = file_});
@@ -246,7 +238,6 @@ TEST_F(SessionRecordingTest, ReplayEndsWhereNobodyWantsMore) {
 }
 
 TEST_F(SessionRecordingTest, ARecordingWithoutTicksIsRefusedWithWhatIsAccepted) {
-  std::filesystem::create_directories(folder_);
   { SessionRecording recording({.file = file_}); }
   EXPECT_THAT(Thrown<InputError>([&] { const Replay replay(file_); }),
               HasSubstr("accepted is a master's recording (connect --record)"));

@@ -9,27 +9,19 @@
 #include "master/view/shape_watch.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "tests/master/view/pinched_cube.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
 
 using testing::HasSubstr;
 
-class ShapeFileTest : public testing::Test {
+class ShapeFileTest : public FolderTest {
  protected:
-  void SetUp() override { std::filesystem::create_directories(folder_); }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  static std::string Read(const std::filesystem::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-  }
   [[nodiscard]] std::ptrdiff_t FilesThere() const {
     return std::distance(std::filesystem::directory_iterator(folder_), {});
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::path(testing::TempDir()) / "palpate-shape-file";
   const ShapeMoment moment_ = PinchedCube(0.006);
 };
 

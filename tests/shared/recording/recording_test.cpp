@@ -19,6 +19,7 @@
 #include "shared/recording/npy.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -151,11 +152,8 @@ TEST_F(RecordingTest, AMessageOfAnotherTypeIsRefusedByName) {
               HasSubstr("/a is of palpate.v1.FeltState: accepted is"));
 }
 
-class PartsTest : public ::testing::Test {
+class PartsTest : public FolderTest {
  protected:
-  PartsTest() { std::filesystem::create_directories(folder_); }
-  ~PartsTest() override { std::filesystem::remove_all(folder_); }
-
   // Numbered from 1 until `parts` were begun; how many.
   static std::uint64_t PutUntil(Recording* recording, std::uint16_t channel, int parts) {
     std::uint64_t count = 0;
@@ -181,8 +179,6 @@ class PartsTest : public ::testing::Test {
     return samples;
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("parts-test." + std::to_string(getpid()));
   const std::filesystem::path file_ = folder_ / "a.mcap";
 };
 

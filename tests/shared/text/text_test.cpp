@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -19,13 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-class TextFileTest : public testing::Test {
+class TextFileTest : public FolderTest {
  protected:
-  TextFileTest() { fs::create_directories(folder_); }
-  ~TextFileTest() override { fs::remove_all(folder_); }
-  TextFileTest(const TextFileTest&) = delete;
-  TextFileTest& operator=(const TextFileTest&) = delete;
-
   [[nodiscard]] std::set<std::string> Names() const {
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
@@ -37,8 +33,6 @@ class TextFileTest : public testing::Test {
     const std::array inputs{fs::path(), fs::path("/nowhere"), input};
     return Thrown<std::invalid_argument>([&] { RequireOtherThan("--out", out, inputs); });
   }
-
-  const fs::path folder_ = fs::path(testing::TempDir()) / "palpate-text";
 };
 
 TEST(ParseFiniteTest, TakesWholeNumbersInTheirPlainForm) {
@@ -219,7 +213,7 @@ TEST_F(TextFileTest, AnInputIsRecognisedByEveryPath) {
   WriteWholeFile(scene, "name: a");
   fs::create_symlink(scene, folder_ / "soft.yaml");
   fs::create_hard_link(scene, folder_ / "hard.yaml");
-  for (const fs::path& out : {scene, folder_ / ".." / "palpate-text" / "scene.yaml",
+  for (const fs::path& out : {scene, folder_ / ".." / folder_.filename() / "scene.yaml",
                               folder_ / "soft.yaml", folder_ / "hard.yaml"}) {
     EXPECT_EQ(Refusal(out, scene), "--out " + out.string() + ": accepted is another file than " +
                                        scene.string() + ", which is read");

@@ -10,7 +10,7 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "tests/slave/capture/scratch.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {

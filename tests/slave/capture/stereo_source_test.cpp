@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "slave/capture/frame_source.h"
-#include "tests/slave/capture/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -12,8 +12,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/slave/capture/scratch.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -15,6 +15,7 @@
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/calibration/drawn_circles.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -24,15 +25,9 @@ using testing::HasSubstr;
 using testing::Not;
 namespace fs = std::filesystem;
 
-class CalibrateTest : public testing::Test {
+class CalibrateTest : public FolderTest {
  protected:
-  CalibrateTest()
-      : folder_(fs::path(BinaryPath()) / "test_calibrate" /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    options_.out = folder_ / "rig.yaml";
-  }
+  CalibrateTest() { options_.out = folder_ / "rig.yaml"; }
 
   // Standard output and error go to said_.
   int Run() {
@@ -63,14 +58,8 @@ class CalibrateTest : public testing::Test {
     options_.left = left, options_.right = right;
     options_.board = "9x6", options_.square = "25mm";
   }
-  fs::path Write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
-
   const fs::path data_ = SourcePath("/../shared/data");
   const fs::path chess_ = data_ / "stereo_chessboard_opencv";
-  const fs::path folder_;
   CalibrateOptions options_;
   std::string said_;
 };

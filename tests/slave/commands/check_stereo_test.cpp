@@ -12,6 +12,7 @@
 #include "slave/site/points/stereo_site.h"
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -135,7 +136,7 @@ class CheckFilesTest : public ::testing::Test {
             "}\n    pose: {translation: [-30 mm, 0, -250 mm], rotation: [0, 6.8428 deg, 0]}\n"));
   }
   static constexpr int kPairs = 12;
-  SceneFolder folder_;
+  Scratch folder_;
 };
 
 TEST_F(CheckFilesTest, TheirDotsAreLookedFor) {

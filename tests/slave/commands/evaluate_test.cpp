@@ -20,7 +20,7 @@
 #include "slave/study/clouds/pcd_file.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 #include "tests/shared/text/well_formed.h"
-#include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -36,20 +36,13 @@ sense:
     noise: 1 mm
 )";
 
-class EvaluateTest : public testing::Test {
+class EvaluateTest : public FolderTest {
  protected:
-  EvaluateTest()
-      : folder_(fs::path(BinaryPath()) / "test_evaluate" /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::create_directories(folder_);
+  EvaluateTest() {
     options_.out = folder_ / "out";
     options_.scene = Scene(kCamera);
   }
 
-  fs::path Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
   fs::path Scene(const std::string& sense) {
     return Write("scene.yaml", R"(
 name: foam
@@ -82,7 +75,6 @@ model: {kind: fem}
     return nlohmann::json::parse(stream);
   }
 
-  fs::path folder_;
   EvaluateOptions options_;
   std::string said_, complained_;
 };

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -49,8 +50,8 @@ std::string RefusalInside(const std::filesystem::path& out, const std::string& n
 }
 
 TEST(ProcessTest, WritesOverNothingItReads) {
-  const auto folder = std::filesystem::temp_directory_path() / "process-inside";
-  std::filesystem::remove_all(folder);
+  const Scratch scratch;
+  const auto& folder = scratch.path();
   std::filesystem::create_directories(folder / "frames");
   std::filesystem::copy(kScenes / "silicone-block.yaml", folder / "summary.json");
   EXPECT_THAT(RefusalInside(folder, "summary.json", false),
@@ -70,7 +71,6 @@ sense:
 )";
   EXPECT_THAT(RefusalInside(folder, "recorded.yaml", true),
               HasSubstr("--frames " + (folder / "frames").string()));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/study/study_command.h"
 #include "slave/scene/decided_model.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -23,15 +24,12 @@ tool: {shape: flat, width: 5.87 mm}
 model: {kind: auto, tolerance: 10 %}
 )";
 
-class RunningSceneTest : public testing::Test {
+class RunningSceneTest : public FolderTest {
  protected:
   RunningSceneTest() {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
     setenv("XDG_CACHE_HOME", (folder_ / "cache").c_str(), 1);
     WriteWholeFile(file_, kBlock);
   }
-  ~RunningSceneTest() override { fs::remove_all(folder_); }
 
   Scene Load(const std::vector<std::string>& overrides = {}) const {
     return LoadRunningScene(file_, overrides, SceneUse::kSolve);
@@ -42,7 +40,6 @@ class RunningSceneTest : public testing::Test {
     return files;
   }
 
-  const fs::path folder_ = fs::path(testing::TempDir()) / "running_scene";
   const fs::path file_ = folder_ / "scene.yaml";
 };
 

@@ -13,7 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -37,20 +37,11 @@ struct Outcome {
   std::string text;
 };
 
-class SolveTest : public testing::Test {
+class SolveTest : public FolderTest {
  protected:
-  SolveTest()
-      : folder_(std::filesystem::path(BinaryPath()) / "test_solve" /
-                testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+  SolveTest() {
     options_.scene = Write("scene.yaml", kBlock);
     options_.out = folder_ / "out.csv";
-  }
-
-  std::filesystem::path Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
   }
 
   Outcome Run() {
@@ -82,7 +73,6 @@ class SolveTest : public testing::Test {
     return Run();
   }
 
-  std::filesystem::path folder_;
   SolveOptions options_;
 };
 

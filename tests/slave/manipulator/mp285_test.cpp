@@ -10,9 +10,9 @@
 #include <gtest/gtest.h>
 
 #include "slave/manipulator/serial_manipulator.h"
-#include "tests/slave/capture/scratch.h"
 #include "tests/slave/manipulator/fake_mp285.h"
 #include "tests/support/eventually.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "shared/text/text.h"
 #include "slave/recording/recorded_beginning.h"
@@ -13,6 +12,7 @@
 #include "slave/recording/step_messages.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -36,13 +36,8 @@ bool IsSame(const cv::Mat& a, const cv::Mat& b) {
          std::equal(a.data, a.data + a.total() * a.elemSize(), b.data);
 }
 
-class RecordedSamplesTest : public ::testing::Test {
+class RecordedSamplesTest : public FolderTest {
  protected:
-  RecordedSamplesTest() { std::filesystem::create_directories(folder_); }
-  ~RecordedSamplesTest() override { std::filesystem::remove_all(folder_); }
-
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("recorded-samples." + std::to_string(getpid()));
   const std::filesystem::path file_ = folder_ / "a.mcap";
   const Scene scene_ = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"));
 };

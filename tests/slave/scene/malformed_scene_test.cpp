@@ -12,6 +12,7 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -65,7 +66,7 @@ class BadLineTest : public ::testing::TestWithParam<BadLine> {};
 TEST_P(BadLineTest, IsReportedOnceWithItsPlace) {
   const auto& [line, value, key, accepted] = GetParam();
   const Place& place = kPlaces.at(line);
-  const SceneFolder folder;
+  const Scratch folder;
   const auto file =
       folder.Write("scene.yaml", SmallSceneWith(line, place.begins + std::string(value)));
   const std::string mistakes = MistakesOf(file);
@@ -211,7 +212,7 @@ TEST(MalformedSceneTest, AMistakeBesideTheLineIsReportedOnceWithItsPlace) {
       {11, "  points: {track: dots}",
        ":11: sense.points = {track: dots}: accepted is nothing with one camera"},
   };
-  const SceneFolder folder;
+  const Scratch folder;
   for (const auto& row : kRows) {
     const std::string mistakes =
         MistakesOf(folder.Write("scene.yaml", SmallSceneWith(row.line, row.replacement)));
@@ -230,7 +231,7 @@ struct BadFile {
 class BadFileTest : public ::testing::TestWithParam<BadFile> {};
 
 TEST_P(BadFileTest, IsRefusedWithItsReason) {
-  const SceneFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("scene.yaml", GetParam().text);
   const std::string mistakes = MistakesOf(file);
   EXPECT_THAT(mistakes, ::testing::StartsWith(file.string() + ":"));
@@ -274,13 +275,13 @@ INSTANTIATE_TEST_SUITE_P(Files, BadFileTest, ::testing::ValuesIn(kBadFiles),
                          [](const auto& row) { return std::string(row.param.name); });
 
 TEST(MalformedSceneTest, AMissingFileAndAFolderAreSaidToBeSo) {
-  const SceneFolder folder;
+  const Scratch folder;
   EXPECT_THAT(MistakesOf(folder.path() / "none.yaml"), HasSubstr("none.yaml: no such file"));
   EXPECT_THAT(MistakesOf(folder.path()), HasSubstr("not a file"));
 }
 
 TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
-  const SceneFolder folder;
+  const Scratch folder;
   std::string text = SmallSceneWith(11, "  contour: {alpha: x}\nsite: {noise: loud}");
   text.replace(text.find("127 kPa"), 7, "127 mm");
   text.replace(text.find("5.87 mm"), 7, "5.87 kg");  // the tool is read after the senses
@@ -319,7 +320,7 @@ TEST(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
 }
 
 TEST(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
-  const SceneFolder folder;
+  const Scratch folder;
   std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
   text.replace(text.find("side: bottom"), 12, "nodes: [0]");
   text.erase(text.find("  contour: {track"));
@@ -330,7 +331,7 @@ TEST(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
 }
 
 TEST(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
-  const SceneFolder folder;
+  const Scratch folder;
   const auto file = folder.Write(
       "scene.yaml", SmallSceneWith(3, "  geometry: {contour: outline.csv, thickness: 9 mm}"));
   const struct {
@@ -348,7 +349,7 @@ TEST(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
 
 // Overrides are reported as what they are, not as a line of the file.
 TEST(MalformedSceneTest, OverridesAreReportedByTheirKey) {
-  const SceneFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("scene.yaml", SmallScene());
   const struct {
     const char* override_pair;
@@ -376,7 +377,7 @@ TEST(MalformedSceneTest, OverridesAreReportedByTheirKey) {
 
 // Broken in the middle of every byte: whatever happens, it is a SceneError or a scene.
 TEST(MalformedSceneTest, NoTruncationCrashes) {
-  const SceneFolder folder;
+  const Scratch folder;
   const std::string text = SmallScene();
   int refused = 0;
   for (std::size_t length = 0; length < text.size(); ++length) {
@@ -386,7 +387,7 @@ TEST(MalformedSceneTest, NoTruncationCrashes) {
 }
 
 TEST(MalformedSceneTest, NoSingleChangedByteCrashes) {
-  const SceneFolder folder;
+  const Scratch folder;
   const std::string bytes = "\xff\x01:[]{}&*!|>%@`'\"#,-?\n\t~9";
   for (std::size_t i = 0; i < SmallScene().size(); ++i) {
     std::string text = SmallScene();
@@ -397,7 +398,7 @@ TEST(MalformedSceneTest, NoSingleChangedByteCrashes) {
 
 // 1000 aliases of 10 kB are 10 MB, from a file of 16 kB.
 TEST(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsSaid) {
-  const SceneFolder folder;
+  const Scratch folder;
   std::string text = "name: &a " + std::string(10'000, 'x') + "\nobject: [*a";
   for (int i = 1; i < 1000; ++i) text += ", *a";
   EXPECT_THAT(MistakesOf(folder.Write("scene.yaml", text + "]\n")),
@@ -406,7 +407,7 @@ TEST(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsSaid) {
 
 // Most of a minute where every key is compared with every other.
 TEST(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
-  const SceneFolder folder;
+  const Scratch folder;
   constexpr int kKeys = 90'000;
   std::string text = SmallScene();
   for (int i = 0; i < kKeys; ++i) text += "k" + std::to_string(i) + ": 1\n";
@@ -416,7 +417,7 @@ TEST(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
 }
 
 TEST(HostileSceneTest, QuotesNoMoreOfALongPathThanCanBeRead) {
-  const SceneFolder folder;
+  const Scratch folder;
   const std::string mistakes =
       MistakesOf(folder.Write("scene.yaml", SmallScene() + std::string(1000, 'k') + ": 1\n"));
   EXPECT_THAT(mistakes, HasSubstr(std::string(200, 'k') + "... = 1: accepted is one of name"));
@@ -424,7 +425,7 @@ TEST(HostileSceneTest, QuotesNoMoreOfALongPathThanCanBeRead) {
 
 // A list's items are found by their place: 30 000 points, each of which is read.
 TEST(HostileSceneTest, LongListsAreReadItemByItem) {
-  const SceneFolder folder;
+  const Scratch folder;
   std::string points = "[[0, 0]";
   for (int i = 1; i < 30'000; ++i) points += ", [1, 1]";
   const auto file = folder.Write(
@@ -435,7 +436,7 @@ TEST(HostileSceneTest, LongListsAreReadItemByItem) {
 
 // A scene may come from anywhere: it must not show what stands in files that are no contour.
 TEST(HostileSceneTest, QuotesLittleOfAFileThatIsNoContour) {
-  const SceneFolder folder;
+  const Scratch folder;
   folder.Write("secret", "user:password\nroot:\x1b]0;title\x07$6$saltsaltsaltsalt:19000\n");
   const std::string mistakes = MistakesOf(folder.Write(
       "scene.yaml", SmallSceneWith(3, "  geometry: {contour: secret, thickness: 9 mm}")));

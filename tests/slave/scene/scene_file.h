@@ -1,40 +1,9 @@
-// A folder for one test's scene files.
+// A scene's text.
 #pragma once
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 
-#include <gtest/gtest.h>
-
 namespace palpate {
-
-// Removed with everything in it when the test ends.
-class SceneFolder {
- public:
-  SceneFolder() {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string(test->test_suite_name()) + "." + test->name();
-    for (char& c : name) {
-      if (c == '/') c = '.';
-    }
-    folder_ = std::filesystem::path(::testing::TempDir()) / ("palpate." + name);
-    std::filesystem::create_directories(folder_);
-  }
-  ~SceneFolder() { std::filesystem::remove_all(folder_); }
-  SceneFolder(const SceneFolder&) = delete;
-  SceneFolder& operator=(const SceneFolder&) = delete;
-
-  std::filesystem::path Write(const std::string& name, const std::string& text) const {
-    const auto file = folder_ / name;
-    std::ofstream(file, std::ios::binary) << text;
-    return file;
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
-
- private:
-  std::filesystem::path folder_;
-};
 
 // A scene of one thing per line, so that tests can replace or add a line and know its number.
 inline std::string SmallScene() {

@@ -4,13 +4,14 @@
 
 #include "tests/slave/scene/decimal_comma.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
 
 Scene Load(const std::string& text, const std::vector<std::string>& overrides = {},
            SceneUse use = SceneUse::kFull) {
-  const SceneFolder folder;
+  const Scratch folder;
   return LoadScene(folder.Write("scene.yaml", text), overrides, use);
 }
 
@@ -146,7 +147,7 @@ TEST(SceneLoaderTest, ReadsPolygonsAndContourFiles) {
   ASSERT_EQ(outline.holes.size(), 1U);
   EXPECT_EQ(outline.holes[0][2], Eigen::Vector2d(0.04, 0.01));
 
-  const SceneFolder folder;
+  const Scratch folder;
   folder.Write("outline.csv", "x,y,remark\n0,0,a\n0.08,0,b\n\n0.04,0.04,c\r\n");
   const auto file = folder.Write(
       "scene.yaml", SmallSceneWith(3, "  geometry: {contour: outline.csv, thickness: 9 mm}"));
@@ -171,7 +172,7 @@ TEST(SceneLoaderTest, ADiscsOutlineLiesOnItsCircle) {
 }
 
 TEST(SceneLoaderTest, KnowsWherePicturesComeFrom) {
-  const SceneFolder folder;
+  const Scratch folder;
   folder.Write("one.png", "");
   folder.Write("film.MP4", "");
   std::filesystem::create_directory(folder.path() / "frames");
@@ -235,7 +236,7 @@ TEST(SceneLoaderTest, TheLocaleDoesNotMatter) {
 }
 
 TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreTold) {
-  const SceneFolder folder;
+  const Scratch folder;
   const auto tool = [&](const std::string& line) {
     return LoadScene(folder.Write("scene.yaml", SmallSceneWith(7, line))).tool.value();
   };
@@ -248,7 +249,7 @@ TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreTold) {
 }
 
 TEST(SceneLoaderTest, AnEmbryoHasWhatItsSectionLeavesOpen) {
-  const SceneFolder folder;
+  const Scratch folder;
   std::string text = SmallSceneWith(3, "  geometry: {disc: {radius: 30 mm, thickness: 9 mm}}");
   text.replace(text.find("side: bottom"), 12, "arc: {centre: 180 deg, half_angle: 30 deg}");
   const Scene scene = LoadScene(

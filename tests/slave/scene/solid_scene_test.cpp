@@ -6,6 +6,7 @@
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -28,7 +29,7 @@ constexpr const char* kBox = "{box: {size: [60 mm, 60 mm, 60 mm], cells: [3, 3, 
 constexpr const char* kBottom = "{plane: {axis: z, at: 0 m}}";
 
 Scene Load(const std::string& text, SceneUse use = SceneUse::kSolve) {
-  const SceneFolder folder;
+  const Scratch folder;
   return LoadScene(folder.Write("scene.yaml", text), {}, use);
 }
 
@@ -141,7 +142,7 @@ TEST(SolidSceneTest, AVolumeMayStandAnywhere) {
 }
 
 TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
-  const SceneFolder folder;
+  const Scratch folder;
   folder.Write("cube.stl", "solid cube\nendsolid cube\n");
   for (const auto& [unit, metres] :
        {std::pair{"mm", 1e-3}, std::pair{"1 mm", 1e-3}, std::pair{"25.4 mm", 25.4e-3}}) {

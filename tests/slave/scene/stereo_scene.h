@@ -7,6 +7,7 @@
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 
@@ -40,7 +41,7 @@ class StereoSceneTest : public ::testing::Test {
   }
   // What loading complains of; empty: nothing.
   std::string MistakesOf(const Lines& lines, SceneUse use = SceneUse::kFull) const;
-  SceneFolder folder_;
+  Scratch folder_;
 };
 
 }  // namespace palpate

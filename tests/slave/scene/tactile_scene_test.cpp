@@ -8,6 +8,7 @@
 
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -54,7 +55,7 @@ class TactileSceneTest : public ::testing::Test {
       return error.what();
     }
   }
-  SceneFolder folder_;
+  Scratch folder_;
 };
 
 // Reference: contracts, `tactile: {source: rh_tactile.csv, finger: rf, network: DIR, rest: first

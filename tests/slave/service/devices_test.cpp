@@ -39,10 +39,14 @@ class DevicesTest : public ServiceTest {
 };
 
 TEST_F(DevicesTest, ASceneWithoutStreamsRefusesThem) {
-  EXPECT_THAT(Feed(*Connect(), {Picture(0)}, &reply_), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no images")));
+  EXPECT_THAT(
+      Feed(*Connect(), {Picture(0)}, &reply_),
+      EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no images")));
   CallContext context;
   const auto stub = Connect();
-  EXPECT_THAT(stub->DriveTool(&context)->Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no driver")));
+  EXPECT_THAT(
+      stub->DriveTool(&context)->Finish(),
+      EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the scene accepts no driver")));
 }
 
 class PicturesTest : public DevicesTest {
@@ -63,7 +67,9 @@ TEST_F(PicturesTest, AreTakenAndCounted) {
 TEST_F(PicturesTest, OfAnotherSizeEndTheStreamInWords) {
   v1::PictureSample wrong = Picture(1);
   wrong.mutable_picture()->set_width(32);
-  EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("sample 2: data of 3072 bytes: accepted is 1536")));
+  EXPECT_THAT(Feed(*Connect(), {Picture(0), wrong}, &reply_),
+              EndedWith(grpc::StatusCode::INVALID_ARGUMENT,
+                        HasSubstr("sample 2: data of 3072 bytes: accepted is 1536")));
 }
 
 TEST_F(PicturesTest, WithoutEncodingOrStampAreRefused) {
@@ -144,7 +150,8 @@ TEST_F(ArmTest, OneDriverAtATime) {
   ASSERT_TRUE(first.Read());
   Driver second(Connect());
   second.Send(second.Report(0));
-  EXPECT_THAT(second.Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("the manipulator is driven by a driver")));
+  EXPECT_THAT(second.Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION,
+                                         HasSubstr("the manipulator is driven by a driver")));
   EXPECT_FALSE(slave_.arm().is_faulty()) << "the first drives on";
 }
 
@@ -163,7 +170,8 @@ TEST_P(BadReportTest, EndsTheStreamInWordsAndIsAFault) {
   v1::ArmReport bad = driver.Report(0);
   GetParam().apply(&bad);
   driver.Send(bad);
-  EXPECT_THAT(driver.Finish(), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr(GetParam().words)));
+  EXPECT_THAT(driver.Finish(),
+              EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr(GetParam().words)));
   EXPECT_TRUE(slave_.arm().is_faulty());
 }
 

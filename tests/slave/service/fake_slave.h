@@ -32,7 +32,9 @@ class FakeSlave : public Slave {
   void Happen(Event event);
   [[nodiscard]] int begins() const { return Locked(begins_); }
   [[nodiscard]] int ends() const { return Locked(ends_); }
-  [[nodiscard]] std::vector<OperatorCommand> commands() const { return Locked(commands_); }  // accepted since the last Begin
+  [[nodiscard]] std::vector<OperatorCommand> commands() const {
+    return Locked(commands_);
+  }  // accepted since the last Begin
   [[nodiscard]] int shapes_computed() const { return Locked(shapes_); }
   [[nodiscard]] int reinitialized() const { return reinitialized_; }
   [[nodiscard]] int pictures_taken() const { return Locked(pictures_); }
@@ -43,9 +45,7 @@ class FakeSlave : public Slave {
   void MakeModelsForEver() { makes_for_ever_ = true; }
   [[nodiscard]] bool is_making() const { return is_making_; }
   // As after a change of settings.
-  void set_settings_revision(std::uint32_t revision) {
-    Set(revision, &state_.settings_revision);
-  }
+  void set_settings_revision(std::uint32_t revision) { Set(revision, &state_.settings_revision); }
   // From now on the scene has fingertips whose samples are streamed, each of which feels what the
   // tool feels, and the object is a triangle.
   void TakeTactile(const std::vector<std::string>& fingers);

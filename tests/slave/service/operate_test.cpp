@@ -63,7 +63,8 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
   ada.Hold(0, "Ada at the window");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const grpc::Status refused = Operator(Connect()).Finish();
-  EXPECT_THAT(refused, EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("Ada at the window (ipv4:127.0.0.1:")));
+  EXPECT_THAT(refused, EndedWith(grpc::StatusCode::FAILED_PRECONDITION,
+                                 HasSubstr("Ada at the window (ipv4:127.0.0.1:")));
   EXPECT_EQ(slave_.begins(), 1);
   EXPECT_EQ(GetStatus().operator_name(), "Ada at the window");
   EXPECT_THAT(GetStatus().alarms(), testing::Contains(HasSubstr("was refused: the lease is held")));
@@ -73,7 +74,8 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
 TEST_F(OperateTest, TheLeaseIsHeldFromTheOpeningOnBeforeAnyCommand) {
   Operator ada(Connect());
   ASSERT_TRUE(ada.Read().has_value());
-  EXPECT_THAT(Operator(Connect()).Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("an unnamed operator")));
+  EXPECT_THAT(Operator(Connect()).Finish(),
+              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("an unnamed operator")));
 }
 
 TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {
@@ -102,7 +104,8 @@ TEST_F(OperateTest, ABrokenStreamReservesTheLeaseForTheOperatorsName) {
   ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
   Operator bob(Connect());
   bob.Hold(0, "Bob");
-  EXPECT_THAT(bob.Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("reserved for Ada")));
+  EXPECT_THAT(bob.Finish(),
+              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("reserved for Ada")));
   Operator again(Connect());
   again.Hold(0, "Ada");
   EXPECT_TRUE(again.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
@@ -122,7 +125,8 @@ TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
   };
   ASSERT_TRUE(evict().ok());
   EXPECT_EQ(slave_.ends(), 1);
-  EXPECT_THAT(ada.Finish(), EndedWith(grpc::StatusCode::ABORTED, "evicted by an administrator: maintenance"));
+  EXPECT_THAT(ada.Finish(),
+              EndedWith(grpc::StatusCode::ABORTED, "evicted by an administrator: maintenance"));
   EXPECT_EQ(evict().error_code(), grpc::StatusCode::FAILED_PRECONDITION);
 }
 

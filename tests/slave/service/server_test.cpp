@@ -94,12 +94,14 @@ TEST_F(ServerTest, ErrorsOfTheSlaveArriveAsACodeAndTheSameSentence) {
     return caller.SetModel(&context, request, &reply);
   };
   EXPECT_TRUE(set_model(*stub, "bem2d").ok());
-  EXPECT_THAT(set_model(*stub, "magic"), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, "kind = magic: accepted is bem2d"));
+  EXPECT_THAT(set_model(*stub, "magic"),
+              EndedWith(grpc::StatusCode::INVALID_ARGUMENT, "kind = magic: accepted is bem2d"));
 
   Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
-  EXPECT_THAT(set_model(ada.stub(), "bem2d"), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "an operator follows"));
+  EXPECT_THAT(set_model(ada.stub(), "bem2d"),
+              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "an operator follows"));
 }
 
 // What a stranger may change while somebody operates: nothing. But anybody may stop.
@@ -119,7 +121,10 @@ TEST_F(ServerTest, WhileSomebodyOperatesOnlyTheOperatorChangesSettings) {
                        caller.ReinitializeTracking(&for_eyes, {}, &status)};
   };
   for (const grpc::Status& refused : refusals(*stub)) {
-    EXPECT_THAT(refused, EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("only the operator may change settings: Ada (ipv4:127.0.0.1:")));
+    EXPECT_THAT(
+        refused,
+        EndedWith(grpc::StatusCode::FAILED_PRECONDITION,
+                  HasSubstr("only the operator may change settings: Ada (ipv4:127.0.0.1:")));
   }
   EXPECT_FALSE(slave_.parameters().young_modulus.has_value());
   EXPECT_EQ(slave_.reinitialized(), 0);
@@ -145,7 +150,10 @@ TEST_F(ServerTest, ASceneWithoutStreamedFingertipsTakesNoSamples) {
   const auto stub = Connect();
   const auto writer = stub->FeedTactile(&context, &reply);
   writer->WritesDone();
-  EXPECT_THAT(writer->Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene accepts no tactile samples: its sense.tactile.source is not stream"));
+  EXPECT_THAT(
+      writer->Finish(),
+      EndedWith(grpc::StatusCode::FAILED_PRECONDITION,
+                "the scene accepts no tactile samples: its sense.tactile.source is not stream"));
 }
 
 TEST_F(ServerTest, ARequestThatIsFarTooLongIsRefused) {

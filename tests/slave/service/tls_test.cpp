@@ -312,7 +312,9 @@ TEST_F(TlsTest, TheRoleDecidesWhoMayCallWhat) {
   EXPECT_EQ(SetParameters(*As("sensor")), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK);
   EXPECT_EQ(SetParameters(*As("admin")), grpc::StatusCode::OK);
-  EXPECT_THAT(Operator(As("observer")).Finish(), EndedWith(grpc::StatusCode::PERMISSION_DENIED, HasSubstr("role 'observer' may not call")));
+  EXPECT_THAT(
+      Operator(As("observer")).Finish(),
+      EndedWith(grpc::StatusCode::PERMISSION_DENIED, HasSubstr("role 'observer' may not call")));
   EXPECT_EQ(slave_.begins(), 0) << "the lease was not touched";
   EXPECT_EQ(Evict(*As("operator")), grpc::StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(Evict(*As("admin")), grpc::StatusCode::FAILED_PRECONDITION) << "nobody operates";

@@ -341,7 +341,8 @@ TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
     const auto stream = stub->WatchMesh(&context, request);
     v1::MeshState mesh;
     EXPECT_FALSE(stream->Read(&mesh)) << error;
-    EXPECT_THAT(stream->Finish(), EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("relative_error = ")));
+    EXPECT_THAT(stream->Finish(),
+                EndedWith(grpc::StatusCode::INVALID_ARGUMENT, HasSubstr("relative_error = ")));
   }
 }
 
@@ -388,7 +389,8 @@ TEST_F(WatchTest, WithoutACameraThereAreNoPictures) {
   v1::VideoFrame frame;
   const auto stream = stub->WatchVideo(&context, {});
   EXPECT_FALSE(stream->Read(&frame));
-  EXPECT_THAT(stream->Finish(), EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene has no camera"));
+  EXPECT_THAT(stream->Finish(),
+              EndedWith(grpc::StatusCode::FAILED_PRECONDITION, "the scene has no camera"));
   EXPECT_EQ(slave_.pictures_taken(), 0);
 }
 

@@ -9,10 +9,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "tests/shared/text/well_formed.h"
 #include "tests/slave/study/fake_model_factory.h"
+#include "tests/support/scratch.h"
 
 namespace palpate::study {
 namespace {
@@ -49,27 +49,6 @@ std::vector<std::string> Cells(const std::string& line) {
   }
   return cells;
 }
-
-class Folder {
- public:
-  Folder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("palpate_study_" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] std::string Read(const std::string& file) const {
-    std::stringstream text;
-    text << std::ifstream(path_ / file).rdbuf();
-    return text.str();
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 TEST(ReportTest, CsvHasItsDocumentedHeaderAndNumbersThatRoundTrip) {
   const StudyResult study = Mixed();
@@ -136,21 +115,23 @@ TEST(ReportTest, TableNamesReferenceRecommendationAndWhatWasLeftOut) {
 }
 
 TEST(ReportTest, FilesAreCompleteAfterEveryRowSoThatAnInterruptionKeepsThem) {
-  const Folder folder;
+  const Scratch folder;
   fake::Scenario scenario;
   std::stop_source stop;
   std::size_t rows = 0;
   const StudyWatcher watcher{[&](const StudyResult& so_far) {
                                WriteStudy(so_far, folder.path());
-                               const auto json = nlohmann::json::parse(folder.Read("study.json"));
+                               const auto json =
+                                   nlohmann::json::parse(Scratch::Read(folder / "study.json"));
                                EXPECT_EQ(json.at("rows").size(), so_far.rows.size());
                                if (++rows == 3) stop.request_stop();
                              },
                              nullptr};
   const StudyResult study =
       RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), stop.get_token(), watcher);
-  EXPECT_EQ(folder.Read("study.csv"), ToCsv(study)) << "the last one lists what was skipped too";
-  EXPECT_EQ(NotWellFormed(folder.Read("study.svg")), "");
+  EXPECT_EQ(Scratch::Read(folder / "study.csv"), ToCsv(study))
+      << "the last one lists what was skipped too";
+  EXPECT_EQ(NotWellFormed(Scratch::Read(folder / "study.svg")), "");
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
     EXPECT_NE(entry.path().extension(), ".part");

@@ -7,7 +7,7 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "tests/shared/mesh/files/all_samples.h"
-#include "tests/shared/mesh/files/temp_folder.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -49,7 +49,7 @@ class DamagedMeshTest : public ::testing::TestWithParam<samples::Sample> {
     }
   }
 
-  TempFolder folder_;
+  Scratch folder_;
 };
 
 TEST_P(DamagedMeshTest, IsReadOrRefusedWhereverItIsCut) {

@@ -8,7 +8,7 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "tests/shared/mesh/files/all_samples.h"
-#include "tests/shared/mesh/files/temp_folder.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -33,7 +33,7 @@ struct Malformed {
 class MalformedMeshTest : public ::testing::TestWithParam<Malformed> {};
 
 TEST_P(MalformedMeshTest, IsRefusedWithPlaceAndReason) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write(GetParam().file, GetParam().bytes);
   EXPECT_EQ(Refusal(file), file.string() + GetParam().refusal);
 }
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
                   ":3: 2 numbers: accepted is 3"}));
 
 TEST(MeshFileTest, RefusesUnitsThatAreNone) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("a.veg", samples::Veg(samples::Pair(), 0));
   for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
     EXPECT_THAT(Refusal(file, unit), HasSubstr("accepted is a finite length > 0"));

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/shared/mesh/files/all_samples.h"
-#include "tests/shared/mesh/files/temp_folder.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +24,7 @@ void ExpectSameNodes(const Mesh& read, const Mesh& expected, double unit) {
 // Reference: the mesh the samples were written from; its coordinates are floats, so every form
 // holds them exactly.
 TEST(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
-  const TempFolder folder;
+  const Scratch folder;
   for (const auto& sample : samples::Solids()) {
     SCOPED_TRACE(sample.name);
     const MeshFile read = ReadMeshFile(folder.Write(sample.file, sample.bytes), 0.5);
@@ -37,7 +37,7 @@ TEST(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
 
 // STL keeps no node numbers: the corners come in the order of the triangles.
 TEST(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
-  const TempFolder folder;
+  const Scratch folder;
   const SurfaceMesh expected = samples::Tetrahedron();
   for (const auto& sample : samples::Surfaces()) {
     SCOPED_TRACE(sample.name);
@@ -56,7 +56,7 @@ TEST(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
 }
 
 TEST(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
-  const TempFolder folder;
+  const Scratch folder;
   for (const int first : {0, 1}) {
     folder.Write("pair.node", samples::Node(samples::Pair(), first));
     folder.Write("pair.ele", samples::Ele(samples::Pair(), first));
@@ -70,7 +70,7 @@ TEST(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
 }
 
 TEST(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
-  const TempFolder folder;
+  const Scratch folder;
   folder.Write("pair.node", samples::Node(samples::Pair(), 1));
   folder.Write("pair.ele", samples::Ele(samples::Pair(), 1));
   const auto file = folder.Write("pair.veg",
@@ -86,7 +86,7 @@ TEST(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
 }
 
 TEST(MeshFileTest, SaysWhatItDoesNotReadOfVega) {
-  const TempFolder folder;
+  const Scratch folder;
   const std::string mesh = samples::Veg(samples::Pair(), 0);
   const MeshFile two =
       ReadMeshFile(folder.Write("a.veg", mesh + "*MATERIAL B\nENU,1,1,0\n*REGION\nrest, B\n"), 1);
@@ -99,7 +99,7 @@ TEST(MeshFileTest, SaysWhatItDoesNotReadOfVega) {
 }
 
 TEST(MeshFileTest, NamesNodesAndElementsAsGmshDoes) {
-  const TempFolder folder;
+  const Scratch folder;
   const MeshFile read = ReadMeshFile(folder.Write("a.msh", samples::Gmsh2Text(samples::Pair())), 1);
   EXPECT_EQ(read.numbers.Node(4), "node 50");
   EXPECT_EQ(read.numbers.Element(0), "element 4");
@@ -107,7 +107,7 @@ TEST(MeshFileTest, NamesNodesAndElementsAsGmshDoes) {
 
 // A tetrahedron of ten nodes, with the middles numbered among the corners.
 TEST(MeshFileTest, UsesTheCornersOfQuadraticElements) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write(
       "a.msh",
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n1 0 0 0\n5 .5 0 0\n2 1 0 0\n6 .5 .5 0\n"
@@ -123,7 +123,7 @@ TEST(MeshFileTest, UsesTheCornersOfQuadraticElements) {
 }
 
 TEST(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("a.ply",
                                  "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
                                  "property float y\nproperty float z\nelement face 1\nproperty "
@@ -137,7 +137,7 @@ TEST(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
 
 // Corners that differ by a float's rounding are one node; triangles that vanish by it are left out.
 TEST(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
-  const TempFolder folder;
+  const Scratch folder;
   std::string text = samples::StlText(samples::Tetrahedron());
   text.replace(text.find("1.5"), 3, "1.50000012");
   text.insert(text.find("endsolid"),
@@ -151,7 +151,7 @@ TEST(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
 
 // Some writers give every face vertices of its own; the surface would seem open.
 TEST(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
-  const TempFolder folder;
+  const Scratch folder;
   SurfaceMesh apart;
   const SurfaceMesh whole = samples::Tetrahedron();
   for (const auto& t : whole.triangles) {
@@ -167,7 +167,7 @@ TEST(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
 }
 
 TEST(MeshFileTest, JoinsThePiecesOfAVtu) {
-  const TempFolder folder;
+  const Scratch folder;
   std::string file =
       samples::VtuSample(samples::VtuCode::kAscii, true, false, nullptr).File(samples::Pair());
   const std::size_t begin = file.find("<Piece"), end = file.find("</UnstructuredGrid>");

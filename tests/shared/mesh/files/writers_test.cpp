@@ -7,7 +7,7 @@
 #include "shared/mesh/files/vtu_data.h"
 #include "shared/mesh/files/vtu_writer.h"
 #include "shared/mesh/files/xml.h"
-#include "tests/shared/mesh/files/temp_folder.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -29,7 +29,7 @@ VtuGrid GridOf(const SolidMesh& mesh) {
 }
 
 TEST(MeshWritersTest, RoundTripEveryDigitOfASolid) {
-  const TempFolder folder;
+  const Scratch folder;
   for (const double size : {1e-9, 0.06, 1e3}) {
     const SolidMesh mesh = Awkward(size);
     EXPECT_TRUE(WriteGmsh(folder / "a.msh", mesh));
@@ -44,7 +44,7 @@ TEST(MeshWritersTest, RoundTripEveryDigitOfASolid) {
 }
 
 TEST(MeshWritersTest, RoundTripASurface) {
-  const TempFolder folder;
+  const Scratch folder;
   SurfaceMesh mesh = SurfaceOf(MeshBox({0.3, 0.2, 0.1}, {2, 1, 1}));
   EXPECT_TRUE(WriteGmsh(folder / "a.msh", mesh));
   VtuGrid grid;
@@ -70,7 +70,7 @@ std::vector<double> ArrayOf(const std::filesystem::path& file, const std::string
 }
 
 TEST(VtuWriterTest, KeepsTheArraysOfEveryCase) {
-  const TempFolder folder;
+  const Scratch folder;
   VtuGrid grid;
   grid.points = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   grid.lines = {{0, 1}};
@@ -87,14 +87,14 @@ TEST(VtuWriterTest, KeepsTheArraysOfEveryCase) {
 }
 
 TEST(VtuWriterTest, RefusesArraysThatDoNotFit) {
-  const TempFolder folder;
+  const Scratch folder;
   VtuGrid grid = GridOf(Awkward(1));
   grid.arrays.push_back({"displacement", 3, {1, 2, 3}, {}});
   EXPECT_THROW(WriteVtu(folder / "a.vtu", grid, VtuForm::kAscii), std::invalid_argument);
 }
 
 TEST(MeshWritersTest, SayWhenTheyCannotWrite) {
-  const TempFolder folder;
+  const Scratch folder;
   const SolidMesh mesh = Awkward(1);
   EXPECT_FALSE(WriteGmsh(folder / "no" / "a.msh", mesh));
   EXPECT_FALSE(WriteGmsh(folder / "no" / "a.msh", SurfaceOf(mesh)));

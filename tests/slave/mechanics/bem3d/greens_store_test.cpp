@@ -7,10 +7,10 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "slave/mechanics/bem3d/surface_greens.h"
 #include "tests/slave/mechanics/bem3d/solid_bodies.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -18,15 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // An empty folder for each test.
-class GreensStoreTest : public ::testing::Test {
+class GreensStoreTest : public FolderTest {
  protected:
-  void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("palpate-" + std::to_string(::getpid()) + test->name());
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   [[nodiscard]] SurfaceGreens Make(double nu = 0.3, Progress* progress = nullptr) const {
     const SurfaceMesh mesh = solid_bodies::Box({1, 1, 1}, {3, 3, 3});
     const auto bottom = [](const Eigen::Vector3d& p) { return p.z() < 1e-9; };
@@ -39,8 +32,6 @@ class GreensStoreTest : public ::testing::Test {
     std::ranges::sort(files);
     return files;
   }
-
-  fs::path folder_;
 };
 
 std::vector<double> Numbers(const SurfaceGreens& greens) {

@@ -10,6 +10,7 @@
 
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "tests/slave/mechanics/green/direct_solution.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -28,28 +29,15 @@ bool SameBits(GreenColumns& a, GreenColumns& b, int place) {
   return std::memcmp(a.Column(place), b.Column(place), a.bytes_per_place()) == 0;
 }
 
-// A folder of its own that goes with the test.
-class Scratch {
- public:
-  Scratch() : path_(fs::temp_directory_path() / ("palpate-green-" + std::to_string(::getpid()))) {
-    fs::remove_all(path_);
+// The files in it.
+std::vector<fs::path> Files(const Scratch& scratch) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(scratch.path())) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
   }
-  ~Scratch() { fs::remove_all(path_); }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-  [[nodiscard]] std::vector<fs::path> Files() const {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::recursive_directory_iterator(path_)) {
-      if (entry.is_regular_file()) files.push_back(entry.path());
-    }
-    std::ranges::sort(files);
-    return files;
-  }
-
- private:
-  fs::path path_;
-};
+  std::ranges::sort(files);
+  return files;
+}
 
 // What is asked first does not change a digit.
 TEST(GreenColumns, LazyIsEagerBitForBit) {
@@ -125,7 +113,7 @@ TEST(ColumnCacheTest, LinksAreNotFollowed) {
   const ColumnCache cache(scratch.path(), 1);
   const std::vector<double> values{1, 2};
   cache.Save(0, values);
-  const auto file = scratch.Files().at(0), target = scratch.path() / "target";
+  const auto file = Files(scratch).at(0), target = scratch.path() / "target";
   std::ofstream(target) << "mine";
   for (const fs::path& name : {fs::path(file.string() + "." + std::to_string(::getpid())), file}) {
     fs::remove(file);
@@ -150,7 +138,7 @@ TEST(GreenColumns, ATornCacheIsNoticed) {
     std::vector<int> all;
     for (int p = 0; p <= last; ++p) all.push_back(p);
     ASSERT_TRUE(writer.Prefetch(all, nullptr));
-    const auto files = scratch.Files();
+    const auto files = Files(scratch);
     ASSERT_GE(files.size(), 3U);
     const auto bytes = fs::file_size(files[0]);
     std::fstream file(files[0], std::ios::binary | std::ios::in | std::ios::out);

@@ -10,8 +10,8 @@
 #include "shared/mesh/mesh_check.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/mesher/run_program.h"
-#include "tests/shared/mesh/files/temp_folder.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -190,7 +190,7 @@ class FakeMesherTest : public ::testing::Test {
     options.timeout = std::chrono::milliseconds(2000);
     return Failure(Box({0, 0, 0}, {1, 1, 1}), options);
   }
-  TempFolder folder_;
+  Scratch folder_;
 };
 
 TEST_F(FakeMesherTest, QuotesTheWordsOfOneThatFails) {
@@ -210,7 +210,7 @@ TEST_F(FakeMesherTest, RefusesFilesThatAreDamagedOrAnotherVolume) {
 }
 
 TEST_F(FakeMesherTest, LeavesNoFolderBehind) {
-  const TempFolder temporary;
+  const Scratch temporary;
   setenv("TMPDIR", (temporary / "").c_str(), 1);
   FailureOf("exit 1\n");
   unsetenv("TMPDIR");
@@ -218,7 +218,7 @@ TEST_F(FakeMesherTest, LeavesNoFolderBehind) {
 }
 
 TEST(FillSurfaceStopTest, StopsWhenToldTo) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("tetgen", "#!/bin/sh\nsleep 60\n");
   std::filesystem::permissions(file, std::filesystem::perms::owner_all);
   const PathGuard path((folder / "").string() + ":/bin:/usr/bin");

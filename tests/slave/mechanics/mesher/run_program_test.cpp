@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "shared/text/progress.h"
-#include "tests/shared/mesh/files/temp_folder.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
 TEST(RunProgramTest, TellsStatusAndOutput) {
-  const TempFolder folder;
+  const Scratch folder;
   const ProgramEnd end = RunProgram(
       "/bin/sh", {"-c", "pwd; echo \"a 'b' $LC_ALL\" >&2; cat; exit 3"}, folder / "", 10s, {});
   EXPECT_EQ(end.status, 3);
@@ -28,19 +28,19 @@ TEST(RunProgramTest, TellsStatusAndOutput) {
 
 // No shell reads the words.
 TEST(RunProgramTest, PassesArgumentsAsTheyAre) {
-  const TempFolder folder;
+  const Scratch folder;
   EXPECT_EQ(RunProgram("/bin/echo", {"$HOME;", "`id`", "a  b"}, folder / "", 10s, {}).output,
             "$HOME; `id` a  b\n");
 }
 
 TEST(RunProgramTest, TellsTheSignalThatEndedIt) {
-  const TempFolder folder;
+  const Scratch folder;
   EXPECT_EQ(RunProgram("/bin/sh", {"-c", "kill -ABRT $$"}, folder / "", 10s, {}).status,
             128 + SIGABRT);
 }
 
 TEST(RunProgramTest, KeepsTheLastOfMuchOutput) {
-  const TempFolder folder;
+  const Scratch folder;
   const ProgramEnd end =
       RunProgram("/bin/sh", {"-c", "i=0; while [ $i -lt 2000 ]; do echo line $i; i=$((i+1)); done"},
                  folder / "", 30s, {});
@@ -50,17 +50,17 @@ TEST(RunProgramTest, KeepsTheLastOfMuchOutput) {
 
 // The program's own child too: the folder would be written to after it is gone.
 TEST(RunProgramTest, KillsWhatTakesTooLong) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto began = std::chrono::steady_clock::now();
   EXPECT_THROW(
       RunProgram("/bin/sh", {"-c", "sleep 60 & echo $! > child; wait"}, folder / "", 500ms, {}),
       std::runtime_error);
   EXPECT_LT(std::chrono::steady_clock::now() - began, 30s);
-  const int child = std::stoi(TempFolder::Read(folder / "child"));
+  const int child = std::stoi(Scratch::Read(folder / "child"));
   // It may stay as a zombie until its new parent has taken notice.
   const auto gone = [&] {
     return kill(child, 0) != 0 ||
-           TempFolder::Read("/proc/" + std::to_string(child) + "/stat").find(") Z") !=
+           Scratch::Read("/proc/" + std::to_string(child) + "/stat").find(") Z") !=
                std::string::npos;
   };
   for (int i = 0; i < 500 && !gone(); ++i) std::this_thread::sleep_for(10ms);
@@ -68,7 +68,7 @@ TEST(RunProgramTest, KillsWhatTakesTooLong) {
 }
 
 TEST(RunProgramTest, StopsWhenToldTo) {
-  const TempFolder folder;
+  const Scratch folder;
   std::stop_source source;
   const std::jthread later([&] {
     std::this_thread::sleep_for(100ms);
@@ -78,20 +78,20 @@ TEST(RunProgramTest, StopsWhenToldTo) {
 }
 
 TEST(RunProgramTest, WritesThroughNoLink) {
-  const TempFolder folder;
+  const Scratch folder;
   std::filesystem::create_symlink(folder.Write("target", "mine"), folder / "log");
   EXPECT_THROW(RunProgram("/bin/echo", {"a"}, folder / "", 10s, {}), std::runtime_error);
-  EXPECT_EQ(TempFolder::Read(folder / "target"), "mine");
+  EXPECT_EQ(Scratch::Read(folder / "target"), "mine");
 }
 
 TEST(RunProgramTest, SaysWhatCannotBeStarted) {
-  const TempFolder folder;
+  const Scratch folder;
   folder.Write("text", "not a program");
   EXPECT_THROW(RunProgram(folder / "text", {}, folder / "", 10s, {}), std::runtime_error);
 }
 
 TEST(FindProgramTest, FindsExecutablesOnThePathOnly) {
-  const TempFolder folder;
+  const Scratch folder;
   const auto file = folder.Write("palpate-probe", "#!/bin/sh\n");
   const PathGuard path("/nowhere::" + (folder / "").string());
   EXPECT_FALSE(FindProgram("palpate-probe"));

@@ -12,6 +12,7 @@
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/stop_after.h"
 
 namespace palpate {
@@ -252,9 +253,8 @@ TEST_F(CameraSenseTest, ACommandByOtherSettingsMovesNothing) {
 
 // Kept in a folder, an emergency stop outlives the process; a reset ends it for good.
 TEST(EmergencyStopTest, OutlivesARestart) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "palpate-stop";
-  std::filesystem::remove_all(folder);
-  std::filesystem::create_directories(folder);
+  const Scratch scratch;
+  const auto& folder = scratch.path();
   const Scene scene =
       LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
   const auto phase = [](const std::unique_ptr<Slave>& slave) {
@@ -275,7 +275,6 @@ TEST(EmergencyStopTest, OutlivesARestart) {
   }
   EXPECT_EQ(phase(MakeLiveSlave(scene, folder)), Phase::kReady);
   EXPECT_THROW(MakeLiveSlave(scene, folder / "nowhere"), std::invalid_argument);
-  std::filesystem::remove_all(folder);
 }
 
 // A state is composed as of a moment at which the command it echoes had not come yet.

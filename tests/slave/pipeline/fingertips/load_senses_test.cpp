@@ -5,9 +5,9 @@
 
 #include "slave/pipeline/fingertips/tactile_estimator.h"
 #include "slave/tactile/network/network_file.h"
-#include "tests/slave/capture/scratch.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <unistd.h>
 
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/pipeline/points/points_scores.h"
@@ -15,6 +14,7 @@
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -36,15 +36,8 @@ Rows ReadCsv(const fs::path& file) {
   return rows;
 }
 
-// A folder for pictures and what runs write; removed at the end.
-class PointsRunTest : public ::testing::Test {
+class PointsRunTest : public FolderTest {
  protected:
-  PointsRunTest()
-      : folder_(fs::temp_directory_path() / ("points-run-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~PointsRunTest() override { fs::remove_all(folder_); }
-
   // Twelve pairs at rest, then six under `press`, as files; the scene that reads them.
   Scene Recorded(const testing_fakes::Press& press) {
     Scene scene = testing_fakes::MembraneScene();
@@ -71,8 +64,6 @@ class PointsRunTest : public ::testing::Test {
   [[nodiscard]] nlohmann::json Summary() const {
     return nlohmann::json::parse(std::ifstream(folder_ / "out/summary.json"));
   }
-
-  fs::path folder_;
 };
 
 // Reference: the closed form that bent the drawn dots.

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {
@@ -17,17 +17,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::MatchesRegex;
 
-class StopRecordFileTest : public testing::Test {
- protected:
-  StopRecordFileTest() {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~StopRecordFileTest() override { std::filesystem::remove_all(folder_); }
-
-  const std::filesystem::path folder_ =
-      BinaryPath("/stop-") + testing::UnitTest::GetInstance()->current_test_info()->name();
-};
+using StopRecordFileTest = FolderTest;
 
 TEST(StopRecordTest, TellsWhyAndSinceWhen) {
   StopRecord record;

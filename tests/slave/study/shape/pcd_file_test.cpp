@@ -13,6 +13,7 @@
 #include <pcl/point_types.h>
 
 #include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate::study {
@@ -21,26 +22,13 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-class PcdFileTest : public testing::Test {
+class PcdFileTest : public FolderTest {
  protected:
-  PcdFileTest() : folder_(fs::path(BinaryPath()) / "test_shape_files") {
-    fs::create_directories(folder_);
-  }
-  fs::path Write(const std::string& content) {
-    const fs::path file = folder_ / "cloud.pcd";
-    std::ofstream(file, std::ios::binary) << content;
-    return file;
-  }
+  fs::path Write(const std::string& content) { return FolderTest::Write("cloud.pcd", content); }
   std::string Complaint(const std::string& content) {
     return Thrown<std::invalid_argument>([&] { ReadPcd(Write(content)); });
   }
-  fs::path folder_;
 };
-
-std::string Slurp(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 // Organised, every fifth point not measured, repetitive so that it compresses.
 pcl::PointCloud<pcl::PointXYZRGBL> Sample() {
@@ -204,7 +192,7 @@ TEST_F(PcdFileTest, DamagedFilesAreRefusedOrReadNeverWorse) {
     if (form == 0) writer.writeBinary(file.string(), Sample());
     if (form == 1) writer.writeBinaryCompressed(file.string(), Sample());
     if (form == 2) writer.writeASCII(file.string(), Sample());
-    const std::string whole = Slurp(file);
+    const std::string whole = Read(file);
     for (int i = 0; i < 300; ++i) {
       std::string damaged = whole;
       std::uniform_int_distribution<std::size_t> place(0, whole.size() - 1);

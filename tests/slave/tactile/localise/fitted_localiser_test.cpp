@@ -17,7 +17,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/tactile/localise/electrode_layout.h"
-#include "tests/slave/capture/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/fitted_localiser.h"
-#include "tests/slave/capture/scratch.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "tests/slave/capture/scratch.h"
 #include "tests/slave/tactile/network/reference_network.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "slave/tactile/network/force_network.h"
-#include "tests/slave/capture/scratch.h"
 #include "tests/slave/tactile/network/onnx_writer.h"
 #include "tests/slave/tactile/network/reference_network.h"
+#include "tests/support/scratch.h"
 
 namespace palpate {
 namespace {

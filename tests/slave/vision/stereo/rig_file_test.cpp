@@ -7,7 +7,7 @@
 
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
-#include "tests/support/paths.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -16,19 +16,13 @@ namespace {
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-class RigFileTest : public testing::Test {
+class RigFileTest : public FolderTest {
  protected:
-  RigFileTest() { fs::create_directories(folder_); }
-
-  fs::path Write(const std::string& text) const {
-    std::ofstream(folder_ / "rig.yaml") << text;
-    return folder_ / "rig.yaml";
-  }
+  fs::path Write(const std::string& text) const { return FolderTest::Write("rig.yaml", text); }
   std::string Refusal(const std::string& text) const {
     return Thrown<std::runtime_error>([&] { ReadRig(Write(text)); });
   }
 
-  const fs::path folder_ = fs::path(BinaryPath()) / "test_stereo";
   const StereoRig rig_ = [] {
     StereoRig rig = VergedTestRig({-0.27, -1.0 / 3, 0.0018, -0.0003, 0.24});
     rig.right = {811.1, 812.2, 300.3, 250.4, {1e-3, 0, 0, 0, 0}, {1280, 960}};

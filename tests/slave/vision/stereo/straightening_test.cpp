@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slave/vision/stereo/lens_warp.h"
-#include "tests/slave/capture/scratch.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
