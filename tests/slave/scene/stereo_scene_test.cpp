@@ -53,17 +53,16 @@ TEST_F(StereoSceneTest, ThePairStandsInsideAndLooksAtTheMembranesCentreWhereverI
 }
 
 TEST_F(StereoSceneTest, APoseReplacesTheDefaultOne) {
-  Lines lines;
-  lines.camera = "{source: simulated, pair: {}, pose: {translation: [0, 0, -300 mm]}}";
-  const Eigen::Isometry3d X_SL = Load(lines).sense.Find<StereoCameras>()->X_SL;
+  const Eigen::Isometry3d X_SL =
+      Load({"{source: simulated, pair: {}, pose: {translation: [0, 0, -300 mm]}}"})
+          .sense.Find<StereoCameras>()
+          ->X_SL;
   EXPECT_TRUE(X_SL.linear().isIdentity());
   EXPECT_TRUE(X_SL.translation().isApprox(Eigen::Vector3d(0, 0, -0.3)));
 }
 
 TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
-  Lines lines;
-  lines.camera = kFiles;
-  const StereoCameras pair = *Load(lines).sense.Find<StereoCameras>();
+  const StereoCameras pair = *Load({kFiles}).sense.Find<StereoCameras>();
   EXPECT_EQ(pair.source, StereoCameras::Source::kFiles);
   EXPECT_EQ(pair.left, (folder_.path() / "pairs/left_%02d.png").string());
   EXPECT_EQ(pair.right, (folder_.path() / "pairs/right*.png").string());
@@ -74,11 +73,10 @@ TEST_F(StereoSceneTest, FilesOfTwoCamerasAreRead) {
 }
 
 TEST_F(StereoSceneTest, TwoLiveCamerasAreRead) {
-  Lines lines;
-  lines.camera =
-      "{stereo: {left: {device: 0}, right: {url: \"rtsp://there/2\"}, sync: 3 ms, rig: rig.yaml}, "
-      "pose: {translation: [0, 0, -1]}}";
-  const StereoCameras pair = *Load(lines).sense.Find<StereoCameras>();
+  const StereoCameras pair = *Load({"{stereo: {left: {device: 0}, right: {url: "
+                                    "\"rtsp://there/2\"}, sync: 3 ms, rig: rig.yaml}, "
+                                    "pose: {translation: [0, 0, -1]}}"})
+                                  .sense.Find<StereoCameras>();
   EXPECT_EQ(pair.source, StereoCameras::Source::kEyes);
   ASSERT_EQ(pair.eyes.size(), 2U);
   EXPECT_EQ(pair.eyes[0].kind, Eye::Kind::kDevice);
@@ -88,10 +86,9 @@ TEST_F(StereoSceneTest, TwoLiveCamerasAreRead) {
 }
 
 TEST_F(StereoSceneTest, OneCameraWithBothSideBySideIsRead) {
-  Lines lines;
-  lines.camera =
-      "{stereo: {device: 4, layout: side-by-side, rig: rig.yaml}, pose: {translation: [0, 0, -1]}}";
-  const StereoCameras pair = *Load(lines).sense.Find<StereoCameras>();
+  const StereoCameras pair = *Load({"{stereo: {device: 4, layout: side-by-side, rig: rig.yaml}, "
+                                    "pose: {translation: [0, 0, -1]}}"})
+                                  .sense.Find<StereoCameras>();
   ASSERT_EQ(pair.eyes.size(), 1U);
   EXPECT_EQ(pair.eyes[0].device, 4);
 }
@@ -112,9 +109,7 @@ TEST_F(StereoSceneTest, StreamsAreRead) {
 
 TEST_F(StereoSceneTest, WhatIsNoLivePairIsSaid) {
   const auto mistake = [&](const std::string& stereo) {
-    Lines lines;
-    lines.camera = "{stereo: " + stereo + ", pose: {translation: [0, 0, -1]}}";
-    return MistakesOf(lines);
+    return MistakesOf({"{stereo: " + stereo + ", pose: {translation: [0, 0, -1]}}"});
   };
   using testing::HasSubstr;
   EXPECT_THAT(mistake("{left: {device: 0, url: \"http://x\"}, right: {device: 1}, rig: rig.yaml}"),
@@ -134,10 +129,8 @@ TEST_F(StereoSceneTest, WhatIsNoLivePairIsSaid) {
 // OpenCV makes 8 bit of whatever it reads without being asked otherwise.
 TEST_F(StereoSceneTest, WhatGivesNoDepthOf16BitIsSaid) {
   const auto mistake = [&](const std::string& depth) {
-    Lines lines;
-    lines.camera = "{depth: " + depth +
-                   ", fx: 600, fy: 600, cx: 320, cy: 240, pose: {translation: [0, 0, -1]}}";
-    return MistakesOf(lines);
+    return MistakesOf({"{depth: " + depth +
+                       ", fx: 600, fy: 600, cx: 320, cy: 240, pose: {translation: [0, 0, -1]}}"});
   };
   using testing::HasSubstr;
   EXPECT_THAT(mistake("{url: \"tcp://127.0.0.1:5000\"}"),
@@ -163,11 +156,9 @@ TEST_F(StereoSceneTest, PatternsAreFoundFromTheWorkingDirectory) {
 }
 
 TEST_F(StereoSceneTest, DepthPicturesAreReadAndShowTheSurface) {
-  Lines lines;
-  lines.camera =
-      "{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
-      "0.3 mm, pose: {translation: [0, 0, -200 mm]}}";
-  const Scene scene = Load(lines);
+  const Scene scene =
+      Load({"{depth: pairs, unit: 0.1 mm, fx: 600 px, fy: 601, cx: 320.5, cy: 240 px, sigma: "
+            "0.3 mm, pose: {translation: [0, 0, -200 mm]}}"});
   const DepthPictures& depth = *scene.sense.Find<DepthPictures>();
   EXPECT_EQ(depth.pattern, (folder_.path() / "pairs").string());
   EXPECT_DOUBLE_EQ(depth.unit, 1e-4);
@@ -210,9 +201,10 @@ TEST_F(StereoSceneTest, AnyNumberOfDotsFitsByDefault) {
 }
 
 TEST_F(StereoSceneTest, EveryKeyOfDotsIsRead) {
-  Lines lines;
-  lines.points = "{track: dots, count: 12, spacing: [9 mm, 8 mm], radius: 1.5 mm, sigma: 0.2 px}";
-  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
+  const PointTracking points =
+      *Load({.points =
+                 "{track: dots, count: 12, spacing: [9 mm, 8 mm], radius: 1.5 mm, sigma: 0.2 px}"})
+           .sense.Find<PointTracking>();
   EXPECT_EQ(points.count, 12);
   EXPECT_TRUE(points.spacing.isApprox(Eigen::Vector2d(0.009, 0.008)));
   EXPECT_DOUBLE_EQ(points.dot_radius, 0.0015);
@@ -220,9 +212,7 @@ TEST_F(StereoSceneTest, EveryKeyOfDotsIsRead) {
 }
 
 TEST_F(StereoSceneTest, ALayoutSaysHowManyDotsThereAre) {
-  Lines lines;
-  lines.points = "{layout: dots.csv}";
-  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
+  const PointTracking points = *Load({.points = "{layout: dots.csv}"}).sense.Find<PointTracking>();
   EXPECT_EQ(points.layout, folder_.path() / "dots.csv");
   EXPECT_EQ(points.count, 4);
   EXPECT_DOUBLE_EQ(points.dot_radius, 0.002);  // a fifth of 10 mm
@@ -243,9 +233,8 @@ TEST_F(StereoSceneTest, WindowsOfTextureAreRead) {
 }
 
 TEST_F(StereoSceneTest, AMembranesTextureMayBeFollowed) {
-  Lines lines;
-  lines.points = "{track: texture, count: 40}";
-  const PointTracking points = *Load(lines).sense.Find<PointTracking>();
+  const PointTracking points =
+      *Load({.points = "{track: texture, count: 40}"}).sense.Find<PointTracking>();
   EXPECT_EQ(points.track, PointTracking::Track::kTexture);
   EXPECT_EQ(points.count, 40);
 }
