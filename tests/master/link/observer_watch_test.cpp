@@ -1,6 +1,5 @@
 // What the station watches beside the force, against a real server with a fake slave behind it.
 #include <stdexcept>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,4 @@
 #include <atomic>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include <gmock/gmock.h>

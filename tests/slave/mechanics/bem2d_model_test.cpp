@@ -24,45 +24,9 @@ ReferenceProblem Silicone(int elements = 60) {
   return bodies::Block(elements, 0.088, 0.49, Plane::kStress);
 }
 
-// Reference: Lame's thick-walled cylinder, u_r = ((1 - nu) A r + (1 + nu) B / r) / E in plane
-// stress with A = p a^2 / (b^2 - a^2), B = A b^2. The error of constant elements halves with their
-// length.
-TEST(Bem2dModel, APressurisedRingConvergesToLamesSolution) {
-  const double a = 0.01, b = 0.02, pressure = 1000, nu = 0.3;
-  const double A = pressure * a * a / (b * b - a * a);
-  const double exact = ((1 - nu) * A * a + (1 + nu) * A * b * b / a) / kSilicone.young_modulus;
-  double previous = 0;
-  for (const int count : {30, 60, 120}) {
-    const BoundaryMesh mesh = bodies::Ring(a, b, count);
-    Bem2dModel model(bodies::Free(mesh, nu, Plane::kStress), kSilicone);
-    const auto responses =
-        bodies::Respond(model, bodies::PressureOnLastLoop(mesh, pressure, kSilicone.thickness));
-    const double u = responses.front().displacement_O.head<2>().norm();
-    ASSERT_EQ(responses.front().validity, Validity::kValid);
-    const double error = std::abs(u / exact - 1);
-    EXPECT_LT(error, 2.0 / count);
-    if (previous > 0) {
-      EXPECT_NEAR(previous / error, 2, 0.3);
-    }
-    previous = error;
-  }
-}
-
-// Reference: a disc under uniform pressure shrinks by u_r = p R (1 - nu) / E, E and nu those of the
-// plane; the nu of 0.5 in plane strain makes it incompressible. Convergence of first order.
-TEST(Bem2dModel, ADiscUnderPressureShrinksUniformly) {
+// Reference: the nu of 0.5 in plane strain makes a disc incompressible.
+TEST(Bem2dModel, AnIncompressibleDiscUnderPressureDoesNotShrink) {
   const double R = 0.6e-3, pressure = 1e4;
-  for (const auto& [plane, nu] : {std::pair{Plane::kStress, 0.45}, {Plane::kStrain, 0.45}}) {
-    const double E_bar = kSilicone.young_modulus / (plane == Plane::kStrain ? 1 - nu * nu : 1);
-    const double nu_bar = plane == Plane::kStrain ? nu / (1 - nu) : nu;
-    const double exact = pressure * R * (1 - nu_bar) / E_bar;
-    const BoundaryMesh mesh = MeshDisc(R, 120);
-    Bem2dModel model(bodies::Free(mesh, nu, plane), kSilicone);
-    const auto loads = bodies::PressureOnLastLoop(mesh, pressure, kSilicone.thickness);
-    for (const auto& response : bodies::Respond(model, loads)) {
-      EXPECT_NEAR(response.displacement_O.norm() / exact, 1, 0.05);
-    }
-  }
   const BoundaryMesh mesh = MeshDisc(R, 60);
   Bem2dModel model(bodies::Free(mesh, 0.5, Plane::kStrain), kSilicone);
   for (const auto& response :

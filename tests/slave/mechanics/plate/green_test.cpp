@@ -20,39 +20,6 @@ Vector2d Polar(double r, double angle) {
   return {r * std::cos(angle), r * std::sin(angle)};
 }
 
-// E and so on of the reference: w = F a^2 / D times the function.
-double DeflectionUnit(const json& params) {
-  const double E = params.at("E"), nu = params.at("nu"), a = params.at("a"), t = params.at("t");
-  const double W = params.at("W");
-  return W * a * a * 12 * (1 - nu * nu) / (E * t * t * t);
-}
-
-// Reference: c plate_green_function: closed form and Fourier series, 1e-12.
-TEST(Green, EccentricPointLoadsDeflectAsTheRecoveredEquationSays) {
-  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
-  const json c = CaseOf(file, "plate_green_function");
-  const double unit = DeflectionUnit(c.at("params"));
-  for (const json& row : c.at("expected")) {
-    const Vector2d p(row.at("p_over_a").get<double>(), 0);
-    const bool at_load = row.contains("at_load_point");
-    const Vector2d x = at_load ? p : Polar(row.at("r_over_a"), row.at("theta"));
-    const double w = row.at(at_load ? "w_eq1" : "w");
-    EXPECT_NEAR(unit * Deflection(p, x) / w, 1, 1e-12) << row;
-  }
-}
-
-// Reference: c plate_finite_patch: closed form and quadrature, 1e-12.
-TEST(Green, LoadsOverACircleDeflectItsCentreAsTheClosedFormSays) {
-  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
-  const json c = CaseOf(file, "plate_finite_patch");
-  const double unit = DeflectionUnit(c.at("params"));
-  for (const json& row : c.at("expected")) {
-    const Disc load{{row.at("p_over_a").get<double>(), 0}, row.at("r0_over_a")};
-    const double w = row.at("w_centre_of_patch");
-    EXPECT_NEAR(unit * Deflection(load, load.centre) / w, 1, 1e-12) << row;
-  }
-}
-
 // Reference: c plate_argmax_is_not_load_point, tolerances of the file.
 TEST(Green, TheLargestDeflectionLiesNearerToTheCentreThanTheLoad) {
   PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/plate/plate_surface.h"
-#include "tests/reference/reference_file.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/thrown.h"
 
@@ -53,19 +52,6 @@ TEST(PlateModel, TheCentralForceIsThatOfPaperC) {
         EXPECT_NEAR(r.stiffness_O(2, 2) * w / -r.force_O.z(), 1, 1e-13);
       }
     }
-  }
-}
-
-// Reference: c membrane_force_deflection, the linear column. The file's tolerance is 1e-5; its
-// digits are those of the closed form.
-TEST(PlateModel, TheRubberMembraneTakesTheTabulatedLinearForces) {
-  PALPATE_REFERENCE_OR_SKIP(file, "c_plate.json");
-  const auto c = reference::CaseOf(file, "membrane_force_deflection");
-  for (const auto& row : c.at("expected")) {
-    PlateModel model({0.039, row.at("t").get<double>(), 27.2e6, 0.45});
-    const double w = row.at("w0"), R = row.at("r0");
-    const auto r = Query(model, {Moved({0, 0}, w, 2 * R)})[0];
-    EXPECT_NEAR(-r.force_O.z() / row.at("F_linear").get<double>(), 1, 1e-12) << row;
   }
 }
 

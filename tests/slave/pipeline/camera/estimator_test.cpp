@@ -1,6 +1,5 @@
 #include "slave/pipeline/camera/estimator.h"
 
-#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>

@@ -1,8 +1,6 @@
 // The shipped block with pictures that somebody pushes and an arm that somebody drives: what is
 // missing is said, what will not do is said, what comes is felt.
-#include <functional>
 #include <memory>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

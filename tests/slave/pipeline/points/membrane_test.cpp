@@ -2,7 +2,6 @@
 // its tool, seen by two noisy cameras, against the truth that its pictures were made from.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include <gtest/gtest.h>

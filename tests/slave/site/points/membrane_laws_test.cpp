@@ -2,7 +2,6 @@
 // difference when the force is found from the dots.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -1,8 +1,6 @@
 // Reference: the Point Cloud Library's writer and reader.
 #include "slave/study/clouds/pcd_file.h"
 
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <random>
 

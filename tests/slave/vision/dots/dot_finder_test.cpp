@@ -4,7 +4,6 @@
 #include <numbers>
 #include <optional>
 #include <random>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>

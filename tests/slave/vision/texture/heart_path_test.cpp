@@ -1,7 +1,6 @@
 // Paper C's second experiment in simulation: a texture target on its path, as printed and three
 // times as fast, for a minute each.
 #include <cmath>
-#include <string>
 
 #include <gtest/gtest.h>
 
