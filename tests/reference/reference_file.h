@@ -1,37 +1,13 @@
-// The physics references beside the project, and the scenes' geometry built without a scene file.
+// What the references call a plane and a hold, and the scenes' geometry built without a scene file.
 #pragma once
 
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
 #include "slave/mechanics/bem/bem2d_model.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate::reference {
-
-using nlohmann::json;
-
-// A file of ../shared/reference; nothing where it is absent.
-inline std::optional<json> Load(const std::string& file) {
-  std::ifstream stream(std::filesystem::path(SourcePath("/../shared/reference")) / file);
-  if (!stream) return std::nullopt;
-  return json::parse(stream);
-}
-
-inline json CaseOf(const json& file, const std::string& id) {
-  for (const auto& c : file.at("cases")) {
-    if (c.at("id") == id) return c;
-  }
-  ADD_FAILURE() << "no case " << id;
-  return {};
-}
 
 inline Plane PlaneOf(const json& params) {
   return params.at("plane") == "stress" ? Plane::kStress : Plane::kStrain;
@@ -65,8 +41,3 @@ inline BoundaryMesh MeshOf(const std::vector<std::vector<Eigen::Vector2d>>& loop
 }
 
 }  // namespace palpate::reference
-
-#define PALPATE_REFERENCE_OR_SKIP(variable, file)                        \
-  const auto variable##_file = palpate::reference::Load(file);           \
-  if (!variable##_file) GTEST_SKIP() << "../shared/reference is absent"; \
-  const auto& variable = *variable##_file

@@ -1,42 +1,19 @@
 // The tabulated cases of f_interpolation_scaling.json, which were derived without this code.
 #include <cmath>
-#include <fstream>
 #include <numbers>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "master/haptics/force_chain.h"
 #include "master/haptics/renderer.h"
-#include "shared/geometry/teleop_transform.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
 
-using nlohmann::json;
+using reference::json;
 
-class InterpolationReferenceTest : public testing::Test {
- protected:
-  void SetUp() override {
-    std::ifstream in(SourcePath("/../shared/reference/f_interpolation_scaling.json"));
-    if (!in) GTEST_SKIP() << "the shared reference values are not here";
-    all_ = json::parse(in);
-  }
-  json Case(const std::string& id) const {
-    for (const json& c : all_["cases"]) {
-      if (c["id"] == id) return c;
-    }
-    ADD_FAILURE() << id << " is missing";
-    return {};
-  }
-
-  json all_;
-};
-
-Eigen::Vector3d Vector(const json& j) {
-  return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
-}
+constexpr const char* kFile = "f_interpolation_scaling.json";
 
 // How far shown forces are off.
 struct Error {
@@ -66,8 +43,9 @@ Error ErrorOf(bool hold, const Signal& signal, double from, double to) {
   return error;
 }
 
-TEST_F(InterpolationReferenceTest, ConstantAndRampAreExact) {
-  const json expected = Case("interpolation_60_to_1000")["expected"];
+TEST(InterpolationReferenceTest, ConstantAndRampAreExact) {
+  PALPATE_CASE_OR_SKIP(given, kFile, "interpolation_60_to_1000");
+  const json& expected = given["expected"];
   const auto constant = [](double) { return 1.5; };
   EXPECT_EQ(ErrorOf(true, constant, 0, 2).max, expected["constant"]["zoh"]);
   EXPECT_EQ(ErrorOf(false, constant, 0, 2).max, expected["constant"]["delayed_linear"]);
@@ -86,8 +64,9 @@ TEST_F(InterpolationReferenceTest, ConstantAndRampAreExact) {
   EXPECT_LE(held.max, zoh["max"].get<double>());
 }
 
-TEST_F(InterpolationReferenceTest, SineErrorIsThatOfTheHapticClock) {
-  const json rms = Case("interpolation_60_to_1000")["cross_check"]["haptic_clock_brute_force_rms"];
+TEST(InterpolationReferenceTest, SineErrorIsThatOfTheHapticClock) {
+  PALPATE_CASE_OR_SKIP(given, kFile, "interpolation_60_to_1000");
+  const json& rms = given["cross_check"]["haptic_clock_brute_force_rms"];
   const auto sine = [](double t) { return std::sin(2 * std::numbers::pi * 5 * t); };
   const double zoh = rms["zoh"], linear = rms["delayed_linear"];
   EXPECT_NEAR(ErrorOf(true, sine, 0.2, 3.2).rms / zoh, 1, 1e-3);
@@ -95,8 +74,8 @@ TEST_F(InterpolationReferenceTest, SineErrorIsThatOfTheHapticClock) {
 }
 
 // Both through the renderer itself, from states.
-TEST_F(InterpolationReferenceTest, HandCaseIsExactInBothModes) {
-  const json hand = Case("interpolation_hand_case");
+TEST(InterpolationReferenceTest, HandCaseIsExactInBothModes) {
+  PALPATE_CASE_OR_SKIP(hand, kFile, "interpolation_hand_case");
   const auto samples = hand["params"]["samples"].get<std::vector<double>>();
   const int ticks = hand["params"]["ticks_per_sample"];
   for (const auto& [mode, key] : {std::pair{RenderMode::kHold, "zoh"},
@@ -115,21 +94,6 @@ TEST_F(InterpolationReferenceTest, HandCaseIsExactInBothModes) {
           << key << " tick " << tick;
     }
   }
-}
-
-TEST_F(InterpolationReferenceTest, ScalingIsThatOfTheTable) {
-  const json c = Case("scaling_transform");
-  TeleopTransform T;
-  T.position_scale = c["params"]["s_p"];
-  T.force_scale = c["params"]["s_F"];
-  T.offset = Vector(c["params"]["offset_m"]);
-  for (int row = 0; row < 3; ++row)
-    T.R_SM.row(row) = Vector(c["params"]["R_rows"][static_cast<std::size_t>(row)]);
-  const Eigen::Vector3d p_M = Vector(c["params"]["p_master_m"]);
-  const Eigen::Vector3d f_S = Vector(c["params"]["F_slave_N"]);
-  EXPECT_LT((T.ToSlave(p_M) - Vector(c["expected"]["p_slave_m"])).norm(), 1e-12);
-  EXPECT_LT((T.ForceToMaster(f_S) - Vector(c["expected"]["F_master_N"])).norm(), 1e-12);
-  EXPECT_LT((T.ToMaster(T.ToSlave(p_M)) - p_M).norm(), 1e-12);
 }
 
 // Energy that a wall K x + B v, sampled every T and shown `delay` ticks late, gives out while the
@@ -152,9 +116,9 @@ double DampingNeeded(double K, double B, double T, int delay) {
 
 // Reference: b > K T (n + 1/2) - B for slow motion. Tolerance: the terms left out are of the order
 // (omega T n)^2 = 6e-5.
-TEST_F(InterpolationReferenceTest, TheObserverCountsTheEnergyOfAVirtualWall) {
+TEST(InterpolationReferenceTest, TheObserverCountsTheEnergyOfAVirtualWall) {
   int checked = 0;
-  const json wall = Case("passivity_virtual_wall");
+  PALPATE_CASE_OR_SKIP(wall, kFile, "passivity_virtual_wall");
   for (const json& row : wall["expected"]["numeric_check"]) {
     const double B = row["B"];
     if (B > 0) continue;  // worst at half the tick rate, not for slow motion
@@ -167,9 +131,9 @@ TEST_F(InterpolationReferenceTest, TheObserverCountsTheEnergyOfAVirtualWall) {
 }
 
 // Reference: K_max of the table for the damping that the control counts on.
-TEST_F(InterpolationReferenceTest, TheControlCountsOnTheDampingOfTheTable) {
+TEST(InterpolationReferenceTest, TheControlCountsOnTheDampingOfTheTable) {
   int checked = 0;
-  const json wall = Case("passivity_virtual_wall");
+  PALPATE_CASE_OR_SKIP(wall, kFile, "passivity_virtual_wall");
   for (const json& row : wall["expected"]["K_max_table"]) {
     if (row["b"] != PassivityControl::kPhysicalDamping || row["B"] != 0.0) continue;
     const double K_max = row["K_max"], T = row["T"];

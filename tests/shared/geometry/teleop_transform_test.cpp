@@ -1,13 +1,9 @@
 #include "shared/geometry/teleop_transform.h"
 
-#include <filesystem>
-#include <fstream>
-
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
@@ -42,31 +38,20 @@ TEST(TeleopTransformTest, ZeroingTheOffsetMakesEngagingMoveNothing) {
   EXPECT_LT((transform.ToSlave(p_M) - p_S).norm(), 1e-15);
 }
 
-Vector3d ToVector(const nlohmann::json& j) {
-  return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
-}
-
 // Reference f, case scaling_transform, with its own tolerance 1e-12.
 TEST(TeleopTransformTest, ReproducesTheReferenceCase) {
-  const std::filesystem::path file =
-      SourcePath("/../shared/reference/f_interpolation_scaling.json");
-  if (!std::filesystem::exists(file)) GTEST_SKIP() << "reference values are absent";
-  const nlohmann::json cases = nlohmann::json::parse(std::ifstream(file))["cases"];
-  for (const auto& c : cases) {
-    if (c["id"] != "scaling_transform") continue;
-    const auto& p = c["params"];
-    TeleopTransform transform;
-    transform.position_scale = p["s_p"];
-    transform.force_scale = p["s_F"];
-    for (int row = 0; row < 3; ++row) transform.R_SM.row(row) = ToVector(p["R_rows"][row]);
-    transform.offset = ToVector(p["offset_m"]);
-    const Vector3d p_S = ToVector(c["expected"]["p_slave_m"]);
-    const Vector3d f_M = ToVector(c["expected"]["F_master_N"]);
-    EXPECT_LT((transform.ToSlave(ToVector(p["p_master_m"])) - p_S).norm(), 1e-12);
-    EXPECT_LT((transform.ForceToMaster(ToVector(p["F_slave_N"])) - f_M).norm(), 1e-12);
-    return;
-  }
-  FAIL() << "case scaling_transform is not in " << file;
+  PALPATE_CASE_OR_SKIP(c, "f_interpolation_scaling.json", "scaling_transform");
+  const auto& p = c["params"];
+  const auto vector = reference::VectorOf;
+  TeleopTransform transform;
+  transform.position_scale = p["s_p"];
+  transform.force_scale = p["s_F"];
+  for (int row = 0; row < 3; ++row) transform.R_SM.row(row) = vector(p["R_rows"][row]);
+  transform.offset = vector(p["offset_m"]);
+  const Vector3d p_S = vector(c["expected"]["p_slave_m"]);
+  const Vector3d f_M = vector(c["expected"]["F_master_N"]);
+  EXPECT_LT((transform.ToSlave(vector(p["p_master_m"])) - p_S).norm(), 1e-12);
+  EXPECT_LT((transform.ForceToMaster(vector(p["F_slave_N"])) - f_M).norm(), 1e-12);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ struct Lines {
   std::string geometry = kMembrane;
   std::string fixed = "{side: rim}";
   std::string model = "{kind: plate-large}";
-  std::string more;
+  std::string more{};
   std::string tool = "{shape: flat, width: 4 mm}";
 };
 

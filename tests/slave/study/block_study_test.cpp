@@ -1,25 +1,17 @@
 // A study of the block and of the embryo's disc against the published forces of the reference set,
 // which were derived with another program.
 #include <cmath>
-#include <fstream>
-#include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "slave/study/study.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate::study {
 namespace {
 
-using nlohmann::json;
-
-std::optional<json> BlockFile() {
-  std::ifstream stream(SourcePath("/../shared/reference/b_block_embryo.json"));
-  return stream ? std::optional(json::parse(stream)) : std::nullopt;
-}
+using reference::json;
 
 Scene BlockScene(const json& params) {
   Scene scene;
@@ -75,10 +67,9 @@ double PublishedError(const json& c, const std::string& count) {
 // costs, which differs by less than 1e-3. The bar is no decoration: the printed continuum value
 // lies inside it, up to the 2e-6 that it leaves open itself.
 TEST(BlockStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedForces) {
-  const auto file = BlockFile();
-  if (!file) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_REFERENCE_OR_SKIP(file, "b_block_embryo.json");
   int compared = 0;
-  for (const json& c : file->at("cases")) {
+  for (const json& c : file.at("cases")) {
     const std::string id = c.at("id");
     if (!IsChosen(id)) continue;
     SCOPED_TRACE(id);

@@ -2,31 +2,19 @@
 // tetrahedra on the same meshes, and those that quadratic hexahedra converge to; both were derived
 // with other programs, for a square patch. The study's is a disc of the same area.
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "slave/study/study.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate::study {
 namespace {
 
-using nlohmann::json;
-
-std::optional<json> CaseOf(const std::string& name, const std::string& id) {
-  std::ifstream stream(SourcePath("/../shared/reference/") + name);
-  if (!stream) return std::nullopt;
-  const json file = json::parse(stream);
-  for (const json& c : file.at("cases")) {
-    if (c.at("id") == id) return c;
-  }
-  return std::nullopt;
-}
+using reference::json;
 
 constexpr double kPatchArea = 4e-4;  // [m^2]
 constexpr double kForce = 0.25;      // a quarter of the published load [N]
@@ -67,7 +55,7 @@ class CubeStudyTest : public testing::Test {
  protected:
   // One study for all tests: it takes seconds.
   static void SetUpTestSuite() {
-    limit_ = CaseOf("h_calculix.json", "cube_linear_patch");
+    limit_ = reference::Find("h_calculix.json", "cube_linear_patch");
     if (!limit_) return;
     StudySettings settings;
     settings.timing_s = 0;
@@ -97,7 +85,7 @@ std::optional<StudyResult> CubeStudyTest::study_;
 TEST_F(CubeStudyTest, StatedErrorsAgreeWithThePublishedDiscreteAnswers) {
   int compared = 0;
   for (const int n : {3, 6, 12}) {
-    const auto discrete = CaseOf("d_solid3d.json", "cube_n" + std::to_string(n));
+    const auto discrete = reference::Find("d_solid3d.json", "cube_n" + std::to_string(n));
     ASSERT_TRUE(discrete);
     const double depth = discrete->at("expected").at("linear_patch").at("mean_patch_depth");
     const double error = Converged(*limit_) / depth - 1;

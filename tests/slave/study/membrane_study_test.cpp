@@ -1,29 +1,16 @@
 // A study of the rubber membrane against the published von Karman curves of the reference set,
 // which were derived with another program.
 #include <cmath>
-#include <fstream>
-#include <optional>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "slave/study/study.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate::study {
 namespace {
 
-using nlohmann::json;
-
-std::optional<json> MembraneCase() {
-  std::ifstream stream(SourcePath("/../shared/reference/c_plate.json"));
-  if (!stream) return std::nullopt;
-  const json file = json::parse(stream);
-  for (const json& c : file.at("cases")) {
-    if (c.at("id") == "membrane_force_deflection") return c;
-  }
-  return std::nullopt;
-}
+using reference::json;
 
 Scene MembraneScene(const json& params, double thickness, double depth) {
   Scene scene;
@@ -40,10 +27,9 @@ Scene MembraneScene(const json& params, double thickness, double depth) {
 // of 1.5 is what users are promised. The large-deformation model is held to the printed force:
 // 1e-3, for the load that is no point.
 TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
-  const auto published = MembraneCase();
-  if (!published) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(published, "c_plate.json", "membrane_force_deflection");
   int compared = 0;
-  for (const json& point : published->at("expected")) {
+  for (const json& point : published.at("expected")) {
     const double t = point.at("t"), depth = point.at("w0");
     const bool chosen = t == 0.001 || depth == 0.005;
     if (point.at("r0") != 0.0 || !chosen) continue;
@@ -51,7 +37,7 @@ TEST(MembraneStudyTest, StatedErrorsAndReferenceAgreeWithThePublishedCurves) {
     StudySettings settings;
     settings.timing_s = 0;
     settings.places = {Eigen::Vector3d::Zero()};
-    const Scene scene = MembraneScene(published->at("params"), t, depth);
+    const Scene scene = MembraneScene(published.at("params"), t, depth);
     const StudyResult study = RunStudy(scene, settings, RealWorkshop());
     const double force = point.at("F_von_karman");
     const double error = 1 - point.at("linear_over_von_karman").get<double>();

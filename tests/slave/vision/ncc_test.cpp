@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/template_match.h"
-#include "tests/slave/vision/reference_case.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
@@ -53,11 +53,10 @@ double ByDefinition(const GreyPatch& T, const GreyPatch& I, int x, int y) {
 
 // Reference: exact integers of the table; 1e-12 is its tolerance in double.
 TEST(NccTest, ReproducesTheReferenceTable) {
-  const auto reference = ReferenceCase("ncc_tiny");
-  if (!reference) GTEST_SKIP() << "../shared is absent";
-  Ncc ncc(PatchOf(reference->at("params").at("template_rows")));
-  const ScoreMap& map = ncc.Match(PatchOf(reference->at("params").at("image_rows")));
-  const nlohmann::json& rows = reference->at("expected").at("C_rows");
+  PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "ncc_tiny");
+  Ncc ncc(PatchOf(reference.at("params").at("template_rows")));
+  const ScoreMap& map = ncc.Match(PatchOf(reference.at("params").at("image_rows")));
+  const nlohmann::json& rows = reference.at("expected").at("C_rows");
   ASSERT_EQ(static_cast<std::size_t>(map.height), rows.size());
   for (int y = 0; y < map.height; ++y) {
     ASSERT_EQ(static_cast<std::size_t>(map.width), rows.at(y).size());

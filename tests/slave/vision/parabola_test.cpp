@@ -1,18 +1,17 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/template_match.h"
-#include "tests/slave/vision/reference_case.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
 
 TEST(ParabolaTest, ReproducesTheReferenceTable) {
-  const auto reference = ReferenceCase("subpixel_parabola");
-  if (!reference) GTEST_SKIP() << "../shared is absent";
-  const auto y = reference->at("params").at("y").get<std::vector<double>>();
+  PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "subpixel_parabola");
+  const auto y = reference.at("params").at("y").get<std::vector<double>>();
   const Vertex vertex = FitParabola(y.at(0), y.at(1), y.at(2));
-  EXPECT_NEAR(vertex.offset, reference->at("expected").at("offset").get<double>(), 1e-14);
-  EXPECT_NEAR(vertex.value, reference->at("expected").at("peak").get<double>(), 1e-14);
+  EXPECT_NEAR(vertex.offset, reference.at("expected").at("offset").get<double>(), 1e-14);
+  EXPECT_NEAR(vertex.value, reference.at("expected").at("peak").get<double>(), 1e-14);
 }
 
 // Reference: y = 5 - 2 (x - d)^2 sampled at -1, 0, 1 has its vertex at d.

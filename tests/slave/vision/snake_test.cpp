@@ -6,17 +6,16 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "tests/slave/vision/reference_case.h"
 #include "tests/slave/vision/test_pictures.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
 
 // Reference: the table (Williams & Shah's normalisations in exact arithmetic), energies to 1e-12.
 TEST(GreedyStepTest, ReproducesTheReferenceTable) {
-  const auto reference = ReferenceCase("snake_greedy_step");
-  if (!reference) GTEST_SKIP() << "../shared is absent";
-  const auto& params = reference->at("params");
+  PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "snake_greedy_step");
+  const auto& params = reference.at("params");
   const auto vertex = [&](int k) {
     const auto v = params.at("vertices").at(k).get<std::vector<double>>();
     return Eigen::Vector2d(v[0], v[1]);
@@ -30,7 +29,7 @@ TEST(GreedyStepTest, ReproducesTheReferenceTable) {
     magnitude[place(entry)] = entry.at("mag").get<double>();
   }
   const SnakeWeights weights{params.at("alpha"), params.at("beta"), params.at("gamma")};
-  const auto& expected = reference->at("expected");
+  const auto& expected = reference.at("expected");
   const GreedyStep step = EvaluateStep(vertex(0), vertex(1), vertex(2), expected.at("mean_spacing"),
                                        weights, magnitude);
   for (const auto& entry : expected.at("energies")) {

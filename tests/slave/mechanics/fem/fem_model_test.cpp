@@ -42,7 +42,7 @@ Contact Load(const Vector3d& p, double width, const Vector3d& force) {
 // Reference d, patch_test_tet: linear displacements on the boundary give them inside, and constant
 // stress's nodal forces. The inner node has no contact.
 TEST(FemModel, PassesThePatchTest) {
-  PALPATE_CASE_OR_SKIP(given, "patch_test_tet");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "patch_test_tet");
   SolidMesh mesh;
   const auto& p = given.at("params");
   for (const auto& node : p.at("nodes")) mesh.nodes.push_back(solids::VectorOf(node));
@@ -232,7 +232,7 @@ TEST(FemModel, ConvergesWithSecondOrderInDisplacement) {
 // Reference d, elastica_tip_load: the tip of a slender cantilever under a dead load, with the
 // bending stiffness that this mesh has in small deflections, so that what is compared is rotation.
 TEST(FemModel, ASlenderBeamFollowsTheElastica) {
-  PALPATE_CASE_OR_SKIP(given, "elastica_tip_load");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "elastica_tip_load");
   const double L = 1, h = 0.04;
   const SolidMesh mesh = MeshBox({L, h, h}, {50, 2, 2});
   const auto held = solids::HeldWhere(mesh, [](const Vector3d& p) { return p.x() < 1e-9; });

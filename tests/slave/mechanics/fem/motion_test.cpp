@@ -58,7 +58,7 @@ std::vector<double> Swing(const Oscillator& body, const FemModel::Params& params
 // Reference d, integrators_sdof: a linear recurrence of second order has the discrete amplitude
 // factor r and frequency w as e_{n+1} = 2 r cos(w h) e_n - r^2 e_{n-1}.
 TEST(FemMotion, IntegratorsHaveTheirDiscreteFrequencyAndDecay) {
-  PALPATE_CASE_OR_SKIP(given, "integrators_sdof");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "integrators_sdof");
   const double omega = given.at("params").at("omega"), h = given.at("params").at("h");
   const auto& expected = given.at("expected");
   for (const auto mass : {FemOptions::Mass::kConsistent, FemOptions::Mass::kLumped}) {
@@ -82,7 +82,7 @@ TEST(FemMotion, IntegratorsHaveTheirDiscreteFrequencyAndDecay) {
 // Reference d, rayleigh_damping: implicit Euler with D = a M + b K obeys
 // (1 + h 2 zeta w + h^2 w^2) e_{n+1} = (2 + h 2 zeta w) e_n - e_{n-1}.
 TEST(FemMotion, RayleighDampingHasItsRatioAtEveryFrequency) {
-  PALPATE_CASE_OR_SKIP(given, "rayleigh_damping");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "rayleigh_damping");
   const double h = 1e-3;
   for (const auto& row : given.at("expected")) {
     const double omega = 2 * std::numbers::pi * row.at("f_hz").get<double>();
@@ -127,7 +127,7 @@ VectorXd SquaredFrequencies(const MatrixXd& K, const MatrixXd& M) {
 
 // Reference d, bar_eigenfrequencies_discrete: the first six of K x = w^2 M x, dense.
 TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
-  PALPATE_CASE_OR_SKIP(given, "bar_eigenfrequencies_discrete");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "bar_eigenfrequencies_discrete");
   const auto& p = given.at("params");
   const double L = p.at("L"), w = p.at("w"), E = p.at("E"), rho = p.at("rho");
   const SolidMesh mesh = MeshBox({L, w, w}, {10, 2, 2});
@@ -152,7 +152,7 @@ TEST(FemMotion, TheClampedBarHasItsDiscreteEigenfrequencies) {
 // across make exact in 3D. The formula's f1, within 2 % at 16 cells; with edges halved the error,
 // from above with consistent mass, falls by four.
 TEST(FemMotion, TheRodHasItsLongitudinalFrequency) {
-  PALPATE_CASE_OR_SKIP(given, "rod_frequency");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "rod_frequency");
   const auto& p = given.at("params");
   const double L = p.at("L"), E = p.at("E"), rho = p.at("rho");
   const double f1 = given.at("expected").at("f1");

@@ -2,38 +2,20 @@
 #pragma once
 
 #include <array>
-#include <fstream>
 #include <functional>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate::solids {
 
 using Held = std::vector<std::array<bool, 3>>;
 using Eigen::Vector3d;
-
-inline std::optional<nlohmann::json> Reference(const std::string& id) {
-  std::ifstream stream(SourcePath("/../shared/reference/d_solid3d.json"));
-  if (!stream) return std::nullopt;
-  const auto file = nlohmann::json::parse(stream);
-  for (const auto& c : file.at("cases")) {
-    if (c.at("id") == id) return c;
-  }
-  ADD_FAILURE() << "no case " << id;
-  return std::nullopt;
-}
-
-inline Vector3d VectorOf(const nlohmann::json& j) {
-  return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
-}
+using reference::VectorOf;
 
 inline Held HeldWhere(const SolidMesh& mesh, const std::function<bool(const Vector3d&)>& where) {
   Held held;
@@ -102,8 +84,3 @@ inline double Difference(const std::vector<Vector3d>& a, const std::vector<Vecto
 }
 
 }  // namespace palpate::solids
-
-#define PALPATE_CASE_OR_SKIP(variable, id)                                \
-  const auto variable##_found = palpate::solids::Reference(id);           \
-  if (!variable##_found) GTEST_SKIP() << "../shared/reference is absent"; \
-  const auto& variable = *variable##_found

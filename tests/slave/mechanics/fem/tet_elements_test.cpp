@@ -68,7 +68,7 @@ void ExpectForces(const Vector12d& forces, const nlohmann::json& expected, doubl
 
 // Reference d: exact rational numbers.
 TEST(TetElements, StiffnessIsExact) {
-  PALPATE_CASE_OR_SKIP(given, "tet_stiffness_exact");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "tet_stiffness_exact");
   FemBody body = UnitTet(kLinear);
   BlockMatrix K(body.pattern());
   body.AssembleTangent(0, 1, K);
@@ -91,7 +91,7 @@ TEST(TetElements, StiffnessIsExact) {
 // Reference d: no force from rigid motion in the co-rotational law, the known spurious ones in the
 // linear one, for every rotation up to exactly 180 degrees.
 TEST(TetElements, RigidMotionCostsNothingWhereElementsRotate) {
-  PALPATE_CASE_OR_SKIP(given, "rigid_rotation");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "rigid_rotation");
   const Vector3d shift = solids::VectorOf(given.at("params").at("translation"));
   FemBody rotating = UnitTet(kCorotational), linear = UnitTet(kLinear);
   for (const auto& c : given.at("expected")) {
@@ -106,7 +106,7 @@ TEST(TetElements, RigidMotionCostsNothingWhereElementsRotate) {
 
 // Reference d.
 TEST(TetElements, ForcesTurnWithTheElement) {
-  PALPATE_CASE_OR_SKIP(given, "objectivity");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "objectivity");
   const auto& p = given.at("params");
   const Matrix3d S = MatrixOf(p.at("S_rows"));
   const Matrix3d R = Eigen::AngleAxisd(p.at("degrees").get<double>() * std::numbers::pi / 180,
@@ -120,7 +120,7 @@ TEST(TetElements, ForcesTurnWithTheElement) {
 // Reference d: with det R = +1 inverted elements push back. At the exact mirror every rotation
 // about an axis is as good, so only finiteness is asked for.
 TEST(TetElements, InvertedElementsPushBack) {
-  PALPATE_CASE_OR_SKIP(given, "inversion");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "inversion");
   for (const auto& c : given.at("expected")) {
     FemBody body = UnitTet(kCorotational);
     const Vector12d forces = ForcesAt(body, Deformed(MatrixOf(c.at("F"))));
@@ -133,7 +133,7 @@ TEST(TetElements, InvertedElementsPushBack) {
 // Reference d: energy V (lambda / 2 + mu) (z - 1)^2 and force along the way through the base, and
 // relaxation from z = -0.5 to z = 1.
 TEST(TetElements, AnInvertedApexComesBack) {
-  PALPATE_CASE_OR_SKIP(given, "inversion_recovery_apex");
+  PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "inversion_recovery_apex");
   FemBody body = UnitTet(kCorotational);
   double z = given.at("params").at("z_start");
   NodeVector u(4);

@@ -1,37 +1,18 @@
 // Bodies, holds and contacts that the tests of solids share.
 #pragma once
 
-#include <filesystem>
-#include <fstream>
 #include <functional>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include "slave/mechanics/fem/solid/solid_model.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 
 namespace palpate::solid_tests {
 
-using nlohmann::json;
-
-// A case of a file of ../shared/reference; nothing where the file is absent.
-inline std::optional<json> Reference(const std::string& file, const std::string& id) {
-  std::ifstream stream(std::filesystem::path(SourcePath("/../shared/reference")) / file);
-  if (!stream) return std::nullopt;
-  const json content = json::parse(stream);
-  for (const auto& c : content.at("cases")) {
-    if (c.at("id") == id) return c;
-  }
-  return std::nullopt;
-}
-
-inline Eigen::Vector3d VectorOf(const json& numbers) {
-  return {numbers.at(0).get<double>(), numbers.at(1).get<double>(), numbers.at(2).get<double>()};
-}
+using reference::json;
+using reference::VectorOf;
 
 // All components held where `where(p_O)` says so.
 inline HeldNodes HeldWhere(const SolidMesh& mesh,

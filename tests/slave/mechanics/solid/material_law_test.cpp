@@ -153,11 +153,10 @@ struct OneElement {
 // Reference: d_solid3d, inversion and inversion_recovery_apex: forces of the element turned inside
 // out, and its energy V (lambda/2 + mu) (z - 1)^2 along the way; 1e-12.
 TEST(InvertedElement, IsPushedBack) {
-  const auto apex = Reference("d_solid3d.json", "inversion_recovery_apex");
-  const auto states = Reference("d_solid3d.json", "inversion");
-  if (!apex || !states) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(apex, "d_solid3d.json", "inversion_recovery_apex");
+  PALPATE_CASE_OR_SKIP(states, "d_solid3d.json", "inversion");
   const OneElement element(Law::kCorotational);
-  for (const auto& state : states->at("expected")) {
+  for (const auto& state : states.at("expected")) {
     Matrix3d F;
     for (int i = 0; i < 3; ++i) F.row(i) = VectorOf(state.at("F").at(static_cast<std::size_t>(i)));
     std::vector<Vector3d> forces;
@@ -174,9 +173,9 @@ TEST(InvertedElement, IsPushedBack) {
   }
   std::vector<Vector3d> forces;
   const double energy = element.Forces(Vector3d(1, 1, -0.5).asDiagonal(), &forces);
-  EXPECT_NEAR(energy, apex->at("expected").at("energy_at_start").get<double>(), 1e-12);
-  EXPECT_NEAR(forces[3].z(),
-              apex->at("expected").at("apex_internal_force_z_at_start").get<double>(), 1e-12);
+  EXPECT_NEAR(energy, apex.at("expected").at("energy_at_start").get<double>(), 1e-12);
+  EXPECT_NEAR(forces[3].z(), apex.at("expected").at("apex_internal_force_z_at_start").get<double>(),
+              1e-12);
 }
 
 // Released where its apex was pushed through its base, an element comes back to rest: 1e-6.
@@ -203,14 +202,13 @@ TEST(InvertedElement, RecoversWhenReleased) {
 
 // Reference: d_solid3d, tet_stiffness_exact: rational numbers; 1e-14 of order one.
 TEST(OneTetrahedron, HasTheExactStiffness) {
-  const auto reference = Reference("d_solid3d.json", "tet_stiffness_exact");
-  if (!reference) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(reference, "d_solid3d.json", "tet_stiffness_exact");
   const OneElement element(Law::kLinear);
   SparseMatrix K = element.layout.pattern();
   element.body.AddTangent(VectorXd::Zero(12), kExactTangent, false, &K);
   Eigen::MatrixXd full = K;
   full.triangularView<Eigen::StrictlyLower>() = full.transpose();
-  const json& rows = reference->at("expected").at("K_rows");
+  const json& rows = reference.at("expected").at("K_rows");
   for (int i = 0; i < 12; ++i) {
     for (int j = 0; j < 12; ++j) {
       EXPECT_NEAR(

@@ -261,13 +261,12 @@ struct Beam {
 // ratios, 1e-8 relative (the stiffness is ill-conditioned: 8e-10 of it is rounding); beam theory,
 // 1 % for a converged body, which ten nodes are with two cells through the height.
 TEST(Cantilever, MeetsBeamTheoryWithTenNodesAndTheDiscreteAnswersWithFour) {
-  const auto reference = Reference("d_solid3d.json", "cantilever_timoshenko");
-  if (!reference) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(reference, "d_solid3d.json", "cantilever_timoshenko");
   Beam beam;
   beam.params.options.law = Law::kLinear;
   beam.params.young_modulus = 3000;
   const Vector3d force(0, 0, -2e-4);
-  for (const auto& row : reference->at("expected").at("linear_tet_discrete")) {
+  for (const auto& row : reference.at("expected").at("linear_tet_discrete")) {
     const int n = row.at("cells_through_height").get<int>();
     beam.cells = {10 * n, n, n};
     for (const auto& [key, nu] :
@@ -280,15 +279,14 @@ TEST(Cantilever, MeetsBeamTheoryWithTenNodesAndTheDiscreteAnswersWithFour) {
   beam.params.options.element = Element::kTet10;
   beam.params.poisson_ratio = 0.15;
   beam.cells = {20, 2, 2};
-  const double theory = reference->at("expected").at("beam_theory").get<double>();
+  const double theory = reference.at("expected").at("beam_theory").get<double>();
   EXPECT_NEAR(-beam.Bend({force}).z() / theory, 1, 0.01);
 }
 
 // Reference: d_solid3d, elastica_tip_load (Bisshopp and Drucker 1945): a slender beam under a dead
 // load, 2 % at L / h = 20, for both laws that know rotations.
 TEST(Cantilever, FollowsTheElastica) {
-  const auto reference = Reference("d_solid3d.json", "elastica_tip_load");
-  if (!reference) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(reference, "d_solid3d.json", "elastica_tip_load");
   Beam beam;
   beam.L = 1;
   beam.h = 0.05;
@@ -299,7 +297,7 @@ TEST(Cantilever, FollowsTheElastica) {
   const double EI = 1e6 * std::pow(beam.h, 4) / 12;
   for (const Law law : {Law::kCorotational, Law::kNeoHookean}) {
     beam.params.options.law = law;
-    for (const auto& row : reference->at("expected")) {
+    for (const auto& row : reference.at("expected")) {
       const double load = row.at("PL2_over_EI").get<double>();
       const Vector3d u = beam.Bend({Vector3d(0, 0, load * EI)});
       EXPECT_NEAR(1 + u.x(), row.at("x_tip_over_L").get<double>(), 0.02) << load;
@@ -321,15 +319,14 @@ double TopUnder(const SolidModel::Params& params, const SolidMesh& mesh,
 // Reference: h_calculix, the foam cube by quadratic bricks: 0.5 % under the patch, 0.2 % under its
 // own weight, its tolerances.
 TEST(FoamCube, AgreesWithQuadraticBricks) {
-  const auto patch = Reference("h_calculix.json", "cube_linear_patch");
-  const auto weight = Reference("h_calculix.json", "cube_linear_gravity");
-  if (!patch || !weight) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(patch, "h_calculix.json", "cube_linear_patch");
+  PALPATE_CASE_OR_SKIP(weight, "h_calculix.json", "cube_linear_gravity");
   const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {9, 9, 9});
   auto params = Foam(Element::kTet10, Law::kLinear);
-  const double pressed = VectorOf(patch->at("expected").back().at("u_top_centre")).z();
+  const double pressed = VectorOf(patch.at("expected").back().at("u_top_centre")).z();
   EXPECT_NEAR(TopUnder(params, mesh, SquareLoad(mesh, 1)) / pressed, 1, 0.005);
   params.options.gravity_O = {0, 0, -9.80665};
-  const double sunk = VectorOf(weight->at("expected").back().at("u_top_centre")).z();
+  const double sunk = VectorOf(weight.at("expected").back().at("u_top_centre")).z();
   EXPECT_NEAR(TopUnder(params, mesh, {}) / sunk, 1, 0.002);
 }
 
@@ -338,16 +335,15 @@ TEST(FoamCube, AgreesWithQuadraticBricks) {
 // differ by second order of the strain: it is 0.35 % under the weight and 4 % under a tenth of the
 // patch's load in the mean, 10 % at its rim. Asked for: 1 % and 3 %.
 TEST(FoamCube, ComesNearOtherLargeStrainLawsWhereStrainsAreModerate) {
-  const auto weight = Reference("h_calculix.json", "cube_nlgeom_gravity");
-  const auto neo = Reference("h_calculix.json", "cube_nlgeom_neo_fraction0.1");
-  if (!weight || !neo) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(weight, "h_calculix.json", "cube_nlgeom_gravity");
+  PALPATE_CASE_OR_SKIP(neo, "h_calculix.json", "cube_nlgeom_neo_fraction0.1");
   const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {6, 6, 6});
   for (const Law law : {Law::kNeoHookean, Law::kCorotational}) {
     auto params = Foam(Element::kTet10, law);
-    const double pressed = VectorOf(neo->at("expected").back().at("u_top_centre")).z();
+    const double pressed = VectorOf(neo.at("expected").back().at("u_top_centre")).z();
     EXPECT_NEAR(TopUnder(params, mesh, SquareLoad(mesh, 0.1)) / pressed, 1, 0.03);
     params.options.gravity_O = {0, 0, -9.80665};
-    const double sunk = VectorOf(weight->at("expected").at("u_top_centre")).z();
+    const double sunk = VectorOf(weight.at("expected").at("u_top_centre")).z();
     EXPECT_NEAR(TopUnder(params, mesh, {}) / sunk, 1, 0.01);
   }
 }

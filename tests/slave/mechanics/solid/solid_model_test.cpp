@@ -27,10 +27,9 @@ class DiscreteCube : public testing::TestWithParam<int> {};
 // an assembly that is not ours. Its tolerances: linear 1e-8, co-rotational 1e-6 relative.
 TEST_P(DiscreteCube, AgreesWithTheReferenceOnTheSameMesh) {
   const int n = GetParam();
-  const auto reference = Reference("d_solid3d.json", "cube_n" + std::to_string(n));
-  if (!reference) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(reference, "d_solid3d.json", "cube_n" + std::to_string(n));
   const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {n, n, n});
-  const Vector3d top = VectorOf(reference->at("params").at("reported_node"));
+  const Vector3d top = VectorOf(reference.at("params").at("reported_node"));
   const auto compare = [&](const SolidModel& model, const json& expected, double tolerance) {
     const Vector3d u_top = VectorOf(expected.at("u_nearest_top_centre"));
     const Vector3d u_corner = VectorOf(expected.at("u_corner_LLL"));
@@ -46,7 +45,7 @@ TEST_P(DiscreteCube, AgreesWithTheReferenceOnTheSameMesh) {
     const auto load = SquareLoad(mesh, 1);
     std::vector<ContactResponse> responses(load.size());
     model.Respond(load, responses);
-    const json& expected = reference->at("expected").at("linear_patch");
+    const json& expected = reference.at("expected").at("linear_patch");
     compare(model, expected, 1e-8);
     EXPECT_NEAR(MeanDepth(load, responses) / expected.at("mean_patch_depth").get<double>(), 1,
                 1e-8);
@@ -55,14 +54,14 @@ TEST_P(DiscreteCube, AgreesWithTheReferenceOnTheSameMesh) {
     params.options.gravity_O = {0, 0, -9.80665};
     SolidModel model(mesh, Bottom(mesh), params);
     model.Respond({}, {});
-    compare(model, reference->at("expected").at("linear_gravity"), 1e-8);
+    compare(model, reference.at("expected").at("linear_gravity"), 1e-8);
   }
   params = Foam(Element::kTet4, Law::kCorotational);
   params.options.residual = 1e-9;
   SolidModel model(mesh, Bottom(mesh), params);
   for (const auto& [force, name] : {std::pair{0.25, "corotational_patch_quarter_force"},
                                     std::pair{1.0, "corotational_patch_full_force"}}) {
-    const json& expected = reference->at("expected").at(name);
+    const json& expected = reference.at("expected").at(name);
     if (!expected.at("converged").get<bool>()) continue;
     const auto load = SquareLoad(mesh, force);
     std::vector<ContactResponse> responses(load.size());

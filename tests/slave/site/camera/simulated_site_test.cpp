@@ -1,8 +1,6 @@
 #include "slave/site/camera/simulated_site.h"
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -10,11 +8,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 #include "tests/slave/site/camera/site_scenes.h"
-#include "tests/support/paths.h"
+#include "tests/support/references.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -31,20 +28,10 @@ void Carry(SimulatedSite& site, const Eigen::Vector3d& from, const Eigen::Vector
   for (int k = 0; k <= 1000; ++k) site.MoveTool(from + k / 1000.0 * (to - from));
 }
 
-double ReferenceForce(const std::string& id) {
-  const auto file = SourcePath("/../shared/reference/b_block_embryo.json");
-  if (!std::filesystem::exists(file)) return 0;
-  const auto reference = nlohmann::json::parse(std::ifstream(file));
-  for (const auto& c : reference["cases"]) {
-    if (c["id"] == id) return c["expected"]["force_N_at_5mm"];
-  }
-  return 0;
-}
-
 // Reference: the continuum value for the 5.87 mm indenter at 5 mm. Tolerance: the site's 1e-3.
 TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
-  const double wanted = ReferenceForce("block_centre_plane_stress_nu0.49_bonded");
-  if (wanted == 0) GTEST_SKIP() << "../shared/reference is absent";
+  PALPATE_CASE_OR_SKIP(given, "b_block_embryo.json", "block_centre_plane_stress_nu0.49_bonded");
+  const double wanted = given["expected"]["force_N_at_5mm"];
   SimulatedSite site(BlockScene());
   Carry(site, {kMiddle, 0.091, 0}, {kMiddle, kTop - 0.005, 0});
   const Truth truth = site.truth();

@@ -13,7 +13,7 @@
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
-#include "tests/slave/vision/reference_case.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
@@ -119,9 +119,8 @@ TEST(DotLayout, EvenCountsAreSymmetricToo) {
 
 // Reference: g_vision.json, circle_centroid_bias; exact for a pinhole.
 TEST(CircleBias, IsWhatTheReferenceSays) {
-  const auto reference = ReferenceCase("circle_centroid_bias");
-  if (!reference) GTEST_SKIP() << "no ../shared/reference";
-  const auto& params = reference->at("params");
+  PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "circle_centroid_bias");
+  const auto& params = reference.at("params");
   Lens lens;
   lens.fx = lens.fy = params.at("f_px");
   lens.size = {640, 480};
@@ -129,7 +128,7 @@ TEST(CircleBias, IsWhatTheReferenceSays) {
   const auto bias = CircleCentroidBias(lens, {0, 0, params.at("Z0_m")},
                                        {std::sin(tilt), 0, -std::cos(tilt)}, params.at("r_m"));
   ASSERT_TRUE(bias.has_value());
-  EXPECT_NEAR(bias->x(), reference->at("expected").at("bias_px").get<double>(), 1e-10);
+  EXPECT_NEAR(bias->x(), reference.at("expected").at("bias_px").get<double>(), 1e-10);
   EXPECT_NEAR(bias->y(), 0, 1e-12);
 }
 

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "slave/vision/stereo/rig.h"
-#include "tests/slave/vision/reference_case.h"
 #include "tests/slave/vision/stereo/test_rigs.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/references.h"
 
 namespace palpate {
 namespace {
@@ -18,27 +18,25 @@ Eigen::Vector3d Vector3(const nlohmann::json& numbers) {
 }
 
 TEST(TriangulateTest, AgreesWithTheReferenceOfAParallelRig) {
-  const auto reference = ReferenceCase("stereo_parallel");
-  if (!reference) GTEST_SKIP() << "../shared is absent";
-  const auto& given = reference->at("params");
+  PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "stereo_parallel");
+  const auto& given = reference.at("params");
   StereoRig rig;
   rig.left = rig.right = TestLens();
   rig.X_RL.translation().x() = -given.at("baseline_m").get<double>();
   const double v = given.at("vL"), uL = given.at("uL"), uR = given.at("uR");
   const auto point = Triangulate(rig, {uL, v}, {uR, v}, 1);
   ASSERT_TRUE(point);
-  EXPECT_LT((point->p_L - Vector3(reference->at("expected").at("X"))).norm(), 1e-12);
+  EXPECT_LT((point->p_L - Vector3(reference.at("expected").at("X"))).norm(), 1e-12);
   EXPECT_LT(std::abs(point->miss_px), 1e-9);
   // dZ = Z^2 / (f B) per pixel of disparity, whose sigma is sqrt 2 pixels. The pictures' rows and
   // the common part of their columns also weigh in, but not on z of this rig along the ray.
-  const double per_pixel = reference->at("expected").at("depth_error_per_pixel_m");
+  const double per_pixel = reference.at("expected").at("depth_error_per_pixel_m");
   EXPECT_NEAR(std::sqrt(point->covariance(2, 2)), std::sqrt(2.0) * per_pixel, 1e-6);
 }
 
 TEST(TriangulateTest, AgreesWithTheReferenceOfAVergedRig) {
-  const auto reference = ReferenceCase("stereo_verged");
-  if (!reference) GTEST_SKIP() << "../shared is absent";
-  const auto& given = reference->at("params");
+  PALPATE_CASE_OR_SKIP(reference, "g_vision.json", "stereo_verged");
+  const auto& given = reference.at("params");
   StereoRig rig;
   rig.left = rig.right = TestLens();
   for (int i = 0; i < 3; ++i) {
@@ -50,7 +48,7 @@ TEST(TriangulateTest, AgreesWithTheReferenceOfAVergedRig) {
   };
   const auto point = Triangulate(rig, at("left"), at("right"), 1);
   ASSERT_TRUE(point);
-  EXPECT_LT((point->p_L - Vector3(reference->at("expected").at("X"))).norm(), 1e-10);
+  EXPECT_LT((point->p_L - Vector3(reference.at("expected").at("X"))).norm(), 1e-10);
 }
 
 TEST(TriangulateTest, FindsAgainWhatBothCamerasSeeThroughDistortedLenses) {
