@@ -18,8 +18,9 @@ class Scratch {
  public:
   Scratch() {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name =
-        std::string(test->test_suite_name()) + "." + test->name() + "." + std::to_string(getpid());
+    static int made = 0;  // a test may have several
+    std::string name = std::string(test->test_suite_name()) + "." + test->name() + "." +
+                       std::to_string(getpid()) + "." + std::to_string(++made);
     std::replace(name.begin(), name.end(), '/', '.');
     path_ = std::filesystem::path(BinaryPath()) / "test-output" / name;
     std::filesystem::remove_all(path_);
