@@ -1,4 +1,6 @@
 // Counts what the haptic loop takes from the heap: it must be nothing.
+#include <memory>
+
 #include <gtest/gtest.h>
 
 #include "master/device/sim_hand.h"
@@ -8,6 +10,13 @@
 
 namespace palpate {
 namespace {
+
+TEST(AllocationTest, TheCounterCounts) {
+  const long before = AllocationCount(), own = OwnAllocationCount();
+  const auto value = std::make_unique<int>(1);
+  EXPECT_GT(AllocationCount(), before);
+  EXPECT_EQ(OwnAllocationCount(), own + 1);
+}
 
 // Ten thousand ticks with everything that happens: engaging, pressing, a changed model, silence,
 // an unknown force, letting go.
