@@ -16,7 +16,6 @@
 namespace palpate::coverage {
 namespace {
 
-using robustness::Counts;
 using robustness::Overrides;
 
 constexpr double kTensionTold = 0.5;          // one sigma, of itself

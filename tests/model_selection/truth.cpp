@@ -12,7 +12,6 @@
 namespace palpate::model_selection {
 namespace {
 
-using Eigen::Vector3d;
 using study::Press;
 using study::PressSpec;
 

@@ -9,7 +9,6 @@ namespace palpate {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 TEST(FingerTableTest, TellsOfEachFingerAndOfTheObject) {

@@ -10,7 +10,6 @@ namespace palpate {
 namespace {
 
 using Eigen::Matrix2d;
-using Eigen::Vector2d;
 
 Matrix2d Block(const GreensFunctions& greens, int i, int j) {
   return Eigen::Map<const Matrix2d>(greens.block(i, j));

@@ -1,6 +1,5 @@
 // Writing: what is read back is what was written.
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "shared/mesh/files/mesh_file.h"
@@ -11,8 +10,6 @@
 
 namespace palpate {
 namespace {
-
-using ::testing::HasSubstr;
 
 // Coordinates that need all 17 digits, at both ends of the lengths in use.
 SolidMesh Awkward(double size) {

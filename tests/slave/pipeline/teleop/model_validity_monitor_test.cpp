@@ -12,9 +12,7 @@
 namespace palpate {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 // Studied to 5 mm, for 500 Hz.
 class ModelValidityMonitorTest : public testing::Test {
