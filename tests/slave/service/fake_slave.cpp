@@ -20,23 +20,17 @@ FakeSlave::FakeSlave() {
   state_.local_model.stiffness(1, 1) = kStiffness;
   state_.local_model.valid_radius = 0.01;
   state_.local_model.revision = 1;
+  felt_.Put(state_);
 }
 
 void FakeSlave::TakeSample() {
-  {
-    const std::scoped_lock lock(mutex_);
-    ++state_.sample;
-    state_.sensed_at = std::max(Clock::now(), state_.sensed_at + Clock::duration(1));
-    const double depth = std::max(0.0, -state_.p_S_tip.y());
-    state_.force = state_.true_force = Eigen::Vector3d(0, kStiffness * depth, 0);
-    state_.local_model.in_contact = depth > 0;
-  }
-  sensed_.notify_all();
-}
-
-void FakeSlave::Happen(Event event) {
   const std::scoped_lock lock(mutex_);
-  events_.Add(event);
+  ++state_.sample;
+  const Time at = state_.sensed_at = std::max(Clock::now(), state_.sensed_at + Clock::duration(1));
+  const double depth = std::max(0.0, -state_.p_S_tip.y());
+  state_.force = state_.true_force = Eigen::Vector3d(0, kStiffness * depth, 0);
+  state_.local_model.in_contact = depth > 0;
+  felt_.Put(state_, {state_.sample, at, at, at, at});
 }
 
 void FakeSlave::TakeTactile(const std::vector<std::string>& fingers) {
@@ -82,7 +76,7 @@ bool FakeSlave::Command(const OperatorCommand& command) noexcept {
   ++came_;
   if (!command.p_M.allFinite() || command.p_M.norm() > kReach) {
     ++refused_;
-    events_.Add(Event::kCommandRefused);
+    felt_.Add(Event::kCommandRefused);
     return false;
   }
   if (command.sequence <= state_.command_sequence) return true;
@@ -122,18 +116,6 @@ SlaveState FakeSlave::Compose(Time now) {
   felt.validity = state.validity;
   state.fingers.fill(felt);
   return state;
-}
-
-Events FakeSlave::TakeEvents() {
-  const std::scoped_lock lock(mutex_);
-  const Events events = events_;
-  events_.Clear();
-  return events;
-}
-
-bool FakeSlave::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
-  std::unique_lock lock(mutex_);
-  return sensed_.wait_for(lock, patience, [&] { return state_.sensed_at > sensed_at; });
 }
 
 SlaveDescription FakeSlave::Describe() const {
@@ -197,14 +179,7 @@ void FakeSlave::EmergencyStop(const std::string& reason) {
   const std::scoped_lock lock(mutex_);
   state_.phase = Phase::kEstop;
   stop_reason_ = reason;
-  events_.Add(Event::kEstop);
-}
-
-std::vector<SampleTrace> FakeSlave::TracesSince(Time sensed_at) const {
-  const std::scoped_lock lock(mutex_);
-  const Time at = state_.sensed_at;
-  if (at <= sensed_at) return {};
-  return {{state_.sample, at, at, at, at}};
+  felt_.Add(Event::kEstop);
 }
 
 BoundaryShape FakeSlave::Shape(bool nodal_forces) {

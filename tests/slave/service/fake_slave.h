@@ -3,7 +3,6 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "slave/capture/picture_inbox.h"
 #include "slave/capture/tactile_inbox.h"
 #include "slave/manipulator/streamed_manipulator.h"
+#include "slave/pipeline/teleop/latest_estimate.h"
 #include "slave/pipeline/teleop/slave.h"
 
 namespace palpate {
@@ -29,7 +29,7 @@ class FakeSlave : public Slave {
   // Something new was sensed: a state follows at once.
   void TakeSample();
   // The next states carry `event`.
-  void Happen(Event event);
+  void Happen(Event event) { felt_.Add(event); }
   [[nodiscard]] int begins() const { return Locked(begins_); }
   [[nodiscard]] int ends() const { return Locked(ends_); }
   [[nodiscard]] std::vector<OperatorCommand> commands() const {
@@ -61,8 +61,10 @@ class FakeSlave : public Slave {
   bool Command(const OperatorCommand& command) noexcept override;
   void EndOperating() override;
   SlaveState Compose(Time now) override;
-  Events TakeEvents() override;
-  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override;
+  Events TakeEvents() override { return felt_.TakeEvents(); }
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
+    return felt_.WaitForNewer(sensed_at, patience);
+  }
   SlaveDescription Describe() const override;
   SlaveStatus Status() const override;
   // `bem2d` or empty is accepted; while following: std::logic_error.
@@ -71,7 +73,9 @@ class FakeSlave : public Slave {
   void Reset() override;
   void ReinitializeTracking() override { ++reinitialized_; }
   void EmergencyStop(const std::string& reason) override;
-  std::vector<SampleTrace> TracesSince(Time sensed_at) const override;
+  std::vector<SampleTrace> TracesSince(Time sensed_at) const override {
+    return felt_.TracesSince(sensed_at);
+  }
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
   TactileInbox* tactile_inbox() override;
@@ -92,13 +96,12 @@ class FakeSlave : public Slave {
 
   std::atomic<bool> makes_for_ever_{false}, is_making_{false};
   std::atomic<int> reinitialized_{0};
+  LatestEstimate felt_{30, {0, kHome, 0}};
   mutable std::mutex mutex_;  // guards everything below
-  std::condition_variable sensed_;
   SlaveState state_;
   TeleopTransform transform_;
   Time command_at_{};
   Time started_at_ = Clock::now();
-  Events events_;
   std::vector<OperatorCommand> commands_;
   ParameterChange parameters_;
   std::string stop_reason_;
