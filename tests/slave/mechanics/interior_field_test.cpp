@@ -43,29 +43,6 @@ TEST_P(TensionTest, StressInsideIsUniform) {
   }
 }
 
-// Reference: differences of the displacement itself, h = 1e-5 of the size: truncation 1e-10,
-// rounding 1e-11; Hooke's law for shape and area.
-TEST_P(TensionTest, StressFollowsFromTheDisplacement) {
-  const auto [plane, nu] = GetParam();
-  const InteriorField field(model_, model_.Boundary(solution_));
-  const Vector2d p(0.06, 0.03);
-  const double h = 1e-6;
-  Matrix2d gradient;
-  for (int k = 0; k < 2; ++k) {
-    const Vector2d step = h * Vector2d::Unit(k);
-    gradient.col(k) = (field.At(p + step).displacement - field.At(p - step).displacement) / (2 * h);
-  }
-  const Matrix2d strain = 0.5 * (gradient + gradient.transpose());
-  const double G = kModulus / (2 * (1 + nu));
-  const Matrix2d stress = field.At(p).stress;
-  const Matrix2d shear = stress - 0.5 * stress.trace() * Matrix2d::Identity();
-  const Matrix2d distortion = strain - 0.5 * strain.trace() * Matrix2d::Identity();
-  EXPECT_LT((shear - 2 * G * distortion).norm(), 1e-6 * kTension);
-  // Area changes by mean stress; not at all where plane strain is incompressible.
-  const double compliance = (plane == Plane::kStress ? 1 - nu : (1 + nu) * (1 - 2 * nu)) / kModulus;
-  EXPECT_NEAR(strain.trace(), compliance * stress.trace(), 1e-6 * kTension / kModulus);
-}
-
 // Reference: as above; along the free sides the tension is all there is.
 TEST_P(TensionTest, StressAlongTheBoundaryIsTheTension) {
   const InteriorField field(model_, model_.Boundary(solution_));
