@@ -43,8 +43,11 @@ std::string OpeningMessage(const Scene& scene) {
   return Thrown<std::runtime_error>([&] { OpenFrameSource(scene, false); });
 }
 
-TEST(FrameSourceTest, PicturesOfAnotherSizeThanTheScenesAreRefused) {
+struct FrameSourceTest : testing::Test {
   const Scratch scratch;
+};
+
+TEST_F(FrameSourceTest, PicturesOfAnotherSizeThanTheScenesAreRefused) {
   WriteNumbered(scratch, 1);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
   scene.sense.Find<Camera>()->size = {24, 32};
@@ -54,8 +57,7 @@ TEST(FrameSourceTest, PicturesOfAnotherSizeThanTheScenesAreRefused) {
   EXPECT_EQ(OpeningMessage(scene), "");
 }
 
-TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   WriteNumbered(scratch, 30);
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
   EXPECT_THAT(source->description(), testing::EndsWith("f%d.png (30)"));
@@ -72,8 +74,7 @@ TEST(FrameSourceTest, FilesComeOnceInOrderWithStampsAtTheScenesRate) {
   EXPECT_FALSE(source->Next({})) << "an ended source stays ended";
 }
 
-TEST(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsSaid) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsSaid) {
   WriteNumbered(scratch, 12);
   for (const char* name : {"f4.png", "f5.png"}) std::filesystem::remove(scratch.path() / name);
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
@@ -90,8 +91,7 @@ TEST(FrameSourceTest, WhereANumberIsMissingTimeGoesOnAndIsSaid) {
   EXPECT_EQ(count, 10U);
 }
 
-TEST(FrameSourceTest, EveryPictureIsFilteredAndTheFirstIsTriedAtOnce) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, EveryPictureIsFilteredAndTheFirstIsTriedAtOnce) {
   WriteNumbered(scratch, 3);
   const Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
   const auto source = OpenFrameSource(scene, false, [](const cv::Mat& picture) -> cv::Mat {
@@ -110,15 +110,13 @@ TEST(FrameSourceTest, EveryPictureIsFilteredAndTheFirstIsTriedAtOnce) {
 }
 
 // A picture may be late (a busy machine), never early.
-TEST(FrameSourceTest, PacedPicturesNeverComeBeforeTheirStamp) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, PacedPicturesNeverComeBeforeTheirStamp) {
   WriteNumbered(scratch, 5);
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f*.png", scratch), true);
   while (const auto frame = source->Next({})) EXPECT_GE(Clock::now(), frame->sensed_at);
 }
 
-TEST(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {
   WriteNumbered(scratch, 4);
   scratch.Write("f2.png", "damaged");
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
@@ -128,8 +126,7 @@ TEST(FrameSourceTest, ADamagedPictureStopsTheSourceAfterTheGoodOnes) {
               testing::HasSubstr("f2.png: image 3"));
 }
 
-TEST(FrameSourceTest, StoppingEndsAWaitForAPicture) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, StoppingEndsAWaitForAPicture) {
   WriteNumbered(scratch, 2);
   Scene scene = SceneWith(Camera::Source::kFiles, "f%d.png", scratch);
   scene.sense.Find<Camera>()->rate = 1e-3;  // the second picture is due in 1000 s
@@ -143,15 +140,13 @@ TEST(FrameSourceTest, StoppingEndsAWaitForAPicture) {
   EXPECT_FALSE(source->Next(stop.get_token()));
 }
 
-TEST(FrameSourceTest, ASourceNobodyReadsCanBeClosed) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, ASourceNobodyReadsCanBeClosed) {
   WriteNumbered(scratch, 40);  // more than are decoded ahead: the thread waits for room
   const auto source = OpenFrameSource(SceneWith(Camera::Source::kFiles, "f%d.png", scratch), false);
   EXPECT_TRUE(source->Next({}));
 }
 
-TEST(FrameSourceTest, VideosGiveEveryPicture) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, VideosGiveEveryPicture) {
   const std::string file = (scratch.path() / "v.avi").string();
   {
     cv::VideoWriter writer(file, cv::CAP_OPENCV_MJPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'),
@@ -169,8 +164,7 @@ TEST(FrameSourceTest, VideosGiveEveryPicture) {
   EXPECT_EQ(count, 12);
 }
 
-TEST(FrameSourceTest, WhatCannotBeOpenedIsNamed) {
-  const Scratch scratch;
+TEST_F(FrameSourceTest, WhatCannotBeOpenedIsNamed) {
   EXPECT_THAT(OpeningMessage(SceneWith(Camera::Source::kFiles, "*.png", scratch)),
               testing::HasSubstr("no image matches"));
   scratch.Write("bad0.png", "no image");

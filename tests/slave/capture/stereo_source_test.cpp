@@ -68,8 +68,11 @@ std::string Message(const Scene& scene) {
   return "nothing was thrown";
 }
 
-TEST(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate) {
+struct StereoFilesTest : testing::Test {
   const Scratch scratch;
+};
+
+TEST_F(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate) {
   WritePairs(scratch, 12);
   for (const bool glob : {false, true}) {
     const auto source =
@@ -95,8 +98,7 @@ TEST(StereoFilesTest, PairsComeOnceInTheOrderOfTheirNumbersWithStampsAtTheRate) 
   }
 }
 
-TEST(StereoFilesTest, DirectoriesAreSourcesToo) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, DirectoriesAreSourcesToo) {
   for (const char* side : {"left", "right"}) {
     std::filesystem::create_directory(scratch.path() / side);
     for (int k = 1; k <= 3; ++k) Write(scratch, cv::format("%s/%d.png", side, k), k);
@@ -106,8 +108,7 @@ TEST(StereoFilesTest, DirectoriesAreSourcesToo) {
 }
 
 // Reference: ITU-R BT.601, 0.299 R + 0.587 G + 0.114 B.
-TEST(StereoFilesTest, ColourBecomesGrey) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, ColourBecomesGrey) {
   for (const char* name : {"l0.png", "r0.png"}) {
     const cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(200, 100, 50));
     ASSERT_TRUE(cv::imwrite((scratch.path() / name).string(), image));
@@ -118,8 +119,7 @@ TEST(StereoFilesTest, ColourBecomesGrey) {
   EXPECT_NEAR(pair->left.at<uchar>(3, 3), 0.114 * 200 + 0.587 * 100 + 0.299 * 50, 0.51);
 }
 
-TEST(StereoFilesTest, ADecodedPairOutlivesTheSource) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, ADecodedPairOutlivesTheSource) {
   WritePairs(scratch, 2);
   auto source = OpenStereo(PairScene(scratch), false);
   const auto first = source->Next({});
@@ -130,8 +130,7 @@ TEST(StereoFilesTest, ADecodedPairOutlivesTheSource) {
   EXPECT_EQ(second->right.at<uchar>(0, 0), 101);
 }
 
-TEST(StereoFilesTest, AStoppedReaderLeavesAtOnce) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, AStoppedReaderLeavesAtOnce) {
   WritePairs(scratch, 3);
   Scene scene = PairScene(scratch);
   scene.sense.Find<StereoCameras>()->rate =
@@ -146,8 +145,7 @@ TEST(StereoFilesTest, AStoppedReaderLeavesAtOnce) {
   EXPECT_FALSE(source->Next(stop.get_token()));
 }
 
-TEST(StereoFilesTest, UnequalCountsSayHowManyOfEach) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, UnequalCountsSayHowManyOfEach) {
   WritePairs(scratch, 3);
   Write(scratch, "l3.png", 3);
   EXPECT_THAT(
@@ -155,8 +153,7 @@ TEST(StereoFilesTest, UnequalCountsSayHowManyOfEach) {
       AllOf(HasSubstr("l%d.png has 4 images"), HasSubstr("r%d.png has 3"), HasSubstr("accepted")));
 }
 
-TEST(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongTogether) {
   WritePairs(scratch, 5);
   std::filesystem::remove(scratch.path() / "l2.png");
   std::filesystem::remove(scratch.path() / "r3.png");
@@ -164,8 +161,7 @@ TEST(StereoFilesTest, PicturesMissingOnEitherSideDoNotPairWhatDoesNotBelongToget
               AllOf(HasSubstr("pair 3"), HasSubstr("l3.png"), HasSubstr("r2.png")));
 }
 
-TEST(StereoFilesTest, WhatMatchesNothingIsNamed) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, WhatMatchesNothingIsNamed) {
   WritePairs(scratch, 1);
   EXPECT_THAT(Message(PairScene(scratch, "l%d.png", "q*.png")),
               HasSubstr("q*.png: no image matches"));
@@ -173,8 +169,7 @@ TEST(StereoFilesTest, WhatMatchesNothingIsNamed) {
   EXPECT_THAT(Message(DepthScene(scratch, "d*.png")), HasSubstr("d*.png: no image matches"));
 }
 
-TEST(StereoFilesTest, SizesThatDifferNameTheFile) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, SizesThatDifferNameTheFile) {
   WritePairs(scratch, 3);
   Write(scratch, "r0.png", 0, CV_8UC1, 40);
   EXPECT_THAT(Message(PairScene(scratch)),
@@ -186,8 +181,7 @@ TEST(StereoFilesTest, SizesThatDifferNameTheFile) {
                     HasSubstr("first one's size, 32 x 24 px")));
 }
 
-TEST(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
   WritePairs(scratch, 2);
   Write(scratch, "r1.png", 1000, CV_16UC1);
   EXPECT_THAT(Message(PairScene(scratch)),
@@ -198,8 +192,7 @@ TEST(StereoFilesTest, PicturesOfAnotherDepthAreRefused) {
   EXPECT_THAT(Message(DepthScene(scratch, "c*.png")), HasSubstr("3 channels of 16 bit"));
 }
 
-TEST(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
   WritePairs(scratch, 3);
   scratch.Write("r2.png", "no image");
   EXPECT_THAT(Message(PairScene(scratch)), AllOf(HasSubstr("reading: "), HasSubstr("r2.png")));
@@ -207,8 +200,7 @@ TEST(StereoFilesTest, DamagedFilesAreNamedWhenTheirTurnComes) {
   EXPECT_THAT(Message(PairScene(scratch)), HasSubstr("l0.png: image 1 is empty"));
 }
 
-TEST(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
-  const Scratch scratch;
+TEST_F(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
   for (int k = 0; k < 3; ++k) Write(scratch, cv::format("d%d.png", k), 2500 + k, CV_16UC1);
   const auto source = OpenStereo(DepthScene(scratch, "d*.png"), false);
   EXPECT_THAT(source->description(), EndsWith("(3 depth images)"));
@@ -222,13 +214,12 @@ TEST(StereoFilesTest, DepthPicturesComeAsTheyAreWithoutARightOne) {
   EXPECT_FALSE(source->Next({}));
 }
 
-TEST(StereoFilesTest, ScenesWithoutSuchFilesAreRefused) {
+TEST_F(StereoFilesTest, ScenesWithoutSuchFilesAreRefused) {
   Scene scene;
   scene.name = "blind";
   EXPECT_THAT(Message(scene), HasSubstr("no pair of cameras"));
   scene.sense.Set(PointsOptions{});
   EXPECT_THAT(Message(scene), HasSubstr("simulated"));
-  const Scratch scratch;
   WritePairs(scratch, 1);
   Scene slow = PairScene(scratch);
   for (const double rate : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {

@@ -195,8 +195,10 @@ const BadLine kBadLines[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Scene, BadLineTest, ::testing::ValuesIn(kBadLines));
 
+using MalformedSceneTest = FolderTest;
+
 // What a line in place of another makes of the rest.
-TEST(MalformedSceneTest, AMistakeBesideTheLineIsReportedOnceWithItsPlace) {
+TEST_F(MalformedSceneTest, AMistakeBesideTheLineIsReportedOnceWithItsPlace) {
   const struct {
     int line;
     const char* replacement;
@@ -212,10 +214,9 @@ TEST(MalformedSceneTest, AMistakeBesideTheLineIsReportedOnceWithItsPlace) {
       {11, "  points: {track: dots}",
        ":11: sense.points = {track: dots}: accepted is nothing with one camera"},
   };
-  const Scratch folder;
   for (const auto& row : kRows) {
     const std::string mistakes =
-        MistakesOf(folder.Write("scene.yaml", SmallSceneWith(row.line, row.replacement)));
+        MistakesOf(Write("scene.yaml", SmallSceneWith(row.line, row.replacement)));
     EXPECT_THAT(mistakes, HasSubstr(row.message));
     EXPECT_EQ(LineCount(mistakes), 1) << mistakes;
   }
@@ -274,18 +275,16 @@ const BadFile kBadFiles[] = {
 INSTANTIATE_TEST_SUITE_P(Files, BadFileTest, ::testing::ValuesIn(kBadFiles),
                          [](const auto& row) { return std::string(row.param.name); });
 
-TEST(MalformedSceneTest, AMissingFileAndAFolderAreSaidToBeSo) {
-  const Scratch folder;
-  EXPECT_THAT(MistakesOf(folder.path() / "none.yaml"), HasSubstr("none.yaml: no such file"));
-  EXPECT_THAT(MistakesOf(folder.path()), HasSubstr("not a file"));
+TEST_F(MalformedSceneTest, AMissingFileAndAFolderAreSaidToBeSo) {
+  EXPECT_THAT(MistakesOf(folder_ / "none.yaml"), HasSubstr("none.yaml: no such file"));
+  EXPECT_THAT(MistakesOf(folder_), HasSubstr("not a file"));
 }
 
-TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
-  const Scratch folder;
+TEST_F(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
   std::string text = SmallSceneWith(11, "  contour: {alpha: x}\nsite: {noise: loud}");
   text.replace(text.find("127 kPa"), 7, "127 mm");
   text.replace(text.find("5.87 mm"), 7, "5.87 kg");  // the tool is read after the senses
-  const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text + "extra: 1\n"));
+  const std::string mistakes = MistakesOf(Write("scene.yaml", text + "extra: 1\n"));
   EXPECT_EQ(LineCount(mistakes), 5) << mistakes;
   const auto at = [&](const char* what) { return mistakes.find(what); };
   EXPECT_LT(at(":4: object.material.young_modulus"), at(":7: tool.width"));
@@ -295,7 +294,7 @@ TEST(MalformedSceneTest, AllMistakesOfAFileComeAtOnceInItsOrder) {
 }
 
 // A fuzzer found that a membrane held by a word ended the program.
-TEST(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
+TEST_F(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
   const std::string sections =
       "object object.geometry object.material object.fixed object.pose tool sense sense.camera "
       "sense.contour sense.tip sense.points sense.tactile model operator operator.press "
@@ -319,21 +318,19 @@ TEST(MalformedSceneTest, WhateverStandsInPlaceOfASectionIsReadOrRefused) {
   EXPECT_THAT(mistakes, HasSubstr("object.fixed = rim: accepted is a map of `key: value`"));
 }
 
-TEST(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
-  const Scratch folder;
+TEST_F(MalformedSceneTest, AnImageContourNeedsASnakeAndARealPicture) {
   std::string text = SmallSceneWith(3, "  geometry: {contour: from-image, thickness: 9 mm}");
   text.replace(text.find("side: bottom"), 12, "nodes: [0]");
   text.erase(text.find("  contour: {track"));
-  const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text));
+  const std::string mistakes = MistakesOf(Write("scene.yaml", text));
   EXPECT_THAT(mistakes, HasSubstr(":8: sense.contour = (missing): accepted is {track: snake}"));
   EXPECT_THAT(mistakes,
               HasSubstr(":9: sense.camera.source = simulated: accepted is file or device"));
 }
 
-TEST(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
-  const Scratch folder;
-  const auto file = folder.Write(
-      "scene.yaml", SmallSceneWith(3, "  geometry: {contour: outline.csv, thickness: 9 mm}"));
+TEST_F(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
+  const auto file =
+      Write("scene.yaml", SmallSceneWith(3, "  geometry: {contour: outline.csv, thickness: 9 mm}"));
   const struct {
     const char* csv;
     const char* message;
@@ -341,16 +338,15 @@ TEST(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
                {"0,0\n1,0\n", "outline.csv: 2 points: accepted is 3 to 4000"},
                {"0,0\n2,2\n2,0\n0,1\n", "cross or touch"}};
   for (const auto& row : kRows) {
-    folder.Write("outline.csv", row.csv);
+    Write("outline.csv", row.csv);
     EXPECT_THAT(MistakesOf(file), HasSubstr(row.message));
     EXPECT_THAT(MistakesOf(file), HasSubstr(":3: object.geometry.contour = outline.csv"));
   }
 }
 
 // Overrides are reported as what they are, not as a line of the file.
-TEST(MalformedSceneTest, OverridesAreReportedByTheirKey) {
-  const Scratch folder;
-  const auto file = folder.Write("scene.yaml", SmallScene());
+TEST_F(MalformedSceneTest, OverridesAreReportedByTheirKey) {
+  const auto file = Write("scene.yaml", SmallScene());
   const struct {
     const char* override_pair;
     const char* message;
@@ -376,70 +372,65 @@ TEST(MalformedSceneTest, OverridesAreReportedByTheirKey) {
 }
 
 // Broken in the middle of every byte: whatever happens, it is a SceneError or a scene.
-TEST(MalformedSceneTest, NoTruncationCrashes) {
-  const Scratch folder;
+TEST_F(MalformedSceneTest, NoTruncationCrashes) {
   const std::string text = SmallScene();
   int refused = 0;
   for (std::size_t length = 0; length < text.size(); ++length) {
-    refused += !MistakesOf(folder.Write("scene.yaml", text.substr(0, length))).empty();
+    refused += !MistakesOf(Write("scene.yaml", text.substr(0, length))).empty();
   }
   EXPECT_GT(refused, static_cast<int>(text.size()) / 2);
 }
 
-TEST(MalformedSceneTest, NoSingleChangedByteCrashes) {
-  const Scratch folder;
+TEST_F(MalformedSceneTest, NoSingleChangedByteCrashes) {
   const std::string bytes = "\xff\x01:[]{}&*!|>%@`'\"#,-?\n\t~9";
   for (std::size_t i = 0; i < SmallScene().size(); ++i) {
     std::string text = SmallScene();
     text[i] = bytes[i % bytes.size()];
-    MistakesOf(folder.Write("scene.yaml", text));
+    MistakesOf(Write("scene.yaml", text));
   }
 }
 
+using HostileSceneTest = FolderTest;
+
 // 1000 aliases of 10 kB are 10 MB, from a file of 16 kB.
-TEST(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsSaid) {
-  const Scratch folder;
+TEST_F(HostileSceneTest, AliasesSpellOutNoMoreTextThanIsSaid) {
   std::string text = "name: &a " + std::string(10'000, 'x') + "\nobject: [*a";
   for (int i = 1; i < 1000; ++i) text += ", *a";
-  EXPECT_THAT(MistakesOf(folder.Write("scene.yaml", text + "]\n")),
+  EXPECT_THAT(MistakesOf(Write("scene.yaml", text + "]\n")),
               HasSubstr("too large: accepted is at most 32 levels, 100000 values and 4 MiB"));
 }
 
 // Most of a minute where every key is compared with every other.
-TEST(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
-  const Scratch folder;
+TEST_F(HostileSceneTest, OfManyMistakesTheFirstAreListedAndTheOthersCounted) {
   constexpr int kKeys = 90'000;
   std::string text = SmallScene();
   for (int i = 0; i < kKeys; ++i) text += "k" + std::to_string(i) + ": 1\n";
-  const std::string mistakes = MistakesOf(folder.Write("scene.yaml", text));
+  const std::string mistakes = MistakesOf(Write("scene.yaml", text));
   EXPECT_EQ(LineCount(mistakes), 51);
   EXPECT_THAT(mistakes, HasSubstr("scene.yaml: and 89950 more mistakes"));
 }
 
-TEST(HostileSceneTest, QuotesNoMoreOfALongPathThanCanBeRead) {
-  const Scratch folder;
+TEST_F(HostileSceneTest, QuotesNoMoreOfALongPathThanCanBeRead) {
   const std::string mistakes =
-      MistakesOf(folder.Write("scene.yaml", SmallScene() + std::string(1000, 'k') + ": 1\n"));
+      MistakesOf(Write("scene.yaml", SmallScene() + std::string(1000, 'k') + ": 1\n"));
   EXPECT_THAT(mistakes, HasSubstr(std::string(200, 'k') + "... = 1: accepted is one of name"));
 }
 
 // A list's items are found by their place: 30 000 points, each of which is read.
-TEST(HostileSceneTest, LongListsAreReadItemByItem) {
-  const Scratch folder;
+TEST_F(HostileSceneTest, LongListsAreReadItemByItem) {
   std::string points = "[[0, 0]";
   for (int i = 1; i < 30'000; ++i) points += ", [1, 1]";
-  const auto file = folder.Write(
-      "scene.yaml",
-      SmallSceneWith(3, "  geometry: {polygon: {points: " + points + "], thickness: 9 mm}}"));
+  const auto file =
+      Write("scene.yaml",
+            SmallSceneWith(3, "  geometry: {polygon: {points: " + points + "], thickness: 9 mm}}"));
   EXPECT_THAT(MistakesOf(file), HasSubstr("accepted is at most 4000 points, holes included"));
 }
 
 // A scene may come from anywhere: it must not show what stands in files that are no contour.
-TEST(HostileSceneTest, QuotesLittleOfAFileThatIsNoContour) {
-  const Scratch folder;
-  folder.Write("secret", "user:password\nroot:\x1b]0;title\x07$6$saltsaltsaltsalt:19000\n");
-  const std::string mistakes = MistakesOf(folder.Write(
-      "scene.yaml", SmallSceneWith(3, "  geometry: {contour: secret, thickness: 9 mm}")));
+TEST_F(HostileSceneTest, QuotesLittleOfAFileThatIsNoContour) {
+  Write("secret", "user:password\nroot:\x1b]0;title\x07$6$saltsaltsaltsalt:19000\n");
+  const std::string mistakes = MistakesOf(
+      Write("scene.yaml", SmallSceneWith(3, "  geometry: {contour: secret, thickness: 9 mm}")));
   EXPECT_THAT(mistakes, HasSubstr("secret:2: root:?]0;tit...: accepted is two numbers x,y [m]"));
   EXPECT_THAT(mistakes, testing::Not(HasSubstr("salt")));
 }

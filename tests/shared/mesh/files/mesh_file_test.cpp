@@ -21,13 +21,14 @@ void ExpectSameNodes(const Mesh& read, const Mesh& expected, double unit) {
   }
 }
 
+using MeshFileTest = FolderTest;
+
 // Reference: the mesh the samples were written from; its coordinates are floats, so every form
 // holds them exactly.
-TEST(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
-  const Scratch folder;
+TEST_F(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
   for (const auto& sample : samples::Solids()) {
     SCOPED_TRACE(sample.name);
-    const MeshFile read = ReadMeshFile(folder.Write(sample.file, sample.bytes), 0.5);
+    const MeshFile read = ReadMeshFile(Write(sample.file, sample.bytes), 0.5);
     ASSERT_TRUE(std::holds_alternative<SolidMesh>(read.mesh));
     const auto& mesh = std::get<SolidMesh>(read.mesh);
     ExpectSameNodes(mesh, samples::Pair(), 0.5);
@@ -36,12 +37,11 @@ TEST(MeshFileTest, ReadsTheSameSolidFromEveryFormAndFormat) {
 }
 
 // STL keeps no node numbers: the corners come in the order of the triangles.
-TEST(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
-  const Scratch folder;
+TEST_F(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
   const SurfaceMesh expected = samples::Tetrahedron();
   for (const auto& sample : samples::Surfaces()) {
     SCOPED_TRACE(sample.name);
-    const MeshFile read = ReadMeshFile(folder.Write(sample.file, sample.bytes), 1e-3);
+    const MeshFile read = ReadMeshFile(Write(sample.file, sample.bytes), 1e-3);
     ASSERT_TRUE(std::holds_alternative<SurfaceMesh>(read.mesh));
     const auto& mesh = std::get<SurfaceMesh>(read.mesh);
     ASSERT_EQ(mesh.nodes.size(), 4U);
@@ -55,13 +55,12 @@ TEST(MeshFileTest, ReadsTheSameSurfaceFromEveryFormAndFormat) {
   }
 }
 
-TEST(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
-  const Scratch folder;
+TEST_F(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
   for (const int first : {0, 1}) {
-    folder.Write("pair.node", samples::Node(samples::Pair(), first));
-    folder.Write("pair.ele", samples::Ele(samples::Pair(), first));
+    Write("pair.node", samples::Node(samples::Pair(), first));
+    Write("pair.ele", samples::Ele(samples::Pair(), first));
     for (const char* name : {"pair.node", "pair.ele"}) {
-      const MeshFile read = ReadMeshFile(folder / name, 1);
+      const MeshFile read = ReadMeshFile(folder_ / name, 1);
       EXPECT_EQ(std::get<SolidMesh>(read.mesh).tets, samples::Pair().tets) << name << first;
       EXPECT_EQ(read.numbers.Node(2), first == 0 ? "node 2" : "node 3");
       EXPECT_EQ(read.numbers.Element(1), first == 0 ? "element 1" : "element 2");
@@ -69,14 +68,13 @@ TEST(MeshFileTest, ReadsTetgensPairByEitherNameAndNumbering) {
   }
 }
 
-TEST(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
-  const Scratch folder;
-  folder.Write("pair.node", samples::Node(samples::Pair(), 1));
-  folder.Write("pair.ele", samples::Ele(samples::Pair(), 1));
-  const auto file = folder.Write("pair.veg",
-                                 "*VERTICES\n*INCLUDE pair.node\n*ELEMENTS\nTETS\n*INCLUDE "
-                                 "pair.ele\n*MATERIAL BODY\nENU, 26, 3000, 0.15\n*MATERIAL OTHER\n"
-                                 "ENU, 1, 1, 0\n*REGION\nallElements, BODY\n");
+TEST_F(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
+  Write("pair.node", samples::Node(samples::Pair(), 1));
+  Write("pair.ele", samples::Ele(samples::Pair(), 1));
+  const auto file = Write("pair.veg",
+                          "*VERTICES\n*INCLUDE pair.node\n*ELEMENTS\nTETS\n*INCLUDE "
+                          "pair.ele\n*MATERIAL BODY\nENU, 26, 3000, 0.15\n*MATERIAL OTHER\n"
+                          "ENU, 1, 1, 0\n*REGION\nallElements, BODY\n");
   const MeshFile read = ReadMeshFile(file, 1);
   EXPECT_EQ(std::get<SolidMesh>(read.mesh).tets, samples::Pair().tets);
   ASSERT_TRUE(read.material);
@@ -85,30 +83,27 @@ TEST(MeshFileTest, FollowsVegasIncludesAndKeepsItsMaterial) {
   EXPECT_EQ(read.material->poisson_ratio, 0.15);
 }
 
-TEST(MeshFileTest, SaysWhatItDoesNotReadOfVega) {
-  const Scratch folder;
+TEST_F(MeshFileTest, SaysWhatItDoesNotReadOfVega) {
   const std::string mesh = samples::Veg(samples::Pair(), 0);
   const MeshFile two =
-      ReadMeshFile(folder.Write("a.veg", mesh + "*MATERIAL B\nENU,1,1,0\n*REGION\nrest, B\n"), 1);
+      ReadMeshFile(Write("a.veg", mesh + "*MATERIAL B\nENU,1,1,0\n*REGION\nrest, B\n"), 1);
   EXPECT_FALSE(two.material);
   EXPECT_THAT(two.remarks, ElementsAre(HasSubstr("2 materials")));
   const MeshFile law =
-      ReadMeshFile(folder.Write("b.veg", mesh + "*MATERIAL B\nMOONEYRIVLIN, 1, 1, 1, 1\n"), 1);
+      ReadMeshFile(Write("b.veg", mesh + "*MATERIAL B\nMOONEYRIVLIN, 1, 1, 1, 1\n"), 1);
   EXPECT_TRUE(law.material);
   EXPECT_THAT(law.remarks, ElementsAre(HasSubstr("MOONEYRIVLIN")));
 }
 
-TEST(MeshFileTest, NamesNodesAndElementsAsGmshDoes) {
-  const Scratch folder;
-  const MeshFile read = ReadMeshFile(folder.Write("a.msh", samples::Gmsh2Text(samples::Pair())), 1);
+TEST_F(MeshFileTest, NamesNodesAndElementsAsGmshDoes) {
+  const MeshFile read = ReadMeshFile(Write("a.msh", samples::Gmsh2Text(samples::Pair())), 1);
   EXPECT_EQ(read.numbers.Node(4), "node 50");
   EXPECT_EQ(read.numbers.Element(0), "element 4");
 }
 
 // A tetrahedron of ten nodes, with the middles numbered among the corners.
-TEST(MeshFileTest, UsesTheCornersOfQuadraticElements) {
-  const Scratch folder;
-  const auto file = folder.Write(
+TEST_F(MeshFileTest, UsesTheCornersOfQuadraticElements) {
+  const auto file = Write(
       "a.msh",
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n1 0 0 0\n5 .5 0 0\n2 1 0 0\n6 .5 .5 0\n"
       "3 0 1 0\n7 0 .5 0\n4 0 0 1\n8 0 0 .5\n9 0 .5 .5\n10 .5 0 .5\n$EndNodes\n$Elements\n1\n"
@@ -122,13 +117,12 @@ TEST(MeshFileTest, UsesTheCornersOfQuadraticElements) {
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("6 nodes in the middle")));
 }
 
-TEST(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
-  const Scratch folder;
-  const auto file = folder.Write("a.ply",
-                                 "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
-                                 "property float y\nproperty float z\nelement face 1\nproperty "
-                                 "list uchar int vertex_indices\nend_header\n0 0 0\n2 -1 0\n4 0 "
-                                 "0\n2 1 0\n4 0 1 2 3\n");
+TEST_F(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
+  const auto file = Write("a.ply",
+                          "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                          "property float y\nproperty float z\nelement face 1\nproperty "
+                          "list uchar int vertex_indices\nend_header\n0 0 0\n2 -1 0\n4 0 "
+                          "0\n2 1 0\n4 0 1 2 3\n");
   const MeshFile read = ReadMeshFile(file, 1);
   EXPECT_THAT(std::get<SurfaceMesh>(read.mesh).triangles,
               ElementsAre(ElementsAre(0, 1, 3), ElementsAre(1, 2, 3)));
@@ -136,22 +130,20 @@ TEST(MeshFileTest, CutsQuadrilateralsAlongTheShorterDiagonal) {
 }
 
 // Corners that differ by a float's rounding are one node; triangles that vanish by it are left out.
-TEST(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
-  const Scratch folder;
+TEST_F(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
   std::string text = samples::StlText(samples::Tetrahedron());
   text.replace(text.find("1.5"), 3, "1.50000012");
   text.insert(text.find("endsolid"),
               "facet normal 0 0 0 outer loop vertex 0 0 0 vertex 1e-9 0 0 vertex 1 0 0 endloop "
               "endfacet\n");
-  const MeshFile read = ReadMeshFile(folder.Write("a.stl", text), 1);
+  const MeshFile read = ReadMeshFile(Write("a.stl", text), 1);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).nodes.size(), 4U);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles.size(), 4U);
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("1 triangles of no width")));
 }
 
 // Some writers give every face vertices of its own; the surface would seem open.
-TEST(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
-  const Scratch folder;
+TEST_F(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
   SurfaceMesh apart;
   const SurfaceMesh whole = samples::Tetrahedron();
   for (const auto& t : whole.triangles) {
@@ -160,19 +152,18 @@ TEST(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
     apart.triangles.push_back({first, first + 1, first + 2});
   }
   const MeshFile read =
-      ReadMeshFile(folder.Write("a.ply", samples::Ply(apart, "binary_little_endian")), 1);
+      ReadMeshFile(Write("a.ply", samples::Ply(apart, "binary_little_endian")), 1);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).nodes.size(), 4U);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles[1], (std::array{0, 2, 3}));
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("8 vertices coincide with others")));
 }
 
-TEST(MeshFileTest, JoinsThePiecesOfAVtu) {
-  const Scratch folder;
+TEST_F(MeshFileTest, JoinsThePiecesOfAVtu) {
   std::string file =
       samples::VtuSample(samples::VtuCode::kAscii, true, false, nullptr).File(samples::Pair());
   const std::size_t begin = file.find("<Piece"), end = file.find("</UnstructuredGrid>");
   file.insert(begin, file.substr(begin, end - begin));
-  const auto mesh = std::get<SolidMesh>(ReadMeshFile(folder.Write("a.vtu", file), 1).mesh);
+  const auto mesh = std::get<SolidMesh>(ReadMeshFile(Write("a.vtu", file), 1).mesh);
   EXPECT_EQ(mesh.nodes.size(), 10U);
   EXPECT_THAT(mesh.tets, ElementsAre(ElementsAre(0, 1, 2, 3), ElementsAre(0, 2, 1, 4),
                                      ElementsAre(5, 6, 7, 8), ElementsAre(5, 7, 6, 9)));

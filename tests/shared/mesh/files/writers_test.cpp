@@ -25,31 +25,31 @@ VtuGrid GridOf(const SolidMesh& mesh) {
   return grid;
 }
 
-TEST(MeshWritersTest, RoundTripEveryDigitOfASolid) {
-  const Scratch folder;
+using MeshWritersTest = FolderTest;
+
+TEST_F(MeshWritersTest, RoundTripEveryDigitOfASolid) {
   for (const double size : {1e-9, 0.06, 1e3}) {
     const SolidMesh mesh = Awkward(size);
-    EXPECT_TRUE(WriteGmsh(folder / "a.msh", mesh));
-    EXPECT_TRUE(WriteVtu(folder / "a.vtu", GridOf(mesh), VtuForm::kAscii));
-    EXPECT_TRUE(WriteVtu(folder / "b.vtu", GridOf(mesh), VtuForm::kAppended));
+    EXPECT_TRUE(WriteGmsh(folder_ / "a.msh", mesh));
+    EXPECT_TRUE(WriteVtu(folder_ / "a.vtu", GridOf(mesh), VtuForm::kAscii));
+    EXPECT_TRUE(WriteVtu(folder_ / "b.vtu", GridOf(mesh), VtuForm::kAppended));
     for (const char* name : {"a.msh", "a.vtu", "b.vtu"}) {
-      const auto read = std::get<SolidMesh>(ReadMeshFile(folder / name, 1).mesh);
+      const auto read = std::get<SolidMesh>(ReadMeshFile(folder_ / name, 1).mesh);
       EXPECT_EQ(read.nodes, mesh.nodes) << name << " " << size;
       EXPECT_EQ(read.tets, mesh.tets) << name << " " << size;
     }
   }
 }
 
-TEST(MeshWritersTest, RoundTripASurface) {
-  const Scratch folder;
+TEST_F(MeshWritersTest, RoundTripASurface) {
   SurfaceMesh mesh = SurfaceOf(MeshBox({0.3, 0.2, 0.1}, {2, 1, 1}));
-  EXPECT_TRUE(WriteGmsh(folder / "a.msh", mesh));
+  EXPECT_TRUE(WriteGmsh(folder_ / "a.msh", mesh));
   VtuGrid grid;
   grid.points = mesh.nodes;
   grid.triangles = mesh.triangles;
-  EXPECT_TRUE(WriteVtu(folder / "a.vtu", grid, VtuForm::kAppended));
+  EXPECT_TRUE(WriteVtu(folder_ / "a.vtu", grid, VtuForm::kAppended));
   for (const char* name : {"a.msh", "a.vtu"}) {
-    const auto read = std::get<SurfaceMesh>(ReadMeshFile(folder / name, 1).mesh);
+    const auto read = std::get<SurfaceMesh>(ReadMeshFile(folder_ / name, 1).mesh);
     EXPECT_EQ(read.nodes, mesh.nodes) << name;
     EXPECT_EQ(read.triangles, mesh.triangles) << name;
   }
@@ -90,12 +90,11 @@ TEST(VtuWriterTest, RefusesArraysThatDoNotFit) {
   EXPECT_THROW(WriteVtu(folder / "a.vtu", grid, VtuForm::kAscii), std::invalid_argument);
 }
 
-TEST(MeshWritersTest, SayWhenTheyCannotWrite) {
-  const Scratch folder;
+TEST_F(MeshWritersTest, SayWhenTheyCannotWrite) {
   const SolidMesh mesh = Awkward(1);
-  EXPECT_FALSE(WriteGmsh(folder / "no" / "a.msh", mesh));
-  EXPECT_FALSE(WriteGmsh(folder / "no" / "a.msh", SurfaceOf(mesh)));
-  EXPECT_FALSE(WriteVtu(folder / "no" / "a.vtu", GridOf(mesh), VtuForm::kAppended));
+  EXPECT_FALSE(WriteGmsh(folder_ / "no" / "a.msh", mesh));
+  EXPECT_FALSE(WriteGmsh(folder_ / "no" / "a.msh", SurfaceOf(mesh)));
+  EXPECT_FALSE(WriteVtu(folder_ / "no" / "a.vtu", GridOf(mesh), VtuForm::kAppended));
 }
 
 }  // namespace

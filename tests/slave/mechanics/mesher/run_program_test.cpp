@@ -17,46 +17,43 @@ namespace {
 using ::testing::HasSubstr;
 using namespace std::chrono_literals;
 
-TEST(RunProgramTest, TellsStatusAndOutput) {
-  const Scratch folder;
+using RunProgramTest = FolderTest;
+
+TEST_F(RunProgramTest, TellsStatusAndOutput) {
   const ProgramEnd end = RunProgram(
-      "/bin/sh", {"-c", "pwd; echo \"a 'b' $LC_ALL\" >&2; cat; exit 3"}, folder / "", 10s, {});
+      "/bin/sh", {"-c", "pwd; echo \"a 'b' $LC_ALL\" >&2; cat; exit 3"}, folder_ / "", 10s, {});
   EXPECT_EQ(end.status, 3);
-  EXPECT_THAT(end.output, HasSubstr((folder / "").parent_path().filename().string()));
+  EXPECT_THAT(end.output, HasSubstr((folder_ / "").parent_path().filename().string()));
   EXPECT_THAT(end.output, HasSubstr("a 'b' C\n"));
 }
 
 // No shell reads the words.
-TEST(RunProgramTest, PassesArgumentsAsTheyAre) {
-  const Scratch folder;
-  EXPECT_EQ(RunProgram("/bin/echo", {"$HOME;", "`id`", "a  b"}, folder / "", 10s, {}).output,
+TEST_F(RunProgramTest, PassesArgumentsAsTheyAre) {
+  EXPECT_EQ(RunProgram("/bin/echo", {"$HOME;", "`id`", "a  b"}, folder_ / "", 10s, {}).output,
             "$HOME; `id` a  b\n");
 }
 
-TEST(RunProgramTest, TellsTheSignalThatEndedIt) {
-  const Scratch folder;
-  EXPECT_EQ(RunProgram("/bin/sh", {"-c", "kill -ABRT $$"}, folder / "", 10s, {}).status,
+TEST_F(RunProgramTest, TellsTheSignalThatEndedIt) {
+  EXPECT_EQ(RunProgram("/bin/sh", {"-c", "kill -ABRT $$"}, folder_ / "", 10s, {}).status,
             128 + SIGABRT);
 }
 
-TEST(RunProgramTest, KeepsTheLastOfMuchOutput) {
-  const Scratch folder;
+TEST_F(RunProgramTest, KeepsTheLastOfMuchOutput) {
   const ProgramEnd end =
       RunProgram("/bin/sh", {"-c", "i=0; while [ $i -lt 2000 ]; do echo line $i; i=$((i+1)); done"},
-                 folder / "", 30s, {});
+                 folder_ / "", 30s, {});
   EXPECT_EQ(end.output.size(), 4000U);
   EXPECT_THAT(end.output, ::testing::EndsWith("line 1999\n"));
 }
 
 // The program's own child too: the folder would be written to after it is gone.
-TEST(RunProgramTest, KillsWhatTakesTooLong) {
-  const Scratch folder;
+TEST_F(RunProgramTest, KillsWhatTakesTooLong) {
   const auto began = std::chrono::steady_clock::now();
   EXPECT_THROW(
-      RunProgram("/bin/sh", {"-c", "sleep 60 & echo $! > child; wait"}, folder / "", 500ms, {}),
+      RunProgram("/bin/sh", {"-c", "sleep 60 & echo $! > child; wait"}, folder_ / "", 500ms, {}),
       std::runtime_error);
   EXPECT_LT(std::chrono::steady_clock::now() - began, 30s);
-  const int child = std::stoi(Scratch::Read(folder / "child"));
+  const int child = std::stoi(Scratch::Read(folder_ / "child"));
   // It may stay as a zombie until its new parent has taken notice.
   const auto gone = [&] {
     return kill(child, 0) != 0 ||
@@ -67,27 +64,25 @@ TEST(RunProgramTest, KillsWhatTakesTooLong) {
   EXPECT_TRUE(gone());
 }
 
-TEST(RunProgramTest, StopsWhenToldTo) {
-  const Scratch folder;
+TEST_F(RunProgramTest, StopsWhenToldTo) {
   std::stop_source source;
   const std::jthread later([&] {
     std::this_thread::sleep_for(100ms);
     source.request_stop();
   });
-  EXPECT_THROW(RunProgram("/bin/sleep", {"60"}, folder / "", 60s, source.get_token()), Interrupted);
+  EXPECT_THROW(RunProgram("/bin/sleep", {"60"}, folder_ / "", 60s, source.get_token()),
+               Interrupted);
 }
 
-TEST(RunProgramTest, WritesThroughNoLink) {
-  const Scratch folder;
-  std::filesystem::create_symlink(folder.Write("target", "mine"), folder / "log");
-  EXPECT_THROW(RunProgram("/bin/echo", {"a"}, folder / "", 10s, {}), std::runtime_error);
-  EXPECT_EQ(Scratch::Read(folder / "target"), "mine");
+TEST_F(RunProgramTest, WritesThroughNoLink) {
+  std::filesystem::create_symlink(Write("target", "mine"), folder_ / "log");
+  EXPECT_THROW(RunProgram("/bin/echo", {"a"}, folder_ / "", 10s, {}), std::runtime_error);
+  EXPECT_EQ(Scratch::Read(folder_ / "target"), "mine");
 }
 
-TEST(RunProgramTest, SaysWhatCannotBeStarted) {
-  const Scratch folder;
-  folder.Write("text", "not a program");
-  EXPECT_THROW(RunProgram(folder / "text", {}, folder / "", 10s, {}), std::runtime_error);
+TEST_F(RunProgramTest, SaysWhatCannotBeStarted) {
+  Write("text", "not a program");
+  EXPECT_THROW(RunProgram(folder_ / "text", {}, folder_ / "", 10s, {}), std::runtime_error);
 }
 
 TEST(FindProgramTest, FindsExecutablesOnThePathOnly) {
