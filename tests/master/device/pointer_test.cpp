@@ -37,8 +37,11 @@ class Stage {
   int ms_ = 0;
 };
 
-TEST(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
+struct PointerTest : testing::Test {
   Stage stage;
+};
+
+TEST_F(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
   stage.Run(0.1, {0, 0, 0}, true);
   const DeviceReading reading = stage.Run(2, kAim, true);
   EXPECT_TRUE(reading.engaged);
@@ -49,8 +52,7 @@ TEST(PointerTest, GoesWhereThePageAimsNoFasterThanItMay) {
 }
 
 // A page that was loaded anew aims at zero again, wherever the hand is.
-TEST(PointerTest, EngagingMovesNothing) {
-  Stage stage;
+TEST_F(PointerTest, EngagingMovesNothing) {
   stage.Run(2, {0, 0, 0}, true);
   const Eigen::Vector3d before = stage.Run(2, kAim, true).p_M;
   stage.Run(0.2, kAim, false);
@@ -59,8 +61,7 @@ TEST(PointerTest, EngagingMovesNothing) {
   EXPECT_NEAR((again.p_M - before).norm(), 0, 1e-6);
 }
 
-TEST(PointerTest, SilenceLetsGo) {
-  Stage stage;
+TEST_F(PointerTest, SilenceLetsGo) {
   EXPECT_TRUE(stage.Run(0.5, kAim, true).engaged);
   EXPECT_TRUE(stage.Run(0.22, kAim, true, false).engaged);
   const DeviceReading silent = stage.Run(0.05, kAim, true, false);
@@ -70,8 +71,7 @@ TEST(PointerTest, SilenceLetsGo) {
   EXPECT_FALSE(later.engaged);
 }
 
-TEST(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
-  Stage stage;
+TEST_F(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
   stage.Run(0.5, kAim, true);
   stage.Run(0.5, kAim, true, false);
   EXPECT_FALSE(stage.Run(0.5, kAim, true).engaged);
@@ -82,8 +82,7 @@ TEST(PointerTest, APageThatComesBackToLifeHoldsNothingUntilItIsPressedAnew) {
 }
 
 // It aims from its own zero, and never let go.
-TEST(PointerTest, AnotherPageHoldsAfterASilentOneAndMovesNothing) {
-  Stage stage;
+TEST_F(PointerTest, AnotherPageHoldsAfterASilentOneAndMovesNothing) {
   const Eigen::Vector3d before = stage.Run(2, kAim, true).p_M;
   stage.Run(0.5, kAim, true, false);
   stage.page = 2;
@@ -92,26 +91,23 @@ TEST(PointerTest, AnotherPageHoldsAfterASilentOneAndMovesNothing) {
   EXPECT_NEAR((taken.p_M - before).norm(), 0, 1e-4);
 }
 
-TEST(PointerTest, NobodyHasSpokenYetHoldsNothing) {
-  Stage stage;
+TEST_F(PointerTest, NobodyHasSpokenYetHoldsNothing) {
   EXPECT_FALSE(stage.Run(0.1, {0, 0, 0}, true, false).engaged);
 }
 
 // Reference: Hooke's law of the arm.
-TEST(PointerTest, GivesWayToTheForce) {
-  Stage stage;
+TEST_F(PointerTest, GivesWayToTheForce) {
   stage.force = {0, 2, 0};
   const DeviceReading reading = stage.Run(2, {0, 0, 0}, true);
   EXPECT_NEAR(reading.p_M.y(), 2 / Arm().stiffness, 1e-6);
 }
 
-TEST(PointerTest, TellsWhichAimItUsed) {
-  Stage stage;
+TEST_F(PointerTest, TellsWhichAimItUsed) {
   stage.Run(0.5, kAim, true);
   EXPECT_EQ(stage.pointer.used(), 480);
 }
 
-TEST(PointerTest, ASpeedThatIsNoneIsRefused) {
+TEST_F(PointerTest, ASpeedThatIsNoneIsRefused) {
   for (const double speed : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     EXPECT_THROW(Pointer{speed}, std::invalid_argument);
   }

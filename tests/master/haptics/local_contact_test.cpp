@@ -19,8 +19,12 @@ LocalModel Wall(double K, double y, std::uint32_t revision) {
 
 constexpr double kLater = 1.0;  // long after any blend [s]
 
+struct LocalContactTest : testing::Test {
+  LocalContact contact;
+};
+
 // Reference: f = f_r + K (x_r - p) with numbers worked out by hand; a full K, an oblique plane.
-TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
+TEST_F(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
   LocalModel model;
   model.reference = {0.001, 0.002, 0};
   model.normal = Eigen::Vector3d(3, 4, 0) / 5;
@@ -28,7 +32,6 @@ TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
   model.stiffness << 100, 20, 0, 20, 300, 0, 0, 0, 50;
   model.revision = 1;
   model.in_contact = true;
-  LocalContact contact;
   contact.Take(model, 0);
   const Eigen::Vector3d inside = contact.ForceAt({0, 0, 0.001}, kLater);
   EXPECT_NEAR((inside - Eigen::Vector3d(0.64, 0.62, -0.05)).norm(), 0, 1e-15);
@@ -37,12 +40,11 @@ TEST(LocalContactTest, IsTheLinearLawInsideAndZeroOutside) {
 }
 
 // Reference: the tangent to F = c d^3 at d = 3 mm, which meets zero at 2 mm.
-TEST(LocalContactTest, TheTangentToAStiffeningLawNeverPulls) {
+TEST_F(LocalContactTest, TheTangentToAStiffeningLawNeverPulls) {
   constexpr double c = 1e8, d = 0.003;  // [N/m^3], [m]
   LocalModel model = Wall(3 * c * d * d, 0, 1);
   model.force = {0, c * d * d * d - 3 * c * d * d * d, 0};
   model.in_contact = true;
-  LocalContact contact;
   contact.Take(model, 0);
   EXPECT_NEAR(contact.ForceAt({0, -d, 0}, kLater).y(), c * d * d * d, 1e-12);
   for (const double depth : {0.0001, 0.001, 0.0019999}) {
@@ -51,8 +53,7 @@ TEST(LocalContactTest, TheTangentToAStiffeningLawNeverPulls) {
   EXPECT_GT(contact.ForceAt({0, -0.0021, 0}, kLater).y(), 0);
 }
 
-TEST(LocalContactTest, NothingKnownIsNoForce) {
-  LocalContact contact;
+TEST_F(LocalContactTest, NothingKnownIsNoForce) {
   EXPECT_FALSE(contact.known());
   EXPECT_EQ(contact.ForceAt({0, -1, 0}, 0).norm(), 0);
 }
@@ -74,8 +75,7 @@ const Eigen::Vector3d kAlong = Eigen::Vector3d(4, -3, 0) / 5,
 // The slave's place is 2 mm behind a hand that slid along before it pressed. Reference: the force
 // of a contact that began right under the hand, K d with d the way since, none at the crossing
 // itself.
-TEST(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) {
-  LocalContact contact;
+TEST_F(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) {
   contact.Take(BondedWall({0, 0, 0}, false, 1), 0);
   const Eigen::Vector3d crossing = 0.002 * kAlong;
   EXPECT_EQ(contact.ForceAt(crossing - 1e-6 * kInto, kLater).norm(), 0);
@@ -103,8 +103,7 @@ TEST(LocalContactTest, BeforeTheSlaveTellsOfContactItIsWhereTheHandCameThrough) 
 }
 
 // Late states that say "no contact", or bring no model at all, change nothing.
-TEST(LocalContactTest, NeverDropsThePlaneForALateWord) {
-  LocalContact contact;
+TEST_F(LocalContactTest, NeverDropsThePlaneForALateWord) {
   LocalModel model = Wall(500, 0, 1);
   model.in_contact = true;
   contact.Take(model, 0);
@@ -117,8 +116,7 @@ TEST(LocalContactTest, NeverDropsThePlaneForALateWord) {
 }
 
 // Reference: the blend is linear in time, so half way the spring is K = 750 N/m from 0.5 mm.
-TEST(LocalContactTest, BlendsPlaneAndStiffnessOverThirtyMilliseconds) {
-  LocalContact contact;
+TEST_F(LocalContactTest, BlendsPlaneAndStiffnessOverThirtyMilliseconds) {
   contact.Take(Wall(500, 0, 1), 0);
   contact.Take(Wall(1000, 0.001, 2), kLater);
   const Eigen::Vector3d p(0, -0.002, 0);
@@ -130,8 +128,7 @@ TEST(LocalContactTest, BlendsPlaneAndStiffnessOverThirtyMilliseconds) {
 }
 
 // A change during a change starts from what is felt, and the surface never pulls.
-TEST(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
-  LocalContact contact;
+TEST_F(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
   contact.Take(Wall(500, 0, 1), 0);
   double last = contact.ForceAt({0, -0.002, 0}, kLater).y();
   std::uint32_t revision = 1;
@@ -152,15 +149,13 @@ TEST(LocalContactTest, ChangesUponChangesAreContinuousAndNeverPull) {
   }
 }
 
-TEST(LocalContactTest, TheFirstModelGrowsFromNothing) {
-  LocalContact contact;
+TEST_F(LocalContactTest, TheFirstModelGrowsFromNothing) {
   contact.Take(Wall(1000, 0, 1), 0);
   EXPECT_EQ(contact.ForceAt({0, -0.002, 0}, 0).y(), 0);
   EXPECT_NEAR(contact.ForceAt({0, -0.002, 0}, 0.015).y(), 1.0, 1e-12);
 }
 
-TEST(LocalContactTest, OppositeNormalsBlendWithoutNonsense) {
-  LocalContact contact;
+TEST_F(LocalContactTest, OppositeNormalsBlendWithoutNonsense) {
   contact.Take(Wall(1000, 0, 1), 0);
   LocalModel flipped = Wall(1000, 0, 2);
   flipped.normal = {0, -1, 0};
@@ -170,8 +165,7 @@ TEST(LocalContactTest, OppositeNormalsBlendWithoutNonsense) {
   }
 }
 
-TEST(LocalContactTest, KnowsItsRange) {
-  LocalContact contact;
+TEST_F(LocalContactTest, KnowsItsRange) {
   contact.Take(Wall(1000, 0, 1), 0);
   EXPECT_FALSE(contact.IsBeyond({0, -0.009, 0}));
   EXPECT_TRUE(contact.IsBeyond({0, -0.011, 0}));
@@ -193,7 +187,7 @@ TEST(NearestSpringTest, IsSymmetricAndWithinZeroAndTheBound) {
   EXPECT_TRUE(NearestSpring(1e12 * Eigen::Matrix3d::Ones(), 2000).allFinite());
 }
 
-TEST(LocalContactTest, ImpossibleModelsAreNotSane) {
+TEST_F(LocalContactTest, ImpossibleModelsAreNotSane) {
   EXPECT_TRUE(IsSane(Wall(1000, 0, 1)));
   EXPECT_FALSE(IsSane(Wall(std::nan(""), 0, 1)));
   EXPECT_FALSE(IsSane(Wall(1e300, 0, 1)));

@@ -37,10 +37,14 @@ PassivityControl Press(const std::function<double(double, double)>& law, double 
   return port;
 }
 
+struct PassivityControlTest : testing::Test {
+  PassivityControl port;
+};
+
 // Reference: sum_k K x_k (x_k+1 - x_k) over a closed way is -K/2 sum dx^2, of which the damping may
 // take up b/T sum dx^2: the balance turns negative exactly at K = 2 b / T = 2000 N/m. The tick that
 // crosses the surface leaves K dx^2 / 8 at most, in each of the three presses.
-TEST(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
+TEST_F(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
   double damped = 0;
   for (const double K : {100.0, 500.0, 1000.0, 1980.0}) {
     const auto port = Press([K](double d, double) { return std::max(0.0, K * d); }, 3, &damped);
@@ -55,18 +59,17 @@ TEST(PassivityControlTest, ASpringIsNeverDampedBelowTheTabulatedBound) {
 // Reference: conservation. A spring of 650 instead of 500 N/m on the way out gives out
 // 1/2 150 d^2 = 1.2 mJ more than it took at d = 4 mm, in each of five presses. Bounded damping that
 // never pulls takes back more than half of it.
-TEST(PassivityControlTest, EnergyFromNowhereIsDampedAway) {
+TEST_F(PassivityControlTest, EnergyFromNowhereIsDampedAway) {
   const auto law = [](double d, double t) { return std::max(0.0, (Speed(t) < 0 ? 650 : 500) * d); };
   constexpr double kExcess = 0.5 * 150 * 0.004 * 0.004;
   double damped = 0;
-  const PassivityControl port = Press(law, 5, &damped);
+  const PassivityControl pressed = Press(law, 5, &damped);
   EXPECT_GT(damped, 0);
-  EXPECT_GT(port.min_balance(), -kExcess / 2);
-  EXPECT_GT(port.energy_in() - port.energy_out(), -5 * kExcess / 2);
+  EXPECT_GT(pressed.min_balance(), -kExcess / 2);
+  EXPECT_GT(pressed.energy_in() - pressed.energy_out(), -5 * kExcess / 2);
 }
 
-TEST(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
-  PassivityControl port;
+TEST_F(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
   port.Observe({0, -0.001, 0}, {0, 2, 0}, kTick);  // pushed in against 2 N: 2 mJ
   EXPECT_NEAR(port.energy_in(), 0.002, 1e-15);
@@ -78,9 +81,8 @@ TEST(PassivityControlTest, EnergiesNeverFallAndCloseWithTheWork) {
 // Reference: f = K x wound up by the hand itself leaves W >= f^2 / 2 K: never touched up to K_max,
 // from the first tick on. What nobody wound up gives at most what is lent, W_0, and where the force
 // falls at 200 N/s while the hand gives way at 1 m/s, a tenth of it: sqrt(2 W_0 200).
-TEST(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
+TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
   constexpr double kSlew = 200;
-  PassivityControl port;
   double sent = 0;
   for (int i = 0; i < 500; ++i) {
     port.Observe({-10e-6 * i, 0, 0}, {sent, 0, 0}, kTick);
@@ -95,8 +97,7 @@ TEST(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
 }
 
 // Whose force turns away from where it drives the hand has less of the slew limit to fall there.
-TEST(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
-  PassivityControl port;
+TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
   port.Observe({0, 0, 0}, {3, 0, 0}, kTick);
   EXPECT_NEAR(port.Afford({3, 0, 0}, {0.2, 0, 0}, 200).x(), 1, 1e-12);
   EXPECT_TRUE(port.Afford({0, 3, 0}, {0.2, 0, 0}, 200).isZero(0));
@@ -104,9 +105,8 @@ TEST(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
 
 // A hand wound 3 N up to what a spring of K_max holds, 2.25 mJ, and gives way ever faster: until 3
 // N have fallen by 200 N/s, 20 m/s^2 let out 1/6 a f^3 / s^2 = 2.25 mJ more than a slow one would.
-TEST(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
+TEST_F(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
   constexpr double kSlew = 200, kA = 20;  // [N/s], [m/s^2]
-  PassivityControl port;
   double p = 0, v = 0, sent = 3;
   port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
   port.Observe({p -= 0.75e-3, 0, 0}, {sent, 0, 0}, 1e9);  // so slowly that nothing is damped
@@ -120,8 +120,7 @@ TEST(PassivityControlTest, AHandThatGivesWayEverFasterGetsNoMore) {
 }
 
 // A contact left with 1 mJ in it and taken up again gives that back, once.
-TEST(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
-  PassivityControl port;
+TEST_F(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, -0.001, 0}, {0, 1, 0}, 1e9);  // so slowly that nothing is damped
   EXPECT_NEAR(port.balance(), 1e-3, 1e-12);
@@ -138,8 +137,7 @@ TEST(PassivityControlTest, WhatAContactHoldsIsRestoredOnce) {
 
 // A debt outlives the contact that made it. Moving freely pays it as slowly as W_0 is lent anew,
 // and saves nothing.
-TEST(PassivityControlTest, ADebtIsPaidByFreeMotion) {
-  PassivityControl port;
+TEST_F(PassivityControlTest, ADebtIsPaidByFreeMotion) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 1e-4, 0}, {0, 1, 0}, 1e9);  // pushed out: 0.1 mJ
   EXPECT_NEAR(port.balance(), -1e-4, 1e-12);
@@ -150,8 +148,7 @@ TEST(PassivityControlTest, ADebtIsPaidByFreeMotion) {
 }
 
 // What is owed beyond W_0 would let no force begin: b v^2 T = 1 x 0.1^2 x 0.001 = 0.01 mJ a tick.
-TEST(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
-  PassivityControl port;
+TEST_F(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 0.6e-3, 0}, {0, 1, 0}, 1e9);
   EXPECT_NEAR(port.balance(), -0.6e-3, 1e-12);
@@ -162,9 +159,8 @@ TEST(PassivityControlTest, BeyondWhatIsLentADebtIsPaidAtOnce) {
 
 // A hand that waves under a force next to nothing, as fast as 0.3 m/s, saves nothing up either: a
 // push comes out as if it had rested.
-TEST(PassivityControlTest, WavingUnderNoForceSavesNothing) {
+TEST_F(PassivityControlTest, WavingUnderNoForceSavesNothing) {
   constexpr double kAmplitude = 0.05, kOmega = 2 * std::numbers::pi;
-  PassivityControl port;
   double p = 0, sent = 0;
   for (int i = 0; i < 12000; ++i) {
     const double t = i * kTick;
@@ -178,8 +174,7 @@ TEST(PassivityControlTest, WavingUnderNoForceSavesNothing) {
   EXPECT_LT(sent, 0.1) << "the hand went on in the push's direction: 5 mm/s x 3 N";
 }
 
-TEST(PassivityControlTest, ARestingHandIsNeverPushed) {
-  PassivityControl port;
+TEST_F(PassivityControlTest, ARestingHandIsNeverPushed) {
   port.Observe({0, 0, 0}, {0, 1, 0}, kTick);
   port.Observe({0, 0.1, 0}, {0, 100, 0}, 1.0);
   ASSERT_LT(port.balance(), 0);

@@ -84,10 +84,10 @@ class OperateDatagramsTest : public ServiceTest {
     const auto told = who->ReadUntil([](const auto& state) { return state.has_datagrams(); });
     return told ? std::optional(told->datagrams()) : std::nullopt;
   }
+  Operator ada{Connect()};
 };
 
 TEST_F(OperateDatagramsTest, CommandsAndStatesTravelByThem) {
-  Operator ada(Connect());
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
   Far far(*offer, server_->address());
@@ -101,7 +101,6 @@ TEST_F(OperateDatagramsTest, CommandsAndStatesTravelByThem) {
 
 // An old command that came late must not move the tool back, whichever way it came.
 TEST_F(OperateDatagramsTest, WhatIsOlderThanTheStreamsIsDropped) {
-  Operator ada(Connect());
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
   Far far(*offer, server_->address());
@@ -113,7 +112,6 @@ TEST_F(OperateDatagramsTest, WhatIsOlderThanTheStreamsIsDropped) {
 }
 
 TEST_F(OperateDatagramsTest, WithoutAWishNothingIsOfferedAndItIsOfferedOnce) {
-  Operator ada(Connect());
   ada.Hold(0);
   const auto followed = ada.ReadUntil([](const auto& state) {
     EXPECT_FALSE(state.has_datagrams());
@@ -135,7 +133,6 @@ TEST_F(OperateDatagramsTest, ObserversNeverSeeTheKeys) {
   const auto stub = Connect();
   CallContext context;
   const auto watched = stub->WatchState(&context, {});
-  Operator ada(Connect());
   ASSERT_TRUE(OfferTo(&ada).has_value());
   v1::SlaveState state;
   do {
@@ -147,7 +144,6 @@ TEST_F(OperateDatagramsTest, ObserversNeverSeeTheKeys) {
 
 // What was sealed for one stream says nothing in the next, at the same port or another.
 TEST_F(OperateDatagramsTest, TheKeysEndWithTheirStream) {
-  Operator ada(Connect());
   const auto old = OfferTo(&ada);
   ASSERT_TRUE(old.has_value());
   Far left(*old, server_->address());
@@ -170,7 +166,6 @@ TEST_F(OperateDatagramsTest, TheKeysEndWithTheirStream) {
 }
 
 TEST_F(OperateDatagramsTest, WhatCannotBeReadIsCountedToldAndNotFollowed) {
-  Operator ada(Connect());
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
   Far far(*offer, server_->address());
@@ -181,7 +176,6 @@ TEST_F(OperateDatagramsTest, WhatCannotBeReadIsCountedToldAndNotFollowed) {
 }
 
 TEST_F(OperateDatagramsTest, AStoppingServerLetsThePortGo) {
-  Operator ada(Connect());
   const auto offer = OfferTo(&ada);
   ASSERT_TRUE(offer.has_value());
   Far far(*offer, server_->address());

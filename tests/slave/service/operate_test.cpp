@@ -17,11 +17,13 @@ namespace {
 
 using testing::HasSubstr;
 
-class OperateTest : public ServiceTest {};
+struct OperateTest : ServiceTest {
+  Operator ada{Connect()};
+};
+using NoOperatorTest = ServiceTest;
 
 // Reference: the fake's spring, 1000 N/m, from 6 mm above it: 9 mm down press 3 mm, 3 N upwards.
 TEST_F(OperateTest, PushingIsAnsweredByTheForceOfTheSurface) {
-  Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   ada.Hold(-9e-3);
@@ -38,7 +40,6 @@ TEST_F(OperateTest, PushingIsAnsweredByTheForceOfTheSurface) {
 }
 
 TEST_F(OperateTest, SequencesRiseWithoutGapForWhoReadsAll) {
-  Operator ada(Connect());
   std::uint64_t last = ada.Read()->sequence();
   for (int i = 0; i < 50; ++i) {
     const auto state = ada.Read();
@@ -50,7 +51,6 @@ TEST_F(OperateTest, SequencesRiseWithoutGapForWhoReadsAll) {
 
 // Reference: contracts: repeated with unchanged sensed_at when nothing new was sensed.
 TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
-  Operator ada(Connect());
   const auto first = ada.Read();
   const auto second = ada.Read();
   ASSERT_TRUE(first && second);
@@ -59,7 +59,6 @@ TEST_F(OperateTest, StatesAreRepeatedWhileNothingIsSensed) {
 }
 
 TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
-  Operator ada(Connect());
   ada.Hold(0, "Ada at the window");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const grpc::Status refused = Operator(Connect()).Finish();
@@ -72,14 +71,12 @@ TEST_F(OperateTest, ASecondOperatorIsRefusedAndToldWhoHoldsTheLease) {
 }
 
 TEST_F(OperateTest, TheLeaseIsHeldFromTheOpeningOnBeforeAnyCommand) {
-  Operator ada(Connect());
   ASSERT_TRUE(ada.Read().has_value());
   EXPECT_THAT(Operator(Connect()).Finish(),
               EndedWith(grpc::StatusCode::FAILED_PRECONDITION, HasSubstr("an unnamed operator")));
 }
 
 TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {
-  Operator ada(Connect());
   ASSERT_TRUE(ada.Read().has_value());
   EXPECT_TRUE(ada.Leave().ok());
   Operator bob(Connect());
@@ -88,7 +85,6 @@ TEST_F(OperateTest, AfterTheOperatorLeftTheNextOneGetsTheLease) {
 }
 
 TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
-  Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(ada.Read().has_value());
   ada.Vanish();
@@ -97,7 +93,6 @@ TEST_F(OperateTest, AfterTheOperatorVanishedTheNextOneGetsTheLease) {
 }
 
 TEST_F(OperateTest, ABrokenStreamReservesTheLeaseForTheOperatorsName) {
-  Operator ada(Connect());
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   ada.Vanish();
@@ -112,7 +107,6 @@ TEST_F(OperateTest, ABrokenStreamReservesTheLeaseForTheOperatorsName) {
 }
 
 TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
-  Operator ada(Connect());
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const auto stub = Connect();
@@ -131,7 +125,7 @@ TEST_F(OperateTest, AnEvictedOperatorsStreamEnds) {
 }
 
 // A program that is killed says no goodbye: its connection just breaks.
-TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledItGetsTheLeaseAgain) {
+TEST_F(NoOperatorTest, AfterTheOperatorsProgramWasKilledItGetsTheLeaseAgain) {
   std::string program = BinaryPath("/bin/lone_operator"), address = server_->address();
   char* const arguments[] = {program.data(), address.data(), nullptr};
   pid_t pid = 0;
@@ -147,7 +141,6 @@ TEST_F(OperateTest, AfterTheOperatorsProgramWasKilledItGetsTheLeaseAgain) {
 }
 
 TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
-  Operator ada(Connect());
   ada.Hold(0);
   v1::OperatorCommand command;
   command.set_sequence(2);
@@ -168,7 +161,6 @@ TEST_F(OperateTest, NotFiniteAndAbsurdCommandsAreCountedToldAndNotFollowed) {
 }
 
 TEST_F(OperateTest, AnOlderCommandIsDropped) {
-  Operator ada(Connect());
   ada.Hold(0);
   ada.Hold(-1e-3);
   v1::OperatorCommand late;
@@ -184,14 +176,12 @@ TEST_F(OperateTest, AnOlderCommandIsDropped) {
 }
 
 TEST_F(OperateTest, ALongOperatorNameIsCutAndWithoutControlCharacters) {
-  Operator ada(Connect());
   ada.Hold(0, "new\nline " + std::string(100, 'x'));
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   EXPECT_EQ(GetStatus().operator_name(), "new line " + std::string(55, 'x'));
 }
 
 TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
-  Operator ada(Connect());
   ada.Hold(0);
   const auto stub = Connect();
   {
@@ -232,7 +222,6 @@ TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
 }
 
 TEST_F(OperateTest, TheOperatorStopsByACommandWhateverElseItSays) {
-  Operator ada(Connect());
   ada.Hold(0, "Ada");
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.phase() == v1::PHASE_FOLLOWING; }));
   v1::OperatorCommand broken;  // no sequence, no place
@@ -244,7 +233,6 @@ TEST_F(OperateTest, TheOperatorStopsByACommandWhateverElseItSays) {
 }
 
 TEST_F(OperateTest, AStoppingServerEndsTheStreamAsUnavailable) {
-  Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(ada.Read().has_value());
   std::jthread stopping([this] { server_->Stop(); });
@@ -254,7 +242,6 @@ TEST_F(OperateTest, AStoppingServerEndsTheStreamAsUnavailable) {
 }
 
 TEST_F(OperateTest, AnOperatorWhoNeverReadsDoesNotKeepTheServerFromStopping) {
-  Operator ada(Connect());
   ada.Hold(0);
   ASSERT_TRUE(Eventually([&] { return slave_.commands().size() == 1; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));

@@ -25,7 +25,6 @@ class WatchTest : public ServiceTest {
     CallContext context;
     v1::WatchStateRequest request;
     request.set_max_rate_hz(max_rate_hz);
-    const auto stub = Connect();
     const auto stream = stub->WatchState(&context, request);
     v1::SlaveState state;
     if (stream->Read(&state)) {
@@ -35,6 +34,7 @@ class WatchTest : public ServiceTest {
     }
     return stream->Finish();
   }
+  const std::unique_ptr<v1::Teleoperation::Stub> stub = Connect();
 };
 
 TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
@@ -52,7 +52,6 @@ TEST_F(WatchTest, OnlyRatesThatCanBeKeptAreAccepted) {
 // the states' own stamps. Tolerance: the rate is counted over a second between stamps, which are
 // taken up to one period (5 ms) before the sending that is paced.
 TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
-  const auto stub = Connect();
   CallContext context;
   v1::WatchStateRequest request;
   request.set_max_rate_hz(20);
@@ -69,7 +68,6 @@ TEST_F(WatchTest, NoMoreStatesComeThanAskedFor) {
 }
 
 TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
-  const auto stub = Connect();
   CallContext context;
   const auto stream = stub->WatchState(&context, {});
   v1::SlaveState before, state;
@@ -82,7 +80,6 @@ TEST_F(WatchTest, SomethingNewlySensedIsSentWithItsStamp) {
 }
 
 TEST_F(WatchTest, WhatTheChecksMeasuredIsToldToWhomAsksForIt) {
-  const auto stub = Connect();
   for (const bool asked : {false, true}) {
     CallContext context;
     v1::WatchStateRequest request;
@@ -106,7 +103,6 @@ TEST_F(WatchTest, AnObserverSeesWhatTheOperatorDoes) {
   ada.Hold(-9e-3);
   ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 2; }));
   slave_.TakeSample();
-  const auto stub = Connect();
   CallContext context;
   const auto stream = stub->WatchState(&context, {});
   v1::SlaveState state;
@@ -129,7 +125,6 @@ TEST_F(WatchTest, AStalledReaderLosesOldStatesAndSlowsNobody) {
   v1::SlaveState first;
   ASSERT_TRUE(stalled->Read(&first));
 
-  const auto stub = Connect();
   CallContext context;
   const auto diligent = stub->WatchState(&context, {});
   v1::SlaveState state;
@@ -170,7 +165,6 @@ TEST_F(WatchTest, StalledReadersDoNotKeepTheServerFromStopping) {
 }
 
 TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
-  const auto stub = Connect();
   struct Watcher {
     grpc::ClientContext context;
     std::unique_ptr<grpc::ClientReader<v1::SlaveState>> stream;
@@ -201,7 +195,6 @@ TEST_F(WatchTest, ObserversBeyondTheSeatsAreRefused) {
 }
 
 TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
-  const auto stub = Connect();
   grpc::ClientContext state_context, mesh_context, video_context;
   for (auto* context : {&state_context, &mesh_context, &video_context}) SetDeadline(context);
   v1::WatchStateRequest slowly;
@@ -229,7 +222,6 @@ TEST_F(WatchTest, AStoppingServerEndsEveryStreamAsUnavailable) {
 
 TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
   EXPECT_EQ(slave_.shapes_computed(), 0);
-  const auto stub = Connect();
   CallContext context;
   v1::WatchMeshRequest request;
   request.set_nodal_forces(true);
@@ -262,7 +254,6 @@ TEST_F(WatchTest, TheMeshComesWithItsTopologyOnceAndOnlyWhenSomethingIsNew) {
 
 // Reference: the fake's triangle, its diagonal sqrt(2) m long.
 TEST_F(WatchTest, PlacesComeAsMovesToThoseWhoGiveAnError) {
-  const auto stub = Connect();
   CallContext context;
   v1::WatchMeshRequest request;
   request.set_relative_error(1e-3);
@@ -333,7 +324,6 @@ TEST(MeshStreamEncoderTest, AnOutlinesTractionIsTheModels) {
 }
 
 TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
-  const auto stub = Connect();
   for (const double error : {-1.0, 1e-7, 0.2, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()}) {
     CallContext context;
     v1::WatchMeshRequest request;
@@ -347,7 +337,6 @@ TEST_F(WatchTest, ErrorsThatNobodyCanWantAreRefused) {
 }
 
 TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
-  const auto stub = Connect();
   CallContext context;
   v1::WatchTraceRequest request;
   request.set_max_rate_hz(120);
@@ -368,7 +357,6 @@ TEST_F(WatchTest, EachSamplesTraceIsToldOnce) {
 }
 
 TEST_F(WatchTest, PicturesComeAsAskedFor) {
-  const auto stub = Connect();
   CallContext context;
   v1::WatchVideoRequest request;
   request.set_overlays(true);
@@ -384,7 +372,6 @@ TEST_F(WatchTest, PicturesComeAsAskedFor) {
 
 TEST_F(WatchTest, WithoutACameraThereAreNoPictures) {
   slave_.set_has_camera(false);
-  const auto stub = Connect();
   CallContext context;
   v1::VideoFrame frame;
   const auto stream = stub->WatchVideo(&context, {});

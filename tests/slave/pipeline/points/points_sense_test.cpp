@@ -39,6 +39,7 @@ class PointsSenseTest : public ::testing::Test {
     Scene scene = MembraneScene();
     scene.manipulator.blind_after = kPatience;  // the hand moves on while pictures fail
     slave_ = Watching(scene, environment_);
+    Until(IsValid);
   }
 
   SlaveState Until(const std::function<bool(const SlaveState&)>& reached) {
@@ -71,7 +72,6 @@ class PointsSenseTest : public ::testing::Test {
 // Reference: the plate's closed form, which bent the drawn dots. Tolerance: 1 mm of deflection is
 // seen to within 0.02 mm by 31 dots together.
 TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
-  Until(IsValid);
   slave_->TakeEvents();
   constexpr double kForce = 4.0;
   environment_->Show({kForce, {0.012, 0.004}, false});
@@ -108,7 +108,6 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
 }
 
 TEST_F(PointsSenseTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
-  Until(IsValid);
   const auto decode = [&](bool overlays) {
     const auto picture = slave_->Picture(overlays, 90);
     EXPECT_TRUE(picture.has_value());
@@ -132,7 +131,6 @@ TEST_F(PointsSenseTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
 
 // Between pictures too: the source is silent while the hand goes down.
 TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
-  Until(IsValid);
   slave_->BeginOperating();
   OperatorCommand command;
   command.epoch = 1;
@@ -164,7 +162,6 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
 }
 
 TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
-  Until(IsValid);
   slave_->TakeEvents();
   environment_->Show({0, {0, 0}, true});
   const SlaveState lost =
@@ -178,7 +175,6 @@ TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
 
 // What presses would be taken for rest, and no longer be felt.
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
-  Until(IsValid);
   environment_->Show({4.0, {0, 0}, false});
   UntilForce(1.0);
   EXPECT_THROW(slave_->Reset(), std::logic_error);
@@ -190,7 +186,6 @@ TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFra
 }
 
 TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
-  Until(IsValid);
   environment_->Show({4.0, {0, 0}, false});
   const double before = UntilForce(1.0).force->norm();
   ParameterChange softer;
@@ -217,7 +212,6 @@ TEST_F(PointsSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
 }
 
 TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
-  Until(IsValid);
   environment_->FallSilent();
   Until([](const SlaveState& s) { return s.validity == Validity::kStale; });
   EXPECT_THAT(slave_->Status().alarms, ElementsAre(HasSubstr("no sample from the sensor")));
@@ -227,7 +221,6 @@ TEST_F(PointsSenseTest, SilenceIsStaleAndAnEndIsAnAlarm) {
 }
 
 TEST_F(PointsSenseTest, ASourceThatBreaksIsAnAlarm) {
-  Until(IsValid);
   environment_->Break();
   Until([&](const SlaveState&) { return !slave_->Status().alarms.empty(); });
   EXPECT_EQ(slave_->Status().alarms.front(), "the cable is off");

@@ -22,10 +22,13 @@ StereoTextureOptions ThreeWindows() {
 
 const Eigen::Vector3d kRest(0, 0, 0);
 
+struct StereoTextureTest : testing::Test {
+  TargetPictures pictures;
+};
+
 // Reference: the drawn surface under the window's centre. The windows' bent surface leaves 0.2 mm,
 // the cameras' noise less.
-TEST(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 10; ++k) {
     const Eigen::Vector3d p_S(0.0005 * k, -0.0003 * k, 0.0006 * k);
@@ -48,8 +51,7 @@ TEST(StereoTextureTest, PointsLieOnTheSurfaceAndKeepTheirPlaceOnIt) {
   }
 }
 
-TEST(StereoTextureTest, ATurningBodyIsFollowed) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, ATurningBodyIsFollowed) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 20; ++k) {
     const Eigen::Vector3d turn(0.004 * k, -0.003 * k, 0.01 * k);
@@ -69,8 +71,7 @@ TEST(StereoTextureTest, ATurningBodyIsFollowed) {
 
 // As fast as the path run three times as fast, and turning round at once, which no prediction
 // knows.
-TEST(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
   StereoTextureOptions options;
   for (int i = 0; i < 25; ++i) options.at.emplace_back(290 + 15 * (i % 5), 210 + 15 * (i / 5));
   StereoTexture texture(pictures.rig, pictures.X_SL, options);
@@ -82,8 +83,7 @@ TEST(StereoTextureTest, NoWindowOfAGridIsLostWhereTheBodyTurnsRound) {
   }
 }
 
-TEST(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
   StereoTextureOptions options;
   options.count = 12;
   StereoTexture texture(pictures.rig, pictures.X_SL, options);
@@ -102,8 +102,7 @@ TEST(StereoTextureTest, WindowsAreChosenWhereNoneIsNamed) {
 
 // Reference: similarity. A rig of another size sees a world of that size in the same pictures, so
 // the windows' places scale with it.
-TEST(StereoTextureTest, HowLargeTheWorldIsDoesNotMatter) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, HowLargeTheWorldIsDoesNotMatter) {
   StereoTextureOptions options;
   options.count = 12;
   const auto pair = pictures.Take(kRest);
@@ -125,8 +124,7 @@ TEST(StereoTextureTest, HowLargeTheWorldIsDoesNotMatter) {
   }
 }
 
-TEST(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   for (int k = 0; k <= 12; ++k) {
     const Eigen::Vector3d p_S(0.001 * k, 0, 0.0005 * k);
@@ -143,8 +141,7 @@ TEST(StereoTextureTest, WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain) {
   }
 }
 
-TEST(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto pair = pictures.Take(kRest);
   const cv::Mat flat(480, 640, CV_8UC1, cv::Scalar(80));
@@ -164,8 +161,7 @@ TEST(StereoTextureTest, PicturesThatCannotBeUsedLeaveEverythingUnseen) {
   EXPECT_TRUE(texture.Process(pair.left, pair.right, 3, Time{}).found);
 }
 
-TEST(StereoTextureTest, AStartThatThrowsHasNotStarted) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, AStartThatThrowsHasNotStarted) {
   StereoRig rig = pictures.rig;
   rig.right.size = {64, 64};  // two levels of the three
   StereoTexture texture(rig, pictures.X_SL, ThreeWindows());
@@ -178,8 +174,7 @@ TEST(StereoTextureTest, AStartThatThrowsHasNotStarted) {
   }
 }
 
-TEST(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto pair = pictures.Take(kRest);
   for (const SurfacePoint& point : texture.Process(pair.right, pair.left, 0, Time{}).points) {
@@ -189,8 +184,7 @@ TEST(StereoTextureTest, SwappedPicturesAreNoPointsBehindTheCameras) {
   }
 }
 
-TEST(StereoTextureTest, OptionsThatCannotBeAreRefused) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, OptionsThatCannotBeAreRefused) {
   const auto with = [&](auto change) {
     StereoTextureOptions options;
     change(options);
@@ -202,8 +196,7 @@ TEST(StereoTextureTest, OptionsThatCannotBeAreRefused) {
   EXPECT_THROW(with([](StereoTextureOptions& o) { o.ssd.window = 12; }), std::invalid_argument);
 }
 
-TEST(StereoTextureTest, NothingIsAllocatedPerPair) {
-  TargetPictures pictures;
+TEST_F(StereoTextureTest, NothingIsAllocatedPerPair) {
   StereoTexture texture(pictures.rig, pictures.X_SL, ThreeWindows());
   const auto rest = pictures.Take(kRest), moved = pictures.Take({0.001, 0, 0.001});
   ASSERT_TRUE(texture.Process(rest.left, rest.right, 0, Time{}).found);
