@@ -19,7 +19,7 @@ FakeSlave::FakeSlave() {
   state_.validity = Validity::kValid;
   state_.local_model.stiffness(1, 1) = kStiffness;
   state_.local_model.valid_radius = 0.01;
-  state_.local_model.revision = 1;
+  state_.local_model.revision = state_.sample = 1;
   felt_.Put(state_);
 }
 

@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "</Piece></UnstructuredGrid></VTKFile>",
                   ":3: 2 numbers: accepted is 3"}));
 
-TEST(MeshFileTest, RefusesUnitsThatAreNone) {
+TEST(MeshUnitTest, RefusesUnitsThatAreNone) {
   const Scratch folder;
   const auto file = folder.Write("a.veg", samples::Veg(samples::Pair(), 0));
   for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
