@@ -17,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// An empty folder for each test.
 class GreensStoreTest : public FolderTest {
  protected:
   [[nodiscard]] SurfaceGreens Make(double nu = 0.3, Progress* progress = nullptr) const {
@@ -171,6 +170,7 @@ TEST_F(GreensStoreTest, TellWhatToExpect) {
 
 // A file where the folder should be: nothing can be kept, and the answer does not suffer.
 TEST_F(GreensStoreTest, FoldersThatCannotBeWrittenToCostOnlyTheFile) {
+  fs::remove(folder_);
   std::ofstream(folder_) << "in the way";
   const auto greens = Make();
   EXPECT_FALSE(greens.from_cache());
