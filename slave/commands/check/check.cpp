@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include <opencv2/core.hpp>
@@ -47,6 +48,7 @@ struct Probe {
   double stiffness = 0;  // normal force per normal displacement of the patch [N/m]
   double update_us = 0;
   Validity validity = Validity::kFailed;
+  std::string_view doubt;  // why it is extrapolated; may be empty
   Solution solution;
 };
 
@@ -63,7 +65,11 @@ Probe PressAt(DeformationModel& model, const Eigen::Vector2d& p_O, const Eigen::
   }
   const double us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - began).count();
-  Probe probe{n.dot(response.stiffness_O * n), us / kRepeats, response.validity, {}};
+  Probe probe{n.dot(response.stiffness_O * n), us / kRepeats, response.validity, {}, {}};
+  Contact press = contact;
+  press.prescribed_O = -1e-6 * model.info().range * width * n;
+  model.Respond(std::span(&press, 1), std::span(&response, 1));
+  probe.doubt = response.doubt;
   model.Solve({&contact, 1}, &probe.solution);
   return probe;
 }
@@ -109,6 +115,7 @@ Solution PrintExpectation(const Scene& scene, const BoundaryMesh& mesh, Deformat
                         probe.stiffness, LengthInWords(p_O.x()), LengthInWords(p_O.y()),
                         probe.stiffness * scene.operator_options.press_depth,
                         LengthInWords(scene.operator_options.press_depth)));
+  if (!probe.doubt.empty()) PrintLine("contact", "extrapolated: " + std::string(probe.doubt));
   const std::optional<double> error = ExpectedError(scene, p_O, normal_O, probe.stiffness);
   if (error) {
     PrintLine("error",
