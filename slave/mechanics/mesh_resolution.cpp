@@ -34,7 +34,7 @@ constexpr double kMostPoisson = 0.49;
 constexpr double kSlender = 2;
 // Part of the true missing energy that the estimate shows, at least, where 5 % is missing [-].
 // [tuned: StrainResolution.ABeamWithTooFewElementsIsExtrapolated]
-constexpr double kSeen4 = 0.9, kSeen10 = 0.6;
+constexpr double kSeen4 = 0.9, kSeen10 = 0.35;
 
 }  // namespace
 

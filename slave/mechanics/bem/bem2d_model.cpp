@@ -147,6 +147,7 @@ bool Bem2dModel::TryRespond(std::span<const Contact> contacts,
 
 bool Bem2dModel::IsFalsified(std::span<const ContactResponse> responses) noexcept {
   const ElementError& error = greens_.error();
+  if (error.probes() == 0) return false;
   std::ranges::fill(probe_forces_, Vector2d(0, 0));
   for (std::size_t i = 0; i < responses.size(); ++i) {
     const double share = 1 / (force_unit_ * static_cast<double>(elements_[i].size()));

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
+
 #include "shared/geometry/index.h"
 #include "slave/mechanics/bem/kelvin_integrals.h"
 
@@ -16,6 +18,21 @@ using Eigen::Vector2d;
 // Cosine of the turn between two elements up to which their displacement is one smooth function
 // [-]. [derived: 45 degrees lie between the corners of a disc of nine elements and those of a box]
 constexpr double kSmooth = 0.7;
+
+// Larger side by thickness above which a body bends [-]. [derived: 2 of squares and discs]
+constexpr double kSlender = 2.5;
+
+// The thickness is 2 A / P, of a long strip its height.
+bool IsSlender(const BoundaryMesh& mesh) {
+  Eigen::AlignedBox2d box;
+  double twice_area = 0, perimeter = 0;
+  for (const auto& [a, b] : mesh.elements) {
+    box.extend(a);
+    twice_area += a.x() * b.y() - a.y() * b.x();
+    perimeter += (b - a).norm();
+  }
+  return box.sizes().maxCoeff() * perimeter > kSlender * twice_area;
+}
 
 bool IsSmooth(const BoundaryElement& one, const BoundaryElement& next) {
   return (one.b - one.a).normalized().dot((next.b - next.a).normalized()) >= kSmooth;
@@ -118,6 +135,7 @@ MatrixXd IntegrateMode(const ReferenceProblem& problem, const std::vector<Bounda
 ElementError::ElementError(const ReferenceProblem& problem, const std::vector<BoundaryNode>& nodes,
                            const PlaneElasticity& elasticity, const DenseLu& lu,
                            const MatrixXd& E) {
+  if (!IsSlender(problem.mesh)) return;
   ChooseProbes(problem);
   const ElementNodes& local = ElementNodes::Of(problem.order);
   const int rows = 2 * static_cast<int>(nodes.size());

@@ -12,7 +12,8 @@
 // other they are the error of the compliance. Two steps are taken; a series whose second term is
 // not small does not converge, and both terms together show it. No constant is chosen.
 //
-// The estimate does not see what the tractions of supports leave out.
+// The estimate does not see what the tractions of supports leave out. Compact bodies, squares and
+// discs among them, do not bend: nothing is estimated.
 #pragma once
 
 #include <array>
@@ -34,7 +35,7 @@ class ElementError {
   ElementError(const ReferenceProblem& problem, const std::vector<BoundaryNode>& nodes,
                const PlaneElasticity& elasticity, const DenseLu& lu, const Eigen::MatrixXd& E);
 
-  // Elements that represent all elements of their part of the boundary.
+  // Elements that represent all elements of their part of the boundary; 0 on a compact body.
   [[nodiscard]] std::size_t probes() const { return elements_.size(); }
   [[nodiscard]] int ProbeOf(int element) const { return probe_of_[Index(element)]; }
   // Part of their work that is missing under forces on the probes [-]; infinite: they do none.
