@@ -38,8 +38,11 @@ std::string WhyNot(const StudyRow& row, const StudyRow& chosen, const StudyResul
     return Formatted("beyond its range at %zu of %zu contacts", row.beyond, row.answers.size()) +
            (row.reason.empty() ? "" : ": " + row.reason);
   }
-  if (!row.meets_tolerance)
-    return Formatted("misses the tolerance of %.3g %%", 100 * study.tolerance);
+  if (!row.meets_tolerance) {
+    const bool may = row.error.value <= study.tolerance;
+    return Formatted("%s the tolerance of %.3g %%", may ? "may miss" : "misses",
+                     100 * study.tolerance);
+  }
   if (!row.meets_rate) return Formatted("misses the rate of %.3g Hz", study.rate);
   return "meets both, and costs more";
 }

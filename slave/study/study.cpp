@@ -75,6 +75,11 @@ std::size_t RangeOf(const StudyRow& row) {
   return row.beyond == 0 ? 0 : row.beyond <= row.answers.size() / 10 ? 1 : 2;
 }
 
+// What a promise hangs on.
+double ErrorOrBound(const StudyRow& row) {
+  return std::fmax(row.error.value, row.bound);
+}
+
 constexpr double kWorthABar = 2;  // [s]
 
 // Ends a precompute that would not fit any more, and remembers why.
@@ -219,7 +224,7 @@ void MarkFront(std::vector<StudyRow>* rows) {
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows) {
   std::size_t best = 2;
   for (StudyRow& row : *rows) {
-    row.meets_tolerance = IsComparable(row) && row.error.value <= tolerance;
+    row.meets_tolerance = IsComparable(row) && ErrorOrBound(row) <= tolerance;
     row.meets_rate = IsComparable(row) && row.update_p99_s * rate <= 1;
     row.recommended = false;
     if (IsComparable(row)) best = std::min(best, RangeOf(row));
@@ -231,7 +236,7 @@ std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows
   const auto update = [](const StudyRow& row) { return row.update_median_s; };
   const auto precompute = [](const StudyRow& row) { return row.precompute_s; };
   const auto missed = [&](const StudyRow& row) {
-    return std::max(row.error.value / tolerance, row.update_p99_s * rate);
+    return std::max(ErrorOrBound(row) / tolerance, row.update_p99_s * rate);
   };
   StudyRow* choice = Least(rows, meets_both, update);
   const bool meets = choice != nullptr;

@@ -19,12 +19,12 @@ namespace palpate::study {
 // known error and are within their range; of equal rows all are on the front.
 void MarkFront(std::vector<StudyRow>* rows);
 
-// Marks what meets the tolerance (its error, as known) and the rate [Hz] (its slowest percent), and
-// recommends among the rows that are in their range at every contact; without any, at nine of ten;
-// without any, all. Of those that meet both and are at most twice as slow as the fastest of them,
-// the one with the least precompute. None: the one that misses tolerance or rate by the smallest
-// factor. Returns why, one sentence; where none meets both, which cannot be met and the nearest
-// that can; where none is in its range everywhere, at how many contacts this one is.
+// Marks what meets the tolerance (its error, and the bound of it) and the rate [Hz] (its slowest
+// percent), and recommends among the rows that are in their range at every contact; without any, at
+// nine of ten; without any, all. Of those that meet both and are at most twice as slow as the
+// fastest of them, the one with the least precompute. None: the one that misses tolerance or rate
+// by the smallest factor. Returns why, one sentence; where none meets both, which cannot be met and
+// the nearest that can; where none is in its range everywhere, at how many contacts this one is.
 std::string Recommend(double tolerance, double rate, std::vector<StudyRow>* rows);
 
 struct StudySettings {

@@ -65,12 +65,14 @@ struct StudyRow : Trait {
   double update_median_s = kUnknown, update_p99_s = kUnknown;  // a moved contact, no precompute [s]
   std::size_t memory_bytes = 0;
 
-  // Relative error of the contact force: what nine of ten places stay within (BeyondBound), of few
-  // contacts the largest. It is the distance from the reference, but at least its own bar. For
+  // Relative error of the contact force: what nine of ten contacts stay within, of fewer than ten
+  // the largest. It is the distance from the reference, but at least its own bar. For
   // fewer than three contacts, at least the effect of the tool's width on the mesh, because errors
   // may cancel at one point by chance. At the full and at the small depth. The bar of `error`
   // includes the reference's own and, for three contacts and more, the sampling uncertainty.
   Estimate error, error_small;
+  double bound =
+      kUnknown;  // what nine of ten of all places stay within, with 95 %: BeyondBound [-]
   double deviation = kUnknown;            // the first of the three alone, at full depth [-]
   double width_error = kUnknown;          // the last of the three alone [-]
   Validity validity = Validity::kFailed;  // at full depth, the worst over the contacts

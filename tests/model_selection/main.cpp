@@ -160,8 +160,7 @@ void Evaluate(const Scene& scene, std::uint32_t seed, bool quick, Tally* tally) 
         decision.rejected, [&](const RejectedModel& one) { return one.model == NameOf(row); });
   }
   std::printf("    %s\n", decision.reason.c_str());
-  tally->mute +=
-      decision.meets || decision.reason.find("no model meets") != std::string::npos ? 0 : 1;
+  tally->mute += decision.meets || decision.reason.find("no model") != std::string::npos ? 0 : 1;
   EvaluatePoints(scene, study, decision, HeldOut(scene, seed, study.question.presses.size()), quick,
                  tally);
 }

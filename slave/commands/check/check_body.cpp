@@ -61,13 +61,17 @@ Solution PrintPress(const Scene& scene, DeformationModel& model) {
     // One error for one model: the decision's, which is that of many contacts.
     const ModelDecision& decision = scene.model.decision;
     const double error = decision.reason.empty() ? row.error.value : decision.error;
-    PrintLine("error",
-              std::isfinite(error)
-                  ? fmt::format("about {:.2g} % of the contact force, as `study` finds "
-                                "it{}: {} the requested {:g} %",
-                                100 * error, decision.reason.empty() ? " at this contact" : "",
-                                meets(error <= scene.model.tolerance), 100 * scene.model.tolerance)
-                  : "not known from this model alone; `study` compares several");
+    PrintLine(
+        "error",
+        std::isfinite(error)
+            ? fmt::format("about {:.2g} % of the contact force, as `study` finds "
+                          "it{}: {} the requested {:g} %",
+                          100 * error, decision.reason.empty() ? " at this contact" : "",
+                          error > scene.model.tolerance               ? "MISSES"
+                          : decision.reason.empty() || decision.meets ? "meets"
+                                                                      : "does not surely meet",
+                          100 * scene.model.tolerance)
+            : "not known from this model alone; `study` compares several");
   } catch (const std::invalid_argument& reason) {
     PrintLine("contact", std::string("not computed: ") + reason.what());
   }

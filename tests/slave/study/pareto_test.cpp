@@ -132,6 +132,16 @@ TEST(ParetoTest, WhatIsBeyondItsRangeIsTakenWhereNothingElseIsLeft) {
   EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(0));
 }
 
+// The percentile of some contacts may be within the tolerance and that of all places is not.
+TEST(ParetoTest, ToleranceIsMetWhereTheBoundMeetsIt) {
+  std::vector<StudyRow> rows{Answered(0.04, 1e-6), Answered(0.045, 2e-6)};
+  rows[0].bound = 0.06;
+  rows[1].bound = 0.05;
+  Recommend(0.05, 500, &rows);
+  EXPECT_THAT(Marked(rows, &StudyRow::meets_tolerance), testing::ElementsAre(1));
+  EXPECT_THAT(Marked(rows, &StudyRow::recommended), testing::ElementsAre(1));
+}
+
 // Reference: the published sizes of samples of which the largest, the second largest and so on are
 // 95 % bounds of the 90th percentile (tables of Wilks' tolerance limits).
 TEST(ParetoTest, BoundOfNineOfTenHasThePublishedRanks) {
