@@ -33,7 +33,6 @@ class ResponseCheck final : public Check<FingertipSample> {
   // Difference of pressure and electrodes [sigma].
   static constexpr double kDisagrees = 2.5;
   // Noise of the electrodes by that at the start; real fingers in a minute: 0.95 to 1.1 [-].
-  // [tuned: gain drifts]
   static constexpr double kFallen = 0.85;
   // The same by that of the training; five real fingers: 0.83 to 1.17 [-]. [tuned: gain of all
   // wrong]

@@ -26,8 +26,7 @@ class RestContactCheck final : public Check<FingertipSample> {
   }
 
  private:
-  // Pressure above its baseline; five real fingers: -2 after a contact [counts]. [tuned: pressed
-  // while rest is taken]
+  // Pressure above its baseline; five real fingers: -2 after a contact [counts].
   static constexpr double kBelowRest = -8;
   bool takes_rest_ = false, was_inside_ = false;
 };

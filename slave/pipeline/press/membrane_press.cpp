@@ -276,21 +276,6 @@ const MembranePress::Reading& MembranePress::Fit(
   return reading_;
 }
 
-void MembranePress::Explain(double stiffness, double force, double pressure_rise,
-                            std::vector<double>* deflection) const {
-  const auto nodes = static_cast<Eigen::Index>(membrane_.surface().nodes.size());
-  deflection->assign(static_cast<std::size_t>(nodes), 0);
-  if (!reading_.found) return;
-  const auto& corners = membrane_.surface().triangles[Index(place_.triangle)];
-  for (Eigen::Index i = 0; i < nodes; ++i) {
-    double w = params_.pressure_is_measured ? pressure_rise * compliance_.by_pressure()[i] : 0;
-    for (int k = 0; k < 3; ++k) {
-      w += force * place_.weights[k] * compliance_.by_patch()(i, corners[Index(k)]);
-    }
-    (*deflection)[static_cast<std::size_t>(i)] = w / stiffness;
-  }
-}
-
 PatchCompliance::PatchCompliance(const InflatedMembrane& membrane, double diameter,
                                  bool steady_air) {
   const SurfaceMesh& mesh = membrane.surface();

@@ -101,9 +101,6 @@ class MembranePress {
   [[nodiscard]] const PatchCompliance& compliance() const { return compliance_; }
   // Where the reading's patch lies, on the membrane's surface.
   [[nodiscard]] const SurfacePlace& place() const { return place_; }
-  // The way outward of every node under that load, by `force` [N] and `pressure_rise` [Pa].
-  void Explain(double stiffness, double force, double pressure_rise,
-               std::vector<double>* deflection) const;
 
  private:
   struct Sums {  // of products over the points, weighted
