@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-// Rows of which one is compared [-].
+// Rows of which one is compared [-]. [tuned: BlocksOfTheLastOrTheFirstPictureAreSeen]
 constexpr int kEveryRow = 8;
 // Length of a piece of a row [px]. [derived: a repeat by chance is one in 10^13 at a noise of two
 // levels]

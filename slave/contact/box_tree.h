@@ -17,7 +17,7 @@ class BoxStack {
   [[nodiscard]] bool empty() const { return size_ == 0; }
 
  private:
-  static constexpr int kDeepest = 64;  // levels; halving: 2^32 elements need 32
+  static constexpr int kDeepest = 64;  // [levels] [derived: halving 2^32 elements takes 32]
   std::array<int, kDeepest + 1> boxes_{};
   int size_ = 0;
 };

@@ -117,7 +117,7 @@ class AwaitedSense final : public SensingPipeline {
   std::string trouble_;
 };
 
-constexpr int kFewestElements = 3;
+constexpr int kFewestElements = 3;  // [-] [derived: a closed outline needs three]
 
 [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) {
   throw std::invalid_argument(what + ": accepted is " + accepted);

@@ -13,12 +13,13 @@ constexpr double kSpike = 20;       // from the line at most, lest one sample dr
 constexpr double kStandsOut = 2;    // times the slopes' variance
 constexpr double kStandsAlone = 9;  // likewise of a single one
 // What is known of k beforehand, one sigma about 0: drift that goes on, or ends within a second.
-constexpr double kBendSigma = 0.02;     // [1/sample]
-constexpr double kLargestBend = 0.1;    // [1/sample]
-constexpr double kRough = 0.05;         // of k: no fingertip follows an exponential
-constexpr double kLasts = 1000;         // that a slope seen last goes on, about [samples]
-constexpr double kRounding = 1.0 / 12;  // variance of what is counted in whole ones [counts^2]
-constexpr double kBends = 0.05;         // part of a slope that may have changed by itself
+constexpr double kBendSigma = 0.02;   // [1/sample]
+constexpr double kLargestBend = 0.1;  // [1/sample]
+constexpr double kRough = 0.05;       // of k: no fingertip follows an exponential
+constexpr double kLasts = 1000;       // that a slope seen last goes on, about [samples]
+constexpr double kRounding =
+    1.0 / 12;                    // [counts^2] [derived: variance of rounding to whole counts]
+constexpr double kBends = 0.05;  // part of a slope that may have changed by itself
 constexpr double kFollowing = 2, kDrifting = 0.2;  // of rest values while nothing is near [s]
 // What rest values may be followed up to, averaged over some samples: more of both is a contact.
 constexpr double kLevelling = 0.1;  // share of a sample in what is averaged over some
@@ -35,7 +36,7 @@ double Signal(const FingerReading& reading, std::size_t i) noexcept {
 
 // From squares of which a few may be of electrodes that do not work.
 double VarianceOf(std::array<double, kElectrodeCount>& squares) noexcept {
-  constexpr double kMedian = 0.455;  // of the square of a standard normal
+  constexpr double kMedian = 0.455;  // [-] [derived: median of the square of a standard normal]
   return MedianOf(squares) / kMedian;
 }
 

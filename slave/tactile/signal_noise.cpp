@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kSecondDifference = 6;  // variances of noise in x - 2 x' + x''
+constexpr double kSecondDifference = 6;  // [-] [derived: variances of noise in x - 2 x' + x'']
 constexpr double kLevelTime = 1;         // of each electrode's noise [s]
 constexpr double kLesser = 0.77;         // of a square in the lesser one of two
 constexpr double kNoisy = 1.3;           // times the usual noise, from where on that is made good

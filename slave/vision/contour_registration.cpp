@@ -18,10 +18,10 @@ constexpr double kLeastInliers = 0.4;    // part of the points
 constexpr double kRotationPrior = 1e-4;  // against the points' own say; a block's rotation: 0.1 %
 constexpr double kMostRotation = 0.17;   // [rad]
 // Points next to each other share edge pixels, too, the second next none. With fewer points than
-// this a step is far along the outline.
+// this a step is far along the outline. [-] [tuned: SigmaIsByHowMuchTheEdgeIsElsewhere]
 constexpr std::size_t kCloseTogether = 64;
 constexpr std::size_t kMostApart = 5;  // points, that are neighbours
-constexpr int kUnknowns = 3;           // of the rigid motion
+constexpr int kUnknowns = 3;           // of the rigid motion [by definition]
 
 struct Foot {
   Eigen::Vector2d normal{0, 0};  // unit, from the outline to the point where that is not 0

@@ -14,7 +14,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kCircleEdge = 160;  // circles are searched at this size [px]
+// Circles are searched at this size [px]. [tuned: PicturesWithoutAnObjectAreRefused]
+constexpr double kCircleEdge = 160;
 constexpr int kDirections = 32;
 constexpr double kRadiusStep = 1.08, kSmallestRadius = 0.02;
 constexpr double kLeastVote = 0.15;  // 1: a strong edge all round
@@ -126,15 +127,18 @@ std::vector<RoundEdge> FindRoundEdges(const cv::Mat& picture, std::size_t count)
 
 using PixelChain = std::vector<cv::Point>;
 
-constexpr double kWorkingEdge = 480;  // larger pictures are searched at this size [px]
-constexpr double kBlur = 1.5;         // against noise and fine texture [px]
-constexpr int kThresholds = 32;       // between the darkest and the brightest percent
+// Larger pictures are searched at this size [px]. [tuned: PicturesWithoutAnObjectAreRefused]
+constexpr double kWorkingEdge = 480;
+// Against noise and fine texture [px]. [tuned: PicturesWithoutAnObjectAreRefused]
+constexpr double kBlur = 1.5;
+constexpr int kThresholds = 32;  // between the darkest and the brightest percent
 constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
-constexpr double kLeastSolidity = 0.8;               // area / area of the convex hull
-constexpr double kLeastRoundness = 0.35;             // 4 pi area / length^2 of the hull: no bar
-constexpr double kLeastAgreement = 0.5;              // of the edge's sign along the outline, 0 to 1
-constexpr double kLeastEdge = 1;      // mean gradient across the outline [grey levels / px]
-constexpr std::size_t kCircles = 24;  // considered beside the regions
+// Area / area of the convex hull. [-] [tuned: AContourThatLosesItsEdgeIsFlaggedAndComesBack]
+constexpr double kLeastSolidity = 0.8;
+constexpr double kLeastRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
+constexpr double kLeastAgreement = 0.5;   // of the edge's sign along the outline, 0 to 1
+constexpr double kLeastEdge = 1;          // mean gradient across the outline [grey levels / px]
+constexpr std::size_t kCircles = 24;      // considered beside the regions
 
 // Grey levels below which lie 1 % and 99 % of the pixels.
 cv::Vec2i Percentiles(const cv::Mat& picture) {

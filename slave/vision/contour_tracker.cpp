@@ -25,14 +25,17 @@ constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
 constexpr int kTrackRounds = 4;    // per picture: the contour may move as many pixels
 constexpr int kLeastPicture = 16;  // edge [px]
 // How far the tracked contour may change before it is no longer believed.
-constexpr double kLeastArea = 0.5, kMostArea = 1.6;  // of the area at rest
-constexpr double kMostLength = 1.8;                  // of the length at rest
-constexpr double kMostSpacing = 4;                   // longest side / mean side
-constexpr double kLeastStrength = 0.3;               // of the mean gradient under the points
+// Of the area at rest. [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
+constexpr double kLeastArea = 0.5, kMostArea = 1.6;
+// Of the length at rest. [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
+constexpr double kMostLength = 1.8;
+constexpr double kMostSpacing = 4;      // longest side / mean side
+constexpr double kLeastStrength = 0.3;  // of the mean gradient under the points
 // At start, the snake against the shape it started from.
 constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
 // Of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and torn shells.
+// [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
 constexpr double kLeastClear = 0.625;
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
 

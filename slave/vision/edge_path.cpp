@@ -92,7 +92,7 @@ void Count(float edge, double share, EdgePath* path) {
 
 // The best chain of sizes twice round; of it the middle half, which closes.
 std::vector<int> BestChain(const Rays& rays, float sign) {
-  constexpr int kColumns = 2 * kRays;
+  constexpr int kColumns = 2 * kRays;  // [by definition]
   std::vector<float> sum(static_cast<std::size_t>(kColumns * kSizes));
   std::vector<int> from(sum.size(), 0);
   for (int c = 0; c < kColumns; ++c) {

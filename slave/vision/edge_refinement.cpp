@@ -8,12 +8,17 @@
 namespace palpate {
 namespace {
 
-constexpr int kAside = 2;          // the profile is the mean of 2 kAside + 1 lines, 1 px apart
-constexpr double kStep = 0.5;      // between samples of a profile [px]
-constexpr double kHalfWindow = 3;  // of the centroid [px]
+// The profile is the mean of 2 kAside + 1 lines, 1 px apart. [-] [tuned:
+// BothPolaritiesAndADeepPictureGiveTheSameEdge]
+constexpr int kAside = 2;
+constexpr double kStep = 0.5;  // between samples of a profile [px]
+// Of the centroid [px]. [tuned: BothPolaritiesAndADeepPictureGiveTheSameEdge]
+constexpr double kHalfWindow = 3;
 constexpr int kCentrings = 12;
-constexpr double kLeastEdge = 3;             // total step across a clear edge [1/255 of full scale]
-constexpr double kStraight = 0.97;           // cosine between the normals before and after a point
+constexpr double kLeastEdge = 3;  // total step across a clear edge [1/255 of full scale]
+// Cosine between the normals before and after a point. [-] [tuned:
+// BothPolaritiesAndADeepPictureGiveTheSameEdge]
+constexpr double kStraight = 0.97;
 constexpr std::size_t kNeighbours = 4;       // to either side, that tell whether an edge jumps
 constexpr double kLeastJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
 constexpr double kLeastContrast = 0.35;      // of the median edge, below which a point is left out

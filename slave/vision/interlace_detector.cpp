@@ -7,9 +7,11 @@ namespace palpate {
 namespace {
 
 // What moving the rows must leave of the differences to be believed: noise alone leaves all, a comb
-// among the noise of a usual camera less than half.
+// among the noise of a usual camera less than half. [-] [tuned:
+// RowsThatLieAsideAreToldWithTheirShift]
 constexpr double kLeft = 0.7;
-// By which more must be left by a shorter way: a mosaic of colours looks alike again and again.
+// By which more must be left by a shorter way: a mosaic of colours looks alike again and again. [-]
+// [tuned: RowsThatLieAsideAreToldWithTheirShift]
 constexpr double kClearly = 0.9;
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostPlaces = 256;
+constexpr std::size_t kMostPlaces = 256;  // [-] [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
 constexpr double kNeighbour = 14;   // farther apart than this, points lie on different pieces [px]
 constexpr double kStraight = 0.95;  // cosine between the ways to the point and from it
 constexpr int kAside = 2;           // a profile is the mean of 2 kAside + 1 lines, 1 px apart
@@ -24,7 +24,7 @@ constexpr int kBright = 5;             // from the edge to where its sides' leve
 constexpr int kRaster = 2;             // of the search for a shift [px]
 constexpr std::size_t kEvery = 3;      // place takes part in it
 // Places in a window as whole numbers of 2^-20 px: taking floating point apart, sample by sample,
-// was two thirds of what the checks of one camera cost.
+// was two thirds of what the checks of one camera cost. [by definition]
 constexpr int kPlaces = 20;
 constexpr double kSlack = 1e-3;  // more than their rounding [px]
 
@@ -33,7 +33,7 @@ std::int32_t Whole(double px) {
 }
 // Of a place, the part behind the point.
 float PartOf(std::int32_t whole) {
-  constexpr std::int32_t kOne = 1 << kPlaces;
+  constexpr std::int32_t kOne = 1 << kPlaces;  // [by definition]
   return static_cast<float>(whole & (kOne - 1)) / kOne;
 }
 
@@ -166,7 +166,7 @@ void RestEdge::Expose(const Place& place, int at) noexcept {
 }
 
 double RestEdge::Votes(const Eigen::Vector2d& shift) const noexcept {
-  constexpr int kRow = 2 * kMostReach + 1;
+  constexpr int kRow = 2 * kMostReach + 1;  // [by definition]
   float sum = 0;
   for (std::size_t i = 0; i < places_.size(); i += kEvery) {
     const auto along = static_cast<int>(std::lround(normals_[i].dot(shift)));
@@ -177,7 +177,7 @@ double RestEdge::Votes(const Eigen::Vector2d& shift) const noexcept {
 }
 
 Eigen::Vector2d RestEdge::FindShift(const cv::Mat& image, const PictureMotion& motion) noexcept {
-  constexpr int kRow = 2 * kMostReach + 1;
+  constexpr int kRow = 2 * kMostReach + 1;  // [by definition]
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(motion.angle).toRotationMatrix();
   for (std::size_t i = 0; i < places_.size(); i += kEvery) {
     float* row = votes_.data() + i * kRow;

@@ -66,7 +66,7 @@ class RestEdge {
 
  private:
   static constexpr int kMargin = 8;  // beyond the reach, for the windows of step and centroid [px]
-  static constexpr int kMostSamples = 2 * (kMostReach + kMargin) + 1;
+  static constexpr int kMostSamples = 2 * (kMostReach + kMargin) + 1;  // [by definition]
 
   bool ReadProfile(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
                    int half) noexcept;

@@ -13,7 +13,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kNoOverflow = 512;  // products of two levels below 2048 that fit in 32 bits
+constexpr std::size_t kNoOverflow =
+    512;  // [-] [derived: products of two levels below 2048 in 32 bits]
 constexpr int kMaxSteps = 30;
 constexpr double kSettled = 1e-3;  // [px]
 constexpr double kReach = 1.5;     // farther from the start than this is another place [px]

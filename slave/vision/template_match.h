@@ -33,7 +33,8 @@ struct ScoreMap {
 // integers; only the last division rounds.
 class Ncc {
  public:
-  // The score of a window without contrast: undefined in eq. (1), below every other here.
+  // The score of a window without contrast: undefined in eq. (1), below every other here. [by
+  // definition]
   static constexpr double kNoMatch = -2;
 
   // Throws std::invalid_argument: an empty template, or one without contrast.

@@ -31,7 +31,8 @@ class IndentationCheck final : public Check<CameraSample> {
   static constexpr double kFloor = 0.2;
   // Difference from which on they disagree [sigma].
   static constexpr double kSigmas = 3.5;
-  // That must agree before an indentation is trusted again [images].
+  // That must agree before an indentation is trusted again [images]. [tuned:
+  // APressWithoutItsDentIsNotValid]
   static constexpr int kDistrust = 3;
   // Consecutive edge positions beside the outline: more is an occlusion [-].
   static constexpr int kMostApart = 7;

@@ -20,7 +20,8 @@ class ModelForceCheck final : public Check<ContactSample> {
   }
 
  private:
-  // Depth by that of the scene's press, from which on the closer limits hold [-].
+  // Depth by that of the scene's press, from which on the closer limits hold [-]. [tuned:
+  // AForceFarFromThatOfTheModelIsFlagged]
   static constexpr double kDeep = 0.6;
   // Force by that of the model, which is off by tens of percent [-]. [tuned: object softer than
   // told]

@@ -29,8 +29,9 @@ constexpr double kLeastAgreeing = 0.5;  // part of the places in view
 constexpr int kFewest = 12;             // places
 constexpr double kKnown = 0.4;          // sigma above which the motion is not known [px]
 constexpr double kDentKnown = 1.0;      // the same of the dent [px]
-constexpr double kStill = 0.2;          // motion that is none [px]
-constexpr double kLookAgain = 1.5;      // after such a correction [px]
+// Motion that is none [px]. [tuned: MotionThatIsNotPutRightIsInSigma]
+constexpr double kStill = 0.2;
+constexpr double kLookAgain = 1.5;  // after such a correction [px]
 // What is held true before the picture says anything, sigma [px]: a bump may be anything; the
 // object turns and grows little, a disc tells nothing about the one, half an outline little about
 // the other.

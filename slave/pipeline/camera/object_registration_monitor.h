@@ -50,7 +50,8 @@ class ObjectRegistrationMonitor {
   void Reset() noexcept;
 
  private:
-  static constexpr int kUnknowns = 6;  // shift x, y, rotation, growth, indentation x, y [px]
+  static constexpr int kUnknowns =
+      6;  // shift x, y, rotation, growth, indentation x, y [px] [by definition]
   using Vector = Eigen::Matrix<double, kUnknowns, 1>;
   using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 

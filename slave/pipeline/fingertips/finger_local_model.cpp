@@ -21,7 +21,8 @@ constexpr double kVouchedFor = 0.5;   // of the larger side, where the model sta
 constexpr double kLeastShare = 0.25;  // of the full depth: contact does not begin without stiffness
 constexpr double kOnSurface = 1e-6;   // of the radius
 constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
-constexpr double kLearningTime = 0.05;  // [s], of the felt force's say in the stiffness
+// [s], of the felt force's say in the stiffness. [tuned: TheRenderedForceBecomesTheOneFelt]
+constexpr double kLearningTime = 0.05;
 
 }  // namespace
 

@@ -26,7 +26,8 @@ struct PlateLimits {
   static constexpr double kReach = 0.3;
   static constexpr int kNeighbours = 3;  // [-] [tuned: surface_doubts_test, as kReach]
   // Solutions of the plate for fits with the same rim [-]. [recorded: a compensated rig needs up to
-  // 650, a moved rim 1000; points of a mirrored image took seconds]
+  // 650, a moved rim 1000; points of a mirrored image took seconds] [tuned:
+  // AMovedRimIsFlaggedAndNotTurnedIntoForce]
   static constexpr long kMostPresses = 1300;
 
   // A moved rim or rig. It is sought if more points are left out [-], or the residual is larger
@@ -46,7 +47,8 @@ struct PlateLimits {
   static constexpr int kRestFrames = 5, kMostRestFrames = 100;
 
   // Uncertainty.
-  // Error of the plate's shape around a load by the depth [-].
+  // Error of the plate's shape around a load by the depth [-]. [tuned:
+  // ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt]
   static constexpr double kLawsShape = 0.9e-3;
   // Of the scatter without contact, from image to image [-]. [derived: the mean of about ten
   // images]

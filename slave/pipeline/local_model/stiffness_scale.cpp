@@ -7,9 +7,12 @@
 namespace palpate {
 namespace {
 
-constexpr double kErrors = 3;  // sigmas: so far a force must stand out of its error
-constexpr double kLeastRatio = 0.25, kLargestRatio = 4;
-constexpr double kAlike = 5;         // values as far apart are alike to 1 / e
+// Sigmas: so far a force must stand out of its error. [-] [tuned: OnlyFiniteForcesAboveZeroTell]
+constexpr double kErrors = 3;
+constexpr double kLeastRatio = 0.25,
+                 kLargestRatio = 4;  // [-] [tuned: OnlyFiniteForcesAboveZeroTell]
+// Values as far apart are alike to 1 / e. [-] [tuned: DepthsNotFeltFollowTheirNeighbours]
+constexpr double kAlike = 5;
 constexpr double kForgotten = 2e-3;  // share per sample
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr float kLowest = 0, kHighest = 4095;  // of a 12-bit converter [counts]
+constexpr float kLowest = 0, kHighest = 4095;  // [counts] [derived: a 12-bit converter]
 constexpr double kStuck = 1e-6;                // [counts]
 constexpr double kMoved = 4;                   // thresholds
 constexpr int kMostDead = 9;                   // where more are at rest, nothing is said of them

@@ -20,7 +20,7 @@ Eigen::Vector3d Outward(const Eigen::Vector3d& p_F) {
   return {p_F.x() >= 0 ? p_F.x() : 0, p_F.y(), p_F.z()};
 }
 
-constexpr double kMillimetre = 1e-3;
+constexpr double kMillimetre = 1e-3;     // [m] [by definition]
 constexpr double kFarthest = 1000;       // of an electrode from the origin [mm]
 constexpr double kUnitTolerance = 0.05;  // of a normal's length: files print three digits
 
@@ -135,7 +135,7 @@ ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
 }
 
 ElectrodeLayout SimulatedLayout(double radius) {
-  constexpr double kDegree = std::numbers::pi / 180;
+  constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
   ElectrodeLayout layout;
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     const Site& site = kSites[i];

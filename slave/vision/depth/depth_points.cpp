@@ -61,7 +61,7 @@ DepthPoints::Params Checked(const DepthPoints::Params& params) {
 
 RestDepth MakeRest(const DepthPoints::Params& params) {
   const double unit = params.camera.unit;
-  // The largest count is no depth: it says that the picture ends there.
+  // The largest count marks a pixel without depth [counts]. [by definition]
   constexpr double kLargest = std::numeric_limits<std::uint16_t>::max() - 1;
   const double lowest = std::max(1.0, std::ceil(params.nearest / unit));
   const double highest = std::min(kLargest, std::floor(params.farthest / unit));

@@ -21,7 +21,7 @@ void Extend(const std::uint8_t* __restrict row, int width, std::uint8_t* __restr
   }
 }
 
-constexpr int kLane = 16;
+constexpr int kLane = 16;  // [-] [tuned: CentroidsOfEllipsesWithoutNoiseAreExact]
 
 // Sixteen pixels to sixteen bits.
 std::uint64_t Lane(const std::uint8_t* pixels, std::uint8_t threshold) noexcept {

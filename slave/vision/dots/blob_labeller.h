@@ -14,7 +14,7 @@ namespace palpate {
 // background) that of the nearest such tiles.
 class ThresholdMap {
  public:
-  static constexpr int kTile = 16;  // [px]
+  static constexpr int kTile = 16;  // [px] [tuned: CentroidsOfEllipsesWithoutNoiseAreExact]
 
   // `image`: 8 bit grey. `min_contrast`: least levels between dot and background. False: no part of
   // the image has this contrast. Allocates only when the size grows.

@@ -12,13 +12,18 @@
 namespace palpate {
 namespace {
 
-constexpr double kReach = 2;            // a sharp dot's edge ends within so much of it [px]
-constexpr double kFarthest = 8;         // and a blurred one's [px]
-constexpr double kReachInBlurs = 2.65;  // which is so many sigma of its blur
-constexpr double kWider = 0.3;          // a reach that is worth another look [px]
-constexpr double kRing = 3;             // the ring of ground about that [px]
-constexpr double kFade = 1.4;  // towards an edge that passes by, pixels fade out so fast [px]
-constexpr double kRagged = 1;  // an ellipse's edge is nowhere farther off [px]
+constexpr double kReach = 2;     // a sharp dot's edge ends within so much of it [px]
+constexpr double kFarthest = 8;  // and a blurred one's [px]
+// The reach of a blurred edge, in sigma of its blur [-]. [tuned: BlurDoesNotMoveADot]
+constexpr double kReachInBlurs = 2.65;
+constexpr double kWider = 0.3;  // a reach that is worth another look [px]
+// The ring of ground about that [px]. [tuned: LightThatFallsAcrossThePictureLosesNoDot]
+constexpr double kRing = 3;
+// Distance to an edge that passes by within which pixels fade out [px]. [tuned:
+// AnEdgeBesideADotDoesNotPullItInNoise]
+constexpr double kFade = 1.4;
+// An ellipse's edge is nowhere farther off [px]. [tuned: EvenlyFallingLightDoesNotPullADot]
+constexpr double kRagged = 1;
 constexpr double kForeignInDot = 0.01;  // share of the dot's area that may be farther off
 constexpr int kLooks = 3;               // each with a reach by the blur that the last one saw
 constexpr int kRounds = 3;              // of a window that cuts the dot's edge

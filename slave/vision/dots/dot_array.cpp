@@ -17,10 +17,12 @@ namespace {
 
 constexpr std::size_t kMostAnchors = 5;
 constexpr std::size_t kMostCandidates = 256;
-constexpr std::size_t kNeighbours = 8;
+constexpr std::size_t kNeighbours = 8;  // [-] [tuned: FindsItselfTurnedShiftedAndTilted]
 constexpr double kFarNearer = 4;
-constexpr double kSamePlace = 25;   // [px^2]
-constexpr double kResidual = 0.15;  // of an affine map, to the array's extent: perspective and bend
+constexpr double kSamePlace = 25;  // [px^2]
+// Of an affine map, to the array's extent: perspective and bend. [-] [tuned:
+// FindsItselfTurnedShiftedAndTilted]
+constexpr double kResidual = 0.15;
 constexpr double kResidualWeight = 9;  // against the distance from the hint
 
 double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {

@@ -28,7 +28,7 @@ class DotArray {
     double area_ratio = 3;    // neighbours differ by no more; large: dots of different sizes
     double least_seen = 0.6;  // share of the array that must be there
   };
-  static constexpr int kNobody = -1;
+  static constexpr int kNobody = -1;  // [by definition]
 
   // `layout`: positions in the array's plane; the index is the dot's identity. Throws
   // std::invalid_argument: fewer than 3 or more than 400, two at the same position, all nearly

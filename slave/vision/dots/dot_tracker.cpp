@@ -35,11 +35,13 @@ std::array<int, 2> Extremes(const cv::Mat& image) noexcept {
   return {darkest, lightest};
 }
 
-constexpr int kRecheck = 8;         // pictures with a dot missing between two whole searches
-constexpr double kManyLost = 0.85;  // less than so much of the last picture's dots
-constexpr double kSearch = 0.4;     // how far a dot is looked for, in spacings
-constexpr double kStray = 0.25;     // how far a dot may be from where its neighbours put it
-constexpr double kStrayFloor = 3;   // but never less [px]
+constexpr int kRecheck = 8;  // pictures with a dot missing between two whole searches
+// Less than so much of the last picture's dots. [-] [tuned:
+// JumpOfOneColumnIsNotTakenForStandingStill]
+constexpr double kManyLost = 0.85;
+constexpr double kSearch = 0.4;    // how far a dot is looked for, in spacings
+constexpr double kStray = 0.25;    // how far a dot may be from where its neighbours put it
+constexpr double kStrayFloor = 3;  // but never less [px]
 
 Eigen::Vector2d Extent(const Dot& dot) {
   return {2 * std::sqrt(dot.shape(0, 0)), 2 * std::sqrt(dot.shape(1, 1))};

@@ -6,13 +6,16 @@
 namespace palpate {
 namespace {
 
-constexpr double kForeign = 0.2;   // share of a ring or sector that may be darker than ground
-constexpr int kShortest = 9;       // sectors of an arc to start from
-constexpr int kStep = 2;           // from one to the next
-constexpr double kNoisier = 1.5;   // a whole ring than its quietest arc, by chance [variance]
+constexpr double kForeign = 0.2;  // share of a ring or sector that may be darker than ground
+// Sectors of an arc to start from. [-] [tuned: AnEdgeBesideADotDoesNotPullItInNoise]
+constexpr int kShortest = 9;
+constexpr int kStep = 2;  // from one to the next
+// Variance of a whole ring over that of its quietest arc, by chance [-]. [tuned:
+// WhatNeighboursShareIsSeen]
+constexpr double kNoisier = 1.5;
 constexpr double kUnlike = 3;      // sectors' means, in sigma
 constexpr double kUneven = 3;      // a sector's variance against the arc's
-constexpr double kRounding = 0.3;  // levels are whole numbers, light is no exact plane [levels]
+constexpr double kRounding = 0.3;  // [levels] [derived: whole numbers, 0.29 rms]
 
 }  // namespace
 
@@ -101,7 +104,7 @@ double GroundRing::MeanOff(const GroundPlane& sums) const noexcept {
 }
 
 double GroundRing::unevenness() const noexcept {
-  constexpr int kPlane = 3;  // numbers that the plane has from them
+  constexpr int kPlane = 3;  // parameters of a plane [by definition]
   double square = 0;
   int count = 0;
   for (int s = 0; s < kSectors; ++s) {

@@ -5,9 +5,8 @@
 namespace palpate {
 namespace {
 
-constexpr double kClosest =
-    20;                        // q: a twentieth of the baseline away, nearer than any lens focuses
-constexpr int kHalvings = 40;  // of one step
+constexpr double kClosest = 20;  // [1/baselines] [derived: nearer than any lens focuses]
+constexpr int kHalvings = 40;    // of one step
 
 // The window at the line's place, as a piece of surface that faces the first camera is seen.
 std::optional<WindowWarp> WarpAt(const EpipolarLine& line, const WindowWarp& seen) noexcept {

@@ -13,7 +13,7 @@ namespace {
 
 using Freedom = WindowTemplate::Freedom;
 
-constexpr int kSmallestEdge = 9;      // of a window [px]
+constexpr int kSmallestEdge = 9;      // of a window [px] [tuned: WhatCannotBeIsRefusedAtOnce]
 constexpr double kCoarseMatch = 0.6;  // correlation below which a coarse place is not believed
 constexpr int kNearby = 12;           // searched where the way down misled [px]
 constexpr int kPicturesPerCut = 10;   // between two recent templates

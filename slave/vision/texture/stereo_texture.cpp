@@ -10,7 +10,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kSearchesPerPair = 4;
+constexpr int kSearchesPerPair =
+    4;  // [-] [tuned: WhatOneCameraLosesIsUnseenUntilItMeetsTheOtherAgain]
 
 bool IsPicture(const cv::Mat& picture, const Lens& lens) {
   return picture.dims == 2 && picture.data != nullptr &&

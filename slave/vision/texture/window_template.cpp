@@ -17,7 +17,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kSmallest = 32;  // [px]
+constexpr int kSmallest = 32;  // [px] [tuned: TheOtherCamerasPictureMayBeLarger]
 
 // BT.601 in 16.16 fixed point.
 void GreyRow(const std::uint8_t* bgr, std::uint8_t* grey, int width) {
@@ -43,10 +43,11 @@ void Halve(const cv::Mat& from, cv::Mat& to) {
 // much root mean square: below it the camera's noise (2 of 255) has the say.
 constexpr double kLeastSlope = 1.0;    // [levels/px]
 constexpr double kLeastAffine = 1e-4;  // of the affine Hessian's eigenvalues, least to largest
-constexpr double kSigma = 0.2;         // of the weights, in edges
+// Of the weights, in edges. [-] [tuned: WindowsThatLeaveThePictureAreLostAndComeBack]
+constexpr double kSigma = 0.2;
 // White noise, linearly interpolated, loses all but 4/9 of its variance in the residual (the mean
 // over a pixel's parts) though not of its effect on the place, where a Gaussian's weights halve it:
-// sum w^2 / sum w = 1/2.
+// sum w^2 / sum w = 1/2 [-]. [derived: these two factors]
 constexpr double kNoiseOfResidual = 9.0 / 4 / 2;
 constexpr int kMostSteps = 30;
 constexpr double kSettled = 0.003;  // [px]
@@ -143,7 +144,7 @@ bool WindowTemplate::Sample(const cv::Mat& grey, const WindowWarp& warp, int rin
   const auto* pixels = grey.ptr<std::uint8_t>();
   const auto stride = static_cast<std::ptrdiff_t>(grey.step[0]);
   // 16.16 fixed point along a row: 1e-5 px, and no conversions per pixel. Rounding outwards by a
-  // unit is caught by the clamp.
+  // unit is caught by the clamp. [-] [tuned: ChosenWindowsHaveTextureLieApartAndInside]
   constexpr double kOne = 65536;
   const auto dx = static_cast<std::int32_t>(std::lround(warp.A(0, 0) * kOne));
   const auto dy = static_cast<std::int32_t>(std::lround(warp.A(1, 0) * kOne));

@@ -94,7 +94,8 @@ class WindowTemplate {
   [[nodiscard]] bool textured() const { return textured_; }
 
  private:
-  static constexpr int kMost = 6;  // shift x, y; change of x with u, v; of y with u, v
+  static constexpr int kMost =
+      6;  // shift x, y; change of x with u, v; of y with u, v [by definition]
   struct Sums;
 
   bool Sample(const cv::Mat& grey, const WindowWarp& warp, int ring) noexcept;
