@@ -26,10 +26,10 @@ struct PressTick {
   bool engaged = false;
 };
 
-// The simulated operator's press against the virtual slave's wall, 4 s.
-inline std::vector<PressTick> SimulatedPress() {
+// The simulated operator's press against the virtual slave's wall, 4 s, at a peak `speed` [m/s].
+inline std::vector<PressTick> SimulatedPress(double speed = 0.020) {
   Rig rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick);
-  SimHand hand(0.004, 0.020);
+  SimHand hand(0.004, speed);
   std::vector<PressTick> ticks;
   for (int i = 0; i < 4000; ++i) {
     const TickRecord& record = rig.Tick(hand);
