@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -108,6 +109,7 @@ HaplyDevice::~HaplyDevice() {
 }
 
 void HaplyDevice::Work(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   while (!stop.stop_requested()) {
     auto next = std::chrono::steady_clock::now();
     while (!stop.stop_requested() && Exchange(stop)) {

@@ -70,6 +70,17 @@ inline BenchKind DhdBench() {
           }};
 }
 
+// The fake's hand follows `press` from where it is.
+inline void FollowPress(const BenchKind& kind, const fakes::Library& fake,
+                        const std::vector<PressTick>& press) {
+  std::vector<FakeKnot> knots;
+  for (std::size_t i = 0; i < press.size(); ++i) {
+    const Eigen::Vector3d d = kind.to_device(press[i].p_M);
+    knots.push_back({kBenchTick * static_cast<double>(i + 1), d.x(), d.y(), d.z()});
+  }
+  fake.follow(knots.data(), static_cast<int>(knots.size()), 0);
+}
+
 class DriverBench {
  public:
   explicit DriverBench(BenchKind kind)
@@ -98,15 +109,6 @@ class DriverBench {
     const Eigen::Vector3d d = kind_.to_device(p_M);
     fake.place(d.x(), d.y(), d.z());
   }
-  // Follows `press` from where its hand is.
-  void Follow(const std::vector<PressTick>& press) {
-    std::vector<FakeKnot> knots;
-    for (std::size_t i = 0; i < press.size(); ++i) {
-      const Eigen::Vector3d d = kind_.to_device(press[i].p_M);
-      knots.push_back({kBenchTick * static_cast<double>(i + 1), d.x(), d.y(), d.z()});
-    }
-    fake.follow(knots.data(), static_cast<int>(knots.size()), 0);
-  }
   // One millisecond. Where the device's own thread is silent, the loop's takes over.
   const TickRecord& Step() {
     fake.step(kBenchTick);
@@ -129,7 +131,7 @@ class DriverBench {
   // Plays `press` with the switch as its operator had it, until `ticks`.
   void Play(const std::vector<PressTick>& press, std::size_t ticks,
             const std::function<void(std::size_t)>& each = {}) {
-    Follow(press);
+    FollowPress(kind_, fake, press);
     for (std::size_t i = 0; i < ticks; ++i) {
       if (i == 0 || press[i].engaged != press[i - 1].engaged) {
         fake.press(0, press[i].engaged ? 1 : 0, 0);

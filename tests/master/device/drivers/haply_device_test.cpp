@@ -59,19 +59,6 @@ class HaplyBench {
     }
     return rig->loop.record();
   }
-  // The operator's hand follows `press` from its tick `first` on.
-  void Follow(const std::vector<PressTick>& press, std::size_t first) const {
-    const std::string file = testing::TempDir() + "palpate-haply-press.csv";
-    std::ofstream csv(file);
-    csv << "time_s,x,y,z\n";
-    for (std::size_t i = first; i < press.size(); ++i) {
-      const Eigen::Vector3d& p = press[i].p_M;
-      csv << 0.001 * static_cast<double>(i - first + 1) << ',' << p.x() << ',' << -p.z() << ','
-          << p.y() << '\n';
-    }
-    csv.close();
-    ASSERT_EQ(service.Ask("follow " + file), "ok");
-  }
   // Force that the motors make now, frame H [N].
   [[nodiscard]] Eigen::Vector3d Made() const {
     std::istringstream answer(service.Ask("force"));
@@ -127,7 +114,7 @@ TEST_P(HaplyDeviceTest, ThePressGivesTheForceOfTheSimulatedOperator) {
   for (const PressTick& tick : press) peak = std::max(peak, tick.sent.norm());
   constexpr std::size_t kTicks = 2000;
   bench_.Open();
-  bench_.Follow(press, 0);
+  FollowPress(bench_.service, press, 0);
   Rig rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick);
   for (std::size_t i = 0; i < kTicks; ++i) {
     if (i > 0 && press[i].engaged != press[i - 1].engaged) {
@@ -186,7 +173,7 @@ void UnplugAt(HaplyBench* bench, std::size_t instants) {
     const std::size_t at = first - 50 + k * (last - first + 50) / instants;
     Rig rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick);
     bench->service.Ask("press 0 0");
-    bench->Follow(press, engaged);
+    FollowPress(bench->service, press, engaged);
     bench->Tick(&rig, 2);
     bench->service.Ask("press 0 1");
     for (std::size_t i = engaged + 1; i < at; ++i) bench->Tick(&rig, 1);

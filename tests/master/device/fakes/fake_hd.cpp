@@ -112,13 +112,17 @@ void Hd::Tick() {
   if (runs) RunCallbacks();
 }
 
+// The vendor's thread has a high priority; without permission it stays ordinary.
 void Hd::RunServo() {
+  const sched_param high{80};
+  pthread_setschedparam(pthread_self(), SCHED_FIFO, &high);
   auto wake = std::chrono::steady_clock::now();
   while (started && !manual()) {
     Tick();
-    wake += std::chrono::microseconds(1000000 / rate);
+    const std::chrono::microseconds period(1000000 / rate);
+    wake += period;
     const auto now = std::chrono::steady_clock::now();
-    if (wake < now) wake = now;
+    while (wake < now) wake += period;
     std::this_thread::sleep_until(wake);
   }
 }

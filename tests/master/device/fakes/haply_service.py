@@ -19,6 +19,7 @@ Frame: x right, y away from the user, z up; 0 is the middle of the workspace. fr
 import argparse
 import asyncio
 import base64
+import bisect
 import csv
 import hashlib
 import json
@@ -50,9 +51,9 @@ class Handle:
         t = now - self.since
         if self.repeat and self.knots[-1][0] > 0:
             t %= self.knots[-1][0]
-        after = next((i for i, knot in enumerate(self.knots) if knot[0] > t), None)
-        if after in (None, 0):
-            return self.knots[-1 if after is None else 0][1:], (0, 0, 0)
+        after = bisect.bisect_right(self.knots, t, key=lambda knot: knot[0])
+        if after in (0, len(self.knots)):
+            return self.knots[-1 if after else 0][1:], (0, 0, 0)
         start, end = self.knots[after - 1], self.knots[after]
         span = end[0] - start[0]
         s = (t - start[0]) / span
