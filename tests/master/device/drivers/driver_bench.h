@@ -12,6 +12,7 @@
 #include "master/device/touch/touch_device.h"
 #include "tests/master/device/fakes/fake_library.h"
 #include "tests/master/haptics/rig.h"
+#include "tests/support/allocation_count.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -66,7 +67,7 @@ inline BenchKind DhdBench() {
           [](const Eigen::Vector3d& m) { return Eigen::Vector3d(m.z(), m.x(), m.y()); },
           [](const Eigen::Vector3d& d) { return Eigen::Vector3d(d.y(), d.z(), d.x()); },
           [](const std::string& folder, std::function<Time()>) -> std::unique_ptr<HapticDevice> {
-            return DhdDevice::Open({std::nullopt, {folder}});
+            return DhdDevice::Open({std::nullopt, {folder}, false});
           }};
 }
 
@@ -111,11 +112,15 @@ class DriverBench {
   }
   // One millisecond. Where the device's own thread is silent, the loop's takes over.
   const TickRecord& Step() {
+    const long before = OwnAllocationCount();
     fake.step(kBenchTick);
     const bool silent = SecondsBetween(driven_at_, Now()) >= Device::kLetGoAfter;
     if (!driven_ || silent) Tick(Now());
+    allocations_ += OwnAllocationCount() - before;
     return rig.loop.record();
   }
+  // By driver, fake and haptic loop so far, without the virtual slave.
+  [[nodiscard]] long allocations() const { return allocations_; }
   // The newest command that the device took: when [s], and its force [N].
   [[nodiscard]] std::pair<double, Eigen::Vector3d> Asked() const {
     FakeForce newest{};
@@ -144,7 +149,9 @@ class DriverBench {
  private:
   void Tick(Time now) {
     rig.now = now;
+    const long before = OwnAllocationCount();
     rig.slave.Step(now, &rig.commands, &rig.states);
+    allocations_ -= OwnAllocationCount() - before;
     device->WriteForce(rig.loop.Tick(device->Read(now), now));
     TickRecord drained;
     while (rig.records.Pop(&drained)) {
@@ -153,6 +160,7 @@ class DriverBench {
 
   const BenchKind kind_;
   bool driven_ = false;
+  long allocations_ = 0;
   Time driven_at_{};
   const Device::Tick tick_ = [this](Time now) {
     driven_at_ = now;

@@ -24,6 +24,15 @@ class HaplyBench {
     service.Ask("clock 0");
     service.Ask("set grip_stiffness inf");
   }
+  // What `call` returns; its allocations count.
+  template <class Call>
+  auto Counted(const Call& call) {
+    const long before = OwnAllocationCount();
+    const auto result = call();
+    allocations += OwnAllocationCount() - before;
+    return result;
+  }
+
   void Open() {
     device = HaplyDevice::Open({service.port(), [this] { return now.load(); }});
     device->LowerForceLimit(kForceLimit);
@@ -32,10 +41,10 @@ class HaplyBench {
   DeviceReading Read(int answers = 2) {
     service.Ask("step 0.001");
     now = now.load() + std::chrono::milliseconds(1);
-    DeviceReading reading = device->Read(now);
+    DeviceReading reading = Counted([this] { return device->Read(now); });
     for (int fresh = 0, left = 5000; fresh < answers && left > 0; --left) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
-      reading = device->Read(now);
+      reading = Counted([this] { return device->Read(now); });
       if (!reading.repeated) ++fresh;
     }
     return reading;
@@ -53,7 +62,10 @@ class HaplyBench {
     const DeviceReading reading = Read(answers);
     rig->now = now;
     rig->slave.Step(now, &rig->commands, &rig->states);
-    device->WriteForce(rig->loop.Tick(reading, now));
+    Counted([&] {
+      device->WriteForce(rig->loop.Tick(reading, now));
+      return 0;
+    });
     TickRecord drained;
     while (rig->records.Pop(&drained)) {
     }
@@ -67,6 +79,7 @@ class HaplyBench {
     return f;
   }
 
+  long allocations = 0;  // by driver and haptic loop on the tick's thread
   HaplyService service;
   std::atomic<Time> now{Time{std::chrono::hours(1)}};
   std::unique_ptr<HaplyDevice> device;
@@ -125,6 +138,7 @@ TEST_P(HaplyDeviceTest, ThePressGivesTheForceOfTheSimulatedOperator) {
   }
   EXPECT_GT(peak, 1.5);
   EXPECT_LT(worst, 0.01 * peak);
+  EXPECT_EQ(bench_.allocations, 0) << "messages are for the driver's own thread";
 }
 
 TEST_P(HaplyDeviceTest, WithoutACalibrationThereIsNoForce) {
