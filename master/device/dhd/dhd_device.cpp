@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -25,7 +27,8 @@ Eigen::Matrix3d RotationToM() {
 }
 
 constexpr double kClosedGap = 0.010;  // a gripper closed to this gap counts as the first button [m]
-constexpr int kStatusRoom = 64;       // releases write 12 to 17 numbers
+constexpr std::chrono::milliseconds kPeriod(1);
+constexpr int kStatusRoom = 64;  // releases write 12 to 17 numbers
 const std::vector<UsbId> kUsbIds{{0x1451, 0}, {0x0403, 0xcb48}};
 
 constexpr std::array<const char*, 7> kForceOffCauses{
@@ -100,19 +103,21 @@ DhdDevice::Opened DhdDevice::OpenDevice(const Options& options) {
 }
 
 std::unique_ptr<DhdDevice> DhdDevice::Open(const Options& options) {
-  return std::unique_ptr<DhdDevice>(new DhdDevice(OpenDevice(options)));
+  return std::unique_ptr<DhdDevice>(new DhdDevice(OpenDevice(options), options.own_thread));
 }
 
-DhdDevice::DhdDevice(Opened opened)
+DhdDevice::DhdDevice(Opened opened, bool own_thread)
     : HapticDevice(opened.capabilities),
       own_(std::move(opened)),
       description_(own_.description),
-      R_MD_(RotationToM()) {
-  last_.repeated = true;
+      R_MD_(RotationToM()),
+      may_thread_(own_thread) {
+  newest_.repeated = last_.repeated = true;
 }
 
 DhdDevice::~DhdDevice() {
-  DoWrite({});
+  StopTicks();
+  Send({});
   own_.api.enable_force(0, own_.id);
   own_.api.stop(own_.id);
   own_.api.close(own_.id);
@@ -129,7 +134,50 @@ bool DhdDevice::Succeeded(int code) noexcept {
   return false;
 }
 
+bool DhdDevice::StartTicks(const Tick* tick) {
+  if (!may_thread_) return false;
+  threaded_ = true;
+  thread_ = std::jthread([this, tick](const std::stop_token& stop) { RunTicks(*tick, stop); });
+  return true;
+}
+
+void DhdDevice::StopTicks() {
+  if (!threaded_) return;
+  thread_.request_stop();
+  thread_.join();
+  threaded_ = false;
+}
+
+void DhdDevice::RunTicks(const Tick& tick, const std::stop_token& stop) noexcept {
+  MakeThreadRealtime(kHapticPriority);
+  Command command;
+  for (Time wake = Clock::now(); !stop.stop_requested();) {
+    frames_.Put(Measure(Clock::now()));
+    tick(Clock::now());
+    if (const Command* newest = commands_.Take()) command = *newest;
+    const bool is_new = SecondsBetween(command.at, Clock::now()) < kLetGoAfter;
+    output_ = Send(is_new ? command.wrench : Wrench());
+    wake = std::max(wake + kPeriod, Clock::now());
+    std::this_thread::sleep_until(Clock::ToSteady(wake));
+  }
+}
+
 DeviceReading DhdDevice::DoRead(Time now) noexcept {
+  if (!threaded_) return Measure(now);
+  read_at_ = now;
+  const DeviceReading* frame = frames_.Take();
+  if (frame != nullptr) newest_ = *frame;
+  newest_.repeated = newest_.repeated || frame == nullptr;
+  return newest_;
+}
+
+DeviceOutput DhdDevice::DoWrite(const Wrench& wrench) noexcept {
+  if (!threaded_) return Send(wrench);
+  commands_.Put({wrench, read_at_});
+  return output_;
+}
+
+DeviceReading DhdDevice::Measure(Time now) noexcept {
   status_ = DeviceStatus();  // the library reports no calibration: its own tool calibrates
   DeviceReading reading = last_;
   ReadMotion(&reading);
@@ -182,7 +230,7 @@ void DhdDevice::EnableForce() noexcept {
   enabled_ = Succeeded(own_.api.enable_force(1, own_.id)) || enabled_;
 }
 
-DeviceOutput DhdDevice::DoWrite(const Wrench& wrench) noexcept {
+DeviceOutput DhdDevice::Send(const Wrench& wrench) noexcept {
   status_ = DeviceStatus();
   const bool had_reading = last_.at != Time{} && last_.status.fault == DeviceFault::kNone;
   if (!enabled_ && had_reading) EnableForce();

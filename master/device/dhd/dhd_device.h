@@ -1,19 +1,24 @@
 // Force Dimension omega, delta, sigma, lambda and the Novint Falcon through the Force Dimension SDK
-// (libdhd.so). The haptic loop's thread polls; each call takes the time of a USB transfer. The
-// controller of these devices drops the force by itself when no command comes.
+// (libdhd.so). Each call takes the time of a USB transfer. Therefore a thread of ours reads the
+// device, runs the tick of the haptic loop and writes the force, as the vendor's thread of other
+// devices does. The tick itself never waits: while a transfer hangs, the loop's own thread ticks,
+// and disengages. The controller of these devices drops the force by itself when no command comes.
 //
 // Each call's result is examined by itself. Two of them are positive and no errors: nothing new,
 // and saturated motors. A sum of results could hide an error behind them.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "master/device/dhd/dhd_api.h"
 #include "master/device/search/driver.h"
+#include "shared/link/latest_value.h"
 
 namespace palpate {
 
@@ -22,14 +27,18 @@ class DhdDevice final : public HapticDevice {
   struct Options {
     std::optional<int> serial;                   // nullopt: the first device
     std::vector<std::filesystem::path> folders;  // of the library, before the usual ones
+    bool own_thread = true;                      // false: the caller's thread waits for transfers
   };
   // Throws DeviceUnavailable with the reason.
   static std::unique_ptr<DhdDevice> Open(const Options& options);
   ~DhdDevice() override;
 
   [[nodiscard]] std::string description() const override { return description_; }
+  bool StartTicks(const Tick* tick) override;
+  void StopTicks() override;
 
  protected:
+  // With ticks on the own thread, these two exchange the newest values with it.
   DeviceReading DoRead(Time now) noexcept override;
   DeviceOutput DoWrite(const Wrench& wrench) noexcept override;
 
@@ -42,9 +51,18 @@ class DhdDevice final : public HapticDevice {
     std::string description;
     bool has_wrist = false, has_gripper = false;
   };
-  explicit DhdDevice(Opened opened);
+  // A force, and when it was written.
+  struct Command {
+    Wrench wrench;
+    Time at{};
+  };
+  DhdDevice(Opened opened, bool own_thread);
   static Opened OpenDevice(const Options& options);
 
+  void RunTicks(const Tick& tick, const std::stop_token& stop) noexcept;
+  // Both wait for transfers.
+  [[nodiscard]] DeviceReading Measure(Time now) noexcept;
+  DeviceOutput Send(const Wrench& wrench) noexcept;
   // Whether a call succeeded; if not, takes the library's words into the status.
   bool Succeeded(int code) noexcept;
   void ReadMotion(DeviceReading* reading) noexcept;
@@ -56,12 +74,22 @@ class DhdDevice final : public HapticDevice {
   const Opened own_;
   const std::string description_;
   const Eigen::Matrix3d R_MD_;  // frame M from the library's
-  DeviceStatus status_;         // of this reading
+  const bool may_thread_;
+  bool threaded_ = false;                                 // the own thread runs the ticks
+  LatestValue<DeviceReading> frames_;                     // from the own thread
+  LatestValue<Command> commands_;                         // to the own thread
+  std::atomic<DeviceOutput> output_{DeviceOutput::kOff};  // of the newest command
+  DeviceReading newest_;                                  // of `frames_`
+  Time read_at_{};
+
+  // Of the own thread while it runs.
+  DeviceStatus status_;  // of this reading
   DeviceReading last_;
   bool enabled_ = false;       // the force was enabled
   bool was_pressed_ = false;   // the first button, at the last reading
   bool write_failed_ = false;  // the last force was not accepted
   DeviceStatus write_status_;  // why
+  std::jthread thread_;        // last: it uses the rest
 };
 
 // The row of the table of drivers.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -35,9 +36,18 @@ DeviceCapabilities CapabilitiesOf(bool has_grip) {
   return own;
 }
 
+// The first state of a connection. A service that sends none by itself is asked for it.
+bool ReceiveFirst(HaplyLine* line, std::string* text) {
+  const auto first = line->Receive(kOpenWithin, text);
+  if (first != HaplyLine::Received::kNothingYet) return first == HaplyLine::Received::kMessage;
+  return line->Send(HaplyStateRequest(), kWait) &&
+         line->Receive(kOpenWithin, text) == HaplyLine::Received::kMessage;
+}
+
 std::string Described(const std::string& release, const HaplyState& state,
                       const std::optional<HaplySessions>& sessions) {
-  std::string words = "haply: Inverse3 " + Presentable(state.id, 20) + ", service " + release;
+  std::string words = "haply: Inverse3 " + Presentable(state.id, 20) + ", service ";
+  words += release.empty() ? "of unknown release" : release;
   words += state.has_grip ? ", with VerseGrip" : ", without VerseGrip (no switch to engage)";
   if (state.gate_gain && *state.gate_gain != 1) {
     words += Formatted(", force gate %g", *state.gate_gain);
@@ -55,14 +65,13 @@ HaplyDevice::Opened HaplyDevice::OpenLine(const Options& options) {
   Opened opened;
   opened.line = std::make_unique<HaplyLine>(options.port);
   const std::string at = " at 127.0.0.1:" + std::to_string(options.port);
-  const auto version = opened.line->Get("/version", kOpenWithin);
-  if (!version) throw DeviceUnavailable("haply", "no haply-inverse-service answers" + at);
-  const auto form = HaplyFormOf(*version);
-  if (!form) throw DeviceUnavailable("haply", "what answers" + at + " reports no version");
-  opened.form = *form;
+  const std::string version = opened.line->Get("/version", kOpenWithin).value_or("");
+  opened.form = HaplyFormOf(version);
+  if (!opened.line->Open(kOpenWithin)) {
+    throw DeviceUnavailable("haply", "no haply-inverse-service answers" + at);
+  }
   std::string text;
-  if (!opened.line->Open(kOpenWithin) ||
-      opened.line->Receive(kOpenWithin, &text) != HaplyLine::Received::kMessage) {
+  if (!ReceiveFirst(opened.line.get(), &text)) {
     throw DeviceUnavailable("haply", "the service sends no state" + at);
   }
   const auto state = ParseHaplyState(text);
@@ -72,7 +81,7 @@ HaplyDevice::Opened HaplyDevice::OpenLine(const Options& options) {
   opened.first = *state;
   const auto sessions = opened.line->Get("/sessions", kOpenWithin);
   opened.description =
-      Described(HaplyRelease(*version), *state,
+      Described(HaplyRelease(version), *state,
                 sessions ? ParseHaplySessions(*sessions) : std::optional<HaplySessions>());
   return opened;
 }
@@ -100,6 +109,7 @@ HaplyDevice::~HaplyDevice() {
 }
 
 void HaplyDevice::Work(const std::stop_token& stop) {
+  MakeThreadRealtime(kLinkPriority);
   while (!stop.stop_requested()) {
     auto next = std::chrono::steady_clock::now();
     while (!stop.stop_requested() && Exchange(stop)) {
@@ -110,8 +120,7 @@ void HaplyDevice::Work(const std::stop_token& stop) {
     sent_.setZero();
     PublishFault("the connection to haply-inverse-service is lost");
     std::string inventory;
-    if (!line_->Open(kOpenWithin) ||
-        line_->Receive(kOpenWithin, &inventory) != HaplyLine::Received::kMessage) {
+    if (!line_->Open(kOpenWithin) || !ReceiveFirst(line_.get(), &inventory)) {
       std::this_thread::sleep_for(kRetryEvery);
     }
   }

@@ -58,6 +58,7 @@ void AddGrip(const Json& grip, HaplyState* state) {
   const auto w = Number(At(told, "orientation"), "w");
   const auto axis = Triple(At(told, "orientation"));
   if (w && axis) state->orientation = Eigen::Quaterniond(*w, axis->x(), axis->y(), axis->z());
+  if (state->has_grip && Flag(told, "button", false)) state->buttons |= 1U;  // with a cable
   constexpr std::array<const char*, 4> kButtons{"a", "b", "c", "home"};
   for (std::size_t i = 0; state->has_grip && i < kButtons.size(); ++i) {
     if (Flag(At(told, "buttons"), kButtons[i], false)) state->buttons |= 1U << i;
@@ -88,10 +89,16 @@ std::optional<HaplyState> ParseHaplyState(const std::string& text) {
 
 std::string HaplyForceMessage(const std::string& id, const Eigen::Vector3d& force, HaplyForm form) {
   const Json axes = {{"x", force.x()}, {"y", force.y()}, {"z", force.z()}};
-  const char* key = form == HaplyForm::kValues ? "values" : "vector";
-  const Json command = {{"set_cursor_force", {{key, axes}}}};
+  Json value;
+  if (form != HaplyForm::kVector) value["values"] = axes;
+  if (form != HaplyForm::kValues) value["vector"] = axes;
+  const Json command = {{"set_cursor_force", value}};
   const Json message = {{"inverse3", Json::array({{{"device_id", id}, {"commands", command}}})}};
   return message.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string HaplyStateRequest() {
+  return R"({"session": {"force_render_full_state": {}}})";
 }
 
 std::string HaplyRelease(const std::string& version_text) {
@@ -103,15 +110,18 @@ std::string HaplyRelease(const std::string& version_text) {
   return {};
 }
 
-std::optional<HaplyForm> HaplyFormOf(const std::string& version_text) {
+HaplyForm HaplyFormOf(const std::string& version_text) {
   std::string release = HaplyRelease(version_text);
   if (release.starts_with('v')) release.erase(0, 1);
   const std::size_t dot = release.find('.');
-  if (dot == std::string::npos) return std::nullopt;
+  if (dot == std::string::npos) return HaplyForm::kBoth;
   const auto major = ParseFinite(release.substr(0, dot));
   const auto minor = ParseFinite(release.substr(dot + 1, release.find('.', dot + 1) - dot - 1));
-  if (!major || !minor) return std::nullopt;
-  return *major < 3 || (*major == 3 && *minor <= 1) ? HaplyForm::kValues : HaplyForm::kVector;
+  if (!major || !minor) return HaplyForm::kBoth;
+  const double number = *major + *minor / 100;
+  constexpr double kLastValues = 3.03, kFirstVector = 3.05;
+  if (number > kLastValues && number < kFirstVector) return HaplyForm::kBoth;
+  return number <= kLastValues ? HaplyForm::kValues : HaplyForm::kVector;
 }
 
 std::optional<HaplySessions> ParseHaplySessions(const std::string& text) {

@@ -11,8 +11,9 @@
 
 namespace palpate {
 
-// How a force is written: `values` up to API 3.1, `vector` later.
-enum class HaplyForm : std::uint8_t { kValues, kVector };
+// How a force is written: `values` up to API 3.3, `vector` from 3.5 on. A release that is not known
+// gets both, and takes the one that it knows.
+enum class HaplyForm : std::uint8_t { kValues, kVector, kBoth };
 
 // What one state message holds of the first Inverse3 and the first VerseGrip. Frame H.
 struct HaplyState {
@@ -32,8 +33,11 @@ std::optional<HaplyState> ParseHaplyState(const std::string& text);
 // The message that commands `force` [N] of the device `id`.
 std::string HaplyForceMessage(const std::string& id, const Eigen::Vector3d& force, HaplyForm form);
 
-// The form for the release that GET /version reported; nullopt: no version in `text`.
-std::optional<HaplyForm> HaplyFormOf(const std::string& version_text);
+// Asks for a complete state, for a service that sends none by itself.
+std::string HaplyStateRequest();
+
+// The form for the release that GET /version reported.
+HaplyForm HaplyFormOf(const std::string& version_text);
 // `3.5.0` of the same; empty: none.
 std::string HaplyRelease(const std::string& version_text);
 

@@ -51,31 +51,45 @@ TEST(HaplyMessageTest, NonsenseIsNoState) {
 }
 
 TEST(HaplyMessageTest, WritesForcesInBothForms) {
-  for (const auto& [form, key] :
-       {std::pair(HaplyForm::kValues, "values"), {HaplyForm::kVector, "vector"}}) {
+  const auto written = [](HaplyForm form) {
     const auto json = nlohmann::json::parse(HaplyForceMessage("049D", {1.5, 0, -0.25}, form));
-    const auto& device = json["inverse3"][0];
-    EXPECT_EQ(device["device_id"], "049D");
-    const auto& axes = device["commands"]["set_cursor_force"][key];
-    EXPECT_EQ(axes["x"], 1.5);
-    EXPECT_EQ(axes["y"], 0);
-    EXPECT_EQ(axes["z"], -0.25);
-  }
+    EXPECT_EQ(json["inverse3"][0]["device_id"], "049D");
+    return json["inverse3"][0]["commands"]["set_cursor_force"];
+  };
+  const auto axes = nlohmann::json::parse(R"({"x": 1.5, "y": 0.0, "z": -0.25})");
+  EXPECT_EQ(written(HaplyForm::kValues), nlohmann::json({{"values", axes}}));
+  EXPECT_EQ(written(HaplyForm::kVector), nlohmann::json({{"vector", axes}}));
+  EXPECT_EQ(written(HaplyForm::kBoth), nlohmann::json({{"values", axes}, {"vector", axes}}));
 }
 
-// `values` up to 3.1, `vector` from 3.5 on and in between.
+// Reference: clients of 3.1 and 3.3 write `values`, the documentation of 3.5 `vector`.
 TEST(HaplyMessageTest, ChoosesTheFormByTheRelease) {
   const auto form = [](const char* tag) {
     return HaplyFormOf(std::string(R"({"git_tag": ")") + tag + "\"}");
   };
   EXPECT_EQ(form("3.1.1"), HaplyForm::kValues);
   EXPECT_EQ(form("v3.0.4"), HaplyForm::kValues);
-  EXPECT_EQ(form("3.2.0"), HaplyForm::kVector);
+  EXPECT_EQ(form("3.3.2"), HaplyForm::kValues);
+  EXPECT_EQ(form("3.4.0"), HaplyForm::kBoth);
   EXPECT_EQ(form("3.5.0"), HaplyForm::kVector);
+  EXPECT_EQ(form("3.10.0"), HaplyForm::kVector);
   EXPECT_EQ(form("4.0.0"), HaplyForm::kVector);
   EXPECT_EQ(HaplyFormOf(R"({"project_version": "3.1.1.0"})"), HaplyForm::kValues);
-  EXPECT_FALSE(HaplyFormOf("{}"));
-  EXPECT_FALSE(HaplyFormOf("<html>"));
+  EXPECT_EQ(HaplyFormOf("{}"), HaplyForm::kBoth);
+  EXPECT_EQ(HaplyFormOf("<html>"), HaplyForm::kBoth);
+}
+
+// Of a VerseGrip with a cable, which has one button.
+TEST(HaplyMessageTest, ReadsAGripWithACable) {
+  const char* text = R"({"inverse3": [{"device_id": "1", "state": {
+        "cursor_position": {"x": 0, "y": 0, "z": 0}}}], "wireless_verse_grip": [],
+      "verse_grip": [{"device_id": "2", "state": {"button": true, "hall": 1,
+        "orientation": {"w": 0, "x": 1, "y": 0, "z": 0}}}]})";
+  const auto state = ParseHaplyState(text);
+  ASSERT_TRUE(state);
+  EXPECT_TRUE(state->has_grip);
+  EXPECT_EQ(state->buttons, 1U);
+  EXPECT_EQ(state->orientation->x(), 1);
 }
 
 TEST(HaplyMessageTest, CountsSessionsAndReadsTheGlobalScale) {

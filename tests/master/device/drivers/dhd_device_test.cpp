@@ -1,7 +1,12 @@
+#include <atomic>
+#include <thread>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "master/haptics/tick_drive.h"
 #include "tests/master/device/drivers/driver_bench.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
@@ -109,6 +114,37 @@ TEST_F(DhdDeviceTest, ASigmaSensesSixAxesAndItsClosedGripperEngages) {
   Step(100);
   EXPECT_EQ(status().buttons & 1U, 1U);
   EXPECT_EQ(bench_.rig.state(), OperatorState::kFollowing);
+}
+
+// In real time, with the driver's own thread. A transfer that hangs stops that thread, and the
+// loop's thread goes on, without a reading.
+TEST(DhdThreadTest, AHangingTransferEndsForceAndEngagementAndNotTheTicks) {
+  const fakes::Library fake("dhd", "libdhd.so");
+  const auto device = DhdDevice::Open({std::nullopt, {BinaryPath("/fakes/dhd")}});
+  std::atomic<DeviceFault> fault{DeviceFault::kDriver};
+  std::atomic<bool> engaged{false};
+  TickDrive drive(*device, [&](Time now) {
+    const DeviceReading reading = device->Read(now);
+    fault = reading.status.fault;
+    engaged = reading.engaged;
+    device->Write({1, 0, 0}, {0, 0, 0});
+    return true;
+  });
+  PeriodicStats stats;
+  std::jthread loop([&](const std::stop_token& stop) {
+    drive.Run(std::chrono::hours(1), stop, &stats);
+    drive.Stop();
+  });
+  fake.press(0, 1, 0);
+  EXPECT_TRUE(Eventually([&] { return engaged.load(); }));
+  double force[3] = {};
+  EXPECT_TRUE(Eventually([&] { return fake.last_force(force) == 1 && force[1] > 0.9; }));
+  fake.set_option("transfer", "1000");
+  EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kSilent; }));
+  EXPECT_FALSE(engaged);
+  fake.set_option("transfer", "0");
+  EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kNone; }));
+  EXPECT_FALSE(engaged) << "the switch was never opened";
 }
 
 TEST_F(DhdDeviceTest, WithoutADeviceItSaysSo) {

@@ -12,6 +12,7 @@
 #include "master/device/touch/touch_device.h"
 #include "tests/master/device/fakes/fake_library.h"
 #include "tests/master/haptics/rig.h"
+#include "tests/support/allocation_count.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -26,10 +27,10 @@ struct PressTick {
   bool engaged = false;
 };
 
-// The simulated operator's press against the virtual slave's wall, 4 s.
-inline std::vector<PressTick> SimulatedPress() {
+// The simulated operator's press against the virtual slave's wall, 4 s, at a peak `speed` [m/s].
+inline std::vector<PressTick> SimulatedPress(double speed = 0.020) {
   Rig rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick);
-  SimHand hand(0.004, 0.020);
+  SimHand hand(0.004, speed);
   std::vector<PressTick> ticks;
   for (int i = 0; i < 4000; ++i) {
     const TickRecord& record = rig.Tick(hand);
@@ -66,8 +67,19 @@ inline BenchKind DhdBench() {
           [](const Eigen::Vector3d& m) { return Eigen::Vector3d(m.z(), m.x(), m.y()); },
           [](const Eigen::Vector3d& d) { return Eigen::Vector3d(d.y(), d.z(), d.x()); },
           [](const std::string& folder, std::function<Time()>) -> std::unique_ptr<HapticDevice> {
-            return DhdDevice::Open({std::nullopt, {folder}});
+            return DhdDevice::Open({std::nullopt, {folder}, false});
           }};
+}
+
+// The fake's hand follows `press` from where it is.
+inline void FollowPress(const BenchKind& kind, const fakes::Library& fake,
+                        const std::vector<PressTick>& press) {
+  std::vector<FakeKnot> knots;
+  for (std::size_t i = 0; i < press.size(); ++i) {
+    const Eigen::Vector3d d = kind.to_device(press[i].p_M);
+    knots.push_back({kBenchTick * static_cast<double>(i + 1), d.x(), d.y(), d.z()});
+  }
+  fake.follow(knots.data(), static_cast<int>(knots.size()), 0);
 }
 
 class DriverBench {
@@ -98,22 +110,17 @@ class DriverBench {
     const Eigen::Vector3d d = kind_.to_device(p_M);
     fake.place(d.x(), d.y(), d.z());
   }
-  // Follows `press` from where its hand is.
-  void Follow(const std::vector<PressTick>& press) {
-    std::vector<FakeKnot> knots;
-    for (std::size_t i = 0; i < press.size(); ++i) {
-      const Eigen::Vector3d d = kind_.to_device(press[i].p_M);
-      knots.push_back({kBenchTick * static_cast<double>(i + 1), d.x(), d.y(), d.z()});
-    }
-    fake.follow(knots.data(), static_cast<int>(knots.size()), 0);
-  }
   // One millisecond. Where the device's own thread is silent, the loop's takes over.
   const TickRecord& Step() {
+    const long before = OwnAllocationCount();
     fake.step(kBenchTick);
     const bool silent = SecondsBetween(driven_at_, Now()) >= Device::kLetGoAfter;
     if (!driven_ || silent) Tick(Now());
+    allocations_ += OwnAllocationCount() - before;
     return rig.loop.record();
   }
+  // By driver, fake and haptic loop so far, without the virtual slave.
+  [[nodiscard]] long allocations() const { return allocations_; }
   // The newest command that the device took: when [s], and its force [N].
   [[nodiscard]] std::pair<double, Eigen::Vector3d> Asked() const {
     FakeForce newest{};
@@ -129,7 +136,7 @@ class DriverBench {
   // Plays `press` with the switch as its operator had it, until `ticks`.
   void Play(const std::vector<PressTick>& press, std::size_t ticks,
             const std::function<void(std::size_t)>& each = {}) {
-    Follow(press);
+    FollowPress(kind_, fake, press);
     for (std::size_t i = 0; i < ticks; ++i) {
       if (i == 0 || press[i].engaged != press[i - 1].engaged) {
         fake.press(0, press[i].engaged ? 1 : 0, 0);
@@ -142,7 +149,9 @@ class DriverBench {
  private:
   void Tick(Time now) {
     rig.now = now;
+    const long before = OwnAllocationCount();
     rig.slave.Step(now, &rig.commands, &rig.states);
+    allocations_ -= OwnAllocationCount() - before;
     device->WriteForce(rig.loop.Tick(device->Read(now), now));
     TickRecord drained;
     while (rig.records.Pop(&drained)) {
@@ -151,6 +160,7 @@ class DriverBench {
 
   const BenchKind kind_;
   bool driven_ = false;
+  long allocations_ = 0;
   Time driven_at_{};
   const Device::Tick tick_ = [this](Time now) {
     driven_at_ = now;

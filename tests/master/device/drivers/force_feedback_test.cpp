@@ -139,6 +139,28 @@ TEST_P(ForceFeedbackTest, NoPathFromEngagementToForceSkipsALimit) {
   EXPECT_GT(with_force, 1000) << "the test did not exercise forces";
 }
 
+// Twelve thousand ticks with pressing, letting go, faults, a frozen and an unplugged device. The
+// first press is not counted: the fake allocates where a function is called first.
+TEST_P(ForceFeedbackTest, TicksAllocateNothing) {
+  const std::vector<PressTick> press = SimulatedPress();
+  bench_.Open();
+  long before = 0;
+  int followed = 0;
+  for (int round = 0; round < 4; ++round) {
+    if (round == 1) before = bench_.allocations();
+    bench_.Play(press, press.size(), [&](std::size_t i) {
+      if (bench_.rig.state() == OperatorState::kFollowing) ++followed;
+      if (i == 1500 && round % 2 == 0) bench_.fake.freeze(2);
+      if (i == 1600) bench_.fake.freeze(0);
+      if (i == 1700) bench_.fake.set_error("", -1, 1);
+      if (i == 1800 && (round == 0 || round == 3)) bench_.fake.unplug();
+      if (i == 1900) bench_.fake.replug();
+    });
+  }
+  EXPECT_GT(followed, 1000) << "the test did not exercise the loop";
+  EXPECT_EQ(bench_.allocations(), before);
+}
+
 TEST_P(ForceFeedbackTest, ALibraryWithoutASymbolIsNamedWithIt) {
   const BenchKind kind = GetParam()();
   try {

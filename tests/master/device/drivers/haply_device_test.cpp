@@ -24,18 +24,27 @@ class HaplyBench {
     service.Ask("clock 0");
     service.Ask("set grip_stiffness inf");
   }
+  // What `call` returns; its allocations count.
+  template <class Call>
+  auto Counted(const Call& call) {
+    const long before = OwnAllocationCount();
+    const auto result = call();
+    allocations += OwnAllocationCount() - before;
+    return result;
+  }
+
   void Open() {
     device = HaplyDevice::Open({service.port(), [this] { return now.load(); }});
     device->LowerForceLimit(kForceLimit);
   }
-  // One millisecond of both clocks, then two answers of the service: the second has the new time.
-  DeviceReading Read() {
+  // One millisecond of both clocks, then `answers` of the service: the second has the new time.
+  DeviceReading Read(int answers = 2) {
     service.Ask("step 0.001");
     now = now.load() + std::chrono::milliseconds(1);
-    DeviceReading reading = device->Read(now);
-    for (int fresh = 0, left = 5000; fresh < 2 && left > 0; --left) {
+    DeviceReading reading = Counted([this] { return device->Read(now); });
+    for (int fresh = 0, left = 5000; fresh < answers && left > 0; --left) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
-      reading = device->Read(now);
+      reading = Counted([this] { return device->Read(now); });
       if (!reading.repeated) ++fresh;
     }
     return reading;
@@ -48,6 +57,20 @@ class HaplyBench {
     }
     return reading;
   }
+  // One tick of the haptic loop in `rig`.
+  const TickRecord& Tick(Rig* rig, int answers) {
+    const DeviceReading reading = Read(answers);
+    rig->now = now;
+    rig->slave.Step(now, &rig->commands, &rig->states);
+    Counted([&] {
+      device->WriteForce(rig->loop.Tick(reading, now));
+      return 0;
+    });
+    TickRecord drained;
+    while (rig->records.Pop(&drained)) {
+    }
+    return rig->loop.record();
+  }
   // Force that the motors make now, frame H [N].
   [[nodiscard]] Eigen::Vector3d Made() const {
     std::istringstream answer(service.Ask("force"));
@@ -56,6 +79,7 @@ class HaplyBench {
     return f;
   }
 
+  long allocations = 0;  // by driver and haptic loop on the tick's thread
   HaplyService service;
   std::atomic<Time> now{Time{std::chrono::hours(1)}};
   std::unique_ptr<HaplyDevice> device;
@@ -101,34 +125,20 @@ TEST_P(HaplyDeviceTest, ThePressGivesTheForceOfTheSimulatedOperator) {
   const std::vector<PressTick> press = SimulatedPress();
   double peak = 0, worst = 0;
   for (const PressTick& tick : press) peak = std::max(peak, tick.sent.norm());
-  const std::string file = testing::TempDir() + "palpate-haply-press.csv";
-  std::ofstream csv(file);
-  csv << "time_s,x,y,z\n";
   constexpr std::size_t kTicks = 2000;
-  for (std::size_t i = 0; i < kTicks; ++i) {
-    const Eigen::Vector3d& p = press[i].p_M;
-    csv << 0.001 * static_cast<double>(i + 1) << ',' << p.x() << ',' << -p.z() << ',' << p.y()
-        << '\n';
-  }
-  csv.close();
   bench_.Open();
-  EXPECT_EQ(bench_.service.Ask("follow " + file), "ok");
+  FollowPress(bench_.service, press, 0);
   Rig rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick);
   for (std::size_t i = 0; i < kTicks; ++i) {
     if (i > 0 && press[i].engaged != press[i - 1].engaged) {
       bench_.service.Ask(press[i].engaged ? "press 0 1" : "press 0 0");
     }
-    const DeviceReading reading = bench_.Read();
-    rig.now = bench_.now;
-    rig.slave.Step(rig.now, &rig.commands, &rig.states);
-    bench_.device->WriteForce(rig.loop.Tick(reading, rig.now));
-    TickRecord drained;
-    while (rig.records.Pop(&drained)) {
-    }
-    worst = std::max(worst, (rig.loop.record().chain.sent - press[i].sent).norm());
+    const TickRecord& record = bench_.Tick(&rig, 2);
+    worst = std::max(worst, (record.chain.sent - press[i].sent).norm());
   }
   EXPECT_GT(peak, 1.5);
   EXPECT_LT(worst, 0.01 * peak);
+  EXPECT_EQ(bench_.allocations, 0) << "messages are for the driver's own thread";
 }
 
 TEST_P(HaplyDeviceTest, WithoutACalibrationThereIsNoForce) {
@@ -156,6 +166,66 @@ TEST_P(HaplyDeviceTest, UnpluggingEndsTheForceAndTheEngagement) {
   EXPECT_TRUE(bench_.Run(3).engaged);
 }
 
+// Unplugged at each of `instants` of a press, from before the contact to its end: the force is zero
+// within 25 ms, the reason is told, the tool does not move after 40 ms, and the switch that stays
+// closed engages nothing. Plugged in again, the device has no force that nobody asked for.
+void UnplugAt(HaplyBench* bench, std::size_t instants) {
+  constexpr double kSpeed = 0.080;  // of the press [m/s]: a short one
+  const std::vector<PressTick> press = SimulatedPress(kSpeed);
+  const auto find = [&press](const auto& wanted) {
+    return static_cast<std::size_t>(std::ranges::find_if(press, wanted) - press.begin());
+  };
+  const std::size_t engaged = find([](const PressTick& tick) { return tick.engaged; });
+  const std::size_t first = find([](const PressTick& tick) { return tick.sent.norm() > 0; });
+  std::size_t last = first;
+  while (press[last].sent.norm() > 0) ++last;
+  ASSERT_LT(last, press.size());
+  bench->service.Ask("set gain 1");
+  bench->Open();
+  std::size_t in_force = 0;
+  for (std::size_t k = 0; k < instants; ++k) {
+    const std::size_t at = first - 50 + k * (last - first + 50) / instants;
+    Rig rig({}, RenderMode::kLocal, kForceLimit, kSlewPerTick);
+    bench->service.Ask("press 0 0");
+    FollowPress(bench->service, press, engaged);
+    bench->Tick(&rig, 2);
+    bench->service.Ask("press 0 1");
+    for (std::size_t i = engaged + 1; i < at; ++i) bench->Tick(&rig, 1);
+    ASSERT_EQ(rig.state(), OperatorState::kFollowing) << at;
+    if (rig.loop.record().chain.sent.norm() > 0.1) ++in_force;
+    bench->service.Ask("unplug");
+    Eigen::Vector3d tip(0, 0, 0);
+    for (int ms = 1; ms <= 60; ++ms) {
+      const TickRecord& record = bench->Tick(&rig, 1);
+      if (ms >= 25) {
+        ASSERT_EQ(bench->Made().norm(), 0) << at << " + " << ms;
+        ASSERT_EQ(bench->device->status().output, DeviceOutput::kOff) << at << " + " << ms;
+        ASSERT_THAT(FaultInWords(record.device),
+                    HasSubstr("unplugged: the Inverse3 is not connected"));
+      }
+      if (ms == 40) tip = rig.slave.tip();
+      if (ms > 40) {
+        ASSERT_EQ(rig.slave.tip(), tip) << at << " + " << ms;
+        ASSERT_FALSE(rig.slave.engaged());
+      }
+    }
+    bench->service.Ask("replug");
+    for (int ms = 0; ms < 30; ++ms) {
+      bench->Tick(&rig, 1);
+      ASSERT_NE(rig.state(), OperatorState::kFollowing);
+      ASSERT_EQ(bench->Made().norm(), 0);
+    }
+  }
+  EXPECT_GT(in_force, instants / 4) << "the test did not unplug under force";
+}
+
+TEST_P(HaplyDeviceTest, UnpluggingAtAnyInstantEndsForceAndMotion) {
+  UnplugAt(&bench_, 8);
+}
+TEST_P(HaplyDeviceTest, UnpluggingAtEachOfTwoHundredInstantsEndsForceAndMotion) {
+  UnplugAt(&bench_, 200);
+}
+
 TEST_P(HaplyDeviceTest, OtherProgramsThatAddForcesAreTold) {
   HaplyDevice::Options options{bench_.service.port(), [] { return Time{}; }};
   const auto other = HaplyDevice::Open(options);
@@ -180,6 +250,16 @@ TEST(HaplyLossTest, TheEndOfTheServiceIsToldAndItsReturnFound) {
   EXPECT_THAT(wait_for(DeviceFault::kUnplugged), HasSubstr("is lost"));
   service = std::make_unique<HaplyService>("3.5", port);
   EXPECT_EQ(wait_for(DeviceFault::kNone), "");
+}
+
+// As the stand-ins of other projects: it reports no release, and no state before it is asked.
+TEST(HaplyLossTest, AServiceThatTellsNothingByItselfTakesForces) {
+  HaplyBench bench("bare");
+  bench.Open();
+  EXPECT_THAT(bench.device->description(), HasSubstr("service of unknown release"));
+  bench.Run(30, {1, 2, -1});
+  bench.Read();
+  EXPECT_NEAR((bench.Made() - Eigen::Vector3d(1, 1, 2)).norm(), 0, 1e-9);
 }
 
 TEST(HaplyLossTest, NobodyAtThePortIsTold) {

@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/master/device/drivers/driver_bench.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -74,5 +75,20 @@ class HaplyService {
   pid_t process_ = 0;
   int port_ = 0, control_ = -1;
 };
+
+// The service's hand follows `press` from its tick `first` on.
+inline void FollowPress(const HaplyService& service, const std::vector<PressTick>& press,
+                        std::size_t first) {
+  const std::string file = testing::TempDir() + "palpate-haply-press.csv";
+  std::ofstream csv(file);
+  csv << "time_s,x,y,z\n";
+  for (std::size_t i = first; i < press.size(); ++i) {
+    const Eigen::Vector3d& p = press[i].p_M;
+    csv << kBenchTick * static_cast<double>(i - first + 1) << ',' << p.x() << ',' << -p.z() << ','
+        << p.y() << '\n';
+  }
+  csv.close();
+  if (service.Ask("follow " + file) != "ok") throw std::runtime_error(file + " is not followed");
+}
 
 }  // namespace palpate

@@ -153,8 +153,8 @@ bool Core::Operator(Vector3d& target, Vector3d& rate) const {
   double t = time - followed_since;
   if (repeat && knots.back().t > 0) t = std::fmod(t, knots.back().t);
   rate.setZero();
-  const auto next =
-      std::find_if(knots.begin(), knots.end(), [t](auto& knot) { return knot.t > t; });
+  const auto next = std::partition_point(knots.begin(), knots.end(),
+                                         [t](const FakeKnot& knot) { return knot.t <= t; });
   const auto place = [](const FakeKnot& knot) { return Vector3d(knot.x, knot.y, knot.z); };
   if (next == knots.begin() || next == knots.end()) {
     target = place(next == knots.end() ? knots.back() : knots.front());

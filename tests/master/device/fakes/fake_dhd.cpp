@@ -5,6 +5,9 @@
 // dhdSetForceAndTorqueAndGripperForce, dhdSetVibration, dhdSetMaxForce.
 #include "tests/master/device/fakes/fake_dhd.h"
 
+#include <chrono>
+#include <thread>
+
 namespace palpate::fakes {
 namespace {
 
@@ -32,9 +35,20 @@ namespace {
 const Start start(dhd, "DHD");
 }
 
+// Takes the time of a USB transfer. With an injected clock there is none.
+void Transfer() {
+  const auto is_done = [begin = std::chrono::steady_clock::now()] {
+    const Guard guard(dhd.mutex);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    return dhd.manual() || took.count() >= dhd.Number("transfer");
+  };
+  while (!is_done()) std::this_thread::sleep_for(std::chrono::microseconds(50));
+}
+
 // What the vendor's function does on an open device; negative codes of `Begin` end it.
 template <class Work>
 int On(const char* function, int id, Work work) {
+  Transfer();
   const Guard guard(dhd.mutex);
   const int code = dhd.Begin(function, id);
   if (code < 0) return code;

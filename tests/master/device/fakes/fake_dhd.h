@@ -51,13 +51,15 @@ struct Dhd : Core {
   // model: omega.3, sigma.7 or falcon. watchdog: forces end that long after the last command [s].
   // tool: part of the mass that is screwed on [kg]. velocity_threshold: of the controller [m/s].
   // gripper: its angle [rad]. force_button and deadman: 1 while the force button is pressed, which
-  // turns forces off; 0 while the hand has left a sigma's handle.
+  // turns forces off; 0 while the hand has left a sigma's handle. transfer: time that each call
+  // takes [s].
   std::map<std::string, std::string> Defaults() const override {
-    return {{"model", "omega.3"}, {"watchdog", "0.1"},   {"velocity_threshold", "2"},
-            {"gripper", "0.2"},   {"force_button", "0"}, {"deadman", "1"},
-            {"serial", "1234"},   {"tool", "0"},         {"mass", "0.22"},
-            {"viscosity", "0.5"}, {"dry", "0.05"},       {"resolution", "0.00001"},
-            {"half_x", "0.055"},  {"half_y", "0.08"},    {"half_z", "0.08"}};
+    return {{"model", "omega.3"},      {"watchdog", "0.1"},   {"velocity_threshold", "2"},
+            {"gripper", "0.2"},        {"force_button", "0"}, {"deadman", "1"},
+            {"serial", "1234"},        {"transfer", "0"},     {"tool", "0"},
+            {"mass", "0.22"},          {"viscosity", "0.5"},  {"dry", "0.05"},
+            {"resolution", "0.00001"}, {"half_x", "0.055"},   {"half_y", "0.08"},
+            {"half_z", "0.08"}};
   }
   const Model& model() const { return *Found(); }
   const Model* Found() const {

@@ -112,13 +112,17 @@ void Hd::Tick() {
   if (runs) RunCallbacks();
 }
 
+// The vendor's thread has a high priority; without permission it stays ordinary.
 void Hd::RunServo() {
+  const sched_param high{80};
+  pthread_setschedparam(pthread_self(), SCHED_FIFO, &high);
   auto wake = std::chrono::steady_clock::now();
   while (started && !manual()) {
     Tick();
-    wake += std::chrono::microseconds(1000000 / rate);
+    const std::chrono::microseconds period(1000000 / rate);
+    wake += period;
     const auto now = std::chrono::steady_clock::now();
-    if (wake < now) wake = now;
+    while (wake < now) wake += period;
     std::this_thread::sleep_until(wake);
   }
 }
@@ -168,7 +172,9 @@ FAKE_EXPORT Handle hdInitDevice(const char* name) {
   if (handle > 1024) return handle;  // garbage, which is no device
   hd.initiated = hd.current = handle;
   hd.lost = false;
-  hd.enabled = {kRamping, kForceLimit};
+  hd.enabled.clear();
+  hd.enabled.insert(kRamping);
+  hd.enabled.insert(kForceLimit);
   hd.velocity_limit = hd.Number("velocity_limit");
   hd.ramp_rate = hd.Number("ramp");
   hd.Take();
@@ -247,7 +253,7 @@ FAKE_EXPORT ErrorInfo hdGetError() {
   hd.Enter(__func__);
   if (hd.errors.empty()) return {0, 0, hd.current};
   const ErrorInfo first = hd.errors.front();
-  hd.errors.pop_front();
+  hd.errors.erase(hd.errors.begin());
   return first;
 }
 #endif
@@ -276,7 +282,8 @@ FAKE_EXPORT void hdEnable(unsigned capability) {
 FAKE_EXPORT void hdDisable(unsigned capability) {
   const Guard guard(hd.mutex);
   if (!hd.Begins(__func__) || !hd.HasDevice()) return;
-  if (hd.enabled.erase(capability) == 0) hd.Push(kInvalidEnum);
+  if (!hd.enabled.contains(capability)) hd.Push(kInvalidEnum);
+  hd.enabled.erase(capability);
 }
 
 FAKE_EXPORT unsigned char hdIsEnabled(unsigned capability) {

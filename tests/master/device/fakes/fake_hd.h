@@ -7,9 +7,8 @@
 #include <cmath>
 #include <condition_variable>
 #include <cstring>
-#include <deque>
 #include <limits>
-#include <set>
+#include <vector>
 
 #include "tests/master/device/fakes/fake_core.h"
 
@@ -56,6 +55,19 @@ constexpr Model kModels[] = {{"touch", "Touch", 3.3, 0.88, 0.5, 3},
                              {"touch-x", "Touch X", 7.9, 1.75, 1.0, 3},
                              {"premium-6dof", "PHANTOM Premium 1.5 6DOF", 8.5, 1.4, 0.8, 6}};
 
+// Capabilities that are enabled.
+class Capabilities {
+ public:
+  [[nodiscard]] bool contains(unsigned capability) const { return (bits_ & Bit(capability)) != 0; }
+  void insert(unsigned capability) { bits_ |= Bit(capability); }
+  void erase(unsigned capability) { bits_ &= ~Bit(capability); }
+  void clear() { bits_ = 0; }
+
+ private:
+  static unsigned Bit(unsigned capability) { return 1U << (capability & 31U); }
+  unsigned bits_ = 0;
+};
+
 struct Hd : Core {
   struct Scheduled {
     unsigned long id;
@@ -77,8 +89,8 @@ struct Hd : Core {
   Handle initiated = kInvalidHandle, current = kInvalidHandle;
   bool lost = false;  // unplugged since it was initiated
   int inits = 0;
-  std::set<unsigned> enabled;
-  std::deque<ErrorInfo> errors;
+  Capabilities enabled;
+  std::vector<ErrorInfo> errors;
   bool in_frame = false;
   Sample frame;
   Vector3d asked = Vector3d::Zero(), torque = Vector3d::Zero(), motors = Vector3d::Zero();
@@ -123,6 +135,7 @@ struct Hd : Core {
     inits = 0;
     enabled.clear();
     errors.clear();
+    errors.reserve(kMaxErrors);
     frame = {};
     asked = torque = motors = Vector3d::Zero();
     heat = 0;

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """A stand-in for the Haply inverse service: one Inverse3 with a wireless VerseGrip, over WebSocket and HTTP.
 
-haply_service.py [--port N] [--events-port N] [--api 3.1|3.5] [--control PATH]
+haply_service.py [--port N] [--events-port N] [--api 3.1|3.5|bare] [--control PATH]
 
 Prints "listening on PORT EVENTS_PORT" when ready (0: any free port). The WebSocket at PORT sends the full inventory
 first, and then one state for each message. A force counts in the form of the API's version only: {"values": {x, y, z}}
 in 3.1, {"vector": {x, y, z}} in 3.5. The forces of all sessions add up, times force_scale and, in 3.5, the gain of the force gate.
+`bare` is as public stand-ins of other projects are: no HTTP, no inventory, forces as in 3.1.
 A session that sends nothing for `idle` seconds adds none. Each line to the socket at PATH gets one line back, as for
 `fake_command` in fakes.h, and besides:
   event TYPE LEVEL    a safety event; ebrake_triggered locks the handle until ebrake_released
@@ -18,6 +19,7 @@ Frame: x right, y away from the user, z up; 0 is the middle of the workspace. fr
 import argparse
 import asyncio
 import base64
+import bisect
 import csv
 import hashlib
 import json
@@ -49,9 +51,9 @@ class Handle:
         t = now - self.since
         if self.repeat and self.knots[-1][0] > 0:
             t %= self.knots[-1][0]
-        after = next((i for i, knot in enumerate(self.knots) if knot[0] > t), None)
-        if after in (None, 0):
-            return self.knots[-1 if after is None else 0][1:], (0, 0, 0)
+        after = bisect.bisect_right(self.knots, t, key=lambda knot: knot[0])
+        if after in (0, len(self.knots)):
+            return self.knots[-1 if after else 0][1:], (0, 0, 0)
         start, end = self.knots[after - 1], self.knots[after]
         span = end[0] - start[0]
         s = (t - start[0]) / span
@@ -163,13 +165,15 @@ class Service:
         session.name = wish.get("configure", {}).get("profile", {}).get("name", session.name)
         for device in message.get("inverse3", []):
             command = device.get("commands", {}).get("set_cursor_force", {})
-            force = command.get("values" if self.api == "3.1" else "vector")
+            force = command.get("vector" if self.api == "3.5" else "values")
             if device.get("device_id") != DEVICE or not isinstance(force, dict) or self.frozen:
                 continue
             session.force = [float(force.get(axis, 0)) for axis in "xyz"]
             self.log.append((self.time, session.number, *session.force))
 
     def http(self, path):
+        if self.api == "bare":
+            return None
         number = "3.1.1" if self.api == "3.1" else "3.5.0"
         if path == "/version":
             return {"project_name": "haply-inverse-service", "project_version": number + ".0", "git_tag": number,
@@ -291,8 +295,9 @@ async def operate(service, reader, writer):
         async def send(full):
             writer.write(frame(json.dumps({"session_id": session.number} | service.state(full))))
             await writer.drain()
-        await send(True)
-        session.full = False
+        if service.api != "bare":
+            await send(True)
+            session.full = False
         async for text in messages(reader, writer):
             service.received += 1
             if service.frozen == 2:
@@ -338,7 +343,7 @@ async def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--events-port", type=int, default=0)
-    parser.add_argument("--api", choices=("3.1", "3.5"), default="3.5")
+    parser.add_argument("--api", choices=("3.1", "3.5", "bare"), default="3.5")
     parser.add_argument("--control")
     args = parser.parse_args()
     service = Service(args.api)
