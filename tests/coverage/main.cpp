@@ -58,7 +58,12 @@ std::vector<EstimateRow> TryPress(const Options& options, int number) {
   RandomPress press = DrawPress(options.sense, options.seed, number);
   if (options.exact) {
     press.modulus_error = 0;
-    press.alteration.tell = [](Scene& told) { told.object.material.young_modulus_tolerance = 0; };
+    press.alteration.tell = [tell = press.alteration.tell](Scene& told) {
+      const double modulus = told.object.material.young_modulus;  // of the scene that is true
+      tell(told);
+      told.object.material.young_modulus = modulus;
+      told.object.material.young_modulus_tolerance = 0;
+    };
   }
   robustness::Stage& stage = *press.stage;
   std::vector<EstimateRow> told;
