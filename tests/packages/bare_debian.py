@@ -37,7 +37,7 @@ class BareDebian:
         # In memory: dpkg waits for the disk after each file.
         self.folder.parent.mkdir()
         must("mount", "-t", "tmpfs", "-o", "size=4G", "tmpfs", self.folder.parent)
-        must(ROOT / "tests/bare_root.sh", self.folder, "true")
+        must(ROOT / "tests/bare_root.sh", self.folder, "true", env=os.environ | {"CACHE": str(BIN.parent / "debootstrap")})
         must("rm", "-rf", self.folder / "palpate")  # the sources: here only what packages bring
         must("mount", "-t", "proc", "proc", self.folder / "proc")
         must("mount", "--bind", "/dev", self.folder / "dev")
@@ -47,13 +47,16 @@ class BareDebian:
         for folder in (self.folder / "proc", self.folder / "dev", self.folder.parent):
             subprocess.run(["umount", "-l", str(folder)], check=False)
 
-    def command(self, *words, user="root", net=None):
+    def command(self, *words, user="root", net=None, read_only=False):
         inside = ["ip", "netns", "exec", net] if net else []
+        if read_only:  # but for /tmp, as a container has it
+            mounts = "mount --bind $0 $0 && mount -o remount,bind,ro $0 && mount -t tmpfs tmpfs $0/tmp"
+            inside += ["unshare", "--mount", "sh", "-c", f'{mounts} && exec "$@"', str(self.folder)]
         return [*inside, "chroot", f"--userspec={user}", str(self.folder), *map(str, words)]
 
-    def run(self, *words, user="root", net=None, env=None):
+    def run(self, *words, env=None, **where):
         """Exit code and output."""
-        done = subprocess.run(self.command(*words, user=user, net=net), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        done = subprocess.run(self.command(*words, **where), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, text=True, timeout=PATIENCE, env=BARE | (env or {}), check=False)
         return done.returncode, done.stdout
 
@@ -64,9 +67,9 @@ class BareDebian:
         return output
 
     @contextlib.contextmanager
-    def serving(self, *words, user="root", net=None, env=None):
+    def serving(self, *words, env=None, **where):
         """A slave; yields the address that it prints, and requires a clean end on SIGTERM."""
-        with subprocess.Popen(self.command(*words, user=user, net=net), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        with subprocess.Popen(self.command(*words, **where), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, text=True, env=BARE | (env or {})) as process:
             try:
                 line = process.stdout.readline()
@@ -80,6 +83,16 @@ class BareDebian:
                 process.communicate(timeout=60)
         if process.returncode != 0:
             raise AssertionError(f"{words}: exit {process.returncode} after SIGTERM")
+
+    @contextlib.contextmanager
+    def started(self, *words, env=None, **where):
+        """A program that runs until the end of the `with` block; yields its process."""
+        with subprocess.Popen(self.command(*words, **where), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL, env=BARE | (env or {})) as process:
+            try:
+                yield process
+            finally:
+                process.terminate()
 
     def palpate_files(self):
         """Files of Palpate, without those that dpkg keeps as its own notes."""
