@@ -41,7 +41,7 @@ def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     out = HERE / sys.argv[1]
-    out.mkdir()
+    out.mkdir(exist_ok=True)
     write_descriptors(out / "descriptors.binpb")
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)

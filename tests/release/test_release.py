@@ -58,21 +58,18 @@ class OldClient:
 
 
 class Release(unittest.TestCase):
-    def each(self):
+    def test_there_is_a_release_to_keep(self):
         self.assertTrue(RELEASES)
-        for folder in RELEASES:
-            with self.subTest(folder.name):
-                yield folder
 
     def test_no_field_value_or_call_was_changed_or_removed(self):
         with tempfile.TemporaryDirectory() as name:
             now = pathlib.Path(name, "now.binpb")
             write_descriptors(now)
-            for folder in self.each():
+            for folder in RELEASES:
                 self.assertEqual(wire.breaks(wire.read(folder / "descriptors.binpb"), wire.read(now)), [])
 
     def test_a_change_or_removal_is_found(self):
-        for folder in self.each():
+        for folder in RELEASES:
             old = wire.read(folder / "descriptors.binpb")
             self.assertEqual(wire.breaks(old, old), [])
             number = next(i for i, file in enumerate(old.file) if file.name.endswith("/state.proto"))
@@ -95,12 +92,12 @@ class Release(unittest.TestCase):
             self.assertEqual(changed(lambda file: of_state(file).field.add(name="new", number=999, type=1, label=1)), [])
 
     def test_a_client_operates_the_present_slave(self):
-        for folder in self.each():
+        for folder in RELEASES:
             with Slave(BLOCK) as slave:
                 client = OldClient(wire.read(folder / "descriptors.binpb"), slave.address)
                 scene = client.call("GetScene", client.message("GetSceneRequest")())
                 self.assertEqual(scene.name, "silicone-block")
-                self.assertGreater(client.call("GetStatus", client.message("GetStatusRequest")()).sample_rate, 0)
+                self.assertTrue(client.call("GetStatus", client.message("GetStatusRequest")()).HasField("started_at"))
                 stop, peak, last = threading.Event(), 0, 0
                 # 6 mm to the surface and 3 mm into it, as deploy/examples/operate.py.
                 commands = client.press(9e-3 / scene.operator.position_scale, stop)
@@ -124,7 +121,7 @@ class Release(unittest.TestCase):
             self.assertLess(peak, 2.0)
 
     def test_recordings_are_processed_replayed_and_exported(self):
-        for folder in self.each():
+        for folder in RELEASES:
             kept = json.loads((folder / "kept.json").read_text())
             with tempfile.TemporaryDirectory() as name:
                 files = {}
@@ -137,7 +134,7 @@ class Release(unittest.TestCase):
                 self.assertLess(abs(now["peak_N"] - then["peak_N"]), then["sigma_N"])
                 # Not computed, but read.
                 self.assertEqual(in_session(files["session"]), kept["session"])
-                self.assertEqual(run(MASTER, "replay", files["session"], "--speed", "20").returncode, 0)
+                self.assertEqual(run(MASTER, "replay", files["session"], "--speed", "4").returncode, 0)
 
 
 if __name__ == "__main__":
