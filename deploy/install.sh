@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [view] [page] [tests] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [view] [page] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, and the browser of its tests
-#   tests: all parts and the packages of their tests   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
+#   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
+#   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
 set -euo pipefail
 # shellcheck source=progress.sh
 source "$(dirname "$0")/progress.sh"
@@ -35,9 +36,11 @@ for part in "$@"; do
       packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
                  clang-tidy libclang-rt-16-dev python3 python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium)
       want_npm ;;
+    packages) packages+=(python3 dpkg-dev file) ;;
+    bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, view, page, tests, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, view, page, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

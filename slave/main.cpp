@@ -3,6 +3,7 @@
 #include "shared/program/program.h"
 #include "slave/commands/check/check.h"
 #include "slave/commands/command_program.h"
+#include "slave/commands/health/health.h"
 #include "slave/commands/process/process.h"
 #include "slave/commands/program.h"
 #include "slave/commands/serve/serve.h"
@@ -16,6 +17,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave serve deploy/scenes/silicone-block.yaml --listen 127.0.0.1:50051
   palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
   palpate-slave serve deploy/scenes/silicone-block.yaml --record slave.mcap
+  palpate-slave health 127.0.0.1:50051
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave process slave.mcap --out build/again
   palpate-slave export slave.mcap --out build/slave
@@ -118,6 +120,21 @@ int Main(int argc, char** argv) {
   CheckOptions check;
   add_command("check", "Report what will run and why, and the expected rate and error", &check);
 
+  HealthOptions health;
+  CLI::App* health_command =
+      app.add_subcommand("health", "Ask a running slave whether it serves and senses");
+  Add(health_command, "target", &health.target, "HOST:PORT", "Address of the slave")
+      ->capture_default_str();
+  Add(health_command, "--tls", &health.tls, "DIR",
+      "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder (deploy/certs)")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
+  health_command->add_flag(
+      "--insecure", health.insecure,
+      "Allow plain text to other machines; without it only loopback is accepted");
+  health_command->add_option("--wait", health.wait, "Time limit for the answer, in seconds")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
+
   for (const CommandProgram& program : kCommandPrograms) {
     app.add_subcommand(std::string(program.command), program.description);
   }
@@ -134,6 +151,7 @@ int Main(int argc, char** argv) {
     if (process_command->parsed()) return RunProcess(process, stop.token());
     if (export_command->parsed()) return RunExportRecording(exported, stop.token());
     if (solve_command->parsed()) return RunSolve(solve, stop.token());
+    if (health_command->parsed()) return RunHealth(health);
     return RunCheck(check);
   });
 }

@@ -21,6 +21,7 @@ struct CommandProgram {
   const char* libraries;  // argument of deploy/install.sh that installs what it needs; empty: none
 };
 inline constexpr CommandProgram kCommandPrograms[] = {
+    {"demo", "Run slave and master: a simulated operator presses a simulated object", ""},
     {"study", "Measure speed and accuracy of every model that fits the scene", ""},
     {"train", "Train a fingertip's force network or its localiser", ""},
     {"identify", "Identify material constants from tables of tests", ""},

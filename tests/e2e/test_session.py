@@ -12,7 +12,9 @@ import tempfile
 import termios
 import time
 import unittest
+from concurrent import futures
 
+import grpc
 from delaying_line import DelayingLine
 from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
 
@@ -193,7 +195,7 @@ class Unit(unittest.TestCase):
         unit = (ROOT / "deploy/palpate-slave.service").read_text()
         command = next(line for line in unit.splitlines() if line.startswith("ExecStart="))[len("ExecStart="):]
         values = {"/usr/bin/palpate-slave": SLAVE, "${SCENE}": BLOCK, "${LISTEN}": "127.0.0.1:0"}
-        with Slave(command=[values.get(word, word) for word in command.split()]) as slave:
+        with Slave(command=[values.get(word, word) for word in command.split() if word != "$OPTIONS"]) as slave:
             self.assertEqual(slave.stop(signal.SIGTERM), 0)
 
     def test_the_systemd_unit_is_hardened(self):
@@ -208,6 +210,35 @@ class Unit(unittest.TestCase):
             done = run(SLAVE, "serve", BLOCK, "--listen", slave.address)
             self.assertEqual(done.returncode, 1)
             self.assertIn(slave.address.rsplit(":", 1)[1], done.stderr)
+
+    def test_health_answers_for_supervisors(self):
+        with Slave() as slave:
+            done = run(SLAVE, "health", slave.address)
+            self.assertEqual((done.returncode, done.stdout), (0, "SERVING\n"))
+            slave.stop()
+        done = run(SLAVE, "health", slave.address, "--wait", "0.5")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(slave.address, done.stderr)
+        self.assertEqual(run(SLAVE, "health", "nowhere").returncode, 2)
+
+    def test_health_tells_a_slave_that_senses_nothing(self):
+        def check(request, _):
+            return b"\x08\x02" if request == b"\x0a\x18palpate.v1.Teleoperation" else b"\x08\x01"  # NOT_SERVING; SERVING
+
+        server = grpc.server(futures.ThreadPoolExecutor(1))
+        handler = grpc.unary_unary_rpc_method_handler(check)
+        server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler("grpc.health.v1.Health", {"Check": handler}),))
+        address = f"127.0.0.1:{server.add_insecure_port('127.0.0.1:0')}"
+        server.start()
+        done = run(SLAVE, "health", address)
+        server.stop(None)
+        self.assertEqual((done.returncode, done.stdout), (1, "NOT_SERVING\n"))
+
+    def test_the_demo_names_what_it_accepts(self):
+        for words in (["--duration", "long"], ["--scene", "none"], ["--what"], ["--out"]):
+            done = run(SLAVE, "demo", *words)
+            self.assertEqual(done.returncode, 2, words)
+            self.assertIn(words[0], done.stderr)
 
     def test_an_address_that_is_not_loopback_needs_a_word(self):
         for done in (run(SLAVE, "serve", BLOCK, "--listen", "0.0.0.0:0"), run(MASTER, "connect", "192.0.2.1:50051")):

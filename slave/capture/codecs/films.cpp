@@ -17,9 +17,11 @@ struct Module {
 };
 constexpr Module kFilms{"palpate-films.so", "palpate_films",
                         "videos, cameras and images other than PNG and JPEG",
-                        "OpenCV's videoio and imgcodecs are installed (deploy/install.sh films)"};
-constexpr Module kOpenNi{"palpate-openni.so", "palpate_openni", "depth cameras of OpenNI2",
-                         "OpenNI2 is installed (deploy/install.sh openni)"};
+                        "OpenCV's videoio and imgcodecs are installed (package palpate-cameras, or "
+                        "deploy/install.sh films)"};
+constexpr Module kOpenNi{
+    "palpate-openni.so", "palpate_openni", "depth cameras of OpenNI2",
+    "OpenNI2 is installed (package palpate-cameras, or deploy/install.sh openni)"};
 
 void* Load(const Module& module) {
   const auto refuse = [&](const std::string& why) {
