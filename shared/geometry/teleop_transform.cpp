@@ -2,6 +2,7 @@
 
 namespace palpate {
 
+using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 Vector3d TeleopTransform::ToSlave(const Vector3d& p_M) const {
@@ -18,6 +19,16 @@ Vector3d TeleopTransform::VelocityToSlave(const Vector3d& v_M) const {
 
 Vector3d TeleopTransform::ForceToMaster(const Vector3d& f_S) const {
   return force_scale * (R_SM.transpose() * f_S);
+}
+
+Quaterniond TeleopTransform::RotationToSlave(const Quaterniond& R_M) const {
+  const Quaterniond q_SM(R_SM);
+  return (q_SM * R_M * begin->R_M.conjugate() * q_SM.conjugate() * begin->R_S).normalized();
+}
+
+Quaterniond TeleopTransform::RotationToMaster(const Quaterniond& R_S) const {
+  const Quaterniond q_SM(R_SM);
+  return (q_SM.conjugate() * R_S * begin->R_S.conjugate() * q_SM * begin->R_M).normalized();
 }
 
 void TeleopTransform::ZeroOffset(const Vector3d& p_M, const Vector3d& p_S) {

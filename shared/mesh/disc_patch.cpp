@@ -73,13 +73,20 @@ double Cross(const Vector2d& a, const Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
+struct Sector {
+  double area = 0, rim = 0;
+  Vector2d first{0, 0};
+};
+
 // Of the triangle 0 a b what lies in the circle of radius r around 0, negative where it is
 // clockwise: triangles over the part of a b inside, sectors beside it.
-void AddSector(const Vector2d& a, const Vector2d& b, double r, DiscShare* share) {
+void AddSector(const Vector2d& a, const Vector2d& b, double r, Sector* share) {
   const auto arc = [&](const Vector2d& from, const Vector2d& to) {
     const double angle = std::atan2(Cross(from, to), from.dot(to));
     share->area += r * r * angle / 2;
     share->rim += angle;
+    const Vector2d chord = to.normalized() - from.normalized();
+    share->first += r * r * r / 3 * Vector2d(chord.y(), -chord.x());
   };
   const Vector2d ab = b - a;
   const double length = ab.squaredNorm(), along = -a.dot(ab) / length;  // foot of 0 on the line
@@ -89,6 +96,7 @@ void AddSector(const Vector2d& a, const Vector2d& b, double r, DiscShare* share)
   if (!(reach > 0) || from >= 1 || to <= 0) return arc(a, b);
   const Vector2d in = a + std::max(0.0, from) * ab, out = a + std::min(1.0, to) * ab;
   share->area += Cross(in, out) / 2;
+  share->first += Cross(in, out) / 6 * (in + out);
   if (from > 0) arc(a, in);
   if (to < 1) arc(out, b);
 }
@@ -147,11 +155,12 @@ DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Vector3
     return {along.dot(p - p_O), across.dot(p - p_O)};
   };
   const std::array<Vector2d, 3> corners{in_plane(t.a), in_plane(t.b), in_plane(t.c)};
-  DiscShare share;
+  Sector share;
   for (std::size_t i = 0; i < 3; ++i) {
     AddSector(corners[i], corners[(i + 1) % 3], std::sqrt(squared), &share);
   }
-  return share;
+  return {share.area, share.rim,
+          share.first.x() * along + share.first.y() * across - share.area * height * n};
 }
 
 DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const Vector3d& p_O,
@@ -174,6 +183,7 @@ DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const V
     const DiscShare disc = DiscOnTriangle(surface, i, p_O, radius);
     patch.disc.area += disc.area;
     patch.disc.rim += disc.rim;
+    patch.disc.first += disc.first;
     const double area = Area(surface, i);
     if ((Centroid(surface, i) - p_O).norm() <= radius) {
       patch.triangles.push_back(i);

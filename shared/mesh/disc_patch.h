@@ -32,8 +32,9 @@ Eigen::Vector3d Centroid(const SurfaceMesh& surface, int triangle);
 
 // The part of a disc on a surface, without the part beyond its edges.
 struct DiscShare {
-  double area = 0;  // [m^2]
-  double rim = 0;   // angle of the circle's arcs [rad], 2 pi: all of it
+  double area = 0;                 // [m^2]
+  double rim = 0;                  // angle of the circle's arcs [rad], 2 pi: all of it
+  Eigen::Vector3d first{0, 0, 0};  // integral of the position relative to the disc's centre [m^3]
 };
 // Part of the sphere of `radius` [m] around p_O on one triangle: a circle in its plane.
 DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Eigen::Vector3d& p_O,

@@ -12,12 +12,13 @@
 
 namespace palpate {
 
-// Largest message of a state with one planar contact [bytes].
-inline constexpr std::size_t kMaxStateBytes = 256;
+// Largest message of a state with one planar contact [bytes]; and of one with its moment.
+inline constexpr std::size_t kMaxStateBytes = 256, kMaxMomentStateBytes = 288;
 
 // Overwrites `message`. No NaN is sent: a force that is not finite becomes unknown (absent,
 // VALIDITY_FAILED), and a local model that is not finite or has no plane becomes none. Fingers are
-// sent if there is more than one.
+// sent if there is more than one, and the moment if it is known: a sender whose reader did not
+// request it resets it before.
 void ToProto(const SlaveState& state, v1::SlaveState* message);
 
 // Overwrites `message`; numbers that are not finite are sent as absent.

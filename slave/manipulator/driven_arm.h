@@ -1,12 +1,12 @@
 // A manipulator that an external driver moves: its reports and targets.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "shared/state/clock.h"
 
@@ -17,9 +17,9 @@ struct ArmReading {
   std::uint64_t sequence = 0;
   Time measured_at{};  // driver's clock
   Eigen::Vector3d p_S_tip{0, 0, 0};
-  std::optional<Eigen::Vector3d> velocity;           // [m/s]
-  std::optional<std::array<double, 4>> orientation;  // w, x, y, z
-  std::optional<Eigen::Vector3d> force;              // of the object on the tool [N]
+  std::optional<Eigen::Vector3d> velocity;     // [m/s]
+  std::optional<Eigen::Quaterniond> R_S_tool;  // nullopt: not measured
+  std::optional<Eigen::Vector3d> force;        // of the object on the tool [N]
   bool at_limit = false;
   std::string fault;  // empty: none
 };
@@ -28,8 +28,8 @@ struct ArmAim {
   enum class Motion : std::uint8_t { kFollow, kHold, kStop } motion = Motion::kHold;
   std::uint64_t sequence = 0;
   Eigen::Vector3d p_S_tip{0, 0, 0}, velocity{0, 0, 0};  // [m], [m/s]
-  std::optional<std::array<double, 4>> orientation{};   // w, x, y, z
-  std::optional<Time> echo{};                           // driver's clock
+  std::optional<Eigen::Quaterniond> R_S_tool{};
+  std::optional<Time> echo{};  // driver's clock
 };
 
 // Status for people.

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "shared/state/clock.h"
 #include "slave/manipulator/driven_arm.h"
@@ -34,13 +35,21 @@ class Manipulator {
   virtual void Stop() noexcept { Hold(); }
   // Tip position from the encoders, S [m]. Thread-safe.
   [[nodiscard]] virtual Eigen::Vector3d Tip() const noexcept = 0;
+  // Sets the target of the tool's rotation in S, while it follows a target of the tip. Thread-safe,
+  // the latest counts. Without an orientation: ignored.
+  virtual void Turn(const Eigen::Quaterniond& /*R_S_target*/) noexcept {}
+  // The tool's rotation in S from the encoders; nullopt: it has none, or it is not measured.
+  // Thread-safe.
+  [[nodiscard]] virtual std::optional<Eigen::Quaterniond> Rotation() const noexcept {
+    return std::nullopt;
+  }
   // Encoder reading at `t`, within about the last half second. An arm without a history returns the
   // present position.
   [[nodiscard]] virtual Eigen::Vector3d TipAt(Time /*t*/) const noexcept { return Tip(); }
   // Increases when earlier positions become invalid, because another driver may use another origin.
   // Thread-safe.
   [[nodiscard]] virtual std::uint32_t frame() const noexcept { return 0; }
-  // The last target was clipped by the workspace or the speed limit. Thread-safe.
+  // The last target was clipped by the workspace or a speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
   // Whether it is a real manipulator. A simulated one exists only in a simulated environment.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;

@@ -30,6 +30,7 @@ StreamedManipulator::StreamedManipulator(const ManipulatorOptions& options, OnSt
       on_step_(std::move(on_step)),
       now_(now),
       follower_(options),
+      rotation_(options.max_angular_speed),
       fault_(kNobody) {}
 
 bool StreamedManipulator::Command(const Eigen::Vector3d& p_S_target) noexcept {
@@ -39,6 +40,17 @@ bool StreamedManipulator::Command(const Eigen::Vector3d& p_S_target) noexcept {
   if (motion_ != ArmAim::Motion::kFollow) follower_.Place(reading_->p_S_tip);
   motion_ = ArmAim::Motion::kFollow;
   return follower_.Aim(p_S_target);
+}
+
+void StreamedManipulator::Turn(const Eigen::Quaterniond& R_S_target) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (motion_ != ArmAim::Motion::kFollow || !reading_ || !reading_->R_S_tool) return;
+  rotation_.Follow(R_S_target, *reading_->R_S_tool);
+}
+
+std::optional<Eigen::Quaterniond> StreamedManipulator::Rotation() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return reading_ ? reading_->R_S_tool : std::nullopt;
 }
 
 void StreamedManipulator::Hold() noexcept {
@@ -57,7 +69,9 @@ void StreamedManipulator::Stop() noexcept {
 void StreamedManipulator::Stand() noexcept {
   if (motion_ != ArmAim::Motion::kFollow) return;
   motion_ = ArmAim::Motion::kHold;
-  if (reading_) follower_.Place(reading_->p_S_tip);
+  if (!reading_) return;
+  follower_.Place(reading_->p_S_tip);
+  rotation_.Hold(reading_->R_S_tool);
 }
 
 Eigen::Vector3d StreamedManipulator::Tip() const noexcept {
@@ -86,7 +100,7 @@ std::uint32_t StreamedManipulator::frame() const noexcept {
 
 bool StreamedManipulator::at_limit() const noexcept {
   const std::lock_guard lock(mutex_);
-  return follower_.at_limit() || (reading_ && reading_->at_limit);
+  return follower_.at_limit() || rotation_.at_limit() || (reading_ && reading_->at_limit);
 }
 
 bool StreamedManipulator::IsSilent(Time now) const noexcept {
@@ -182,7 +196,7 @@ void StreamedManipulator::Keep(const ArmReading& reading, Time measured_at) noex
   kept_[count_++ % kKept] = {at, reading.p_S_tip};
   period_ = count_ == 2 ? dt : period_ + kSmoothing * (dt - period_);
   if (!reading_) {
-    orientation_ = reading.orientation;
+    rotation_.Begin(reading.R_S_tool);
     follower_.Place(reading.p_S_tip);
   }
   reading_ = reading;
@@ -234,10 +248,12 @@ ArmAim StreamedManipulator::Aim(Time now) {
   const double dt = stepped_at_ ? SecondsBetween(*stepped_at_, now) : 0;
   stepped_at_ = now;
   if (motion_ == ArmAim::Motion::kFollow && HasFault(now)) Stand();
-  follower_.Step(std::clamp(dt, 0.0, kLongestStep));
+  const double step = std::clamp(dt, 0.0, kLongestStep);
+  follower_.Step(step);
+  rotation_.Step(step);
   ArmAim aim{.motion = motion_, .sequence = ++aims_, .p_S_tip = follower_.tip()};
   if (motion_ == ArmAim::Motion::kFollow) aim.velocity = follower_.velocity();
-  aim.orientation = orientation_;
+  aim.R_S_tool = rotation_.rotation();
   if (reading_) aim.echo = reading_->measured_at;
   return aim;
 }

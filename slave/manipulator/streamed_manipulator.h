@@ -1,5 +1,5 @@
-// A manipulator whose driver is a client (DriveTool). Its targets respect the scene's speed and
-// workspace; its reports are checked for plausibility.
+// A manipulator whose driver is a client (DriveTool). Its targets respect the scene's speeds and
+// workspace; its reported positions are checked for plausibility.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@
 #include "slave/manipulator/driven_arm.h"
 #include "slave/manipulator/manipulator.h"
 #include "slave/manipulator/tip_follower.h"
+#include "slave/manipulator/tool_rotation.h"
 
 namespace palpate {
 
@@ -30,7 +31,9 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
   void Hold() noexcept override;
   void Stop() noexcept override;
+  void Turn(const Eigen::Quaterniond& R_S_target) noexcept override;
   [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
+  [[nodiscard]] std::optional<Eigen::Quaterniond> Rotation() const noexcept override;
   [[nodiscard]] Eigen::Vector3d TipAt(Time t) const noexcept override;
   [[nodiscard]] std::uint32_t frame() const noexcept override;
   [[nodiscard]] bool at_limit() const noexcept override;
@@ -81,6 +84,7 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   const Now now_;
   mutable std::mutex mutex_;  // guards everything below
   TipFollower follower_;
+  ToolRotation rotation_;
   ArmAim::Motion motion_ = ArmAim::Motion::kHold;
   std::uint64_t aims_ = 0;
   std::optional<Time> stepped_at_;
@@ -88,10 +92,9 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   Driver driver_;
   std::string fault_;  // the last fault, until it has been absent for a while
   Time wrong_at_{};
-  std::optional<ArmReading> reading_;                 // the newest that is believed
-  std::optional<std::array<double, 4>> orientation_;  // of the driver's first reading
-  std::array<Kept, kKept> kept_;                      // the last ones, times rise
-  std::size_t count_ = 0;  // largest age of the stored readings of this driver
+  std::optional<ArmReading> reading_;  // the newest that is believed
+  std::array<Kept, kKept> kept_;       // the last ones, times rise
+  std::size_t count_ = 0;              // largest age of the stored readings of this driver
   ArmFit fit_;
   double period_ = 0;  // between reports, smoothed [s]
 };

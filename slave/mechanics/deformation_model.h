@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -50,6 +51,10 @@ struct ContactResponse {
   Validity validity = Validity::kFailed;
   // Why it is kExtrapolated, one clause with static lifetime; may be empty.
   std::string_view doubt;
+  // Moment of the force about the displaced centre of a contact with a width [N m]; nullopt: the
+  // model or the mesh does not resolve how the force is distributed over the contact.
+  std::optional<Eigen::Vector3d> moment_O{};
+  double moment_sigma = 0;   // one standard deviation of the moment, of the mesh alone [N m]
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };
 

@@ -39,6 +39,8 @@ class StateArrays {
         tip_(NpyFile::Of<double>(folder / "p_S_tip.npy", 3)),
         force_(NpyFile::Of<double>(folder / "force.npy", 3)),
         sigma_(NpyFile::Of<double>(folder / "sigma.npy", 1)),
+        moment_(NpyFile::Of<double>(folder / "moment.npy", 3)),
+        moment_sigma_(NpyFile::Of<double>(folder / "moment_sigma.npy", 1)),
         validity_(NpyFile::Of<std::uint8_t>(folder / "validity.npy", 1)),
         check_(NpyFile::Of<std::uint8_t>(folder / "check.npy", 1)) {}
 
@@ -50,17 +52,21 @@ class StateArrays {
     const bool known = felt.has_force();
     force_.Add(std::span<const double>(known ? Row(felt.force()) : unknown));
     sigma_.Add(known ? felt.sigma() : kUnknown);
+    const bool has_moment = felt.has_moment();
+    moment_.Add(std::span<const double>(has_moment ? Row(felt.moment()) : unknown));
+    moment_sigma_.Add(has_moment ? felt.moment_sigma() : kUnknown);
     validity_.Add(static_cast<std::uint8_t>(felt.validity()));
     check_.Add(static_cast<std::uint8_t>(felt.check()));
   }
   void Finish() {
-    for (NpyFile* file : {&t_, &sample_, &tip_, &force_, &sigma_, &validity_, &check_}) {
+    for (NpyFile* file :
+         {&t_, &sample_, &tip_, &force_, &sigma_, &moment_, &moment_sigma_, &validity_, &check_}) {
       file->Finish();
     }
   }
 
  private:
-  NpyFile t_, sample_, tip_, force_, sigma_, validity_, check_;
+  NpyFile t_, sample_, tip_, force_, sigma_, moment_, moment_sigma_, validity_, check_;
 };
 
 // As many columns as the first sample has fingertips.

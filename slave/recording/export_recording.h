@@ -16,8 +16,8 @@ struct RecordingCounts {
 // Writes into `out`, created if missing; SI, frame S:
 //
 //   numpy/*.npy         one row per state: t since the first sample [s], sample, p_S_tip (3),
-//                       force (3, NaN: unknown), sigma (NaN), validity and check (their numbers in
-//                       palpate.v1)
+//                       force (3, NaN: unknown), sigma (NaN), moment (3, NaN: unknown),
+//                       moment_sigma (NaN), validity and check (their numbers in palpate.v1)
 //   left/, right/       NNNNNN.png: the images, by their number
 //   numpy/tactile.npy   one row per sample: t, then for each fingertip 19 electrodes, pac, pdc
 //                       (NaN: no sample)

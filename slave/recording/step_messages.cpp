@@ -85,6 +85,10 @@ void ToProto(const ContactEstimate& felt, v1::FeltState* message) {
     ToProto(felt.fingers[static_cast<std::size_t>(i)], message->add_fingers());
   }
   ToProto(felt.details, message->mutable_details());
+  if (felt.moment) {
+    ToProto(*felt.moment, message->mutable_moment());
+    message->set_moment_sigma(felt.moment_sigma);
+  }
 }
 
 void ToProto(const TactileFrame& frame, v1::TactileInstant* message) {

@@ -142,6 +142,8 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
     }
   }
   options.max_speed = section.Number("max_speed", Positive(Dimension::kSpeed), options.max_speed);
+  options.max_angular_speed = section.Number(
+      "max_angular_speed", Positive(Dimension::kAngularSpeed), options.max_angular_speed);
   ReadGuards(section, &options);
   Section workspace = section.Open("workspace");
   options.workspace_min = workspace.Vector3("min", place, options.workspace_min);

@@ -10,19 +10,20 @@ namespace palpate {
 
 // Dimension of a number; each has its own units (contracts, Scene), and plain numbers are SI.
 enum class Dimension : std::uint8_t {
-  kNumber,     // none, or %: 5 % is 0.05
-  kLength,     // m mm um nm km
-  kPressure,   // Pa kPa MPa GPa TPa
-  kForce,      // N mN uN
-  kTime,       // s ms us
-  kFrequency,  // Hz kHz
-  kAngle,      // rad deg
-  kDensity,    // kg/m3 g/cm3
-  kRate,       // /s
-  kSpeed,      // m/s mm/s um/s nm/s km/s
-  kPixels,     // px
-  kTension,    // N/m mN/m N/mm
-  kVolume,     // l ml m3 cm3
+  kNumber,        // none, or %: 5 % is 0.05
+  kLength,        // m mm um nm km
+  kPressure,      // Pa kPa MPa GPa TPa
+  kForce,         // N mN uN
+  kTime,          // s ms us
+  kFrequency,     // Hz kHz
+  kAngle,         // rad deg
+  kDensity,       // kg/m3 g/cm3
+  kRate,          // /s
+  kSpeed,         // m/s mm/s um/s nm/s km/s
+  kPixels,        // px
+  kTension,       // N/m mN/m N/mm
+  kVolume,        // l ml m3 cm3
+  kAngularSpeed,  // rad/s deg/s
 };
 
 // A whole number; the text must contain nothing else.

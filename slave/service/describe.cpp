@@ -81,12 +81,13 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
 }
 
 void ToProto(const SlaveDescription& description, v1::Capabilities* message) {
-  constexpr std::uint32_t kPlanarFreedom = 2, kFreedom = 3;
+  constexpr std::uint32_t kPlanarFreedom = 2, kFreedom = 3, kWithRotation = 6;
   const Scene& scene = description.scene;
   ToProto(scene.manipulator.workspace_min, message->mutable_workspace_min());
   ToProto(scene.manipulator.workspace_max, message->mutable_workspace_max());
   const bool is_planar = IsPlanar(scene.object.geometry) && !scene.sense.Find<Tactile>();
-  message->set_degrees_of_freedom(is_planar ? kPlanarFreedom : kFreedom);
+  const std::uint32_t translations = is_planar ? kPlanarFreedom : kFreedom;
+  message->set_degrees_of_freedom(description.turns ? kWithRotation : translations);
   message->set_sensor_rate(SensorRate(scene.sense));
   message->set_state_rate(Publisher::kStateRate);
   message->add_local_models(v1::LocalModel::KIND_UNILATERAL_PLANE);

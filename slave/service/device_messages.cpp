@@ -1,7 +1,4 @@
 // Messages of palpate.v1's devices.proto: what drivers of cameras and arms say and are told.
-#include <algorithm>
-#include <cmath>
-
 #include "shared/text/text.h"
 #include "shared/wire/fields.h"
 #include "slave/service/messages.h"
@@ -11,7 +8,6 @@ namespace {
 
 constexpr double kFarthest = 100;           // [m]
 constexpr double kFastest = 100;            // [m/s]
-constexpr double kUnit = 1e-3;              // of a quaternion's length
 constexpr std::size_t kLongestFault = 200;  // [characters]
 
 std::optional<PushedPicture> Pushed(const v1::CameraPicture& message, std::string_view name,
@@ -27,18 +23,6 @@ std::optional<PushedPicture> Pushed(const v1::CameraPicture& message, std::strin
   if (!is_known) return std::nullopt;
   picture.encoding = static_cast<Encoding>(encoding - v1::CameraPicture::ENCODING_JPEG);
   return picture;
-}
-
-template <typename Numbers>
-std::optional<std::array<double, 4>> Orientation(const Numbers& numbers, FieldReader* reader) {
-  if (numbers.empty()) return std::nullopt;
-  std::array<double, 4> q{};
-  const bool is_four = numbers.size() == static_cast<int>(q.size());
-  if (is_four) std::copy(numbers.begin(), numbers.end(), q.begin());
-  const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  reader->Require(is_four && std::abs(length - 1) < kUnit, "orientation",
-                  "a unit quaternion w, x, y, z, or none");
-  return q;
 }
 
 }  // namespace
@@ -92,7 +76,7 @@ std::optional<ArmReading> FromProto(const v1::ArmReport& message, std::string* r
   if (message.has_measured_force()) {
     reading.force = reader.Vector("measured_force", message.measured_force(), kMaxForce);
   }
-  reading.orientation = Orientation(message.orientation(), &reader);
+  reading.R_S_tool = reader.Rotation("orientation", message.orientation());
   reading.at_limit = message.at_limit();
   reading.fault = Presentable(message.fault(), kLongestFault);
   if (!reader.ok()) return std::nullopt;
@@ -107,8 +91,7 @@ void ToProto(const ArmAim& aim, Time now, v1::ArmTarget* message) {
   message->set_motion(static_cast<v1::ArmTarget::Motion>(motion));
   ToProto(aim.p_S_tip, message->mutable_p_s_tip());
   ToProto(aim.velocity, message->mutable_velocity());
-  if (aim.orientation)
-    message->mutable_orientation()->Assign(aim.orientation->begin(), aim.orientation->end());
+  ToProto(aim.R_S_tool, message->mutable_orientation());
   if (aim.echo) ToProto(*aim.echo, message->mutable_echo());
 }
 

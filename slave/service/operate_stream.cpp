@@ -53,7 +53,9 @@ grpc::Status OperateStream::RequestLease(const std::optional<std::string>& name)
 OperateStream::OperateStream(const Host& host, const grpc::ServerContextBase& context)
     : host_(host), context_(context), peer_(context.peer()), client_(ClientOf(context)) {}
 
-void OperateStream::Offer(const SlaveState& state) {
+void OperateStream::Offer(const SlaveState& composed) {
+  SlaveState state = composed;
+  if (!torque_) state.moment.reset();
   box_.Put(state);
   std::shared_ptr<DatagramLine> line;
   {
@@ -84,9 +86,14 @@ void OperateStream::OnReadDone(bool ok) {
     Exit();
     if (!refused.ok()) return End(refused);
   }
-  if (!host_.lease.Command(ticket_, command_)) host_.publisher.Flag(Event::kCommandRefused);
+  Take(command_);
   if (command_.datagrams() && !std::exchange(datagrams_asked_, true)) OfferDatagrams();
   Read(&command_);
+}
+
+void OperateStream::Take(const v1::OperatorCommand& command) {
+  torque_ = command.torque();
+  if (!host_.lease.Command(ticket_, command)) host_.publisher.Flag(Event::kCommandRefused);
 }
 
 void OperateStream::OnWriteDone(bool ok) {
@@ -162,9 +169,7 @@ void OperateStream::OfferDatagrams() {
 // As one that came by the stream, where the lease looks at what is newer.
 DatagramLine::LinkFeedback OperateStream::TakeDatagram(std::string_view plain) {
   if (!datagram_command_.ParseFromArray(plain.data(), static_cast<int>(plain.size()))) return {};
-  if (!host_.lease.Command(ticket_, datagram_command_)) {
-    host_.publisher.Flag(Event::kCommandRefused);
-  }
+  Take(datagram_command_);
   DatagramLine::LinkFeedback told{.seen = FromProto(datagram_command_.datagrams_seen())};
   std::string reason;
   if (datagram_command_.has_echo()) {

@@ -44,7 +44,7 @@ class OperateStream final
   static grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>* Open(
       const Host& host, const grpc::ServerContextBase& context);
 
-  void Offer(const SlaveState& state) override;
+  void Offer(const SlaveState& composed) override;
   void Close() override { End(Stopping()); }
 
   void OnReadDone(bool ok) override;
@@ -55,6 +55,7 @@ class OperateStream final
  private:
   OperateStream(const Host& host, const grpc::ServerContextBase& context);
 
+  void Take(const v1::OperatorCommand& command);
   // Why the lease was refused; OK: this stream has it, or waits for the first command.
   grpc::Status RequestLease(const std::optional<std::string>& name);
 
@@ -76,6 +77,7 @@ class OperateStream final
   v1::OperatorCommand datagram_command_;  // used by the datagram thread only
   v1::SlaveState datagram_state_;         // used by the publisher only
   StateMailbox box_;
+  std::atomic<bool> torque_{false};         // the newest command requests the moment
   bool writing_ = false;                    // guarded by mutex_, as the members below
   std::optional<v1::DatagramOffer> offer_;  // not yet reported
   std::shared_ptr<DatagramLine> line_;      // null: none

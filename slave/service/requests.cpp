@@ -36,7 +36,7 @@ double Scale(const char* field, double value, double max) {
          Formatted("%g", kLeastSetting) + " to " + Formatted("%g", max));
 }
 
-constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
+constexpr double kPoseUnitTolerance = 0.01;  // of a quaternion's length
 constexpr int kQuaternion = 4;
 
 std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, FieldReader* reader) {
@@ -50,8 +50,9 @@ std::optional<Eigen::Isometry3d> ReadPose(const v1::TactileSample& message, Fiel
   if (!reader->ok()) return std::nullopt;
   const Eigen::Vector3d p_S = reader->Vector("p_S_finger", message.p_s_finger(), kMaxLength);
   const Eigen::Quaterniond q_SF(q[0], q[1], q[2], q[3]);
-  reader->Require(std::abs(q_SF.norm() - 1) <= kUnitTolerance,  // so written, NaN is refused too
-                  "orientation of length " + std::to_string(q_SF.norm()), "a unit quaternion");
+  reader->Require(
+      std::abs(q_SF.norm() - 1) <= kPoseUnitTolerance,  // so written, NaN is refused too
+      "orientation of length " + std::to_string(q_SF.norm()), "a unit quaternion");
   if (!reader->ok()) return std::nullopt;
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
   X_SF.translate(p_S).rotate(q_SF.normalized());

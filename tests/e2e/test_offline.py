@@ -52,13 +52,15 @@ class Offline(unittest.TestCase):
         self.assertEqual(len(rows), summary["frames"])
         self.assertEqual(list(rows[0])[:14], "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,"
                          "fx,fy,fz,sigma,validity".split(","))
-        self.assertEqual(list(rows[0])[-8:], "check,score,registration_px,contour_px,epipolar_px,camera_motion_px,"
-                         "misfit,rest_drift".split(","))
+        self.assertEqual(list(rows[0])[-12:], "check,score,registration_px,contour_px,epipolar_px,camera_motion_px,"
+                         "misfit,rest_drift,moment_x,moment_y,moment_z,moment_sigma".split(","))
         self.assertEqual(summary["checks"].keys(), {row["check"] for row in rows} - {""})
         self.assertTrue(all(0.6 <= float(row["score"]) <= 1 for row in rows), "the tip was never lost")
         self.assertTrue(all(row["epipolar_px"] == row["rest_drift"] == "" for row in rows), "one camera has no such checks")
         pressed = max(rows, key=lambda row: float(row["fy"]))
         self.assertGreater(float(pressed["fy"]), 1.0, "the object pushes the tool up, against the press")
+        self.assertLess(abs(float(pressed["moment_z"])), 0.05 * 5.9e-3 * float(pressed["fy"]), "in the middle it turns nothing")
+        self.assertGreater(float(pressed["moment_sigma"]), 0)
 
     def test_what_was_recorded_is_felt_again(self):
         self.process("--frames")

@@ -26,6 +26,9 @@ constexpr double kMostOff = 0.1;   // of the stiffness
 // Error of the compliance [-]. [derived: the accepted 5 %, less a fifth of it because the estimate
 // is the beginning of a series]
 constexpr double kMostMissing = 0.04;
+// Error of the moment by force times width over the number of elements of the patch [-]. [tuned:
+// contact_moment_test]
+constexpr double kSpreadByElements = 0.1;
 
 Bem2dModel::Params Checked(const Bem2dModel::Params& params, const ReferenceProblem& problem,
                            Progress* progress) {
@@ -281,7 +284,49 @@ ContactResponse Bem2dModel::ResponseOf(const Contact& contact, int patch) noexce
   const bool is_valid = deflection <= params_.range && !coarse;
   response.validity = is_valid ? Validity::kValid : Validity::kExtrapolated;
   if (coarse) response.doubt = kCoarsePatch;
+  SetMomentOf(contact, patch, &response);
   return response;
+}
+
+std::optional<double> Bem2dModel::OffCentre(const Contact& contact, int patch) const noexcept {
+  const BoundaryMesh& mesh = greens_.problem().mesh;
+  const Vector2d place = contact.p_O.head<2>();
+  const int own = contact.element >= 0 ? contact.element : FindElement(mesh, place);
+  std::optional<double> before;
+  double length = 0;
+  for (const int e : elements_[Index(patch)]) {
+    const BoundaryElement& element = mesh.elements[Index(e)];
+    if (e == own) {
+      const Vector2d along = (element.b - element.a).normalized();
+      before = length + std::clamp(along.dot(place - element.a), 0.0, element.length());
+    }
+    length += element.length();
+  }
+  if (!before) return std::nullopt;
+  return *before - length / 2;
+}
+
+// As if the patch, which is of whole elements, were centred at the contact's place.
+void Bem2dModel::SetMomentOf(const Contact& contact, int patch,
+                             ContactResponse* response) const noexcept {
+  if (contact.width == 0 || moving_knows_ || solver_.blocked(patch, 0) || solver_.blocked(patch, 1))
+    return;
+  const auto nodes = patches_[Index(patch)].nodes.size();
+  const auto off = OffCentre(contact, patch);
+  if (nodes < 2 || !off) return;
+  const BoundaryMesh& mesh = greens_.problem().mesh;
+  const int own = contact.element >= 0 ? contact.element : FindElement(mesh, contact.p_O.head<2>());
+  const BoundaryElement& element = mesh.elements[Index(own)];
+  const Vector2d centre = contact.p_O.head<2>() - *off * (element.b - element.a).normalized();
+  double moment = 0;
+  solver_.ForEachForce(prescribed_, patch, [&](int node, const Vector2d& force) {
+    const Vector2d arm = greens_.node(node).p_O - centre;
+    moment += arm.x() * force.y() - arm.y() * force.x();
+  });
+  response->moment_O = Eigen::Vector3d(0, 0, force_unit_ * moment);
+  response->moment_sigma = kSpreadByElements * contact.width /
+                           static_cast<double>(elements_[Index(patch)].size()) *
+                           response->force_O.norm();
 }
 
 // A strip on a plane body gives way by 2 / (pi E t) ln(c L / width), L its larger side: c is 3.3

@@ -80,6 +80,10 @@ class Bem2dModel final : public DeformationModel {
   bool AppendPatch(const Contact& contact);
   std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
   [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
+  // The distance along the boundary from the middle of the patch to the contact's place [m];
+  // nullopt: its element is not part of the patch.
+  [[nodiscard]] std::optional<double> OffCentre(const Contact& contact, int patch) const noexcept;
+  void SetMomentOf(const Contact& contact, int patch, ContactResponse* response) const noexcept;
   [[nodiscard]] bool IsPatchCoarse(const Contact& contact, int patch) const noexcept;
   // Whether the order of the elements falsifies this answer (element_error.h).
   [[nodiscard]] bool IsFalsified(std::span<const ContactResponse> responses) noexcept;

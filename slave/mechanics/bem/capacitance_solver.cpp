@@ -267,20 +267,23 @@ Matrix2d CapacitanceSolver::Derivative(int patch) const noexcept {
   return (Matrix2d() << first[0], first[1], first[values], first[values + 1]).finished();
 }
 
+Vector2d CapacitanceSolver::Traction(const Unknowns& u,
+                                     std::span<const double> prescribed) const noexcept {
+  Vector2d value = Vector2d::Zero();
+  for (int k = 0; k < u.count; ++k) {
+    const double* by_value = system_.row(u.row + k) + first_value_;
+    double amplitude = 0;
+    for (std::size_t v = 0; v < prescribed.size(); ++v) amplitude += by_value[v] * prescribed[v];
+    value += amplitude * u.basis.col(k);
+  }
+  return value;
+}
+
 void CapacitanceSolver::Boundary(std::span<const double> prescribed,
                                  std::vector<Vector2d>* displacement,
                                  std::vector<Vector2d>* traction) const {
   BoundarySum sum(greens_);
-  for (const auto& u : unknowns_) {
-    Vector2d value = Vector2d::Zero();
-    for (int k = 0; k < u.count; ++k) {
-      const double* by_value = system_.row(u.row + k) + first_value_;
-      double amplitude = 0;
-      for (std::size_t v = 0; v < prescribed.size(); ++v) amplitude += by_value[v] * prescribed[v];
-      value += amplitude * u.basis.col(k);
-    }
-    sum.Add(u.node, value);
-  }
+  for (const auto& u : unknowns_) sum.Add(u.node, Traction(u, prescribed));
   for (std::size_t p = 0; p < patches_.size(); ++p) {
     if (patches_[p].law != ContactPatch::Law::kLoad) continue;
     const Vector2d force(prescribed[2 * p], prescribed[2 * p + 1]);

@@ -59,6 +59,21 @@ class CapacitanceSolver {
   void Boundary(std::span<const double> prescribed, std::vector<Eigen::Vector2d>* displacement,
                 std::vector<Eigen::Vector2d>* traction) const;
 
+  // visit(node, force) for the nodes of one patch under `prescribed`, without what supports carry.
+  template <class Visit>
+  void ForEachForce(std::span<const double> prescribed, int patch, const Visit& visit) const {
+    const Patch& of = patches_[Index(patch)];
+    if (of.law == ContactPatch::Law::kLoad) {
+      const Eigen::Vector2d force(prescribed[2 * Index(patch)], prescribed[2 * Index(patch) + 1]);
+      for (const int j : NodesOf(of)) visit(j, greens_.lengths()[Index(j)] / of.length * force);
+      return;
+    }
+    for (const auto& u : unknowns_) {
+      if (u.patch == patch)
+        visit(u.node, greens_.lengths()[Index(u.node)] * Traction(u, prescribed));
+    }
+  }
+
  private:
   struct Patch {
     ContactPatch::Law law = ContactPatch::Law::kBonded;
@@ -75,6 +90,8 @@ class CapacitanceSolver {
     Eigen::Matrix2d basis = Eigen::Matrix2d::Identity();
   };
 
+  [[nodiscard]] Eigen::Vector2d Traction(const Unknowns& u,
+                                         std::span<const double> prescribed) const noexcept;
   bool CollectPatches(std::span<const ContactPatch> patches);
   void CollectUnknowns(const ContactPatch& patch, int index);
   bool CollectFreeMotions();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <exception>
 #include <new>
+#include <tuple>
 
 #include <Eigen/LU>
 
@@ -392,7 +393,23 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
   response.takes_width = slot.footprint.narrower != 0;
   if (coarse) response.doubt = kCoarsePatch;
   if (slot.on_support) response.doubt = kOnSupport;
+  SetMomentOf(slot, &response);
   return response;
+}
+
+void ComplianceSolver::SetMomentOf(const ContactSlot& slot, ContactResponse* response) const {
+  const auto& [places, arms] = std::tie(slot.footprint.places, slot.footprint.arms);
+  if (slot.load >= 0) {
+    const Vector3d& force = response->force_O;
+    const auto share = [&](std::size_t i) -> Vector3d { return places[i].weight * force; };
+    return SetMoment(arms, slot.contact.width, share, response);
+  }
+  // A place that a support holds has no unknown.
+  if (Index(slot.unknowns) != arms.size()) return;
+  const auto force_at = [&](std::size_t i) -> Vector3d {
+    return force_unit_ * ForceOf(set_.unknowns()[Index(slot.unknown) + i]);
+  };
+  SetMoment(arms, slot.contact.width, force_at, response);
 }
 
 void ComplianceSolver::Forces(std::vector<PlaceForce>* forces) const {

@@ -92,6 +92,7 @@ class ComplianceSolver {
   [[nodiscard]] Eigen::Vector3d ForceOf(const ForceUnknown& unknown) const;
   [[nodiscard]] ContactResponse ResponseOf(const ContactSlot& slot, const Contact& contact) const;
   [[nodiscard]] Eigen::Vector3d DisplacementOfLoad(int load) const;
+  void SetMomentOf(const ContactSlot& slot, ContactResponse* response) const;
 
   Compliance& compliance_;
   Params params_;

@@ -123,7 +123,10 @@ class ContactSet {
   bool Find(const Contact& contact, ContactSlot* slot);
   // Contacts move from slot to slot: storage that fits one fits all.
   void MakeRoom() {
-    for (auto& slot : slots_) slot.footprint.places.reserve(most_places_);
+    for (auto& slot : slots_) {
+      slot.footprint.places.reserve(most_places_);
+      slot.footprint.arms.reserve(most_places_);
+    }
   }
   bool Number();
   bool AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot);

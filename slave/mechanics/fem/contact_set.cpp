@@ -72,6 +72,8 @@ const char* ContactSet::Find(const Contact& contact, Place& place) {
     place.nodes.push_back({body_.Number(node), weight});
     if (body_.Volume(place.nodes.back().place) == 0) return "its node belongs to no element";
   }
+  place.arms.clear();
+  if (place.nodes.size() == footprint_.arms.size()) place.arms = footprint_.arms;
   place.on_support = holds && place.point && free_weight < kLeastFreeWeight;
   return nullptr;
 }

@@ -42,6 +42,10 @@ class ContactSet {
   [[nodiscard]] int hold(std::size_t k) const { return places_[k].hold; }
   // The nodes that it loads or moves, by their numbers in the body.
   [[nodiscard]] std::span<const PlaceWeight> nodes(std::size_t k) const { return places_[k].nodes; }
+  // Of a disc, from its centre to nodes(k) (ContactFootprint); else empty.
+  [[nodiscard]] std::span<const Eigen::Vector3d> arms(std::size_t k) const {
+    return places_[k].arms;
+  }
   // Whether the mesh is too coarse for its patch (mesh_resolution.h).
   [[nodiscard]] bool coarse(std::size_t k) const { return places_[k].coarse; }
   // See kOnSupport (mesh_resolution.h).
@@ -55,8 +59,9 @@ class ContactSet {
     bool operator==(const Key& other) const = default;
   };
   struct Place {
-    std::vector<PlaceWeight> nodes;  // of the body
-    bool point = false;              // the weighted mean is fixed, not each node
+    std::vector<PlaceWeight> nodes;     // of the body
+    std::vector<Eigen::Vector3d> arms;  // see arms()
+    bool point = false;                 // the weighted mean is fixed, not each node
     int hold = -1;
     bool coarse = false;  // IsPatchCoarse
     bool on_support = false;

@@ -320,9 +320,22 @@ ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
     const auto& reaction = stepper_ ? stepper_->reaction() : equilibrium_->reaction();
     response.force_O = force_unit_ * constraints_.Sum(hold, reaction);
     response.displacement_O = contact.prescribed_O;
+    SetMoment(
+        contacts_.arms(k), contact.width,
+        [&](std::size_t i) -> Vector3d {
+          const double* force = At(reaction, contacts_.nodes(k)[i].place).v;
+          return force_unit_ * Vector3d(force[0], force[1], force[2]);
+        },
+        &response);
   } else {
     response.force_O = contact.prescribed_O;
     response.displacement_O = length_unit_ * contacts_.Mean(k, displacement());
+    SetMoment(
+        contacts_.arms(k), contact.width,
+        [&](std::size_t i) -> Vector3d {
+          return contacts_.nodes(k)[i].weight * contact.prescribed_O;
+        },
+        &response);
   }
   return response;
 }

@@ -135,6 +135,7 @@ void SurfaceFootprints::FindPatch(const SurfacePlace& place, const Vector3d& p_O
     const DiscShare disc = DiscOnTriangle(surface_, t, p_O, radius);
     patch_.disc.area += disc.area;
     patch_.disc.rim += disc.rim;
+    patch_.disc.first += disc.first;
     if ((centroids_[Index(t)] - p_O).norm() <= radius) AddTriangle(t);
     for (const int node : surface_.triangles[Index(t)]) {
       if ((surface_.nodes[Index(node)] - p_O).norm() > radius) continue;
@@ -245,23 +246,39 @@ void SurfaceFootprints::ShareAmongNodes(ContactFootprint* footprint) {
   }
 }
 
+template <class PositionOf>
+void SurfaceFootprints::SetArms(const Contact& contact, const PositionOf& at,
+                                ContactFootprint* footprint) const {
+  footprint->arms.clear();
+  if (footprint->narrower != 0) return;
+  for (const PlaceWeight& touched : footprint->places) {
+    footprint->arms.push_back(at(touched.place) - contact.p_O);
+  }
+  const auto weight = [&](std::size_t i) { return footprint->places[i].weight; };
+  CentreArms(patch_.disc, weight, &footprint->arms);
+}
+
 std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootprint* footprint) {
   const auto at = Find(contact);
   if (!at) return kNoPlace;
   footprint->at = *at;
   footprint->places.clear();
+  footprint->arms.clear();
   footprint->point = true;
   footprint->normal_O = NormalAt(*at);
+  const auto node_at = [this](int node) -> const Vector3d& { return surface_.nodes[Index(node)]; };
   const bool loads = contact.kind == Contact::Kind::kForce;
   FindDisc(contact, loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes, footprint);
   if (contact.width > 0 && loads) {
     ShareAmongNodes(footprint);
+    SetArms(contact, node_at, footprint);
   } else if (contact.width > 0 && !patch_.nodes.empty()) {
     const std::size_t count = patch_.nodes.size();
     footprint->point = count == 1;
     for (const int node : patch_.nodes) {
       footprint->places.push_back({node, 1 / static_cast<double>(count)});
     }
+    SetArms(contact, node_at, footprint);
   } else if (at->node >= 0) {
     footprint->places.push_back({at->node, 1});
   } else {
@@ -276,6 +293,7 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
 std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
                                                 ContactFootprint* footprint) {
   footprint->places.clear();
+  footprint->arms.clear();
   footprint->point = true;
   footprint->coarse = false;
   footprint->reach = footprint->narrower = 0;
@@ -298,6 +316,8 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
     footprint->places.push_back({t, areas_[Index(t)] / patch_.triangle_area});
   }
   footprint->point = footprint->places.size() == 1;
+  SetArms(
+      contact, [this](int t) -> const Vector3d& { return centroids_[Index(t)]; }, footprint);
   return {};
 }
 

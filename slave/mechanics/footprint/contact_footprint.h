@@ -17,6 +17,12 @@
 
 namespace palpate {
 
+// Places of a disc below which the moment of its force is unknown.
+constexpr std::size_t kFewestForMoment = 4;
+// Error of the moment by force times width over the number of places [-]. [tuned:
+// contact_moment_test]
+constexpr double kMomentSpread = 0.5;
+
 struct PlaceWeight {
   int place = -1;     // a node or a triangle of a surface, a place of a Compliance
   double weight = 0;  // share [-]
@@ -30,6 +36,9 @@ struct PlaceWeight {
 // moved alike with an unknown force of its own, and the weights do not count.
 struct ContactFootprint {
   std::vector<PlaceWeight> places;
+  // Of each place of a disc from its centre [m], shifted together so that their centroid is that of
+  // the true disc on the surface. Empty: a point, or a wider disc.
+  std::vector<Eigen::Vector3d> arms;
   bool point = true;                  // at most kMostPointPlaces places
   Eigen::Vector3d normal_O{0, 0, 0};  // outward, unit; the direction of frictionless contacts
   bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
@@ -40,6 +49,33 @@ struct ContactFootprint {
   SurfacePlace at;  // where the contact's centre meets the surface
 };
 constexpr int kMostPointPlaces = 3;
+
+// Sets the moment of a response from the forces [N] at the places that `arms` [m] lead to, if there
+// are enough to resolve a distribution. `force_at(i)`: of place i.
+template <class ForceAt>
+void SetMoment(std::span<const Eigen::Vector3d> arms, double width, const ForceAt& force_at,
+               ContactResponse* response) {
+  if (arms.size() < kFewestForMoment) return;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < arms.size(); ++i) moment += arms[i].cross(force_at(i));
+  response->moment_O = moment;
+  response->moment_sigma =
+      kMomentSpread * width / static_cast<double>(arms.size()) * response->force_O.norm();
+}
+// Shifts the positions `arms` of a patch's places, weighted by `weight(i)` and relative to a disc's
+// centre, onto the centroid of that disc on the surface.
+template <class Weight>
+void CentreArms(const DiscShare& disc, const Weight& weight, std::vector<Eigen::Vector3d>* arms) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double whole = 0;
+  for (std::size_t i = 0; i < arms->size(); ++i) {
+    sum += weight(i) * (*arms)[i];
+    whole += weight(i);
+  }
+  if (!(whole > 0) || !(disc.area > 0)) return arms->clear();
+  const Eigen::Vector3d shift = disc.first / disc.area - sum / whole;
+  for (Eigen::Vector3d& arm : *arms) arm += shift;
+}
 
 // Contacts on one surface, from tables: the results of FindPlace and PatchAt, O(1) if a contact
 // names its triangle and has no width. Both return empty: found, or the reason, one clause with
@@ -87,6 +123,8 @@ class SurfaceFootprints {
   void AddTriangle(int triangle);
   [[nodiscard]] std::span<const int> TrianglesOf(int node) const;
   void ShareAmongNodes(ContactFootprint* footprint);
+  template <class PositionOf>
+  void SetArms(const Contact& contact, const PositionOf& at, ContactFootprint* footprint) const;
 
   SurfaceMesh surface_;
   double diagonal_ = 0;  // [m]

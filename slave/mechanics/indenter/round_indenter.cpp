@@ -14,6 +14,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// Error of the moment by force times width of the contact over the number of its places [-].
+// [derived: a place too many or too few at the rim, where the pressure is least]
+constexpr double kSpreadByPlaces = 0.5;
 constexpr double kMostPulled = 0.3;  // part of the largest pull at which a place lets go
 constexpr std::string_view kTooCoarse =
     "the round tool's contact is smaller than the elements: use more elements there";
@@ -105,7 +108,19 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationMo
     whole.validity = Validity::kExtrapolated;
     whole.doubt = kTooCoarse;
   }
+  if (presses && touched >= kFewest) SetMoment(press, *solution, &whole);
   return whole;
+}
+
+void RoundIndenter::SetMoment(const ToolIndentation& press, const Solution& solution,
+                              ContactResponse* whole) {
+  whole->moment_O = MomentAbout(solution, press.p_O + press.displacement_O);
+  double reach = 0;
+  for (const Contact& contact : solution.contacts()) {
+    reach = std::max(reach, (contact.p_O - press.p_O).norm());
+  }
+  const auto count = static_cast<double>(solution.contacts().size());
+  whole->moment_sigma = kSpreadByPlaces * 2 * reach / count * whole->force_O.norm();
 }
 
 // All places that the tool would pass through.

@@ -54,8 +54,9 @@ class RoundIndenter {
 
   // Force of the tool on the object and its derivative by the apex's displacement while the same
   // places are in contact. A tool out of contact has no force; its stiffness is that of the place
-  // nearest to the apex, which is also the only contact of a tool between places. `model` is
-  // queried several times. `solution`: the places in contact, each with its force.
+  // nearest to the apex, which is also the only contact of a tool between places. The moment is
+  // about the displaced apex, and unknown with fewer than kFewest places. `model` is queried
+  // several times. `solution`: the places in contact, each with its force.
   [[nodiscard]] ContactResponse Press(const ToolIndentation& press, DeformationModel* model,
                                       Solution* solution) noexcept;
 
@@ -63,6 +64,8 @@ class RoundIndenter {
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
   [[nodiscard]] bool LetGo(const Eigen::Vector3d& n, const Solution& solution) noexcept;
+  static void SetMoment(const ToolIndentation& press, const Solution& solution,
+                        ContactResponse* whole);
   [[nodiscard]] Eigen::Matrix3d Stiffness(const Eigen::Vector3d& n,
                                           DeformationModel* model) noexcept;
 

@@ -66,6 +66,21 @@ class EstimateBuilder {
     estimate->sigma = std::hypot(sigma, modulus_tolerance_ * estimate->force->norm());
   }
 
+  // After SetForce: the moment of its force about the tip, frame S [N m], and the part of its sigma
+  // that does not come from the force's; nullopt: unknown. While nothing is touched there is none;
+  // the force's sigma then acts at up to `reach` from the tip [m].
+  void SetMoment(const std::optional<Eigen::Vector3d>& moment, double sigma, double reach,
+                 ContactEstimate* estimate) const noexcept {
+    const double force = estimate->force ? estimate->force->norm() : 0;
+    estimate->moment = moment;
+    if (!in_contact_ || force == 0) {
+      estimate->moment = Eigen::Vector3d::Zero();
+      estimate->moment_sigma = reach * estimate->sigma;
+    } else if (moment) {
+      estimate->moment_sigma = std::hypot(sigma, moment->norm() * estimate->sigma / force);
+    }
+  }
+
   static void LoseForce(const Verdict& verdict, ContactEstimate* estimate) noexcept {
     estimate->force.reset();
     estimate->moment.reset();

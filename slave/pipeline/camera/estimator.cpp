@@ -280,6 +280,7 @@ bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
     const double stiffness = (response.stiffness_O * Planar(place.normal_O)).norm();
     const double unseen = HiddenDepth(place.gap, GapSigma(place));
     rules_.SetForce(Eigen::Vector3d::Zero(), stiffness * unseen, {Validity::kValid}, &felt_);
+    rules_.SetMoment(std::nullopt, 0, touch_->reach(), &felt_);
     return true;
   }
   DetectPuncture(felt_.depth);
@@ -288,12 +289,13 @@ bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
                   std::hypot(stiffness * GapSigma(place),
                              touch_->WidthAt(place).sigma * response.force_O.norm()),
                   {response.validity, FailedCheck::kNone, response.doubt}, &felt_);
-  if (!rules_.broken()) {
-    if (touch_->indenter) {
-      felt_.moment = -(X_SO.linear() * MomentAbout(touch_->pressed, p_O_tip));
-    }
-    return true;
+  std::optional<Eigen::Vector3d> moment = response.moment_O;
+  if (moment) {
+    const Eigen::Vector3d arm = Planar(place.p_O) + displacement - p_O_tip;
+    moment = -(X_SO.linear() * (*moment + arm.cross(response.force_O)));
   }
+  rules_.SetMoment(moment, response.moment_sigma, touch_->reach(), &felt_);
+  if (!rules_.broken()) return true;
   // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
   // snake, which would follow the tool inwards, begins at the rest surface again.
   eyes_->RestartContour();

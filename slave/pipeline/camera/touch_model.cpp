@@ -44,6 +44,8 @@ ContactResponse TouchModel::SolveFlat(const BoundaryPlace& place,
   ContactResponse response = solution->responses().front();
   response.force_O *= factor;
   response.stiffness_O *= factor;
+  if (response.moment_O) *response.moment_O *= factor;
+  response.moment_sigma *= factor;
   return response;
 }
 

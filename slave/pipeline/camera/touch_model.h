@@ -49,6 +49,9 @@ struct TouchModel final : PreparedModel {
   [[nodiscard]] double SecantPart(const ContactResponse& response,
                                   const BoundaryPlace& place) const noexcept;
 
+  // Half the tool's width [m].
+  [[nodiscard]] double reach() const { return tool_width_ / 2; }
+
   ContactLaw law = ContactLaw::kBonded;
   BoundaryMesh mesh;
   std::unique_ptr<DeformationModel> deformation;

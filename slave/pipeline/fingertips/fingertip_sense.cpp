@@ -32,7 +32,9 @@ StateRow RowOf(const FingerEstimate& finger, const std::string& name, const Cont
           finger.validity,
           finger.check,
           std::nullopt,
-          felt.details};
+          felt.details,
+          std::nullopt,
+          0};
 }
 
 class FingertipOfflineReport final : public OfflineReport {
@@ -48,6 +50,8 @@ class FingertipOfflineReport final : public OfflineReport {
       rows.push_back(RowOf(estimator.finger(i), name, estimator.felt(), start));
       if (truth != nullptr) rows.back().true_force = truth->fingers[k].force;
     }
+    rows.front().moment = estimator.felt().moment;
+    rows.front().moment_sigma = estimator.felt().moment_sigma;
     if (truth != nullptr) Compare(*truth);
     return rows;
   }

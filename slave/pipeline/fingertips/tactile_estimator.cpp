@@ -157,6 +157,7 @@ const ContactEstimate& TactileEstimator::Estimate(const TactileFrame& frame,
   std::optional<EncoderReading> said;
   if (arm_lag && frame.fingers.front().X_SF) said = {p_S_tip, *arm_lag};
   CheckContacts(said);
+  ReportMoment();
   times_.checks.Add(checks_us + lap.Lap());
   times_.total.Add(total.Lap());
   return felt_;
@@ -282,6 +283,31 @@ void TactileEstimator::CheckContacts(const std::optional<EncoderReading>& said) 
   }
   felt_.Set(first);
   felt_.sigma = first.sigma;
+}
+
+// The measured force at the measured contact point, distributed over the patch as the model
+// distributes its own.
+void TactileEstimator::ReportMoment() noexcept {
+  const FingerEstimate& first = fingers_.front();
+  felt_.moment.reset();
+  if (tactile_.patch == 0 || body() == nullptr || !first.force || !first.has_pose) return;
+  if (!first.in_contact) {
+    felt_.moment = Vector3d::Zero();
+    felt_.moment_sigma = felt_.sigma * tactile_.patch / 2;
+    return;
+  }
+  const ContactResponse* response = object_.ResponseOf(0);
+  if (response == nullptr || response->validity == Validity::kFailed || !response->moment_O) return;
+  const double force = first.force->norm(), modelled = response->force_O.norm();
+  if (!(force > 0) || !(modelled > 0)) return;
+  const TouchPlace& place = touch(0).place;
+  const Vector3d arm = first.X_SF * place.p_F - first.p_S_apex;
+  const double share = force / modelled;
+  felt_.moment = arm.cross(*first.force) - share * (object_.X_SO().linear() * *response->moment_O);
+  const double place_sigma = place.sigma > 0 ? place.sigma : tactile_.patch / 2;
+  const double lever = std::max(arm.norm(), felt_.moment->norm() / force);
+  felt_.moment_sigma = std::hypot(share * response->moment_sigma,
+                                  std::hypot(force * place_sigma, lever * felt_.sigma));
 }
 
 std::optional<ContactSample::Press> TactileEstimator::PressOfTool() const noexcept {

@@ -109,6 +109,7 @@ class TactileEstimator {
   void FlagLostPose(FingerEstimate* finger) const noexcept;
   void ReportTool(const TactileFrame& frame, const Eigen::Vector3d& p_S_tip) noexcept;
   void CheckContacts(const std::optional<EncoderReading>& said) noexcept;
+  void ReportMoment() noexcept;
   [[nodiscard]] std::optional<ContactSample::Press> PressOfTool() const noexcept;
   [[nodiscard]] double ForceApart() const noexcept;
 

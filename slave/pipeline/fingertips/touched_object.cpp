@@ -99,6 +99,12 @@ bool TouchedObject::Respond() noexcept {
   return validity_ != Validity::kFailed && body_->deformation->failure().empty();
 }
 
+const ContactResponse* TouchedObject::ResponseOf(std::size_t i) const noexcept {
+  const auto found = std::ranges::find(acting_, i);
+  const auto at = static_cast<std::size_t>(found - acting_.begin());
+  return at < solution_.responses().size() ? &solution_.responses()[at] : nullptr;
+}
+
 std::vector<Vector3d> TouchedObject::DeformedNodes() const {
   std::vector<Vector3d> p_S;
   if (!body_) return p_S;

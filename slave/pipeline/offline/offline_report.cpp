@@ -86,7 +86,9 @@ StateRow RowOf(const ContactEstimate& felt, Time start,
           felt.validity,
           felt.check,
           true_force,
-          felt.details};
+          felt.details,
+          felt.moment,
+          felt.moment_sigma};
 }
 
 StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
@@ -97,7 +99,7 @@ StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)
   stream_ << "t,sequence,finger,tip_x,tip_y,tip_z,contact_x,contact_y,contact_z,fx,fy,fz,sigma,"
           << (has_truth ? "validity,true_fx,true_fy,true_fz,check" : "validity,check");
   for (const std::string_view column : kCheckColumns) stream_ << ',' << column;
-  stream_ << '\n' << std::flush;
+  stream_ << ",moment_x,moment_y,moment_z,moment_sigma\n" << std::flush;
   RequireWritten(stream_.good(), file_);
 }
 
@@ -108,7 +110,9 @@ void StatesFile::Write(const StateRow& row) {
   if (has_truth_) stream_ << Numbers(row.true_force.value_or(kUnknownVector));
   stream_ << ',' << ToString(row.check);
   for (const auto& value : ValuesOf(row.details)) stream_ << ',' << (value ? Number(*value) : "");
-  stream_ << '\n' << std::flush;
+  stream_ << Numbers(row.moment.value_or(kUnknownVector)) << ','
+          << (row.moment ? Number(row.moment_sigma) : "") << '\n'
+          << std::flush;
   RequireWritten(stream_.good(), file_);
 }
 

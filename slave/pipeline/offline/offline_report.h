@@ -70,6 +70,8 @@ struct StateRow {
   FailedCheck check = FailedCheck::kNone;
   std::optional<Eigen::Vector3d> true_force;  // [N]; only where the file has its columns
   CheckDetails details;
+  std::optional<Eigen::Vector3d> moment;  // about the tip [N m]
+  double moment_sigma = 0;                // [N m]; empty where the moment is
 };
 
 // The estimate for a camera's tool; `start`: of the run.

@@ -45,6 +45,7 @@ void SurfaceEstimator::Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& 
   body_ = std::move(body);
   rules_.Adopt(scene);
   const double range = body_->info().range;
+  tool_width_ = scene.tool ? scene.tool->width : 0;
   larger_side_ = LargerSide(body_->surface().nodes);
   valid_radius_ = (range > 0 ? range : kVouchedFor) * larger_side_;
   felt_ratio_.Forget();
@@ -78,7 +79,7 @@ const ContactEstimate& SurfaceEstimator::Estimate(const SurfaceObservation& seen
     load_.Take(checks_.Examine(sample));
     load_.Add(seen);
     times_.Add(lap.Lap());
-    SetEstimate();
+    SetEstimate(arm_lag.has_value());
     Learn();
   } else {
     Lose({Validity::kTrackingLost, seen.check, seen.reason});
@@ -98,7 +99,7 @@ void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
 }
 
 // The load as the slave's words have it: the force of the object on the tool, frame S.
-void SurfaceEstimator::SetEstimate() noexcept {
+void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   if (!IsForceKnown(load_.validity)) return Lose(load_);
   const bool pressed = load_.force != 0;
   rules_.Touch(pressed, &felt_);
@@ -107,6 +108,20 @@ void SurfaceEstimator::SetEstimate() noexcept {
   felt_.p_S_contact = X_SO_ * p_O;
   felt_.depth = std::max(0.0, load_.depth);
   rules_.SetForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force, load_, &felt_);
+  SetMoment(shows_tool);
+}
+
+// The load is even over the tool's patch: its centre, which the points tell, is where its force
+// acts. Another load than the tip's says nothing of the tool.
+void SurfaceEstimator::SetMoment(bool shows_tool) noexcept {
+  felt_.moment.reset();
+  if (!shows_tool || tool_width_ == 0) return;
+  std::optional<Vector3d> moment;
+  const Vector3d arm = felt_.p_S_contact - felt_.p_S_tip;
+  if (felt_.force && arm.norm() < EncoderDepthCheck::kNear * larger_side_) {
+    moment = arm.cross(*felt_.force);
+  }
+  rules_.SetMoment(moment, std::abs(load_.force) * load_.sigma_place, tool_width_ / 2, &felt_);
 }
 
 void SurfaceEstimator::Lose(const Verdict& verdict) noexcept {

@@ -65,13 +65,16 @@ class SurfaceEstimator {
   void ToObject(const std::vector<SurfacePoint>& points_S);
   [[nodiscard]] ToolReading ToolAt(const Eigen::Vector3d& p_S_tip, double lag) noexcept;
   void Learn() noexcept;
-  void SetEstimate() noexcept;
+  // `shows_tool`: the points are pressed by the tool whose tip the encoders report.
+  void SetEstimate(bool shows_tool) noexcept;
+  void SetMoment(bool shows_tool) noexcept;
   void Lose(const Verdict& verdict) noexcept;
 
   std::unique_ptr<LoadIdentifier> body_;
   Eigen::Isometry3d X_SO_, X_OS_;
   double larger_side_ = 0;    // [m]
   double valid_radius_ = 0;   // of local models [m]
+  double tool_width_ = 0;     // [m]; 0: a point
   double full_depth_ = 0;     // indentation of a contact, from the scene [m]
   double telling_depth_ = 0;  // [m]
 

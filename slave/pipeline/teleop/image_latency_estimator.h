@@ -95,7 +95,11 @@ class ImageLatencyEstimator {
     if (!felt->force || !local.known()) return;
     const double above = felt->depth > 0 ? 0 : std::max(0.0, -local.Penetration(felt->p_S_tip));
     const double gone = std::max({0.0, late_ * in_speed_ - above, open_ - above});
-    felt->sigma = std::hypot(felt->sigma, gone * local.normal.dot(local.stiffness * local.normal));
+    const double more = gone * local.normal.dot(local.stiffness * local.normal);
+    felt->sigma = std::hypot(felt->sigma, more);
+    const double force = felt->force->norm();
+    if (!felt->moment || force == 0) return;
+    felt->moment_sigma = std::hypot(felt->moment_sigma, more * felt->moment->norm() / force);
   }
 
   Time at_{};  // of the last image

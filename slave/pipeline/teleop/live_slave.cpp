@@ -111,6 +111,7 @@ SlaveDescription LiveSlave::Describe() const {
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();
   description.simulated = environment_ != nullptr;
+  description.turns = manipulator_->Rotation().has_value();
   return description;
 }
 

@@ -21,6 +21,7 @@ constexpr double kAbsurdSpeed = 100;     // [m/s]
 bool IsSane(const OperatorCommand& command) {
   return command.p_M.allFinite() && command.velocity.allFinite() &&
          (command.epoch != 0 || !command.engaged) &&
+         (!command.R_M_device || command.R_M_device->coeffs().allFinite()) &&
          command.p_M.cwiseAbs().maxCoeff() <= kAbsurdPosition &&
          command.velocity.cwiseAbs().maxCoeff() <= kAbsurdSpeed;
 }
@@ -130,6 +131,7 @@ void OperatorPort::Follow(const OperatorCommand& command) noexcept {
   engaged_ = true;
   view_.phase = Phase::kFollowing;
   manipulator_.Command(*target);
+  Turn(command);
   if (manipulator_.at_limit()) events_.Add(Event::kLimit);
 }
 
@@ -138,6 +140,18 @@ void OperatorPort::Engage(const OperatorCommand& command) noexcept {
   needs_new_epoch_ = false;
   transform_.ZeroOffset(command.p_M, manipulator_.Tip() + eyes_minus_encoders_);
   view_.offset = transform_.offset;
+  transform_.begin.reset();
+}
+
+// From the first command of the engagement on that has a rotation: it turns nothing.
+void OperatorPort::Turn(const OperatorCommand& command) noexcept {
+  if (!command.R_M_device) return;
+  if (!transform_.begin) {
+    const auto R_S_tool = manipulator_.Rotation();
+    if (!R_S_tool) return;
+    transform_.begin = {*command.R_M_device, *R_S_tool};
+  }
+  manipulator_.Turn(transform_.RotationToSlave(*command.R_M_device));
 }
 
 void OperatorPort::Stand(Phase phase) noexcept {

@@ -43,7 +43,7 @@ struct CommandCounts {
 //
 // Whatever the operator says, the tool goes no farther than the arm goes in kLeapTime, stands while
 // the force has been unknown for `blind_after` or the arm has a fault, and goes no deeper beyond
-// the guards (ContactGuard).
+// the guards (ContactGuard). Its rotation follows relative to the engagement.
 class OperatorPort {
  public:
   // `dead_after`: silence of the operator after which the tool holds [s].
@@ -80,6 +80,7 @@ class OperatorPort {
   void Refuse() noexcept;
   void Follow(const OperatorCommand& command) noexcept;
   void Engage(const OperatorCommand& command) noexcept;
+  void Turn(const OperatorCommand& command) noexcept;
   void Stand(Phase phase) noexcept;
   void HoldUntilEngaged(Event why) noexcept;
   // The force was unknown for longer than the tool may move without it: no epoch is accepted.

@@ -23,6 +23,7 @@ struct SlaveDescription {
   std::uint32_t settings_revision = 0;
   SenseInfo sense;
   bool simulated = false;
+  bool turns = false;  // the manipulator measures the tool's rotation
 };
 
 struct SlaveStatus {

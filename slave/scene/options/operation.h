@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -32,8 +33,9 @@ struct ManipulatorOptions {
   double silence = 0.040;         // longest time between reports of a driver; more is a fault [s]
   Eigen::Vector3d home{0, 0, 0};  // tool tip at the start, S [m]
   double max_speed = 0.05;        // largest tool speed [m/s]
-  Eigen::Vector3d workspace_min{-1, -1, 0};  // lower corner of the workspace, S [m]
-  Eigen::Vector3d workspace_max{1, 1, 0};    // upper corner of the workspace, S [m]
+  double max_angular_speed = std::numbers::pi / 2;  // of the tool's rotation [rad/s]
+  Eigen::Vector3d workspace_min{-1, -1, 0};         // lower corner of the workspace, S [m]
+  Eigen::Vector3d workspace_max{1, 1, 0};           // upper corner of the workspace, S [m]
   // Protection of the object: beyond these limits the tool moves no deeper.
   double force_guard = std::numeric_limits<double>::infinity();  // [N]
   double depth_guard = std::numeric_limits<double>::infinity();  // [m]

@@ -77,9 +77,12 @@ grpc::Status TeleoperationService::WatchState(grpc::ServerContext* context,
   return Watch(context, prepare, nullptr, writer,
                [&](const SlaveState& state, v1::SlaveState* message) {
                  ToProto(state, message);
-                 if (!request->details()) return true;
-                 ToProto(state.details, message->mutable_details());
-                 if (state.moment) ToProto(*state.moment, message->mutable_moment());
+                 if (request->details()) {
+                   ToProto(state.details, message->mutable_details());
+                 } else {
+                   message->clear_moment();
+                   message->clear_moment_sigma();
+                 }
                  return true;
                });
 }

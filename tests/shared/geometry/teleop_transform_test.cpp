@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include "tests/support/dice.h"
 #include "tests/support/references.h"
 
 namespace palpate {
@@ -36,6 +37,40 @@ TEST(TeleopTransformTest, ZeroingTheOffsetMakesEngagingMoveNothing) {
   const Vector3d p_M(0.4, -0.3, 0.2), p_S(0.044, 0.094, 0);
   transform.ZeroOffset(p_M, p_S);
   EXPECT_LT((transform.ToSlave(p_M) - p_S).norm(), 1e-15);
+}
+
+Eigen::Quaterniond AnyRotation(Dice* dice) {
+  return Eigen::Quaterniond(dice->Normal(), dice->Normal(), dice->Normal(), dice->Normal())
+      .normalized();
+}
+
+// Laws: the inverse, of position and rotation; nothing turns at the begin of the engagement; a turn
+// of the device about an axis of M turns the tool by the same angle about that axis in S; a
+// quaternion and its negative are one rotation.
+TEST(TeleopTransformTest, PositionsAndRotationsGoThereAndBack) {
+  Dice dice(7);
+  for (int i = 0; i < 2000; ++i) {
+    const auto any = [&] { return Vector3d(dice.Normal(), dice.Normal(), dice.Normal()); };
+    TeleopTransform transform{dice.Decades(1e-3, 1e2), dice.Decades(1e-3, 1e3)};
+    transform.R_SM = AnyRotation(&dice).toRotationMatrix();
+    const Vector3d p_M = any(), p_S = any();
+    transform.ZeroOffset(any(), p_S);
+    const double size = p_S.norm() + transform.position_scale;
+    EXPECT_LT((transform.ToMaster(transform.ToSlave(p_M)) - p_M).norm() * transform.position_scale,
+              1e-13 * size);
+    transform.begin = {AnyRotation(&dice), AnyRotation(&dice)};
+    const auto& [R_M0, R_S0] = *transform.begin;
+    EXPECT_LT(transform.RotationToSlave(R_M0).angularDistance(R_S0), 1e-7);
+    const Eigen::Quaterniond R_M = AnyRotation(&dice);
+    const Eigen::Quaterniond R_S = transform.RotationToSlave(R_M);
+    EXPECT_LT(transform.RotationToMaster(R_S).angularDistance(R_M), 1e-7);
+    const Eigen::Quaterniond negative(-R_M.coeffs());
+    EXPECT_LT(transform.RotationToSlave(negative).angularDistance(R_S), 1e-7);
+    const Eigen::AngleAxisd turn(dice.Between(-3, 3), any().normalized());
+    const Eigen::AngleAxisd turn_S(turn.angle(), transform.R_SM * turn.axis());
+    const Eigen::Quaterniond turned = transform.RotationToSlave(turn * R_M);
+    EXPECT_LT(turned.angularDistance(turn_S * R_S), 1e-7);
+  }
 }
 
 // Reference f, case scaling_transform, with its own tolerance 1e-12.

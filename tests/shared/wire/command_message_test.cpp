@@ -1,5 +1,6 @@
 #include <functional>
 #include <limits>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -37,6 +38,35 @@ TEST(CommandMessageTest, WhatWasSentIsWhatArrives) {
   EXPECT_EQ(got->energy_out, sent.energy_out);
   EXPECT_EQ(got->state_sequence, sent.state_sequence);
   EXPECT_EQ(got->echo, sent.echo);
+  ASSERT_TRUE(got->R_M_device.has_value());
+  EXPECT_EQ(got->R_M_device->coeffs(), sent.R_M_device->coeffs());
+  EXPECT_EQ(got->torque, sent.torque);
+}
+
+// A client that does not know of rotations sends none and gets no moment.
+TEST(CommandMessageTest, WithoutTheNewFieldsThereIsNoRotationAndNoTorque) {
+  v1::OperatorCommand message = FullMessage();
+  message.clear_orientation();
+  message.clear_torque();
+  std::string reason;
+  const auto command = FromProto(message, &reason);
+  ASSERT_TRUE(command.has_value()) << reason;
+  EXPECT_FALSE(command->R_M_device.has_value());
+  EXPECT_FALSE(command->torque);
+}
+
+void SetRotation(const std::vector<double>& numbers, v1::OperatorCommand* message) {
+  message->mutable_orientation()->Assign(numbers.begin(), numbers.end());
+}
+
+TEST(CommandMessageTest, ARotationRoundedToSinglePrecisionIsMadeAUnitQuaternion) {
+  v1::OperatorCommand message = FullMessage();
+  SetRotation({0.6005, 0, -0.8005, 0}, &message);
+  std::string reason;
+  const auto command = FromProto(message, &reason);
+  ASSERT_TRUE(command.has_value()) << reason;
+  EXPECT_NEAR(command->R_M_device->norm(), 1, 1e-15);
+  EXPECT_NEAR(command->R_M_device->w(), 0.6, 1e-3);
 }
 
 TEST(CommandMessageTest, ACommandThatEngagesNothingNeedsNoPlaceAndNoStamp) {
@@ -79,7 +109,34 @@ INSTANTIATE_TEST_SUITE_P(
                     Malformation{"energy_in", [](auto* m) { m->set_energy_in(-1); }},
                     Malformation{"energy_out", [](auto* m) { m->set_energy_out(kNan); }},
                     Malformation{"sent_at", [](auto* m) { m->mutable_sent_at()->set_nanos(-1); }},
-                    Malformation{"echo", [](auto* m) { m->mutable_echo()->set_seconds(-1); }}));
+                    Malformation{"echo", [](auto* m) { m->mutable_echo()->set_seconds(-1); }},
+                    Malformation{"orientation",
+                                 [](auto* m) {
+                                   SetRotation({1, 0, 0}, m);
+                                 }},
+                    Malformation{"orientation",
+                                 [](auto* m) {
+                                   SetRotation({1, 0, 0, 0, 0}, m);
+                                 }},
+                    Malformation{"orientation",
+                                 [](auto* m) {
+                                   SetRotation({0, 0, 0, 0}, m);
+                                 }},
+                    Malformation{"orientation",
+                                 [](auto* m) {
+                                   SetRotation({1.002, 0, 0, 0}, m);
+                                 }},
+                    Malformation{"orientation",
+                                 [](auto* m) {
+                                   SetRotation({1, kNan, 0, 0}, m);
+                                 }},
+                    Malformation{"orientation",
+                                 [](auto* m) {
+                                   SetRotation({1e200, 1e200, 0, 0}, m);
+                                 }},
+                    Malformation{"orientation", [](auto* m) {
+                                   SetRotation({kInf, 0, 0, 0}, m);
+                                 }}));
 
 }  // namespace
 }  // namespace palpate

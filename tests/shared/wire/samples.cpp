@@ -38,6 +38,8 @@ SlaveState FullState() {
   state.phase = Phase::kFollowing;
   state.settings_revision = 5;
   state.true_force = Eigen::Vector3d(-1, 2, 3);
+  state.moment = Eigen::Vector3d(0.5, -0.25, 2);
+  state.moment_sigma = 0.0625;
   state.finger_count = 2;
   state.fingers[0] = {{0.5F, -0.25F, 0.125F}, Eigen::Vector3f(1, -2, 4), true, Validity::kValid};
   state.fingers[1] = {{0.25F, 0.5F, -2}, std::nullopt, true, Validity::kTrackingLost};
@@ -58,6 +60,8 @@ OperatorCommand FullCommand() {
   command.echo = At(1'700'000'000, 999'999'999);
   command.settings_revision = 5;
   command.stop = true;
+  command.R_M_device = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5);
+  command.torque = true;
   return command;
 }
 

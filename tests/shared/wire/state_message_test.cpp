@@ -60,6 +60,8 @@ TEST(StateMessageTest, WhatWasSentIsWhatArrives) {
   EXPECT_EQ(got.offset, sent.offset);
   EXPECT_EQ(got.phase, sent.phase);
   EXPECT_EQ(got.true_force, sent.true_force);
+  EXPECT_EQ(got.moment, sent.moment);
+  EXPECT_EQ(got.moment_sigma, sent.moment_sigma);
   ASSERT_EQ(got.finger_count, sent.finger_count);
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(got.fingers[i].p_S_contact, sent.fingers[i].p_S_contact);
@@ -150,11 +152,35 @@ TEST(StateMessageTest, AMeasurementThatIsNoNumberIsNotSent) {
   EXPECT_FALSE(message.has_epipolar_px());
 }
 
-// Reference: contracts, at most 256 bytes for one contact. The largest planar state: every optional
-// field present, all ten events at once, no component zero within the plane, sequences of ten years
-// at 1 kHz, revision and epoch of ten months at ten a second, a hundred changes of settings.
-// The force at a linear model's reference is zero.
-TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
+TEST(StateMessageTest, AnUnknownMomentArrivesUnknownAndNotZero) {
+  SlaveState state = FullState();
+  state.moment.reset();
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.has_moment());
+  EXPECT_EQ(message.moment_sigma(), 0);
+  EXPECT_FALSE(Read(message).moment.has_value());
+  state.moment = Eigen::Vector3d::Zero();
+  ToProto(state, &message);
+  EXPECT_EQ(Read(message).moment, Eigen::Vector3d(0, 0, 0));
+}
+
+TEST(StateMessageTest, ANotFiniteMomentIsSentAsUnknown) {
+  SlaveState state = FullState();
+  state.moment->y() = kNan;
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.has_moment());
+  state = FullState();
+  state.moment_sigma = kInf;
+  ToProto(state, &message);
+  EXPECT_FALSE(message.has_moment());
+}
+
+// The largest planar state: every optional field present, all ten events at once, no component zero
+// within the plane, sequences of ten years at 1 kHz, revision and epoch of ten months at ten a
+// second, a hundred changes of settings. The force at a linear model's reference is zero.
+SlaveState LargestPlanarState() {
   SlaveState state = FullState();
   state.finger_count = 0;
   constexpr std::uint64_t kTenYears = 315'360'000'000;
@@ -171,10 +197,29 @@ TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
   state.epoch = state.local_model.revision = (1U << 28) - 1;
   state.check = FailedCheck::kTransfer;
   state.settings_revision = 100;
+  return state;
+}
+
+// Reference: contracts, at most 256 bytes for one contact.
+TEST(StateMessageTest, TheLargestPlanarStateFitsInto256Bytes) {
+  SlaveState state = LargestPlanarState();
+  state.moment.reset();
   v1::SlaveState message;
   ToProto(state, &message);
   EXPECT_LE(message.ByteSizeLong(), kMaxStateBytes);
   EXPECT_GE(message.ByteSizeLong(), kMaxStateBytes - 16) << "the test no longer looks at the worst";
+}
+
+// Reference: contracts, at most 288 bytes with the moment, whose three components may all differ
+// from zero: a single-precision number takes the same room whatever its value.
+TEST(StateMessageTest, TheLargestPlanarStateWithItsMomentFitsInto288Bytes) {
+  SlaveState state = LargestPlanarState();
+  state.moment = Eigen::Vector3d(-1.25e-3, 2.5e3, -7.5);
+  state.moment_sigma = 3.3e-4;
+  v1::SlaveState message;
+  ToProto(state, &message);
+  EXPECT_LE(message.ByteSizeLong(), kMaxMomentStateBytes);
+  EXPECT_GE(message.ByteSizeLong(), kMaxMomentStateBytes - 32) << "this is not the worst";
 }
 
 TEST(StateMessageTest, WhatANewerSlaveMayHaveAddedIsReadWithCare) {
@@ -235,6 +280,9 @@ INSTANTIATE_TEST_SUITE_P(
         Malformation{"echo", [](auto* m) { m->mutable_echo()->set_nanos(-1); }},
         Malformation{"offset.x", [](auto* m) { m->mutable_offset()->set_x(NAN); }},
         Malformation{"true_force.x", [](auto* m) { m->mutable_true_force()->set_x(kNan); }},
+        Malformation{"moment.y", [](auto* m) { m->mutable_moment()->set_y(NAN); }},
+        Malformation{"moment_sigma", [](auto* m) { m->set_moment_sigma(-1); }},
+        Malformation{"moment_sigma", [](auto* m) { m->set_moment_sigma(INFINITY); }},
         Malformation{"fingers.force is absent",
                      [](auto* m) { m->mutable_fingers(0)->clear_force(); }},
         Malformation{"fingers.force.y = nan",

@@ -90,6 +90,103 @@ TEST_F(StreamedManipulatorTest, NoTargetLeavesTheWorkspace) {
   EXPECT_TRUE(arm_.at_limit());
 }
 
+using Eigen::AngleAxisd;
+using Eigen::Quaterniond;
+
+// An arm with a wrist that follows its targets at once.
+class TurningArmTest : public StreamedManipulatorTest {
+ protected:
+  TurningArmTest() { Turn(0.1); }
+
+  // For `seconds`; the largest angular speed of a target [rad/s].
+  double Turn(double seconds) {
+    double fastest = 0;
+    for (double t = 0; t < seconds; t += kPeriod) {
+      Pass(kPeriod);
+      const ArmAim aim = arm_.Aim(test_time);
+      if (aim.motion == Motion::kFollow) {
+        tip_ = aim.p_S_tip;
+        fastest = std::max(fastest, rotation_.angularDistance(*aim.R_S_tool) / kPeriod);
+        rotation_ = *aim.R_S_tool;
+      }
+      ArmReading reading = Reading(tip_);
+      reading.R_S_tool = rotation_;
+      if (++reports_ % 2 == 0) reading.R_S_tool->coeffs() *= -1;
+      EXPECT_EQ(arm_.Take(kDriver, "a driver", reading, test_time), std::nullopt);
+    }
+    return fastest;
+  }
+
+  const Quaterniond start_{AngleAxisd(0.7, Vector3d(1, 2, 3).normalized())};
+  Quaterniond rotation_ = start_;
+  int reports_ = 0;
+};
+
+TEST_F(TurningArmTest, FollowsTheShorterWayAtNoMoreThanTheAngularSpeedOfTheScene) {
+  ASSERT_TRUE(arm_.Command(tip_));
+  const Quaterniond target = AngleAxisd(2, Vector3d::UnitZ()) * start_;
+  arm_.Turn(Quaterniond(-target.coeffs()));
+  const double fastest = Turn(0.5);
+  EXPECT_LT(fastest, options_.max_angular_speed * (1 + 1e-6));
+  EXPECT_GT(fastest, 0.9 * options_.max_angular_speed);
+  EXPECT_TRUE(arm_.at_limit());
+  EXPECT_NEAR(rotation_.angularDistance(start_), 0.5 * options_.max_angular_speed, 0.01);
+  Turn(2);
+  EXPECT_LT(rotation_.angularDistance(target), 1e-7);
+  EXPECT_FALSE(arm_.at_limit());
+}
+
+TEST_F(TurningArmTest, ItsTargetsNeverChangeSign) {
+  ASSERT_TRUE(arm_.Command(tip_));
+  Quaterniond last = *arm_.Aim(test_time).R_S_tool;
+  for (int i = 0; i < 40; ++i) {
+    arm_.Turn(Quaterniond((i % 2 == 0 ? 1 : -1) *
+                          (AngleAxisd(0.3 * i, Vector3d::UnitX()) * start_).coeffs()));
+    Turn(0.3);
+    if (i % 5 == 4) arm_.Hold();
+    const Quaterniond now = *arm_.Aim(test_time).R_S_tool;
+    EXPECT_GT(now.dot(last), 0);
+    last = now;
+    if (i % 5 == 4) ASSERT_TRUE(arm_.Command(tip_));
+  }
+}
+
+TEST_F(TurningArmTest, HoldingHoldsTheMeasuredRotation) {
+  ASSERT_TRUE(arm_.Command(tip_));
+  arm_.Turn(AngleAxisd(1, Vector3d::UnitX()) * start_);
+  Turn(0.2);
+  const Quaterniond held = rotation_;
+  arm_.Hold();
+  EXPECT_LT(arm_.Aim(test_time).R_S_tool->angularDistance(held), 1e-7);
+  Turn(0.5);
+  ASSERT_TRUE(arm_.Command(tip_));
+  Turn(0.5);
+  EXPECT_LT(rotation_.angularDistance(held), 1e-7) << "only the tip was sent";
+  EXPECT_EQ(arm_.Rotation()->angularDistance(rotation_) < 1e-7, true);
+}
+
+// Whatever it measures later, as before.
+TEST_F(TurningArmTest, WithoutAnOperatorThatTurnsItTheFirstReportIsRepeated) {
+  ASSERT_TRUE(arm_.Command(tip_ + Vector3d(0.01, 0, 0)));
+  rotation_ = AngleAxisd(0.01, Vector3d::UnitX()) * start_;
+  Pass(kPeriod);
+  ArmReading reading = Reading(tip_);
+  reading.R_S_tool = rotation_;
+  ASSERT_EQ(arm_.Take(kDriver, "a driver", reading, test_time), std::nullopt);
+  EXPECT_EQ(arm_.Aim(test_time).R_S_tool->coeffs(), start_.coeffs());
+  arm_.Hold();
+  EXPECT_EQ(arm_.Aim(test_time).R_S_tool->coeffs(), start_.coeffs());
+}
+
+TEST_F(StreamedManipulatorTest, WithoutAMeasuredRotationNothingTurns) {
+  Drive(0.1);
+  ASSERT_TRUE(arm_.Command({0.05, 0, 0}));
+  arm_.Turn(Quaterniond(AngleAxisd(1, Vector3d::UnitX())));
+  Drive(0.1);
+  EXPECT_FALSE(arm_.Rotation());
+  EXPECT_FALSE(arm_.Aim(test_time).R_S_tool);
+}
+
 // A slave that slept must not make up for it in one step.
 TEST_F(StreamedManipulatorTest, AStallOfTheSlaveIsNoLeapOfTheArm) {
   Drive(0.1);

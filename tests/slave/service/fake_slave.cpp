@@ -106,6 +106,7 @@ SlaveState FakeSlave::Compose(Time now) {
   state.sent_at = now;
   state.details = {.score = 0.75, .camera_motion = 1.5};
   state.moment = Eigen::Vector3d(0, 0, 2e-3);
+  state.moment_sigma = 1e-4;
   if (state.echo) state.echo_delay = std::max(0.0, SecondsBetween(command_at_, now));
   if (!tactile_) return state;
   state.finger_count = static_cast<int>(tactile_->fingers.size());

@@ -39,6 +39,40 @@ TEST_F(OperateTest, PushingIsAnsweredByTheForceOfTheSurface) {
   EXPECT_EQ(slave_.ends(), 1);
 }
 
+v1::OperatorCommand WithTorque(std::uint64_t sequence, bool torque) {
+  v1::OperatorCommand command;
+  command.set_sequence(sequence);
+  command.set_torque(torque);
+  return command;
+}
+
+// From the command on that requests it, and until one no longer does. A client that does not know
+// of it gets states as before.
+TEST_F(OperateTest, TheMomentIsSentToAnOperatorThatRequestsIt) {
+  const auto has_none = [](const auto& s) { return !s.has_moment() && s.moment_sigma() == 0; };
+  ASSERT_TRUE(ada.Send(WithTorque(1, false)));
+  for (int i = 0; i < 5; ++i) {
+    const auto state = ada.Read();
+    ASSERT_TRUE(state.has_value());
+    EXPECT_TRUE(has_none(*state));
+  }
+  ASSERT_TRUE(ada.Send(WithTorque(2, true)));
+  const auto state = ada.ReadUntil([](const auto& s) { return s.has_moment(); });
+  ASSERT_TRUE(state.has_value());
+  EXPECT_EQ(state->moment().z(), 2e-3F);
+  EXPECT_EQ(state->moment_sigma(), 1e-4F);
+  ASSERT_TRUE(ada.Send(WithTorque(3, false)));
+  EXPECT_TRUE(ada.ReadUntil(has_none));
+}
+
+TEST_F(OperateTest, ACommandWithoutAUnitRotationIsRefused) {
+  v1::OperatorCommand command = WithTorque(1, false);
+  for (const double value : {1.0, 0.5, 0.0, 0.0}) command.add_orientation(value);
+  ASSERT_TRUE(ada.Send(command));
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return HasEvent(s, v1::EVENT_COMMAND_REFUSED); }));
+  EXPECT_TRUE(slave_.commands().empty());
+}
+
 TEST_F(OperateTest, SequencesRiseWithoutGapForWhoReadsAll) {
   std::uint64_t last = ada.Read()->sequence();
   for (int i = 0; i < 50; ++i) {

@@ -88,7 +88,9 @@ TEST_F(WatchTest, WhatTheChecksMeasuredIsToldToWhomAsksForIt) {
     ASSERT_TRUE(stream->Read(&state));
     EXPECT_EQ(state.has_details(), asked);
     EXPECT_EQ(state.details().has_score(), asked);
+    EXPECT_EQ(state.has_moment(), asked);
     EXPECT_EQ(state.moment().z(), asked ? 2e-3F : 0);
+    EXPECT_EQ(state.moment_sigma(), asked ? 1e-4F : 0);
     EXPECT_EQ(state.details().score(), asked ? 0.75F : 0);
     EXPECT_EQ(state.details().camera_motion_px(), asked ? 1.5F : 0);
     EXPECT_FALSE(state.details().has_contour_px()) << "a check that was not made";

@@ -33,6 +33,7 @@ bool SolidContacts::Prepare(std::span<const Contact> contacts) {
 
 bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   place->moved.clear();
+  place->arms.clear();
   place->coarse = false;
   place->weights.clear();
   if (!contact.p_O.allFinite() || !std::isfinite(contact.width) || contact.width < 0 ||
@@ -91,6 +92,7 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
     place->coarse =
         IsPatchCoarse(CoverOf(footprints_.patch(), quadratic ? PatchBasis::kLoadedTriangles10
                                                              : PatchBasis::kLoadedTriangles));
+    SetArms(here, footprints_.patch().disc, place);
     return true;
   }
   const SurfacePlace at = footprint_.at;
@@ -100,8 +102,22 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
   place->coarse = IsPatchCoarse(
       CoverOf(patch, quadratic ? PatchBasis::kMovedNodes10 : PatchBasis::kMovedNodes));
   place->moved = std::move(patch.nodes);
-  if (place->moved.empty()) Touch(at, place);
+  if (place->moved.empty()) {
+    Touch(at, place);
+  } else {
+    SetArms(here, patch.disc, place);
+  }
   return true;
+}
+
+void SolidContacts::SetArms(const Contact& here, const DiscShare& disc, ContactPlace* place) const {
+  for (const int node : place->moved) place->arms.push_back(mesh_.nodes[Index(node)] - here.p_O);
+  for (const auto& [node, share] : place->weights) {
+    place->arms.push_back(mesh_.nodes[Index(node)] - here.p_O);
+  }
+  const bool moves = !place->moved.empty();
+  CentreArms(
+      disc, [&](std::size_t i) { return moves ? 1.0 : place->weights[i].second; }, &place->arms);
 }
 
 // No node is moved twice, and what else acts on moved nodes (the rim of a neighbouring patch) rests

@@ -21,6 +21,9 @@ struct ContactPlace {
   std::vector<std::pair<int, double>> weights;  // nodes and shares, sum 1, of a load; of a moved
                                                 // point where no node is `moved`
   bool coarse = false;                          // IsPatchCoarse
+  // Of a disc, from its centre to each node of `moved`, or of `weights` of a load
+  // (ContactFootprint) [length units]; else empty.
+  std::vector<Eigen::Vector3d> arms;
 };
 
 class SolidContacts {
@@ -45,6 +48,7 @@ class SolidContacts {
   }
   bool Find(const Contact& contact, ContactPlace* place);
   bool FindPatch(const Contact& here, ContactPlace* place);
+  void SetArms(const Contact& here, const DiscShare& disc, ContactPlace* place) const;
   void Touch(const SurfacePlace& at, ContactPlace* place) const;
   void PointWeights(int triangle, const Eigen::Vector3d& weights, ContactPlace* place) const;
   bool Overlap(std::span<const Contact> contacts);

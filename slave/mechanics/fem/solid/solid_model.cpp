@@ -215,6 +215,17 @@ Vector3d SolidModel::ForceOn(const ContactPlace& place) const {
   return force;
 }
 
+void SolidModel::SetMomentOf(const Contact& contact, const ContactPlace& place,
+                             ContactResponse* response) const {
+  const double force_unit = params_.young_modulus * unit_ * unit_;
+  const auto force_at = [&](std::size_t i) -> Vector3d {
+    if (place.moved.empty()) return unit_ * place.weights[i].second * contact.prescribed_O;
+    const auto first = layout_.first(place.moved[i]);
+    return unit_ * force_unit * equilibrium_.unbalanced().segment<3>(first);
+  };
+  SetMoment(place.arms, contact.width, force_at, response);
+}
+
 // Why the answer is extrapolated; nullopt: it is not, but for single patches.
 std::optional<std::string_view> SolidModel::FlagReason(double largest) {
   if (inverted_) return "elements are inside out";
@@ -275,6 +286,7 @@ bool SolidModel::Fill(std::span<const Contact> contacts, std::span<ContactRespon
     if (!response.force_O.allFinite() || !response.displacement_O.allFinite()) {
       return Fail("the solution is not finite");
     }
+    SetMomentOf(contacts[i], place, &response);
     responses[i] = response;
   }
   return true;

@@ -76,6 +76,8 @@ class SolidModel final : public DeformationModel {
   [[nodiscard]] double Softness();
   bool Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] Eigen::Vector3d ForceOn(const ContactPlace& place) const;
+  void SetMomentOf(const Contact& contact, const ContactPlace& place,
+                   ContactResponse* response) const;
   // Without a pressure of their own four-node elements are too stiff near nu = 0.5.
   [[nodiscard]] bool locks() const;
 

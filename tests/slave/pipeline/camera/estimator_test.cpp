@@ -131,6 +131,34 @@ TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
             0.01 * expected);
 }
 
+// Reference: the scene's model alone under a flat tool at the same eccentric place, with eight
+// times as many elements; where nothing is touched the moment is known to be none.
+TEST_F(EstimatorTest, AnEccentricPressReportsItsMomentAboutTheTip) {
+  constexpr double kBeside = 0.008, kPressed = 3e-3;
+  Estimator estimator = Make();
+  const ContactEstimate free = estimator.Estimate(Draw(0.044, 0.0921));
+  ASSERT_TRUE(free.moment);
+  EXPECT_EQ(*free.moment, Eigen::Vector3d(0, 0, 0));
+  for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044 - 0.004 * i, 0.0921));
+  for (int i = 0; i <= 7; ++i) estimator.Estimate(Draw(kBeside, 0.0921 - 0.001 * i));
+  const ContactEstimate& felt = estimator.Estimate(Draw(kBeside, 0.088 - kPressed));
+  ASSERT_TRUE(felt.force && felt.moment);
+  Scene fine = scene_;
+  fine.model.elements = 1440;
+  const auto model = MakeModel(fine, MeshOutline(fine, std::nullopt));
+  const double width = scene_.tool->width;
+  const Contact contact{
+      Contact::Kind::kDisplacement, {kBeside, 0.088, 0}, -1, width, {0, -kPressed, 0}};
+  ContactResponse response;
+  model->Respond({&contact, 1}, {&response, 1});
+  ASSERT_TRUE(response.moment_O);
+  const double force = felt.force->norm();
+  EXPECT_GT(response.moment_O->norm(), 0.02 * force * width) << "not eccentric enough to tell";
+  EXPECT_LT((*felt.moment + *response.moment_O).norm(), 0.05 * force * width);
+  EXPECT_LT((*felt.moment + *response.moment_O).norm(), 3 * felt.moment_sigma);
+  EXPECT_LT(felt.moment_sigma, 0.1 * force * width);
+}
+
 TEST_F(EstimatorTest, TheLocalModelIsThereBeforeTheContact) {
   Estimator estimator = Make();
   const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.0935));

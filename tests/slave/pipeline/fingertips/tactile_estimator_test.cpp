@@ -50,6 +50,52 @@ TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   EXPECT_GT(t.LargestMove(), 1e-3);
 }
 
+// The cube with `cells` along each side under a fingertip that is held by its pose, near the edge
+// of the top, where the contact lies to the side of the pad.
+Scene EccentricScene(int cells, const std::string& hold) {
+  Scene scene =
+      CubeScene("patch: 12 mm, hold: " + hold + ", pose: {translation: [32 mm, 20 mm, 47 mm]}",
+                "kind: fem-green, tolerance: 50 %");
+  scene.object.geometry = BoxGeometry{{0.04, 0.04, 0.04}, {cells, cells, cells}};
+  return scene;
+}
+
+// Reference: the same press on twice as fine a mesh.
+TEST(TactileEstimatorTest, TheMomentOfAContactIsWithin5PercentOfForceTimesWidth) {
+  constexpr double kWidth = 0.012;
+  const Vector3d force(0.02, 0, -0.2), way(0, 0, -0.002);
+  for (const std::string hold : {"displacement", "force"}) {
+    Touching coarse(EccentricScene(12, hold)), fine(EccentricScene(24, hold));
+    const ContactEstimate& a = coarse.Press(force, way);
+    const ContactEstimate& b = fine.Press(force, way);
+    ASSERT_TRUE(a.force && a.moment && b.force && b.moment) << hold;
+    EXPECT_LT((*a.moment - *b.moment).norm(), 0.05 * force.norm() * kWidth) << hold;
+    EXPECT_GT(a.moment_sigma, (*a.moment - *b.moment).norm() / 3) << hold;
+    // About the apex, where the contact is, the distribution alone remains.
+    const bool is_even = hold == "force";
+    EXPECT_EQ(b.moment->norm() > 0.02 * force.norm() * kWidth, !is_even) << b.moment->norm();
+  }
+}
+
+// Law: the moment about the apex of a force at the contact point, which lies `arm` from it.
+TEST(TactileEstimatorTest, AContactBesideTheApexTurnsTheFingertip) {
+  Touching t(EccentricScene(12, "force"));
+  const ContactEstimate& felt = t.Press({0.02, 0, -0.2}, {0, 0, -0.002});
+  const TouchPlace& place = t.estimator.touch(0).place;
+  const FingerEstimate& finger = t.estimator.finger(0);
+  ASSERT_TRUE(felt.force && felt.moment);
+  const Vector3d arm = finger.X_SF * place.p_F - finger.p_S_apex;
+  EXPECT_LT((*felt.moment - arm.cross(*felt.force)).norm(), 0.05 * felt.force->norm() * 0.012);
+}
+
+TEST(TactileEstimatorTest, WithoutAPatchTheMomentIsUnknownAndWithoutAContactNone) {
+  Touching point(CubeScene(kAbove));
+  EXPECT_FALSE(point.Press({0, 0, -0.2}, {0, 0, -0.003}).moment);
+  Touching patch(EccentricScene(12, "displacement"));
+  ASSERT_TRUE(patch.estimator.felt().moment);
+  EXPECT_EQ(*patch.estimator.felt().moment, Vector3d(0, 0, 0));
+}
+
 TEST(TactileEstimatorTest, TheObjectComesBackWhenNothingTouches) {
   Touching t(CubeScene(kAbove));
   t.Press({0, 0, -0.2}, {0, 0, -0.003});

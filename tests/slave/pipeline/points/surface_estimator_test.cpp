@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <vector>
@@ -44,6 +45,31 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
     EXPECT_NEAR(felt.depth, -FinerPlate().Displacement(Loaded(FinerPlate(), p, -2), p), 5e-5);
     EXPECT_NEAR(estimator.load().residual, 1, 0.4);
   }
+}
+
+// Law: a load at the place that the points tell, in the frame of the slave, about the tip that the
+// encoders tell. Where the images do not show the tool, or the load is another one's, it is
+// unknown.
+TEST(SurfaceEstimatorTest, TheMomentAboutTheTipIsThatOfTheLoadBesideIt) {
+  Scene scene = MembraneScene("plate-large");
+  scene.object.X_SO = Askew();
+  SurfaceEstimator estimator(scene);
+  const Vector2d p(0.01, 0.005);
+  const double depth = -FinerPlate().Displacement(Loaded(FinerPlate(), p, -2), p);
+  const auto press = [&](const Vector3d& tip_O, std::optional<double> lag) {
+    std::mt19937 random(1);
+    return estimator.Estimate(DotsUnder(FinerPlate(), p, -2, kSigma, &random, scene.object.X_SO),
+                              scene.object.X_SO * tip_O, lag);
+  };
+  const Vector3d beside(-2e-3, 1e-3, 0), tip_O = Vector3d(p.x(), p.y(), -depth) + beside;
+  const ContactEstimate felt = press(tip_O, 0.0);
+  ASSERT_TRUE(felt.force && felt.moment);
+  const Vector3d should = scene.object.X_SO.linear() * (-beside).cross(Vector3d(0, 0, 2));
+  EXPECT_LT((*felt.moment - should).norm(), 4 * felt.moment_sigma);
+  EXPECT_LT((*felt.moment - should).norm(), 0.2 * should.norm());
+  EXPECT_LT(felt.moment_sigma, 0.2 * should.norm());
+  EXPECT_FALSE(press(tip_O, std::nullopt).moment);
+  EXPECT_FALSE(press(tip_O + Vector3d(-0.02, 0, 0), 0.0).moment);
 }
 
 // Reference: chi-square with one degree of freedom over 150 pictures: its mean has a standard

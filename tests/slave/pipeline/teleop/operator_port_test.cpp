@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/slave/pipeline/teleop/arm_sequence.h"
+#include "tests/support/dice.h"
 
 namespace palpate {
 namespace {
@@ -29,6 +30,13 @@ class PerfectManipulator : public Manipulator {
     ++holds_;
     stopped = false;
   }
+  void Turn(const Eigen::Quaterniond& R_S_target) noexcept override {
+    if (rotation) rotation = R_S_target;
+    ++turns;
+  }
+  [[nodiscard]] std::optional<Eigen::Quaterniond> Rotation() const noexcept override {
+    return rotation;
+  }
   [[nodiscard]] Vector3d Tip() const noexcept override { return tip_; }
   [[nodiscard]] std::uint32_t frame() const noexcept override { return driver; }
   [[nodiscard]] bool at_limit() const noexcept override { return false; }
@@ -43,6 +51,8 @@ class PerfectManipulator : public Manipulator {
   bool moves = true;
   std::uint32_t driver = 1;
   Vector3d target{0, 0, 0};
+  std::optional<Eigen::Quaterniond> rotation;
+  int turns = 0;
   [[nodiscard]] int commands() const { return commands_; }
   [[nodiscard]] int holds() const { return holds_; }
 
@@ -84,6 +94,122 @@ TEST_F(OperatorPortTest, EngagingMovesNothingAndMotionIsScaled) {
   Send(Next({0.3, -0.12, 0}));
   EXPECT_LT((arm_.Tip() - start - Vector3d(0, -0.01, 0)).norm(), 1e-15);
   EXPECT_EQ(port_.view().phase, Phase::kFollowing);
+}
+
+Eigen::Quaterniond AnyRotation(Dice* dice) {
+  return Eigen::Quaterniond(dice->Normal(), dice->Normal(), dice->Normal(), dice->Normal())
+      .normalized();
+}
+
+// Law: R_S_tool = R_SM R_M(t) R_M(0)^T R_SM^T R_S_tool(0), and p_S in proportion to p_M.
+TEST_F(OperatorPortTest, RotationsFollowRelativeToTheEngagementInTheFrameOfTheSlave) {
+  Dice dice(3);
+  transform_.R_SM = AnyRotation(&dice).toRotationMatrix();
+  OperatorPort port(arm_, transform_, limits_);
+  port.BeginOperating();
+  const Eigen::Quaterniond R_S0 = AnyRotation(&dice), R_M0 = AnyRotation(&dice);
+  arm_.rotation = R_S0;
+  OperatorCommand command = Next({0, 0, 0});
+  command.R_M_device = R_M0;
+  EXPECT_TRUE(port.Command(command, now_));
+  EXPECT_LT(arm_.rotation->angularDistance(R_S0), 1e-7) << "engaging turned the tool";
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Quaterniond R_M = AnyRotation(&dice);
+    command = Next({0, 0, 0});
+    command.R_M_device = R_M;
+    EXPECT_TRUE(port.Command(command, now_));
+    const Eigen::Matrix3d turned = transform_.R_SM * (R_M * R_M0.conjugate()).toRotationMatrix() *
+                                   transform_.R_SM.transpose() * R_S0.toRotationMatrix();
+    EXPECT_LT((arm_.rotation->toRotationMatrix() - turned).norm(), 1e-12);
+  }
+}
+
+// Law: whatever the device does while the clutch is open, or in another epoch, letting go and
+// engaging neither moves nor turns the slave.
+TEST_F(OperatorPortTest, ClutchingNeitherMovesNorTurnsTheSlave) {
+  Dice dice(11);
+  arm_.rotation = AnyRotation(&dice);
+  std::uint32_t epoch = 1;
+  Vector3d p_M(0, 0, 0);
+  Eigen::Quaterniond R_M = AnyRotation(&dice);
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3d tip = arm_.Tip();
+    const Eigen::Quaterniond rotation = *arm_.rotation;
+    const bool clutches = dice.Chance(0.3);
+    OperatorCommand command;
+    if (clutches) {  // the hand goes anywhere, with or without commands
+      if (dice.Chance(0.5)) Send(Next(p_M, false, epoch));
+      if (dice.Chance(0.2)) Wait(dice.Between(0.01, 0.5));
+      p_M = {dice.Normal(), dice.Normal(), dice.Normal()};
+      R_M = AnyRotation(&dice);
+      command = Next(p_M, true, ++epoch);
+    } else {
+      p_M += Vector3d(dice.Normal(), dice.Normal(), dice.Normal()) * 1e-3;
+      R_M = Eigen::AngleAxisd(0.1 * dice.Normal(), Vector3d::UnitY()) * R_M;
+      command = Next(p_M, true, epoch);
+    }
+    command.R_M_device = R_M;
+    if (dice.Chance(0.5)) command.R_M_device->coeffs() *= -1;
+    ASSERT_TRUE(Send(command));
+    if (!clutches) continue;
+    EXPECT_LT((arm_.Tip() - tip).norm(), 1e-12);
+    EXPECT_LT(arm_.rotation->angularDistance(rotation), 1e-7);
+  }
+  EXPECT_GT(arm_.turns, 2000);
+}
+
+TEST_F(OperatorPortTest, WhatHoldsTheTipHoldsTheRotation) {
+  arm_.rotation = Eigen::Quaterniond::Identity();
+  OperatorCommand command = Next({0, 0, 0});
+  command.R_M_device = Eigen::Quaterniond::Identity();
+  Send(command);
+  Wait(0.031);  // silence
+  ASSERT_EQ(port_.view().phase, Phase::kHold);
+  const int turns = arm_.turns;
+  Wait(0.3);
+  command = Next({0, 0, 0});  // the same epoch is not served again
+  command.R_M_device = Eigen::AngleAxisd(0.5, Vector3d::UnitX());
+  Send(command);
+  EXPECT_EQ(arm_.turns, turns);
+  command.engaged = false;
+  command.sequence = ++sequence_;
+  Send(command);
+  EXPECT_EQ(arm_.turns, turns);
+}
+
+// The first command of an engagement that has a rotation is where it counts from.
+TEST_F(OperatorPortTest, ADeviceThatBeginsToMeasureItsRotationTurnsNothing) {
+  arm_.rotation = Eigen::Quaterniond::Identity();
+  Send(Next({0, 0, 0}));
+  EXPECT_EQ(arm_.turns, 0);
+  OperatorCommand command = Next({0, 0, 0});
+  command.R_M_device = Eigen::AngleAxisd(2, Vector3d::UnitZ());
+  Send(command);
+  EXPECT_LT(arm_.rotation->angularDistance(Eigen::Quaterniond::Identity()), 1e-7);
+}
+
+TEST_F(OperatorPortTest, AnArmWithoutARotationOrADeviceWithoutOneMovesAsBefore) {
+  const Vector3d start = arm_.Tip();
+  OperatorCommand command = Next({0, 0, 0});
+  command.R_M_device = Eigen::AngleAxisd(1, Vector3d::UnitX());
+  Send(command);
+  command = Next({0, -0.02, 0});
+  command.R_M_device = Eigen::AngleAxisd(2, Vector3d::UnitX());
+  Send(command);
+  EXPECT_LT((arm_.Tip() - start - Vector3d(0, -0.01, 0)).norm(), 1e-15);
+  EXPECT_EQ(arm_.turns, 0);
+  arm_.rotation = Eigen::Quaterniond::Identity();
+  Send(Next({0, -0.03, 0}));
+  EXPECT_EQ(arm_.turns, 0);
+}
+
+TEST_F(OperatorPortTest, ARotationThatIsNotFiniteIsRefusedAndTheToolHolds) {
+  Send(Next({0, 0, 0}));
+  OperatorCommand command = Next({0, 0, 0});
+  command.R_M_device = Eigen::Quaterniond(1, 0, std::nan(""), 0);
+  EXPECT_FALSE(Send(command));
+  EXPECT_EQ(port_.view().phase, Phase::kHold);
+  EXPECT_TRUE(port_.TakeEvents().Has(Event::kCommandRefused));
 }
 
 // Absolute poses: what the lost commands said does not matter.
