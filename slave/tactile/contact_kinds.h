@@ -13,7 +13,8 @@ class ContactKinds {
  public:
   using Signals = SignalPattern::Signals;
   using Covariance = SignalPattern::Covariance;
-  // Standard deviations from what is expected, beyond which a signal is wrong.
+  // Standard deviations from what is expected, beyond which a signal is wrong. [-] [tuned:
+  // AnElectrodeThatStandsStillNeedsLessToBeWrong]
   static constexpr double kOutlier = 5.5;
 
   struct Explanation {

@@ -49,7 +49,9 @@ class ElectrodeJumps {
   }
 
  private:
-  static constexpr double kJump = 8;          // times what the others move from sample to sample
+  // Times what the others move from sample to sample. [-] [tuned:
+  // SignalsThatGoTogetherPassAsTheyAre]
+  static constexpr double kJump = 8;
   static constexpr double kBack = 0.3;        // part of a jump that is left when it was a spike
   static constexpr double kAsExpected = 1.5;  // standard deviations, for so many samples:
   static constexpr int kReinstated = 20;

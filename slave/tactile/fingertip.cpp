@@ -9,11 +9,15 @@
 namespace palpate {
 namespace {
 
-constexpr double kBeginShare = 0.5, kEndShare = 0.25;  // of the error's size
-constexpr double kStirs = 3;                           // 0.02 N [counts]
+// Of the error's size. [-] [tuned: AForceWithinTheNetworksErrorIsNoTouch]
+constexpr double kBeginShare = 0.5, kEndShare = 0.25;
+constexpr double kStirs = 3;       // 0.02 N [counts]
 constexpr double kRestSigmas = 2;  // that the pressure's rest value may be off, besides
-constexpr int kBelieved = 2;       // samples that may be missing, unflagged
-constexpr double kRelease = 0.050, kMissing = 0.060;  // [s]
+// Samples that may be missing, unflagged. [-] [tuned: AFewMissingSamplesAreMadeUpFor]
+constexpr int kBelieved = 2;
+// Times of a release and of missing samples [s]. [tuned: APressDeeperThanAFingertipKeepsItsShape,
+// ASilentFingertipIsStaleThenLostAndStartsItsWindowAnew]
+constexpr double kRelease = 0.050, kMissing = 0.060;
 
 bool IsFinite(const FingerReading& reading) {
   return std::ranges::all_of(reading.electrodes, [](float x) { return std::isfinite(x); }) &&

@@ -9,7 +9,8 @@ namespace {
 using Signals = SignalPattern::Signals;
 using Covariance = SignalPattern::Covariance;
 
-constexpr double kQuiet = 4;           // times the usual variance: nothing to mend
+// Times the usual variance: nothing to mend. [-] [tuned: NoiseIsTakenOffAsFarAsItIsMoreThanUsual]
+constexpr double kQuiet = 4;
 constexpr double kLeastSize = 10;      // so that gentle touches are not taken for noise [counts]
 constexpr double kStillOutlier = 1.3;  // kOutlier of one that stands still, as no live one does
 constexpr double kSettled = 3;         // of these a common drift must stand out

@@ -16,7 +16,8 @@ constexpr double kStandsAlone = 9;  // likewise of a single one
 constexpr double kBendSigma = 0.02;   // [1/sample]
 constexpr double kLargestBend = 0.1;  // [1/sample]
 constexpr double kRough = 0.05;       // of k: no fingertip follows an exponential
-constexpr double kLasts = 1000;       // that a slope seen last goes on, about [samples]
+// That a slope seen last goes on, about [samples]. [tuned: WhereADriftMayHaveGoneIsADirection]
+constexpr double kLasts = 1000;
 constexpr double kRounding =
     1.0 / 12;                    // [counts^2] [derived: variance of rounding to whole counts]
 constexpr double kBends = 0.05;  // part of a slope that may have changed by itself

@@ -11,11 +11,16 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMostPlaces = 256;  // [-] [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
-constexpr double kNeighbour = 14;   // farther apart than this, points lie on different pieces [px]
-constexpr double kStraight = 0.95;  // cosine between the ways to the point and from it
-constexpr int kAside = 2;           // a profile is the mean of 2 kAside + 1 lines, 1 px apart
-constexpr int kStep = 3;            // samples on either side that tell a step
-constexpr double kHalfWindow = 4;   // of the centroid [px]
+constexpr double kNeighbour = 14;  // farther apart than this, points lie on different pieces [px]
+// Cosine between the ways to the point and from it. [-] [tuned:
+// EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+constexpr double kStraight = 0.95;
+// A profile is the mean of 2 kAside + 1 lines, 1 px apart. [-] [tuned:
+// EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+constexpr int kAside = 2;
+constexpr int kStep = 3;  // samples on either side that tell a step
+// Of the centroid [px]. [tuned: EachPlaceTellsHowFarTheEdgeHasMovedAcross]
+constexpr double kHalfWindow = 4;
 constexpr int kCentrings = 8;
 constexpr double kLeastStep = 3;       // [1/255 of full scale]
 constexpr double kLeastOfStep = 0.25;  // of the place's step at rest

@@ -7,14 +7,16 @@
 namespace palpate {
 namespace {
 
-constexpr int kBorder = 2;  // a 3 x 3 gradient at the nine places needs this much [px]
+// A 3 x 3 gradient at the nine places needs this much [px]. [tuned: StaysInsideThePicture]
+constexpr int kBorder = 2;
 constexpr double kLeastRange =
     5;  // [grey levels] [paper: Williams and Shah, a smaller range is flat]
 constexpr double kCornerBend =
     0.25;  // |u_i - u_{i+1}|^2 of unit tangents [-] [paper: Williams and Shah]
 constexpr double kCornerStrength = 0.5;            // of the mean edge strength
 constexpr double kStrongEdge = 50, kMostGain = 8;  // gradient that counts as strong; amplification
-constexpr double kGap = 1.7;                       // side / mean side that is too long
+// Side / mean side that is too long. [-] [tuned: CreepsOntoADiscFromOutsideAndInside]
+constexpr double kGap = 1.7;
 constexpr double kStillMoving = 0.04;  // part of the points that may go on moving at rest
 
 }  // namespace

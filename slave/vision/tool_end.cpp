@@ -11,12 +11,16 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kReach = 8;        // of the end, and of a side, from where it is told [px]
-constexpr double kBeside = 6;       // the ground is looked at so far beside the tool [px]
-constexpr double kBehind = 4;       // the sides are looked at from so far behind the tip on [px]
-constexpr double kLength = 24;      // over such a length [px]
-constexpr double kStep = 0.5;       // of a line [px]
-constexpr double kStays = 2;        // that it must be ground beyond the end [px]
+// Of the end, and of a side, from where it is told [px]. [tuned: IsMissedWhereTheToolGoesOn]
+constexpr double kReach = 8;
+// The ground is looked at so far beside the tool [px]. [tuned: OfAWidthToldWrongByAFifthIsSeen]
+constexpr double kBeside = 6;
+// The sides are looked at from so far behind the tip on [px]. [tuned: IsMissedWhereTheToolGoesOn]
+constexpr double kBehind = 4;
+constexpr double kLength = 24;  // over such a length [px]
+constexpr double kStep = 0.5;   // of a line [px]
+// That it must be ground beyond the end [px]. [tuned: IsSeenWhereItIsWhateverIsTold]
+constexpr double kStays = 2;
 constexpr double kFaintest = 0.2;   // a mark's difference from the ground, of the usual
 constexpr double kLeastStep = 12;   // between tool and ground [1/255 of full scale]
 constexpr double kPlain = 0.25;     // scatter of the ground, of that step

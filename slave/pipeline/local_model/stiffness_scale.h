@@ -5,8 +5,9 @@
 
 namespace palpate {
 
-inline constexpr double kTellingDepth =
-    0.1;  // share of the full depth: a smaller depth gives no information
+// Share of the full depth: a smaller depth gives no information. [-] [tuned:
+// FlaggedAndStrangeLoadsTeachNothing]
+inline constexpr double kTellingDepth = 0.1;
 
 // Information of one sample about the ratio estimated / modelled [-].
 struct RatioSample {

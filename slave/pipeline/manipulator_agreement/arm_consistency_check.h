@@ -44,8 +44,11 @@ class ArmConsistencyCheck {
   }
 
  private:
-  static constexpr double kFollow = 0.03;               // share of the offset, per image
-  static constexpr double kFollowSlowly = kFollow / 4;  // lest a lag be taken for registration
+  // Share of the offset, per image. [-] [tuned: PicturesThatAreOneLatePartByAStepThoughBothAgree]
+  static constexpr double kFollow = 0.03;
+  // Lest a lag be taken for registration. [-] [tuned:
+  // PicturesThatAreOneLatePartByAStepThoughBothAgree]
+  static constexpr double kFollowSlowly = kFollow / 4;
   std::optional<Eigen::Vector3d> offset_;
   Eigen::Vector3d said_{0, 0, 0};
   double apart_ = 0;

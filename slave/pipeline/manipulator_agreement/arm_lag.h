@@ -12,7 +12,7 @@ namespace palpate {
 // reading is taken at the arrival of the image, after its capture.
 inline std::optional<double> ArmLag(const Pace& pace, const SimulatedEnvironment* environment,
                                     double replayed) {
-  constexpr double kLive = 1.5;
+  constexpr double kLive = 1.5;  // [-] [tuned: APressIntoItIsFeltAsDeepAsItIs]
   if (environment == nullptr && !pace.p_S_tip) return std::nullopt;
   return pace.is_live ? kLive : replayed;
 }

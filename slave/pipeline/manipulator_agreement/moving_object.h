@@ -56,9 +56,11 @@ class MotionTrend {
 
  private:
   static constexpr std::size_t kPictures = 12, kFewest = 4;
-  static constexpr double kKnown = 0.5;  // error, of the velocity [-]
-  static constexpr double kBends =
-      3;  // slope of a parabola at its end relative to the errors of its ends
+  // Error, of the velocity [-]. [tuned: WhatIsFeltAndWhatTravelsGoWithIt]
+  static constexpr double kKnown = 0.5;
+  // Slope of a parabola at its end relative to the errors of its ends. [-] [tuned:
+  // WhatIsFeltAndWhatTravelsGoWithIt]
+  static constexpr double kBends = 3;
   struct Sight {
     Time at{};
     Eigen::Vector3d place{0, 0, 0};
@@ -107,9 +109,10 @@ class MotionDisambiguator {
 
  private:
   static constexpr double kFollow = 0.15;  // share of the offset, per image
-  static constexpr double kWay = 10e-3;   // path of the tip for a second estimate of the offset [m]
-  static constexpr double kMargin = 0.4;  // of the motion
-  static constexpr int kSure = 3;         // consecutive images
+  static constexpr double kWay = 10e-3;  // path of the tip for a second estimate of the offset [m]
+  // Of the motion. [-] [tuned: APressIntoItIsFeltAsDeepAsItIs]
+  static constexpr double kMargin = 0.4;
+  static constexpr int kSure = 3;  // consecutive images
   std::optional<Eigen::Vector3d> offset_, last_said_;
   bool objects_ = false, is_decided_ = false, last_ = false;
   int in_a_row_ = 0;

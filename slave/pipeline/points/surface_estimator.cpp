@@ -23,7 +23,7 @@ constexpr double kVouchedFor = 0.5;
 // Spread of the ratio of estimated to modelled force before a contact [-]. [derived: at equal depth
 // the plate's force is high by up to 13 %, see PlateLoadIdentifier]
 constexpr double kSpread = 0.1;
-// Time in which the ratio is learnt [s].
+// Time in which the ratio is learnt [s]. [tuned: TheRenderedForceNeverJumps]
 constexpr double kLearningTime = 0.1;
 // Distance of a tip beside the surface from which on it is off it, by the larger side [-]. [tuned:
 // surface_contact_test]

@@ -12,7 +12,8 @@ namespace {
 constexpr float kLowest = 0, kHighest = 4095;  // [counts] [derived: a 12-bit converter]
 constexpr double kStuck = 1e-6;                // [counts]
 constexpr double kMoved = 4;                   // thresholds
-constexpr int kMostDead = 9;                   // where more are at rest, nothing is said of them
+// Where more are at rest, nothing is said of them. [-] [tuned: DividesTwiceAndClipsAtFullScale]
+constexpr int kMostDead = 9;
 
 // The two electrodes nearest to electrode `i`.
 std::array<int, 2> NearestTwo(const ElectrodeLayout& layout, std::size_t i) {
@@ -34,8 +35,9 @@ double BeyondPressure(const TactileSignals& change, std::size_t electrode) noexc
   return static_cast<double>(change[electrode]) - kPressureShare * pressure;
 }
 
-constexpr double kBlend = 8 * std::numbers::pi / 180;  // [rad]
-constexpr double kCancelled = 1e-9;                    // of the intensities
+// Width of the transition between formulas [rad]. [tuned: FormulasOfDirectionsErrLess]
+constexpr double kBlend = 8 * std::numbers::pi / 180;
+constexpr double kCancelled = 1e-9;  // of the intensities
 
 }  // namespace
 

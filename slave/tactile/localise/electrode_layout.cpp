@@ -105,7 +105,8 @@ constexpr std::array<Site, kElectrodeCount> kSites{{
     {false, -0.98, 42},  {false, -1.32, 0},   {false, -1.38, -84}, {false, -1.38, 84},
     {false, -1.66, -42}, {false, -1.66, 42},  {false, -2.00, 0},
 }};
-constexpr double kCore = 0.78;  // core's radius over the finger's
+// Core's radius over the finger's. [-] [tuned: SimulatedElectrodesAreSpreadUnderTheSkinAtAnySize]
+constexpr double kCore = 0.78;
 
 }  // namespace
 

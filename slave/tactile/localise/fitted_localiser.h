@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-inline constexpr int kMostLocaliserCentres = 512;
+inline constexpr int kMostLocaliserCentres = 512;  // [-] [tuned: LearnsWhatTheFormulaGetsWrong]
 
 struct LocaliserWeights {
   ElectrodeLayout layout;

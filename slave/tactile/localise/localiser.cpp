@@ -16,14 +16,16 @@ namespace palpate {
 namespace {
 
 // 68 % of the presses on a plate are nearer to the measured normal (contact_direction_test.cpp).
+// [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 
 // Angles within which 68 % of the presses on a plate are (contact_direction_test.cpp). With
 // pressure-weighted intensities it falls as the noise of a mean does with what is counted.
 constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
-constexpr double kPolarityFreeSigma = 8.4 * kDegree;
-constexpr double kSigmaOfOneCount = 200 * kDegree;
-constexpr double kLeastSigma = 4 * kDegree;
+constexpr double kPolarityFreeSigma =
+    8.4 * kDegree;                                  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
+constexpr double kSigmaOfOneCount = 200 * kDegree;  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
+constexpr double kLeastSigma = 4 * kDegree;         // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kLargestSigma = 30 * kDegree;
 
 double PressureWeightedSigma(double counts) noexcept {

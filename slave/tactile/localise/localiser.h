@@ -62,7 +62,7 @@ inline TouchPlace NoPlace(TouchPlace::Status status, bool is_flawed = false) noe
 }
 
 // Without one electrode the median error is up to 1.6 times that with all (measured by leaving out
-// each of them in turn).
+// each of them in turn). [-] [tuned: OneDeadElectrodeAddsNoMoreThanSigmaSays]
 inline constexpr double kFlawedSigma = 1.6;
 
 // Contact point `p_F` on the surface; `sigma_angle` [rad]: its sigma about the sphere's centre or
