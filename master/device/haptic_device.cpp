@@ -105,13 +105,10 @@ DeviceReading HapticDevice::Read(Time now) noexcept {
 void HapticDevice::CheckReading(DeviceReading* reading) noexcept {
   DeviceStatus& status = reading->status;
   if (status.fault != DeviceFault::kNone) return;
-  if (!reading->repeated) {
-    new_at_ = read_at_;
-    has_read_ = true;
-  }
+  if (!reading->repeated) new_at_ = read_at_;
   if (!IsUsable(status.calibration)) {
     status.fault = DeviceFault::kNotCalibrated;
-  } else if (!has_read_ || SecondsBetween(new_at_, read_at_) >= kLetGoAfter) {
+  } else if (SecondsBetween(new_at_, read_at_) >= kLetGoAfter) {
     status.fault = DeviceFault::kSilent;
   } else if (!IsPossible(*reading)) {
     status.fault = DeviceFault::kImpossible;

@@ -85,7 +85,6 @@ class HapticDevice : public Device {
   DeviceStatus status_;
   bool usable_ = false;        // the last reading was good
   bool must_release_ = false;  // the switch must open before it counts as closed
-  bool has_read_ = false;      // there was a new reading
   Time read_at_{}, new_at_{};  // of the last reading, and of the last new one
   Time written_at_{};          // time of the reading before the last force
   Wrench sent_;
