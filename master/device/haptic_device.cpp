@@ -49,7 +49,9 @@ std::string Value(double value, const char* unit) {
 }  // namespace
 
 std::string InWords(const DeviceCapabilities& own) {
-  std::string words = Formatted("%d axes sensed, %d with force", own.sensed_dof, own.actuated_dof);
+  std::string words = Formatted("%d axes sensed, ", own.sensed_dof);
+  if (own.simulated) return words + "no force";
+  words += Formatted("%d with force", own.actuated_dof);
   const auto add = [&words](double value, const char* name, const char* unit) {
     if (value > 0 && std::isfinite(value)) words += ", " + std::string(name) + Value(value, unit);
   };

@@ -31,7 +31,7 @@ struct DeviceCapabilities {
   Eigen::AlignedBox3d workspace;       // frame M [m]; empty: unknown
   double rate = 0;                     // of new readings [Hz]
 };
-// One line: `3 of 6 axes with force, up to 3.3 N (0.88 N continuous), 400 N/m, 1000 Hz`.
+// One line: `6 axes sensed, 3 with force, up to 3.3 N, continuous 0.88 N, 500 N/m, 1000 Hz`.
 std::string InWords(const DeviceCapabilities& capabilities);
 
 // What became of a written force.

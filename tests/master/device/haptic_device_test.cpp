@@ -284,6 +284,8 @@ TEST(DeviceCapabilitiesTest, LeaveOutWhatIsUnknown) {
   own.stiffness = 400;
   own.rate = 1000;
   EXPECT_THAT(InWords(own), HasSubstr("400 N/m, 1000 Hz"));
+  own.simulated = true;  // as a SpaceMouse, whose force moves a model only
+  EXPECT_EQ(InWords(own), "3 axes sensed, no force");
 }
 
 }  // namespace
