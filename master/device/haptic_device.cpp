@@ -49,7 +49,9 @@ std::string Value(double value, const char* unit) {
 }  // namespace
 
 std::string InWords(const DeviceCapabilities& own) {
-  std::string words = Formatted("%d axes sensed, %d with force", own.sensed_dof, own.actuated_dof);
+  std::string words = Formatted("%d axes sensed, ", own.sensed_dof);
+  if (own.simulated) return words + "no force";
+  words += Formatted("%d with force", own.actuated_dof);
   const auto add = [&words](double value, const char* name, const char* unit) {
     if (value > 0 && std::isfinite(value)) words += ", " + std::string(name) + Value(value, unit);
   };
@@ -105,13 +107,10 @@ DeviceReading HapticDevice::Read(Time now) noexcept {
 void HapticDevice::CheckReading(DeviceReading* reading) noexcept {
   DeviceStatus& status = reading->status;
   if (status.fault != DeviceFault::kNone) return;
-  if (!reading->repeated) {
-    new_at_ = read_at_;
-    has_read_ = true;
-  }
+  if (!reading->repeated) new_at_ = read_at_;
   if (!IsUsable(status.calibration)) {
     status.fault = DeviceFault::kNotCalibrated;
-  } else if (!has_read_ || SecondsBetween(new_at_, read_at_) >= kLetGoAfter) {
+  } else if (SecondsBetween(new_at_, read_at_) >= kLetGoAfter) {
     status.fault = DeviceFault::kSilent;
   } else if (!IsPossible(*reading)) {
     status.fault = DeviceFault::kImpossible;

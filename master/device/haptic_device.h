@@ -31,7 +31,7 @@ struct DeviceCapabilities {
   Eigen::AlignedBox3d workspace;       // frame M [m]; empty: unknown
   double rate = 0;                     // of new readings [Hz]
 };
-// One line: `3 of 6 axes with force, up to 3.3 N (0.88 N continuous), 400 N/m, 1000 Hz`.
+// One line: `6 axes sensed, 3 with force, up to 3.3 N, continuous 0.88 N, 500 N/m, 1000 Hz`.
 std::string InWords(const DeviceCapabilities& capabilities);
 
 // What became of a written force.
@@ -85,7 +85,6 @@ class HapticDevice : public Device {
   DeviceStatus status_;
   bool usable_ = false;        // the last reading was good
   bool must_release_ = false;  // the switch must open before it counts as closed
-  bool has_read_ = false;      // there was a new reading
   Time read_at_{}, new_at_{};  // of the last reading, and of the last new one
   Time written_at_{};          // time of the reading before the last force
   Wrench sent_;

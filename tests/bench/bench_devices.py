@@ -158,14 +158,15 @@ def press_with_each(rounds, seconds):
     print(f"{'device':10} {'missed':>7} {'bare':>5} {'at most':>8}   {'each round: missed/bare':30} {'force [N]':>10} {'of sim-hand':>12}  {'worst':>8}")
     held = True
     for name, rows in runs.items():
-        missed, bare, force, share = (statistics.median(column) for column in zip(*rows))
+        missed, bare = (statistics.mean(row[i] for row in rows) for i in (0, 1))
+        force, share = (statistics.median(row[i] for row in rows) for i in (2, 3))
         most = LIMITS["ratio"] * bare + LIMITS["more"]
         worst = max((share for *_, share in rows), key=lambda share: abs(share - 1))
         fine = missed <= most and abs(share - 1) <= LIMITS["force"]
         held = held and fine
-        print(f"{name:10} {missed:7g} {bare:5g} {most:8.1f}   {' '.join(f'{row[0]}/{row[1]}' for row in rows):30} {force:10.3f} "
+        print(f"{name:10} {missed:7.1f} {bare:5.1f} {most:8.1f}   {' '.join(f'{row[0]}/{row[1]}' for row in rows):30} {force:10.3f} "
               f"{100 * share:10.2f} %  {100 * worst:6.1f} %{'' if fine else '  NOT HELD'}", flush=True)
-    print("medians of the rounds; worst: of the shares.")
+    print("missed and bare: means of the rounds; force: medians")
     return held
 
 

@@ -209,7 +209,8 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
     Recorded device;
     double limit = kForce;
     Time now = kStart, written{}, fresh{};
-    Eigen::Vector3d last(0, 0, 0);
+    Eigen::Vector3d last(0, 0, 0), last_torque(0, 0, 0);
+    bool usable = false;
     for (int i = 0; i < 500; ++i) {
       const int kind = below(20);
       device.next.repeated = below(3) == 0 || (i / 50) % 4 == 3;
@@ -220,10 +221,11 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
       device.next.p_M.x() = below(80) == 0 ? std::nan("") : 0.01;
       device.answer = static_cast<DeviceOutput>(below(3));
       if (kind == 0) {
-        limit = std::min(limit, 1.0 + below(6));
-        device.LowerForceLimit(limit);
+        const double wanted = 1.0 + below(6);
+        limit = std::min(limit, wanted);
+        device.LowerForceLimit(wanted);
       }
-      if (kind == 1) device.DropForce(), last.setZero();
+      if (kind == 1) device.DropForce(), last.setZero(), last_torque.setZero();
       if (kind != 2) {
         now += std::chrono::microseconds(100 + below(4000));
         const DeviceReading reading = device.Read(now);
@@ -231,11 +233,11 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
                           IsUsable(device.next.status.calibration) &&
                           std::isfinite(device.next.p_M.x());
         if (device.next.status.fault == DeviceFault::kNone && !device.next.repeated) fresh = now;
-        const bool usable = good && fresh != Time{} && SecondsBetween(fresh, now) < 0.020;
+        usable = good && fresh != Time{} && SecondsBetween(fresh, now) < 0.020;
         ASSERT_EQ(reading.status.fault == DeviceFault::kNone, usable) << round << " " << i;
         if (!usable) {
-          ASSERT_TRUE(device.force.isZero(0));
-          last.setZero();
+          ASSERT_TRUE(device.force.isZero(0) && device.torque.isZero(0));
+          last.setZero(), last_torque.setZero();
         }
         ASSERT_TRUE(usable || !reading.engaged);
       }
@@ -247,13 +249,15 @@ TEST(HapticDevicePropertyTest, NoOrderOfCallsSkipsALimit) {
       ASSERT_TRUE(device.force.allFinite() && device.torque.allFinite());
       ASSERT_LE(device.force.norm(), std::max(limit, (last).norm()) * (1 + 1e-8));
       ASSERT_LE(device.torque.norm(), kTorque * (1 + 1e-8));
-      if (result.cause != DeviceFault::kNone && result.cause != DeviceFault::kForceOff) {
-        ASSERT_TRUE(device.force.isZero(0));
-      } else {
-        ASSERT_LE((device.force - last).norm(), step * (1 + 1e-8) + 1e-15) << round << " " << i;
+      if (!usable) {
+        ASSERT_TRUE(device.force.isZero(0) && device.torque.isZero(0)) << round << " " << i;
+        ASSERT_EQ(result.output, DeviceOutput::kOff);
       }
+      ASSERT_LE((device.force - last).norm(), step * (1 + 1e-8) + 1e-15) << round << " " << i;
+      ASSERT_LE((device.torque - last_torque).norm(), step * kTorque / kForce * (1 + 1e-8) + 1e-15);
       (device.force.isZero(0) ? without : with_force) += 1;
       last = device.force;
+      last_torque = device.torque;
       if (now != kStart) written = now;  // before a reading there is no time
     }
   }
@@ -280,6 +284,8 @@ TEST(DeviceCapabilitiesTest, LeaveOutWhatIsUnknown) {
   own.stiffness = 400;
   own.rate = 1000;
   EXPECT_THAT(InWords(own), HasSubstr("400 N/m, 1000 Hz"));
+  own.simulated = true;  // as a SpaceMouse, whose force moves a model only
+  EXPECT_EQ(InWords(own), "3 axes sensed, no force");
 }
 
 }  // namespace

@@ -44,6 +44,7 @@ inline std::vector<PressTick> SimulatedPress(double speed = 0.020) {
 // What the tests need to know of a driver.
 struct BenchKind {
   std::string name, folder, file;
+  const char* resolution;                                  // of its encoders [m]
   Eigen::Vector3d (*to_device)(const Eigen::Vector3d& m);  // frame M to that of the fake
   Eigen::Vector3d (*to_M)(const Eigen::Vector3d& d);
   std::unique_ptr<HapticDevice> (*open)(const std::string& folder, std::function<Time()> clock);
@@ -54,6 +55,7 @@ inline BenchKind TouchBench() {
       "touch",
       "hd",
       "libHD.so",
+      "55e-6",
       same,
       same,
       [](const std::string& folder, std::function<Time()> clock) -> std::unique_ptr<HapticDevice> {
@@ -64,6 +66,7 @@ inline BenchKind DhdBench() {
   return {"dhd",
           "dhd",
           "libdhd.so",
+          "10e-6",
           [](const Eigen::Vector3d& m) { return Eigen::Vector3d(m.z(), m.x(), m.y()); },
           [](const Eigen::Vector3d& d) { return Eigen::Vector3d(d.y(), d.z(), d.x()); },
           [](const std::string& folder, std::function<Time()>) -> std::unique_ptr<HapticDevice> {

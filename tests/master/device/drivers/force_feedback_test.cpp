@@ -106,6 +106,35 @@ TEST_P(ForceFeedbackTest, AFrozenDeviceIsDisengagedAfterTwentyMilliseconds) {
   }
 }
 
+// A hand of 300 N/m pushes 14 mm into a wall of 500 N/m and leaves it at once. Positions come in
+// the steps of the encoders, and the force moves the handle.
+TEST_P(ForceFeedbackTest, AtTheResolutionOfTheEncodersTheForceKeepsEveryLimit) {
+  const BenchKind kind = GetParam()();
+  bench_.fake.set_option("resolution", kind.resolution);
+  bench_.fake.set_option("grip_stiffness", "300");
+  bench_.Open();
+  FollowPress(kind, bench_.fake, {PressTick{}});
+  for (int i = 0; i < 200; ++i) bench_.Step();
+  bench_.fake.press(0, 1, 0);
+  std::vector<PressTick> push(400);
+  for (std::size_t i = 0; i < 300; ++i) push[i].p_M.y() = -18e-3 * static_cast<double>(i) / 300;
+  FollowPress(kind, bench_.fake, push);
+  Eigen::Vector3d last(0, 0, 0);
+  double last_t = bench_.Asked().first, peak = 0;
+  for (int i = 0; i < 1000; ++i) {
+    bench_.Step();
+    const auto [t, asked] = bench_.Asked();
+    ASSERT_LE(asked.norm(), kForceLimit * (1 + 1e-9)) << i;
+    ASSERT_LE(bench_.Made().norm(), kForceLimit * (1 + 1e-9)) << i;
+    ASSERT_LE((asked - last).norm(), HapticDevice::kSlew * (t - last_t) * (1 + 1e-6)) << i;
+    last = asked;
+    last_t = t;
+    peak = std::max(peak, asked.norm());
+  }
+  EXPECT_GT(peak, 1) << "the hand did not reach the wall";
+  EXPECT_EQ(last.norm(), 0);
+}
+
 // Random motion, switches, faults and freezes: from engagement to force, no path skips a limit.
 TEST_P(ForceFeedbackTest, NoPathFromEngagementToForceSkipsALimit) {
   std::mt19937_64 random(7);

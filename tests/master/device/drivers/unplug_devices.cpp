@@ -40,10 +40,12 @@ struct Handle {
 Handle HandleOf(const BenchKind& kind) {
   const auto fake = std::make_shared<fakes::Library>(kind.folder, kind.file);
   fake->set_option("grip_stiffness", "inf");
-  return {kind.name,
-          [kind] {
-            return kind.open(BinaryPath("/fakes/" + kind.folder), [] { return Clock::now(); });
-          },
+  const std::vector<std::filesystem::path> folders{BinaryPath("/fakes/" + kind.folder)};
+  const auto open = [kind, folders]() -> std::unique_ptr<HapticDevice> {
+    if (kind.name == "dhd") return DhdDevice::Open({std::nullopt, folders});
+    return TouchDevice::Open({"", folders});
+  };
+  return {kind.name, open,
           [kind, fake](const std::vector<PressTick>& press) { FollowPress(kind, *fake, press); },
           [fake](bool closed) { fake->press(0, closed ? 1 : 0, 0); },
           [fake](bool in) { in ? fake->replug() : fake->unplug(); }};
