@@ -116,6 +116,9 @@ int Main(int argc, char** argv) {
       "CSV case,x,y,z,fx,fy,fz[,width][,t]; t gives a load history for time: dynamic");
   Add(solve_command, "--out", &solve.out, "FILE", "CSV with one row per input row")->required();
   Add(solve_command, "--field", &solve.field, "FILE", "VTU file of the deformed body");
+  solve_command->add_flag("--moments", solve.moments,
+                          "Also write mx,my,mz: moment of the force about the displaced centre of "
+                          "the contact, empty where it is unknown");
 
   CheckOptions check;
   add_command("check", "Report what will run and why, and the expected rate and error", &check);

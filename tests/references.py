@@ -139,7 +139,7 @@ def usual_path(path):
 # ---- one key as a row
 
 SI = {"length": "m", "pressure": "Pa", "force": "N", "time": "s", "frequency": "Hz", "angle": "rad", "density": "kg/m3",
-      "rate": "/s", "speed": "m/s", "pixels": "px", "tension": "N/m", "volume": "m3"}
+      "rate": "/s", "speed": "m/s", "pixels": "px", "tension": "N/m", "volume": "m3", "angular speed": "rad/s"}
 USUAL = {"length": [("mm", 1e-3), ("um", 1e-6)], "time": [("s", 1), ("ms", 1e-3)], "frequency": [("Hz", 1)], "force": [("N", 1)],
          "pixels": [("px", 1)], "angle": [("rad", 1)], "speed": [("mm/s", 1e-3)]}
 EXTREMES = {"> 0 (1e-15 to 1e15 SI)": "> 0", ">= 0 (up to 1e15 SI)": ">= 0", "(-1e15 to 1e15 SI)": "any"}
@@ -147,7 +147,7 @@ EXTREMES = {"> 0 (1e-15 to 1e15 SI)": "> 0", ">= 0 (up to 1e15 SI)": ">= 0", "(-
 
 def quantity_of(units):
     """`a length in m mm um nm km` -> length; of a plain number None."""
-    name = re.match(r"an? (?:number of )?(\w+)", units).group(1)
+    name = re.match(r"an? (?:number of )?((?:angular )?\w+)", units).group(1)
     if name == "number":
         return None
     if name not in SI:

@@ -3,7 +3,7 @@
 
 usage: drive_arm.py HOST:PORT [--home X,Y,Z] [--rate HZ] [--duration S] [--site HOST:PORT] [--tls DIR]
 
-The scene needs `manipulator: {source: stream}`. Three axes move the wrist, three keep the rotation of the tool.
+The scene needs `manipulator: {source: stream}`. Three axes move the wrist, three turn the tool.
 The driver of a real arm only replaces `Arm.measure` and `Arm.go`.
 --home: start position of the tool tip, frame S [m]; default: the middle of the workspace.
 --site: sends the tip by UDP to a simulator, `x y z` in metres. The simulator returns the force on the tool,
@@ -39,38 +39,42 @@ class Arm:
         self.base = [home[0] - 0.3, home[1], home[2] - 0.15]
         self.commanded = self.inverse(home)
         self.angles = list(self.commanded)
+        self.rotation, self.turn = [1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]  # unit quaternions: measured, commanded
         self.previous, self.velocity = list(home), [0.0, 0.0, 0.0]
 
     def inverse(self, p):
-        """Angles of yaw, shoulder and elbow for a wrist at p, and three wrist angles that compensate their rotation."""
+        """Angles of yaw, shoulder and elbow for a wrist at p. The other three axes follow the tool's rotation."""
         x, y, z = (a - b for a, b in zip(p, self.base))
         yaw, flat = math.atan2(y, x), math.hypot(x, y)
         reach = min(math.hypot(flat, z), UPPER + LOWER - 1e-6)
         cosine = (reach ** 2 - UPPER ** 2 - LOWER ** 2) / (2 * UPPER * LOWER)
         elbow = math.acos(max(-1.0, min(1.0, cosine)))
         shoulder = math.atan2(z, flat) - math.atan2(LOWER * math.sin(elbow), UPPER + LOWER * math.cos(elbow))
-        return [yaw, shoulder, elbow, -elbow, -shoulder, -yaw]
+        return [yaw, shoulder, elbow]
 
     def tip(self):
-        yaw, shoulder, elbow = self.angles[:3]
+        yaw, shoulder, elbow = self.angles
         flat = UPPER * math.cos(shoulder) + LOWER * math.cos(shoulder + elbow)
         z = UPPER * math.sin(shoulder) + LOWER * math.sin(shoulder + elbow)
         return [self.base[0] + flat * math.cos(yaw), self.base[1] + flat * math.sin(yaw), self.base[2] + z]
 
-    def go(self, p):
-        self.commanded = self.inverse(p)
+    def go(self, p, rotation):
+        self.commanded, self.turn = self.inverse(p), rotation or self.turn
 
     def stand(self):
-        self.commanded = list(self.angles)
+        self.commanded, self.turn = list(self.angles), list(self.rotation)
 
     def measure(self, dt):
-        """Advances the arm by `dt` seconds; returns the encoder readings of tip and velocity."""
+        """Advances the arm by `dt` seconds; returns the encoder readings of tip and velocity; `rotation` has the tool's."""
         if dt <= 0:
             return self.previous, self.velocity
         share = 1 - math.exp(-dt / SERVO)
         for i, wanted in enumerate(self.commanded):
             step = share * (wanted - self.angles[i])
             self.angles[i] += max(-FASTEST * dt, min(FASTEST * dt, step))
+        moved = [a + share * (b - a) for a, b in zip(self.rotation, self.turn)]  # targets never change their sign
+        length = math.hypot(*moved)
+        self.rotation = [a / length for a in moved]
         tip = self.tip()
         self.velocity = [(a - b) / dt for a, b in zip(tip, self.previous)]
         self.previous = tip
@@ -112,7 +116,7 @@ class Driver:
             self.heard, self.target_sequence = time.monotonic(), target.sequence
             self.targets += 1
             if target.motion == devices.ArmTarget.MOTION_FOLLOW:
-                self.arm.go((target.p_S_tip.x, target.p_S_tip.y, target.p_S_tip.z))
+                self.arm.go((target.p_S_tip.x, target.p_S_tip.y, target.p_S_tip.z), list(target.orientation))
             else:
                 self.arm.stand()
 
@@ -124,7 +128,7 @@ class Driver:
             self.site.tell(tip)
             self.reports += 1
             message = devices.ArmReport(sequence=self.reports, driver_name="fake six-axis arm", rate_hz=self.rate,
-                                        target_sequence=self.target_sequence, orientation=[1, 0, 0, 0])
+                                        target_sequence=self.target_sequence, orientation=self.arm.rotation)
         message.measured_at.FromNanoseconds(time.time_ns())
         message.p_S_tip.x, message.p_S_tip.y, message.p_S_tip.z = tip
         message.velocity.x, message.velocity.y, message.velocity.z = velocity

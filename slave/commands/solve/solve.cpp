@@ -222,8 +222,8 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   progress.Clear();
   ReportWidths(scene, rows);
   ReportFlags(dynamic ? answers : rows);
-  const bool written =
-      WriteRows(options.out, dynamic ? answers : rows) && (!field || field->Write());
+  const bool written = WriteRows(options.out, dynamic ? answers : rows, options.moments) &&
+                       (!field || field->Write());
   if (!written) std::fprintf(stderr, "solve: writing failed\n");
   return all_solved && written ? kDone : kFailed;
 }

@@ -16,6 +16,7 @@ struct SolveOptions {
   std::filesystem::path loads;         // CSV; empty: none
   std::filesystem::path out;           // CSV
   std::filesystem::path field;         // VTU; empty: none
+  bool moments = false;                // `out` gets the columns mx, my, mz
 };
 
 // Returns the exit code: 0 done; 1 a case failed (the file is written, its rows have `failed`),

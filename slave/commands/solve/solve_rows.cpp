@@ -131,10 +131,11 @@ void ReportFlags(const std::vector<SolveRow>& rows) {
   }
 }
 
-bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows) {
+bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments) {
   const bool in_time = !rows.empty() && rows.front().t.has_value();
   std::ofstream stream(file);
-  stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t\n" : "\n");
+  stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
+         << (moments ? ",mx,my,mz\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
@@ -145,6 +146,8 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     WriteVector(&stream, moved ? row.response.force_O : row.contact.prescribed_O, known || !moved);
     stream << ',' << Formatted("%.17g", row.solve_us) << ',' << ToString(row.response.validity);
     if (in_time) stream << ',' << Formatted("%.17g", *row.t);
+    const auto& moment = row.response.moment_O;
+    if (moments) WriteVector(&stream, moment.value_or(Eigen::Vector3d::Zero()), moment.has_value());
     stream << '\n';
   }
   stream.flush();

@@ -46,9 +46,10 @@ void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows);
 // first such row.
 void ReportFlags(const std::vector<SolveRow>& rows);
 
-// Writes one line per row with 17 significant digits, including `t` if present. False: the file
-// cannot be written.
-bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows);
+// Writes one line per row with 17 significant digits, including `t` if present. `moments`: also the
+// moment of the force about the displaced centre of the contact, frame O [N m], empty where it is
+// unknown. False: the file cannot be written.
+bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments);
 
 // Load history of one position.
 class PlaceHistory {

@@ -95,6 +95,22 @@ TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   EXPECT_THAT(outcome.message, HasSubstr("bem2d, 120 degrees of freedom"));
 }
 
+// Law: an eccentric punch turns towards the near corner, where the block is softer, the opposite
+// way at the mirrored place; a single element has no distribution.
+TEST_F(SolveTest, MomentsAreWrittenOnRequestWhereTheyAreKnown) {
+  options_.moments = true;
+  options_.overrides = {"model.elements=240"};
+  const Outcome outcome = RunContacts(
+      "case,x,y,dx,dy,width\nleft,0.0112,0.088,0,-1e-3,12e-3\n"
+      "right,0.0768,0.088,0,-1e-3,12e-3\npoint,0.044,0.088,0,-1e-3,0\n");
+  ASSERT_EQ(outcome.rows.size(), 3U) << outcome.message;
+  EXPECT_THAT(outcome.text, HasSubstr("solve_us,validity,mx,my,mz\n"));
+  const double scale = std::abs(Number(outcome, 0, "fy")) * 12e-3;
+  EXPECT_GT(std::abs(Number(outcome, 0, "mz")), 0.02 * scale);
+  EXPECT_NEAR(Number(outcome, 0, "mz"), -Number(outcome, 1, "mz"), 1e-3 * scale);
+  EXPECT_EQ(outcome.rows[2].count("mz"), 0U) << "empty";
+}
+
 // Contracts, `solve`: rows without a width are as wide as the scene's tool. Reference: its limit
 // under refinement, 2.35 N (b_block_embryo.json); a row of width 0 has no limit and becomes softer.
 TEST_F(SolveTest, RowsWithoutAWidthAreAsWideAsTheTool) {

@@ -121,9 +121,10 @@ ContactResponse Disc(DeformationModel& model, Contact::Kind kind, const Vector3d
 }
 
 // Reference: fem-green with a third of the edge length. The disc lies whole on the top, or reaches
-// over its edge.
+// over its edge. What is flagged is not compared.
 TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
   const auto fine = Cube("fem-green", 24, false);
+  int valid = 0;
   struct Mesh {
     std::string kind;
     int cells;
@@ -132,14 +133,17 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
   for (const Mesh& mesh : {Mesh{"fem-green", 12, false}, Mesh{"fem", 10, false},
                            Mesh{"fem", 6, true}, Mesh{"bem3d", 8, false}}) {
     const auto model = Cube(mesh.kind, mesh.cells, mesh.quadratic);
-    for (const Vector3d& p_O : {Vector3d(0.5, 0.5, 1), Vector3d(0.71, 0.5, 1),
-                                Vector3d(0.76, 0.5, 1), Vector3d(0.9, 0.5, 1)}) {
+    for (const Vector3d& p_O :
+         {Vector3d(0.5, 0.5, 1), Vector3d(0.71, 0.5, 1), Vector3d(0.76, 0.5, 1),
+          Vector3d(0.78, 0.62, 1), Vector3d(0.9, 0.5, 1)}) {
       const double width = 0.4;
       const Vector3d moved(5e-5, 0, -1e-4);
       const auto kind = Contact::Kind::kDisplacement;
       const ContactResponse should = Disc(*fine, kind, p_O, width, moved);
       const ContactResponse is = Disc(*model, kind, p_O, width, moved);
       ASSERT_TRUE(should.moment_O && is.moment_O) << mesh.kind;
+      if (is.validity != Validity::kValid) continue;
+      ++valid;
       const double scale = should.force_O.norm() * width;
       const double share = should.force_O.norm() / is.force_O.norm();
       const double off = (share * *is.moment_O - *should.moment_O).norm();
@@ -159,6 +163,7 @@ TEST(ContactMoment, OfADiscOnASolidIsWithin5PercentOfForceTimesWidth) {
     const double arm = 2.0 / 3 * std::pow(chord, 3) / left;
     EXPECT_NEAR(cut.moment_O->y(), -arm * 1e-3, 1e-6 * arm * 1e-3) << cut.moment_O->transpose();
   }
+  EXPECT_GE(valid, 14);
 }
 
 }  // namespace
