@@ -108,21 +108,25 @@ class Packages(unittest.TestCase):
         report = json.loads((debian.folder / "tmp/demo/report.json").read_text())
         self.assertGreater(report["force_peak_N"], 1.5)  # of 2.37 N in a 5 mm press, see tests/e2e
         print(f"processor time: {installed - before:.0f} s to install, {processor_seconds() - installed:.0f} s for the demo")
+        complete = "source /usr/share/bash-completion/completions/palpate-slave; COMP_CWORD=$0 COMP_WORDS=(\"$@\"); _palpate_slave; echo ${COMPREPLY[*]}"
+        self.assertEqual(debian.must("bash", "-c", complete, "1", "palpate-slave", "he"), "health\n")
+        self.assertEqual(debian.must("bash", "-c", complete, "2", "palpate-slave", "health", "--w"), "--wait\n")
         self.assertIn("COMMANDS", debian.must("sh", "-c", "gzip -dc /usr/share/man/man1/palpate-slave.1.gz"))
 
-    def unit_command(self, debian):
+    def unit_command(self, debian, unit="system/palpate-slave"):
         """The unit's command line, as a shell that has read its configuration runs it."""
-        unit = (debian.folder / "usr/lib/systemd/system/palpate-slave.service").read_text()
-        values = re.findall(r"^Environment=(\w+=.*)$", unit, re.MULTILINE)
-        file = re.search(r"^EnvironmentFile=-(\S+)$", unit, re.MULTILINE).group(1)
-        self.assertEqual(re.search(r"^User=(\S+)$", unit, re.MULTILINE).group(1), "palpate")
-        command = re.search(r"^ExecStart=(.*)$", unit, re.MULTILINE).group(1)
-        return ["sh", "-c", f"export {' '.join(values)}; . {file}; exec {command}"]
+        text = (debian.folder / f"usr/lib/systemd/{unit}.service").read_text()
+        file = re.search(r"^EnvironmentFile=-(/\S+)$", text, re.MULTILINE).group(1)
+        command = re.search(r"^ExecStart=(.*)$", text, re.MULTILINE).group(1)
+        return ["sh", "-c", f". {file}; exec {command}"]
 
     def service(self, debian):
         with debian.serving(*self.unit_command(debian), user="palpate") as address:
             self.assertEqual(address, "127.0.0.1:50051")
             self.assertEqual(debian.must("palpate-slave", "health", user="palpate"), "SERVING\n")
+            told = debian.must("timeout", "--preserve-status", "4", *self.unit_command(debian, "user/palpate-master"), user="palpate")
+            self.assertIn("connected to 127.0.0.1:50051", told)
+            self.assertIn("http://127.0.0.1:8080", told)
         code, told = debian.run("palpate-slave", "health", "--wait", "0.5")
         self.assertEqual(code, 1, "nobody serves any more")
         self.assertIn("127.0.0.1:50051", told)
