@@ -1,6 +1,7 @@
 // Driver of a manipulator.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <mutex>
@@ -9,7 +10,6 @@
 #include <thread>
 #include <utility>
 
-#include <google/protobuf/util/time_util.h>
 #include <palpate/v1/teleoperation.grpc.pb.h>
 
 #include "palpate/state.h"
@@ -53,7 +53,7 @@ class ArmDriver {
     const auto stream = stub->DriveTool(&context);
     std::thread reporting([&] {
       const auto begin = Clock::now();
-      for (auto last = begin; Seconds(begin) < seconds_;) {
+      for (auto last = begin; !has_ended_ && Seconds(begin) < seconds_;) {
         const auto now = Clock::now();
         if (!stream->Write(Report(std::chrono::duration<double>(now - last).count()))) return;
         last = now;
@@ -63,11 +63,11 @@ class ArmDriver {
     });
     v1::ArmTarget target;
     while (stream->Read(&target)) Take(target);
-    context.TryCancel();
+    has_ended_ = true;
     reporting.join();
     arm_.Hold();
     const auto status = stream->Finish();
-    if (!status.ok() && status.error_code() != grpc::CANCELLED) throw Error(status);
+    if (!status.ok()) throw Error(status);
     return exchange_;
   }
 
@@ -96,7 +96,7 @@ class ArmDriver {
     const ArmReading reading = arm_.Measure(dt);
     v1::ArmReport report;
     report.set_sequence(++exchange_.reports);
-    *report.mutable_measured_at() = google::protobuf::util::TimeUtil::GetCurrentTime();
+    *report.mutable_measured_at() = Now();
     Set(reading.tip, report.mutable_p_s_tip());
     if (reading.velocity) Set(*reading.velocity, report.mutable_velocity());
     if (reading.force) Set(*reading.force, report.mutable_measured_force());
@@ -110,6 +110,7 @@ class ArmDriver {
   Arm& arm_;
   const double rate_, seconds_;
   const std::string name_;
+  std::atomic<bool> has_ended_ = false;
   std::mutex mutex_;  // guards everything below
   Clock::time_point heard_ = Clock::now();
   std::uint64_t target_ = 0;

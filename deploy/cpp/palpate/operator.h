@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include <google/protobuf/util/time_util.h>
 #include <palpate/v1/teleoperation.grpc.pb.h>
 
 #include "palpate/state.h"
@@ -202,7 +201,7 @@ class Operator {
     }
     v1::OperatorCommand command;
     command.set_sequence(++sequence_);
-    *command.mutable_sent_at() = google::protobuf::util::TimeUtil::GetCurrentTime();
+    *command.mutable_sent_at() = Now();
     command.set_epoch(epoch_);
     command.set_engaged(engaged_);
     command.set_settings_revision(revision_);

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include <google/protobuf/util/time_util.h>
 #include <grpcpp/grpcpp.h>
 #include <palpate/v1/state.pb.h>
 
@@ -38,6 +40,13 @@ class LeaseHeld : public Error {
 class Interrupted : public Error {
   using Error::Error;
 };
+
+// This machine's time, for what is sent.
+inline google::protobuf::Timestamp Now() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return google::protobuf::util::TimeUtil::NanosecondsToTimestamp(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(since_1970).count());
+}
 
 // The numbers of a Vec3 or Vec3f.
 template <typename Message>
