@@ -4,10 +4,11 @@
 usage: palpation_map.py HOST:PORT MAP.svg [--planar] [--points N] [--span MM] [--depth MM] [--tls DIR]
 
 Presses at N x N points around the home position along -z; with --planar at N points in a row along -y. The grid is --span
-wide. Each press goes --depth beyond the surface at rest. Stiffness is the valid force over the depth there.
+wide. Each press goes --depth beyond the surface at rest. Stiffness is the valid force over the depth there. A press whose
+forces are flagged is repeated twice. If they still are, its square stays grey.
 
-Prints the stiffness at the centre, and the smallest and largest one relative to it. Exit code 0: every press gave one;
-1: otherwise.
+Prints the stiffness at the centre, and the smallest and largest one relative to it. Exit code 0: most
+presses gave one; 1: otherwise.
 """
 import argparse
 import pathlib
@@ -18,7 +19,7 @@ import numpy.typing as npt
 import palpate
 
 Array = npt.NDArray[np.float64]
-SPEED, HOLD = 0.02, 0.3  # [m/s], [s] before and during each press
+SPEED, HOLD, TRIALS = 0.02, 0.3, 3  # [m/s], [s] before and during each press, presses until a force is valid
 CELL = 80  # [px]
 
 
@@ -40,9 +41,10 @@ def svg(values: Array) -> str:
     for row, column in np.ndindex(*values.shape):
         value = values[-1 - row, column]  # y points up
         shade = 95 - 50 * (value - low) / (high - low if high > low else 1)
+        fill, text = (f"hsl(8 70% {shade:.0f}%)", f"{value:.0f}") if np.isfinite(value) else ("grey", "")
         x, y = CELL * column, CELL * row
-        cells.append(f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="hsl(8 70% {shade:.0f}%)"/>'
-                     f'<text x="{x + CELL / 2}" y="{y + CELL / 2}" text-anchor="middle">{value:.0f}</text>')
+        cells.append(f'<rect x="{x}" y="{y}" width="{CELL}" height="{CELL}" fill="{fill}"/>'
+                     f'<text x="{x + CELL / 2}" y="{y + CELL / 2}" text-anchor="middle">{text}</text>')
     height, width = (CELL * n for n in values.shape)
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif">'
             f'<title>Stiffness [N/m]</title>{"".join(cells)}</svg>\n')
@@ -68,13 +70,14 @@ def main() -> int:
         for row, y in enumerate(across):
             for column, x in enumerate(along):
                 tool.move_to(home + [x, y, 0], SPEED)
-                values[row, column] = stiffness(tool, inward, 1e-3 * arguments.depth)
+                trials = (stiffness(tool, inward, 1e-3 * arguments.depth) for _ in range(TRIALS))
+                values[row, column] = next(filter(np.isfinite, trials), np.nan)
         tool.move_to(home, SPEED)
     arguments.map.write_text(svg(values), encoding="utf-8")
     centre = values[len(across) // 2, len(along) // 2]
     low, high = np.nanmin(values) / centre, np.nanmax(values) / centre
     print(f"{np.isfinite(values).sum()} of {values.size} presses, {centre:.1f} N/m at the centre, {low:.3f} to {high:.3f} of it")
-    return 0 if np.isfinite(values).all() else 1
+    return 0 if np.isfinite(values).mean() > 0.5 else 1
 
 
 if __name__ == "__main__":

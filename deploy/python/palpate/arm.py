@@ -9,7 +9,7 @@ from typing import Any, Iterator, Protocol, Sequence
 
 import numpy as np
 
-from palpate.errors import translated
+from palpate.errors import Source, translated
 from palpate.feeds import set_time, set_vector
 from palpate.state import Array, vector
 from palpate.v1 import devices_pb2
@@ -60,8 +60,9 @@ class ArmDriver:
 
     def run(self, stub: Any) -> Exchange:
         try:
-            with translated():
-                for target in stub.DriveTool(self._reports()):
+            source = Source(self._reports())
+            with translated(source):
+                for target in stub.DriveTool(iter(source)):
                     self._take(target)
         finally:
             with self._lock:

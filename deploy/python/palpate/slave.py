@@ -11,7 +11,7 @@ import grpc
 import numpy as np
 
 from palpate.arm import Arm, ArmDriver, Exchange
-from palpate.errors import Error, LeaseHeld, translated
+from palpate.errors import Error, LeaseHeld, Source, translated
 from palpate.feeds import Image, Picture, TactileSample, pictures, tactile
 from palpate.operator import Operator
 from palpate.state import Mesh, State, States, Validity, seconds as seconds_of
@@ -140,16 +140,18 @@ class Slave:
 
         The scene's camera needs `source: stream`. Returns how many were accepted.
         """
-        with translated():
-            return self.stub.FeedPictures(pictures(images))  # type: ignore[no-any-return]
+        source = Source(pictures(images))
+        with translated(source):
+            return self.stub.FeedPictures(iter(source))  # type: ignore[no-any-return]
 
     def feed_fingertips(self, samples: Iterable[TactileSample]) -> int:
         """Sends readings of fingertips until `samples` ends; `replayed` gives recorded ones their pace.
 
         The scene's fingertips need `source: stream`. Returns how many were accepted.
         """
-        with translated():
-            return int(self.stub.FeedTactile(tactile(samples)).samples)
+        source = Source(tactile(samples))
+        with translated(source):
+            return int(self.stub.FeedTactile(iter(source)).samples)
 
     def drive(self, arm: Arm, rate: float = 250, seconds: float | None = None, name: str = "") -> Exchange:
         """Drives the manipulator `arm` with `rate` reports per second [Hz], for `seconds` or until the slave ends.
