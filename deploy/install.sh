@@ -33,7 +33,7 @@ for part in "$@"; do
     clouds) packages+=("${clouds[@]}") ;;
     tests)
       packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
-                 clang-tidy libclang-rt-16-dev python3 python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium)
+                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium)
       want_npm ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
