@@ -198,6 +198,9 @@ class Python(Examples):
                 waiting = threading.Thread(target=lambda: setattr(self, "second", slave.operate("second", wait=30)))
                 tool.engage()
                 home = tool.position
+                for tip, speed in ((home * np.nan, 0.01), (home, 0), (home, np.nan)):
+                    with self.assertRaisesRegex(ValueError, "accepted are finite"):
+                        tool.move_to(tip, speed)
                 stopping = threading.Timer(0.5, slave.stop)
                 stopping.start()
                 with self.assertRaises(palpate.Interrupted):
@@ -205,6 +208,8 @@ class Python(Examples):
                 paused = tool.position
                 self.assertLess(np.linalg.norm(paused - home), 0.004)  # it did not go on behind the stop
                 slave.reset()
+                time.sleep(0.3)
+                np.testing.assert_array_equal(tool.position, paused)  # nor after it
                 tool.engage()  # moves nothing
                 self.assertLess(np.linalg.norm(tool.position - paused), 5e-4)
                 tool.move_to(home, 0.01)

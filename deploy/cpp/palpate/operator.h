@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -81,6 +83,9 @@ class Operator {
   // Moves the commanded tip in a straight line to `tip` [m] at `speed` [m/s]. Returns the states
   // received meanwhile. Engages if needed.
   std::vector<State> MoveTo(const Vector& tip, double speed) {
+    if (!std::isfinite(Norm(tip)) || !(speed > 0) || std::isinf(speed)) {
+      throw std::invalid_argument("tip and speed: accepted are finite numbers, and a speed > 0");
+    }
     if (!engaged_ || !offset_) Engage();
     std::unique_lock lock(mutex_);
     goal_ = Difference(tip, *offset_);
@@ -89,7 +94,10 @@ class Operator {
     auto held = Clock::now();
     while (moved_ != goal_) {
       if (IsAlive()) held = Clock::now();
-      if (Clock::now() - held > kHeld) throw Interrupted(grpc::ABORTED, "the tool does not follow");
+      if (Clock::now() - held > kHeld) {
+        goal_ = moved_;  // an interrupted motion does not go on by itself
+        throw Interrupted(grpc::ABORTED, "the tool does not follow");
+      }
       changed_.wait_for(lock, kPeriod);
       Check();
     }

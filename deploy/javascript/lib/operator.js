@@ -95,17 +95,24 @@ class Operator {
    * @param {Readonly<Vector>} tip [m] @param {number} speed [m/s]
    */
   async moveTo(tip, speed) {
+    if (!tip.every(Number.isFinite) || !(speed > 0 && speed < Infinity)) {
+      throw new RangeError(`tip ${tip} m, speed ${speed} m/s: accepted are finite numbers, and a speed > 0`);
+    }
     if (!this._engaged || !this._offset) await this.engage();
     const offset = /** @type {Vector} */ (this._offset);
     this._goal = sum(tip, times(offset, -1));
     this._speed = speed;
     this._states.splice(0, this._states.length - 1);
     let held = performance.now();
-    await this._until(() => {
-      if (this._isAlive()) held = performance.now();
-      if (performance.now() - held > HELD) throw new PalpateError('INTERRUPTED', `the tool does not follow: ${this.state.message.phase}`);
-      return this._moved === this._goal;
-    }, Infinity, '');
+    try {
+      await this._until(() => {
+        if (this._isAlive()) held = performance.now();
+        if (performance.now() - held > HELD) throw new PalpateError('INTERRUPTED', `the tool does not follow: ${this.state.message.phase}`);
+        return this._moved === this._goal;
+      }, Infinity, '');
+    } finally {
+      this._goal = this._moved;  // an interrupted motion does not go on by itself
+    }
     return [...this._states];
   }
 

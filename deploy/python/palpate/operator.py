@@ -45,7 +45,11 @@ class Operator:
         self._stream = stub.Operate(self._commands(), metadata=metadata)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
-        self._wait(lambda: bool(self._states), ANSWER, "no state arrived")
+        try:
+            self._wait(lambda: True, ANSWER, "no state arrived")
+        except Error:
+            self.close()
+            raise
 
     # ---- what a script calls
 
@@ -84,17 +88,22 @@ class Operator:
 
     def move_to(self, tip: Sequence[float] | Array, speed: float = 0.005) -> States:
         """Moves the commanded tip in a straight line to `tip` [m] at `speed` [m/s]. Returns the states received meanwhile."""
+        if not np.isfinite(tip).all() or not 0 < speed < np.inf:
+            raise ValueError(f"tip {tip} m, speed {speed} m/s: accepted are finite numbers, and a speed > 0")
         offset, held = self._engaged_at(), time.monotonic()
         with self._changed:
             self._goal, self._speed = np.asarray(tip, dtype=np.float64) - offset, speed
             del self._states[:-1]
-            while not np.array_equal(self._moved, self._goal):
-                if self._follows():
-                    held = time.monotonic()
-                elif time.monotonic() - held > HELD:
-                    raise Interrupted("INTERRUPTED", f"the tool does not follow: {self._states[-1].phase.name}")
-                self._changed.wait(PERIOD)
-                self._check()
+            try:
+                while not np.array_equal(self._moved, self._goal):
+                    if self._follows():
+                        held = time.monotonic()
+                    elif time.monotonic() - held > HELD:
+                        raise self._interrupted("the tool does not follow")
+                    self._changed.wait(PERIOD)
+                    self._check()
+            finally:
+                self._goal = self._moved  # an interrupted motion does not go on by itself
             return States.of(self._states)
 
     def move_by(self, step: Sequence[float] | Array, speed: float = 0.005) -> States:
@@ -196,6 +205,10 @@ class Operator:
             self._ended = True
             self._changed.notify_all()
 
+    def _interrupted(self, what: str) -> Interrupted:
+        why = f": phase {self._states[-1].phase.name}, validity {self._states[-1].validity.name}" if self._states else ""
+        return Interrupted("INTERRUPTED", what + why)
+
     def _check(self) -> None:
         if self._ended and not self._closing:
             raise self._error or Error("OK", "the slave ended the stream")
@@ -206,6 +219,5 @@ class Operator:
             while not (self._states and condition()):
                 self._check()
                 if time.monotonic() > end:
-                    phase = self._states[-1].phase.name if self._states else "no state"
-                    raise Interrupted("INTERRUPTED", f"{otherwise}: {phase}")
+                    raise self._interrupted(otherwise)
                 self._changed.wait(0.05)
