@@ -34,7 +34,7 @@ for part in "$@"; do
     clouds) packages+=("${clouds[@]}") ;;
     tests)
       packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
-                 clang-tidy libclang-rt-16-dev python3 python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium)
+                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium)
       want_npm ;;
     packages) packages+=(python3 dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;

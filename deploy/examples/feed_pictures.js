@@ -1,51 +1,29 @@
-// Sends thirty uncompressed grey images of 64 x 48 px to a slave, using only the .proto files. Prints the number of
-// accepted images. Exit code 0: all were accepted, and half an image was rejected with an explanation.
+// Sends thirty grey images to a slave: feed_pictures.js HOST:PORT [WxH], default 64x48. A damaged image follows, which must be
+// rejected with an explanation. The scene needs a camera with `source: stream`. Prints the number of accepted images. Exit code 0: all.
 'use strict';
 
-const {grpc, now, run} = require('./palpate_client');
+const palpate = require('palpate');
 
-const WIDTH = 64, HEIGHT = 48, PICTURES = 30, PERIOD = 33;  // [px], [ms]
+const IMAGES = 30, RATE = 30;
 
-function sample(sequence, bytes = WIDTH * HEIGHT) {
-  const data = Buffer.from(Array.from({length: bytes}, (_, i) => (sequence + i) % 256));
-  return {
-    sequence, sensed_at: now(),
-    picture: {encoding: 'ENCODING_GREY8', width: WIDTH, height: HEIGHT, data},
-  };
+function grey(level, width, height) {
+  const data = Buffer.from(Array.from({length: width * height}, (_, i) => (level + i) % 256));
+  return {left: {encoding: 'ENCODING_GREY8', width, height, data}};
 }
 
-// Opens a stream that `write` fills. Resolves to {error, reply} at its end.
-function feed(client, write) {
-  return new Promise((resolve) => {
-    const stream = client.FeedPictures({deadline: Date.now() + 20000},
-                                       (error, reply) => resolve({error, reply}));
-    write(stream);
-  });
+async function main(address, size = '64x48') {
+  const slave = palpate.connect(address);
+  const images = Array.from({length: IMAGES}, (_, level) => grey(level, ...size.split('x').map(Number)));
+  const reply = await slave.feedImages(palpate.paced(images, RATE));
+  console.log(`${reply.samples} of ${IMAGES} images accepted`);
+  const damaged = {left: {encoding: 'ENCODING_PNG', data: Buffer.from('no image')}};
+  const rejected = await slave.feedImages([damaged]).then(() => null, (error) => error);
+  if (rejected) console.log(`a damaged image: ${rejected.details}`);
+  const explained = rejected && rejected.code === 'INVALID_ARGUMENT' && rejected.details.includes('accepted is');
+  return reply.samples === IMAGES && explained ? 0 : 1;
 }
 
-async function main(client) {
-  const {error, reply} = await feed(client, (stream) => {
-    let sequence = 0;
-    const timer = setInterval(() => {
-      stream.write(sample(++sequence));
-      if (sequence < PICTURES) return;
-      clearInterval(timer);
-      stream.end();
-    }, PERIOD);
-  });
-  const wrong = [];
-  if (error) {
-    wrong.push(error.message);
-  } else {
-    console.log(`${reply.samples} images accepted`);
-    if (reply.samples !== PICTURES) wrong.push('not all images were accepted');
-  }
-  const half = await feed(client, (stream) => stream.end(sample(1, WIDTH * HEIGHT / 2)));
-  if (!half.error || half.error.code !== grpc.status.INVALID_ARGUMENT ||
-      !half.error.details.includes('accepted is')) {
-    wrong.push('half an image was not rejected with an explanation');
-  }
-  return wrong;
-}
-
-run('feed_pictures.js HOST:PORT', main);
+main(...process.argv.slice(2)).then((code) => process.exit(code), (error) => {
+  console.error(`error: ${error.message}`);
+  process.exit(1);
+});

@@ -1,54 +1,32 @@
-// Sends tactile samples to a slave, using only the .proto files: every fingertip of the scene rests
-// for half a second. Prints the number of accepted samples. Exit code 0: all were accepted, and a
-// sample with 18 electrodes was rejected with an explanation.
+// Sends tactile samples to a slave: feed_tactile.js HOST:PORT. Every fingertip of the scene rests for half a second. A sample
+// with 18 electrodes follows, which must be rejected with an explanation. Prints the number of accepted samples. Exit code 0: all.
 'use strict';
 
-const {grpc, call, now, run} = require('./palpate_client');
+const palpate = require('palpate');
 
-const ELECTRODES = 19, SAMPLES = 50, PERIOD = 10;  // [ms]
+const ELECTRODES = 19, SAMPLES = 50, RATE = 100;
 
-function sample(sequence, finger, count = ELECTRODES) {
-  return {
-    sequence, finger, sensed_at: now(),
-    electrodes: Array.from({length: count}, (_, i) => 3000 + i), pressure: [2000, 1800],
-  };
+async function* atRest(fingers) {
+  const electrodes = Array.from({length: ELECTRODES}, (_, i) => 3000 + i);
+  for await (const _ of palpate.paced(Array(SAMPLES).fill(0), RATE)) {
+    yield* fingers.map((finger) => ({finger, electrodes, pressure: [2000, 1800]}));
+  }
 }
 
-// Opens a stream that `write` fills. Resolves to {error, reply} at its end.
-function feed(client, write) {
-  return new Promise((resolve) => {
-    const stream = client.FeedTactile({deadline: Date.now() + 20000},
-                                      (error, reply) => resolve({error, reply}));
-    write(stream);
-  });
-}
-
-async function main(client) {
-  const scene = await call(client, 'GetScene', {});
+async function main(address) {
+  const slave = palpate.connect(address);
+  const scene = await slave.scene();
   const fingers = scene.fingertips.map((fingertip) => fingertip.name);
-  const {error, reply} = await feed(client, (stream) => {
-    let sequence = 0;
-    const timer = setInterval(() => {
-      ++sequence;
-      fingers.forEach((finger) => stream.write(sample(sequence, finger)));
-      if (sequence < SAMPLES) return;
-      clearInterval(timer);
-      stream.end();
-    }, PERIOD);
-  });
-  const wrong = [];
-  if (error) {
-    wrong.push(error.message);
-  } else {
-    console.log(`${scene.name}: ${reply.samples} samples of ${fingers.join(', ')} accepted`);
-    if (reply.samples !== SAMPLES * fingers.length) wrong.push('not all samples were accepted');
-  }
-  const refused = await feed(client, (stream) => stream.end(sample(1, fingers[0], ELECTRODES - 1)));
-  if (!refused.error || refused.error.code !== grpc.status.INVALID_ARGUMENT ||
-      !refused.error.details.includes('accepted is')) {
-    wrong.push('18 electrodes were not rejected with an explanation');
-  }
-  return wrong;
+  const {samples} = await slave.feedFingertips(atRest(fingers));
+  console.log(`${scene.name}: ${samples} samples of ${fingers.join(', ')} accepted`);
+  const short = {finger: fingers[0], electrodes: Array(ELECTRODES - 1).fill(0)};
+  const rejected = await slave.feedFingertips([short]).then(() => null, (error) => error);
+  if (rejected) console.log(`18 electrodes: ${rejected.details}`);
+  const explained = rejected && rejected.code === 'INVALID_ARGUMENT' && rejected.details.includes('accepted is');
+  return samples === SAMPLES * fingers.length && explained ? 0 : 1;
 }
 
-run('feed_tactile.js HOST:PORT', main);
+main(...process.argv.slice(2)).then((code) => process.exit(code), (error) => {
+  console.error(`error: ${error.message}`);
+  process.exit(1);
+});

@@ -1,59 +1,37 @@
-// Observes a slave, using only the .proto files: 100 states and a first mesh. Prints the number of
-// skipped states, and the last forces of the fingertips if there are several. Exit code 0: the
-// sequence increased throughout.
+// Observes a slave: watch.js HOST:PORT [TLS_FOLDER]. 100 states, fingertips, and the deformed boundary. Prints the states
+// received and skipped. Exit code 0: the sequence increased throughout.
 'use strict';
 
-const {call, run} = require('./palpate_client');
+const palpate = require('palpate');
 
 const STATES = 100;
 
-function words(finger) {
-  const touch = finger.in_contact ? 'in contact' : 'free';
-  const {x, y, z} = finger.force || {};
-  const force = finger.force ? `${Math.hypot(x, y, z).toFixed(4)} N` : 'force unknown';
-  return `${touch}, ${force}, ${finger.validity}`;
-}
-
-function firstOf(stream, count, look) {
-  let seen = 0;
-  return new Promise((resolve, reject) => {
-    stream.on('data', (message) => {
-      if (seen < count) look(message);
-      if (++seen !== count) return;
-      stream.cancel();
-      resolve();
-    });
-    stream.on('error', (error) => seen < count ? reject(error) : undefined);
-  });
-}
-
-async function main(client) {
-  const status = await call(client, 'GetStatus', {});
-  const wrong = [];
-  const sensed = new Set();
-  let first = 0, last = 0, nodes = 0, fingers = [];
-  const deadline = Date.now() + 60000;
-  await firstOf(client.WatchState({max_rate_hz: 100}, {deadline}), STATES, (state) => {
-    first = first || state.sequence;
-    if (state.sequence <= last) wrong.push(`sequence ${state.sequence} after ${last}`);
-    last = state.sequence;
-    fingers = state.fingers;
-    sensed.add(`${state.sensed_at.seconds}.${state.sensed_at.nanos}`);
-  });
-  await firstOf(client.WatchMesh({}, {deadline}), 1, (mesh) => {
+async function main(address, tls) {
+  const slave = palpate.connect(address, {tls});
+  const {phase} = await slave.status();
+  const states = [];
+  for await (const state of slave.states({rate: 100})) {
+    if (states.push(state) === STATES) break;
+  }
+  let nodes = 0;
+  for await (const mesh of slave.meshes()) {
     nodes = mesh.positions.length / 3;
-    if (mesh.positions.length !== mesh.rest.length || !mesh.elements.length) {
-      wrong.push('the first mesh has no topology, or positions that do not fit it');
-    }
+    break;
+  }
+  slave.close();
+  states[STATES - 1].message.fingers.forEach((finger, i) => {
+    const touch = finger.in_contact ? 'in contact' : 'free';
+    const force = finger.force ? `${Math.hypot(finger.force.x, finger.force.y, finger.force.z).toFixed(4)} N` : 'force unknown';
+    console.log(`finger ${i + 1}: ${touch}, ${force}, ${finger.validity.replace('VALIDITY_', '')}`);
   });
-  fingers.forEach((finger, i) => {
-    const {x, y, z} = finger.force || {x: 0, y: 0, z: 0};
-    if (![x, y, z].every(Number.isFinite)) wrong.push(`the force of finger ${i + 1} is not a number`);
-    console.log(`finger ${i + 1}: ${words(finger)}`);
-  });
-  console.log(`phase ${status.phase}: ${STATES} states, ${last - first + 1 - STATES} skipped, ` +
-              `${sensed.size} samples, ${nodes} nodes`);
-  return wrong;
+  const steps = states.slice(1).map((state, i) => state.sequence - states[i].sequence);
+  const skipped = steps.reduce((sum, step) => sum + step - 1, 0);
+  console.log(`phase ${phase.replace('PHASE_', '')}: ${STATES} states, ${skipped} skipped, ` +
+              `${new Set(states.map((state) => state.t)).size} samples, ${nodes} nodes`);
+  return steps.every((step) => step > 0) && nodes > 0 ? 0 : 1;
 }
 
-run('watch.js HOST:PORT', main);
+main(...process.argv.slice(2)).then((code) => process.exit(code), (error) => {
+  console.error(`error: ${error.message}`);
+  process.exit(1);
+});

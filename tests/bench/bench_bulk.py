@@ -18,11 +18,12 @@ import threading
 import time
 
 from bench_view import ROOT, finer
-from programs import MASTER, Slave
+from programs import MASTER, PACKAGE, Slave
 
-sys.path.insert(0, str(ROOT / "deploy/examples"))
+sys.path.insert(0, str(PACKAGE))
 import grpc  # noqa: E402
-import palpate_stubs  # noqa: E402
+import palpate  # noqa: E402
+from palpate.v1 import teleoperation_pb2 as messages  # noqa: E402
 
 KEPT = 64 << 10  # that the line holds at most before whoever sends must wait [bytes]
 
@@ -91,8 +92,7 @@ class Watcher:
 
     def __init__(self, address):
         self.bytes, self.meshes, self.pictures, self.worst = 0, 0, 0, 0.0
-        messages, services, _ = palpate_stubs.load()
-        stub = services.TeleoperationStub(palpate_stubs.connect(grpc, address))
+        stub = palpate.connect(address).stub
         self.streams = [stub.WatchMesh(messages.WatchMeshRequest(max_rate_hz=30, relative_error=1e-4)),
                         stub.WatchVideo(messages.WatchVideoRequest(max_rate_hz=60, overlays=True))]
         for stream, take in zip(self.streams, (self._mesh, self._picture)):

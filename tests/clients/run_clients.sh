@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the scripted clients of one language against a slave: one operates while the other watches;
 # or, with PALPATE_CLIENTS=feed, a driver feeds it tactile samples; with PALPATE_CLIENTS=devices one feeds
-# it pictures and, in Python, another drives its arm for a second.
+# it pictures and another drives its arm for a second.
 #   run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]
 # SERVER must print `listening on HOST:PORT` and end on SIGTERM. Exit code 77: the language's gRPC is
 # not here and cannot be installed.
@@ -23,36 +23,28 @@ case $language in
   python)
     # The python3 found first may be another than the one that has grpc.
     for candidate in /usr/bin/python3 python3; do
-      if "$candidate" -c 'import grpc, google.protobuf' 2>/dev/null; then
+      if "$candidate" -c 'import grpc, google.protobuf, numpy' 2>/dev/null; then
         python=$candidate
         break
       fi
     done
-    [[ -n ${python:-} ]] || skip "no python3 with grpc (apt-get install python3-grpcio)"
+    [[ -n ${python:-} ]] || skip "no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)"
     command -v grpc_python_plugin >/dev/null || skip "no grpc_python_plugin"
-    export PALPATE_STUBS=$scratch/python-stubs PYTHONDONTWRITEBYTECODE=1
+    "$examples/../python/build.sh" "$scratch/python"
+    export PYTHONPATH=$scratch/python PYTHONDONTWRITEBYTECODE=1
     operate=("$python" "$examples/operate.py")
     watch=("$python" "$examples/watch.py")
     feed=("$python" "$examples/feed_tactile.py" --check)
     pictures=("$python" "$examples/feed_pictures.py" --check)
     drive=("$python" "$examples/drive_arm.py" --duration 1 --home 0,0,0)
-    # Made once here: two clients that make them at once would read each other's halves.
-    "$python" -c "import sys; sys.path.insert(0, '$examples'); import palpate_stubs; palpate_stubs.load()"
-    export PALPATE_STUBS_READY=1
     ;;
   node)
-    command -v node >/dev/null && command -v npm >/dev/null || skip "no node or no npm"
-    cp "$examples"/package.json "$examples"/package-lock.json "$examples"/.npmrc "$scratch"/
-    if [[ ! -d $scratch/node_modules/@grpc/grpc-js ]]; then
-      (cd "$scratch" && timeout 120 npm ci --ignore-scripts >npm.log 2>&1) ||
-        skip "npm could not install @grpc/grpc-js: $(tail -n 1 "$scratch/npm.log")"
-    fi
-    export NODE_PATH=$scratch/node_modules
+    [[ -d ${NODE_PATH:-}/palpate/types ]] || skip "NODE_PATH has no palpate (build_javascript.sh)"
     operate=(node "$examples/operate.js")
     watch=(node "$examples/watch.js")
     feed=(node "$examples/feed_tactile.js")
     pictures=(node "$examples/feed_pictures.js")
-    drive=()
+    drive=(node "$examples/drive_arm.js")
     ;;
   *)
     echo "usage: run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]" >&2
@@ -72,7 +64,7 @@ fi
 
 if [[ ${PALPATE_CLIENTS:-} == devices ]]; then
   "${pictures[@]}" "$address"
-  [[ ${#drive[@]} -eq 0 ]] || "${drive[@]}" "$address"
+  "${drive[@]}" "$address"
   exit
 fi
 

@@ -11,50 +11,53 @@ import sys
 import time
 
 import drive_arm
+import palpate
 
 
 class BadSite(drive_arm.Site):
     from_here = None
 
-    def tell(self, tip):
-        if BadDriver.is_bad and HOW == "scale":
+    def exchange(self, tip):
+        if BadArm.is_bad and HOW == "scale":
             self.from_here = self.from_here or list(tip)
             tip = [a + 0.64 * (b - a) for a, b in zip(self.from_here, tip)]
-        super().tell(tip)
+        return super().exchange(tip)
 
 
-class BadDriver(drive_arm.Driver):
+class BadArm(drive_arm.Arm):
     is_bad = False
     stuck_at = None
 
-    def report(self, dt):
-        message = super().report(dt)
+    def measure(self, dt):
+        reading = super().measure(dt)
         if self.is_bad:
-            self.spoil(message)
-        return message
+            self.spoil(reading)
+        return reading
 
-    def spoil(self, message):
+    def spoil(self, reading):
         if HOW == "flood":
-            self.rate = 1e6
+            time.sleep = lambda _: None  # the driver's pace
         elif HOW == "nan":
-            message.p_S_tip.x = math.nan
+            reading.tip = [math.nan, *reading.tip[1:]]
         elif HOW == "jump":
-            message.p_S_tip.x += 1.0
+            reading.tip = [reading.tip[0] + 1.0, *reading.tip[1:]]
         elif HOW == "stuck":
-            self.stuck_at = self.stuck_at or [message.p_S_tip.x, message.p_S_tip.y, message.p_S_tip.z]
-            message.p_S_tip.x, message.p_S_tip.y, message.p_S_tip.z = self.stuck_at
-            message.velocity.x = message.velocity.y = message.velocity.z = 0
+            self.stuck_at = self.stuck_at or reading.tip
+            reading.tip, reading.velocity = self.stuck_at, [0, 0, 0]
         elif HOW != "scale":
-            message.fault = "axis 3 has lost its encoder"
+            reading.fault = "axis 3 has lost its encoder"
 
 
 if __name__ == "__main__":
     HOW = sys.argv.pop()
 
     def go_wrong(*_):
-        BadDriver.is_bad = True
+        BadArm.is_bad = True
     signal.signal(signal.SIGUSR1, go_wrong)
-    drive_arm.Driver, drive_arm.Site = BadDriver, BadSite
+    drive_arm.Arm, drive_arm.Site = BadArm, BadSite
     while True:  # as a supervisor that starts it again and again
-        drive_arm.main()
+        try:
+            drive_arm.main()
+        except palpate.Error as error:
+            print(f"error: {error}")
         time.sleep(0.05)

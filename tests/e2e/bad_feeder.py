@@ -8,25 +8,19 @@ import random
 import sys
 import time
 
-import feed_pictures
 import grpc
-import palpate_stubs
+import numpy as np
+import palpate
+from palpate.v1 import devices_pb2 as devices
 
-messages, services, states = palpate_stubs.load()
-from palpate.v1 import devices_pb2 as devices  # noqa: E402: made by palpate_stubs
-
-
-def flood():
-    picture = devices.CameraPicture(encoding=devices.CameraPicture.ENCODING_GREY8, width=WIDTH, height=HEIGHT,
-                                    data=bytes(WIDTH * HEIGHT))
-    for sequence in itertools.count(1):
-        yield feed_pictures.sample(sequence, picture)
+WIDTH, HEIGHT = 640, 480
 
 
 def garbled(draw):
-    message = feed_pictures.sample(1, devices.CameraPicture(
+    message = devices.PictureSample(sequence=1, picture=devices.CameraPicture(
         encoding=draw.randrange(0, 7), data=draw.randbytes(draw.choice([0, 1, 100, 100_000])),
         width=draw.choice([0, 1, WIDTH, 2**31]), height=draw.choice([0, 1, HEIGHT, 2**31])))
+    message.sensed_at.FromNanoseconds(time.time_ns())
     if draw.random() < 0.3:
         message.sensed_at.seconds = draw.choice([0, -10**12, 10**12])
     if draw.random() < 0.3:
@@ -36,15 +30,17 @@ def garbled(draw):
 
 def main():
     how, target = sys.argv[1:]
-    stub = services.TeleoperationStub(palpate_stubs.connect(grpc, target))
+    slave = palpate.connect(target)
     draw = random.Random(1)
     while True:
         try:
-            stub.FeedPictures(flood() if how == "flood" else iter([garbled(draw)]), timeout=10)
-        except grpc.RpcError:
+            if how == "flood":
+                slave.feed_images(itertools.repeat(np.zeros((HEIGHT, WIDTH), dtype=np.uint8)))
+            else:
+                slave.stub.FeedPictures(iter([garbled(draw)]), timeout=10)
+        except (palpate.Error, grpc.RpcError):
             time.sleep(0.001)
 
 
 if __name__ == "__main__":
-    WIDTH, HEIGHT = 640, 480
     main()

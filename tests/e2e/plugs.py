@@ -1,6 +1,5 @@
 """A laboratory's own camera and arm: a simulated site played by one process, an arm driven by another."""
 import json
-import os
 import pathlib
 import re
 import signal
@@ -9,23 +8,19 @@ import sys
 import tempfile
 import unittest
 
-from programs import BARE, BIN, BLOCK, MASTER, OUT, PATIENCE, ROOT, Slave, wait_until
+from programs import BARE, BIN, BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, Slave, wait_until
 
 EXAMPLES = ROOT / "deploy/examples"
-STUBS = OUT / "plug-stubs"
-sys.path.insert(0, str(EXAMPLES))
-os.environ["PALPATE_STUBS"] = str(STUBS)
-os.environ["PATH"] = BARE["PATH"]
+sys.path[:0] = [str(EXAMPLES), str(PACKAGE)]
 try:
     import grpc
-    import palpate_stubs
-    messages, services, states = palpate_stubs.load()
-except (ImportError, SystemExit) as error:
+    import palpate
+    from palpate.v1 import state_pb2 as states, teleoperation_pb2 as messages
+except ImportError as error:
     print(f"skipped: {error}")
     raise SystemExit(77)
 
-ENVIRONMENT = {**BARE, "PALPATE_STUBS": str(STUBS), "PALPATE_STUBS_READY": "1", "PYTHONDONTWRITEBYTECODE": "1",
-               "PYTHONPATH": str(EXAMPLES)}
+ENVIRONMENT = {**BARE, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": f"{EXAMPLES}:{PACKAGE}"}
 PLUGGED = ["--override", "manipulator.source=stream", "--override", "sense.camera.source=stream"]
 HOME = "0.044,0.09416,0"
 
@@ -43,7 +38,7 @@ class Plugged(unittest.TestCase):
         self.stub = self.connect()
 
     def connect(self):
-        return services.TeleoperationStub(palpate_stubs.connect(grpc, self.slave.address))
+        return palpate.connect(self.slave.address).stub
 
     @staticmethod
     def end(process):

@@ -10,6 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
 OUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build/release/test-output"))
 SLAVE, MASTER = str(BIN / "palpate-slave"), str(BIN / "palpate-master")
+PACKAGE = BIN.resolve().parent / "python"  # the Python package palpate
 BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
 # Neither display nor terminal: what a headless machine has.
 BARE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}

@@ -2,7 +2,6 @@
 import csv
 import json
 import math
-import os
 import pathlib
 import random
 import subprocess
@@ -11,7 +10,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from programs import BARE, MASTER, OUT, PATIENCE, ROOT, Slave, run, wait_until
+from programs import BARE, MASTER, PACKAGE, PATIENCE, ROOT, Slave, run, wait_until
 
 CUBE = ROOT / "deploy/scenes/foam-cube.yaml"
 EXAMPLES = ROOT / "deploy/examples"
@@ -19,16 +18,15 @@ ELECTRODES = [f"E{i}" for i in range(1, 20)]
 STREAM = ("--override", "sense.tactile.source=stream")
 
 
-def load_stubs():
-    """(grpc, palpate_stubs, messages, services, states), or None where Python has no gRPC."""
+def load_package():
+    """(palpate, messages, states), or None where Python has no gRPC or NumPy."""
+    sys.path.insert(0, str(PACKAGE))
     try:
-        import grpc
+        import palpate
     except ImportError:
         return None
-    os.environ.setdefault("PALPATE_STUBS", str(OUT / "fingertips-stubs"))
-    sys.path.insert(0, str(EXAMPLES))
-    import palpate_stubs
-    return (grpc, palpate_stubs, *palpate_stubs.load())
+    from palpate.v1 import state_pb2, teleoperation_pb2
+    return palpate, teleoperation_pb2, state_pb2
 
 
 def refuse_constant(name):
@@ -55,13 +53,13 @@ class Fingertips(unittest.TestCase):
         self.out = pathlib.Path(self.folder.name)
 
     def client(self, address):
-        stubs = load_stubs()
-        if stubs is None:
-            self.skipTest("no python3 with grpc (apt-get install python3-grpcio)")
-        grpc, palpate_stubs, self.messages, services, self.states = stubs
-        channel = palpate_stubs.connect(grpc, address)
-        self.addCleanup(channel.close)
-        return services.TeleoperationStub(channel)
+        package = load_package()
+        if package is None:
+            self.skipTest("no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)")
+        palpate, self.messages, self.states = package
+        connection = palpate.connect(address)
+        self.addCleanup(connection.close)
+        return connection.stub
 
     def test_a_pinch_is_felt_and_seen(self):
         done = run(MASTER, "connect", self.slave.address, "--duration", "10", "--report", self.out / "report.json",
@@ -128,7 +126,7 @@ class Fingertips(unittest.TestCase):
     def test_a_driver_in_another_language_feeds_the_fingertips(self):
         with Slave(CUBE, *STREAM) as slave:
             stub = self.client(slave.address)
-            environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
+            environment = {**BARE, "PYTHONPATH": str(PACKAGE)}
             driver = subprocess.Popen(["/usr/bin/python3", EXAMPLES / "feed_tactile.py", slave.address,
                                        self.rest_recording(4)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                       stderr=subprocess.STDOUT, text=True, env=environment)
@@ -152,7 +150,7 @@ class Fingertips(unittest.TestCase):
 
     def test_a_scene_that_simulates_takes_no_stream(self):
         self.client(self.slave.address)
-        environment = {**BARE, "PALPATE_STUBS": os.environ["PALPATE_STUBS"], "PALPATE_STUBS_READY": "1"}
+        environment = {**BARE, "PYTHONPATH": str(PACKAGE)}
         done = run("/usr/bin/python3", EXAMPLES / "feed_tactile.py", self.slave.address, env=environment)
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("FAILED_PRECONDITION", done.stdout + done.stderr)

@@ -12,7 +12,7 @@ import threading
 import time
 import unittest
 
-from plugs import grpc, messages, palpate_stubs, services, states
+from plugs import messages, palpate, states
 from programs import BLOCK, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
 
 SCENES = ["silicone-block", "zebrafish-embryo", "rubber-membrane", "foam-cube", "foam-bar", "foam-sponge"]
@@ -116,7 +116,7 @@ class Guards(unittest.TestCase):
         force_guard, depth_guard = guards(scene)
         arguments = [word for override in overrides for word in ("--override", override)]
         with Slave(ROOT / f"deploy/scenes/{scene}.yaml", *arguments) as slave:
-            stub = services.TeleoperationStub(palpate_stubs.connect(grpc, slave.address))
+            stub = palpate.connect(slave.address).stub
             status = lambda: stub.GetStatus(messages.GetStatusRequest(), timeout=10)
             self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), status())
             operator = Operator(stub)

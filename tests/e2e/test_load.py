@@ -23,10 +23,12 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "deploy/examples"))
+from programs import BARE, BLOCK, MASTER, PACKAGE, PATIENCE, ROOT, Slave, wait_until
+
+sys.path.insert(0, str(PACKAGE))
 import grpc
-import palpate_stubs
-from programs import BARE, BLOCK, MASTER, PATIENCE, ROOT, Slave, wait_until
+import palpate
+from palpate.v1 import teleoperation_pb2 as messages
 from untrusted_clients import DATA, OURS, PING, PREFACE, SETTINGS, WINDOW_UPDATE, answers, call, frame, message
 
 PERIOD = 0.01        # of what each sends [s]
@@ -141,10 +143,10 @@ LOADS = {
 class Periods:
     """Times between the solutions of successive samples, by WatchTrace."""
 
-    def __init__(self, channel, messages, stubs):
+    def __init__(self, stub):
         self.times, self.trouble = [], ""
         request = messages.WatchTraceRequest(max_rate_hz=10)
-        self.call = stubs.TeleoperationStub(channel).WatchTrace(request)
+        self.call = stub.WatchTrace(request)
         threading.Thread(target=self.read, daemon=True).start()
 
     def read(self):
@@ -174,26 +176,23 @@ def certificates_in(folder):
                        check=True, env=BARE)
     return folder
 
-def channel_to(address, certificates):
-    if not certificates:
-        return palpate_stubs.connect(grpc, address)
-    pem = [(certificates / "admin" / name).read_bytes() for name in ("ca.pem", "key.pem", "cert.pem")]
-    return grpc.secure_channel(address, grpc.ssl_channel_credentials(*pem), options=[("grpc.enable_http_proxy", 0)])
+def connected(address, certificates):
+    return palpate.connect(address, certificates and certificates / "admin")
 
-def newcomer(address, certificates, patience, messages, stubs):
+def newcomer(address, certificates, patience):
     """Seconds until a new client has the status; None: not within `patience`."""
     start = time.monotonic()
     if not certificates:
         host, port = address.split(":")
         return answers((host, int(port)), patience)
-    with channel_to(address, certificates) as channel:
+    with connected(address, certificates) as slave:
         try:
-            stubs.TeleoperationStub(channel).GetStatus(messages.GetStatusRequest(), timeout=patience, wait_for_ready=True)
+            slave.stub.GetStatus(messages.GetStatusRequest(), timeout=patience, wait_for_ready=True)
             return time.monotonic() - start
         except grpc.RpcError:
             return None
 
-def under(name, load, seconds, folder, messages, stubs):
+def under(name, load, seconds, folder):
     certificates = certificates_in(folder) if load is observers else None
     secure = ["--tls", certificates / "slave"] if certificates else []
     with Slave(BLOCK, *secure) as slave:
@@ -208,8 +207,8 @@ def under(name, load, seconds, folder, messages, stubs):
             return [row["state"] for row in csv.DictReader(text[:text.rfind("\n") + 1].splitlines())]
         if not wait_until(lambda: "FOLLOWING" in states()[-50:]):
             raise AssertionError("nobody follows")
-        channel = channel_to(slave.address, certificates)
-        stub, periods = stubs.TeleoperationStub(channel), Periods(channel, messages, stubs)
+        watching = connected(slave.address, certificates)
+        stub, periods = watching.stub, Periods(watching.stub)
         time.sleep(5)
         quiet, began = len(periods.times), len(states())
         loading = multiprocessing.Process(target=load, args=((host, int(port)), certificates), daemon=True)
@@ -217,7 +216,7 @@ def under(name, load, seconds, folder, messages, stubs):
         end, answered = time.monotonic() + seconds, []
         while time.monotonic() < end:
             time.sleep(min(2, seconds / 4))
-            answered.append(newcomer(slave.address, certificates, PATIENCE, messages, stubs))
+            answered.append(newcomer(slave.address, certificates, PATIENCE))
         loaded = len(periods.times)
         held = states()[began:]
         held = sum(b in ("HOLD", "DISCONNECTED") and a == "FOLLOWING" for a, b in zip(held, held[1:]))
@@ -233,7 +232,7 @@ def under(name, load, seconds, folder, messages, stubs):
         alive = slave.process.poll() is None
         status = stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
         memory = resident(slave.process.pid)
-        channel.close()
+        watching.close()
         master.send_signal(signal.SIGINT)
         master.wait(timeout=PATIENCE)
         said = json.loads(report.read_text())
@@ -247,14 +246,13 @@ def main():
     parser.add_argument("--seconds", type=float, default=5)
     parser.add_argument("--only", default="")
     a = parser.parse_args()
-    messages, stubs, _ = palpate_stubs.load()
     wrong = []
     print(f"{'':40}  alive  MB after  period p99 ms: quiet  load  ratio  largest  newcomer s  stop p99 ms  holds  lease")
     for name, load in LOADS.items():
         if not re.search(a.only, name):
             continue
         with tempfile.TemporaryDirectory() as folder:
-            saw = under(name, load, a.seconds, pathlib.Path(folder), messages, stubs)
+            saw = under(name, load, a.seconds, pathlib.Path(folder))
         print(f"{name:40}  {saw['alive']!s:5}  {saw['memory']:8.0f}  {1e3 * saw['quiet']:20.1f}  {1e3 * saw['load']:4.1f}  "
               f"{saw['load'] / saw['quiet']:5.2f}  {1e3 * saw['gap']:7.1f}  {saw['answered'] or -1:10.3f}  {1e3 * saw['stop']:11.1f}  "
               f"{saw['held']:5d}  {'kept' if saw['kept'] else 'lost'} {saw['trouble']}", flush=True)

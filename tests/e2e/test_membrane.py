@@ -2,31 +2,28 @@
 import csv
 import json
 import math
-import os
 import pathlib
 import sys
 import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from programs import IS_DEEP, MASTER, OUT, PATIENCE, ROOT, SLAVE, Slave, deep, run
+from programs import IS_DEEP, MASTER, PACKAGE, PATIENCE, ROOT, SLAVE, Slave, deep, run
 
 MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
 TARGET = ROOT / "deploy/scenes/heart-target.yaml"
-EXAMPLES = ROOT / "deploy/examples"
 LONG = 4 * PATIENCE  # [s]: presses are solved ahead, on machines that do other things too
 
 
-def load_stubs():
-    """(grpc, palpate_stubs, messages, services, states), or None where Python has no gRPC."""
+def load_package():
+    """(palpate, messages, states), or None where Python has no gRPC or NumPy."""
+    sys.path.insert(0, str(PACKAGE))
     try:
-        import grpc
+        import palpate
     except ImportError:
         return None
-    os.environ.setdefault("PALPATE_STUBS", str(OUT / "membrane-stubs"))
-    sys.path.insert(0, str(EXAMPLES))
-    import palpate_stubs
-    return (grpc, palpate_stubs, *palpate_stubs.load())
+    from palpate.v1 import state_pb2, teleoperation_pb2
+    return palpate, teleoperation_pb2, state_pb2
 
 
 def refuse_constant(name):
@@ -44,13 +41,13 @@ class TwoEyes(unittest.TestCase):
         self.out = pathlib.Path(self.folder.name)
 
     def client(self, address):
-        stubs = load_stubs()
-        if stubs is None:
-            self.skipTest("no python3 with grpc (apt-get install python3-grpcio)")
-        grpc, palpate_stubs, self.messages, services, self.states = stubs
-        channel = palpate_stubs.connect(grpc, address)
-        self.addCleanup(channel.close)
-        return services.TeleoperationStub(channel)
+        package = load_package()
+        if package is None:
+            self.skipTest("no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)")
+        palpate, self.messages, self.states = package
+        connection = palpate.connect(address)
+        self.addCleanup(connection.close)
+        return connection.stub
 
     def rows(self, name):
         with open(self.out / name, newline="") as file:  # a name in the folder, or a path

@@ -1,0 +1,254 @@
+// Operates a slave: lease, clutch, watchdog, and motions of the tool in frame S.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <palpate/v1/teleoperation.grpc.pb.h>
+
+#include "palpate/state.h"
+
+namespace palpate {
+
+// Holds the lease of a slave while it exists, and moves its tool. Slave::Operate makes it.
+//
+// A thread sends the newest target every 4 ms, with the sequence of the newest state. A motion
+// advances only while states arrive and the tool follows. So a lost link, a held tool or an
+// emergency stop pause it and never make the tool jump. Calls are for one thread.
+class Operator {
+ public:
+  Operator(v1::Teleoperation::Stub* stub, const v1::SceneDescription& scene, std::string name)
+      : name_(std::move(name)),
+        scale_(scene.operator_().position_scale()),
+        rotation_(scene.operator_().rotation().begin(), scene.operator_().rotation().end()),
+        silence_(scene.operator_().dead_after() > 0 ? scene.operator_().dead_after() : 0.030),
+        revision_(scene.settings_revision()) {
+    context_.AddMetadata("palpate-operator-bin", name_);
+    stream_ = stub->Operate(&context_);
+    reader_ = std::thread([this] { Read(); });
+    sender_ = std::thread([this] { Send(); });
+    try {
+      Await([] { return true; }, "no state arrived");
+    } catch (...) {
+      Close();
+      throw;
+    }
+  }
+  ~Operator() { Close(); }
+  Operator(const Operator&) = delete;
+  Operator& operator=(const Operator&) = delete;
+
+  // The newest state.
+  [[nodiscard]] State state() {
+    const std::lock_guard lock(mutex_);
+    Check();
+    return states_.back();
+  }
+  // Commanded tool tip [m]; before the first engagement the measured one.
+  [[nodiscard]] Vector position() {
+    const std::lock_guard lock(mutex_);
+    return offset_ ? Sum(*offset_, moved_) : states_.back().tip();
+  }
+
+  // Closes the clutch: from now on the tool follows. It does not move by this.
+  void Engage() {
+    {
+      const std::lock_guard lock(mutex_);
+      ++epoch_;
+      engaged_ = true;
+      offset_.reset();
+      moved_ = goal_ = {};
+    }
+    Await([this] { return IsFollowing(); }, "the slave does not follow");
+    const std::lock_guard lock(mutex_);
+    offset_ = ToVector(states_.back().message().offset());
+  }
+  // Opens the clutch: the tool is stationary.
+  void Release() {
+    const std::lock_guard lock(mutex_);
+    engaged_ = false;
+  }
+  // Moves the commanded tip in a straight line to `tip` [m] at `speed` [m/s]. Returns the states
+  // received meanwhile. Engages if needed.
+  std::vector<State> MoveTo(const Vector& tip, double speed) {
+    if (!std::isfinite(Norm(tip)) || !(speed > 0) || std::isinf(speed)) {
+      throw std::invalid_argument("tip and speed: accepted are finite numbers, and a speed > 0");
+    }
+    if (!engaged_ || !offset_) Engage();
+    std::unique_lock lock(mutex_);
+    goal_ = Difference(tip, *offset_);
+    speed_ = speed;
+    ForgetStates();
+    auto held = Clock::now();
+    while (moved_ != goal_) {
+      if (IsAlive()) held = Clock::now();
+      if (Clock::now() - held > kHeld) {
+        goal_ = moved_;  // an interrupted motion does not go on by itself
+        throw Interrupted(grpc::ABORTED, "the tool does not follow");
+      }
+      changed_.wait_for(lock, kPeriod);
+      Check();
+    }
+    return states_;
+  }
+  // The same by `step` [m].
+  std::vector<State> MoveBy(const Vector& step, double speed) {
+    if (!engaged_ || !offset_) Engage();
+    return MoveTo(Sum(position(), step), speed);
+  }
+  // Stays. Returns the states received meanwhile.
+  std::vector<State> Hold(std::chrono::duration<double> time) {
+    const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(time);
+    std::unique_lock lock(mutex_);
+    ForgetStates();
+    while (Clock::now() < end) {
+      changed_.wait_until(lock, end);
+      Check();
+    }
+    return states_;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kPeriod{4};
+  static constexpr std::chrono::seconds kHeld{1}, kAnswer{10};
+
+  static Vector Sum(const Vector& a, const Vector& b) {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+  }
+  static Vector Difference(const Vector& a, const Vector& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  }
+  // From frame S to the device's frame M.
+  [[nodiscard]] Vector ToDevice(const Vector& v) const {
+    Vector device{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) device[i] += rotation_[3 * j + i] * v[j] / scale_;
+    }
+    return device;
+  }
+
+  void ForgetStates() { states_.erase(states_.begin(), states_.end() - 1); }
+  [[nodiscard]] bool IsFollowing() const {
+    const auto& message = states_.back().message();
+    return engaged_ && message.epoch() == epoch_ && message.phase() == v1::PHASE_FOLLOWING;
+  }
+  // The tool follows, and states arrive.
+  [[nodiscard]] bool IsAlive() const {
+    return offset_ && IsFollowing() &&
+           std::chrono::duration<double>(Clock::now() - heard_).count() < silence_;
+  }
+  void Check() const {
+    if (!ended_) return;
+    if (status_.error_code() == grpc::FAILED_PRECONDITION ||
+        status_.error_code() == grpc::ABORTED) {
+      throw LeaseHeld(status_);
+    }
+    throw Error(status_);
+  }
+  template <typename Condition>
+  void Await(const Condition& condition, const char* otherwise) {
+    const auto end = Clock::now() + kAnswer;
+    std::unique_lock lock(mutex_);
+    while (states_.empty() || !condition()) {
+      Check();
+      if (Clock::now() > end) throw Interrupted(grpc::DEADLINE_EXCEEDED, otherwise);
+      changed_.wait_for(lock, kPeriod);
+    }
+  }
+
+  void Read() {
+    v1::SlaveState message;
+    while (stream_->Read(&message)) {
+      const std::lock_guard lock(mutex_);
+      states_.emplace_back(message);
+      heard_ = Clock::now();
+      changed_.notify_all();
+    }
+    const auto status = stream_->Finish();
+    const std::lock_guard lock(mutex_);
+    status_ = status;
+    ended_ = true;
+    changed_.notify_all();
+  }
+  void Send() {
+    for (auto last = Clock::now(); !closing_;) {
+      const auto now = Clock::now();
+      const double dt = std::min(std::chrono::duration<double>(now - last).count(), 0.02);
+      last = now;
+      if (!stream_->Write(Next(dt))) return;
+      std::this_thread::sleep_for(kPeriod);
+    }
+    Release();
+    stream_->Write(Next(0));
+    stream_->WritesDone();
+  }
+  v1::OperatorCommand Next(double dt) {
+    const std::lock_guard lock(mutex_);
+    const Vector left = Difference(goal_, moved_);
+    const double distance = Norm(left);
+    Vector velocity{};
+    if (distance > 0 && IsAlive()) {
+      for (std::size_t i = 0; i < 3; ++i) velocity[i] = speed_ * left[i] / distance;
+      const bool arrives = distance <= speed_ * dt;
+      for (std::size_t i = 0; i < 3; ++i)
+        moved_[i] = arrives ? goal_[i] : moved_[i] + dt * velocity[i];
+      changed_.notify_all();
+    }
+    v1::OperatorCommand command;
+    command.set_sequence(++sequence_);
+    *command.mutable_sent_at() = Now();
+    command.set_epoch(epoch_);
+    command.set_engaged(engaged_);
+    command.set_settings_revision(revision_);
+    Set(ToDevice(moved_), command.mutable_p_m());
+    Set(ToDevice(velocity), command.mutable_velocity());
+    if (sequence_ == 1) command.set_operator_name(name_);
+    if (!states_.empty()) {
+      command.set_state_sequence(states_.back().message().sequence());
+      *command.mutable_echo() = states_.back().message().sent_at();
+    }
+    return command;
+  }
+  void Close() {
+    closing_ = true;
+    if (sender_.joinable()) sender_.join();
+    if (reader_.joinable()) reader_.join();
+  }
+
+  const std::string name_;
+  const double scale_;
+  const std::vector<double> rotation_;
+  const double silence_;
+  const std::uint32_t revision_;
+  grpc::ClientContext context_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::OperatorCommand, v1::SlaveState>> stream_;
+  std::thread reader_, sender_;
+  std::atomic<bool> closing_ = false;
+
+  std::mutex mutex_;  // guards everything below
+  std::condition_variable changed_;
+  std::vector<State> states_;  // since the last motion began
+  Clock::time_point heard_{};
+  std::optional<Vector> offset_;  // tip at the engagement
+  Vector moved_{}, goal_{};       // from there: at present, at the end; frame S
+  double speed_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::uint32_t epoch_ = 0;
+  bool engaged_ = false, ended_ = false;
+  grpc::Status status_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,223 @@
+"""Operates a slave: lease, clutch, watchdog, and motions of the tool in frame S."""
+from __future__ import annotations
+
+import threading
+import time
+from types import TracebackType
+from typing import Any, Callable, Iterator, Sequence
+
+import grpc
+import numpy as np
+
+from palpate.errors import Error, Interrupted, LeaseHeld, translated
+from palpate.feeds import set_time, set_vector
+from palpate.state import Array, Phase, State, States, vector
+from palpate.v1 import scene_pb2, state_pb2, teleoperation_pb2
+
+PERIOD = 0.004  # [s] between commands; the slave holds the tool after 30 ms of silence
+HELD = 1.0  # [s] for which the tool may not follow before a motion raises Interrupted
+ANSWER = 10.0  # [s] for the first state and for an engagement
+
+
+class Operator:
+    """Holds the lease of a slave and moves its tool. `Slave.operate` makes it; use it in a `with` block.
+
+    A thread sends the newest target every 4 ms, with the sequence of the newest state. A motion advances only while
+    states arrive and the tool follows. So a lost link, a held tool or an emergency stop pause it and never make the tool
+    jump. If the program ends or hangs in between, the tool holds its position.
+    """
+
+    def __init__(self, stub: Any, scene: scene_pb2.SceneDescription, name: str) -> None:
+        self._stub, self._name = stub, name
+        mapping = scene.operator
+        self._scale = float(mapping.position_scale)
+        self._rotation = np.reshape(mapping.rotation, (3, 3)).astype(np.float64)
+        self._revision, self._silence = scene.settings_revision, mapping.dead_after or 0.030
+        self._changed = threading.Condition()
+        self._states: list[State] = []  # since the last motion began
+        self._heard = 0.0
+        self._error: Exception | None = None
+        self._closing = self._ended = False
+        self._sequence, self._epoch, self._engaged = 0, 0, False
+        self._offset: Array | None = None  # tip at the engagement
+        self._moved, self._goal, self._speed = np.zeros(3), np.zeros(3), 0.0  # from there: at present, at the end; frame S
+        metadata = (("palpate-operator-bin", name.encode()),)
+        self._stream = stub.Operate(self._commands(), metadata=metadata)
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        try:
+            self._wait(lambda: True, ANSWER, "no state arrived")
+        except Error:
+            self.close()
+            raise
+
+    # ---- what a script calls
+
+    @property
+    def state(self) -> State:
+        """The newest state."""
+        with self._changed:
+            self._check()
+            return self._states[-1]
+
+    @property
+    def position(self) -> Array:
+        """Commanded tool tip [m]. Before the first engagement the measured one."""
+        with self._changed:
+            return self._states[-1].tip if self._offset is None else self._offset + self._moved
+
+    def engage(self) -> None:
+        """Closes the clutch: from now on the tool follows. It does not move by this. Raises Interrupted if the slave does not follow."""
+        with self._changed:
+            self._epoch += 1
+            self._engaged, self._offset, self._speed = True, None, 0.0
+            self._moved, self._goal = np.zeros(3), np.zeros(3)
+
+        def follows() -> bool:
+            newest = self._states[-1]
+            return newest.message.epoch == self._epoch and newest.phase == Phase.FOLLOWING
+
+        self._wait(follows, ANSWER, "the slave does not follow")
+        with self._changed:
+            self._offset = vector(self._states[-1].message.offset)
+
+    def release(self) -> None:
+        """Opens the clutch: the tool is stationary."""
+        with self._changed:
+            self._engaged = False
+
+    def move_to(self, tip: Sequence[float] | Array, speed: float = 0.005) -> States:
+        """Moves the commanded tip in a straight line to `tip` [m] at `speed` [m/s]. Returns the states received meanwhile."""
+        if not np.isfinite(tip).all() or not 0 < speed < np.inf:
+            raise ValueError(f"tip {tip} m, speed {speed} m/s: accepted are finite numbers, and a speed > 0")
+        offset, held = self._engaged_at(), time.monotonic()
+        with self._changed:
+            self._goal, self._speed = np.asarray(tip, dtype=np.float64) - offset, speed
+            del self._states[:-1]
+            try:
+                while not np.array_equal(self._moved, self._goal):
+                    if self._follows():
+                        held = time.monotonic()
+                    elif time.monotonic() - held > HELD:
+                        raise self._interrupted("the tool does not follow")
+                    self._changed.wait(PERIOD)
+                    self._check()
+            finally:
+                self._goal = self._moved  # an interrupted motion does not go on by itself
+            return States.of(self._states)
+
+    def move_by(self, step: Sequence[float] | Array, speed: float = 0.005) -> States:
+        """Moves the commanded tip by `step` [m]; see `move_to`."""
+        self._engaged_at()
+        return self.move_to(self.position + np.asarray(step, dtype=np.float64), speed)
+
+    def hold(self, seconds: float) -> States:
+        """Stays for `seconds`. Returns the states received meanwhile."""
+        end = time.monotonic() + seconds
+        with self._changed:
+            del self._states[:-1]
+            while (left := end - time.monotonic()) > 0:
+                self._changed.wait(left)
+                self._check()
+            return States.of(self._states)
+
+    def stop(self, reason: str = "") -> None:
+        """Emergency stop, latched until `Slave.reset`."""
+        with translated():
+            self._stub.Stop(teleoperation_pb2.StopRequest(reason=reason), timeout=ANSWER)
+
+    def close(self) -> None:
+        """Opens the clutch and returns the lease."""
+        self._closing = True
+        self._reader.join(ANSWER)
+        self._stream.cancel()
+
+    def __enter__(self) -> Operator:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    # ---- threads
+
+    def _engaged_at(self) -> Array:
+        if self._offset is None or not self._engaged:
+            self.engage()
+        assert self._offset is not None
+        return self._offset
+
+    def _commands(self) -> Iterator[state_pb2.OperatorCommand]:
+        last = time.monotonic()
+        while not self._closing:
+            now = time.monotonic()
+            with self._changed:
+                command = self._command(min(now - last, 0.02))  # a stalled machine makes no step
+            last = now
+            yield command
+            time.sleep(PERIOD)
+        with self._changed:
+            self._engaged = False
+            command = self._command(0)
+        yield command
+
+    def _command(self, dt: float) -> state_pb2.OperatorCommand:
+        left = self._goal - self._moved
+        distance = float(np.linalg.norm(left))
+        step, velocity = np.zeros(3), np.zeros(3)
+        if distance > 0 and self._follows():
+            step = left * min(1.0, self._speed * dt / distance)
+            velocity = self._speed * left / distance
+            self._moved = self._goal if distance <= self._speed * dt else self._moved + step
+            self._changed.notify_all()
+        self._sequence += 1
+        command = state_pb2.OperatorCommand(sequence=self._sequence, epoch=self._epoch, engaged=self._engaged,
+                                            settings_revision=self._revision)
+        set_time(command.sent_at, None)
+        to_device = self._rotation.T / self._scale
+        set_vector(command.p_M, to_device @ self._moved)
+        set_vector(command.velocity, to_device @ velocity)
+        if self._sequence == 1:
+            command.operator_name = self._name
+        if self._states:
+            newest = self._states[-1].message
+            command.state_sequence = newest.sequence
+            command.echo.CopyFrom(newest.sent_at)
+        return command
+
+    def _follows(self) -> bool:
+        """The link is alive and the tool follows."""
+        if not self._engaged or self._offset is None or time.monotonic() - self._heard > self._silence:
+            return False
+        newest = self._states[-1]
+        return newest.message.epoch == self._epoch and newest.phase == Phase.FOLLOWING
+
+    def _read(self) -> None:
+        try:
+            for message in self._stream:
+                with self._changed:
+                    self._states.append(State(message))
+                    self._heard = time.monotonic()
+                    self._changed.notify_all()
+        except grpc.RpcError as error:
+            lost = error.code() in (grpc.StatusCode.FAILED_PRECONDITION, grpc.StatusCode.ABORTED)
+            self._error = (LeaseHeld if lost else Error)(error.code().name, error.details() or "")
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def _interrupted(self, what: str) -> Interrupted:
+        why = f": phase {self._states[-1].phase.name}, validity {self._states[-1].validity.name}" if self._states else ""
+        return Interrupted("INTERRUPTED", what + why)
+
+    def _check(self) -> None:
+        if self._ended and not self._closing:
+            raise self._error or Error("OK", "the slave ended the stream")
+
+    def _wait(self, condition: Callable[[], bool], patience: float, otherwise: str) -> None:
+        end = time.monotonic() + patience
+        with self._changed:
+            while not (self._states and condition()):
+                self._check()
+                if time.monotonic() > end:
+                    raise self._interrupted(otherwise)
+                self._changed.wait(0.05)

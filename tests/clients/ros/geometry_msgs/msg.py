@@ -1,0 +1,48 @@
+"""WrenchStamped as rosidl generates it from the message definitions below: only their fields, only values of their types."""
+import re
+
+DEFINITIONS = """
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+MSG: geometry_msgs/Wrench
+geometry_msgs/Vector3 force
+geometry_msgs/Vector3 torque
+MSG: geometry_msgs/WrenchStamped
+std_msgs/Header header
+geometry_msgs/Wrench wrench
+"""
+PRIMITIVES = {"float64": (float, lambda x: True), "string": (str, lambda x: True),
+              "int32": (int, lambda x: -2**31 <= x < 2**31), "uint32": (int, lambda x: 0 <= x < 2**32)}
+FIELDS = {name: dict(reversed(line.split()) for line in body.strip().splitlines())
+          for name, body in re.findall(r"MSG: (\S+)\n((?:(?!MSG:).*\n)+)", DEFINITIONS)}
+
+
+class Message:
+    def __init__(self, name):
+        object.__setattr__(self, "_name", name)
+        for field, kind in FIELDS[name].items():
+            object.__setattr__(self, field, Message(kind) if kind in FIELDS else PRIMITIVES[kind][0]())
+
+    def __setattr__(self, field, value):
+        kind = FIELDS[self._name].get(field)
+        assert kind in PRIMITIVES, f"{self._name} has no field {field} to set"
+        wanted, fits = PRIMITIVES[kind]
+        assert type(value) is wanted and fits(value), f"{self._name}.{field}: {value!r} is no {kind}"
+        object.__setattr__(self, field, value)
+
+    def as_dict(self):
+        return {field: getattr(self, field).as_dict() if kind in FIELDS else getattr(self, field)
+                for field, kind in FIELDS[self._name].items()}
+
+
+class WrenchStamped(Message):
+    def __init__(self):
+        super().__init__("geometry_msgs/WrenchStamped")

@@ -1,0 +1,337 @@
+"""Every example of deploy/examples against a real slave, and what the client libraries promise beyond them.
+
+  test_examples.py Python|JavaScript|Cpp    needs PALPATE_BIN; JavaScript NODE_PATH; Cpp PALPATE_TEST_OUTPUT, PALPATE_BUILD
+"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
+from programs import BARE, BLOCK, MASTER, PACKAGE, ROOT, SLAVE, Slave, run  # noqa: E402
+
+sys.path.insert(0, str(PACKAGE))
+EXAMPLES = ROOT / "deploy/examples"
+HERE = pathlib.Path(__file__).parent
+CUBE = str(ROOT / "deploy/scenes/foam-cube.yaml")
+ARM = ("--override", "manipulator.source=stream")
+CAMERA = ("--override", "sense.camera.source=stream")
+TACTILE = ("--override", "sense.tactile.source=stream")
+HOME = "0.044,0.09416,0"
+STILL = 1.28  # [N] force of the block at the end of the press of `operate`, which the simulator's true force confirms below
+
+
+def skip(reason):
+    print(f"skipped: {reason}")
+    raise SystemExit(77)
+
+
+class Examples(unittest.TestCase):
+    """What all languages show."""
+    environment = BARE
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.out = pathlib.Path(folder.name)
+
+    def run_example(self, name, *arguments, **options):
+        """Output of an example that ends with exit code 0."""
+        done = run(*self.command(name), *arguments, env={**self.environment, **options.pop("environment", {})})
+        self.assertEqual(done.returncode, 0, f"{name}: {done.stdout}{done.stderr}")
+        print(f"{type(self).__name__} {name}: {done.stdout.strip()}", flush=True)
+        return done.stdout
+
+    def number(self, pattern, text):
+        found = re.search(pattern, text)
+        self.assertTrue(found, text)
+        return float(found.group(1))
+
+    def check_operating(self, scene=BLOCK):
+        with Slave(scene) as slave:
+            watching = subprocess.Popen([*map(str, self.command("watch")), slave.address], stdout=subprocess.PIPE, text=True,
+                                        env=self.environment)
+            peak = self.number(r"peak force ([0-9.]+) N", self.run_example("operate", slave.address))
+            watched, _ = watching.communicate(timeout=60)
+            self.assertEqual(watching.returncode, 0, watched)
+            self.assertIn("100 states", watched)
+        self.assertAlmostEqual(peak, STILL, delta=0.02 * STILL)
+
+    def check_tls(self, option=()):
+        certs = ROOT / "deploy/certs"
+        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "bob"]):
+            subprocess.run([certs, *words], cwd=self.out, check=True, env=BARE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        with Slave(BLOCK, "--tls", self.out / "slave") as slave:
+            self.run_example("watch", slave.address, *option, self.out / "observer")
+            done = run(*self.command("operate"), slave.address, *option, self.out / "observer", env=self.environment)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("role", done.stderr)  # an observer may not operate
+
+    def check_feeding(self, size, *check):
+        with Slave(BLOCK, *CAMERA) as slave:
+            text = self.run_example("feed_pictures", slave.address, *size, *check)
+            self.assertIn("30 of 30 images accepted", text)
+            self.assertIn("accepted is", text)
+        with Slave(CUBE, *TACTILE) as slave:
+            text = self.run_example("feed_tactile", slave.address, *check)
+            self.assertRegex(text, "100 (of 100 )?samples of ff, th accepted")
+            self.assertIn("accepted is 19", text)
+
+    def check_driving(self, *arguments):
+        with Slave(BLOCK, *ARM) as slave:
+            text = self.run_example("drive_arm", slave.address, *arguments)
+        self.assertGreater(self.number(r"(\d+) reports", text), 50)
+        self.assertGreater(self.number(r"(\d+) targets", text), 50)
+
+
+class Python(Examples):
+    environment = {**BARE, "PYTHONPATH": str(PACKAGE), "PYTHONDONTWRITEBYTECODE": "1"}
+
+    @classmethod
+    def setUpClass(cls):
+        try:
+            import palpate
+        except ImportError as error:
+            skip(error)
+
+    def command(self, name):
+        return "/usr/bin/python3", EXAMPLES / f"{name}.py"
+
+    def test_operating(self):
+        self.check_operating()
+
+    def test_tls(self):
+        self.check_tls(["--tls"])
+
+    def test_feeding(self):
+        self.check_feeding(["--size", "640x480"], "--check")
+
+    def test_driving(self):
+        self.check_driving("--duration", "1", "--home", HOME)
+
+    def test_record_to_numpy(self):
+        import numpy as np
+        import palpate
+        recording = self.out / "session.mcap"
+        with Slave(BLOCK, "--record", self.out / "slave.mcap") as slave:
+            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "4", "--record", recording], env=BARE,
+                                      stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "4")
+            self.assertEqual(master.wait(timeout=60), 0)
+            self.assertEqual(slave.stop(), 0)
+        live = np.load(self.out / "live.npz")
+        contact = live["true_force"][:, 1] > 0.1
+        error = live["force"][contact, 1] - live["true_force"][contact, 1]
+        self.assertGreater(contact.sum(), 20)
+        self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * live["true_force"][:, 1].max())
+        # Reference: what the programs export of the same files.
+        self.run_example("record", recording, self.out / "read.npz")
+        for program, file in ((MASTER, recording), (SLAVE, self.out / "slave.mcap")):
+            done = run(program, "export", file, "--out", file.with_suffix(""))
+            self.assertEqual(done.returncode, 0, done.stderr)
+        arrays = palpate.read_recording(recording)
+        np.testing.assert_array_equal(arrays.sent, np.load(self.out / "session/numpy/force.npy"))
+        np.testing.assert_allclose(arrays.device, np.load(self.out / "session/numpy/p_M.npy"), rtol=0, atol=0)
+        sensed = palpate.read_recording(self.out / "slave.mcap").states
+        exported = np.load(self.out / "slave/numpy/force.npy")
+        np.testing.assert_array_equal(sensed.force, exported)
+        np.testing.assert_array_equal(sensed.tip, np.load(self.out / "slave/numpy/p_S_tip.npy"))
+        self.assertGreater(len(sensed), 100)
+        # A file that was cut is read up to the cut.
+        cut = self.out / "cut.mcap"
+        cut.write_bytes((self.out / "slave.mcap").read_bytes()[:-(self.out / "slave.mcap").stat().st_size // 2])
+        part = palpate.read_recording(cut).states
+        self.assertTrue(0 < len(part) < len(sensed))
+        np.testing.assert_array_equal(part.force, sensed.force[:len(part)])
+
+    def test_stiffness_map(self):
+        import numpy as np
+        import palpate
+        with Slave(BLOCK) as slave:
+            planar = self.run_example("palpation_map", slave.address, self.out / "block.svg", "--planar", "--span", "70")
+            with palpate.connect(slave.address) as connected, connected.operate("test") as tool:
+                tool.engage()
+                tool.move_by([0, tool.state.depth - 0.003, 0], 0.01)
+                held = tool.hold(0.5)
+        # Reference: the simulator's true force at the same depth.
+        truth = held.true_force[-1, 1] / held.depth[-1]
+        self.assertIn("5 of 5 presses", planar)
+        self.assertAlmostEqual(self.number(r"([0-9.]+) N/m", planar), truth, delta=0.02 * truth)
+        self.assertLess(self.number(r"centre, ([0-9.]+) to", planar), 0.9)  # near its free sides a block is softer
+        self.assertEqual((self.out / "block.svg").read_text().count("<rect"), 5)
+        sys.path.insert(0, str(EXAMPLES))
+        import palpation_map
+        drawn = palpation_map.svg(np.array([[1.0, 2.0], [np.nan, 4.0]]))  # rows from the lowest
+        self.assertEqual(re.findall(r'fill="([^"]+)"/><text x="40.0" y="(?:40|120).0" text-anchor="middle">(\d*)<', drawn),
+                         [("grey", ""), ("hsl(8 70% 95%)", "1")])
+
+    def test_ros_bridge(self):
+        published = self.out / "published"
+        with Slave(BLOCK) as slave:
+            operating = subprocess.Popen([*map(str, self.command("operate")), slave.address], env=self.environment,
+                                         stdout=subprocess.DEVNULL)
+            self.run_example("ros2_bridge", slave.address, "--messages", "150", environment={
+                "PYTHONPATH": f"{PACKAGE}:{HERE / 'ros'}", "ROS_PUBLISHED": str(published)})
+            self.assertEqual(operating.wait(timeout=60), 0)
+        messages = [json.loads(line) for line in published.read_text().splitlines()]
+        self.assertEqual(len(messages), 150)
+        stamps = [(message["header"]["stamp"]["sec"], message["header"]["stamp"]["nanosec"]) for message in messages]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        self.assertEqual({(m["topic"], m["header"]["frame_id"]) for m in messages}, {("palpate/wrench", "palpate_slave")})
+        self.assertAlmostEqual(max(m["wrench"]["force"]["y"] for m in messages), STILL, delta=0.02 * STILL)
+
+    def test_lease_and_stop(self):
+        import numpy as np
+        import palpate
+        with Slave(BLOCK) as server, palpate.connect(server.address) as slave:
+            with slave.operate("first") as tool:
+                with self.assertRaises(palpate.LeaseHeld) as held:
+                    slave.operate("second")
+                self.assertIn("first", held.exception.details)
+                waiting = threading.Thread(target=lambda: setattr(self, "second", slave.operate("second", wait=30)))
+                tool.engage()
+                home = tool.position
+                for tip, speed in ((home * np.nan, 0.01), (home, 0), (home, np.nan)):
+                    with self.assertRaisesRegex(ValueError, "accepted are finite"):
+                        tool.move_to(tip, speed)
+                stopping = threading.Timer(0.5, slave.stop)
+                stopping.start()
+                with self.assertRaises(palpate.Interrupted):
+                    tool.move_to(home + [0, -0.005, 0], 0.002)
+                paused = tool.position
+                self.assertLess(np.linalg.norm(paused - home), 0.004)  # it did not go on behind the stop
+                slave.reset()
+                time.sleep(0.3)
+                np.testing.assert_array_equal(tool.position, paused)  # nor after it
+                tool.engage()  # moves nothing
+                self.assertLess(np.linalg.norm(tool.position - paused), 5e-4)
+                tool.move_to(home, 0.01)
+                waiting.start()
+                time.sleep(0.5)
+            waiting.join(30)
+            self.second.close()
+
+    def test_a_frozen_script_holds_the_tool(self):
+        import palpate
+        script = "import sys, palpate\nwith palpate.connect(sys.argv[1]) as s, s.operate('frozen') as t:\n    t.move_by([0, -0.05, 0], 0.002)\n"
+        with Slave(BLOCK) as server, palpate.connect(server.address) as slave:
+            process = subprocess.Popen(["/usr/bin/python3", "-c", script, server.address], env=self.environment, stderr=subprocess.DEVNULL)
+            states = slave.states(rate=50, seconds=30)
+            next(state for state in states if state.phase == palpate.Phase.FOLLOWING)
+            process.send_signal(19)  # SIGSTOP
+            next(state for state in states if state.phase == palpate.Phase.HOLD)
+            process.kill()
+            process.wait()
+
+    def test_bad_input_is_explained(self):
+        import numpy as np
+        import palpate
+        with Slave(BLOCK, *CAMERA) as server, palpate.connect(server.address) as slave:
+            with self.assertRaisesRegex(ValueError, "accepted is uint8 or uint16"):
+                slave.feed_images([np.zeros((4, 4))])
+            with self.assertRaisesRegex(palpate.Error, "max_rate_hz"):
+                next(slave.states(rate=0.5))
+            with self.assertRaisesRegex(palpate.Error, "FAILED_PRECONDITION"):
+                slave.feed_fingertips([palpate.TactileSample("ff", [0.0] * 19)])
+        not_a_recording = self.out / "text.mcap"
+        not_a_recording.write_text("text")
+        with self.assertRaisesRegex(ValueError, "accepted is an MCAP file"):
+            palpate.read_recording(not_a_recording)
+        with self.assertRaises(palpate.Error), palpate.connect("127.0.0.1:1") as nobody:
+            nobody.scene()
+
+    def test_types(self):
+        mypy = shutil.which("mypy", path=BARE["PATH"])
+        if mypy is None:
+            self.skipTest("no mypy (apt-get install mypy)")
+        paths = {**BARE, "MYPYPATH": f"{PACKAGE}:{HERE / 'ros'}"}
+        check = [mypy, "--config-file", ROOT / "deploy/python/mypy.ini", "--cache-dir", self.out / "cache"]
+        examples = [path for path in EXAMPLES.glob("*.py") if path.name != "ros2_bridge.py"]
+        for arguments in (["-p", "palpate"], *([path] for path in examples)):
+            done = run(*check, *arguments, env=paths)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        wrong = self.out / "wrong.py"
+        wrong.write_text("import palpate\n\nwith palpate.connect('a') as slave:\n    slave.operate(5)\n")
+        self.assertEqual(run(*check, wrong, env=paths).returncode, 1)
+
+
+class JavaScript(Examples):
+    @classmethod
+    def setUpClass(cls):
+        cls.modules = pathlib.Path(os.environ.get("NODE_PATH", "."))
+        if not (cls.modules / "palpate/types").is_dir():
+            skip("NODE_PATH has no palpate (build_javascript.sh)")
+        cls.environment = {"PATH": os.environ["PATH"], "NODE_PATH": str(cls.modules)}
+
+    def command(self, name):
+        return "node", EXAMPLES / f"{name}.js"
+
+    def test_operating(self):
+        self.check_operating()
+
+    def test_tls(self):
+        self.check_tls()
+
+    def test_feeding(self):
+        self.check_feeding(["640x480"])
+
+    def test_driving(self):
+        self.check_driving("1", HOME)
+
+    def test_types(self):
+        (self.out / "node_modules").symlink_to(self.modules)
+        tsc = self.modules / "palpate/node_modules/typescript/bin/tsc"
+        options = ["--noEmit", "--strict", "--target", "es2022", "--module", "node16", "--moduleResolution", "node16",
+                   "--types", "node", "--typeRoots", self.modules / "palpate/node_modules/@types"]
+        right = ("import * as palpate from 'palpate';\nasync function main() {\n  const slave = palpate.connect('a', {tls: 'b'});\n"
+                 "  for await (const state of slave.states({rate: 10})) {\n    const force: [number, number, number] = state.force;\n"
+                 "    console.log(force, state.message.phase === 'PHASE_READY', (await slave.status()).alarms.length);\n  }\n"
+                 "  const tool = await slave.operate('name');\n  await tool.moveTo([0, 0, 0], 0.01);\n}\nmain();\n")
+        for name, text, code in (("right", right, 0), ("wrong", right.replace("[0, 0, 0], 0.01", "'down'"), 2)):
+            (self.out / f"{name}.ts").write_text(text)
+            done = run("node", tsc, *options, self.out / f"{name}.ts", env=self.environment, cwd=self.out)
+            self.assertEqual(done.returncode, code, done.stdout)
+
+
+class Cpp(Examples):
+    @classmethod
+    def setUpClass(cls):
+        cls.build = pathlib.Path(os.environ["PALPATE_TEST_OUTPUT"]) / "cpp-examples"
+        shutil.rmtree(cls.build, ignore_errors=True)
+        prefix = cls.build / "prefix"
+        for command in (["cmake", "--install", os.environ["PALPATE_BUILD"], "--prefix", prefix, "--component", "dev"],
+                        ["cmake", "-S", EXAMPLES, "-B", cls.build, f"-DCMAKE_PREFIX_PATH={prefix}", "-DCMAKE_BUILD_TYPE=Release",
+                         "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wconversion -Wshadow -Werror"],
+                        ["cmake", "--build", cls.build]):
+            done = run(*command, env={"PATH": os.environ["PATH"]}, timeout=300)
+            if done.returncode != 0:
+                raise AssertionError(done.stdout + done.stderr)
+        # Nothing of the repository but the installed headers was read.
+        read = subprocess.run(["c++", "-std=c++17", "-M", f"-I{prefix}/include", EXAMPLES / "operate.cpp"], capture_output=True,
+                              text=True, check=True).stdout.split()
+        inside = [word for word in read if word.startswith(str(ROOT)) and not word.startswith((str(prefix), str(EXAMPLES)))]
+        if inside:
+            raise AssertionError(f"headers of the repository: {inside}")
+
+    def command(self, name):
+        return (self.build / name,)
+
+    def test_operating(self):
+        self.check_operating()
+
+    def test_tls(self):
+        self.check_tls()
+
+    def test_driving(self):
+        self.check_driving("1")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2, argv=[sys.argv[0], *sys.argv[1:]])
