@@ -36,6 +36,10 @@ void AddScaleCauses(const ForceCard& card, const SetUp& set_up, std::vector<std:
               force.gain.low <= std::max(1.0, cube) + kMargin;
   }
   if (!IsWrong(card, "magnitude") || follows) return;
+  if (force.directions == 0) {
+    causes->emplace_back("No force is reported under load: is this the tool that was loaded?");
+    return;
+  }
   const auto in_one_axis = std::ranges::any_of(force.axis_gain, [&](const auto& gain) {
     return gain && (gain->low > force.gain.high || gain->high < force.gain.low);
   });

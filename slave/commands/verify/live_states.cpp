@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -18,15 +19,16 @@
 namespace palpate {
 namespace {
 
-// The measured force at `at`, between that of two states, which is as of their sending.
-Eigen::Vector3d MeasuredAt(Time at, const std::optional<SlaveState>& before,
-                           const SlaveState& after) {
-  if (!after.true_force) return kUnknownVector3;
-  if (!before || !before->true_force || after.sent_at <= before->sent_at) return *after.true_force;
+// The measured force is as of the sending of a state. Between those around `at`; the states end
+// with the one whose sample is of that time.
+Eigen::Vector3d MeasuredAt(Time at, const std::vector<SlaveState>& states) {
+  const auto after = std::ranges::find_if(states, [&](const auto& s) { return s.sent_at >= at; });
+  if (after == states.end() || !after->true_force) return kUnknownVector3;
+  if (after == states.begin() || !std::prev(after)->true_force) return *after->true_force;
+  const auto before = std::prev(after);
   const double share =
-      SecondsBetween(before->sent_at, at) / SecondsBetween(before->sent_at, after.sent_at);
-  return *before->true_force +
-         std::clamp(share, 0.0, 1.0) * (*after.true_force - *before->true_force);
+      SecondsBetween(before->sent_at, at) / SecondsBetween(before->sent_at, after->sent_at);
+  return *before->true_force + share * (*after->true_force - *before->true_force);
 }
 
 }  // namespace
@@ -55,12 +57,15 @@ void LiveStates::Watch(double seconds, const std::stop_token& stop) {
                            std::chrono::duration<double>(seconds)));
   const std::stop_callback cancel(stop, [&] { context.TryCancel(); });
   const auto stream = connection_->stub->WatchState(&context, {});
-  std::optional<SlaveState> last;
+  constexpr std::size_t kMost = 200;  // states that a sample may be older than its state
+  std::vector<SlaveState> last;
   std::string why;
   for (v1::SlaveState message; stream->Read(&message);) {
     const std::optional<SlaveState> state = FromProto(message, &why);
     if (!state) continue;
-    const bool is_new = !last || state->sensed_at != last->sensed_at;
+    const bool is_new = last.empty() || state->sensed_at != last.back().sensed_at;
+    if (last.size() == kMost) last.erase(last.begin(), last.begin() + kMost / 2);
+    last.push_back(*state);
     if (states_.empty()) start_ = state->sensed_at;
     const double t = SecondsBetween(start_, state->sensed_at);
     if (is_new && (states_.empty() || t > now())) {
@@ -74,12 +79,11 @@ void LiveStates::Watch(double seconds, const std::stop_token& stop) {
                                       : kUnknown,
                          .sigma = state->sigma,
                          .is_valid = state->validity == Validity::kValid,
-                         .measured = MeasuredAt(state->sensed_at, last, *state)});
+                         .measured = MeasuredAt(state->sensed_at, last)});
     }
-    last = state;
   }
   const grpc::Status status = stream->Finish();
-  if (last || stop.stop_requested()) return;
+  if (!last.empty() || stop.stop_requested()) return;
   throw std::runtime_error(address_ + ": no state from a slave: " +
                            (why.empty() ? Presentable(status.error_message(), 300) : why));
 }

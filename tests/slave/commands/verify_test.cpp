@@ -238,6 +238,16 @@ TEST(VerifyTest, AForceWithoutALoadIsFoundAndDoesNotCountAsAScale) {
   EXPECT_THAT(Causes(card), HasSubstr("without a load"));
 }
 
+TEST(VerifyTest, ADeadSensorIsFound) {
+  for (const Sensor sensor : kSensors) {
+    auto session = Session(sensor, 1, {});
+    for (auto& one : session) one.state.force.setZero();
+    const ForceCard card = MakeCard("", session, SetUpOf(sensor));
+    EXPECT_EQ(FindingOf(card, "magnitude"), Finding::kWrong) << ToText({card});
+    EXPECT_THAT(Causes(card), HasSubstr("No force is reported under load"));
+  }
+}
+
 TEST(VerifyTest, FewLoadsDecideNothing) {
   auto session = Session(Sensor::kFingertips, 1, {});
   std::erase_if(session, [](const MatchedState& one) { return one.load > 3; });
