@@ -11,7 +11,7 @@ struct Interval {
 };
 
 // How many standard errors of a mean reach to either end, with so many degrees of freedom (>= 2).
-// Source: Cornish and Fisher's expansion of Student's t (Abramowitz and Stegun, 26.7.5); 3 % too
+// Source: Cornish and Fisher's expansion of Student's t (Abramowitz and Stegun, 26.7.5); 3.1 % too
 // small for 2 degrees, 0.7 % for 3.
 inline double StudentReach(double freedom) {
   constexpr double z = 1.959964;

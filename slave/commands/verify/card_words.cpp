@@ -53,8 +53,10 @@ void AddScaleCauses(const ForceCard& card, const SetUp& set_up, std::vector<std:
         "Forces are scaled by %.3f in every direction: the modulus "
         "(object.material.young_modulus: %.4g kPa, %.4g to %.4g, instead of %.4g kPa would fit)",
         force.gain.value, E / force.gain.value, E / force.gain.high, E / force.gain.low, E);
-    if (!card.position) {
-      cause += Formatted(", or %s: known positions would tell", set_up.position_source.c_str());
+    if (set_up.pixel == 0) {
+      cause += ", or the scale of the rig (focal length, baseline), which forces do not tell apart";
+    } else if (!card.position) {
+      cause += ", or the scale of the pixels: known positions would tell";
     }
     causes->push_back(cause + ".");
   } else {

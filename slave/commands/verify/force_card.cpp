@@ -28,7 +28,7 @@ KnownAndReported Middle(const std::vector<const MatchedState*>& states, const au
   for (const MatchedState* one : states) {
     const Vector3d is = known(*one), told = reported(*one);
     middle.known += is / count;
-    middle.sigma += std::hypot(one->state.sigma, one->known.sigma) / count;
+    middle.sigma += std::hypot(one->state.sigma, one->known.sigma_or_usual()) / count;
     for (std::size_t j = 0; j < 3; ++j) {
       const auto axis = static_cast<Eigen::Index>(j);
       off[j].push_back(told(axis) - is(axis));
@@ -73,7 +73,8 @@ class CardMaker {
   void AddDirections(const MapFit& fit);
   [[nodiscard]] Vector3d OnAxes(const Vector3d& vector) const;
   CardLine& Add(std::string key, std::string title) {
-    return card_.lines.emplace_back(CardLine{std::move(key), std::move(title), {}, {}, {}, {}});
+    return card_.lines.emplace_back(
+        CardLine{std::move(key), std::move(title), Finding::kUntested, {}, {}, {}});
   }
 
   const SetUp& set_up_;
@@ -233,7 +234,7 @@ void CardMaker::AddSigma() {
     const Vector3d known = OnAxes(matched->known.force), told = OnAxes(matched->state.force);
     const double error =
         set_up_.sigma_of_vector ? (told - known).norm() : std::abs(told.norm() - known.norm());
-    const double sigma = std::hypot(matched->state.sigma, matched->known.sigma);
+    const double sigma = std::hypot(matched->state.sigma, matched->known.sigma_or_usual());
     one += error <= sigma ? 1 : 0;
     two += error <= 2 * sigma ? 1 : 0;
     squares += error * error / std::fmax(sigma * sigma, 1e-12 * largest_ * largest_);

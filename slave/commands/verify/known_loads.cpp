@@ -139,7 +139,7 @@ LoadTable ReadLoads(const std::filesystem::path& file) {
                    .until = table.Number("until", from),
                    .finger = table.Text("finger"),
                    .force = table.Vector({"fx", "fy", "fz"}),
-                   .sigma = table.Number("sigma", 0),
+                   .sigma = table.Number("sigma"),
                    .p_S_tip = table.Vector({"x", "y", "z"}),
                    .depth = table.Number("depth")};
     if (!std::isfinite(from)) table.Fail("t is empty: accepted is a time in seconds");

@@ -1,6 +1,7 @@
 // Known loads and reported states, read from tables and matched by time.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -31,9 +32,16 @@ struct KnownLoad {
   double from = 0, until = 0;  // on the clock of the states [s]
   std::string finger;
   Eigen::Vector3d force = kUnknownVector3;  // of the object on the tool [N]
-  double sigma = 0;                         // standard deviation of an axis of it [N]
+  double sigma = kUnknown;                  // standard deviation of an axis of it [N]
   Eigen::Vector3d p_S_tip = kUnknownVector3;
   double depth = kUnknown;
+
+  // Without `sigma` a reference counts as known to 1 %: weights, springs and gauges rarely are
+  // better, and neither is the time of a changing force.
+  [[nodiscard]] double sigma_or_usual() const {
+    const double size = force.unaryExpr([](double x) { return std::isfinite(x) ? x : 0; }).norm();
+    return std::isfinite(sigma) ? sigma : 0.01 * size;
+  }
 };
 
 struct LoadTable {

@@ -149,7 +149,7 @@ MapFit FitMap(const std::vector<KnownAndReported>& loads, const std::vector<int>
   fit.map = X * p.U.transpose();
   const MatrixXd residual = reported - X * inside;
   const double all = (reported * W * reported.transpose()).trace();
-  if (!(all > 0)) {
+  if (!(all > 1e-18 * eigen.eigenvalues().sum())) {  // nothing but rounding errors
     fit.directions = 0;
     return fit;
   }

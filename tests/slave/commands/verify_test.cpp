@@ -309,13 +309,15 @@ class VerifyFilesTest : public FolderTest {
 class SimulatedBlockTest : public VerifyFilesTest {
  protected:
   void Record(int seed) {
+    const std::string name = "true-" + std::to_string(seed);
     const Scene scene = LoadScene(options_.scene, {"site.seed=" + std::to_string(seed)});
-    RunOffline(scene, {.out = folder_ / "true", .frames = true}, {});
+    RunOffline(scene, {.out = folder_ / name, .frames = true}, {});
     std::string text = Scratch::Read(options_.scene);
-    text.replace(text.find("source: simulated"), 17, "file: \"true/frames/%06d.png\"");
+    const std::string source = "\n    source: simulated";
+    text.replace(text.find(source), source.size(), "\n    file: \"" + name + "/frames/%06d.png\"");
     options_.scene = Write("recorded.yaml", text.substr(0, text.find("# The simulated env")));
     std::vector<KnownLoad> loads;
-    for (const ReportedState& state : ReadStates(folder_ / "true" / "states.csv")) {
+    for (const ReportedState& state : ReadStates(folder_ / name / "states.csv")) {
       loads.push_back({.from = state.t, .force = state.measured, .p_S_tip = state.p_S_tip});
     }
     std::string table = "t,fx,fy,fz,x,y,z\n";
