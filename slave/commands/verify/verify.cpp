@@ -31,7 +31,7 @@ SetUp SetUpOf(const Scene& scene) {
   set_up.sigma_of_vector = fingertips;
   if (!fingertips) set_up.young_modulus = scene.object.material.young_modulus;
   set_up.position_source =
-      fingertips ? "the encoders or the poses of the fingertips" : "the rig or the encoders";
+      fingertips ? "the encoders or the poses of the fingertips" : "the encoders";
   if (const auto* camera = scene.sense.Find<Camera>()) {
     set_up.pixel = camera->pixel;
     set_up.position_source = "the scale of the pixels";

@@ -45,7 +45,7 @@ struct Fault {
 
 SetUp SetUpOf(Sensor sensor) {
   if (sensor == Sensor::kCamera) return {true, false, 127e3, 0.35e-3, "the scale of the pixels"};
-  if (sensor == Sensor::kPlate) return {false, false, 27e6, 0, "the rig or the encoders"};
+  if (sensor == Sensor::kPlate) return {false, false, 27e6, 0, "the encoders"};
   return {false, true, 0, 0, "the encoders or the poses of the fingertips"};
 }
 
