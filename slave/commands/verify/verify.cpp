@@ -161,7 +161,7 @@ int RunVerify(const VerifyOptions& options, const std::stop_token& stop) {
   } else {
     try {
       session.source = Process(options, scene, stop);
-    } catch (const std::invalid_argument& refusal) {
+    } catch (const std::exception& refusal) {
       WriteRefusal(scene.name, refusal.what(), options.out);
       std::printf("does not pass: the slave refuses these samples\nlikely wrong: %s\nwritten: %s\n",
                   refusal.what(), (options.out / "report.html").c_str());
