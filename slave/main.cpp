@@ -30,6 +30,7 @@ constexpr const char* kExamples = R"(Examples:
       --out build/ef10
   palpate-slave calibrate --left 'left*.jpg' --right 'right*.jpg' --board 9x6 --square 25mm \
       --out rig.yaml
+  palpate-slave verify deploy/scenes/silicone-block.yaml --sensor --out build/card
 
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 

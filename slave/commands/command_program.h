@@ -26,6 +26,7 @@ inline constexpr CommandProgram kCommandPrograms[] = {
     {"train", "Train a fingertip's force network or its localiser", ""},
     {"identify", "Identify material constants from tables of tests", ""},
     {"evaluate", "Compare the estimated shape with a measured point cloud", "clouds"},
+    {"verify", "Test force, sign, frame and sigma with known loads", ""},
     {"calibrate", "Calibrate lens, stereo rig and pose of cameras from images of a board",
      "calibration"}};
 // nullptr: not one of these commands.

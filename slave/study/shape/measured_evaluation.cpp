@@ -6,9 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "shared/text/html_page.h"
 #include "shared/text/text.h"
 #include "slave/study/shape/cloud_picture.h"
-#include "slave/study/shape/html_page.h"
+#include "slave/study/shape/score_words.h"
 
 namespace palpate::study {
 namespace {

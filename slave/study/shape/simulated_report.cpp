@@ -6,10 +6,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "shared/text/html_page.h"
 #include "shared/text/svg.h"
 #include "shared/text/text.h"
 #include "slave/study/shape/cloud_picture.h"
-#include "slave/study/shape/html_page.h"
+#include "slave/study/shape/score_words.h"
 #include "slave/study/shape/simulated_experiment.h"
 
 namespace palpate::study {

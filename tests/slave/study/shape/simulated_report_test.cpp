@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "slave/study/shape/html_page.h"
 #include "slave/study/shape/simulated_experiment.h"
 #include "tests/shared/text/well_formed.h"
 #include "tests/support/paths.h"
@@ -57,16 +56,6 @@ TEST(SimulatedReportTest, FigureAndPageAreWellFormedWhateverTheNamesAndScores) {
   EXPECT_EQ(report["objects"][1]["states"][2]["octree_mean"], 0.5);
   EXPECT_TRUE(report["objects"][0]["estimated_force_N"].is_null());
   EXPECT_FALSE(WriteSimulated(objects, {}, 0.01, folder / "no such folder"));
-}
-
-// Reference: the test vectors of RFC 4648.
-TEST(HtmlPageTest, PicturesAreInBase64) {
-  EXPECT_EQ(Base64(""), "");
-  EXPECT_EQ(Base64("f"), "Zg==");
-  EXPECT_EQ(Base64("fo"), "Zm8=");
-  EXPECT_EQ(Base64("foo"), "Zm9v");
-  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
-  EXPECT_EQ(Base64("\xff\xfe\xfd"), "//79");
 }
 
 TEST(FoamTest, SceneIsMadeOfTheFoamAndNothingElseChanges) {

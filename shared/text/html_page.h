@@ -5,11 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
-#include "slave/study/shape/shape_score.h"
-
-namespace palpate::study {
+namespace palpate {
 
 class HtmlPage {
  public:
@@ -39,17 +35,4 @@ class HtmlPage {
 // RFC 4648, with padding.
 std::string Base64(std::string_view bytes);
 
-// Numbers of an evaluation, for people and for programs. 0.9731: `97.3 %`; NaN: `unknown`.
-std::string Percent(double share);
-// 0.0123: `12.3 mm`.
-std::string Millimetres(double length);
-// Intersection over union, or that it is a support.
-std::string LabelWords(const LabelScore& label);
-// A table of distances.
-std::vector<std::string> DistanceHead(std::string first);
-std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
-// Unknown values are null.
-nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
-nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
-
-}  // namespace palpate::study
+}  // namespace palpate

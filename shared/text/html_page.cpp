@@ -1,14 +1,10 @@
-#include "slave/study/shape/html_page.h"
+#include "shared/text/html_page.h"
 
-#include <cmath>
-
-#include <nlohmann/json.hpp>
 #include <openssl/evp.h>
 
 #include "shared/text/svg.h"
-#include "shared/text/text.h"
 
-namespace palpate::study {
+namespace palpate {
 namespace {
 
 constexpr std::string_view kStyle = R"(
@@ -24,8 +20,6 @@ figcaption { color: #5b6576; font-size: 0.9em; }
 @media (prefers-color-scheme: dark) {
 body { color: #e8ecf2; background: #14181f; } th, figcaption { color: #a9b3c2; } }
 )";
-
-using Json = nlohmann::ordered_json;
 
 }  // namespace
 
@@ -82,42 +76,4 @@ std::string Base64(std::string_view bytes) {
   return text;
 }
 
-std::string Percent(double share) {
-  return std::isfinite(share) ? Formatted("%.1f %%", 100 * share) : "unknown";
-}
-
-std::string Millimetres(double length) {
-  return std::isfinite(length) ? Formatted("%.1f mm", 1e3 * length) : "unknown";
-}
-
-std::string LabelWords(const LabelScore& label) {
-  return label.support ? "support" : Percent(label.iou);
-}
-
-std::vector<std::string> DistanceHead(std::string first) {
-  return {std::move(first), "mean", "rms", "95 %", "largest"};
-}
-
-std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances) {
-  return {std::move(name), Millimetres(distances.mean), Millimetres(distances.rms),
-          Millimetres(distances.p95), Millimetres(distances.max)};
-}
-
-Json DistanceJson(const DistanceSummary& distances) {
-  return {{"mean", distances.mean},
-          {"rms", distances.rms},
-          {"p95", distances.p95},
-          {"max", distances.max}};
-}
-
-Json ScoreJson(const ShapeScore& score, double leaf) {
-  return {{"octree", score.octree},
-          {"leaf_m", leaf},
-          {"lattices", 8},
-          {"measured_points", score.measured},
-          {"simulated_points", score.simulated},
-          {"measured_to_surface_m", DistanceJson(score.measured_to_surface)},
-          {"simulated_to_measured_m", DistanceJson(score.simulated_to_measured)}};
-}
-
-}  // namespace palpate::study
+}  // namespace palpate

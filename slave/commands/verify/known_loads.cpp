@@ -1,0 +1,224 @@
+#include "slave/commands/verify/known_loads.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "shared/text/csv.h"
+#include "shared/text/text.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLargest = 1e12;
+constexpr double kLongestGap = 1;       // between rows of a record [s]
+constexpr std::size_t kStretches = 20;  // of a record, for one finger
+constexpr double kLoadedShare = 0.05;   // of the largest known force
+
+// A table whose empty cells and absent columns are unknown.
+class Table {
+ public:
+  explicit Table(const std::filesystem::path& file) : rows_(file) {}
+  bool Next() { return rows_.Next(); }
+  [[nodiscard]] bool Has(std::string_view name) const { return rows_.Find(name).has_value(); }
+  [[nodiscard]] std::string Text(std::string_view name) const {
+    const auto column = rows_.Find(name);
+    return column ? std::string(rows_.Text(*column)) : std::string();
+  }
+  [[nodiscard]] double Number(std::string_view name, double absent = kUnknown) const {
+    const auto column = rows_.Find(name);
+    if (!column || Trimmed(rows_.Text(*column)).empty()) return absent;
+    return rows_.Number(*column, kLargest);
+  }
+  [[nodiscard]] Vector3d Vector(const std::array<std::string_view, 3>& names) const {
+    return {Number(names[0]), Number(names[1]), Number(names[2])};
+  }
+  void RequireColumns(std::initializer_list<std::string_view> names) const {
+    for (const auto name : names) {
+      if (!Has(name)) rows_.Fail("no column " + std::string(name), 1);
+    }
+  }
+  [[noreturn]] void Fail(const std::string& what) const { rows_.Fail(what); }
+
+ private:
+  CsvRows rows_;
+};
+
+void Append(std::string* text, double value) {
+  AppendNumber(text, value, 9);
+  *text += ',';
+}
+
+void Append(std::string* text, const Vector3d& values) {
+  for (const double value : values) Append(text, value);
+}
+
+KnownLoad Between(const KnownLoad& a, const KnownLoad& b, double t) {
+  const double share = b.from > a.from ? (t - a.from) / (b.from - a.from) : 0;
+  KnownLoad between = a;
+  between.force += share * (b.force - a.force);
+  between.p_S_tip += share * (b.p_S_tip - a.p_S_tip);
+  between.depth += share * (b.depth - a.depth);
+  return between;
+}
+
+// Numbers the stretches of a record: the states under load, and apart from them those without.
+void CutIntoStretches(std::vector<MatchedState>* matched) {
+  double largest = 0;
+  for (const auto& one : *matched) largest = std::fmax(largest, one.known.force.norm());
+  const auto is_loaded = [&](const MatchedState& one) {
+    return !(one.known.force.norm() < kLoadedShare * largest);
+  };
+  const auto loaded = static_cast<std::size_t>(std::ranges::count_if(*matched, is_loaded));
+  const std::array all{matched->size() - loaded, loaded};
+  std::array<std::size_t, 2> seen{0, 0};
+  for (auto& one : *matched) {
+    const std::size_t kind = is_loaded(one) ? 1 : 0;
+    one.load = static_cast<int>(kStretches * (kind + 1) + kStretches * seen[kind] / all[kind]);
+    ++seen[kind];
+  }
+}
+
+// The finger that a load of `finger` acts on, among those of the states.
+bool IsOn(const ReportedState& state, const std::string& finger, const std::string& first) {
+  return state.finger == (finger.empty() ? first : finger);
+}
+
+}  // namespace
+
+std::vector<ReportedState> ReadStates(const std::filesystem::path& file) {
+  Table table(file);
+  std::vector<ReportedState> states;
+  while (table.Next()) {
+    if (states.empty()) table.RequireColumns({"t", "fx", "fy", "fz", "sigma", "validity"});
+    ReportedState state{.t = table.Number("t"),
+                        .finger = table.Text("finger"),
+                        .p_S_tip = table.Vector({"tip_x", "tip_y", "tip_z"}),
+                        .force = table.Vector({"fx", "fy", "fz"}),
+                        .sigma = table.Number("sigma", 0),
+                        .is_valid = table.Text("validity") == "valid",
+                        .measured = table.Vector({"true_fx", "true_fy", "true_fz"})};
+    const Vector3d contact = table.Vector({"contact_x", "contact_y", "contact_z"});
+    state.depth = table.Has("depth")       ? table.Number("depth")
+                  : state.force.norm() > 0 ? (state.p_S_tip - contact).norm()
+                                           : kUnknown;
+    if (!std::isfinite(state.t)) table.Fail("t is empty: accepted is a time in seconds");
+    states.push_back(std::move(state));
+  }
+  return states;
+}
+
+void WriteStates(const std::vector<ReportedState>& states, const std::filesystem::path& file) {
+  std::string text =
+      "t,finger,tip_x,tip_y,tip_z,fx,fy,fz,sigma,depth,true_fx,true_fy,true_fz,validity\n";
+  for (const ReportedState& state : states) {
+    Append(&text, state.t);
+    text += state.finger + ',';
+    Append(&text, state.p_S_tip);
+    Append(&text, state.force);
+    Append(&text, state.sigma);
+    Append(&text, state.depth);
+    Append(&text, state.measured);
+    text += state.is_valid ? "valid\n" : "extrapolated\n";
+  }
+  WriteWholeFile(file, text);
+}
+
+LoadTable ReadLoads(const std::filesystem::path& file) {
+  Table table(file);
+  LoadTable read;
+  read.is_record = !table.Has("until");
+  while (table.Next()) {
+    if (read.loads.empty()) table.RequireColumns({"t"});
+    const double from = table.Number("t");
+    KnownLoad load{.from = from,
+                   .until = table.Number("until", from),
+                   .finger = table.Text("finger"),
+                   .force = table.Vector({"fx", "fy", "fz"}),
+                   .sigma = table.Number("sigma"),
+                   .p_S_tip = table.Vector({"x", "y", "z"}),
+                   .depth = table.Number("depth")};
+    if (!std::isfinite(from)) table.Fail("t is empty: accepted is a time in seconds");
+    if (!read.is_record && !(load.until > load.from)) {
+      table.Fail("until: accepted is a time after t");
+    }
+    if (load.sigma < 0) table.Fail("sigma: accepted is 0 or more");
+    read.loads.push_back(std::move(load));
+  }
+  if (read.loads.empty()) {
+    throw InputError(file.string() + ": no load: accepted is one row or more");
+  }
+  if (read.is_record) std::ranges::stable_sort(read.loads, {}, &KnownLoad::from);
+  return read;
+}
+
+void WriteLoads(const std::vector<KnownLoad>& loads, const std::filesystem::path& file) {
+  std::string text = "t,until,fx,fy,fz,sigma,x,y,z,depth,finger\n";
+  for (const KnownLoad& load : loads) {
+    Append(&text, load.from);
+    Append(&text, load.until);
+    Append(&text, load.force);
+    Append(&text, load.sigma);
+    Append(&text, load.p_S_tip);
+    Append(&text, load.depth);
+    text += load.finger + '\n';
+  }
+  WriteWholeFile(file, text);
+}
+
+MatchedStates Match(const std::vector<ReportedState>& states, const LoadTable& table) {
+  MatchedStates matched;
+  const std::string first = states.empty() ? "" : states.front().finger;
+  const auto& loads = table.loads;
+  for (const ReportedState& state : states) {
+    const KnownLoad* before = nullptr;  // the row of a record
+    for (std::size_t i = 0; i < loads.size(); ++i) {
+      const KnownLoad& load = loads[i];
+      if (!IsOn(state, load.finger, first)) continue;
+      if (!table.is_record && load.from <= state.t && state.t <= load.until) {
+        matched[state.finger].push_back({state, load, static_cast<int>(i)});
+        break;
+      }
+      if (!table.is_record) continue;
+      if (load.from < state.t) {
+        before = &load;
+        continue;
+      }
+      if (load.from == state.t) {
+        matched[state.finger].push_back({state, load, 0});
+      } else if (before != nullptr && load.from - before->from <= kLongestGap) {
+        matched[state.finger].push_back({state, Between(*before, load, state.t), 0});
+      }
+      break;
+    }
+  }
+  if (matched.empty()) {
+    throw std::invalid_argument(
+        "--loads: accepted are loads at times, and on fingers, of the states: none matches");
+  }
+  if (table.is_record) {
+    for (auto& [finger, of_finger] : matched) CutIntoStretches(&of_finger);
+  }
+  return matched;
+}
+
+MatchedStates MatchSensor(const std::vector<ReportedState>& states) {
+  MatchedStates matched;
+  for (const ReportedState& state : states) {
+    if (!state.measured.allFinite()) continue;
+    matched[state.finger].push_back({state, {.force = state.measured}, 0});
+  }
+  if (matched.empty()) {
+    throw std::invalid_argument(
+        "--sensor: accepted are states with the force of a sensor (ArmReport.measured_force) or "
+        "of a simulator: these have none");
+  }
+  for (auto& [finger, of_finger] : matched) CutIntoStretches(&of_finger);
+  return matched;
+}
+
+}  // namespace palpate

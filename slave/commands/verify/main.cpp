@@ -1,0 +1,59 @@
+// palpate-verify: the command line of `palpate-slave verify`.
+#include "slave/commands/command_program.h"
+#include "slave/commands/verify/verify.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kExamples =
+    R"(Without --loads and --sensor it asks for one known load after the other, while a slave serves
+the scene. Table of loads, SI, frame S, force of the object on the tool:
+  t,until,fx,fy,fz[,sigma][,x,y,z][,depth][,finger]    loads that were held from t to until
+  t,fx,fy,fz[,sigma][,x,y,z][,depth][,finger]          record of a sensor, linear between rows
+t is the time since the first state. x,y,z is the known position of the tip, depth the known
+indentation. An empty cell is unknown. fx,fy,fz may be absent if only positions are known.
+
+Examples:
+  palpate-slave verify deploy/scenes/silicone-block.yaml --out build/card
+  palpate-slave verify deploy/scenes/silicone-block.yaml --sensor --out build/card
+  palpate-slave verify slave.mcap --loads loads.csv --out build/card
+  palpate-slave verify scene.yaml --states states.csv --loads loads.csv --out build/card
+  palpate-slave verify scene.yaml --connect 127.0.0.1:50051 --sensor --duration 30 --out build/card
+
+Exit codes: 0 all that was tested is right, 1 something is wrong or not decided, 2 unusable
+arguments or scene.)";
+
+void AddOptions(CLI::App* command, VerifyOptions* options) {
+  AddSceneOptions(command, &options->scene, &options->overrides);
+  command->get_option("scene")->description(
+      "Scene file (YAML), or a recording of the slave (FILE.mcap)");
+  Add(command, "--out", &options->out, "DIR", "Folder for report.html and report.json")->required();
+  Add(command, "--loads", &options->loads, "FILE", "Known loads: CSV, see below")
+      ->check(CLI::ExistingFile);
+  command->add_flag("--sensor", options->sensor,
+                    "Compare with the force sensor of the manipulator's driver "
+                    "(ArmReport.measured_force), or with a simulator's true force");
+  Add(command, "--states", &options->states, "FILE",
+      "Reported states: states.csv of `process`; default: the scene is processed")
+      ->check(CLI::ExistingFile);
+  Add(command, "--connect", &options->connect, "HOST:PORT",
+      "Slave that serves the scene; for questions default 127.0.0.1:50051");
+  command->add_option("--tls", options->tls, "Mutual TLS 1.3: folder of certificates")
+      ->check(CLI::ExistingDirectory);
+  command->add_flag("--insecure", options->insecure,
+                    "Allow addresses that are not loopback, in plain text");
+  AddShown(command, "--duration", &options->duration,
+           "Seconds for which --connect watches the slave")
+      ->check(CLI::Range(0.1, 86400.0));
+  AddShown(command, "--hold", &options->hold,
+           "Seconds for which each load is held in answer to a question")
+      ->check(CLI::Range(0.1, 600.0));
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  return palpate::RunCommandProgram(argc, argv, "verify", palpate::kExamples, palpate::AddOptions,
+                                    palpate::RunVerify);
+}

@@ -1,0 +1,26 @@
+// Numbers of an evaluation, for people and for programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "slave/study/shape/shape_score.h"
+
+namespace palpate::study {
+
+// 0.9731: `97.3 %`; NaN: `unknown`.
+std::string Percent(double share);
+// 0.0123: `12.3 mm`.
+std::string Millimetres(double length);
+// Intersection over union, or that it is a support.
+std::string LabelWords(const LabelScore& label);
+// A table of distances.
+std::vector<std::string> DistanceHead(std::string first);
+std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
+// Unknown values are null.
+nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
+nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);
+
+}  // namespace palpate::study

@@ -1,0 +1,54 @@
+"""The force test card of a slave that serves, with a force sensor and with questions."""
+import json
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+from programs import BARE, BLOCK, MASTER, PATIENCE, SLAVE, Slave, run
+
+
+def report(folder):
+    return json.loads((folder / "report.json").read_text())
+
+
+class Verify(unittest.TestCase):
+    def setUp(self):
+        self.scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(self.scratch.cleanup)
+        self.out = pathlib.Path(self.scratch.name, "card")
+
+    def test_a_correct_slave_that_is_operated_passes_against_its_sensor(self):
+        """The simulator's true force stands for that of a sensor: both are sent as the true force."""
+        with Slave(BLOCK) as slave:
+            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "9"], stdin=subprocess.DEVNULL,
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=BARE)
+            done = run(SLAVE, "verify", BLOCK, "--connect", slave.address, "--sensor", "--duration", "8", "--out", self.out)
+            self.assertEqual(master.wait(timeout=PATIENCE), 0)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(report(self.out)["cards"][0]["lines"]["magnitude"]["verdict"], "right")
+
+    def test_answers_become_tables_that_give_the_same_card(self):
+        """Nothing touches the tool, so that a force that is said to be known is missing."""
+        answers = "none\nweight 100\nforce 0 1 0\nweight 100 g +y\nspring 200 N/m 5 mm +y\ndone\n"
+        with Slave(BLOCK) as slave:
+            asked = subprocess.run([SLAVE, "verify", BLOCK, "--connect", slave.address, "--hold", "0.5", "--out", self.out],
+                                   input=answers, capture_output=True, text=True, env=BARE, timeout=PATIENCE)
+        self.assertEqual(asked.returncode, 1, asked.stdout + asked.stderr)
+        self.assertIn("accepted is a mass in g or kg", asked.stdout)
+        first = report(self.out)
+        self.assertIn("zero under every load", first["cards"][0]["lines"]["magnitude"]["remark"])
+        self.assertEqual(len((self.out / "loads.csv").read_text().splitlines()), 5)
+        again = pathlib.Path(self.scratch.name, "again")
+        done = run(SLAVE, "verify", BLOCK, "--states", self.out / "states.csv", "--loads", self.out / "loads.csv", "--out", again)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        self.assertEqual(report(again)["cards"], first["cards"])
+
+    def test_no_slave_is_said(self):
+        done = run(SLAVE, "verify", BLOCK, "--connect", "127.0.0.1:9", "--sensor", "--duration", "1", "--out", self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("127.0.0.1:9: no state from a slave", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
