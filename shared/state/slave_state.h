@@ -7,6 +7,7 @@
 #include <optional>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "shared/state/check_details.h"
 #include "shared/state/clock.h"
@@ -96,7 +97,9 @@ struct ContactEstimate : Verdict {
   int finger_count = 0;
   CheckDetails details;  // values of the checks of the tool's sensor
   Time processed_at{};   // end of vision or tactile processing; not sent with a state
-  std::optional<Eigen::Vector3d> moment;  // of `force` about the tip, S [N m]; for observers
+  // Moment about the tip of the object's traction on the tool, S [N m]; nullopt: unknown.
+  std::optional<Eigen::Vector3d> moment;
+  double moment_sigma = 0;  // one standard deviation of the moment's vector [N m]
 };
 
 // Part of a state that concerns the operator.
@@ -131,6 +134,9 @@ struct OperatorCommand {
   std::optional<Time> echo;             // slave's clock
   std::uint32_t settings_revision = 0;  // used by the master; 0: unknown
   bool stop = false;                    // the operator's emergency stop
+  // Rotation of the device's handle in M; nullopt: the device measures none.
+  std::optional<Eigen::Quaterniond> R_M_device;
+  bool torque = false;  // the operator requests the moment
 };
 
 }  // namespace palpate

@@ -43,6 +43,15 @@ void ToProto(const Eigen::Vector3d& vector, v1::Vec3f* message) {
   message->set_z(Narrow(vector.z()));
 }
 
+void ToProto(const std::optional<Eigen::Quaterniond>& rotation,
+             google::protobuf::RepeatedField<double>* message) {
+  message->Clear();
+  if (!rotation) return;
+  for (const double value : {rotation->w(), rotation->x(), rotation->y(), rotation->z()}) {
+    message->Add(value);
+  }
+}
+
 void ToProto(Time time, google::protobuf::Timestamp* message) {
   const std::int64_t nanos = time.time_since_epoch().count();
   std::int64_t seconds = nanos / kNanosPerSecond;
@@ -83,6 +92,17 @@ Eigen::Vector3d FieldReader::Vector(std::string_view name, const v1::Vec3& value
 
 Eigen::Vector3d FieldReader::Vector(std::string_view name, const v1::Vec3f& value, double limit) {
   return Components(this, name, value, limit);
+}
+
+std::optional<Eigen::Quaterniond> FieldReader::Rotation(
+    std::string_view name, const google::protobuf::RepeatedField<double>& value) {
+  if (value.empty()) return std::nullopt;
+  Eigen::Quaterniond rotation(0, 0, 0, 0);
+  if (value.size() == 4) rotation = {value[0], value[1], value[2], value[3]};
+  const bool is_unit = std::abs(rotation.norm() - 1) <= kUnitTolerance;  // NaN is refused too
+  Require(is_unit, name, "a unit quaternion w, x, y, z within 1e-3, or none");
+  if (!is_unit) return std::nullopt;
+  return rotation.normalized();
 }
 
 Time FieldReader::Stamp(std::string_view name, const google::protobuf::Timestamp& value) {

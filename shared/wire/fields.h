@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "palpate/v1/state.pb.h"
 
@@ -22,9 +24,14 @@ namespace palpate {
 inline constexpr double kMaxLength = 1e6;      // [m]
 inline constexpr double kMaxSpeed = 1e6;       // [m/s]
 inline constexpr double kMaxForce = 1e18;      // [N]
+inline constexpr double kMaxMoment = 1e24;     // [N m]
 inline constexpr double kMaxStiffness = 1e21;  // [N/m]
 inline constexpr double kMaxEnergy = 1e24;     // [J]
 inline constexpr double kMaxDelay = 1e6;       // [s]
+
+// Accepted deviation of the length of a sent unit quaternion or vector from 1 [-]. [derived: single
+// precision leaves 1e-7; more than this is not a rounded unit]
+inline constexpr double kUnitTolerance = 1e-3;
 
 // Nearest single-precision number, limited to the largest finite one. NaN stays.
 inline float Narrow(double value) {
@@ -34,6 +41,9 @@ inline float Narrow(double value) {
 
 void ToProto(const Eigen::Vector3d& vector, v1::Vec3* message);
 void ToProto(const Eigen::Vector3d& vector, v1::Vec3f* message);
+// Four numbers w, x, y, z; none for nullopt.
+void ToProto(const std::optional<Eigen::Quaterniond>& rotation,
+             google::protobuf::RepeatedField<double>* message);
 void ToProto(Time time, google::protobuf::Timestamp* message);
 void ToProto(const DatagramCount& count, v1::DatagramCount* message);
 DatagramCount FromProto(const v1::DatagramCount& count);
@@ -53,6 +63,10 @@ class FieldReader {
   double NonNegative(std::string_view name, double value, double limit);
   Eigen::Vector3d Vector(std::string_view name, const v1::Vec3& value, double limit);
   Eigen::Vector3d Vector(std::string_view name, const v1::Vec3f& value, double limit);
+  // None, or four numbers w, x, y, z whose length is 1 within kUnitTolerance; the result is a unit
+  // quaternion. nullopt: none, or rejected.
+  std::optional<Eigen::Quaterniond> Rotation(std::string_view name,
+                                             const google::protobuf::RepeatedField<double>& value);
   // 1970 to 2242, 0 <= nanos < 1e9.
   Time Stamp(std::string_view name, const google::protobuf::Timestamp& value);
   // Rejects unless `condition`: `name`: accepted is `accepted`.

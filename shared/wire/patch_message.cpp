@@ -12,7 +12,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;
 constexpr double kMaxCompliance = 1e6;  // [m/N]
 constexpr double kMaxRatio = 1e6, kMaxFriction = 1e3;
 constexpr double kLeastLength = 1e-9;  // of a cell's side, of a depth [m]

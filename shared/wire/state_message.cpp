@@ -8,7 +8,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;  // single precision leaves 1e-7; more is no unit vector
 constexpr int kStiffnessEntries = 9;
 
 bool IsSendable(const LocalModel& model) {
@@ -108,6 +107,10 @@ void ReadForces(const v1::SlaveState& message, FieldReader* reader, SlaveState* 
   if (message.has_true_force()) {
     state->true_force = reader->Vector("true_force", message.true_force(), kMaxForce);
   }
+  if (message.has_moment()) {
+    state->moment = reader->Vector("moment", message.moment(), kMaxMoment);
+    state->moment_sigma = reader->NonNegative("moment_sigma", message.moment_sigma(), kMaxMoment);
+  }
   if (message.has_local_model()) state->local_model = ReadModel(message.local_model(), reader);
 }
 
@@ -195,6 +198,8 @@ void ToProto(const OperatorCommand& command, v1::OperatorCommand* message) {
   if (command.echo) ToProto(*command.echo, message->mutable_echo());
   message->set_settings_revision(command.settings_revision);
   message->set_stop(command.stop);
+  ToProto(command.R_M_device, message->mutable_orientation());
+  message->set_torque(command.torque);
 }
 
 std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std::string* reason) {
@@ -217,6 +222,8 @@ std::optional<OperatorCommand> FromProto(const v1::OperatorCommand& message, std
   if (message.has_echo()) command.echo = reader.Stamp("echo", message.echo());
   command.settings_revision = message.settings_revision();
   command.stop = message.stop();
+  command.R_M_device = reader.Rotation("orientation", message.orientation());
+  command.torque = message.torque();
   if (!reader.ok()) return std::nullopt;
   return command;
 }
