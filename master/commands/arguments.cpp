@@ -94,8 +94,8 @@ void DeclareMotion(CLI::App* connect, Arguments* a) {
       ->capture_default_str();
   Add(connect, "--lock", &a->lock, "AXES",
       "Axes of the master that stay where the operator engages, for example z or x,z");
-  Add(connect, "--box", &a->box, "X,Y,Z:X,Y,Z",
-      "Box that the tool stays in: two opposite corners in mm, frame S");
+  Add(connect, "--box", &a->box, "BOX",
+      "Box that the tool stays in, X,Y,Z:X,Y,Z: two opposite corners in mm, frame S");
   Add(connect, "--fixture", &a->fixtures, "FIXTURE",
       "Region that the tool stays in, in mm, frame S: plane:X,Y,Z:NX,NY,NZ, "
       "line:X,Y,Z:DX,DY,DZ[:RADIUS], sphere:X,Y,Z:RADIUS or cone:X,Y,Z:DX,DY,DZ:DEGREES; "
@@ -196,7 +196,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   DeclareMotion(connect, a);
   Add(connect, "--trials", &a->trials, "FILE.csv",
       "Run the conditions of this table in random order: label, seconds, and if wanted repeats, "
-      "render and keys of the scene; log and recording carry the labels");
+      "render, keys of the scene; ticks carry the labels");
   Add(connect, "--trials-seed", &a->trials_seed, "N",
       "Seed of the order; the same seed gives the same order")
       ->capture_default_str();

@@ -229,14 +229,15 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.duration = a.duration;
   options.log = a.log;
   options.sensor_rate = scene.sensor_rate;
-  options.notify = [&](const std::string& notice) {
-    if (!a.terminal) console.Print(notice);
-  };
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
   if (health->page) {
     console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
   }
   auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
+  options.notify = [&](const std::string& notice) {
+    if (!a.terminal) console.Print(notice);
+    if (station) station->Notify(notice);
+  };
   options.see_tick = [&console, &device,
                       fault = DeviceFault::kNone](const TickRecord& tick) mutable {
     if (std::exchange(fault, tick.device.fault) == tick.device.fault) return;
