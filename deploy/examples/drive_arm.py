@@ -60,7 +60,7 @@ class Arm:
         self.commanded = self.inverse(home)
         self.angles = list(self.commanded)
         self.rotation: Array = np.array([1.0, 0, 0, 0])  # unit quaternions, measured and commanded
-        self.turn = self.rotation  # unit quaternions: measured, commanded
+        self.turn = self.rotation
         self.previous, self.site = list(home), site
 
     def inverse(self, p: Sequence[float]) -> list[float]:

@@ -7,6 +7,7 @@
 #include "master/device/device.h"
 #include "master/recording/replay.h"
 #include "master/station/live_station.h"
+#include "master/trials/trial_plan.h"
 #include "master/view/shape_watch.h"
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
@@ -82,10 +83,40 @@ void DeclareEvict(CLI::App* app, Arguments* a) {
   AddLineOptions(evict, &a->link);
 }
 
+void DeclareMotion(CLI::App* connect, Arguments* a) {
+  Add(connect, "--axes", &a->axes, "AXES",
+      "The device's axes for right, up and towards the operator, for example --axes=-z,y,x; `axes` "
+      "finds them")
+      ->capture_default_str();
+  Add(connect, "--clutch-button", &a->clutch_button, "N",
+      "Button of the device that opens the clutch while it is held; 0: none")
+      ->check(CLI::Range(0, MotionOptions::kMostButtons))
+      ->capture_default_str();
+  Add(connect, "--lock", &a->lock, "AXES",
+      "Axes of the master that stay where the operator engages, for example z or x,z");
+  Add(connect, "--box", &a->box, "BOX",
+      "Box that the tool stays in, X,Y,Z:X,Y,Z: two opposite corners in mm, frame S");
+  Add(connect, "--fixture", &a->fixtures, "FIXTURE",
+      "Region that the tool stays in, in mm, frame S: plane:X,Y,Z:NX,NY,NZ, "
+      "line:X,Y,Z:DX,DY,DZ[:RADIUS], sphere:X,Y,Z:RADIUS or cone:X,Y,Z:DX,DY,DZ:DEGREES; "
+      "repeatable")
+      ->allow_extra_args(false);
+  Add(connect, "--contact-speed", &a->contact_speed, "MM/S",
+      "Largest speed of the tool towards a surface that it reaches within 0.25 s, in mm/s")
+      ->check(Between(1e-3, 1e3, "mm/s"));
+}
+
 void DeclareDevices(CLI::App* app) {
   app->add_subcommand(
          "devices", "List haptic devices: what was searched and found, what is missing, what to do")
       ->footer("Example:\n  palpate-master devices");
+}
+
+void DeclareAxes(CLI::App* app, Arguments* a) {
+  CLI::App* axes = app->add_subcommand(
+      "axes", "Find the axes of a device by moving it to the right, up and forward");
+  axes->footer("Example:\n  palpate-master axes --device haply");
+  Add(axes, "--device", &a->device, "DEVICE", "Haptic device, as for connect")->required();
 }
 
 void DeclareRecordings(CLI::App* app, Arguments* a) {
@@ -129,6 +160,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "  palpate-master evict localhost:50051 --reason maintenance\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
       "  palpate-master devices\n"
+      "  palpate-master axes --device haply\n"
       "  palpate-master connect localhost:50051 --tui\n"
       "  palpate-master connect localhost:50051 --record session.mcap\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
@@ -160,6 +192,13 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "--slew-limit", &a->slew_limit, "N/ms",
       "Largest rate of change of the force on the device, in N/ms")
       ->check(Between(1e-6, 100, "N/ms"))
+      ->capture_default_str();
+  DeclareMotion(connect, a);
+  Add(connect, "--trials", &a->trials, "FILE.csv",
+      "Run the conditions of this table in random order: label, seconds, and if wanted repeats, "
+      "render, keys of the scene; ticks carry the labels");
+  Add(connect, "--trials-seed", &a->trials_seed, "N",
+      "Seed of the order; the same seed gives the same order")
       ->capture_default_str();
   Add(connect, "--report", &a->report, "FILE", "Write a summary of the run as JSON");
   Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
@@ -197,9 +236,22 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "Name of the operator, which the slave shows to other clients; default: user, machine and "
       "process");
   DeclareDevices(app);
+  DeclareAxes(app, a);
   DeclareEvict(app, a);
   DeclareRecordings(app, a);
   DeclareDoctor(app, doctor);
+}
+
+MotionOptions MotionOf(const Arguments& a) {
+  constexpr double kMilli = 1e-3;
+  MotionOptions motion;
+  motion.axes = AxisMap::Parse(a.axes);
+  motion.clutch_button = a.clutch_button;
+  if (!a.lock.empty()) motion.ParseLocks(a.lock);
+  if (!a.box.empty()) motion.box = Fixture::ParseBox(a.box);
+  for (const std::string& fixture : a.fixtures) motion.fixtures.push_back(Fixture::Parse(fixture));
+  motion.contact_speed = kMilli * a.contact_speed;
+  return motion;
 }
 
 void RequireTimely(const std::filesystem::path& certificates) {
@@ -211,6 +263,10 @@ void RequireTimely(const std::filesystem::path& certificates) {
 
 // Checks everything that can fail before anything moves.
 void CheckBeforehand(const Arguments& a) {
+  MotionOf(a);
+  if (!a.trials.empty()) ReadTrials(a.trials, a.trials_seed);
+  RequireOtherThan("--log", a.log, std::array{a.trials});
+  RequireOtherThan("--report", a.report, std::array{a.trials});
   RequireTimely(a.link.tls);
   const std::array inputs{PlaybackFile(a.device)};
   RequireOtherThan("--report", a.report, inputs);

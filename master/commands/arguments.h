@@ -1,6 +1,7 @@
 // Command lines of palpate-master.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "master/commands/replay_command.h"
 #include "master/doctor/doctor.h"
 #include "master/link/slave_link.h"
+#include "master/motion/operator_motion.h"
 
 namespace CLI {
 class App;
@@ -21,6 +23,12 @@ struct Arguments {
   std::string render = "local";
   double duration = 0;
   double force_limit = 3.3, slew_limit = 0.2;  // the master's own [N], [N/ms]
+  std::string axes = "x,y,z", lock, box;
+  std::vector<std::string> fixtures;
+  double contact_speed = 0;  // [mm/s]; 0: no limit
+  int clutch_button = 2;     // from 1; 0: none
+  std::filesystem::path trials;
+  std::uint64_t trials_seed = 1;
   std::filesystem::path report, log, record;
   std::string record_limit = "8 GB";
   double record_part = 0;  // [s]; 0: one file
@@ -40,6 +48,9 @@ struct DoctorArguments {
 
 // Declares every command and option.
 void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor);
+
+// The operator's motion settings. Throws std::invalid_argument that names the option.
+MotionOptions MotionOf(const Arguments& a);
 
 // Whether `--device pointer` is chosen.
 inline bool IsPointer(const Arguments& a) {

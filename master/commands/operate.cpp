@@ -19,6 +19,7 @@
 
 #include "master/session/session.h"
 #include "master/station/live_station.h"
+#include "master/trials/trial_runner.h"
 #include "master/view/console.h"
 #include "master/view/shape_watch.h"
 #include "shared/link/loopback.h"
@@ -92,6 +93,7 @@ HapticLoop::Options LoopOptions(const Arguments& a, const RemoteScene& scene) {
   options.max_age = OldestShown(scene.sensor_rate);
   options.dead_after = scene.dead_after;
   options.settings_revision = scene.settings_revision;
+  options.motion = MotionOf(a);
   return options;
 }
 
@@ -159,15 +161,20 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
 
 // Settings of the session, for its recording.
 McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& device) {
-  return {{"scene", scene.name},
-          {"model", scene.model},
-          {"source", scene.source},
-          {"device", device.description()},
-          {"render", a.render},
-          {"force_limit_N", Formatted("%.9g", std::min(a.force_limit, scene.force_limit))},
-          {"slew_limit_N_per_ms", Formatted("%.9g", a.slew_limit)},
-          {"position_scale", Formatted("%.9g", scene.transform.position_scale)},
-          {"force_scale", Formatted("%.9g", scene.transform.force_scale)}};
+  McapMap note{{"scene", scene.name},
+               {"model", scene.model},
+               {"source", scene.source},
+               {"device", device.description()},
+               {"render", a.render},
+               {"force_limit_N", Formatted("%.9g", std::min(a.force_limit, scene.force_limit))},
+               {"slew_limit_N_per_ms", Formatted("%.9g", a.slew_limit)},
+               {"position_scale", Formatted("%.9g", scene.transform.position_scale)},
+               {"force_scale", Formatted("%.9g", scene.transform.force_scale)}};
+  if (!a.trials.empty()) {
+    note["trials"] = a.trials.string();
+    note["trials_seed"] = std::to_string(a.trials_seed);
+  }
+  return note;
 }
 
 void OnSignal(int) {
@@ -211,13 +218,26 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.emergency = {[] { return g_emergency.exchange(false); },
                        [line] { return line->link.EmergencyStop("by the operator's station"); },
                        [line] { line->link.GiveUpStop(); }};
+  std::optional<TrialRunner> trials;
+  if (!a.trials.empty()) {
+    options.has_trials = true;
+    trials.emplace(
+        ReadTrials(a.trials, a.trials_seed), &requests,
+        TrialRunner::Slave{[line](const SlaveLink::Mapping& m) { return line->link.SetMapping(m); },
+                           [line](const std::string& kind) { return line->link.SetModel(kind); }});
+  }
   options.duration = a.duration;
   options.log = a.log;
+  options.sensor_rate = scene.sensor_rate;
   for (const RemoteFingertip& tip : scene.fingertips) options.finger_names.push_back(tip.name);
   if (health->page) {
     console.Print("metrics at http://" + ToString(health->page->endpoint()) + "/metrics");
   }
   auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
+  options.notify = [&](const std::string& notice) {
+    if (!a.terminal) console.Print(notice);
+    if (station) station->Notify(notice);
+  };
   options.see_tick = [&console, &device,
                       fault = DeviceFault::kNone](const TickRecord& tick) mutable {
     if (std::exchange(fault, tick.device.fault) == tick.device.fault) return;
@@ -234,6 +254,13 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
       station->OnTick(tick);
     };
   }
+  if (trials) {
+    options.see_tick = [&trials, &options, see = options.see_tick](const TickRecord& tick) {
+      see(tick);
+      trials->See(tick);
+      for (const std::string& notice : trials->TakeNotices()) options.notify(notice);
+    };
+  }
   std::optional<Keys> keys;
   if (!a.terminal && !ReadsTerminal(a)) {
     keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
@@ -242,7 +269,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
-      [line] { return g_stop.load() || line->link.denied(); },
+      [&] { return g_stop.load() || line->link.denied() || (trials && trials->is_over()); },
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
           const bool done = line->link.Reset();
@@ -262,6 +289,12 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   const bool shapes_written = shape.Finish(&report);
   const bool recorded = !recorder || recorder->Finish(&console, &report);
 
+  const std::string failure = trials ? trials->failure() : std::string();
+  if (trials) {
+    for (const Trial& trial : trials->trials()) report.trials.push_back(trial.condition.label);
+    report.trials_seed = a.trials_seed;
+  }
+  if (!failure.empty()) report.trouble.push_back(failure);
   report.scene = scene.name;
   report.model = scene.model;
   console.Print(FormatSummary(report));
@@ -271,8 +304,10 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     const std::string& why = report.link.trouble;
     console.Print("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
   }
-  return report.log_failed || never_served || !shapes_written || !recorded ? EXIT_FAILURE
-                                                                           : EXIT_SUCCESS;
+  if (!failure.empty()) console.Print("failed: " + failure);
+  return report.log_failed || never_served || !failure.empty() || !shapes_written || !recorded
+             ? EXIT_FAILURE
+             : EXIT_SUCCESS;
 }
 
 void CatchSignals() {

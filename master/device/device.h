@@ -53,6 +53,11 @@ class Device {
   virtual DeviceReading Read(Time now) noexcept = 0;
   // Renders `force_M` [N], for at most kLetGoAfter. Real-time safe.
   virtual void WriteForce(const Eigen::Vector3d& force_M) noexcept = 0;
+  // Renders a torque [N m] about the tip as well, where it is actuated. Real-time safe.
+  virtual void WriteWrench(const Eigen::Vector3d& force_M,
+                           const Eigen::Vector3d& /*torque_M*/) noexcept {
+    WriteForce(force_M);
+  }
   // Sets the force to zero at once: the last call of a run. Real-time safe.
   virtual void DropForce() noexcept { WriteForce(Eigen::Vector3d::Zero()); }
   // Sets the position of the surface. Scripted devices use it, real ones ignore it. Real-time safe.
@@ -63,8 +68,18 @@ class Device {
   [[nodiscard]] virtual double force_limit() const = 0;  // of the device itself [N]
   // Sets the master's limit [N], which can only be lowered.
   virtual void LowerForceLimit(double /*limit*/) noexcept {}
+  // Largest torque of the device itself [N m]; 0: not actuated.
+  [[nodiscard]] virtual double torque_limit() const { return 0; }
+  // Whether `q_M` of its readings is measured.
+  [[nodiscard]] virtual bool senses_orientation() const { return false; }
   // Largest stiffness that the device renders without buzzing [N/m].
   [[nodiscard]] virtual double stiffness_limit() const {
+    return std::numeric_limits<double>::infinity();
+  }
+  // New readings per second [Hz]; 0: unknown.
+  [[nodiscard]] virtual double rate() const { return 0; }
+  // Largest damping that the device renders stably [N s/m].
+  [[nodiscard]] virtual double damping_limit() const {
     return std::numeric_limits<double>::infinity();
   }
   // Largest change of force that the device accepts [N/ms].

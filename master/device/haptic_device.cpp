@@ -12,13 +12,7 @@ namespace {
 constexpr double kTick = 0.001;         // longest step of the slew limit [s]
 constexpr double kFarthest = 100;       // largest position [m] and velocity [m/s]
 constexpr double kRounding = 1 + 1e-9;  // the loop limits by the same bounds
-
-bool IsPossible(const DeviceReading& reading) {
-  const auto is_within = [](const Eigen::Vector3d& v) {
-    return v.allFinite() && v.cwiseAbs().maxCoeff() <= kFarthest;
-  };
-  return is_within(reading.p_M) && is_within(reading.v_M);
-}
+constexpr double kUnit = 1e-2;          // deviation of the length of an orientation from 1 [-]
 
 // `wanted`, at most `most` long; zero if it is no number. Adds whether it was changed.
 Eigen::Vector3d Limited(const Eigen::Vector3d& wanted, double most, bool* changed) {
@@ -92,6 +86,8 @@ DeviceReading HapticDevice::Read(Time now) noexcept {
   usable_ = fault == DeviceFault::kNone;
   if (usable_) {
     must_release_ = must_release_ && reading.engaged;
+    reading.q_M.normalize();
+    turning_.Observe(reading.q_M, sent_.torque, reading.engaged && !must_release_);
   } else {
     must_release_ = true;
     DropForce();
@@ -102,6 +98,14 @@ DeviceReading HapticDevice::Read(Time now) noexcept {
   reading.status.output = status_.output;
   status_ = reading.status;
   return reading;
+}
+
+bool HapticDevice::IsPossible(const DeviceReading& reading) const noexcept {
+  const auto is_within = [](const Eigen::Vector3d& v) {
+    return v.allFinite() && v.cwiseAbs().maxCoeff() <= kFarthest;
+  };
+  return is_within(reading.p_M) && is_within(reading.v_M) &&
+         (!senses_orientation() || std::abs(reading.q_M.norm() - 1) <= kUnit);
 }
 
 void HapticDevice::CheckReading(DeviceReading* reading) noexcept {
@@ -124,8 +128,7 @@ WriteResult HapticDevice::Write(const Eigen::Vector3d& force_M,
     return {DeviceOutput::kOff, status_.fault};
   }
   bool changed = false;
-  Wrench next{Limited(force_M, limit_, &changed),
-              Limited(torque_M, capabilities_.torque, &changed)};
+  Wrench next{Limited(force_M, limit_, &changed), Limited(torque_M, torque_limit(), &changed)};
   if (!capabilities_.simulated) {
     const double dt = std::clamp(SecondsBetween(written_at_, read_at_), 0.0, kTick);
     // A torque needs as long to reach its largest value as the force.
@@ -133,6 +136,7 @@ WriteResult HapticDevice::Write(const Eigen::Vector3d& force_M,
     next.force = Stepped(sent_.force, next.force, kSlew * dt, &changed);
     next.torque = Stepped(sent_.torque, next.torque, torque_slew * dt, &changed);
   }
+  next.torque = turning_.Apply(next.torque);
   written_at_ = read_at_;
   sent_ = next;
   status_.output = DoWrite(next);

@@ -2,9 +2,11 @@
 // force at all. Drivers implement DoRead and DoWrite, and cannot leave a limit out.
 //
 //   |f| <= min(limit of the device, limit of the master),   |df| <= 0.2 N/ms
+//   |t| <= limit of the device,   |dt| <= as fast to its limit as the force
 //
-// The force is zero, at once, without a calibration, before the first good reading, and from a
-// fault on. A device that repeats its reading for 20 ms has the fault kSilent. After a fault the
+// A TurnPassivity limits the energy of the torque. The force's energy is limited by the haptic
+// loop. The force is zero, at once, without a calibration, before the first good reading, and from
+// a fault on. A device that repeats its reading for 20 ms has the fault kSilent. After a fault the
 // operator must open the switch before the device counts as engaged again.
 #pragma once
 
@@ -12,6 +14,7 @@
 #include <Eigen/Geometry>
 
 #include "master/device/device.h"
+#include "master/device/turn_passivity.h"
 
 namespace palpate {
 
@@ -50,12 +53,24 @@ class HapticDevice : public Device {
   void WriteForce(const Eigen::Vector3d& force_M) noexcept final {
     Write(force_M, Eigen::Vector3d::Zero());
   }
+  void WriteWrench(const Eigen::Vector3d& force_M, const Eigen::Vector3d& torque_M) noexcept final {
+    Write(force_M, torque_M);
+  }
   void DropForce() noexcept final;
   void LowerForceLimit(double limit) noexcept final;
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return false; }
   [[nodiscard]] double force_limit() const final { return limit_; }
+  [[nodiscard]] double torque_limit() const final {
+    return senses_orientation() && capabilities_.actuated_dof >= kAllAxes ? capabilities_.torque
+                                                                          : 0;
+  }
+  [[nodiscard]] bool senses_orientation() const final {
+    return capabilities_.sensed_dof >= kAllAxes;
+  }
   [[nodiscard]] double stiffness_limit() const final { return capabilities_.stiffness; }
+  [[nodiscard]] double rate() const final { return capabilities_.rate; }
+  [[nodiscard]] double damping_limit() const final { return capabilities_.damping; }
   [[nodiscard]] double slew_limit() const final;
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
   // Of the last reading.
@@ -78,7 +93,10 @@ class HapticDevice : public Device {
   virtual DeviceOutput DoWrite(const Wrench& wrench) noexcept = 0;
 
  private:
+  static constexpr int kAllAxes = 6;
+
   void CheckReading(DeviceReading* reading) noexcept;
+  [[nodiscard]] bool IsPossible(const DeviceReading& reading) const noexcept;
 
   const DeviceCapabilities capabilities_;
   double limit_;  // [N]
@@ -88,6 +106,7 @@ class HapticDevice : public Device {
   Time read_at_{}, new_at_{};  // of the last reading, and of the last new one
   Time written_at_{};          // time of the reading before the last force
   Wrench sent_;
+  TurnPassivity turning_;
 };
 
 }  // namespace palpate

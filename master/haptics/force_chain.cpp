@@ -10,7 +10,7 @@ constexpr std::array<std::string_view, kReasonCount> kNames{
     "not_following", "stale",        "unknown",   "other_epoch", "fading",     "punctured",
     "blending",      "beyond_model", "passivity", "clamped",     "not_finite", "bad_state",
     "bad_device",    "slewed",       "projected", "offset_jump", "settings",   "aged",
-    "ended",         "plane",        "held",      "arm_fault",   "tared"};
+    "ended",         "plane",        "held",      "arm_fault",   "tared",      "fixture"};
 
 constexpr double kSlowest = 1e-4;  // no damping below: noise has no direction [m/s]
 
@@ -88,7 +88,7 @@ Eigen::Vector3d PassivityControl::Apply(const Eigen::Vector3d& f_M, const Eigen:
   const double speed = v_M.norm(), missing = -(balance_ + Leak(f_M));
   // Motion into the object adds the missing energy by itself.
   if (missing <= kUndamped || speed < kSlowest || !(f_M.dot(v_M) > 0)) return f_M;
-  const double alpha = std::min(missing / (dt * speed * speed), kMaxDamping);
+  const double alpha = std::min(missing / (dt * speed * speed), most_damping_);
   const double size = std::min(alpha * speed, f_M.norm());
   return f_M - size / speed * v_M;
 }

@@ -39,8 +39,9 @@ enum class Reason : std::uint8_t {
   kHeld,          // the newest force is held, because the model was worse
   kArmFault,      // the manipulator's driver is silent or reports a fault
   kTared,         // the tare was subtracted
+  kFixture,       // a lock, the box, a fixture or the speed limit acts
 };
-inline constexpr std::size_t kReasonCount = 23;
+inline constexpr std::size_t kReasonCount = 24;
 
 // As written in the log: `stale`, `clamped`, ...
 std::string_view ToString(Reason reason);
@@ -65,11 +66,12 @@ std::string InWords(const Reasons& reasons);
 struct ForceChain {
   Eigen::Vector3d estimated{0, 0, 0};  // newest state's force, S [N]; see force_known
   Eigen::Vector3d local{0, 0, 0};      // rendered at this tick, S [N]
-  Eigen::Vector3d scaled{0, 0, 0};     // after force scale and rotation, M [N], like those below
-  Eigen::Vector3d passive{0, 0, 0};    // after the passivity control
-  Eigen::Vector3d limited{0, 0, 0};    // finite and within the limit
-  Eigen::Vector3d sent{0, 0, 0};       // after fading and the slew limit: the force on the device
-  bool force_known = false;            // `estimated` is a number
+  // After force scale, rotation, locks, box and fixtures, M [N], like those below.
+  Eigen::Vector3d scaled{0, 0, 0};
+  Eigen::Vector3d passive{0, 0, 0};  // after the passivity control
+  Eigen::Vector3d limited{0, 0, 0};  // finite and within the limit
+  Eigen::Vector3d sent{0, 0, 0};     // after fading and the slew limit: the force on the device
+  bool force_known = false;          // `estimated` is a number
   Reasons reasons;
 };
 
@@ -114,6 +116,8 @@ class PassivityControl {
   static constexpr double kUndamped = kLent / 2;   // a smaller debt is not damped [J]
   static constexpr double kSmooth = 0.002;         // smoothing time of a, against encoder steps [s]
 
+  // Sets the largest damping of the device, if it is below kMaxDamping [N s/m]. Call it first.
+  void set_most_damping(double most) noexcept { most_damping_ = std::min(most, kMaxDamping); }
   // Adds a tick: the device is at `p_M` [m] after `dt` > 0 [s] under the force `f_M` [N]. Real-time
   // safe.
   void Observe(const Eigen::Vector3d& p_M, const Eigen::Vector3d& f_M, double dt) noexcept;
@@ -153,6 +157,7 @@ class PassivityControl {
   bool moved_ = false, shown_ = false;
   double balance_ = 0, min_ = 0, energy_in_ = 0, energy_out_ = 0, min_work_ = 0;
   double stored_ = 0;  // energy received and not returned when the last force ended [J]
+  double most_damping_ = kMaxDamping;  // [N s/m]
 };
 
 // The last step before the device: moves from the present to the target force without a jump. The

@@ -9,6 +9,7 @@
 
 #include "master/haptics/renderer.h"
 #include "master/haptics/tick_drive.h"
+#include "master/haptics/torque.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -59,6 +60,25 @@ double AtTool(double stiffest, const TeleopTransform& transform) {
   return stiffest / (transform.position_scale * transform.force_scale);
 }
 
+// The surface as the tool at `p_S` meets it, frame M.
+DeviceGuide SurfaceAt(const Eigen::Vector3d& p_S, const Renderer& renderer,
+                      const TeleopTransform& transform, double now) {
+  DeviceGuide guide;
+  const PatchRender& patch = renderer.patch();
+  const Eigen::Matrix3d R_MS = transform.R_SM.transpose();
+  if (patch.known() && patch.newest().serves()) {
+    guide.known = true;
+    guide.inward_M = R_MS * -patch.newest().normal();
+    guide.gap_M = -patch.newest().depth() / transform.position_scale;
+  } else if (renderer.contact().known()) {
+    const LocalModel model = renderer.contact().At(now);
+    guide.known = true;
+    guide.inward_M = R_MS * -model.normal;
+    guide.gap_M = -model.Penetration(p_S) / transform.position_scale;
+  }
+  return guide;
+}
+
 double PositiveOrThrow(double value, const char* name) {
   if (value > 0 && std::isfinite(value)) return value;
   throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
@@ -71,6 +91,7 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
     : options_(options),
       slots_(slots),
       renderer_(options.render),
+      motion_(options.motion, options.stiffest),
       output_(options.slew_limit * kTicksPerSecond),
       transform_(options.transform),
       settings_{options.settings_revision, options.transform, options.force_limit,
@@ -80,7 +101,8 @@ HapticLoop::HapticLoop(const Options& options, const Slots& slots)
   PositiveOrThrow(options.max_age, "max_age");
   PositiveOrThrow(options.transform.position_scale, "position_scale");
   PositiveOrThrow(options.transform.force_scale, "force_scale");
-  renderer_.set_stiffest(AtTool(options_.stiffest, transform_));
+  renderer_.set_stiffest(AtTool(motion_.contact_stiffness(), transform_));
+  passivity_.set_most_damping(options.most_damping);
   machine_.set_dead_after(std::clamp(options.dead_after, kLeastDeadAfter, kMostDeadAfter));
 }
 
@@ -91,8 +113,9 @@ void HapticLoop::Run(Device& device, Clock::duration length, const std::stop_tok
     const Time begin = Clock::now();
     DeviceReading reading = device.Read(now);
     reading.engaged = reading.engaged && !lets_go;
-    device.WriteForce(Tick(reading, now));
-    device.Guide(guide());
+    const Eigen::Vector3d force = Tick(reading, now);
+    device.WriteWrench(force, motion_.axes().TorqueToDevice(record_.torque));
+    device.Guide(motion_.guide());
     if (lets_go) return sent_ != Eigen::Vector3d::Zero();
     stats_.compute_us.Add(SecondsBetween(begin, Clock::now()) * 1e6);
     return !device.finished();
@@ -121,14 +144,25 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
     record_.sent_at = newest_->state.sent_at;
     RecordFingers(newest_->state, &record_);
   }
-  DeviceReading reading = Checked(raw);
+  DeviceReading reading = Checked(motion_.ToMaster(raw));
+  record_.clutched = record_.clutched || motion_.IsClutched(reading);
   reading.engaged = reading.engaged && !record_.clutched;
   passivity_.Observe(reading.p_M, sent_, dt);
   StepMachine(now, reading.engaged);
-  RunChain(reading, clock_.ToSeconds(now), dt);
-  PutCommand(reading, now);
+  const OperatorState state = machine_.state();
+  const bool follows = state == OperatorState::kFollowing || state == OperatorState::kHold;
+  const DeviceReading command = motion_.Command(
+      reading, transform_, {machine_.epoch(), machine_.commands_engaged(), follows, dt});
+  RunChain(reading, command, clock_.ToSeconds(now), dt);
+  DeviceGuide guide;
+  if (state == OperatorState::kFollowing) {
+    guide = SurfaceAt(record_.p_S, renderer_, transform_, clock_.ToSeconds(now));
+  }
+  if (newest_) guide.round_trip = newest_->round_trip;
+  motion_.SetSurface(guide);
+  PutCommand(command, now);
   slots_.records->Push(record_);
-  return sent_;
+  return motion_.axes().ToDevice(sent_);
 }
 
 // The rendering mode changes only while no force is rendered.
@@ -137,7 +171,9 @@ void HapticLoop::TakeRequests() noexcept {
   const OperatorRequests& requests = *slots_.requests;
   options_.force_limit = std::min(options_.force_limit, requests.force_limit.load());
   record_.marks = requests.marks;
-  record_.clutched = requests.clutched;
+  // In this order: the label changes only while the clutch is open.
+  if (const TrialLabel* trial = requests.trial) record_.trial = *trial;
+  record_.clutched = requests.clutched || requests.between_trials;
   if (!machine_.commands_engaged()) renderer_.set_mode(requests.render);
   tare_.Request(requests.tares.load());
 }
@@ -204,7 +240,7 @@ void HapticLoop::TakeSettings() noexcept {
   settings_wait_ = false;
   transform_ = settings_.transform;
   offset_epoch_ = 0;  // the slave may have continued this epoch with its own offset
-  renderer_.set_stiffest(AtTool(options_.stiffest, transform_));
+  renderer_.set_stiffest(AtTool(motion_.contact_stiffness(), transform_));
   renderer_.ForgetPatch();
   tare_.Forget();
 }
@@ -240,7 +276,10 @@ DeviceReading HapticLoop::Checked(const DeviceReading& reading) noexcept {
                     IsWithin(reading.p_M, kFarthest) && IsWithin(reading.v_M, kFarthest);
   if (good) return last_reading_ = reading;
   record_.chain.reasons.Add(Reason::kBadDevice);
-  return {last_reading_.p_M, Eigen::Vector3d::Zero(), false};
+  DeviceReading kept;
+  kept.p_M = last_reading_.p_M;
+  kept.q_M = last_reading_.q_M;
+  return kept;
 }
 
 void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
@@ -300,18 +339,20 @@ void HapticLoop::FadeOutOfHold(double now) noexcept {
   output_.Go(OutputBlend::Target::kZero, is_silent ? kFadeOfSilence : kFadeOut);
 }
 
-void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) noexcept {
+void HapticLoop::RunChain(const DeviceReading& reading, const DeviceReading& command, double now,
+                          double dt) noexcept {
   const OperatorState state = machine_.state();
   const bool felt = state == OperatorState::kFollowing || state == OperatorState::kHold;
   ForceChain& chain = record_.chain;
   record_.state = state;
   record_.epoch = machine_.epoch();
   record_.p_M = reading.p_M;
-  record_.p_S = transform_.ToSlave(reading.p_M);
+  record_.p_S = transform_.ToSlave(command.p_M);
   record_.position_scale = transform_.position_scale;
   record_.force_scale = transform_.force_scale;
   record_.force_limit = options_.force_limit;
   if (newest_) record_.p_S_tip = newest_->state.p_S_tip;
+  record_.model_stiffness = renderer_.reported_stiffness();
   if (!felt) record_.p_S = newest_ ? newest_->state.p_S_tip : Eigen::Vector3d::Zero();
   record_.render = renderer_.mode();
   record_.tare_state = tare_.state();
@@ -321,6 +362,10 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (chain.force_known) chain.estimated = *newest_->state.force;
   if (felt) chain.local = renderer_.Render(record_.p_S, now, &chain.reasons);
   chain.scaled = transform_.ForceToMaster(chain.local);
+  if (felt && motion_.is_active()) {
+    chain.scaled = motion_.ForceAtDevice(chain.scaled);
+    chain.reasons.Add(Reason::kFixture);
+  }
   const double slew = options_.slew_limit * kTicksPerSecond;
   chain.passive = passivity_.Apply(chain.scaled, reading.v_M, dt);
   chain.passive = passivity_.Afford(chain.passive, reading.v_M, slew);
@@ -334,28 +379,34 @@ void HapticLoop::RunChain(const DeviceReading& reading, double now, double dt) n
   if (output_.is_slewed()) chain.reasons.Add(Reason::kSlewed);
   if (output_.is_blending() && chain.sent != chain.limited) chain.reasons.Add(Reason::kFading);
   sent_ = chain.sent;
+  if (options_.renders_torque && felt) {
+    record_.torque = TorqueAtDevice(newest_->state, chain, transform_);
+  }
   record_.energy = passivity_.energy_in() - passivity_.energy_out();
 }
 
 OperatorCommand HapticLoop::NextCommand(Time now) noexcept {
-  OperatorCommand command;
-  command.sequence = ++command_sequence_;
+  ++commanded_.sequence;
+  OperatorCommand command = commanded_;
   command.sent_at = now;
   command.epoch = machine_.epoch();
-  command.p_M = commanded_p_M_;
   command.energy_in = passivity_.energy_in();
   command.energy_out = passivity_.energy_out();
   command.settings_revision = settings_wait_ ? 0 : settings_.revision;
+  command.torque = options_.renders_torque;
   return command;
 }
 
 // Positions are absolute in the epoch. While the force is unknown, the command keeps the last
 // position with a known force.
-void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
+void HapticLoop::PutCommand(const DeviceReading& wanted, Time now) noexcept {
   const bool holding = machine_.state() == OperatorState::kHold;
-  if (!holding) commanded_p_M_ = reading.p_M;
+  if (!holding) {
+    commanded_.p_M = wanted.p_M;
+    if (options_.sends_orientation) commanded_.R_M_device = wanted.q_M;
+  }
   OperatorCommand command = NextCommand(now);
-  if (!holding) command.velocity = reading.v_M;
+  if (!holding) command.velocity = wanted.v_M;
   command.engaged = machine_.commands_engaged();
   stops_.Put(now, &command);
   if (newest_) {
@@ -363,25 +414,6 @@ void HapticLoop::PutCommand(const DeviceReading& reading, Time now) noexcept {
     command.echo = newest_->state.sent_at;
   }
   slots_.commands->Put(command);
-}
-
-DeviceGuide HapticLoop::guide() const noexcept {
-  DeviceGuide guide;
-  if (newest_) guide.round_trip = newest_->round_trip;
-  if (record_.state != OperatorState::kFollowing) return guide;
-  const PatchRender& patch = renderer_.patch();
-  const Eigen::Matrix3d R_MS = transform_.R_SM.transpose();
-  if (patch.known() && patch.newest().serves()) {
-    guide.known = true;
-    guide.inward_M = R_MS * -patch.newest().normal();
-    guide.gap_M = -patch.newest().depth() / transform_.position_scale;
-  } else if (renderer_.contact().known()) {
-    const LocalModel model = renderer_.contact().At(clock_.ToSeconds(record_.at));
-    guide.known = true;
-    guide.inward_M = R_MS * -model.normal;
-    guide.gap_M = -model.Penetration(record_.p_S) / transform_.position_scale;
-  }
-  return guide;
 }
 
 void HapticLoop::Release(Time now) noexcept {

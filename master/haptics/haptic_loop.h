@@ -17,6 +17,7 @@
 #include "master/haptics/tick_record.h"
 #include "master/link/patch_watch.h"
 #include "master/link/slave_link.h"
+#include "master/motion/operator_motion.h"
 
 namespace palpate {
 
@@ -32,6 +33,10 @@ class HapticLoop {
     double dead_after = kUsualDeadAfter;                // link timeout without a state [s]
     std::uint32_t settings_revision = 0;                // of the settings that `transform` is from
     double stiffest = PassivityControl::kMaxStiffness;  // rendered at the device [N/m], > 0
+    double most_damping = PassivityControl::kMaxDamping;  // of the device [N s/m]
+    MotionOptions motion = {};                            // axes, locks, box, fixtures
+    bool sends_orientation = false;                       // the device measures one
+    bool renders_torque = false;                          // the device has actuators for it
   };
   struct Slots {
     LatestValue<ReceivedState>* states = nullptr;      // read here
@@ -53,11 +58,11 @@ class HapticLoop {
   // the last force is zero.
   void Run(Device& device, Clock::duration length, const std::stop_token& stop) noexcept;
 
-  // One tick: returns the force on the device [N] for its `reading` at `now`. The force is finite
-  // and within the limit. Does not allocate, lock or wait.
+  // One tick: returns the force on the device [N] for its `reading` at `now`, both along its own
+  // axes. The force is finite and within the limit. Does not allocate, lock or wait.
   Eigen::Vector3d Tick(const DeviceReading& reading, Time now) noexcept;
-  // Position of the surface at the last tick; unknown unless following.
-  [[nodiscard]] DeviceGuide guide() const noexcept;
+  // The operator's settings. Its guide is unknown unless following.
+  [[nodiscard]] const OperatorMotion& motion() const noexcept { return motion_; }
   // Emergency stops; a request disengages.
   [[nodiscard]] StopRequests& stops() noexcept { return stops_; }
   // Sends the command that disengages and leaves the tool in place. Call it after the last tick.
@@ -81,15 +86,18 @@ class HapticLoop {
   void StepMachine(Time now, bool engaged) noexcept;
   void OnStateChange(OperatorState to) noexcept;
   void FadeOutOfHold(double now) noexcept;
-  void RunChain(const DeviceReading& reading, double now, double dt) noexcept;
+  // `command`: the part of `reading` that is commanded.
+  void RunChain(const DeviceReading& reading, const DeviceReading& command, double now,
+                double dt) noexcept;
   // A command that leaves the tool at its last commanded position.
   [[nodiscard]] OperatorCommand NextCommand(Time now) noexcept;
-  void PutCommand(const DeviceReading& reading, Time now) noexcept;
+  void PutCommand(const DeviceReading& wanted, Time now) noexcept;
 
   Options options_;
   Slots slots_;
   Renderer renderer_;
   OperatorMachine machine_;
+  OperatorMotion motion_;
   PassivityControl passivity_;
   OutputBlend output_;
   Tare tare_;
@@ -101,9 +109,8 @@ class HapticLoop {
   bool settings_wait_ = false;            // wait until the operator is disengaged
   std::uint32_t offset_epoch_ = 0;        // epoch of the transform's offset
   DeviceReading last_reading_;            // the last good one
-  Eigen::Vector3d commanded_p_M_{0, 0, 0};
+  OperatorCommand commanded_;             // sequence, position and orientation of the last one
   Eigen::Vector3d sent_{0, 0, 0};
-  std::uint64_t command_sequence_ = 0;
   StopRequests stops_;
   bool hold_is_fading_ = false;
   TickClock clock_;

@@ -126,6 +126,10 @@ void Renderer::Take(const SlaveState& state, double sensed, double arrived, doub
   projected_ = (model.stiffness - state.local_model.stiffness).norm() >
                kNoticeable * state.local_model.stiffness.norm();
   contact_.Take(model, now);
+  if (model.known()) {
+    const LocalModel& told = state.local_model;
+    reported_stiffness_ = told.normal.dot(told.stiffness * told.normal);
+  }
   if (IsForceKnown(state)) samples_.Add(sensed, std::max(sensed, arrived), *state.force);
 }
 

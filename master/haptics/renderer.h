@@ -144,6 +144,9 @@ class Renderer {
     missing_.setZero();
   }
   [[nodiscard]] const LocalContact& contact() const noexcept { return contact_; }
+  // Stiffness of the newest plane of the states along its normal, before it is limited, S [N/m];
+  // 0: none.
+  [[nodiscard]] double reported_stiffness() const noexcept { return reported_stiffness_; }
   [[nodiscard]] const PatchRender& patch() const noexcept { return patch_; }
 
  private:
@@ -160,6 +163,7 @@ class Renderer {
 
   RenderMode mode_;
   double stiffest_;
+  double reported_stiffness_ = 0;
   bool projected_ = false;  // the newest model's stiffness was replaced by a stable spring
   LocalContact contact_;
   PatchRender patch_;

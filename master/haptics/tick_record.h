@@ -11,6 +11,7 @@
 #include "master/haptics/operator_machine.h"
 #include "master/haptics/render_mode.h"
 #include "master/haptics/tare.h"
+#include "master/haptics/trial_label.h"
 #include "shared/state/clock.h"
 #include "shared/state/slave_state.h"
 
@@ -23,7 +24,8 @@ struct TickRecord {
   Eigen::Vector3d p_S{0, 0,
                       0};  // commanded tool position, or the slave's tip while not following [m]
   ForceChain chain;
-  double state_age = -1;  // since the newest state was received [s]; negative: none yet
+  Eigen::Vector3d torque{0, 0, 0};  // for the device, before its limits, M [N m]
+  double state_age = -1;            // since the newest state was received [s]; negative: none yet
   double sensed_age =
       -1;                 // since its sample was taken, by the clock offset [s]; negative: none yet
   double round_trip = 0;  // with the newest state [s]; 0: none with this tick
@@ -40,12 +42,15 @@ struct TickRecord {
   std::uint32_t marks = 0;         // events that the operator marked so far
   RenderMode render = RenderMode::kLocal;
   bool clutched = false;  // the clutch is open
+  TrialLabel trial;
   TareState tare_state = TareState::kNone;
   Eigen::Vector3d tare{0, 0, 0};  // tare subtracted from the slave's force, S [N]
   // Sample time and sending time of the newest state, slave's clock.
   Time sensed_at{}, sent_at{};
   // Active scales and force limit [-], [-], [N]; 0: unknown.
   double position_scale = 0, force_scale = 0, force_limit = 0;
+  double model_stiffness =
+      0;  // of the newest state's local model along its normal, S [N/m]; 0: none
   double energy =
       0;  // put in by the operator minus returned, at the device's port [J]; NaN: unknown
   DeviceStatus device;                     // with the reading of this tick

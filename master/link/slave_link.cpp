@@ -416,6 +416,7 @@ std::string SlaveLink::SetMapping(const Mapping& mapping) {
   if (mapping.position_scale) request.set_position_scale(*mapping.position_scale);
   if (mapping.force_scale) request.set_force_scale(*mapping.force_scale);
   if (mapping.force_limit) request.set_force_limit(*mapping.force_limit);
+  if (mapping.young_modulus) request.set_young_modulus(*mapping.young_modulus);
   v1::SettingsReply reply;
   return Refusal(parts_->stub->SetParameters(&context, request, &reply));
 }

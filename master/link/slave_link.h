@@ -102,6 +102,7 @@ class SlaveLink {
   // take at most 1 s, or 15 s for a model.
   struct Mapping {
     std::optional<double> position_scale, force_scale, force_limit;  // [-], [-], [N]
+    std::optional<double> young_modulus = {};                        // of the object [Pa]
   };
   std::string SetMapping(const Mapping& mapping);
   std::string SetModel(const std::string& kind);

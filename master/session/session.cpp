@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "master/haptics/stable_stiffness.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
 
@@ -212,6 +213,9 @@ std::string ToJson(const Report& report) {
   json["model"] = report.model;
   json["device"] = report.device;
   json["realtime"] = report.realtime;
+  if (!report.trials.empty()) {
+    json["trials"] = {{"seed", report.trials_seed}, {"order", report.trials}};
+  }
   json["trouble"] = report.trouble;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -225,14 +229,27 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
                   const std::function<bool()>& stop_wanted,
                   const std::function<void(const Status&)>& show) {
   SpscRing<TickRecord> ring(kRingCapacity);
-  Recorder recorder(&ring, options.log, options.see_tick);
   HapticLoop::Options limited = options.loop;
   device.LowerForceLimit(limited.force_limit);
   limited.force_limit = std::min(limited.force_limit, device.force_limit());
-  limited.stiffest = std::min(limited.stiffest, device.stiffness_limit());
+  const RenderedRate rate{device.stiffness_limit(), device.rate(), options.sensor_rate};
+  limited.stiffest = std::min(limited.stiffest, StableStiffness(RenderMode::kLocal, rate, 0));
+  limited.most_damping = std::min(limited.most_damping, device.damping_limit());
   limited.slew_limit = std::min(limited.slew_limit, device.slew_limit());
+  limited.sends_orientation = device.senses_orientation();
+  limited.renders_torque = device.torque_limit() > 0;
   HapticLoop loop(limited,
                   {states, commands, &ring, options.settings, options.patches, options.requests});
+
+  StiffnessNotice stiffness(rate, loop.motion().contact_stiffness());
+  Recorder recorder(
+      &ring, options.log,
+      [&](const TickRecord& tick) {
+        const std::string notice = stiffness.Check(tick);
+        if (!notice.empty() && options.notify) options.notify(notice);
+        if (options.see_tick) options.see_tick(tick);
+      },
+      options.has_trials);
 
   Report report;
   report.realtime = LockMemory();

@@ -408,6 +408,10 @@ void LiveStation::OnTick(const TickRecord& tick) {
   parts_->event_log.AppendChanges(parts_->ticks.Add(tick), tick);
 }
 
+void LiveStation::Notify(const std::string& notice) {
+  parts_->Log(true, notice);
+}
+
 void LiveStation::Update(const Status& status) {
   const std::scoped_lock lock(parts_->mutex);
   parts_->status = status;

@@ -50,6 +50,8 @@ class LiveStation {
   // Called on the session's slow thread.
   void OnTick(const TickRecord& tick);
   void Update(const Status& status);
+  // Adds a sentence to the list of events.
+  void Notify(const std::string& notice);
 
  private:
   struct Parts;

@@ -41,7 +41,7 @@ export const REASONS = {
   projected: ['local', 'stiffness limited to a stable spring'], offset_jump: ['scaled', 'the slave moved the position offset'],
   settings: ['scaled', 'reading the settings'], aged: ['estimated', 'sample too old'], ended: ['estimated', "the slave's stream ended"],
   plane: ['local', 'outside the patch: plane'], held: ['local', 'newest received force'], arm_fault: ['estimated', "the manipulator's driver is silent or reports a fault"],
-  tared: ['estimated', 'minus the tare'],
+  tared: ['estimated', 'minus the tare'], fixture: ['scaled', 'lock, box, fixture or speed limit'],
 };
 
 // The stages of the end-to-end latency: key, name, short name.

@@ -22,7 +22,7 @@ constexpr double kForce = 5, kTorque = 0.1;  // limits of the device
 
 DeviceCapabilities Capabilities() {
   DeviceCapabilities own;
-  own.actuated_dof = 6;
+  own.sensed_dof = own.actuated_dof = 6;
   own.force = kForce;
   own.torque = kTorque;
   return own;
@@ -100,6 +100,43 @@ TEST_F(HapticDeviceTest, TheTorqueIsLimitedToo) {
   EXPECT_NEAR(device_.torque.z(), kTorque * 12 / 25, 1e-12);
   for (int i = 0; i < 100; ++i) Tick({0, 0, 0}, 1, {0, 0, 9});
   EXPECT_NEAR(device_.torque.z(), kTorque, 1e-12);
+}
+
+// A torque that always drives the handle on. Reference: the credit of 0.5 mJ is used up after
+// 0.1 N m x 5 mrad, and then only the work of a tick, 0.1 mJ, is added.
+TEST_F(HapticDeviceTest, TheTorqueReturnsNoMoreEnergyThanItReceivedPlusTheCredit) {
+  device_.next.engaged = true;
+  double received = 0;
+  for (int i = 0; i < 1000; ++i) {
+    received += device_.torque.z() * 0.001;  // the operator turns at 1 rad/s
+    device_.next.q_M = Eigen::AngleAxisd(0.001 * i, Eigen::Vector3d::UnitZ());
+    Tick({0, 0, 0}, 1, {0, 0, kTorque});
+  }
+  EXPECT_GT(received, 0.4e-3);
+  EXPECT_LT(received, 0.5e-3 + 2 * kTorque * 0.001);
+  EXPECT_NEAR(device_.torque.z(), 0, 1e-12);
+}
+
+TEST_F(HapticDeviceTest, WithoutAMeasuredOrientationThereIsNoTorque) {
+  DeviceCapabilities own = Capabilities();
+  own.sensed_dof = 3;
+  Recorded blind(own);
+  EXPECT_EQ(blind.torque_limit(), 0);
+  for (int i = 1; i < 100; ++i) {
+    blind.Read(kStart + std::chrono::milliseconds(i));
+    blind.Write({0, 0, 0}, {0, 0, 1});
+    EXPECT_TRUE(blind.torque.isZero(0));
+  }
+}
+
+TEST_F(HapticDeviceTest, AnOrientationThatIsNoRotationIsAFault) {
+  for (const double w : {0.0, 2.0, std::nan("")}) {
+    device_.next.q_M = Eigen::Quaterniond(w, 0, 0, 0);
+    EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kImpossible) << w;
+  }
+  device_.next.q_M = Eigen::Quaterniond(1.005, 0, 0, 0);
+  EXPECT_EQ(Tick({1, 0, 0}).cause, DeviceFault::kNone);
+  EXPECT_NEAR(reading_.q_M.norm(), 1, 1e-15) << "rounding is removed";
 }
 
 TEST_F(HapticDeviceTest, WithoutACalibrationThereIsNoForce) {
@@ -280,7 +317,7 @@ TEST(DeviceStatusTest, SaysFaultCauseAndCode) {
 
 TEST(DeviceCapabilitiesTest, LeaveOutWhatIsUnknown) {
   DeviceCapabilities own = Capabilities();
-  EXPECT_EQ(InWords(own), "3 axes sensed, 6 with force, up to 5 N, up to 0.1 N m");
+  EXPECT_EQ(InWords(own), "6 axes sensed, 6 with force, up to 5 N, up to 0.1 N m");
   own.stiffness = 400;
   own.rate = 1000;
   EXPECT_THAT(InWords(own), HasSubstr("400 N/m, 1000 Hz"));

@@ -36,7 +36,7 @@ TEST(AllocationTest, TenThousandTicksAllocateNothing) {
       const long before = AllocationCount();
       const DeviceReading reading = hand.Read(rig.now);
       hand.WriteForce(rig.loop.Tick(reading, rig.now));
-      hand.Guide(rig.loop.guide());
+      hand.Guide(rig.loop.motion().guide());
       taken += AllocationCount() - before;
       if (rig.state() == OperatorState::kFollowing) ++followed;
     }

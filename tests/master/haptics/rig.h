@@ -32,10 +32,11 @@ class Rig {
   explicit Rig(const VirtualSlave::Options& slave_options = {},
                RenderMode render = RenderMode::kLocal, double force_limit = 3.3,
                double slew_limit = kNoSlewLimit)
+      : Rig({render, slave_options.transform, force_limit, slew_limit}, slave_options) {}
+  explicit Rig(const HapticLoop::Options& options, const VirtualSlave::Options& slave_options = {})
       : slave(slave_options),
-        loop({render, slave_options.transform, force_limit, slew_limit},
-             {&states, &commands, &records, &settings, &patches, &requests}) {
-    requests.render = render;
+        loop(options, {&states, &commands, &records, &settings, &patches, &requests}) {
+    requests.render = options.render;
   }
 
   // One millisecond with `device`; what was recorded of it.
@@ -43,7 +44,7 @@ class Rig {
     now += kHapticPeriod;
     slave.Step(now, &commands, &states);
     device.WriteForce(loop.Tick(device.Read(now), now));
-    device.Guide(loop.guide());
+    device.Guide(loop.motion().guide());
     TickRecord drained;
     while (records.Pop(&drained)) {
     }

@@ -99,6 +99,26 @@ TEST(SessionTest, SeveralFingersAreNamedInViewAndReport) {
   EXPECT_EQ(report.fingers[0].contact_share, 0);
 }
 
+// 5000 N/m of the wall at scale 1 against the 2000 N/m of the loop's rate.
+TEST(SessionTest, SaysOnceWhichScaleToLowerForAStiffObject) {
+  VirtualSlave::Options slave;
+  slave.K = 5000;
+  Beside beside(slave);
+  Puppet puppet;
+  SessionOptions options;
+  options.duration = 0.4;
+  std::vector<std::string> notices;
+  options.notify = [&](const std::string& notice) { notices.push_back(notice); };
+  RunSession(
+      options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
+      [] { return false; }, [](const Status&) {});
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_NE(notices[0].find("= 5000 N/m at the device, which renders 2000 N/m stably"),
+            std::string::npos)
+      << notices[0];
+  EXPECT_NE(notices[0].find("Lower operator.force_scale to 0.4"), std::string::npos);
+}
+
 TEST(SessionTest, StopsWhenAsked) {
   Beside beside;
   Puppet puppet;
