@@ -329,6 +329,9 @@ class Cpp(Examples):
     def test_tls(self):
         self.check_tls()
 
+    def test_feeding(self):
+        self.check_feeding(["640", "480"])
+
     def test_driving(self):
         self.check_driving("1")
 
