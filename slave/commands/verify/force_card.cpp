@@ -148,7 +148,7 @@ void CardMaker::AddForce() {
   for (const auto& [load, states] : ByLoad(loaded_)) {
     card_.loads.push_back(Middle(
         states, [&](const MatchedState& one) { return OnAxes(one.known.force); },
-        [&](const MatchedState& one) { return OnAxes(one.state.force) - offset_; }));
+        [&](const MatchedState& one) -> Vector3d { return OnAxes(one.state.force) - offset_; }));
   }
   card_.force = FitMap(card_.loads, card_.axes);
   AddMagnitude(card_.force);
