@@ -1,4 +1,5 @@
 """The force test card of a slave that serves, with a force sensor and with questions."""
+import csv
 import json
 import pathlib
 import subprocess
@@ -43,6 +44,24 @@ class Verify(unittest.TestCase):
         done = run(SLAVE, "verify", BLOCK, "--states", self.out / "states.csv", "--loads", self.out / "loads.csv", "--out", again)
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assertEqual(report(again)["cards"], first["cards"])
+
+    def test_a_recording_is_compared_with_a_table(self):
+        """Its own forces stand for known ones, a quarter larger, so that 0.8 of them is reported."""
+        folder = pathlib.Path(self.scratch.name)
+        recording, loads = folder / "slave.mcap", folder / "loads.csv"
+        with Slave(BLOCK, "--record", recording) as slave:
+            master = run(MASTER, "connect", slave.address, "--duration", "4")
+            self.assertEqual(master.returncode, 0, master.stderr)
+        self.assertEqual(run(SLAVE, "process", recording, "--out", folder / "states").returncode, 0)
+        with open(folder / "states" / "states.csv", encoding="utf-8", newline="") as states:
+            rows = [f"{row['t']},{float(row['fx']) / 0.8},{float(row['fy']) / 0.8},0\n" for row in csv.DictReader(states)
+                    if row["fy"]]
+        loads.write_text("t,fx,fy,fz\n" + "".join(rows))
+        done = run(SLAVE, "verify", recording, "--loads", loads, "--out", self.out)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        magnitude = report(self.out)["cards"][0]["lines"]["magnitude"]
+        self.assertEqual(magnitude["verdict"], "wrong")
+        self.assertAlmostEqual(magnitude["low_value_high"][1], 0.8, delta=1e-3)
 
     def test_no_slave_is_said(self):
         done = run(SLAVE, "verify", BLOCK, "--connect", "127.0.0.1:9", "--sensor", "--duration", "1", "--out", self.out)

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <utility>
 
-#include "shared/statistics/robust.h"
 #include "shared/text/text.h"
 #include "slave/commands/verify/card_words.h"
 
@@ -19,25 +18,15 @@ using Eigen::Vector3d;
 constexpr double kLoadedShare = 0.05;  // of the largest known force
 constexpr double kDegree = std::numbers::pi / 180;
 
-// Median of the deviations added to the mean of what is known: an outlier moves neither.
 KnownAndReported Middle(const std::vector<const MatchedState*>& states, const auto& known,
                         const auto& reported) {
   KnownAndReported middle;
-  std::array<std::vector<double>, 3> off;
-  const double count = static_cast<double>(states.size());
+  const double share = 1 / static_cast<double>(states.size());
   for (const MatchedState* one : states) {
-    const Vector3d is = known(*one), told = reported(*one);
-    middle.known += is / count;
-    middle.sigma += std::hypot(one->state.sigma, one->known.sigma_or_usual()) / count;
-    for (std::size_t j = 0; j < 3; ++j) {
-      const auto axis = static_cast<Eigen::Index>(j);
-      off[j].push_back(told(axis) - is(axis));
-    }
+    middle.known += share * known(*one);
+    middle.reported += share * reported(*one);
+    middle.sigma += share * std::hypot(one->state.sigma, one->known.sigma_or_usual());
   }
-  for (std::size_t j = 0; j < 3; ++j) {
-    middle.reported(static_cast<Eigen::Index>(j)) = MedianOf(off[j]);
-  }
-  middle.reported += middle.known;
   return middle;
 }
 
@@ -159,7 +148,7 @@ void CardMaker::AddForce() {
   for (const auto& [load, states] : ByLoad(loaded_)) {
     card_.loads.push_back(Middle(
         states, [&](const MatchedState& one) { return OnAxes(one.known.force); },
-        [&](const MatchedState& one) { return OnAxes(one.state.force) - offset_; }));
+        [&](const MatchedState& one) -> Vector3d { return OnAxes(one.state.force) - offset_; }));
   }
   card_.force = FitMap(card_.loads, card_.axes);
   AddMagnitude(card_.force);

@@ -11,7 +11,8 @@ the scene. Table of loads, SI, frame S, force of the object on the tool:
   t,until,fx,fy,fz[,sigma][,x,y,z][,depth][,finger]    loads that were held from t to until
   t,fx,fy,fz[,sigma][,x,y,z][,depth][,finger]          record of a sensor, linear between rows
 t is the time since the first state. x,y,z is the known position of the tip, depth the known
-indentation. An empty cell is unknown. fx,fy,fz may be absent if only positions are known.
+indentation, sigma that of each axis of the force (default 1 % of it). An empty cell is
+unknown. fx,fy,fz may be absent if only positions are known.
 
 Examples:
   palpate-slave verify deploy/scenes/silicone-block.yaml --out build/card
