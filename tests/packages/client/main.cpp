@@ -7,8 +7,8 @@
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   namespace v1 = palpate::v1;
-  const auto slave = v1::Teleoperation::NewStub(
-      grpc::CreateChannel(argv[1], grpc::InsecureChannelCredentials()));
+  const auto slave =
+      v1::Teleoperation::NewStub(grpc::CreateChannel(argv[1], grpc::InsecureChannelCredentials()));
   grpc::ClientContext asking;
   v1::SceneDescription scene;
   if (!slave->GetScene(&asking, {}, &scene).ok()) return 1;
