@@ -44,7 +44,7 @@ foreach(component slave master cameras dev python)
     set(package python3-palpate)
   endif()
   install(FILES ${palpate_packages}/copyright ${palpate_made}/changelog.gz DESTINATION share/doc/${package}
-    COMPONENT ${component} EXCLUDE_FROM_ALL)
+    COMPONENT ${component} EXCLUDE_FROM_ALL OPTIONAL)  # deploy/package.sh makes the second
   string(TOUPPER ${component} COMPONENT)
   set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_NAME ${package})
   file(GLOB scripts ${palpate_packages}/${component}/p*inst ${palpate_packages}/${component}/p*rm ${palpate_packages}/${component}/conffiles)
