@@ -88,7 +88,7 @@ class Recordings(unittest.TestCase):
         """A slave and a master, both recorded; the slave is killed, the master ends as it should."""
         slave_file, master_file = self.out / "slave.mcap", self.out / "master.mcap"
         with Slave(SCENES / scene, *overrides(*settings), "--record", slave_file, *parts) as slave:
-            self.good(MASTER, "connect", slave.address, "--duration", "5", "--record", master_file, *parts,
+            self.good(MASTER, "connect", slave.address, "--duration", "3", "--record", master_file, *parts,
                       "--log", self.out / "log.csv")
             slave.stop(signal.SIGKILL)
         return slave_file, master_file
