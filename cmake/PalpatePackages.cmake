@@ -75,7 +75,7 @@ set(CPACK_DEBIAN_SLAVE_PACKAGE_SUGGESTS "palpate-master, python3")
 set(CPACK_DEBIAN_CAMERAS_PACKAGE_DEPENDS "gstreamer1.0-plugins-base")
 set(CPACK_DEBIAN_CAMERAS_PACKAGE_RECOMMENDS "palpate-slave")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libgrpc++-dev, libprotobuf-dev, protobuf-compiler-grpc")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3:any, python3-grpcio, python3-protobuf")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3:any, libzstd1, python3-grpcio, python3-numpy, python3-protobuf")
 
 set(CPACK_COMPONENT_SLAVE_DESCRIPTION "Palpate slave: contact force without a force sensor
 Observes a soft object with cameras or tactile fingertips, computes the contact

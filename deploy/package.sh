@@ -49,13 +49,10 @@ for program in palpate-slave palpate-master; do
   [ -x "$build/bin/$program" ] || { echo "package.sh: $build/bin/$program is missing: leave out --built" >&2; exit 1; }
 done
 rm -rf "$made" "$out"
-mkdir -p "$made/python/palpate/v1" "$out"
+mkdir -p "$out"
 
 python3 deploy/packages/manuals.py "$build/bin" "$made" "$version"
-protoc -Iproto --python_out="$made/python" --grpc_out="$made/python" \
-  --plugin=protoc-gen-grpc="$(command -v grpc_python_plugin)" proto/palpate/v1/*.proto
-cp deploy/packages/palpate/*.py "$made/python/palpate/"
-touch "$made/python/palpate/v1/__init__.py"
+deploy/python/build.sh "$made/python"
 when=$(git log -1 --format=%ct 2>/dev/null || date +%s)
 gzip -9n >"$made/changelog.gz" <<TEXT
 palpate ($version) stable; urgency=medium

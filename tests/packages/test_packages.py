@@ -147,8 +147,9 @@ class Packages(unittest.TestCase):
 
     def python(self, debian):
         self.install(debian, "old", "python3-palpate")
-        debian.must("python3", "-c", "import palpate; from palpate.v1 import teleoperation_pb2_grpc as s; "
-                    "s.TeleoperationStub(palpate.channel('127.0.0.1:1'))")
+        with debian.serving("palpate-slave", "serve", "/usr/share/palpate/scenes/silicone-block.yaml", "--listen", "127.0.0.1:0") as address:
+            debian.must("python3", "-c", f"import palpate\nwith palpate.connect('{address}') as slave:\n"
+                        "    print(next(iter(slave.states(seconds=10))).message.sequence)")
 
     def upgrade(self, debian):
         conf = debian.folder / "etc/palpate/slave.conf"
