@@ -322,7 +322,7 @@ TEST(DeviceCapabilitiesTest, LeaveOutWhatIsUnknown) {
   own.rate = 1000;
   EXPECT_THAT(InWords(own), HasSubstr("400 N/m, 1000 Hz"));
   own.simulated = true;  // as a SpaceMouse, whose force moves a model only
-  EXPECT_EQ(InWords(own), "3 axes sensed, no force");
+  EXPECT_EQ(InWords(own), "6 axes sensed, no force");
 }
 
 }  // namespace
