@@ -96,7 +96,7 @@ class BareDebian:
 
     def palpate_files(self):
         """Files of Palpate, without those that dpkg keeps as its own notes."""
-        others = [self.folder / name for name in ("root", "tmp", "dev", "proc", "var/lib/dpkg", "var/log")]
+        others = [self.folder / name for name in ("root", "srv", "tmp", "dev", "proc", "var/lib/dpkg", "var/log")]
         prune = " -o ".join(f"-path {name}" for name in others).split()
         found = must("find", self.folder, "(", *prune, ")", "-prune", "-o", "-ipath", f"{self.folder}*palpate*", "-print")
         return sorted("/" + os.path.relpath(line, self.folder) for line in found.splitlines())

@@ -82,7 +82,7 @@ class Packages(unittest.TestCase):
         with BareDebian(self.scratch / "bare/root") as debian, two_networks() as (slave_net, master_net):
             self.assertNotEqual(debian.run("sh", "-c", "command -v cc c++ gcc g++ clang python3")[0], 0, "no compiler, no Python")
             for name in ("old", "new"):
-                shutil.copytree(getattr(self, name), debian.folder / "root" / name)
+                shutil.copytree(getattr(self, name), debian.folder / "srv" / name)
             debian.must("apt-get", "update")
             self.install_and_demo(debian)
             self.service(debian)
@@ -92,7 +92,7 @@ class Packages(unittest.TestCase):
             self.removal(debian)
 
     def install(self, debian, folder, *names, options=()):
-        return debian.must("sh", "-c", "apt-get install -y " + " ".join([*options, *(f"/root/{folder}/{name}_*.deb" for name in names)]))
+        return debian.must("sh", "-c", "apt-get install -y " + " ".join([*options, *(f"/srv/{folder}/{name}_*.deb" for name in names)]))
 
     def install_and_demo(self, debian):
         self.assertEqual(debian.palpate_files(), [])
@@ -132,14 +132,14 @@ class Packages(unittest.TestCase):
         self.assertIn("127.0.0.1:50051", told)
 
     def two_networks(self, debian, slave_net, master_net):
-        debian.must("sh", "-c", "cd /root && palpate-certs ca ca && palpate-certs slave ca /etc/palpate/tls lab-slave 10.77.0.1 && "
+        debian.must("sh", "-c", "cd /srv && palpate-certs ca ca && palpate-certs slave ca /etc/palpate/tls lab-slave 10.77.0.1 && "
                     "palpate-certs operator ca operator ada && chown -R palpate /etc/palpate/tls && "
                     "sed -i 's#^LISTEN=.*#LISTEN=10.77.0.1:50051#; s#^OPTIONS=.*#OPTIONS=\"--tls /etc/palpate/tls\"#' /etc/palpate/slave.conf")
         with debian.serving(*self.unit_command(debian), user="palpate", net=slave_net):
             health = ("palpate-slave", "health", "10.77.0.1:50051")
-            self.assertEqual(debian.must(*health, "--tls", "/root/operator", net=master_net), "SERVING\n")
+            self.assertEqual(debian.must(*health, "--tls", "/srv/operator", net=master_net), "SERVING\n")
             self.assertEqual(debian.run(*health, "--insecure", "--wait", "2", net=master_net)[0], 1, "plain text is refused")
-            debian.must("palpate-master", "connect", "10.77.0.1:50051", "--tls", "/root/operator", "--duration", "5",
+            debian.must("palpate-master", "connect", "10.77.0.1:50051", "--tls", "/srv/operator", "--duration", "5",
                         "--report", "/tmp/tls.json", net=master_net)
         report = json.loads((debian.folder / "tmp/tls.json").read_text())
         self.assertGreater(report["force_peak_N"], 1.5)
@@ -154,7 +154,7 @@ class Packages(unittest.TestCase):
     def upgrade(self, debian):
         conf = debian.folder / "etc/palpate/slave.conf"
         kept = conf.read_text()
-        change_conffile(package(debian.folder / "root/new", "palpate-slave"), "slave.conf")
+        change_conffile(package(debian.folder / "srv/new", "palpate-slave"), "slave.conf")
         keep = ("-o", "Dpkg::Options::=--force-confdef", "-o", "Dpkg::Options::=--force-confold")
         self.install(debian, "new", *PROGRAMS, "python3-palpate", options=keep)
         for name in (*PROGRAMS, "python3-palpate"):
@@ -168,7 +168,7 @@ class Packages(unittest.TestCase):
         state = debian.folder / "var/lib/palpate-slave"
         state.mkdir()
         (state / "stop").touch()
-        shutil.rmtree(debian.folder / "root")
+        shutil.rmtree(debian.folder / "srv")
         shutil.rmtree(debian.folder / "tmp/demo")
         debian.must("apt-get", "remove", "-y", *PROGRAMS, "python3-palpate")
         own = [f"/etc/palpate/tls/{name}.pem" for name in ("ca", "cert", "key")]
