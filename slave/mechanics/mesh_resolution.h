@@ -74,12 +74,24 @@ inline constexpr std::string_view kCoarsePatch =
 // and does not bend, and the patch decides. The thickness is 4 V / A, the side of a long square
 // bar. If no element is left, all count. Bodies of up to two thicknesses, as cubes are, do not
 // bend.
+//
+// The recovered strains miss what all elements around a node have in common. Of a straight bar
+// along a, farther than a quarter of the thickness from its supports, the solution is that of a
+// beam (Saint-Venant): uniaxial stress along a, and shear along a. Lateral strain that is kept
+// restrained makes an element stiffer, by q = r : C : r / E (a e a)^2 - 1, where r is e without the
+// shear along a. Under the same stress it stores less: its energy times q is missing.
+//
+// Where elements are so long that nothing shows how the strain varies, under a force at the end it
+// falls linearly: of the part of the energy that is not the mean strain's, elements of one strain
+// along a, h long, miss (h / 2 L)^2 at least.
 class StrainResolution {
  public:
   // `nodes`: 4 or 10 per element; the middles of edges are numbered behind the nodes of `mesh`,
   // element by element in the order of their first appearance (kTetEdges). Poisson's ratio is
-  // limited to 0.49: locking beyond it is reported elsewhere.
-  StrainResolution(const SolidMesh& mesh, double poisson_ratio, int nodes = 4);
+  // limited to 0.49: locking beyond it is reported elsewhere. `held`: per node of `mesh`; empty:
+  // the elements have a pressure of their own, and no bar is looked for.
+  StrainResolution(const SolidMesh& mesh, const HeldNodes& held, double poisson_ratio,
+                   int nodes = 4);
 
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
   // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
@@ -90,17 +102,23 @@ class StrainResolution {
     std::array<int, 10> nodes{};
     Eigen::Matrix<double, 3, 4> gradients;
     double volume = 0;
+    double extent = 0;  // along the bar [the mesh's unit]
+    double beam = 0;    // share of it where the bar is a beam [-]
   };
   using Strains = std::array<Eigen::Matrix3d, 4>;  // at the corners
   [[nodiscard]] Strains StrainsOf(const Element& element,
                                   std::span<const Eigen::Vector3d> u) const noexcept;
-  [[nodiscard]] double TwiceEnergy(const Strains& strains) const noexcept;
+  [[nodiscard]] double TwiceEnergy(const Eigen::Matrix3d& strain) const noexcept;
+  [[nodiscard]] double TwiceRestraint(const Eigen::Matrix3d& strain) const noexcept;
+  void FindBar(const HeldNodes& held);
   void MarkContacts(std::span<const int> touched);
 
   double lambda_, mu_;  // by E
   bool quadratic_;
   bool slender_ = false;
   double thickness_ = 0;                 // [the mesh's unit]
+  Eigen::Vector3d along_{0, 0, 0};       // a straight bar's direction; zero: it is none
+  double length_ = 0;                    // along it [the mesh's unit]
   std::vector<Eigen::Vector3d> points_;  // nodes at rest, middles too
   std::vector<Element> elements_;
   std::vector<Strains> strains_;       // per element

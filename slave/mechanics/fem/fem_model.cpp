@@ -87,12 +87,18 @@ fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh&
 }
 
 // Numbered and measured as the body is.
-StrainResolution StrainsOf(const SolidMesh& mesh, const fem::FemBody& body, double nu) {
+StrainResolution StrainsOf(const SolidMesh& mesh, const HeldNodes& held, const fem::FemBody& body,
+                           double nu) {
   SolidMesh numbered{body.points(), mesh.tets};
+  HeldNodes numbered_held(numbered.nodes.size());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const int number = body.Number(static_cast<int>(i));
+    if (number >= 0) numbered_held[Index(number)] = held[i];
+  }
   for (auto& tet : numbered.tets) {
     for (int& node : tet) node = body.Number(node);
   }
-  return {numbered, nu};
+  return {numbered, numbered_held, nu};
 }
 
 }  // namespace
@@ -108,7 +114,7 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
       contacts_(mesh, body_),
       gravity_(Index(body_.size())),
       f_ext_(Index(body_.size())),
-      strain_(StrainsOf(mesh, body_, params.material.poisson_ratio)),
+      strain_(StrainsOf(mesh, held, body_, params.material.poisson_ratio)),
       u_(Index(body_.size())) {
   ReportProgress(progress, "preparing the solver", 0.6);
   const FemOptions& options = params.options;
