@@ -84,20 +84,21 @@ void Fleet::TakeStatus(std::string_view bytes, Time now, Entry* entry) {
 SlaveLine Fleet::LineOf(const std::string& name, const Entry& entry, Time now) {
   SlaveLine line{.name = name, .validity = "silent", .alarms = entry.alarms};
   const double quiet = SecondsBetween(entry.came, now);
+  const bool is_silent = quiet > kSilentAfter;
   if (!entry.unreadable.empty()) {
-    line.validity = "unreadable";
+    if (!is_silent) line.validity = "unreadable";
     line.alarms.push_back("its states are unreadable: " + entry.unreadable);
   } else if (entry.state) {
     const SlaveState& state = *entry.state;
     line.phase = InWords(state.phase);
     line.age = std::max(0.0, SecondsBetween(state.sensed_at, state.sent_at)) + quiet;
-    if (quiet <= kSilentAfter) {
+    if (!is_silent) {
       line.validity = ToString(state.validity);
       line.check = ToString(state.check);
       if (IsForceKnown(state)) line.force = state.force->norm(), line.sigma = state.sigma;
     }
   }
-  if (quiet > kSilentAfter) line.alarms.push_back(Formatted("no state for %.0f s", quiet));
+  if (is_silent) line.alarms.push_back(Formatted("no state for %.0f s", quiet));
   if (entry.doubled && SecondsBetween(*entry.doubled, now) < kDoubledFor)
     line.alarms.emplace_back("two slaves publish with this name");
   return line;
