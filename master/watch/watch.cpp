@@ -128,7 +128,7 @@ int RunWatch(const WatchOptions& options, const std::function<bool()>& stopped) 
                     pause));
     }
     for (const std::string& news : box.Take()) output.Tell(news);
-    was_connected = was_connected || connection.connected();
+    was_connected = connection.Connected() || was_connected;
     is_over = options.duration > 0 && SecondsBetween(begun, now) >= options.duration;
     if (!is_over && SecondsBetween(shown, now) < kShowEvery) continue;
     shown = now;

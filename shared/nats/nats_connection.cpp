@@ -1,5 +1,6 @@
 #include "shared/nats/nats_connection.h"
 
+#include <atomic>
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
@@ -18,8 +19,7 @@ namespace {
 
 constexpr std::string_view kRoot = "palpate.";
 constexpr int kConnectMs = 1000, kConfirmMs = 400, kWriteMs = 500;
-// An attempt each quarter of a second: observers are back soon after the server.
-constexpr int kRetryMs = 200, kRetryJitterMs = 50;
+constexpr std::chrono::milliseconds kRetry(200);
 constexpr int kPingMs = 2000, kPingsOut = 2;  // a server that says nothing for 4 s is given up
 constexpr std::chrono::seconds kCloseWait(2);
 constexpr std::size_t kLongestReason = 200;
@@ -38,7 +38,20 @@ void Check(natsStatus status, const std::string& what) {
   throw std::invalid_argument(what + ": " + natsStatus_GetText(status));
 }
 
-// `observer NAME at HOST was cut off: Slow Consumer (Write Deadline)`; empty: another end.
+// `: why`, without the library's place; empty if nothing is known.
+std::string WordsOf(std::string_view why) {
+  const std::size_t place = why.starts_with("(conn.c:") ? why.find("): ") : std::string_view::npos;
+  if (place != std::string_view::npos) why.remove_prefix(place + 3);
+  return why.empty() ? std::string() : ": " + Presentable(why, kLongestReason);
+}
+std::string WordsOf(natsConnection* connection) {
+  const char* why = nullptr;
+  natsConnection_GetLastError(connection, &why);
+  return WordsOf(std::string_view(why != nullptr ? why : ""));
+}
+
+// Such as `the NATS server cut off NAME at HOST: Slow Consumer (Write Deadline)`; empty: another
+// end.
 std::string SlowClientIn(std::string_view advisory) {
   const auto json = nlohmann::json::parse(advisory, nullptr, false);
   if (!json.is_object()) return {};
@@ -94,8 +107,9 @@ SubjectParts PartsOf(std::string_view subject) {
 
 struct NatsConnection::Parts {
   struct Reader {
+    std::string subject;
     OnMessage on_message;
-    Owned<natsSubscription> subscription;
+    Owned<natsSubscription> subscription;  // of the present connection
   };
 
   // One failing attempt after the other says the same: told once.
@@ -106,38 +120,30 @@ struct NatsConnection::Parts {
     }
     on_news(text);
   }
-  void Finish(std::size_t Parts::*count) {
+  void Open();
+  void SubscribeAgain(Reader* reader);
+  void Finish() {
     const std::scoped_lock lock(mutex);
-    ++(this->*count);
+    --running;
     finished.notify_all();
   }
-  [[nodiscard]] std::string place() const { return ToString(endpoint); }
 
-  static void OnConnected(natsConnection* /*nc*/, void* closure) {
+  // The last callback about a connection.
+  static void OnClosed(natsConnection* nc, void* closure) {
     auto* const parts = static_cast<Parts*>(closure);
-    parts->Tell("connected to the NATS server at " + parts->place());
+    if (!parts->is_ending) {
+      parts->Tell("the connection to the NATS server at " + ToString(parts->endpoint) + " ended" +
+                  WordsOf(nc) + "; trying again");
+    }
+    parts->Finish();
   }
-  static void OnDisconnected(natsConnection* nc, void* closure) {
-    auto* const parts = static_cast<Parts*>(closure);
-    const char* why = nullptr;
-    natsConnection_GetLastError(nc, &why);
-    parts->Tell("the connection to the NATS server at " + parts->place() + " ended" +
-                (why != nullptr && *why != 0 ? ": " + Presentable(why, kLongestReason) : "") +
-                "; trying again");
-  }
+  // The last one about a subscription.
+  static void OnComplete(void* closure) { static_cast<Parts*>(closure)->Finish(); }
   static void OnError(natsConnection* nc, natsSubscription* /*of*/, natsStatus error,
                       void* closure) {
-    auto* const parts = static_cast<Parts*>(closure);
-    const char* why = nullptr;
-    natsConnection_GetLastError(nc, &why);
-    parts->Tell(std::string("NATS: ") + natsStatus_GetText(error) +
-                (why != nullptr && *why != 0 ? ": " + Presentable(why, kLongestReason) : ""));
+    static_cast<Parts*>(closure)->Tell(std::string("NATS: ") + natsStatus_GetText(error) +
+                                       WordsOf(nc));
   }
-  // The last callback about the connection, and the last one about a subscription.
-  static void OnClosed(natsConnection* /*nc*/, void* closure) {
-    static_cast<Parts*>(closure)->Finish(&Parts::is_closed);
-  }
-  static void OnComplete(void* closure) { static_cast<Parts*>(closure)->Finish(&Parts::completed); }
   static void OnMessageOf(natsConnection* /*nc*/, natsSubscription* /*of*/, natsMsg* message,
                           void* closure) {
     const Owned<natsMsg> owned(message);
@@ -148,80 +154,94 @@ struct NatsConnection::Parts {
 
   Endpoint endpoint;
   OnNews on_news;
-  std::mutex mutex;  // guards the next four members
+  Owned<natsOptions> options;
+  std::chrono::steady_clock::time_point due{};  // of the next attempt
+  std::atomic<bool> is_ending = false;
+  std::mutex mutex;  // guards the next three members
   std::condition_variable finished;
-  std::size_t is_closed = 0, completed = 0;  // callbacks that came to their end
-  std::string told;                          // the last news
-  std::deque<Reader> readers;                // stay where they are
+  std::size_t running = 0;     // connections and subscriptions whose last callback is to come
+  std::string told;            // the last news
+  std::deque<Reader> readers;  // stay where they are
   Owned<natsConnection> connection;
 };
 
+void NatsConnection::Parts::Open() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < due) return;
+  due = now + kRetry;
+  for (Reader& reader : readers) reader.subscription.reset();
+  connection.reset();
+  natsConnection* made = nullptr;
+  const natsStatus status = natsConnection_Connect(&made, options.get());
+  if (status != NATS_OK) {
+    const char* const last = nats_GetLastError(nullptr);
+    const std::string_view why = last != nullptr && *last != 0 ? last : natsStatus_GetText(status);
+    Tell("no connection to the NATS server at " + ToString(endpoint) + WordsOf(why) +
+         "; trying again");
+    return;
+  }
+  connection.reset(made);
+  {
+    const std::scoped_lock lock(mutex);
+    ++running;
+  }
+  for (Reader& reader : readers) SubscribeAgain(&reader);
+  Tell("connected to the NATS server at " + ToString(endpoint));
+}
+
+// A connection that ends meanwhile subscribes to nothing; the next one will.
+void NatsConnection::Parts::SubscribeAgain(Reader* reader) {
+  natsSubscription* made = nullptr;
+  const natsStatus status = natsConnection_Subscribe(&made, connection.get(),
+                                                     reader->subject.c_str(), OnMessageOf, reader);
+  if (status != NATS_OK) return;
+  reader->subscription.reset(made);
+  const std::scoped_lock lock(mutex);
+  if (natsSubscription_SetOnCompleteCB(made, OnComplete, this) == NATS_OK) ++running;
+}
+
 NatsConnection::NatsConnection(const NatsServer& server, const std::string& name, OnNews on_news)
     : parts_(std::make_unique<Parts>()) {
-  Parts* const parts = parts_.get();
-  parts->endpoint = server.endpoint;
-  parts->on_news = std::move(on_news);
-  natsOptions* made = nullptr;
-  Check(natsOptions_Create(&made), "NATS");
-  const Owned<natsOptions> options(made);
-  Check(natsOptions_SetURL(made, server.url.c_str()), "the URL of the NATS server");
-  if (server.encrypted) Check(natsOptions_SetSecure(made, true), "TLS");
+  parts_->endpoint = server.endpoint;
+  parts_->on_news = std::move(on_news);
+  natsOptions* options = nullptr;
+  Check(natsOptions_Create(&options), "NATS");
+  parts_->options.reset(options);
+  Check(natsOptions_SetURL(options, server.url.c_str()), "the URL of the NATS server");
+  if (server.encrypted) Check(natsOptions_SetSecure(options, true), "TLS");
   if (server.encrypted && !server.tls.empty()) {
     const std::string ca = server.tls / "ca.pem", cert = server.tls / "cert.pem",
                       key = server.tls / "key.pem";
-    Check(natsOptions_LoadCATrustedCertificates(made, ca.c_str()), ca);
-    Check(natsOptions_LoadCertificatesChain(made, cert.c_str(), key.c_str()), cert + ", " + key);
-    Check(natsOptions_SetExpectedHostname(made, server.endpoint.host.c_str()), "TLS");
+    Check(natsOptions_LoadCATrustedCertificates(options, ca.c_str()), ca);
+    Check(natsOptions_LoadCertificatesChain(options, cert.c_str(), key.c_str()), cert + ", " + key);
   }
-  natsOptions_SetName(made, name.c_str());
-  natsOptions_SetTimeout(made, kConnectMs);
-  natsOptions_SetWriteDeadline(made, kWriteMs);
-  natsOptions_SetPingInterval(made, kPingMs);
-  natsOptions_SetMaxPingsOut(made, kPingsOut);
-  natsOptions_SetMaxReconnect(made, -1);
-  natsOptions_SetReconnectWait(made, kRetryMs);
-  natsOptions_SetReconnectJitter(made, kRetryJitterMs, kRetryJitterMs);
-  natsOptions_SetRetryOnFailedConnect(made, true, Parts::OnConnected, parts);
-  natsOptions_SetReconnectedCB(made, Parts::OnConnected, parts);
-  natsOptions_SetDisconnectedCB(made, Parts::OnDisconnected, parts);
-  natsOptions_SetErrorHandler(made, Parts::OnError, parts);
-  natsOptions_SetClosedCB(made, Parts::OnClosed, parts);
-  natsConnection* connection = nullptr;
-  const natsStatus status = natsConnection_Connect(&connection, made);
-  parts->connection.reset(connection);
-  if (status == NATS_OK) {
-    Parts::OnConnected(connection, parts);
-  } else if (status == NATS_NOT_YET_CONNECTED) {
-    parts->Tell("no connection to the NATS server at " + parts->place() + "; trying again");
-  } else {
-    Check(status, "NATS");
-  }
+  natsOptions_SetName(options, name.c_str());
+  natsOptions_SetTimeout(options, kConnectMs);
+  natsOptions_SetWriteDeadline(options, kWriteMs);
+  natsOptions_SetPingInterval(options, kPingMs);
+  natsOptions_SetMaxPingsOut(options, kPingsOut);
+  // The library would keep messages, and gives up where a password or certificate is refused.
+  natsOptions_SetAllowReconnect(options, false);
+  natsOptions_SetErrorHandler(options, Parts::OnError, parts_.get());
+  natsOptions_SetClosedCB(options, Parts::OnClosed, parts_.get());
 }
 
 // Callbacks use the parts until their end. Should one never come, the parts stay.
 NatsConnection::~NatsConnection() {
-  natsConnection_Close(parts_->connection.get());
+  parts_->is_ending = true;
+  if (parts_->connection) natsConnection_Close(parts_->connection.get());
   std::unique_lock lock(parts_->mutex);
-  const bool is_over = parts_->finished.wait_for(lock, kCloseWait, [this] {
-    return parts_->is_closed > 0 && parts_->completed == parts_->readers.size();
-  });
+  const bool is_over =
+      parts_->finished.wait_for(lock, kCloseWait, [this] { return parts_->running == 0; });
   lock.unlock();
   if (!is_over) static_cast<void>(parts_.release());
 }
 
-bool NatsConnection::connected() const {
-  return natsConnection_Status(parts_->connection.get()) == NATS_CONN_STATUS_CONNECTED;
-}
-
 void NatsConnection::Subscribe(const std::string& subject, OnMessage on_message) {
   Parts::Reader& reader = parts_->readers.emplace_back();
+  reader.subject = subject;
   reader.on_message = std::move(on_message);
-  natsSubscription* subscription = nullptr;
-  Check(natsConnection_Subscribe(&subscription, parts_->connection.get(), subject.c_str(),
-                                 Parts::OnMessageOf, &reader),
-        subject);
-  reader.subscription.reset(subscription);
-  natsSubscription_SetOnCompleteCB(subscription, Parts::OnComplete, parts_.get());
+  if (parts_->connection) parts_->SubscribeAgain(&reader);
 }
 
 void NatsConnection::ReportSlowClients() {
@@ -232,21 +252,31 @@ void NatsConnection::ReportSlowClients() {
             });
 }
 
+bool NatsConnection::Connected() {
+  const auto is_connected = [this] {
+    return parts_->connection &&
+           natsConnection_Status(parts_->connection.get()) == NATS_CONN_STATUS_CONNECTED;
+  };
+  if (!is_connected()) parts_->Open();
+  return is_connected();
+}
+
 bool NatsConnection::Publish(const std::string& subject, std::string_view bytes) {
   natsConnection* const connection = parts_->connection.get();
-  if (!connected()) return false;
+  if (connection == nullptr) return false;
   const natsStatus status = natsConnection_Publish(connection, subject.c_str(), bytes.data(),
                                                    static_cast<int>(bytes.size()));
   if (status == NATS_MAX_PAYLOAD) {
     parts_->Tell(Formatted(
-        "%s is not published: a message exceeds %lld bytes, max_payload of the server",
+        "%s is not published: a message exceeds %lld bytes, max_payload of the "
+        "server",
         subject.c_str(), static_cast<long long>(natsConnection_GetMaxPayload(connection))));
   }
   return status == NATS_OK;
 }
 
 bool NatsConnection::Confirm() {
-  return connected() &&
+  return Connected() &&
          natsConnection_FlushTimeout(parts_->connection.get(), kConfirmMs) == NATS_OK;
 }
 

@@ -32,29 +32,30 @@ struct SubjectParts {
 };
 SubjectParts PartsOf(std::string_view subject);
 
-// Connects in the background, and again whenever the connection ends. Keeps nothing for the time
-// without one. Thread-safe.
+// Connects, and again whenever the connection ends. Keeps nothing for the time without one. All
+// methods are called by one thread.
 class NatsConnection {
  public:
-  // Both are called by threads of the library.
+  // Both are called by threads of the library, too.
   using OnNews = std::function<void(const std::string& text)>;
   using OnMessage = std::function<void(std::string_view subject, std::string_view bytes)>;
 
   // `name`: how the server calls this client in its log. `on_news` gets changes of the connection
-  // in words. Waits up to a second for the first attempt. Throws std::invalid_argument: unusable
-  // certificates.
+  // in words. Throws std::invalid_argument: unusable certificates.
   NatsConnection(const NatsServer& server, const std::string& name, OnNews on_news);
   // Returns within two seconds; then no callback runs any more.
   ~NatsConnection();
   NatsConnection(const NatsConnection&) = delete;
   NatsConnection& operator=(const NatsConnection&) = delete;
 
-  [[nodiscard]] bool connected() const;
-  // From now on, also over later connections.
+  // Subscribes for this and later connections.
   void Subscribe(const std::string& subject, OnMessage on_message);
-  // From now on the news name each client that the server cuts off because it reads too slowly, if
-  // the server tells its clients (deploy/nats-server.conf).
+  // The news name each client that the server cuts off because it reads too slowly, if the server
+  // tells its clients (deploy/nats-server.conf).
   void ReportSlowClients();
+  // Whether there is a connection. Without one it tries to connect, up to five times a second,
+  // which takes a second where nobody answers.
+  bool Connected();
   // False: there is no connection, or the server accepts no message of this size.
   bool Publish(const std::string& subject, std::string_view bytes);
   // Whether the server has received everything that was published. Waits up to 0.4 s for it.

@@ -18,7 +18,7 @@
 #include "shared/link/thread_priority.h"
 #include "shared/tls/credentials.h"
 #include "slave/service/admission/acceptor.h"
-#include "slave/service/observers/nats_feed.h"
+#include "slave/service/nats_feed.h"
 #include "slave/service/publisher.h"
 #include "slave/service/roles.h"
 #include "slave/service/teleoperation_service.h"

@@ -32,15 +32,15 @@ def free_port():
 
 
 class Server:
-    """`nats-server` with the shipped configuration on a free port."""
+    """`nats-server` with the shipped configuration on a free port; `words`: instead of it."""
 
-    def __init__(self):
-        self.port = free_port()
+    def __init__(self, *words):
+        self.port, self.words = free_port(), words or ("-c", CONFIGURATION)
         self.url = f"nats://127.0.0.1:{self.port}"
         self.process = None
 
     def start(self):
-        self.process = subprocess.Popen([*NICE, NATS, "-c", CONFIGURATION, "-a", "127.0.0.1", "-p", str(self.port)],
+        self.process = subprocess.Popen([*NICE, NATS, *self.words, "-a", "127.0.0.1", "-p", str(self.port)],
                                         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         if not wait_until(self.answers):
             raise AssertionError("the NATS server does not answer")
@@ -77,6 +77,20 @@ def connect(port, *subjects, name="observer"):
     words = "".join(f"SUB {subject} {i}\r\n" for i, subject in enumerate(subjects))
     line.sendall(f'CONNECT {json.dumps({"verbose": False, "pedantic": False, "name": name})}\r\n{words}'.encode())
     return line
+
+
+def next_message(line, words=b""):
+    """(subject, payload) of the next message that a connection reads."""
+    while True:
+        head, end, rest = words.partition(b"\r\n")
+        if not end:
+            words += line.recv(1 << 16)
+        elif not head.startswith(b"MSG "):
+            words = rest
+        elif len(rest) < int(head.split()[-1]):
+            words += line.recv(1 << 16)
+        else:
+            return head.split()[1].decode(), rest[:int(head.split()[-1])]
 
 
 def observe(port, subject, counts):
@@ -140,8 +154,8 @@ class Crowd:
 class Watch:
     """`palpate-master watch --json`, whose lines and news are files."""
 
-    def __init__(self, server, folder, name="watch"):
-        self.command = [MASTER, "watch", server.url, "--json"]
+    def __init__(self, server, folder, name="watch", *words):
+        self.command = [MASTER, "watch", server.url, "--json", *words]
         self.lines, self.news = (pathlib.Path(folder, f"{name}.{end}") for end in ("jsonl", "txt"))
 
     def __enter__(self):

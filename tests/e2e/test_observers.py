@@ -7,11 +7,15 @@ import contextlib
 import pathlib
 import signal
 import tempfile
+import sys
 import unittest
 
-from observers import Crowd, Server, Watch, connect, require_server
-from programs import BLOCK, MASTER, Slave, deep, run, wait_until
+from observers import Crowd, Server, Watch, connect, next_message, require_server
+from programs import BLOCK, MASTER, PACKAGE, ROOT, Slave, deep, run, wait_until
 from test_crowd import session
+
+sys.path.insert(0, str(PACKAGE))
+from palpate.v1 import state_pb2, telemetry_pb2
 
 OBSERVERS, FLEET = 200, 20
 MOST, TRIES, SECONDS = 1.2, 5, 6  # times as old as alone; of a session [s]
@@ -65,6 +69,38 @@ class Observers(unittest.TestCase):
             table = run(MASTER, "watch", server.url, "--duration", "0.5")
             self.assertEqual((table.returncode, table.stdout.split()[:2]), (0, ["slave", "force"]))
 
+    def test_each_kind_is_a_message_of_the_protocol(self):
+        with Server() as server, publishing(server):
+            def message(kind, parsed):
+                with connect(server.port, f"palpate.silicone-block.{kind}") as line:
+                    parsed.ParseFromString(next_message(line)[1])
+                return parsed
+
+            self.assertEqual(message("state", state_pb2.SlaveState()).validity, state_pb2.VALIDITY_VALID)
+            self.assertGreater(message("status", telemetry_pb2.Status()).frames, 0)
+            mesh = message("mesh", state_pb2.MeshState())  # whoever comes later has the topology, too
+            self.assertEqual((len(mesh.elements) // mesh.nodes_per_element, len(mesh.positions)), (180, len(mesh.rest)))
+            self.assertTrue(message("image", state_pb2.VideoFrame()).jpeg.startswith(b"\xff\xd8"))
+
+    def test_a_password_and_tls_are_used_and_a_wrong_one_is_reported(self):
+        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "grace"]):
+            run(ROOT / "deploy/certs", words[0], self.folder / words[1],
+                *[self.folder / words[2], *words[3:]] if words[2:] else []).check_returncode()
+        files = self.folder / "slave"
+        server = Server("--user", "ada", "--pass", "secret", "--tls", "--tlscert", files / "cert.pem", "--tlskey", files / "key.pem",
+                        "--tlscacert", files / "ca.pem")
+        server.url = server.url.replace("nats://", "tls://ada:secret@")
+        with server, publishing(server, "--tls", files) as slave, Watch(server, self.folder, "watch", "--tls", self.folder / "observer") as watch:
+            self.assertTrue(wait_until(watch.newest), watch.news.read_text())
+            for url, wrong in ((server.url.replace("secret", "guess"), "Authorization Violation"),
+                               (server.url.replace("127.0.0.1", "localhost"), "hostname mismatch")):
+                done = run(MASTER, "watch", url, "--tls", self.folder / "observer", "--duration", "1")
+                self.assertEqual(done.returncode, 1)
+                self.assertIn(wrong, done.stderr)
+                self.assertNotIn("guess", done.stderr)
+            self.assertEqual(slave.stop(), 0)
+            self.assertNotIn("secret", slave.log + watch.news.read_text())
+
     def test_observers_return_after_the_server_was_killed_and_started_again(self):
         server = Server()
         with server, publishing(server) as slave, Crowd(server, STATES, OBSERVERS) as crowd, Watch(server, self.folder) as watch:
@@ -96,7 +132,7 @@ class Observers(unittest.TestCase):
             self.assertIn("this program stood still", stopped.news.read_text())
             count = len(stopped.seen())
             self.assertTrue(wait_until(lambda: any(line["validity"] == "valid" for line in stopped.seen()[count:])))
-            self.assertEqual(reader.newest()["flood"]["validity"], "silent")
+            self.assertTrue(wait_until(lambda: reader.newest()["flood"]["validity"] == "silent"))
             self.assertEqual(slave.stop(), 0)
             for words in cut:
                 self.assertIn(words, slave.log)

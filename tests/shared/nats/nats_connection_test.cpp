@@ -88,7 +88,7 @@ TEST(NatsConnection, WithoutAServerIsReportedOnceAndTakesNothing) {
         news.push_back(text);
       });
       connection.Subscribe("palpate.>", [](std::string_view, std::string_view) {});
-      EXPECT_FALSE(connection.connected());
+      EXPECT_FALSE(connection.Connected());
       EXPECT_FALSE(connection.Publish("palpate.a.state", "bytes"));
       EXPECT_FALSE(connection.Confirm());
     }

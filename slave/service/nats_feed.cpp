@@ -1,4 +1,4 @@
-#include "slave/service/observers/nats_feed.h"
+#include "slave/service/nats_feed.h"
 
 #include <utility>
 
