@@ -1,5 +1,6 @@
 #include "shared/nats/nats_connection.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <chrono>
@@ -48,6 +49,14 @@ std::string WordsOf(natsConnection* connection) {
   const char* why = nullptr;
   natsConnection_GetLastError(connection, &why);
   return WordsOf(std::string_view(why != nullptr ? why : ""));
+}
+
+// The library puts the name into JSON as it is.
+std::string WithoutQuotes(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(),
+      [](unsigned char c) { return c == '"' || c == '\\' || std::iscntrl(c) != 0; }, '-');
+  return name;
 }
 
 // Such as `the NATS server cut off NAME at HOST: Slow Consumer (Write Deadline)`; empty: another
@@ -215,7 +224,7 @@ NatsConnection::NatsConnection(const NatsServer& server, const std::string& name
     Check(natsOptions_LoadCATrustedCertificates(options, ca.c_str()), ca);
     Check(natsOptions_LoadCertificatesChain(options, cert.c_str(), key.c_str()), cert + ", " + key);
   }
-  natsOptions_SetName(options, name.c_str());
+  natsOptions_SetName(options, WithoutQuotes(name).c_str());
   natsOptions_SetTimeout(options, kConnectMs);
   natsOptions_SetWriteDeadline(options, kWriteMs);
   natsOptions_SetPingInterval(options, kPingMs);
