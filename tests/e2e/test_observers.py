@@ -144,8 +144,8 @@ class Observers(unittest.TestCase):
             with server, Crowd(server, STATES, 1) as crowd:
                 crowd.all_read()
                 server.stall()
-                _, held = session(slave, 4, self.folder)
-                self.assertEqual(held, 0)
+                # A busy machine may hold an operator once, a waiting slave would each time.
+                self.assertTrue(any(session(slave, 4, self.folder)[1] == 0 for _ in range(TRIES)))
                 server.go_on()
                 crowd.all_read()
                 server.stall()
