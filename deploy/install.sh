@@ -11,7 +11,7 @@ source "$(dirname "$0")/progress.sh"
 packages=(clang-16 cmake ninja-build protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libgrpc++-dev libeigen3-dev
           libopencv-core-dev libopencv-imgproc-dev libopencv-dnn-dev libpng-dev libjpeg62-turbo-dev libyaml-cpp-dev libcli11-dev
           libspdlog-dev nlohmann-json3-dev libboost-dev libmumps-seq-dev liblapacke-dev libopenblas0-pthread zlib1g-dev
-          libzstd-dev)
+          libzstd-dev libnats-dev)
 # palpate-films.so: films, cameras, pictures other than PNG and JPEG; without the base plugins no GStreamer pipeline ends in an appsink.
 films=(libopencv-videoio-dev gstreamer1.0-plugins-base)
 openni=(libopenni2-dev)               # palpate-openni.so: depth cameras
@@ -34,7 +34,8 @@ for part in "$@"; do
     clouds) packages+=("${clouds[@]}") ;;
     tests)
       packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
-                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium)
+                 clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium
+                 nats-server)
       want_npm ;;
     packages) packages+=(python3 dpkg-dev file) ;;
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;

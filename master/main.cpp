@@ -20,6 +20,7 @@
 #include "master/commands/operate.h"
 #include "master/link/channel.h"
 #include "master/link/slave_link.h"
+#include "master/watch/watch.h"
 #include "shared/program/command_line.h"
 #include "shared/text/text.h"
 
@@ -109,6 +110,11 @@ int Main(int argc, char** argv) {
     }
     if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
     if (app.got_subcommand("evict")) return Evict(a);
+    if (app.got_subcommand("watch")) {
+      CatchSignals();
+      a.watch.name = "palpate-master watch, " + NameOfProcess();
+      return RunWatch(a.watch, [] { return g_stop.load(); });
+    }
     CheckBeforehand(a);
     if (a.link.operator_name.empty()) a.link.operator_name = NameOfProcess();
     NameCalls(a.link.operator_name);

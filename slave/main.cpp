@@ -17,6 +17,7 @@ constexpr const char* kExamples = R"(Examples:
   palpate-slave serve deploy/scenes/silicone-block.yaml --listen 127.0.0.1:50051
   palpate-slave serve deploy/scenes/silicone-block.yaml --override model.elements=60
   palpate-slave serve deploy/scenes/silicone-block.yaml --record slave.mcap
+  palpate-slave serve deploy/scenes/silicone-block.yaml --publish nats://127.0.0.1:4222
   palpate-slave health 127.0.0.1:50051
   palpate-slave process deploy/scenes/silicone-block.yaml --out build/press
   palpate-slave process slave.mcap --out build/again
@@ -73,6 +74,9 @@ int Main(int argc, char** argv) {
 
   Add(serve_command, "--metrics", &serve.metrics, "HOST:PORT",
       "Address that serves Prometheus metrics at /metrics");
+  Add(serve_command, "--publish", &serve.publish, "URL",
+      "NATS server, nats://HOST:PORT or tls://HOST:PORT, that passes states, meshes and images on "
+      "to any number of observers");
   Add(serve_command, "--record", &serve.record, "FILE",
       "Record every sample and estimate without loss to this .mcap file; `process "
       "FILE.mcap` recomputes the estimates");

@@ -43,8 +43,8 @@ CLI::Validator Between(double low, double high, const std::string& unit = "s") {
           ""};  // The help shows the type name alone.
 }
 
-void AddTls(CLI::App* command, SlaveLink::Options* link) {
-  Add(command, "--tls", &link->tls, "DIR",
+void AddTls(CLI::App* command, std::filesystem::path* tls) {
+  Add(command, "--tls", tls, "DIR",
       "Use mutual TLS 1.3 with ca.pem, cert.pem and key.pem of this folder "
       "(deploy/certs), also for --view")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
@@ -54,7 +54,7 @@ void AddLineOptions(CLI::App* command, SlaveLink::Options* link) {
   Add(command, "--wait", &link->wait, "S", "Time limit for connecting, in seconds")
       ->check(Between(0, 1e6))
       ->capture_default_str();
-  AddTls(command, link);
+  AddTls(command, &link->tls);
   command->add_flag("--insecure", link->insecure,
                     "Allow plain text to other machines; without it only loopback is accepted");
 }
@@ -81,6 +81,28 @@ void DeclareEvict(CLI::App* app, Arguments* a) {
   Add(evict, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
   Add(evict, "--reason", &a->reason, "TEXT", "Reason for the operator and the log");
   AddLineOptions(evict, &a->link);
+}
+
+void DeclareWatch(CLI::App* app, WatchOptions* options) {
+  CLI::App* watch = app->add_subcommand(
+      "watch", "Show the slaves that publish on a NATS server: force, validity, age, alarms");
+  watch->footer(
+      "Examples:\n"
+      "  palpate-master watch nats://127.0.0.1:4222\n"
+      "  palpate-master watch nats://127.0.0.1:4222 --json --duration 10");
+  Add(watch, "server", &options->url, "URL",
+      "NATS server of serve --publish: nats://HOST:PORT or tls://HOST:PORT")
+      ->required();
+  Add(watch, "--duration", &options->duration, "S",
+      "Length of the run in seconds; default: until interrupted")
+      ->check(Between(1e-3, 1e8));
+  watch->add_flag("--json", options->json,
+                  "Print a line of JSON for each slave and second instead of a table");
+  Add(watch, "--tls", &options->tls, "DIR",
+      "For tls://: ca.pem, cert.pem and key.pem of this folder (deploy/certs)")
+      ->check(CLI::Validator(CLI::ExistingDirectory).description(""));
+  watch->add_flag("--insecure", options->insecure,
+                  "Allow plain text to other machines; without it only loopback is accepted");
 }
 
 void DeclareMotion(CLI::App* connect, Arguments* a) {
@@ -135,7 +157,7 @@ void DeclareRecordings(CLI::App* app, Arguments* a) {
   CLI::Option* view = Add(replay, "--view", &a->view, "[HOST:PORT]",
                           "Show it on the operator's page, by default at 127.0.0.1 on a free port")
                           ->expected(0, 1);
-  AddTls(replay, &a->link);
+  AddTls(replay, &a->link.tls);
   replay->callback([a, view] { a->replay_views = view->count() > 0; });
   CLI::App* exported = app->add_subcommand(
       "export", "Write a recording as CSV tables, NumPy arrays, images and VTU meshes");
@@ -158,6 +180,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "  palpate-master connect localhost:50051 --shape pinch.svg\n"
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master evict localhost:50051 --reason maintenance\n"
+      "  palpate-master watch nats://127.0.0.1:4222\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
       "  palpate-master devices\n"
       "  palpate-master axes --device haply\n"
@@ -239,6 +262,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   DeclareAxes(app, a);
   DeclareEvict(app, a);
   DeclareRecordings(app, a);
+  DeclareWatch(app, &a->watch);
   DeclareDoctor(app, doctor);
 }
 

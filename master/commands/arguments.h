@@ -10,6 +10,7 @@
 #include "master/doctor/doctor.h"
 #include "master/link/slave_link.h"
 #include "master/motion/operator_motion.h"
+#include "master/watch/watch.h"
 
 namespace CLI {
 class App;
@@ -39,6 +40,7 @@ struct Arguments {
   std::string view;  // HOST:PORT; empty: a free loopback port
   ReplayOptions replay;
   SessionExportOptions exported;
+  WatchOptions watch;
 };
 
 struct DoctorArguments {

@@ -18,6 +18,7 @@
 #include "shared/link/thread_priority.h"
 #include "shared/tls/credentials.h"
 #include "slave/service/admission/acceptor.h"
+#include "slave/service/nats_feed.h"
 #include "slave/service/publisher.h"
 #include "slave/service/roles.h"
 #include "slave/service/teleoperation_service.h"
@@ -118,6 +119,7 @@ struct Server::Parts {
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
   std::unique_ptr<grpc::Server> server;
   std::optional<Acceptor> acceptor;
+  std::optional<NatsFeed> feed;
   std::once_flag stopped;
   std::jthread health;
 };
@@ -176,6 +178,10 @@ Server::~Server() {
   Stop();
 }
 
+void Server::PublishOn(const NatsServer& nats) {
+  parts_->feed.emplace(nats, parts_->slave, parts_->publisher, parts_->service);
+}
+
 const std::string& Server::address() const {
   return parts_->address;
 }
@@ -190,6 +196,7 @@ void Server::Stop() {
     parts_->acceptor->Stop();
     parts_->server->GetHealthCheckService()->Shutdown();
     parts_->publisher.Stop();
+    parts_->feed.reset();
     parts_->service.EndStreams();
     parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
     parts_->server->Wait();

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "shared/nats/nats_connection.h"
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/service/admission/acceptor.h"
 
@@ -22,6 +23,9 @@ class Server {
   // Stops within a second: streams end with UNAVAILABLE.
   ~Server();
 
+  // Publishes everything on a NATS server too, from now on until the stop. Called once. Throws
+  // std::invalid_argument: unusable certificates.
+  void PublishOn(const NatsServer& nats);
   // HOST:PORT really listened on.
   [[nodiscard]] const std::string& address() const;
   // Counts of admission control since the start. Thread-safe.

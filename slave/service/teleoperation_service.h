@@ -100,8 +100,14 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   // Ends the streams that only listen; those that watch end with the publisher.
   void EndStreams() { feeds_.Close(), drives_.Close(); }
 
- private:
+  // For publishing to observers, beside the calls.
   void FillStatus(v1::Status* reply) const;
+  // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
+  // the same options, one at a time, so that watchers use at most one core. Null: no image yet.
+  std::shared_ptr<const JpegPicture> Encoded(Time sensed_at, bool overlays, int quality);
+  BulkPace& bulk_pace() { return bulk_pace_; }
+
+ private:
   // Serves only the holder of the lease, or an admin.
   grpc::ServerUnaryReactor* AnswerOperator(grpc::CallbackServerContext* context,
                                            const std::function<void()>& act, v1::Status* reply);
@@ -111,10 +117,6 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   template <class Message, class Prepare, class Compose>
   grpc::Status Watch(grpc::ServerContext* context, const Prepare& prepare, BulkPace* pace,
                      grpc::ServerWriter<Message>* writer, const Compose& compose);
-
-  // The newest image, at least as new as `sensed_at`: drawn and encoded once for all watchers with
-  // the same options, one at a time, so that watchers use at most one core. Null: no image yet.
-  std::shared_ptr<const JpegPicture> Encoded(Time sensed_at, bool overlays, int quality);
 
   Slave& slave_;
   Publisher& publisher_;

@@ -17,6 +17,7 @@
 
 #include "shared/link/loopback.h"
 #include "shared/metrics/metrics_page.h"
+#include "shared/nats/nats_connection.h"
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "slave/commands/program.h"
@@ -124,6 +125,9 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   const bool plain = options.tls.empty();
   RequireLoopbackUnless(options.insecure || !plain, ParseEndpoint(options.listen));
   if (!options.metrics.empty()) MetricsEndpoint(options.metrics, options.insecure);
+  std::optional<NatsServer> nats;
+  if (!options.publish.empty())
+    nats = ParseNatsServer(options.publish, options.insecure, options.tls);
   if (plain && !IsLoopback(ParseEndpoint(options.listen).host)) {
     spdlog::warn(
         "--insecure: {} serves every client in plain text: anyone who can reach it can move the "
@@ -148,6 +152,7 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
   fmt::print("listening on {}\n", server.address());
   std::fflush(stdout);
   signals.OnEmergency([&slave = *slave] { slave.EmergencyStop("by SIGUSR1"); });
+  if (nats) server.PublishOn(*nats);
   WaitFor(stop);
   signals.OnEmergency(nullptr);
   spdlog::info("stopping");

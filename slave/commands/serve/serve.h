@@ -17,6 +17,7 @@ struct ServeOptions {
   std::filesystem::path tls;        // the folder of our certificate; empty: plain text
   std::filesystem::path state_dir;  // folder that keeps an emergency stop; empty: none
   std::string metrics;              // HOST:PORT that serves metrics; empty: none
+  std::string publish;              // URL of a NATS server; empty: none
   std::filesystem::path record;     // FILE.mcap, to process again; empty: none
   std::string record_limit = "8 GB";
   double record_part = 0;  // [s] after which a file ends and the next begins; 0: one file

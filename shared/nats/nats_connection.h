@@ -1,0 +1,69 @@
+// A connection to a NATS server, which passes what slaves publish on to any number of observers.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "shared/link/loopback.h"
+
+namespace palpate {
+
+struct NatsServer {
+  std::string url;  // may contain a password: never shown
+  Endpoint endpoint;
+  bool encrypted = false;
+  std::filesystem::path tls;  // folder of our certificate; empty: the system's CAs, and none
+};
+
+// Parses `nats://[USER:PASSWORD@|TOKEN@]HOST:PORT`, or `tls://` for TLS, which uses the
+// certificates of the folder `tls` if there is one. Throws std::invalid_argument with what is
+// accepted: plain text beyond loopback only if `insecure`.
+NatsServer ParseNatsServer(const std::string& url, bool insecure, const std::filesystem::path& tls);
+
+// The subject of a kind of messages of a slave: `palpate.NAME.KIND`. What a subject cannot contain
+// becomes `-` in NAME.
+std::string SubjectOf(std::string_view slave, std::string_view kind);
+// NAME and KIND of such a subject. Both are empty for other subjects.
+struct SubjectParts {
+  std::string_view slave, kind;
+};
+SubjectParts PartsOf(std::string_view subject);
+
+// Connects, and again whenever the connection ends. Keeps nothing for the time without one. All
+// methods are called by one thread.
+class NatsConnection {
+ public:
+  // Both are called by threads of the library, too.
+  using OnNews = std::function<void(const std::string& text)>;
+  using OnMessage = std::function<void(std::string_view subject, std::string_view bytes)>;
+
+  // `name`: how the server calls this client in its log. `on_news` gets changes of the connection
+  // in words. Throws std::invalid_argument: unusable certificates.
+  NatsConnection(const NatsServer& server, const std::string& name, OnNews on_news);
+  // Returns within two seconds; then no callback runs any more.
+  ~NatsConnection();
+  NatsConnection(const NatsConnection&) = delete;
+  NatsConnection& operator=(const NatsConnection&) = delete;
+
+  // Subscribes for this and later connections.
+  void Subscribe(const std::string& subject, OnMessage on_message);
+  // The news name each client that the server cuts off because it reads too slowly, if the server
+  // tells its clients (deploy/nats-server.conf).
+  void ReportSlowClients();
+  // Whether there is a connection. Without one it tries to connect, up to five times a second,
+  // which takes a second where nobody answers.
+  bool Connected();
+  // False: there is no connection, or the server accepts no message of this size.
+  bool Publish(const std::string& subject, std::string_view bytes);
+  // Whether the server has received everything that was published. Waits up to 0.4 s for it.
+  bool Confirm();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+"""What observers behind a NATS server cost the operator, and what they get. Server and observers run on this machine, with nice 5.
+
+Operator: runs in threes, beside observers of one slave between two without server and publishing. Prints command ages at the slave.
+Restart: the server is killed and started again; seconds from its first answer until every observer has read a state again.
+Fleet: slaves in one `palpate-master watch`: rates, ages, processor time and memory of the watch.
+
+tests/bench/bench_observers.py [--threes N] [--seconds S] [--observers N] [--restarts N] [--slaves N]      needs build/release, nats-server
+"""
+import argparse
+import contextlib
+import os
+import pathlib
+import statistics
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
+from observers import Crowd, Server, Watch, require_server  # noqa: E402
+from programs import BLOCK, Slave, wait_until  # noqa: E402
+from test_crowd import session  # noqa: E402
+
+STATES = "palpate.silicone-block.state"
+
+
+def cpu(pid):
+    """Seconds of all threads so far (proc(5))."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def resident(pid):
+    """[MB]"""
+    return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def alone(a, folder):
+    with Slave() as slave:
+        return session(slave, a.seconds, folder)
+
+
+def observed(a, folder):
+    with Server() as server, Slave(BLOCK, "--publish", server.url) as slave, Crowd(server, STATES, a.observers) as crowd:
+        crowd.all_read()
+        before, begun = list(crowd.counts), time.monotonic()
+        seen = session(slave, a.seconds, folder)
+        passed = time.monotonic() - begun
+        rates = [(now - then) / passed for now, then in zip(crowd.counts, before)]
+        return *seen, min(rates), max(rates)
+
+
+def operator(a, folder):
+    threes = []
+    for _ in range(a.threes):
+        before, beside, after = alone(a, folder), observed(a, folder), alone(a, folder)
+        threes.append((before[0], beside[0], after[0]))
+        print(f"command age p99 {before[0] / 1e3:.2f}, {after[0] / 1e3:.2f} ms alone, {beside[0] / 1e3:.2f} ms beside {a.observers} observers; "
+              f"held {before[1]}, {after[1]} alone, {beside[1]} beside; {beside[2]:.1f} to {beside[3]:.1f} states/s each; "
+              f"load {os.getloadavg()[0]:.1f}", flush=True)
+    ratios = sorted(2 * b / (c + d) for c, b, d in threes)
+    noise = max(max(c, d) / min(c, d) for c, _, d in threes)
+    print(f"operator: ratio median {statistics.median(ratios):.2f}, {ratios[0]:.2f} to {ratios[-1]:.2f}; of two alone up to {noise:.2f}")
+
+
+def restart(a, folder):
+    took, watched = [], []
+    server = Server()
+    with server, Slave(BLOCK, "--publish", server.url), Crowd(server, STATES, a.observers) as crowd, Watch(server, folder) as watch:
+        crowd.all_read()
+        for i in range(a.restarts):
+            server.kill()
+            time.sleep(1)
+            server.start()
+            begun = time.monotonic()
+            took.append(crowd.all_read())
+            wait_until(lambda: watch.news.read_text().count("connected to the NATS") == i + 2)  # the first one is that of the start
+            watched.append(time.monotonic() - begun)
+    print(f"restart: {a.observers} observers read again after {min(took):.2f} to {max(took):.2f} s, median {statistics.median(took):.2f} s; "
+          f"a watch within {max(watched):.2f} s")
+
+
+def fleet(a, folder):
+    with Server() as server, Watch(server, folder) as watch, contextlib.ExitStack() as slaves:
+        for i in range(a.slaves):
+            slaves.enter_context(Slave(BLOCK, "--publish", server.url, "--override", f"name=block-{i}", "--override",
+                                       "sense.camera.rate=5Hz"))
+        if not wait_until(lambda: len(watch.newest()) == a.slaves):
+            raise AssertionError(f"{len(watch.newest())} slaves are seen")
+        time.sleep(2)
+        count, used = len(watch.seen()), cpu(watch.process.pid)
+        time.sleep(a.seconds)
+        lines = watch.seen()[count:]
+        share = (cpu(watch.process.pid) - used) / a.seconds
+        print(f"fleet: {len({line['slave'] for line in lines})} slaves in {len(lines)} lines, {sum(line['validity'] == 'valid' for line in lines)} "
+              f"valid; {min(line['rate_hz'] for line in lines):.1f} to {max(line['rate_hz'] for line in lines):.1f} states/s; "
+              f"age up to {max(line['age_s'] for line in lines):.2f} s with cameras at 5 Hz; watch: {100 * share:.1f} % of a core, "
+              f"{resident(watch.process.pid):.0f} MB; load {os.getloadavg()[0]:.1f}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--threes", type=int, default=5)
+    parser.add_argument("--seconds", type=float, default=10)
+    parser.add_argument("--observers", type=int, default=200)
+    parser.add_argument("--restarts", type=int, default=5)
+    parser.add_argument("--slaves", type=int, default=20)
+    a = parser.parse_args()
+    require_server()
+    with tempfile.TemporaryDirectory() as folder:
+        for part in (fleet, restart, operator):
+            part(a, pathlib.Path(folder))
+
+
+if __name__ == "__main__":
+    main()

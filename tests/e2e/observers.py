@@ -1,0 +1,177 @@
+"""A NATS server and observers of its subjects, for tests and figures."""
+import json
+import multiprocessing
+import os
+import pathlib
+import selectors
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+from programs import MASTER, PATIENCE, ROOT, wait_until
+
+NATS = shutil.which("nats-server", path="/usr/sbin:/usr/bin:/usr/local/bin")
+CONFIGURATION = ROOT / "deploy/nats-server.conf"
+NICE = ["nice", "-n", "5"]  # server and observers are elsewhere
+
+
+def require_server():
+    """Ends the test as skipped where there is no server."""
+    if not NATS:
+        print("skipped: there is no nats-server (deploy/install.sh tests)")
+        sys.exit(77)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Server:
+    """`nats-server` with the shipped configuration on a free port; `words`: instead of it."""
+
+    def __init__(self, *words):
+        self.port, self.words = free_port(), words or ("-c", CONFIGURATION)
+        self.url = f"nats://127.0.0.1:{self.port}"
+        self.process = None
+
+    def start(self):
+        self.process = subprocess.Popen([*NICE, NATS, *self.words, "-a", "127.0.0.1", "-p", str(self.port)],
+                                        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        if not wait_until(self.answers):
+            raise AssertionError("the NATS server does not answer")
+        return self
+
+    def answers(self):
+        try:
+            connect(self.port).close()
+            return True
+        except OSError:
+            return False
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+    def stall(self):
+        self.process.send_signal(signal.SIGSTOP)
+
+    def go_on(self):
+        self.process.send_signal(signal.SIGCONT)
+
+    __enter__ = start
+
+    def __exit__(self, *error):
+        self.kill()
+
+
+def connect(port, *subjects, name="observer"):
+    """A client of the NATS protocol that has subscribed."""
+    line = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+    if not line.recv(1 << 16).startswith(b"INFO "):
+        raise ConnectionError("the NATS server closed the connection")
+    words = "".join(f"SUB {subject} {i}\r\n" for i, subject in enumerate(subjects))
+    line.sendall(f'CONNECT {json.dumps({"verbose": False, "pedantic": False, "name": name})}\r\n{words}'.encode())
+    return line
+
+
+def next_message(line, words=b""):
+    """(subject, payload) of the next message that a connection reads."""
+    while True:
+        head, end, rest = words.partition(b"\r\n")
+        if not end:
+            words += line.recv(1 << 16)
+        elif not head.startswith(b"MSG "):
+            words = rest
+        elif len(rest) < int(head.split()[-1]):
+            words += line.recv(1 << 16)
+        else:
+            return head.split()[1].decode(), rest[:int(head.split()[-1])]
+
+
+def observe(port, subject, counts):
+    """Keeps a connection for each of `counts` and counts its messages; connects again after an end."""
+    ready, head = selectors.DefaultSelector(), b"MSG " + subject.encode() + b" "
+    missing = set(range(len(counts)))
+    while True:
+        for number in list(missing):
+            try:
+                line = connect(port, subject, name=f"observer {number}")
+            except OSError:
+                time.sleep(0.1)
+                break
+            line.setblocking(False)
+            ready.register(line, selectors.EVENT_READ, number)
+            missing.discard(number)
+        for key, _ in ready.select(0.05):
+            try:
+                data = key.fileobj.recv(1 << 16)
+                if b"PING\r\n" in data:
+                    key.fileobj.sendall(b"PONG\r\n")
+            except BlockingIOError:
+                continue
+            except OSError:
+                data = b""
+            counts[key.data] += data.count(head)
+            if not data:
+                ready.unregister(key.fileobj)
+                key.fileobj.close()
+                missing.add(key.data)
+        time.sleep(0.02)  # several messages at a time
+
+
+class Crowd:
+    """Observers of one subject, in a process of their own."""
+
+    def __init__(self, server, subject, number):
+        self.counts = multiprocessing.Array("Q", number, lock=False)
+        self.process = multiprocessing.Process(target=self.run, args=(server.port, subject), daemon=True)
+
+    def run(self, port, subject):
+        os.nice(5)
+        observe(port, subject, self.counts)
+
+    def all_read(self):
+        """Waits until each has read something more. Seconds that it took."""
+        begun, before = time.monotonic(), list(self.counts)
+        if not wait_until(lambda: all(now > then for now, then in zip(self.counts, before))):
+            raise AssertionError(f"{sum(now == then for now, then in zip(self.counts, before))} observers read nothing")
+        return time.monotonic() - begun
+
+    def __enter__(self):
+        self.process.start()
+        return self
+
+    def __exit__(self, *error):
+        self.process.kill()
+        self.process.join()
+
+
+class Watch:
+    """`palpate-master watch --json`, whose lines and news are files."""
+
+    def __init__(self, server, folder, name="watch", *words):
+        self.command = [MASTER, "watch", server.url, "--json", *words]
+        self.lines, self.news = (pathlib.Path(folder, f"{name}.{end}") for end in ("jsonl", "txt"))
+
+    def __enter__(self):
+        with self.lines.open("w") as lines, self.news.open("w") as news:
+            self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=lines, stderr=news)
+        return self
+
+    def __exit__(self, *error):
+        self.process.kill()
+        self.process.wait()
+
+    def seen(self):
+        """All lines so far."""
+        text = self.lines.read_text()
+        return [json.loads(line) for line in text[:text.rfind("\n") + 1].splitlines()]
+
+    def newest(self):
+        """The newest line of each slave."""
+        return {line["slave"]: line for line in self.seen()}

@@ -1,0 +1,185 @@
+"""Observers behind a NATS server: a fleet in one table, a server that dies, stalls or is absent, and clients that do not read.
+
+Operator beside 200 observers (deep): fails where in every try the operator's commands were more than 1.2 times as old (p99) as alone
+before and after, or the operator was held.
+"""
+import contextlib
+import pathlib
+import signal
+import tempfile
+import sys
+import unittest
+
+from observers import Crowd, Server, Watch, connect, next_message, require_server
+from programs import BLOCK, MASTER, PACKAGE, ROOT, Slave, deep, run, wait_until
+from test_crowd import session
+
+sys.path.insert(0, str(PACKAGE))
+from palpate.v1 import state_pb2, telemetry_pb2
+
+OBSERVERS, FLEET = 200, 20
+MOST, TRIES, SECONDS = 1.2, 5, 6  # times as old as alone; of a session [s]
+STATES = "palpate.silicone-block.state"
+FLOOD = b"PUB palpate.flood.state 65536\r\n" + bytes(65536) + b"\r\n"
+
+
+def publishing(server, *more):
+    return Slave(BLOCK, "--publish", server.url, *more)
+
+
+def flood_until(server, condition):
+    """Publishes as fast as a reader can read, so that a client that does not read is soon behind."""
+    with connect(server.port) as line:
+        def goes_on():
+            for _ in range(20):
+                line.sendall(FLOOD)
+            return condition()
+        return wait_until(goes_on)
+
+
+class Observers(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_one_watch_shows_twenty_slaves(self):
+        names = {f"block-{i}" for i in range(FLEET)}
+        with Server() as server, Watch(server, self.folder) as watch, contextlib.ExitStack() as slaves:
+            for name in sorted(names):
+                slaves.enter_context(publishing(server, "--override", f"name={name}", "--override", "sense.camera.rate=5Hz"))
+            valid = {}
+            self.assertTrue(wait_until(lambda: valid.update({name: line for name, line in watch.newest().items()
+                                                             if line["validity"] == "valid"}) or names <= valid.keys()),
+                            f"seen: {watch.newest()}")
+        for line in valid.values():
+            self.assertEqual(line["force_N"], 0)  # nobody touches anything
+            self.assertEqual((line["phase"], line["alarms"]), ("ready", []))
+            self.assertGreaterEqual(line["age_s"], 0)
+
+    def test_a_watch_shows_the_force_of_a_contact_and_a_slave_that_is_gone(self):
+        with Server() as server, Watch(server, self.folder) as watch:
+            with publishing(server) as slave:
+                run(MASTER, "connect", slave.address, "--duration", "4").check_returncode()
+                touched = [line for line in watch.seen() if line["force_N"]]
+                self.assertTrue(touched)
+                self.assertEqual({line["phase"] for line in touched} - {"following"}, set())
+            self.assertTrue(wait_until(lambda: watch.newest()["silicone-block"]["validity"] == "silent"))
+            self.assertIsNone(watch.newest()["silicone-block"]["force_N"])
+            table = run(MASTER, "watch", server.url, "--duration", "0.5")
+            self.assertEqual((table.returncode, table.stdout.split()[:2]), (0, ["slave", "force"]))
+
+    def test_each_kind_is_a_message_of_the_protocol(self):
+        with Server() as server, publishing(server):
+            def message(kind, parsed):
+                with connect(server.port, f"palpate.silicone-block.{kind}") as line:
+                    parsed.ParseFromString(next_message(line)[1])
+                return parsed
+
+            self.assertEqual(message("state", state_pb2.SlaveState()).validity, state_pb2.VALIDITY_VALID)
+            self.assertGreater(message("status", telemetry_pb2.Status()).frames, 0)
+            mesh = message("mesh", state_pb2.MeshState())  # whoever comes later has the topology, too
+            self.assertEqual((len(mesh.elements) // mesh.nodes_per_element, len(mesh.positions)), (180, len(mesh.rest)))
+            self.assertTrue(message("image", state_pb2.VideoFrame()).jpeg.startswith(b"\xff\xd8"))
+
+    def test_a_password_and_tls_are_used_and_a_wrong_one_is_reported(self):
+        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "grace"]):
+            run(ROOT / "deploy/certs", words[0], self.folder / words[1],
+                *[self.folder / words[2], *words[3:]] if words[2:] else []).check_returncode()
+        files = self.folder / "slave"
+        server = Server("--user", "ada", "--pass", "secret", "--tls", "--tlscert", files / "cert.pem", "--tlskey", files / "key.pem",
+                        "--tlscacert", files / "ca.pem")
+        server.url = server.url.replace("nats://", "tls://ada:secret@")
+        with server, publishing(server, "--tls", files) as slave, Watch(server, self.folder, "watch", "--tls", self.folder / "observer") as watch:
+            self.assertTrue(wait_until(watch.newest), watch.news.read_text())
+            for url, wrong in ((server.url.replace("secret", "guess"), "Authorization Violation"),
+                               (server.url.replace("127.0.0.1", "localhost"), "hostname mismatch")):
+                done = run(MASTER, "watch", url, "--tls", self.folder / "observer", "--duration", "1")
+                self.assertEqual(done.returncode, 1)
+                self.assertIn(wrong, done.stderr)
+                self.assertNotIn("guess", done.stderr)
+            self.assertEqual(slave.stop(), 0)
+            self.assertNotIn("secret", slave.log + watch.news.read_text())
+
+    def test_observers_return_after_the_server_was_killed_and_started_again(self):
+        server = Server()
+        with server, publishing(server) as slave, Crowd(server, STATES, OBSERVERS) as crowd, Watch(server, self.folder) as watch:
+            crowd.all_read()
+            self.assertTrue(wait_until(watch.newest))
+            server.kill()
+            count = len(watch.seen())
+            self.assertTrue(wait_until(lambda: watch.newest()["silicone-block"]["validity"] == "silent"))
+            server.start()
+            print(f"{OBSERVERS} observers read again {crowd.all_read():.2f} s after the restart")
+            self.assertTrue(wait_until(lambda: any(line["validity"] == "valid" for line in watch.seen()[count + 1:])))
+            self.assertEqual(slave.stop(), 0)
+            self.assertEqual(slave.log.count("connected to the NATS server"), 2, slave.log)
+
+    def test_a_consumer_that_does_not_read_is_cut_off_and_reported(self):
+        with Server() as server, publishing(server) as slave, Watch(server, self.folder) as reader, \
+                Watch(server, self.folder, "stopped") as stopped, connect(server.port, "palpate.>", name="sloth"):
+            self.assertTrue(wait_until(lambda: reader.newest() and stopped.newest()))
+            stopped.process.send_signal(signal.SIGSTOP)
+            try:
+                cut = ["the NATS server cut off sloth", "the NATS server cut off palpate-master watch"]
+                self.assertTrue(flood_until(server, lambda: all(words in reader.news.read_text() for words in cut)),
+                                reader.news.read_text())
+            finally:
+                stopped.process.send_signal(signal.SIGCONT)
+            # It knows, comes back and goes on; those who read never noticed.
+            self.assertTrue(wait_until(lambda: stopped.news.read_text().count("connected to the NATS server") == 2),
+                            stopped.news.read_text())
+            self.assertIn("this program stood still", stopped.news.read_text())
+            count = len(stopped.seen())
+            self.assertTrue(wait_until(lambda: any(line["validity"] == "valid" for line in stopped.seen()[count:])))
+            self.assertTrue(wait_until(lambda: reader.newest()["flood"]["validity"] == "silent"))
+            self.assertEqual(slave.stop(), 0)
+            for words in cut:
+                self.assertIn(words, slave.log)
+
+    def test_an_absent_or_stalled_server_stops_nothing(self):
+        server = Server()
+        with publishing(server) as slave:
+            run(MASTER, "connect", slave.address, "--duration", "1").check_returncode()
+            with server, Crowd(server, STATES, 1) as crowd:
+                crowd.all_read()
+                server.stall()
+                # A busy machine may hold an operator once, a waiting slave would each time.
+                self.assertTrue(any(session(slave, 4, self.folder)[1] == 0 for _ in range(TRIES)))
+                server.go_on()
+                crowd.all_read()
+                server.stall()
+                self.assertEqual(slave.stop(), 0)
+                server.go_on()
+            self.assertIn("no connection to the NATS server", slave.log)
+
+    @deep
+    def test_200_observers_cost_the_operator_nothing(self):
+        def alone():
+            with Slave() as slave:
+                return session(slave, SECONDS, self.folder)[0]
+
+        def observed():
+            with Server() as server, publishing(server) as slave, Crowd(server, STATES, OBSERVERS) as crowd:
+                crowd.all_read()
+                before = list(crowd.counts)
+                age, held = session(slave, SECONDS, self.folder)
+                rates = sorted((now - then) / SECONDS for now, then in zip(crowd.counts, before))
+                print(f"{rates[0]:.1f} to {rates[-1]:.1f} states per second and observer")
+                self.assertGreater(rates[0], 0)
+                return age, held
+
+        ratios = []
+        for _ in range(TRIES):
+            before, (age, held), after = alone(), observed(), alone()
+            ratios.append(age / max(before, after))
+            print(f"command age p99 {before / 1e3:.2f} and {after / 1e3:.2f} ms alone, {age / 1e3:.2f} ms beside {OBSERVERS} observers: "
+                  f"x {ratios[-1]:.2f}; held {held}", flush=True)
+            if ratios[-1] <= MOST and not held:
+                return
+        self.fail(f"in {TRIES} tries: {ratios}")
+
+
+if __name__ == "__main__":
+    require_server()
+    unittest.main()

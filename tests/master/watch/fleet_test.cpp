@@ -1,0 +1,171 @@
+// What a watch shows of slaves that publish, stop, or send what is no state.
+#include "master/watch/fleet.h"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "palpate/v1/state.pb.h"
+#include "palpate/v1/telemetry.pb.h"
+
+#include "shared/wire/fields.h"
+#include "shared/wire/state_message.h"
+
+namespace palpate {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const Time kStart = Clock::now();
+Time At(double seconds) {
+  return kStart + Seconds(seconds);
+}
+
+SlaveState Pressed() {
+  SlaveState state;
+  state.sequence = 1;
+  // The slave's clock is an hour ahead: ages must not depend on it.
+  state.sensed_at = At(3600);
+  state.sent_at = At(3600.02);
+  state.validity = Validity::kValid;
+  state.force = Eigen::Vector3d(0, 3, 4);
+  state.sigma = 0.25;
+  state.phase = Phase::kFollowing;
+  return state;
+}
+
+std::string BytesOf(const SlaveState& state) {
+  v1::SlaveState message;
+  ToProto(state, &message);
+  return message.SerializeAsString();
+}
+
+std::string StatusOf(Time started, const std::string& alarm = "") {
+  v1::Status status;
+  ToProto(started, status.mutable_started_at());
+  if (!alarm.empty()) status.add_alarms(alarm);
+  return status.SerializeAsString();
+}
+
+SlaveLine Only(Fleet* fleet, Time now) {
+  const auto lines = fleet->Lines(now);
+  EXPECT_EQ(lines.size(), 1U);
+  return lines.empty() ? SlaveLine{} : lines[0];
+}
+
+TEST(Fleet, ShowsForceValidityPhaseAndAgeOfTheNewestState) {
+  Fleet fleet;
+  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
+  const SlaveLine line = Only(&fleet, At(0.1));
+  EXPECT_EQ(line.name, "block");
+  EXPECT_DOUBLE_EQ(line.force.value_or(0), 5);
+  EXPECT_DOUBLE_EQ(line.sigma.value_or(0), 0.25);
+  EXPECT_EQ(line.validity, "valid");
+  EXPECT_EQ(line.phase, "following");
+  EXPECT_NEAR(line.age.value_or(0), 0.12, 1e-6);
+  EXPECT_NEAR(line.rate, 10, 1e-6);
+  EXPECT_THAT(line.alarms, IsEmpty());
+}
+
+TEST(Fleet, ShowsNoForceThatIsUnknown) {
+  Fleet fleet;
+  SlaveState state = Pressed();
+  state.validity = Validity::kStale;
+  fleet.Take("palpate.block.state", BytesOf(state), At(0));
+  const SlaveLine line = Only(&fleet, At(0.1));
+  EXPECT_EQ(line.validity, "stale");
+  EXPECT_FALSE(line.force);
+}
+
+TEST(Fleet, ShowsASlaveWithoutStatesAsSilentAndWithoutForce) {
+  Fleet fleet;
+  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
+  const SlaveLine line = Only(&fleet, At(3));
+  EXPECT_EQ(line.validity, "silent");
+  EXPECT_FALSE(line.force);
+  EXPECT_NEAR(line.age.value_or(0), 3.02, 1e-6);
+  EXPECT_THAT(line.alarms, ElementsAre("no state for 3 s"));
+}
+
+TEST(Fleet, ShowsWhatIsNoStateAsUnreadable) {
+  SlaveState far = Pressed();
+  v1::SlaveState infinite;
+  ToProto(far, &infinite);
+  infinite.mutable_force()->set_x(std::numeric_limits<double>::infinity());
+  for (const std::string& bytes : {std::string(100, '\0'), infinite.SerializeAsString()}) {
+    Fleet fleet;
+    fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
+    fleet.Take("palpate.block.state", bytes, At(0.1));
+    const SlaveLine line = Only(&fleet, At(0.2));
+    EXPECT_EQ(line.validity, "unreadable");
+    EXPECT_FALSE(line.force);
+    EXPECT_THAT(line.alarms, ElementsAre(HasSubstr("unreadable")));
+  }
+}
+
+TEST(Fleet, ShowsAlarmsWithoutControlCharacters) {
+  Fleet fleet;
+  fleet.Take("palpate.block.status", StatusOf(At(-9), "driver\x1b[2J is silent"), At(0));
+  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
+  EXPECT_THAT(Only(&fleet, At(0.1)).alarms, ElementsAre("driver [2J is silent"));
+  fleet.Take("palpate.block.status", StatusOf(At(-9)), At(1));
+  fleet.Take("palpate.block.state", BytesOf(Pressed()), At(1));
+  EXPECT_THAT(Only(&fleet, At(1.1)).alarms, IsEmpty());
+}
+
+TEST(Fleet, TellsTwoSlavesOfOneNameButNotARestart) {
+  Fleet fleet;
+  const auto publish = [&](double started) {
+    fleet.Take("palpate.block.status", StatusOf(At(started)), At(0));
+    fleet.Take("palpate.block.state", BytesOf(Pressed()), At(0));
+  };
+  publish(-9), publish(-5);
+  EXPECT_THAT(Only(&fleet, At(0.1)).alarms, IsEmpty());
+  publish(-9);
+  EXPECT_THAT(Only(&fleet, At(0.2)).alarms, ElementsAre("two slaves publish with this name"));
+}
+
+TEST(Fleet, KeepsABoundedNumberAndIgnoresOtherSubjects) {
+  Fleet fleet;
+  for (const char* subject : {"other.a.state", "palpate.a.mesh", "palpate.state", ""})
+    fleet.Take(subject, BytesOf(Pressed()), At(0));
+  EXPECT_THAT(fleet.Lines(At(0)), IsEmpty());
+  for (std::size_t i = 0; i < Fleet::kMost + 10; ++i)
+    fleet.Take("palpate.s" + std::to_string(i) + ".state", BytesOf(Pressed()), At(0));
+  EXPECT_EQ(fleet.Lines(At(0)).size(), Fleet::kMost);
+}
+
+TEST(FleetTable, HasALineForEachSlaveBelowTheTitles) {
+  const std::vector<SlaveLine> lines{
+      {.name = "block-1",
+       .force = 1.23456,
+       .sigma = 0.06,
+       .validity = "valid",
+       .phase = "ready",
+       .age = 0.0123,
+       .rate = 30},
+      {.name = "a-long-name", .validity = "silent", .alarms = {"one", "two"}}};
+  const auto table = FleetTable(lines);
+  ASSERT_EQ(table.size(), 3U);
+  EXPECT_THAT(table[0], testing::StartsWith("slave        "));
+  EXPECT_THAT(table[1],
+              testing::ContainsRegex("block-1 +1\\.235 +0\\.06 +valid +ready +12 +30\\.0"));
+  EXPECT_THAT(table[2], testing::ContainsRegex("a-long-name +- +- +silent .* one; two"));
+}
+
+TEST(FleetJson, HasNullForWhatIsUnknown) {
+  const auto json = nlohmann::json::parse(FleetJson({.name = "block", .validity = "failed"}));
+  EXPECT_EQ(json.at("slave"), "block");
+  EXPECT_TRUE(json.at("force_N").is_null());
+  EXPECT_TRUE(json.at("age_s").is_null());
+  EXPECT_EQ(json.at("validity"), "failed");
+}
+
+}  // namespace
+}  // namespace palpate

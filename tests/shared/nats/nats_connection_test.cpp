@@ -1,0 +1,199 @@
+// Addresses and subjects, and a connection that cannot be made. tests/e2e/test_observers.py has a
+// server.
+#include "shared/nats/nats_connection.h"
+
+#include <mutex>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/support/eventually.h"
+#include "tests/support/thrown.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(NatsServerAddress, HasAnEndpointAndMayHaveAPassword) {
+  const NatsServer server = ParseNatsServer("nats://ada:a@secret@127.0.0.1:4222", false, {});
+  EXPECT_EQ(ToString(server.endpoint), "127.0.0.1:4222");
+  EXPECT_FALSE(server.encrypted);
+  EXPECT_TRUE(ParseNatsServer("tls://[::1]:1", false, {}).encrypted);
+}
+
+TEST(NatsServerAddress, IsRejectedWithWhatIsAcceptedAndWithoutThePassword) {
+  for (const char* url : {"127.0.0.1:4222", "http://a:secret@127.0.0.1:4222", "", "tls://",
+                          "nats://a:secret@", "nats://a:secret@host:99999", "nats://host:x"}) {
+    EXPECT_THROW(ParseNatsServer(url, true, {}), std::invalid_argument) << url;
+    const std::string why = Thrown<std::invalid_argument>([&] { ParseNatsServer(url, true, {}); });
+    EXPECT_THAT(why, HasSubstr("accepted is")) << url;
+    EXPECT_THAT(why, Not(HasSubstr("secret"))) << url;
+  }
+}
+
+TEST(NatsServerAddress, BeyondThisMachineIsPlainTextOnlyIfThatIsAllowed) {
+  EXPECT_THROW(ParseNatsServer("nats://10.0.0.5:4222", false, {}), std::invalid_argument);
+  EXPECT_NO_THROW(ParseNatsServer("nats://10.0.0.5:4222", true, {}));
+  EXPECT_NO_THROW(ParseNatsServer("tls://10.0.0.5:4222", false, {}));
+}
+
+TEST(Subjects, ContainNameAndKindOfAnySlave) {
+  EXPECT_EQ(SubjectOf("silicone-block", "state"), "palpate.silicone-block.state");
+  EXPECT_EQ(SubjectOf("a.b *> c", "mesh"), "palpate.a-b----c.mesh");
+  EXPECT_EQ(SubjectOf("", "mesh"), "palpate.slave.mesh");
+  EXPECT_EQ(PartsOf("palpate.silicone-block.state").slave, "silicone-block");
+  EXPECT_EQ(PartsOf("palpate.silicone-block.state").kind, "state");
+  for (const char* other : {"", "palpate", "palpate.", "palpate.state", "other.a.state"})
+    EXPECT_EQ(PartsOf(other).kind, "") << other;
+}
+
+// A port of this machine: closed, or one that takes connections and says nothing.
+class Port {
+ public:
+  explicit Port(bool is_open) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof place;
+    EXPECT_EQ(bind(socket_, reinterpret_cast<sockaddr*>(&place), size), 0);
+    EXPECT_EQ(getsockname(socket_, reinterpret_cast<sockaddr*>(&place), &size), 0);
+    if (is_open) EXPECT_EQ(listen(socket_, 1), 0);
+    url_ = "nats://127.0.0.1:" + std::to_string(ntohs(place.sin_port));
+  }
+  ~Port() { close(socket_); }
+  Port(const Port&) = delete;
+  Port& operator=(const Port&) = delete;
+  [[nodiscard]] NatsServer server() const { return ParseNatsServer(url_, false, {}); }
+  [[nodiscard]] int socket() const { return socket_; }
+
+ private:
+  int socket_;
+  std::string url_;
+};
+
+TEST(NatsConnection, WithoutAServerIsReportedOnceAndTakesNothing) {
+  for (const bool is_open : {false, true}) {
+    const Port port(is_open);
+    std::mutex mutex;
+    std::vector<std::string> news;
+    {
+      NatsConnection connection(port.server(), "test", [&](const std::string& text) {
+        const std::scoped_lock lock(mutex);
+        news.push_back(text);
+      });
+      connection.Subscribe("palpate.>", [](std::string_view, std::string_view) {});
+      EXPECT_FALSE(connection.Connected());
+      EXPECT_FALSE(connection.Publish("palpate.a.state", "bytes"));
+      EXPECT_FALSE(connection.Confirm());
+    }
+    ASSERT_EQ(news.size(), 1U);
+    EXPECT_THAT(news[0], HasSubstr("no connection to the NATS server at 127.0.0.1:"));
+  }
+}
+
+// Speaks enough of the protocol to accept one client after the other and to send its messages back.
+class EchoServer {
+ public:
+  EchoServer() {
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) Serve(accept(port_.socket(), nullptr, nullptr));
+    });
+  }
+  ~EchoServer() {
+    thread_.request_stop();
+    shutdown(port_.socket(), SHUT_RDWR);
+    Drop();
+  }
+  EchoServer(const EchoServer&) = delete;
+  EchoServer& operator=(const EchoServer&) = delete;
+  [[nodiscard]] NatsServer server() const { return port_.server(); }
+  // Ends the present connection.
+  void Drop() {
+    const std::scoped_lock lock(mutex_);
+    if (client_ >= 0) shutdown(client_, SHUT_RDWR);
+  }
+
+ private:
+  void Serve(int client) {
+    if (client < 0) return;
+    Set(client);
+    Send(client, "INFO {\"server_id\":\"test\",\"version\":\"2.9.10\",\"max_payload\":1000}\r\n");
+    std::string words;
+    char room[4096];
+    for (ssize_t count = 0; (count = recv(client, room, sizeof room, 0)) > 0;) {
+      words.append(room, static_cast<std::size_t>(count));
+      for (std::size_t end = 0; (end = words.find("\r\n")) != std::string::npos;) {
+        const std::string line = words.substr(0, end);
+        words.erase(0, end + 2);
+        if (line == "PING") Send(client, "PONG\r\n");
+        if (line.starts_with("PUB ")) subject_ = line.substr(4, line.find(' ', 4) - 4);
+        if (line == "bytes") Send(client, "MSG " + subject_ + " 1 5\r\nbytes\r\n");
+      }
+    }
+    Set(-1);
+    close(client);
+  }
+  static void Send(int client, const std::string& words) {
+    send(client, words.data(), words.size(), MSG_NOSIGNAL);
+  }
+  void Set(int client) {
+    const std::scoped_lock lock(mutex_);
+    client_ = client;
+  }
+
+  const Port port_{true};
+  std::string subject_;
+  std::mutex mutex_;  // guards the next member
+  int client_ = -1;
+  std::jthread thread_;
+};
+
+TEST(NatsConnection, PassesMessagesAndDoesSoAgainAfterAnEnd) {
+  EchoServer server;
+  std::mutex mutex;
+  std::vector<std::string> news, messages;
+  NatsConnection connection(server.server(), "a \"name\"", [&](const std::string& text) {
+    const std::scoped_lock lock(mutex);
+    news.push_back(text);
+  });
+  connection.Subscribe("palpate.>", [&](std::string_view subject, std::string_view bytes) {
+    const std::scoped_lock lock(mutex);
+    messages.push_back(std::string(subject) + " " + std::string(bytes));
+  });
+  const auto received = [&] {
+    const std::scoped_lock lock(mutex);
+    return messages.size();
+  };
+  for (std::size_t i = 1; i <= 3; ++i) {
+    ASSERT_TRUE(Eventually([&] { return connection.Confirm(); }));
+    EXPECT_TRUE(connection.Publish("palpate.a.state", "bytes"));
+    EXPECT_TRUE(connection.Confirm());
+    EXPECT_TRUE(Eventually([&] { return received() == i; }));
+    EXPECT_FALSE(connection.Publish("palpate.a.mesh", std::string(2000, 'x')));  // too large
+    server.Drop();
+    ASSERT_TRUE(Eventually([&] { return !connection.Publish("palpate.a.state", ""); }));
+  }
+  const std::scoped_lock lock(mutex);
+  EXPECT_THAT(messages, testing::Each("palpate.a.state bytes"));
+  EXPECT_THAT(news, testing::Contains(HasSubstr("connected to the NATS server")).Times(3));
+  EXPECT_THAT(news, testing::Contains(HasSubstr("palpate.a.mesh is not published")).Times(3));
+}
+
+TEST(NatsConnection, WithUnusableCertificatesIsNotMade) {
+  const NatsServer server = ParseNatsServer("tls://127.0.0.1:1", false, "/no/such/folder");
+  EXPECT_THROW(NatsConnection(server, "test", [](const std::string&) {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate
