@@ -35,32 +35,41 @@ def resident(pid):
     return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
+def operated(slave, a, folder):
+    """Command age p99 [us], how often the operator was held, the slave's share of a core."""
+    used, begun = cpu(slave.process.pid), time.monotonic()
+    seen = session(slave, a.seconds, folder)
+    return *seen, (cpu(slave.process.pid) - used) / (time.monotonic() - begun)
+
+
 def alone(a, folder):
     with Slave() as slave:
-        return session(slave, a.seconds, folder)
+        return operated(slave, a, folder)
 
 
 def observed(a, folder):
     with Server() as server, Slave(BLOCK, "--publish", server.url) as slave, Crowd(server, STATES, a.observers) as crowd:
         crowd.all_read()
         before, begun = list(crowd.counts), time.monotonic()
-        seen = session(slave, a.seconds, folder)
+        seen = operated(slave, a, folder)
         passed = time.monotonic() - begun
         rates = [(now - then) / passed for now, then in zip(crowd.counts, before)]
         return *seen, min(rates), max(rates)
 
 
 def operator(a, folder):
-    threes = []
+    threes, shares = [], []
     for _ in range(a.threes):
         before, beside, after = alone(a, folder), observed(a, folder), alone(a, folder)
         threes.append((before[0], beside[0], after[0]))
+        shares.append(beside[2] - (before[2] + after[2]) / 2)
         print(f"command age p99 {before[0] / 1e3:.2f}, {after[0] / 1e3:.2f} ms alone, {beside[0] / 1e3:.2f} ms beside {a.observers} observers; "
-              f"held {before[1]}, {after[1]} alone, {beside[1]} beside; {beside[2]:.1f} to {beside[3]:.1f} states/s each; "
+              f"held {before[1]}, {after[1]} alone, {beside[1]} beside; {beside[3]:.1f} to {beside[4]:.1f} states/s each; "
               f"load {os.getloadavg()[0]:.1f}", flush=True)
     ratios = sorted(2 * b / (c + d) for c, b, d in threes)
     noise = max(max(c, d) / min(c, d) for c, _, d in threes)
-    print(f"operator: ratio median {statistics.median(ratios):.2f}, {ratios[0]:.2f} to {ratios[-1]:.2f}; of two alone up to {noise:.2f}")
+    print(f"operator: ratio median {statistics.median(ratios):.2f}, {ratios[0]:.2f} to {ratios[-1]:.2f}; of two alone up to {noise:.2f}; "
+          f"publishing: {100 * statistics.median(shares):.1f} % of a core, {100 * min(shares):.1f} to {100 * max(shares):.1f} %")
 
 
 def restart(a, folder):
