@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """A study in shards: killed, repeated and merged, it is the study of one run. The examples of deploy/studies run, too."""
 import json
-import os
 import pathlib
 import random
 import re
@@ -38,12 +37,15 @@ def without_times(json_value):
     return [without_times(value) for value in json_value] if isinstance(json_value, list) else json_value
 
 
-class StudyShards(unittest.TestCase):
+class Shards(unittest.TestCase):
+    """A scene, and its study by one run."""
+    text = SCENE
+
     @classmethod
     def setUpClass(cls):
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.scene = cls.folder / "scene.yaml"
-        cls.scene.write_text(SCENE)
+        cls.scene.write_text(cls.text)
         begun = time.monotonic()
         done = run(SLAVE, "study", cls.scene, "--out", cls.folder / "whole")
         cls.seconds = time.monotonic() - begun
@@ -77,6 +79,8 @@ class StudyShards(unittest.TestCase):
         self.assertEqual(*titles)
         self.assertGreater(len(titles[0]), 20)
 
+
+class Study(Shards):
     def kill_at_random(self, chance, out):
         """SIGKILL while the shard with the most work runs.."""
         index = (len(json.loads((self.folder / "whole/study.json").read_text())["rows"]) - 1) % SHARDS + 1
@@ -168,6 +172,46 @@ class StudyShards(unittest.TestCase):
         refused("--shard", "1/8", "--merge", out, "--out", out, words="excludes")
         refused("--shard", "1/8", words="--out is required")
         self.assertFalse((self.folder / "none").exists())
+
+
+class Examples(Shards):
+    text = SCENE.replace("kind: auto", "kind: bem2d")
+
+    def example(self, *command, **variables):
+        done = run(*command, env={**BARE, "PATH": f"{BIN}:{BARE['PATH']}", "HOME": str(self.folder), **variables}, cwd=self.folder)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done
+
+    def test_slurm_array(self):
+        """Without Slurm: each task of the array, then two of them again."""
+        script = ROOT / "deploy/studies/study.sbatch"
+        first, last = re.search(r"^#SBATCH --array=(\d+)-(\d+)$", script.read_text(), re.MULTILINE).groups()
+        out = self.folder / "slurm"
+        for task in [*range(int(first), int(last) + 1), 3, 7]:
+            self.example("bash", script, self.scene, out, SLURM_ARRAY_TASK_ID=str(task))
+        self.assertEqual(self.study("--merge", out).returncode, 0)
+        self.expect_whole(out)
+
+    @unittest.skipUnless(shutil.which("parallel", path=BARE["PATH"]), "no parallel (deploy/install.sh studies)")
+    def test_gnu_parallel(self):
+        out = self.folder / "with parallel"
+        self.example(ROOT / "deploy/studies/study_parallel.sh", self.scene, out, 3, 2)
+        self.expect_whole(out)
+        (out / "shard-2-of-3.json").unlink()
+        self.assertEqual(self.example(ROOT / "deploy/studies/study_parallel.sh", self.scene, out, 3).stdout.count("was done before"), 2)
+        self.expect_whole(out)
+
+    @unittest.skipUnless(shutil.which("snakemake", path=BARE["PATH"]), "no snakemake (deploy/install.sh studies)")
+    def test_snakemake(self):
+        out = self.folder / "with snakemake"
+        command = ("snakemake", "-s", ROOT / "deploy/studies/Snakefile", "--cores", "2", "--config", f"scene={self.scene}", f"out={out}", "shards=3")
+        self.example(*command)
+        self.expect_whole(out)
+        for lost in ("shard-2-of-3.json", "study.json"):
+            (out / lost).unlink()
+        again = self.example(*command)
+        self.assertRegex(again.stderr, r"shard\s+1\s")
+        self.expect_whole(out)
 
 
 if __name__ == "__main__":
