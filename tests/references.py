@@ -423,7 +423,7 @@ def option_of(left, meaning):
     name, _, rest = left.partition(" ")
     default, repeat = "", ""
     is_required = rest.endswith("REQUIRED")
-    rest = rest.removesuffix("REQUIRED").strip()
+    rest = re.sub(r"Excludes: .*", "", rest.removesuffix("REQUIRED")).strip()
     environment = re.search(r"\(Env:(\w+)\)", rest)
     if environment:
         rest = rest.replace(environment.group(0), "").strip()
@@ -540,12 +540,14 @@ def self_test():
     fails(lambda: row_of("a.b", [record], meanings.of["a.b"]), "the readers have the default 30 mm")
     told = parse_help(
         "Runs\nUsage: x\n\nPositionals:\n  file TEXT REQUIRED          A file\n\nOptions:\n  --wait FLOAT:s=10           How long\n"
+        "  --all Excludes: --wait      All\n  --part I/N Excludes: --all  A part\n"
         "  --slew FLOAT:N/ms=0.2       How fast\n  --slew-limit FLOAT:N/ms=0.2 How fast\n  --view [HOST:PORT]          A page\n  --listen HOST:PORT=127.0.0.1:50051\n                              Where\n"
         "  --width FLOAT:FLOAT in [0 - 1000]\n                              How wide\n"
         "  --mode TEXT:{a,b}=a ...\n                              The mode\n\nSubcommands:\n  go                          Goes\n\n"
         "DATA is\n  one\n\nExamples:\n  x --wait 3   none\n\nExit codes: 0 done.\n")
     expect([tuple(option) for option in told.options],
            [("`file`", "text", "required", "A file"), ("`--wait`", "seconds", "`10`", "How long"),
+            ("`--all`", "", "", "All"), ("`--part`", "I/N", "", "A part"),
             ("`--slew`", "N/ms", "`0.2`", "How fast"), ("`--slew-limit`", "N/ms", "`0.2`", "How fast"),
             ("`--view`", "HOST:PORT, optional", "", "A page"),
             ("`--listen`", "HOST:PORT", "`127.0.0.1:50051`", "Where"), ("`--width`", "number from 0 to 1000", "", "How wide"),

@@ -69,7 +69,7 @@ sanitized() { PALPATE_PATIENCE=600 run_ctest "$@"; }
 
 step "install missing packages" 120
 deploy/install.sh tests
-[ $tier != full ] || deploy/install.sh packages bare
+[ $tier != full ] || deploy/install.sh packages bare studies
 deploy/page.sh || echo "note: without three.js and uPlot the page tests are skipped"
 
 step "format" 10

@@ -21,28 +21,6 @@
 namespace palpate {
 namespace {
 
-std::string BytesOf(const std::filesystem::path& file) {
-  std::ostringstream bytes;
-  bytes << std::ifstream(file, std::ios::binary).rdbuf();
-  return std::move(bytes).str();
-}
-
-// Times are of one kind of processor.
-std::string Processor() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    if (line.starts_with("model name")) return line;
-  }
-  return {};
-}
-
-// The file of a mesh or an outline; none of other objects.
-std::filesystem::path ShapeFileOf(const Geometry& geometry) {
-  if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) return mesh->file;
-  if (const auto* contour = std::get_if<ContourFileGeometry>(&geometry)) return contour->file;
-  return {};
-}
-
 // Of everything that the decision follows from; empty: nothing is kept.
 std::filesystem::path FileOf(const Scene& scene, const std::vector<std::string>& overrides,
                              SceneUse use) {
@@ -88,6 +66,26 @@ void Decide(const std::filesystem::path& file, const std::stop_token& stop, Scen
 }
 
 }  // namespace
+
+std::string BytesOf(const std::filesystem::path& file) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(file, std::ios::binary).rdbuf();
+  return std::move(bytes).str();
+}
+
+std::string Processor() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line;
+  }
+  return {};
+}
+
+std::filesystem::path ShapeFileOf(const Geometry& geometry) {
+  if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) return mesh->file;
+  if (const auto* contour = std::get_if<ContourFileGeometry>(&geometry)) return contour->file;
+  return {};
+}
 
 std::filesystem::path CacheFolder() {
   const auto folder = [](const char* variable) {

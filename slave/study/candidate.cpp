@@ -278,6 +278,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
     return limits.own && !large && !IsOwn(scene, c);
   });
   std::ranges::stable_sort(candidates, {}, &Candidate::expected_s);
+  for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].number = i;
   return candidates;
 }
 

@@ -25,8 +25,8 @@ struct CandidateLimits {
 // Whether both are one model, but for its resolution.
 bool IsSameModel(const ModelOptions& a, const ModelOptions& b);
 
-// Cheapest first. The scene's own model (none of the kind `auto`) and its resolution are always
-// included; its other options are kept.
+// Cheapest first, and numbered so. The scene's own model (none of the kind `auto`) and its
+// resolution are always included; its other options are kept.
 std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& question,
                                      const CandidateLimits& limits = {});
 

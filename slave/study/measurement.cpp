@@ -8,6 +8,7 @@
 #include <new>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <utility>
 
 #include "shared/geometry/index.h"
@@ -317,6 +318,19 @@ ModelFactory RealWorkshop() {
             const auto now = std::chrono::steady_clock::now().time_since_epoch();
             return std::chrono::duration<double>(now).count();
           }};
+}
+
+StudyRow Known(const Candidate& candidate, StudyRow measured) {
+  if (measured.name() != candidate.name()) {
+    throw std::invalid_argument("model " + std::to_string(candidate.number) + " is " +
+                                candidate.name() + ", but was measured as " + measured.name());
+  }
+  const std::size_t dof = measured.dof;
+  const double expected_s = measured.expected_s;
+  Describe(candidate, &measured);
+  measured.dof = dof;
+  measured.expected_s = expected_s;
+  return measured;
 }
 
 StudyRow Skipped(const Candidate& candidate, std::string reason) {

@@ -54,7 +54,8 @@ Json ToJson(const References& references) {
 }
 
 Json ToJson(const StudyRow& row) {
-  Json json{{"family", row.family},
+  Json json{{"number", row.number},
+            {"family", row.family},
             {"kind", row.kind},
             {"resolution", row.resolution},
             {"element_size_m", row.element_size},

@@ -136,7 +136,8 @@ class Study {
 
   StudyResult Run() {
     waiting_ = CandidatesFor(scene_, result_.question, settings_.limits);
-    const ReferenceFinder finder(scene_, result_.question);
+    TakeKnown();
+    if (!settings_.shard) finder_.emplace(scene_, result_.question);
     deadline_ = workshop_.now() + settings_.budget_s;  // of the candidates, not of the reference
     while (!waiting_.empty()) {
       const auto next = std::ranges::min_element(
@@ -146,7 +147,7 @@ class Study {
       const Candidate candidate = std::move(*next);
       waiting_.erase(next);
       TryOne(candidate, expected);
-      EvaluateErrors(finder);
+      EvaluateErrors();
       if (watcher_.on_row) watcher_.on_row(result_);
     }
     result_.complete = waiting_.empty();
@@ -155,7 +156,9 @@ class Study {
       result_.rows.push_back(Skipped(c, why));
       result_.rows.back().expected_s = ExpectedSeconds(c);
     }
-    EvaluateErrors(finder);
+    // Limits under refinement must not depend on which candidate was the quicker one.
+    std::ranges::sort(result_.rows, {}, &StudyRow::number);
+    EvaluateErrors();
     if (watcher_.on_row) watcher_.on_row(result_);
     return std::move(result_);
   }
@@ -193,8 +196,21 @@ class Study {
     watcher_.progress->Report("models", std::clamp(std::max(models, time), 0.0, 1.0));
   }
 
-  void EvaluateErrors(const ReferenceFinder& finder) {
-    result_.references = finder.Find(result_.rows);
+  // Leaves those of the shard that are not known yet.
+  void TakeKnown() {
+    std::erase_if(waiting_, [&](const Candidate& c) {
+      const auto& shard = settings_.shard;
+      if (shard && c.number % shard->count != shard->index - 1) return true;
+      const auto found = std::ranges::find(settings_.known, c.number, &StudyRow::number);
+      if (found == settings_.known.end()) return false;
+      result_.rows.push_back(Known(c, *found));
+      return true;
+    });
+  }
+
+  void EvaluateErrors() {
+    if (!finder_) return;
+    result_.references = finder_->Find(result_.rows);
     EvaluateRows(result_.references, &result_.rows);
     MarkFront(&result_.rows);
     result_.recommendation = Recommend(result_.tolerance, result_.rate, &result_.rows);
@@ -207,6 +223,7 @@ class Study {
   double deadline_ = 0;
   Scene scene_;
   StudyResult result_;
+  std::optional<ReferenceFinder> finder_;  // none of a shard
   std::vector<Candidate> waiting_;
   std::map<std::string, double> slower_by_;  // measured over expected, of each family's last row
 };

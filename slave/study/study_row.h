@@ -40,6 +40,7 @@ const char* ToString(Outcome outcome);
 
 // Properties of a candidate before it runs.
 struct Trait {
+  std::size_t number = 0;   // position among the candidates of its scene, cheapest first
   std::string family;       // what differs in resolution only: "bem2d constant", "fem tet4 linear"
   std::string resolution;   // for people: "180 elements", "6 x 6 x 6 cells"
   double element_size = 0;  // typical edge [m]; 0: the model has no resolution

@@ -8,6 +8,7 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/study/end_to_end.h"
+#include "slave/commands/study/shards.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/report.h"
@@ -27,33 +28,50 @@ int RunEndToEnd(const StudyOptions& options, const std::stop_token& stop) {
   return budget.total > 0 ? 0 : 1;
 }
 
+// Rewritten after every model.
+study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& settings,
+                            const std::filesystem::path& folder, const std::stop_token& stop) {
+  ProgressBar bar("study", stop);
+  const auto write = [&](const study::StudyResult& so_far) { study::WriteStudy(so_far, folder); };
+  return study::RunStudy(scene, settings, study::RealWorkshop(), stop, {write, &bar});
+}
+
 }  // namespace
 
 int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
+  const auto& out = options.out.empty() ? options.merge : options.out;
+  if (out.empty()) throw std::invalid_argument("--out is required: accepted is a folder");
   if (options.end_to_end) return RunEndToEnd(options, stop);
+  study::StudySettings settings;
+  if (!options.shard.empty()) settings.shard = ParseShard(options.shard);
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
   if (!(options.budget > 0)) {
     throw std::invalid_argument("--budget " + std::to_string(options.budget) +
                                 ": accepted is a number of seconds > 0");
   }
-  RequireOtherThan("--out", options.out, {"study.csv", "study.json", "study.svg"},
-                   InputFilesOf(scene));
-  std::filesystem::create_directories(options.out);
-  study::StudySettings settings;
+  RequireOtherThan("--out", out, {"study.csv", "study.json", "study.svg"}, InputFilesOf(scene));
   if (scene.model.kind == "auto" && study::CanStudy(scene)) {
     settings.places = study::PlacesToDecide(scene);  // what it finds is kept for `auto`
   }
   settings.budget_s = options.budget;
-  study::StudyResult result;
-  {
-    ProgressBar bar("study", stop);
-    study::StudyWatcher watcher{
-        [&](const study::StudyResult& so_far) { study::WriteStudy(so_far, options.out); }, &bar};
-    result = study::RunStudy(scene, settings, study::RealWorkshop(), stop, watcher);
+  MergedStudy done;
+  if (!options.merge.empty()) {
+    done = MergeShards(scene, options.overrides, settings, options.merge, stop);
   }
-  std::fputs(study::ToTable(result).c_str(), stdout);
-  KeepDecision(result, scene, options.overrides);
-  const bool any = std::ranges::any_of(result.rows, [](const study::StudyRow& row) {
+  std::filesystem::create_directories(out);
+  if (settings.shard) return RunShard(scene, options.overrides, settings, out, stop);
+  if (options.merge.empty()) {
+    done.study = RunWhole(scene, settings, out, stop);
+  } else {
+    study::WriteStudy(done.study, out);
+  }
+  std::fputs(study::ToTable(done.study).c_str(), stdout);
+  if (done.is_of_here) {
+    KeepDecision(done.study, scene, options.overrides);
+  } else {
+    std::puts("note: shards ran on other processors than this one: their times may not compare");
+  }
+  const bool any = std::ranges::any_of(done.study.rows, [](const study::StudyRow& row) {
     return row.outcome == study::Outcome::kAnswered;
   });
   return any ? 0 : 1;

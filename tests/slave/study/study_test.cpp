@@ -210,9 +210,17 @@ TEST(StudyTest, BudgetIsRespectedAndTheRestListedWithItsCost) {
 
 TEST(StudyTest, CheapestComeFirst) {
   Scenario scenario;
-  const StudyResult study = RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make());
-  EXPECT_LE(std::stod(study.rows.front().resolution), 30);
-  EXPECT_GE(std::stod(study.rows.back().resolution), 900);
+  std::vector<double> elements;  // in the order tried
+  const auto note = [&](const StudyResult& so_far) {
+    if (elements.size() < so_far.rows.size()) {
+      elements.push_back(std::stod(so_far.rows.back().resolution));
+    }
+  };
+  const StudyResult study =
+      RunStudy(fake::Square(), {.timing_s = 1e-4}, scenario.Make(), {}, {note, nullptr});
+  ASSERT_EQ(elements.size(), study.rows.size());
+  EXPECT_LE(elements.front(), 30);
+  EXPECT_GE(elements.back(), 900);
 }
 
 TEST(StudyTest, PrecomputeThatWouldNotFitIsRefusedBeforeItStarts) {

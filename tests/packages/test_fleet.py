@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+"""Fleets: the Kubernetes manifests against their schemas, their commands as the containers run them; ten slaves of systemd's template."""
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "e2e"))
+from programs import BARE, BLOCK, MASTER, OUT, ROOT, SLAVE, Slave, run, wait_until
+
+MANIFESTS = ROOT / "deploy/fleet/kubernetes.yaml"
+UNIT = ROOT / "deploy/palpate-slave.service"
+ROBOTS = [f"robot{i:02}" for i in range(1, 11)]
+
+
+class Manifests(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        if not shutil.which("npm"):
+            raise unittest.SkipTest("no npm (deploy/install.sh tests)")
+        cls.folder = OUT / "manifests"
+        cls.folder.mkdir(parents=True, exist_ok=True)
+        for name in ("package.json", "package-lock.json", ".npmrc", "check.mjs"):
+            shutil.copy(ROOT / "tests/packages/manifests" / name, cls.folder)
+        if not (cls.folder / "node_modules/yaml").is_dir():
+            done = subprocess.run(["npm", "ci", "--ignore-scripts"], cwd=cls.folder, capture_output=True, text=True, timeout=300, check=False)
+            if done.returncode:
+                raise unittest.SkipTest(f"npm could not install: {done.stderr[-200:]}")
+        cls.text = MANIFESTS.read_text()
+
+    def check(self, text):
+        file = self.folder / "manifests.yaml"
+        file.write_text(text)
+        return subprocess.run(["node", "check.mjs", file], cwd=self.folder, capture_output=True, text=True, timeout=300, check=False)
+
+    def test_the_manifests_follow_the_schemas(self):
+        done = self.check(self.text)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(re.findall(r": (\w+) palpate\S*: checked", done.stdout), ["Namespace", "DaemonSet", "Deployment"])
+
+    def test_a_manifest_that_does_not_is_found(self):
+        for right, wrong, words in (("hostNetwork: true", "hostNetwork: yes please", "hostNetwork"),
+                                    ("updateStrategy:", "updateStrateggy:", "updateStrateggy"),
+                                    ("periodSeconds: 2\n", "periodSecond: 2\n", "periodSecond"),
+                                    ("mountPath: /tls}", "path: /tls}", "mountPath"),
+                                    ("apiVersion: apps/v1", "apiVersion: apps/v1beta9", "apps/v1beta9")):
+            self.assertIn(right, self.text)
+            done = self.check(self.text.replace(right, wrong, 1))
+            self.assertEqual(done.returncode, 1, wrong)
+            self.assertIn(words, done.stdout + done.stderr)
+
+    def containers(self, kind):
+        """{name: container} of one document, as JSON."""
+        print_it = "import('yaml').then(({default: y}) => console.log(JSON.stringify(y.parseAllDocuments(require('fs').readFileSync(0, 'utf8'), {version: '1.1'}))))"
+        done = subprocess.run(["node", "-e", print_it], cwd=self.folder, input=self.text, capture_output=True, text=True, check=True, timeout=60)
+        pod = next(doc for doc in json.loads(done.stdout) if doc["kind"] == kind)["spec"]["template"]["spec"]
+        return {container["name"]: container for container in pod["initContainers"] + pod["containers"]}
+
+    def test_the_commands_serve_probe_and_operate(self):
+        """Mounts are folders of the test, and the network is that of this machine."""
+        scratch = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        certs = ROOT / "deploy/certs"
+        run(certs, "ca", scratch / "ca")
+        run(certs, "slave", scratch / "ca", scratch / "slave", "robots", "127.0.0.1", "robot01", "localhost")
+        for role in ("observer", "operator"):
+            run(certs, role, scratch / "ca", scratch / role, role)
+        (scratch / "etc").mkdir()
+        (scratch / "state").mkdir()
+        shutil.copy(BLOCK, scratch / "etc/scene.yaml")
+
+        def words(container, program, secret, **changed):
+            """The command line of a container whose mounts lie in `scratch`."""
+            text = [*container.get("command", [program]), *container.get("args", [])]
+            mounts = {"/etc/palpate": "etc", "/var/lib/palpate-slave": "state", "/secret": secret, "/tls": f"tls-{secret}", "/probe-tls": "tls-observer"}
+            places = {"/usr/bin/palpate-slave": SLAVE, "/usr/bin/palpate-master": MASTER, **changed}
+            for mount in container["volumeMounts"]:
+                place = mounts.get(mount["mountPath"])
+                if place:
+                    (scratch / place).mkdir(exist_ok=True)
+                    text = [re.sub(rf"^{mount['mountPath']}(?=/|$)", str(scratch / place), word) for word in text]
+            return [places.get(word, word) for word in text]
+
+        slave_pod, master_pod = self.containers("DaemonSet"), self.containers("Deployment")
+        for pod, name, secret in ((slave_pod, "key", "slave"), (slave_pod, "probe-key", "observer"), (master_pod, "key", "operator")):
+            done = run(*words(pod[name], None, secret))
+            self.assertEqual(done.returncode, 0, done.stderr)
+        container = slave_pod["slave"]
+        with Slave(command=words(container, SLAVE, "slave", **{"0.0.0.0:50051": "0.0.0.0:0"})) as slave:
+            here = "127.0.0.1:" + slave.address.split(":")[-1]
+            for probe in ("startupProbe", "readinessProbe"):
+                health = words({**container, "command": container[probe]["exec"]["command"], "args": []}, None, "slave", **{"127.0.0.1:50051": here})
+                self.assertEqual(health[1], "health")
+                self.assertTrue(wait_until(lambda asked=health: run(*asked).stdout == "SERVING\n"))
+            master = words(master_pod["master"], None, "operator", **{"robot01:50051": here, "127.0.0.1:8080": "127.0.0.1:0", "127.0.0.1:9465": "127.0.0.1:0"})
+            with subprocess.Popen(master, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE) as process:
+                said = next((line for line in process.stdout if f"connected to {here}" in line), "")
+                process.terminate()
+                process.stdout.read()
+            self.assertTrue(said, "the master did not connect")
+        self.assertEqual(run(*health, "--wait", "0.5").returncode, 1, "nobody serves any more")
+
+
+class Robots(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        made = run(ROOT / "deploy/fleet/robot_unit.sh", UNIT)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.unit = made.stdout
+
+    def test_the_template_differs_from_the_unit_by_the_robot_alone(self):
+        changed = set(self.unit.splitlines()) - set(UNIT.read_text().splitlines())
+        self.assertEqual(changed, {"Description=Palpate slave of %i", "EnvironmentFile=/etc/palpate/robots/%i.conf",
+                                   "StateDirectory=palpate-slave/%i"})
+
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd-analyze")
+    def test_systemd_accepts_it(self):
+        template = self.folder / "palpate-slave@.service"
+        for text, code in ((self.unit, 0), (self.unit.replace("[Service]\n", "[Service]\nType=nothing\n"), 1)):
+            # systemd looks for the program where the package installs it.
+            template.write_text(text.replace("/usr/bin/palpate-slave", "/bin/true"))
+            done = run("systemd-analyze", "verify", "--man=no", "--recursive-errors=no", self.folder / "palpate-slave@robot01.service")
+            found = [line for line in done.stderr.splitlines() if "palpate" in line]
+            self.assertEqual(bool(found) or done.returncode != 0, bool(code), done.stderr)
+        template.write_text(self.unit)
+        done = run("systemd-analyze", "security", "--offline=true", "--threshold=30", template)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def command_of(self, robot):
+        """As systemd reads the unit: (command line, environment)."""
+        text = self.unit.replace("%i", robot)
+        lines = re.findall(r"^Environment=(\w+)=(.*)$", text, re.MULTILINE)
+        file = self.folder / pathlib.Path(re.search(r"^EnvironmentFile=(/.*)$", text, re.MULTILINE).group(1)).name
+        lines += re.findall(r"^(\w+)=(.*)$", file.read_text(), re.MULTILINE)
+        variables = {name: value.strip('"') for name, value in lines}
+        state = self.folder / re.search(r"^StateDirectory=(.*)$", text, re.MULTILINE).group(1)
+        state.mkdir(parents=True)
+        command = []
+        for word in re.search(r"^ExecStart=(.*)$", text, re.MULTILINE).group(1).split():
+            whole, split = re.fullmatch(r"\$\{(\w+)\}", word), re.fullmatch(r"\$(\w+)", word)
+            command += [variables[whole[1]]] if whole else shlex.split(variables.get(split[1], "")) if split else [word]
+        return [SLAVE if word == "/usr/bin/palpate-slave" else word for word in command], {**BARE, "STATE_DIRECTORY": str(state)}
+
+    def test_ten_slaves_serve_each_its_robot(self):
+        scene = pathlib.Path(BLOCK).read_text()
+        slaves = []
+        for robot in ROBOTS:
+            (self.folder / f"{robot}.yaml").write_text(scene.replace("name: silicone-block", f"name: {robot}"))
+            # Ten simulated cameras on one test machine.
+            (self.folder / f"{robot}.conf").write_text(f'SCENE={self.folder}/{robot}.yaml\nLISTEN=127.0.0.1:0\nOPTIONS="--override sense.camera.rate=10"\n')
+        for robot in ROBOTS:
+            command, environment = self.command_of(robot)
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment)
+            self.addCleanup(process.wait)
+            self.addCleanup(process.stdout.close)
+            self.addCleanup(process.kill)
+            slaves.append(process)
+        addresses = [slave.stdout.readline().removeprefix("listening on ").strip() for slave in slaves]
+        self.assertEqual(len(set(addresses)), len(ROBOTS), addresses)
+        for address in addresses:
+            self.assertTrue(wait_until(lambda asked=address: run(SLAVE, "health", asked).stdout == "SERVING\n"), address)
+        slaves[0].kill()
+        slaves[0].wait()
+        self.assertEqual(run(SLAVE, "health", addresses[0], "--wait", "0.5").returncode, 1)
+        self.assertEqual(run(SLAVE, "health", addresses[1]).stdout, "SERVING\n", "the others go on")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
