@@ -32,7 +32,8 @@ Failure Try(const std::function<void()>& work) {
 }  // namespace
 
 Ranks::Ranks() {
-  MPI_Init(nullptr, nullptr);
+  int level = 0;  // other threads do not call MPI
+  MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &level);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
 }

@@ -196,7 +196,7 @@ void GreensStore::Finish(const Pieces& blocks, const Pieces& reactions, double c
            put(Part::kReactions, reactions) && put(Part::kCondition, Whole({&condition, 1})) &&
            ::fsync(::fileno(file)) == 0;
   };
-  if (!TryReplace(result_, write, Links::kReplace)) CannotWrite();
+  if (!TryReplace(result_, write, Links::kReplace)) return CannotWrite();  // the parts stay
   std::error_code ignored;
   std::filesystem::remove(log_path_, ignored);
   log_.reset();
