@@ -1,8 +1,15 @@
 #include "slave/precompute/distributed_factor.h"
 
+#include <malloc.h>
+
 #include "slave/mechanics/linear/mumps_instance.h"
 
 namespace palpate {
+namespace {
+
+constexpr int kRelaxation = 5;  // [%]; nothing is pivoted, and memory is what ranks are added for
+
+}  // namespace
 
 DistributedFactor::DistributedFactor(const Ranks& ranks, Eigen::SparseMatrix<double> share,
                                      const std::vector<int>& order)
@@ -12,7 +19,8 @@ DistributedFactor::DistributedFactor(const Ranks& ranks, Eigen::SparseMatrix<dou
   share = {};
   mumps_->EliminateAs(order);
   mumps_->Analyse(rows, true);
-  mumps_->FactoriseDefinite();
+  malloc_trim(0);  // what assembly and analysis needed
+  mumps_->FactoriseDefinite(kRelaxation);
 }
 
 DistributedFactor::~DistributedFactor() = default;

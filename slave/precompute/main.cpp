@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include "shared/program/program.h"
@@ -85,6 +86,9 @@ int Guarded(const Options& options, const Ranks& ranks, const std::stop_token& s
 }
 
 int Main(int argc, char** argv) {
+  // Memory is what ranks are added for: what large arrays had goes back to the system at once.
+  constexpr int kLarge = 1 << 20;  // [bytes]
+  mallopt(M_MMAP_THRESHOLD, kLarge);
   LogToStderr();
   StopOnSignal stop;
   stop.ExpectAnswer();

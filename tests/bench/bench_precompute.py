@@ -4,10 +4,9 @@ which is the same program with as many ranks and a box of one cell. Peaks are th
 as the kernel tells whoever waits for it. Fails where 2 ranks take more than 0.65 or 4 ranks more than 0.4 of one rank's, or
 where their Green's functions differ by more than 1e-9 of the largest one.
 
-fem-green computes all groups of columns with one rank. Several ranks get all but the last of them as an interrupted run would
-have left them: the factor, which needs the memory, is their own, and so are the last groups.
+fem-green is killed after its first groups of columns, whose memory all others have again. These groups are compared.
 
-tests/bench/bench_precompute.py [--fem-cells N] [--bem-cells N]      needs build/release with palpate-precompute, numpy
+tests/bench/bench_precompute.py [--fem-cells X Y Z] [--bem-cells X Y Z]      needs build/release with palpate-precompute, numpy
 """
 import argparse
 import os
@@ -23,7 +22,7 @@ sys.path.insert(0, str(ROOT / "tests/e2e"))
 
 MOST = {1: 1.0, 2: 0.65, 4: 0.4}  # of one rank's memory
 EQUAL = 1e-9
-LAST_GROUPS = 8
+GROUPS = 8
 
 
 def report_peak(folder, command):
@@ -35,7 +34,7 @@ def report_peak(folder, command):
 
 
 def scene(kind, cells):
-    return (f"name: block\nobject:\n  geometry: {{box: {{size: [40 mm, 40 mm, 40 mm], cells: [{cells}, {cells}, {cells}]}}}}\n"
+    return (f"name: block\nobject:\n  geometry: {{box: {{size: {[2e-3 * count for count in cells]}, cells: {list(cells)}}}}}\n"
             "  material: {young_modulus: 100 kPa, poisson_ratio: 0.45}\n  fixed: {plane: {axis: z, at: 0 mm}}\n"
             f"model: {{kind: {kind}}}\n")
 
@@ -57,34 +56,40 @@ class Runs:
                                "--out", cache], env=MPI, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True, check=True)
         return [int(one.read_text()) for one in peaks.iterdir()], time.monotonic() - begun, done.stdout.splitlines()[0]
 
+    def first_peaks(self, ranks, kind, cells, cache):
+        """The same of a run that is killed after its first groups."""
+        from mpi_runs import Killed, processes_of
+        file = self.folder / "scene.yaml"
+        file.write_text(scene(kind, cells))
+        begun = time.monotonic()
+        run = Killed(ranks, file, "--out", cache)
+        while len(list(cache.rglob("*.col"))) < GROUPS:
+            if run.process.poll() is not None:
+                raise SystemExit("the run ended before it was killed")
+            time.sleep(0.1)
+        status = [pathlib.Path(f"/proc/{one}/status").read_text() for one in processes_of(run.process.pid)]
+        peaks = [1024 * int(text.split("VmHWM:")[1].split()[0]) for text in status if text.startswith("Name:\tpalpate-precomp")]
+        run.kill()
+        assert len(peaks) == ranks
+        return peaks, time.monotonic() - begun, f"{kind}: {' x '.join(map(str, cells))} cells"
+
     def above_empty(self, ranks, kind, cells, cache):
-        empty, *_ = self.peaks(ranks, kind, 1, self.folder / "empty" / str(ranks))
-        full, seconds, said = self.peaks(ranks, kind, cells, cache)
+        empty, *_ = self.peaks(ranks, kind, (1, 1, 1), self.folder / "empty" / str(ranks))
+        measured = self.first_peaks if kind == "fem-green" else self.peaks
+        full, seconds, said = measured(ranks, kind, cells, cache)
         memory = max(full) - min(empty)
         print(f"{said}\n  {ranks} ranks: peak {max(full) / 1e6:.0f} MB, empty job {min(empty) / 1e6:.0f} MB, "
               f"{seconds:.0f} s; load {os.getloadavg()[0]:.1f}", flush=True)
         return memory
 
 
-def without_last_groups(cache, copy):
-    """A cache of fem-green as an interrupted run leaves it."""
-    for file in cache.rglob("*.col"):
-        target = copy / file.relative_to(cache)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        os.link(file, target)
-    for file in sorted(copy.rglob("*.col"), key=lambda one: int(one.stem))[-LAST_GROUPS:]:
-        file.unlink()
-
-
 def difference(folder, reference):
-    """Of the largest number, file by file."""
-    from mpi_runs import numbers_in
-    worst = 0
-    for file in reference.rglob("*.*"):
-        if file.is_file() and not os.path.samefile(file, folder / file.relative_to(reference)):
-            wanted = numbers_in(file)
-            worst = max(worst, abs(numbers_in(folder / file.relative_to(reference)) - wanted).max() / abs(wanted).max())
-    return worst
+    """Of the largest number of each file that both have."""
+    from mpi_runs import cached
+    found, wanted = cached(folder), cached(reference)
+    common = found.keys() & wanted.keys()
+    assert len(common) >= GROUPS or found.keys() == wanted.keys()
+    return max(abs(found[name] - wanted[name]).max() / (abs(wanted[name]).max() or 1) for name in common)
 
 
 def measure(kind, cells, folder):
@@ -92,8 +97,6 @@ def measure(kind, cells, folder):
     runs, good, alone = Runs(folder), True, 0
     for ranks, most in MOST.items():
         cache = folder / f"{kind}-{ranks}"
-        if kind == "fem-green" and ranks > 1:
-            without_last_groups(folder / f"{kind}-1", cache)
         memory = runs.above_empty(ranks, kind, cells, cache)
         alone = alone or memory
         worst = difference(cache, folder / f"{kind}-1")
@@ -110,8 +113,8 @@ def main():
     if sys.argv[1:2] == ["--peak"]:
         return report_peak(sys.argv[2], sys.argv[3:])
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fem-cells", type=int, default=30, help="cells along each side of the box of fem-green")
-    parser.add_argument("--bem-cells", type=int, default=12, help="the same for bem3d")
+    parser.add_argument("--fem-cells", type=int, nargs=3, default=(60, 60, 10), help="cells of the box of fem-green")
+    parser.add_argument("--bem-cells", type=int, nargs=3, default=(12, 12, 12), help="the same for bem3d")
     options = parser.parse_args()
     from mpi_runs import IS_THERE
     if not IS_THERE:

@@ -69,9 +69,9 @@ void Mumps::Analyse(int order, bool distributed) {
   Require(Run(1));
 }
 
-void Mumps::FactoriseDefinite() {
+void Mumps::FactoriseDefinite(int relaxation) {
   int outcome = 0;
-  for (Control(14) = 30; Control(14) <= kMostRelaxation; Control(14) *= 2) {
+  for (Control(14) = relaxation; Control(14) <= kMostRelaxation; Control(14) *= 2) {
     outcome = Run(2);
     if (outcome != kWorkspaceTooSmall) break;
   }

@@ -37,7 +37,8 @@ struct Mumps {
   void EliminateAs(const std::vector<int>& order);
   // Of the entries added; `distributed`: those of all ranks are added up. Throws: see SpdFactor.
   void Analyse(int order, bool distributed = false);
-  void FactoriseDefinite();
+  // `relaxation`: of the estimated workspace, to begin with [%].
+  void FactoriseDefinite(int relaxation = 30);
   // In place, on the first rank.
   void Solve(double* right_sides, int count);
   void Require(int outcome) const;
