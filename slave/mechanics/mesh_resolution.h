@@ -96,6 +96,8 @@ class StrainResolution {
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
   // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
   double Softness(std::span<const Eigen::Vector3d> u, std::span<const int> touched);
+  // False: Softness is 0 whatever moves.
+  [[nodiscard]] bool body_bends() const { return slender_; }
 
  private:
   struct Element {

@@ -16,7 +16,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Motions = Eigen::Matrix<double, 6, 6>;
 
-constexpr int kRows = 16;  // triangles whose rows are filled together: they stay in the cache
 constexpr double kHeldMotion = 1e-9;  // mean square of a rigid motion at what is held: it is free
 
 double Checked(double nu) {
@@ -113,80 +112,91 @@ KelvinSolidBlocks ReferenceSystem::Blocks(int i, int j) const {
 }
 
 MatrixXd ReferenceSystem::Matrix(const std::function<void(int)>& before) const {
-  MatrixXd A = MatrixXd::Zero(order(), order());
-  MatrixXd by_node;
+  MatrixXd A(order(), order());
   for (int begin = 0; begin < triangles(); begin += kRows) {
     before(begin);
     const int end = std::min(begin + kRows, triangles());
-    FillRows(begin, end, &A, &by_node);
-    ShareNodes(begin, end, by_node, &A);
+    A.middleRows(3 * begin, 3 * (end - begin)) = Rows(begin, end);
   }
-  if (free_motions_ > 0) FillMeanMotions(&A);
+  if (free_motions_ > 0) A.bottomRows(6) = MeanMotions();
   return A;
 }
 
-// Rows of the triangles [begin, end): what belongs to triangles goes to A, what belongs to the
-// displacements at their corners to `by_node`.
-void ReferenceSystem::FillRows(int begin, int end, MatrixXd* A, MatrixXd* by_node) const {
-  by_node->setZero(3 * Eigen::Index{end - begin}, 3 * Eigen::Index{fit_.nodes()});
+MatrixXd ReferenceSystem::Rows(int begin, int end) const {
+  MatrixXd rows = MatrixXd::Zero(3 * Eigen::Index{end - begin}, order());
+  MatrixXd by_node = MatrixXd::Zero(rows.rows(), 3 * Eigen::Index{fit_.nodes()});
+  FillRows(begin, end, &rows, &by_node);
+  ShareNodes(by_node, &rows);
+  return rows;
+}
+
+// What belongs to triangles goes to `rows`, what belongs to the displacements at their corners to
+// `by_node`.
+void ReferenceSystem::FillRows(int begin, int end, MatrixXd* rows, MatrixXd* by_node) const {
   const Eigen::Index n = 3 * Eigen::Index{triangles()};
   for (int j = 0; j < triangles(); ++j) {
     const auto modes = RigidModes(surface_.elements[Index(j)].centroid);
     for (int i = begin; i < end; ++i) {
       const KelvinSolidBlocks blocks = Blocks(i, j);
+      const int row = 3 * (i - begin);
       for (int c = 0; c < 3; ++c) {
         if (held(j, c)) {
-          A->block<3, 1>(3 * i, 3 * j + c) = -blocks.of_traction.col(c);
+          rows->block<3, 1>(row, 3 * j + c) = -blocks.of_traction.col(c);
         } else {
-          A->block<3, 1>(3 * i, 3 * j + c) = blocks.of_displacement.col(c);
+          rows->block<3, 1>(row, 3 * j + c) = blocks.of_displacement.col(c);
         }
       }
       for (std::size_t k = 0; k < 3; ++k) {
-        by_node->block<3, 3>(3 * (i - begin), 3 * fit_.corners(j)[k]) += blocks.of_corner[k];
+        by_node->block<3, 3>(row, 3 * fit_.corners(j)[k]) += blocks.of_corner[k];
       }
-      if (free_motions_ > 0) A->block<3, 6>(3 * i, n) -= blocks.of_traction * modes;
+      if (free_motions_ > 0) rows->block<3, 6>(row, n) -= blocks.of_traction * modes;
     }
   }
 }
 
 // Held nodes stand still, all others move with the triangles around them.
-void ReferenceSystem::ShareNodes(int begin, int end, const MatrixXd& by_node, MatrixXd* A) const {
-  const Eigen::Index rows = 3 * Eigen::Index{end - begin};
+void ReferenceSystem::ShareNodes(const MatrixXd& by_node, MatrixXd* rows) const {
   for (int node = 0; node < fit_.nodes(); ++node) {
     for (int c = 0; c < 3; ++c) {
       if (held_nodes_[Index(node)][Index(c)]) continue;
       for (const auto& [triangle, weight] : fit_.shares(node)) {
         if (held(triangle, c)) continue;
-        A->col(3 * triangle + c).segment(3 * Eigen::Index{begin}, rows) +=
-            weight * by_node.col(3 * node + c);
+        rows->col(3 * triangle + c) += weight * by_node.col(3 * node + c);
       }
     }
   }
 }
 
 // H u - G m b = G t with the balancing tractions m b; the mean of m . u is zero.
-void ReferenceSystem::FillMeanMotions(MatrixXd* A) const {
-  const Eigen::Index n = 3 * Eigen::Index{triangles()};
-  A->bottomRightCorner(6, 6).diagonal().tail(6 - free_motions_).setOnes();
+MatrixXd ReferenceSystem::MeanMotions() const {
+  MatrixXd rows = MatrixXd::Zero(6, order());
+  rows.rightCols(6).diagonal().tail(6 - free_motions_).setOnes();
   double total = 0;
   for (const auto& t : surface_.elements) total += t.area;
   for (int i = 0; i < triangles(); ++i) {
     const auto& t = surface_.elements[Index(i)];
     const Eigen::Matrix<double, 3, 6> modes = RigidModes(t.centroid);
     for (int c = 0; c < 3; ++c) {
-      if (!held(i, c)) A->block<6, 1>(n, 3 * i + c) = t.area / total * modes.row(c).transpose();
+      if (!held(i, c)) rows.col(3 * i + c) = t.area / total * modes.row(c).transpose();
     }
   }
+  return rows;
 }
 
 MatrixXd ReferenceSystem::Loads(int begin, int end) const {
   MatrixXd loads = MatrixXd::Zero(order(), 3 * Eigen::Index{end - begin});
+  loads.topRows(3 * Eigen::Index{triangles()}) = LoadRows(begin, end, 0, triangles());
+  return loads;
+}
+
+MatrixXd ReferenceSystem::LoadRows(int begin, int end, int first, int last) const {
+  MatrixXd loads = MatrixXd::Zero(3 * Eigen::Index{last - first}, 3 * Eigen::Index{end - begin});
   for (int j = begin; j < end; ++j) {
     const double traction = 1 / surface_.elements[Index(j)].area;
-    for (int i = 0; i < triangles(); ++i) {
+    for (int i = first; i < last; ++i) {
       const Eigen::Matrix3d spread = traction * Blocks(i, j).of_traction;
       for (int c = 0; c < 3; ++c) {
-        if (!held(j, c)) loads.block<3, 1>(3 * i, 3 * (j - begin) + c) = spread.col(c);
+        if (!held(j, c)) loads.block<3, 1>(3 * (i - first), 3 * (j - begin) + c) = spread.col(c);
       }
     }
   }

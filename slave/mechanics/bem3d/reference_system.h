@@ -41,9 +41,16 @@ class ReferenceSystem {
   // A_0. Calls `before(i)` now and then before the rows of triangle i; it may throw. O(N^2)
   // integrals.
   [[nodiscard]] Eigen::MatrixXd Matrix(const std::function<void(int)>& before) const;
+  // Its rows of the triangles [begin, end), three each; fastest with kRows triangles.
+  static constexpr int kRows = 16;  // they stay in the processor's cache
+  [[nodiscard]] Eigen::MatrixXd Rows(int begin, int end) const;
+  // Its last six rows, where the body is free to move.
+  [[nodiscard]] Eigen::MatrixXd MeanMotions() const;
   // -Abar_0 by a unit force, spread evenly, along each component of the triangles [begin, end):
   // three columns each, zero where it is fixed.
   [[nodiscard]] Eigen::MatrixXd Loads(int begin, int end) const;
+  // Its rows of the triangles [first, last).
+  [[nodiscard]] Eigen::MatrixXd LoadRows(int begin, int end, int first, int last) const;
 
   // The corners of a triangle, counted as in CornerFit, and what the displacements at the centroids
   // come to in one.
@@ -71,9 +78,8 @@ class ReferenceSystem {
   void RequireCompressible() const;
   void FindFreeMotions();
   void MarkHeldNodes();
-  void FillRows(int begin, int end, Eigen::MatrixXd* A, Eigen::MatrixXd* by_node) const;
-  void ShareNodes(int begin, int end, const Eigen::MatrixXd& by_node, Eigen::MatrixXd* A) const;
-  void FillMeanMotions(Eigen::MatrixXd* A) const;
+  void FillRows(int begin, int end, Eigen::MatrixXd* rows, Eigen::MatrixXd* by_node) const;
+  void ShareNodes(const Eigen::MatrixXd& by_node, Eigen::MatrixXd* rows) const;
   [[nodiscard]] KelvinSolidBlocks Blocks(int i, int j) const;
 
   ClosedSurface surface_;

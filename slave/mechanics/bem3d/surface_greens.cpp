@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "shared/geometry/index.h"
@@ -15,10 +16,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Part = GreensStore::Part;
-
-constexpr double kLargestCondition = 1e13;
-constexpr int kTriangles = 64;         // whose columns are solved for together
-constexpr double kDiscretisation = 1;  // rises whenever the same inputs give another result
 
 // Of one multiplication and addition, measured on solutions as large as a block.
 double SecondsPerStep() {
@@ -41,21 +38,14 @@ double SecondsPerIntegral(const ReferenceSystem& system) {
   return SecondsSince(start) / static_cast<double>(columns.rows() / 3);
 }
 
-[[noreturn]] void RefuseSingular() {
-  throw std::invalid_argument(
-      "the boundary element system is singular (condition > 1e13): the surface touches itself, or "
-      "its triangles differ too much in size");
-}
-
 }  // namespace
 
 SurfaceGreens::SurfaceGreens(const SurfaceMesh& mesh, HeldNodes held, double nu,
                              const Options& options, Progress* progress)
-    : system_(mesh, std::move(held), nu) {
-  NumberReactions();
-  GreensStore store(options.cache, Inputs());
+    : system_(mesh, std::move(held), nu), layout_(system_) {
+  GreensStore store(options.cache, GreensLayout::Inputs(system_));
   auto kept = store.Load();
-  from_cache_ = kept && Fits(*kept);
+  from_cache_ = kept && layout_.Fits(*kept);
   if (from_cache_) {
     data_ = std::move(*kept);
     return;
@@ -69,38 +59,13 @@ SurfaceGreens::SurfaceGreens(const SurfaceMesh& mesh, HeldNodes held, double nu,
 Vector3d SurfaceGreens::Reaction(int triangle, int place, const Vector3d& force) const {
   Vector3d traction = Vector3d::Zero();
   for (int r = 0; r < 3; ++r) {
-    const int row = reaction_[Index(3 * triangle + r)];
+    const int row = layout_.row(Index(3 * triangle + r));
     if (row < 0) continue;
     for (int c = 0; c < 3; ++c) {
-      traction[r] += force[c] * data_.reactions[Index(3 * place + c) * reactions_ + Index(row)];
+      traction[r] += force[c] * data_.reactions[Index(3 * place + c) * layout_.rows() + Index(row)];
     }
   }
   return traction;
-}
-
-void SurfaceGreens::NumberReactions() {
-  for (int i = 0; i < places(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      reaction_.push_back(system_.held(i, c) ? static_cast<int>(reactions_++) : -1);
-    }
-  }
-}
-
-std::vector<double> SurfaceGreens::Inputs() const {
-  std::vector<double> inputs{kDiscretisation, double{DenseLu::kWidth}, double{kTriangles},
-                             system_.nu()};
-  for (int i = 0; i < places(); ++i) {
-    for (const auto& corner : system_.surface().elements[Index(i)].corners) {
-      inputs.insert(inputs.end(), corner.begin(), corner.end());
-    }
-    for (int c = 0; c < 3; ++c) inputs.push_back(system_.held(i, c) ? 1 : 0);
-  }
-  return inputs;
-}
-
-bool SurfaceGreens::Fits(const GreensData& data) const {
-  const auto count = Index(places());
-  return data.blocks.size() == 9 * count * count && data.reactions.size() == 3 * count * reactions_;
 }
 
 void SurfaceGreens::RequireMemory(std::size_t limit) const {
@@ -137,10 +102,11 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
     store->Keep(Part::kFactor, lu.done() - 1, lu.LastBlock());
   }
   data_.condition = 1 / lu.ReciprocalCondition();
-  if (!(data_.condition < kLargestCondition)) RefuseSingular();
+  RequireRegular(data_.condition);
 
-  data_.blocks.resize(9 * Index(triangles) * Index(triangles));
-  data_.reactions.resize(3 * Index(triangles) * reactions_);
+  constexpr int kTriangles = GreensLayout::kTriangles;
+  data_.blocks.resize(layout_.blocks(Index(triangles)));
+  data_.reactions.resize(layout_.reactions(Index(triangles)));
   for (int begin = 0; begin < triangles; begin += kTriangles) {
     ReportProgress(progress, "green's functions", static_cast<double>(begin) / triangles);
     const int end = std::min(begin + kTriangles, triangles);
@@ -154,25 +120,10 @@ void SurfaceGreens::Compute(GreensStore* store, Progress* progress) {
       store->Keep(Part::kColumns, begin,
                   {columns.data(), static_cast<std::size_t>(columns.size())});
     }
-    Store(begin, columns);
+    layout_.Split(columns, data_.blocks.data() + layout_.blocks(Index(begin)),
+                  data_.reactions.data() + layout_.reactions(Index(begin)));
   }
   ReportProgress(progress, "green's functions", 1);
-}
-
-// What is unknown where a component is free is its displacement, where it is held its traction.
-void SurfaceGreens::Store(int begin, const MatrixXd& columns) {
-  const auto count = Index(places());
-  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
-    const auto column = 3 * Index(begin) + static_cast<std::size_t>(k);
-    double* blocks = data_.blocks.data() + 9 * count * (column / 3) + 3 * (column % 3);
-    double* reactions = data_.reactions.data() + column * reactions_;
-    for (std::size_t row = 0; row < 3 * count; ++row) {
-      const double value = columns(static_cast<Eigen::Index>(row), k);
-      const bool held = reaction_[row] >= 0;
-      blocks[9 * (row / 3) + row % 3] = held ? 0 : value;
-      if (held) reactions[reaction_[row]] = value;
-    }
-  }
 }
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
+#include "slave/mechanics/bem3d/greens_layout.h"
 #include "slave/mechanics/bem3d/greens_store.h"
 #include "slave/mechanics/bem3d/reference_system.h"
 #include "slave/mechanics/capacitance/compliance.h"
@@ -58,16 +59,11 @@ class SurfaceGreens final : public Compliance {
   [[nodiscard]] const std::string& remark() const { return remark_; }
 
  private:
-  void NumberReactions();
-  [[nodiscard]] std::vector<double> Inputs() const;
-  [[nodiscard]] bool Fits(const GreensData& data) const;
   void RequireMemory(std::size_t limit) const;
   void Compute(GreensStore* store, Progress* progress);
-  void Store(int begin, const Eigen::MatrixXd& columns);
 
   ReferenceSystem system_;
-  std::vector<int> reaction_;  // per component: its row in data_.reactions; -1: free
-  std::size_t reactions_ = 0;  // rows
+  GreensLayout layout_;
   GreensData data_;
   bool from_cache_ = false;
   std::string remark_;

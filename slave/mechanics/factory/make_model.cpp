@@ -56,31 +56,6 @@ ModelChoice ChoosePlate(const Scene& scene, double thickness) {
   return choose(w <= kThin && lack <= scene.model.tolerance, why.str());
 }
 
-HeldNodes HeldTriangles(const SurfaceMesh& mesh, const HeldNodes& nodes) {
-  HeldNodes held;
-  held.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    std::array<bool, 3> all{true, true, true};
-    for (const int node : triangle) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        all[c] = all[c] && nodes[static_cast<std::size_t>(node)][c];
-      }
-    }
-    held.push_back(all);
-  }
-  return held;
-}
-
-// What the scene holds, and nodes that belong to no element: they have no stiffness of their own.
-HeldNodes HeldNodesOf(const Scene& scene, const SolidMesh& mesh) {
-  auto held = FixedNodeDofs(scene, mesh.nodes);
-  const std::vector<bool> used = UsedNodes(mesh.tets, mesh.nodes.size());
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) held[i] = {true, true, true};
-  }
-  return held;
-}
-
 bool NeedsGeneralModel(const FemOptions& fem) {
   const bool has_own_pressure = fem.pressure == FemOptions::Pressure::kAveraged ||
                                 fem.pressure == FemOptions::Pressure::kMixed;
@@ -93,7 +68,7 @@ std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& m
                                           Progress* progress) {
   const Material& material = scene.object.material;
   const FemOptions& options = scene.model.fem;
-  const auto held = HeldNodesOf(scene, mesh);
+  const auto held = HeldTetNodes(scene, mesh);
   if (!NeedsGeneralModel(options)) {
     const double range = options.law == FemOptions::Law::kLinear ? scene.model.range : 0;
     return std::make_unique<FemModel>(mesh, held, FemModel::Params{material, options, range},
@@ -110,26 +85,22 @@ std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& m
 
 std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMesh& mesh,
                                                Progress* progress) {
-  const bool quadratic = scene.model.fem.element == FemOptions::Element::kTet10;
-  const FemGreenModel::Options options{
-      .element = quadratic ? TetElement::kTet10 : TetElement::kTet4,
-      .contact = scene.model.contact,
-      .range = scene.model.range,
-      .cache = scene.model.cache};
+  const FemGreenModel::Options options{.element = GreenElement(scene),
+                                       .contact = scene.model.contact,
+                                       .range = scene.model.range,
+                                       .cache = scene.model.cache};
   const Material& material = scene.object.material;
-  return std::make_unique<FemGreenModel>(mesh, HeldNodesOf(scene, mesh), material.young_modulus,
+  return std::make_unique<FemGreenModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
                                          material.poisson_ratio, options, progress);
 }
 
-// A triangle is held where its three nodes are.
 std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,
                                             Progress* progress) {
   const Bem3dModel::Options options{
       .contact = scene.model.contact, .range = scene.model.range, .cache = scene.model.cache};
   const Material& material = scene.object.material;
-  return std::make_unique<Bem3dModel>(mesh, HeldTriangles(mesh, FixedNodeDofs(scene, mesh.nodes)),
-                                      material.young_modulus, material.poisson_ratio, options,
-                                      progress);
+  return std::make_unique<Bem3dModel>(mesh, HeldTriangles(scene, mesh), material.young_modulus,
+                                      material.poisson_ratio, options, progress);
 }
 
 // The outline is for the eyes; the meridian is divided at least as finely as its 5 % take.
@@ -246,6 +217,36 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
   }
   throw std::invalid_argument("model.kind = " + std::string(kind.name) +
                               ": accepted is a model of this object");
+}
+
+HeldNodes HeldTriangles(const Scene& scene, const SurfaceMesh& mesh) {
+  const HeldNodes nodes = FixedNodeDofs(scene, mesh.nodes);
+  HeldNodes held;
+  held.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    std::array<bool, 3> all{true, true, true};
+    for (const int node : triangle) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        all[c] = all[c] && nodes[static_cast<std::size_t>(node)][c];
+      }
+    }
+    held.push_back(all);
+  }
+  return held;
+}
+
+HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh) {
+  auto held = FixedNodeDofs(scene, mesh.nodes);
+  const std::vector<bool> used = UsedNodes(mesh.tets, mesh.nodes.size());
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) held[i] = {true, true, true};
+  }
+  return held;
+}
+
+TetElement GreenElement(const Scene& scene) {
+  return scene.model.fem.element == FemOptions::Element::kTet10 ? TetElement::kTet10
+                                                                : TetElement::kTet4;
 }
 
 }  // namespace palpate

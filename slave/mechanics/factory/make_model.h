@@ -6,6 +6,7 @@
 
 #include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/green/tet_stiffness.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
@@ -36,5 +37,11 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
                                             Progress* progress = nullptr);
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress = nullptr);
+
+// What the models with Green's functions take from a scene. A triangle is held where its three
+// nodes are; so are nodes that belong to no tetrahedron, which have no stiffness of their own.
+HeldNodes HeldTriangles(const Scene& scene, const SurfaceMesh& mesh);
+HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
+TetElement GreenElement(const Scene& scene);
 
 }  // namespace palpate

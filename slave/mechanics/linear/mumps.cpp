@@ -1,94 +1,110 @@
 #include "slave/mechanics/linear/mumps.h"
 
-#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <string>
 
-#include <dmumps_c.h>
+#include "slave/mechanics/linear/mumps_instance.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kNoMpi = -987654;  // MPI_COMM_WORLD of the sequential library
-constexpr int kOutOfMemory = -13, kWorkspaceTooSmall = -9;
-constexpr int kMostRelaxation = 1000;  // of the estimated workspace [%]
-constexpr int kPositiveDefinite = 1, kSymmetric = 2;
-constexpr int kMinimumFill = 2, kPord = 4;  // orders of elimination
+constexpr int kOutOfMemory = -13, kWorkspaceTooSmall = -9, kNotPositive = -10;
+constexpr int kMostRelaxation = 1000;                        // of the estimated workspace [%]
+constexpr int kGivenOrder = 1, kMinimumFill = 2, kPord = 4;  // orders of elimination
 constexpr int kFewNodes = 1000;  // below, minimum fill is as good; PORD ends the process on cliques
 
 std::mutex the_library;
 
 }  // namespace
 
-struct Mumps {
-  DMUMPS_STRUC_C data{};
-  std::vector<int> rows, columns;
-  std::vector<double> values;
+Mumps::Mumps(int symmetry, int communicator) {
+  data.par = 1;
+  data.sym = symmetry;
+  data.comm_fortran = communicator;
+  Run(-1);
+  for (const int silent : {1, 2, 3, 4}) Control(silent) = 0;
+}
 
-  explicit Mumps(int symmetry) {
-    data.par = 1;
-    data.sym = symmetry;
-    data.comm_fortran = kNoMpi;
-    Run(-1);
-    for (const int silent : {1, 2, 3, 4}) Control(silent) = 0;
-  }
-  ~Mumps() { Run(-2); }
-  Mumps(const Mumps&) = delete;
-  Mumps& operator=(const Mumps&) = delete;
+int Mumps::Run(int job) {
+  const std::lock_guard lock(the_library);
+  data.job = job;
+  dmumps_c(&data);
+  return Info(1);
+}
 
-  int& Control(int number) { return data.icntl[number - 1]; }
-  [[nodiscard]] int Info(int number) const { return data.infog[number - 1]; }
-  int Run(int job) {
-    const std::lock_guard lock(the_library);
-    data.job = job;
-    dmumps_c(&data);
-    return Info(1);
+void Mumps::Add(const Eigen::SparseMatrix<double>& lower) {
+  for (int c = 0; c < lower.outerSize(); ++c) {
+    for (Eigen::SparseMatrix<double>::InnerIterator entry(lower, c); entry; ++entry) {
+      Add(static_cast<int>(entry.row()), c);
+      values.push_back(entry.value());
+    }
   }
-  void Add(int row, int column) {
-    rows.push_back(row + 1);
-    columns.push_back(column + 1);
+}
+
+void Mumps::EliminateAs(const std::vector<int>& order) {
+  positions.resize(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    positions[static_cast<std::size_t>(order[k])] = static_cast<int>(k) + 1;
   }
-  // Of the entries added.
-  void Analyse(int order) {
-    data.n = order;
-    data.nnz = static_cast<MUMPS_INT8>(rows.size());
+  data.perm_in = positions.data();
+  Control(7) = kGivenOrder;
+}
+
+void Mumps::Analyse(int order, bool distributed) {
+  const auto count = static_cast<MUMPS_INT8>(rows.size());
+  data.n = order;
+  if (distributed) {
+    Control(18) = 3;
+    data.nnz_loc = count;
+    data.irn_loc = rows.data();
+    data.jcn_loc = columns.data();
+    data.a_loc = values.data();
+  } else {
+    data.nnz = count;
     data.irn = rows.data();
     data.jcn = columns.data();
     data.a = values.data();
-    Require(Run(1));
   }
-  void Require(int outcome) const {
-    if (outcome >= 0) return;
-    if (outcome == kOutOfMemory) throw std::bad_alloc();
-    throw std::runtime_error("sparse factorisation failed (MUMPS " + std::to_string(outcome) + ")");
-  }
-};
+  Require(Run(1));
+}
 
-SpdFactor::SpdFactor(const Eigen::SparseMatrix<double>& lower)
-    : mumps_(std::make_unique<Mumps>(kPositiveDefinite)) {
-  Mumps& m = *mumps_;
-  for (int c = 0; c < lower.outerSize(); ++c) {
-    for (Eigen::SparseMatrix<double>::InnerIterator entry(lower, c); entry; ++entry) {
-      m.Add(static_cast<int>(entry.row()), c);
-      m.values.push_back(entry.value());
-    }
-  }
-  m.Analyse(static_cast<int>(lower.rows()));
+void Mumps::FactoriseDefinite(int relaxation) {
   int outcome = 0;
-  for (m.Control(14) = 30; m.Control(14) <= kMostRelaxation; m.Control(14) *= 2) {
-    outcome = m.Run(2);
+  for (Control(14) = relaxation; Control(14) <= kMostRelaxation; Control(14) *= 2) {
+    outcome = Run(2);
     if (outcome != kWorkspaceTooSmall) break;
   }
-  if (outcome == -10 || (outcome >= 0 && m.Info(12) > 0)) {
+  if (outcome == kNotPositive || (outcome >= 0 && Info(12) > 0)) {
     throw std::invalid_argument(
         "stiffness: accepted is a positive definite one; the supports leave "
         "the body free to move, or an element is too distorted");
   }
-  m.Require(outcome);
-  m.rows = {};
-  m.columns = {};
-  m.values = {};
+  Require(outcome);
+  rows = {};
+  columns = {};
+  values = {};
+}
+
+void Mumps::Solve(double* right_sides, int count) {
+  data.rhs = right_sides;
+  data.nrhs = count;
+  data.lrhs = data.n;
+  Control(27) = count;  // solved together
+  Require(Run(3));
+}
+
+void Mumps::Require(int outcome) const {
+  if (outcome >= 0) return;
+  if (outcome == kOutOfMemory) throw std::bad_alloc();
+  throw std::runtime_error("sparse factorisation failed (MUMPS " + std::to_string(outcome) + ")");
+}
+
+SpdFactor::SpdFactor(const Eigen::SparseMatrix<double>& lower)
+    : mumps_(std::make_unique<Mumps>(Mumps::kPositiveDefinite)) {
+  mumps_->Add(lower);
+  mumps_->Analyse(static_cast<int>(lower.rows()));
+  mumps_->FactoriseDefinite();
 }
 
 SpdFactor::~SpdFactor() = default;
@@ -96,12 +112,7 @@ SpdFactor::SpdFactor(SpdFactor&&) noexcept = default;
 SpdFactor& SpdFactor::operator=(SpdFactor&&) noexcept = default;
 
 void SpdFactor::Solve(double* columns, int count) {
-  Mumps& m = *mumps_;
-  m.data.rhs = columns;
-  m.data.nrhs = count;
-  m.data.lrhs = m.data.n;
-  m.Control(27) = count;  // solved together
-  m.Require(m.Run(3));
+  mumps_->Solve(columns, count);
 }
 
 std::size_t SpdFactor::memory_bytes() const {
@@ -109,7 +120,7 @@ std::size_t SpdFactor::memory_bytes() const {
 }
 
 std::vector<int> EliminationOrder(const std::vector<std::vector<int>>& neighbours) {
-  Mumps m(kSymmetric);
+  Mumps m(Mumps::kSymmetric);
   const int nodes = static_cast<int>(neighbours.size());
   for (int i = 0; i < nodes; ++i) {
     for (const int j : neighbours[static_cast<std::size_t>(i)]) {

@@ -91,6 +91,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
 }
 
 void FemGreenModel::CheckBending(std::span<ContactResponse> responses) {
+  if (!strain_.body_bends()) return;
   for (std::size_t k = 0; k < responses.size(); ++k) {
     ContactResponse& response = responses[k];
     if (response.validity != Validity::kValid) continue;
@@ -161,7 +162,7 @@ void FemGreenModel::Prefetch(std::span<const Contact> contacts) {
     if (!contact.p_O.allFinite() || !(contact.width >= 0)) continue;
     if (!places_.Find(contact, &footprint).empty()) continue;
     for (const auto& touched : footprint.places) wanted.push_back(touched.place);
-    if (!footprint.places.empty()) BendingOf(footprint);
+    if (!footprint.places.empty() && strain_.body_bends()) BendingOf(footprint);
   }
   columns_.Prefetch(wanted, nullptr);
 }

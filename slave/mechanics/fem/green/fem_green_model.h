@@ -24,9 +24,9 @@ namespace palpate {
 
 // Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those
 // where a part bends too far for them (mesh_resolution.h; the first contact there decides, by three
-// more sparse solutions). Contacts with a width are not available with tet10, because no contact
-// acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element` with p_O where time
-// matters: without it a walk over the surface finds a changed position.
+// more sparse solutions; bulky bodies need none). Contacts with a width are not available with
+// tet10, because no contact acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element`
+// with p_O where time matters: without it a walk over the surface finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {

@@ -16,24 +16,24 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/mechanics/fem/green/green_groups.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
 #include "slave/mechanics/linear/mumps.h"
 
 namespace palpate {
 
-// Places are the surface nodes, in the order of a space-filling curve: neighbours have near
-// numbers. Columns come in fixed groups of neighbours, so that what was asked first does not change
-// a digit, and a tool finds the next ones ready. Not thread-safe.
+// Columns come in fixed groups of neighbours, so that what was asked first does not change a digit,
+// and a tool finds the next ones ready. Not thread-safe.
 class GreenColumns final : public Compliance {
  public:
-  static constexpr int kGroup = 8;  // places
+  static constexpr int kGroup = GreenGroups::kGroup;  // places
 
   // `memory_limit` for columns [bytes]: beyond it Column() is nullptr. `cache` keeps groups on
   // disk. Factorises at once unless the cache has every group. Throws: see SpdFactor; Interrupted.
   GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface, std::size_t memory_limit,
                const std::filesystem::path& cache, Progress* progress);
 
-  [[nodiscard]] int places() const override { return static_cast<int>(node_of_place_.size()); }
+  [[nodiscard]] int places() const override { return layout_.places(); }
   [[nodiscard]] bool symmetric() const override { return true; }
   const double* Column(int place) override {
     const double* column = column_of_place_[static_cast<std::size_t>(place)];
@@ -43,7 +43,7 @@ class GreenColumns final : public Compliance {
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
   }
-  [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
+  [[nodiscard]] double length_unit() const override { return length_unit_; }
   [[nodiscard]] std::size_t memory_bytes() const override;
 
   // Makes the columns of some places ready. False: the memory for them is used up. Throws
@@ -58,13 +58,12 @@ class GreenColumns final : public Compliance {
   void SolveAxes(std::span<const int> places,
                  std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 
-  [[nodiscard]] const std::vector<int>& node_of_place() const { return node_of_place_; }
-  [[nodiscard]] const std::vector<int>& place_of_node() const { return place_of_node_; }
-  [[nodiscard]] int order() const { return static_cast<int>(stiffness_.lower.rows()); }
-  [[nodiscard]] std::size_t bytes_per_place() const {
-    return 9 * sizeof(double) * node_of_place_.size();
-  }
+  [[nodiscard]] const std::vector<int>& node_of_place() const { return layout_.node_of_place(); }
+  [[nodiscard]] const std::vector<int>& place_of_node() const { return layout_.place_of_node(); }
+  [[nodiscard]] int order() const { return static_cast<int>(lower_.rows()); }
+  [[nodiscard]] std::size_t bytes_per_place() const { return sizeof(double) * layout_.per_place(); }
   [[nodiscard]] int groups_computed() const { return groups_computed_; }
+  [[nodiscard]] bool has_factor() const { return factor_.has_value(); }
 
  private:
   const double* Compute(int place);
@@ -73,8 +72,9 @@ class GreenColumns final : public Compliance {
   // Of every node, as far as it is free, from a solution's rows.
   void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 
-  TetStiffness stiffness_;
-  std::vector<int> node_of_place_, place_of_node_;
+  Eigen::SparseMatrix<double> lower_;  // of the stiffness
+  double length_unit_;
+  GreenGroups layout_;
   std::size_t memory_limit_;
   ColumnCache cache_;
   std::optional<SpdFactor> factor_;

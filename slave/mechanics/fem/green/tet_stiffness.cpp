@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -13,6 +14,8 @@
 #include "shared/geometry/symmetric_eigen.h"
 #include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
+#include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/mechanics/linear/nested_dissection.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -21,6 +24,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr int kAssembly = 1;  // rises whenever the same inputs give another matrix
 constexpr double kLargestNu = 0.499;
 constexpr double kFixesMotion = 1e-10;     // smallest eigenvalue of the motions' Gram matrix
 constexpr double kSmallestVolume = 1e-12;  // of the cube of the longest edge
@@ -144,11 +148,12 @@ void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
   }
 }
 
-// Zeros where elements join free components; rows rise in every column.
-Eigen::SparseMatrix<double> LowerPattern(const Elements& elements,
+// Zeros where elements of `range` join free components; rows rise in every column.
+Eigen::SparseMatrix<double> LowerPattern(const Elements& elements, const TetRange& range,
                                          const std::vector<std::array<int, 3>>& row, int order) {
   std::vector<std::vector<int>> neighbours(row.size());
-  for (const auto& nodes : elements.nodes) {
+  for (std::size_t t = range.begin; t < range.end; ++t) {
+    const auto& nodes = elements.nodes[t];
     for (std::size_t a = 0; a < elements.per_element; ++a) {
       for (std::size_t b = 0; b < elements.per_element; ++b) {
         if (nodes[b] >= nodes[a]) neighbours[Index(nodes[a])].push_back(nodes[b]);
@@ -207,10 +212,17 @@ void Scatter(const Stiffness& k, const std::array<int, 10>& nodes, std::size_t c
   }
 }
 
+std::uint64_t HashOf(const SolidMesh& mesh, const HeldNodes& held, double nu, TetElement element) {
+  Hash hash;
+  hash.Add(kAssembly).Add(element).Add(nu).Add(mesh.nodes.size()).Add(mesh.tets.size());
+  hash.Add(std::as_bytes(std::span(mesh.nodes))).Add(std::as_bytes(std::span(mesh.tets)));
+  return hash.Add(std::as_bytes(std::span(held))).value();
+}
+
 }  // namespace
 
 TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, double nu,
-                                  TetElement element) {
+                                  TetElement element, TetRange range) {
   if (!(nu > -1 && nu <= kLargestNu)) {
     RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.499 (linear tetrahedra lock beyond)");
   }
@@ -219,13 +231,16 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
   RequireVolumes(mesh, kSmallestVolume);
   RequireSupported(mesh, held);
   const Elements elements = Number(mesh, held, element);
+  range.end = std::min(range.end, elements.nodes.size());
   TetStiffness stiffness;
+  stiffness.inputs = HashOf(mesh, held, nu, element);
   stiffness.length_unit = LargerSide(mesh.nodes);
   const int order = NumberRows(elements, &stiffness.row);
-  stiffness.lower = LowerPattern(elements, stiffness.row, order);
+  stiffness.lower = LowerPattern(elements, range, stiffness.row, order);
   const Lame lame{nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)};
   Stiffness k;
-  for (const auto& nodes : elements.nodes) {
+  for (std::size_t t = range.begin; t < range.end; ++t) {
+    const auto& nodes = elements.nodes[t];
     std::array<Vector3d, 4> p;
     for (std::size_t v = 0; v < 4; ++v) {
       p[v] = (mesh.nodes[Index(nodes[v])] - mesh.nodes.front()) / stiffness.length_unit;
@@ -234,6 +249,39 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
     Scatter(k, nodes, elements.per_element, stiffness.row, &stiffness.lower);
   }
   return stiffness;
+}
+
+std::vector<int> DissectedRows(const SolidMesh& mesh, const HeldNodes& held, TetElement element) {
+  const Elements elements = Number(mesh, held, element);
+  std::vector<std::array<int, 3>> row;
+  NumberRows(elements, &row);
+  std::vector<Vector3d> points = mesh.nodes;
+  points.resize(row.size());
+  std::vector<std::vector<int>> neighbours(row.size());
+  for (const auto& nodes : elements.nodes) {
+    const auto used = std::span(nodes).first(elements.per_element);
+    for (const int a : used)
+      neighbours[Index(a)].insert(neighbours[Index(a)].end(), used.begin(), used.end());
+    for (std::size_t e = 4; e < used.size(); ++e) {
+      const auto& [a, b] = kTetEdges[e - 4];
+      points[Index(nodes[e])] =
+          (points[Index(nodes[Index(a)])] + points[Index(nodes[Index(b)])]) / 2;
+    }
+  }
+  fem::NodeGraph graph{{0}, {}};
+  for (auto& list : neighbours) {
+    std::ranges::sort(list);
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+    graph.column.insert(graph.column.end(), list.begin(), list.end());
+    graph.begin.push_back(static_cast<int>(graph.column.size()));
+  }
+  std::vector<int> order;
+  for (const int node : fem::Dissect(graph, points).order) {
+    for (const int r : row[Index(node)]) {
+      if (r >= 0) order.push_back(r);
+    }
+  }
+  return order;
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include "shared/mesh/disc_patch.h"
 #include "tests/slave/mechanics/green/direct_solution.h"
 #include "tests/support/allocation_count.h"
+#include "tests/support/scratch.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -241,6 +242,24 @@ TEST(FemGreenModel, AllocatesNothingOnceSizesWereSeen) {
     model.Respond({set.data(), fewer}, {responses.data(), fewer});
   }
   EXPECT_EQ(AllocationCount() - before, 0);
+}
+
+// A slender body needs the factor to see whether it bends.
+TEST(FemGreenModel, ABulkyBodyFromAFullCacheNeedsNoFactor) {
+  for (const bool bulky : {true, false}) {
+    const double thick = bulky ? 0.08 : 0.02;  // of 0.1 m
+    const Body body = Standing(MeshBox({0.1, thick, thick}, {6, 2, 2}), 0, 5e4, 0.3);
+    const Scratch scratch;
+    const FemGreenModel::Options options{.cache = scratch.path()};
+    FemGreenModel computed = ModelOf(body, options);
+    ASSERT_TRUE(computed.PrefetchNodes());
+    FemGreenModel kept = ModelOf(body, options);
+    const auto contacts = std::vector{Move(body.mesh.nodes.back(), {1e-4, 0, 0})};
+    const auto expected = Answer(computed, contacts), got = Answer(kept, contacts);
+    EXPECT_EQ(got[0].force_O, expected[0].force_O);
+    EXPECT_EQ(got[0].validity, expected[0].validity);
+    EXPECT_EQ(kept.columns().has_factor(), !bulky);
+  }
 }
 
 // Everything that cannot be answered is said so in words, and the next good question is answered as

@@ -6,7 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/green/green_columns.h"
+#include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/green/direct_solution.h"
 
 namespace palpate {
@@ -33,13 +35,10 @@ std::vector<Vector3d> WithMiddles(const SolidMesh& mesh) {
   std::vector<Vector3d> places = mesh.nodes;
   std::map<std::pair<int, int>, bool> seen;
   for (const auto& tet : mesh.tets) {
-    for (std::size_t a = 0; a < 4; ++a) {
-      for (std::size_t b = a + 1; b < 4; ++b) {
-        if (!seen.try_emplace(std::minmax(tet[a], tet[b]), true).second) continue;
-        places.emplace_back((mesh.nodes[static_cast<std::size_t>(tet[a])] +
-                             mesh.nodes[static_cast<std::size_t>(tet[b])]) /
-                            2);
-      }
+    for (const auto& [i, j] : kTetEdges) {
+      const int a = tet[Index(i)], b = tet[Index(j)];
+      if (!seen.try_emplace(std::minmax(a, b), true).second) continue;
+      places.emplace_back((mesh.nodes[Index(a)] + mesh.nodes[Index(b)]) / 2);
     }
   }
   return places;
