@@ -17,9 +17,11 @@ constexpr int kMostHalvings = 40;
 constexpr double kLeastRemoved = 1.0 / 64;  // of negative curvature, if any
 constexpr double kVolume = 1e-8;            // change of volume over displacement that is none
 constexpr double kArmijo = 1e-4;
-constexpr double kRounding = 1e-14;   // of energies and forces
-constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
-constexpr double kTight = 1e-11;      // residual of one linear solve that costs no more to reach
+constexpr double kRounding = 1e-14;    // of energies and forces
+constexpr double kStartShare = 1e-6;   // of the forces at the start that a residual is relative to
+constexpr double kMostForcing = 1e-2;  // of the residual, left by one iterated step
+constexpr double kAim = 1e-2;          // of the residual asked for, where steps are iterated
+constexpr double kTight = 1e-11;       // residual of one linear solve that costs no more to reach
 
 // Whether fixed unknowns and points are where they are given.
 bool Feasible(const Balance& balance, const VectorXd& x) {
@@ -42,13 +44,14 @@ Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, con
     : layout_(layout),
       body_(body),
       options_(options),
-      solver_(layout.pattern(), options.limits),
+      solver_(layout.pattern(), options.limits,
+              layout.has_pressure() ? std::vector<Eigen::Vector3d>{} : layout.Points()),
       stiffness_(layout.pattern()),
       system_(layout.pattern()) {
   const VectorXd rest = VectorXd::Zero(layout.size());
   residual_ = right_ = step_ = trial_ = product_ = rest;
   if (linear()) body_.AddTangent(rest, kExactTangent, false, &stiffness_);
-  if (layout.has_pressure() && !linear()) pressure_.emplace(layout, body, options.limits);
+  if (layout.has_pressure() && !linear()) pressure_.emplace(layout, body);
 }
 
 void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
@@ -137,14 +140,17 @@ void Equilibrium::Constrain(const Balance& balance) {
 
 bool Equilibrium::PrepareRows(const Balance& balance) {
   const int count = static_cast<int>(balance.rows.size());
-  row_columns_.resize(layout_.size(), count);
+  if (!columns_known_) row_columns_.setZero(layout_.size(), count);
+  columns_known_ = true;
   row_matrix_.resize(count, count);
   for (int k = 0; k < count; ++k) {
     right_.setZero();
     for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
       if (!balance.fixed[Index(unknown)]) right_[unknown] = weight;
     }
-    if (!solver_.Solve(right_, 0.01 * options_.residual, &step_)) {
+    step_ = row_columns_.col(k);
+    if (!solver_.Solve(right_, linear() ? 0.01 * options_.residual : Accuracy(), &step_)) {
+      columns_known_ = false;
       return Fail("the linear solver did not converge");
     }
     row_columns_.col(k) = step_;
@@ -177,34 +183,44 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
   }
   if (!linear()) std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
   Constrain(balance);
-  return solver_.Factorize(system_, !layout_.has_pressure());
+  return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed);
 }
 
-// A factored tangent with as many negative pivots as free pressures, so that its step descends.
-bool Equilibrium::Prepare(const Balance& balance, const VectorXd& x) {
-  if (linear() && factored_) return true;
+// Of a linear solution, relative: what Newton's next step makes good use of.
+double Equilibrium::Accuracy() const {
+  if (linear()) return 0.1 * options_.residual;
+  const double enough = std::min(kMostForcing, kAim * options_.residual / relative_);
+  return std::max(std::min(kMostForcing, relative_), enough);
+}
+
+// Newton's step with a tangent that has as many negative curvatures as free pressures, so that it
+// descends: as little of the others goes as makes the whole definite; the more, the slower.
+bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
+  if (linear() && factored_) {
+    Weigh(*balance);
+    return Direction(balance, x, first);
+  }
   expected_negative_ = 0;
   for (int i = 0; i < layout_.pressures(); ++i) {
-    expected_negative_ += !balance.fixed[Index(layout_.pressure(i))];
+    expected_negative_ += !balance->fixed[Index(layout_.pressure(i))];
   }
-  const auto good = [&](const Tangent& tangent) {
-    return FactorTangent(balance, x, tangent) &&
-           (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
-  };
-  bool done = false;
-  if (linear() || options_.warped || !solver_.is_direct()) {
-    done = good(linear() ? kExactTangent : options_.warped ? kWarpedTangent : kProjectedTangent);
-  } else {
-    // As little of the negative curvature goes as makes the whole definite: the more, the slower.
-    removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
-    while (!(done = good({removed_, false})) && removed_ < 1) {
-      removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
+  const auto stepped = [&](const Tangent& tangent) {
+    factored_ = FactorTangent(*balance, x, tangent) &&
+                (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
+    if (!factored_) {
+      return Fail("the stiffness is not positive: the body is free to move or has collapsed");
     }
+    if (!balance->rows.empty() && !PrepareRows(*balance)) return false;
+    Weigh(*balance);  // PrepareRows used right_
+    return Direction(balance, x, first);
+  };
+  if (linear() || options_.warped) return stepped(linear() ? kExactTangent : kWarpedTangent);
+  removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
+  while (!stepped({removed_, false})) {
+    if (removed_ >= 1 || (factored_ && !solver_.indefinite())) return false;
+    removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
   }
-  if (!done)
-    return Fail("the stiffness is not positive: the body is free to move or has collapsed");
-  factored_ = true;
-  return balance.rows.empty() || PrepareRows(balance);
+  return true;
 }
 
 // Newton's step, from right_ = minus what is left over. The first one moves fixed unknowns to where
@@ -225,9 +241,8 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
       if (!balance->fixed[Index(i)]) right_[i] -= product_[i];
     }
   }
-  const double least = 0.1 * options_.residual;
-  const double accuracy = linear() ? least : std::clamp(relative_, least, 1e-2);
-  if (!solver_.Solve(r, accuracy, &step_)) return Fail("the linear solver did not converge");
+  step_.setZero();
+  if (!solver_.Solve(r, Accuracy(), &step_)) return Fail("the linear solver did not converge");
   const int count = static_cast<int>(balance->rows.size());
   if (count > 0) {
     VectorXd gap(count), missing(count);
@@ -295,8 +310,10 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.linear_solves > 0 && !linear();
   const int most = counted ? options_.linear_solves : linear() ? kMostRefinements : kMostSteps;
-  const double goal =
-      linear() && solver_.is_direct() ? std::min(kTight, options_.residual) : options_.residual;
+  // Where a step is solved for in part only, further digits are cheap.
+  const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
+                      : linear() || solver_.is_direct() ? options_.residual
+                                                        : kAim * options_.residual;
   double best = std::numeric_limits<double>::infinity();
   start_force_ = 0;
   int stalled = 0;
@@ -316,15 +333,14 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
       return Fail(linear() ? "the linear solver does not reach the requested residual"
                            : "no equilibrium was found: Newton's method did not converge");
     }
-    if (!Prepare(*balance, *x)) return false;
-    Weigh(*balance);  // PrepareRows used right_
-    if (!Direction(balance, *x, moves)) return false;
+    if (!Prepare(balance, *x, moves)) return false;
     if (moves || linear() || counted) {
       *x += step_;
       moves = false;
       continue;
     }
     if (!Search(*balance, std::min(residual_.dot(step_), 0.0), x)) {
+      if (relative_ <= options_.residual) return true;
       return Fail("no equilibrium was found: the energy does not decrease further");
     }
   }

@@ -52,7 +52,7 @@ class Equilibrium {
   // unusable. Allocates only when `rows` grow, and for the factorisation.
   bool Solve(Balance* balance, Eigen::VectorXd* x);
   // Call when fixed unknowns, rows or inertia differ from the last Solve.
-  void Changed() { factored_ = false; }
+  void Changed() { factored_ = columns_known_ = false; }
 
   // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
   [[nodiscard]] const Eigen::VectorXd& unbalanced() const { return residual_; }
@@ -69,10 +69,11 @@ class Equilibrium {
   double Residual(const Balance& balance, const Eigen::VectorXd& x);
   double Potential(const Balance& balance, const Eigen::VectorXd& x);
   double Weigh(const Balance& balance);
-  bool Prepare(const Balance& balance, const Eigen::VectorXd& x);
+  bool Prepare(Balance* balance, const Eigen::VectorXd& x, bool first);
   bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x, const Tangent& tangent);
   void Constrain(const Balance& balance);
   bool PrepareRows(const Balance& balance);
+  [[nodiscard]] double Accuracy() const;
   bool Direction(Balance* balance, const Eigen::VectorXd& x, bool first);
   bool Search(const Balance& balance, double slope, Eigen::VectorXd* x);
   bool KeepsVolume(const Eigen::VectorXd& x);
@@ -97,7 +98,7 @@ class Equilibrium {
   Eigen::VectorXd residual_, right_, step_, trial_, product_;
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
-  bool factored_ = false;
+  bool factored_ = false, columns_known_ = false;
   std::string_view failure_;
 };
 
