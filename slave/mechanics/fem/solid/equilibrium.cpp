@@ -183,7 +183,7 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
   }
   if (!linear()) std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
   Constrain(balance);
-  return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed);
+  return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed, steps_ == 0);
 }
 
 // Of a linear solution, relative: what Newton's next step makes good use of.
@@ -215,10 +215,12 @@ bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
     return Direction(balance, x, first);
   };
   if (linear() || options_.warped) return stepped(linear() ? kExactTangent : kWarpedTangent);
-  removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
+  if (!raised_) removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
+  raised_ = false;
   while (!stepped({removed_, false})) {
     if (removed_ >= 1 || (factored_ && !solver_.indefinite())) return false;
     removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
+    raised_ = !solver_.is_direct();
   }
   return true;
 }
@@ -288,6 +290,7 @@ bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
 bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
   failure_ = {};
   removed_ = 0;
+  raised_ = false;
   if (balance->row_force.size() != static_cast<int>(balance->rows.size())) {
     balance->row_force.setZero(static_cast<int>(balance->rows.size()));
   }

@@ -99,6 +99,7 @@ class Equilibrium {
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
   bool factored_ = false, columns_known_ = false;
+  bool raised_ = false;  // what is removed, by the last step
   std::string_view failure_;
 };
 

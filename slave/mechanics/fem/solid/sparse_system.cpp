@@ -1,6 +1,8 @@
 #include "slave/mechanics/fem/solid/sparse_system.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "shared/geometry/index.h"
@@ -15,6 +17,7 @@ using Eigen::VectorXd;
 
 constexpr int kMostIterations = 20'000;  // of conjugate gradients
 constexpr int kMostRestarts = 4;
+constexpr double kGridsWorth = 10;    // iterations that a new preconditioner must save
 constexpr int kPatience = 200;        // iterations before a factor is tried instead
 constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
 
@@ -120,19 +123,28 @@ void BlockLayout::Add(int element, const ElementMatrix& block, SparseMatrix* mat
   const int* position = &positions_[Index(element) * Index(n * (n + 1) / 2)];
   const int* outer = matrix->outerIndexPtr();
   double* values = matrix->valuePtr();
-  std::array<int, kMaxNodes + 1> start{};
-  for (int i = 0; i < n; ++i) start[Index(i) + 1] = start[Index(i)] + local_size(i);
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i <= j; ++i, ++position) {
-      const bool is_upper = rank_[Index(nodes[Index(i)])] <= rank_[Index(nodes[Index(j)])];
-      const int row = is_upper ? i : j, column = is_upper ? j : i;
-      const int first_column = first(nodes[Index(column)]);
-      for (int c = 0; c < local_size(column); ++c) {
-        double* target = values + outer[first_column + c] + *position;
-        const int rows = row == column ? c + 1 : local_size(row);
-        for (int r = 0; r < rows; ++r) {
-          target[r] += is_upper ? block(start[Index(i)] + r, start[Index(j)] + c)
-                                : block(start[Index(i)] + c, start[Index(j)] + r);
+  const auto stride = block.rows();
+  for (int j = 0, first_j = 0; j < n; first_j += local_size(j), ++j) {
+    const int size_j = local_size(j), rank_j = rank_[Index(nodes[Index(j)])];
+    const int unknown_j = first(nodes[Index(j)]);
+    for (int i = 0, first_i = 0; i <= j; first_i += local_size(i), ++i, ++position) {
+      const int size_i = local_size(i);
+      const double* from = block.data() + first_i + stride * first_j;
+      if (i == j) {
+        for (int c = 0; c < size_j; ++c) {
+          double* target = values + outer[unknown_j + c] + *position;
+          for (int r = 0; r <= c; ++r) target[r] += from[r + stride * c];
+        }
+      } else if (rank_[Index(nodes[Index(i)])] <= rank_j) {
+        for (int c = 0; c < size_j; ++c) {
+          double* target = values + outer[unknown_j + c] + *position;
+          for (int r = 0; r < size_i; ++r) target[r] += from[r + stride * c];
+        }
+      } else {
+        const int unknown_i = first(nodes[Index(i)]);
+        for (int r = 0; r < size_i; ++r) {
+          double* target = values + outer[unknown_i + r] + *position;
+          for (int c = 0; c < size_j; ++c) target[c] += from[r + stride * c];
         }
       }
     }
@@ -164,6 +176,7 @@ struct SymmetricSolver::Iterative {
   fem::BlockMatrix matrix;
   fem::TwoGrid grids;
   fem::NodeVector free, x, r, z, d, Ad;
+  double young = 0, excess = 0;  // iterations: of the least ones per digit, beyond those since
 
   Iterative(const SparseMatrix& scalars, std::span<const Eigen::Vector3d> points)
       : pattern(PatternOf(scalars)), matrix(pattern), grids(points, pattern) {
@@ -219,12 +232,22 @@ struct SymmetricSolver::Iterative {
     }
   }
 
-  bool Factorize(const SparseMatrix& upper, const std::vector<char>& fixed) {
+  bool Factorize(const SparseMatrix& upper, const std::vector<char>& fixed, bool renew) {
     Copy(upper);
+    if (!renew && excess < kGridsWorth) return true;
     for (std::size_t i = 0; i < 3 * free.size(); ++i) {
       free[i / 3].v[i % 3] = i < fixed.size() && fixed[i] ? 0 : 1;
     }
+    excess = 0;
+    young = std::numeric_limits<double>::infinity();
     return grids.Factor(matrix, free);
+  }
+
+  // How much longer solutions take than the first one with these grids did, per digit.
+  void CountAge(double digits, long taken) {
+    if (taken == 0 || digits <= 0) return;
+    young = std::min(young, static_cast<double>(taken) / digits);
+    excess += static_cast<double>(taken) - young * digits;
   }
 
   enum class Outcome { kConverged, kIndefinite, kSlow };
@@ -290,11 +313,11 @@ bool SymmetricSolver::FactorizeDirectly(const SparseMatrix& matrix, bool definit
 }
 
 bool SymmetricSolver::Factorize(const SparseMatrix& matrix, bool definite,
-                                const std::vector<char>& fixed) {
+                                const std::vector<char>& fixed, bool renew) {
   indefinite_ = false;
   if (direct_) return FactorizeDirectly(matrix, definite);
   matrix_ = &matrix;
-  if (iterative_->Factorize(matrix, fixed)) return true;
+  if (iterative_->Factorize(matrix, fixed, renew)) return true;
   indefinite_ = true;
   return false;
 }
@@ -304,8 +327,10 @@ bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
     using Outcome = Iterative::Outcome;
     const int most = worth_ > 0 ? worth_ : kMostIterations;
     Iterative::Load(*x, &iterative_->x);
+    const long before = iterations_;
     const Outcome outcome = iterative_->Solve(b, tolerance * b.norm(), most, &iterations_);
     if (outcome == Outcome::kConverged) {
+      iterative_->CountAge(-std::log10(tolerance), iterations_ - before);
       iterative_->Store(x);
       return x->allFinite();
     }

@@ -81,9 +81,9 @@ class SymmetricSolver {
   ~SymmetricSolver();
 
   // Rows of `fixed` unknowns are diagonal. False: a zero pivot, with `definite` a negative one, or
-  // (iterative) none of a definite matrix.
+  // (iterative) none of a definite matrix. `renew`: what was found for earlier matrices is of no use.
   bool Factorize(const SparseMatrix& matrix, bool definite = false,
-                 const std::vector<char>& fixed = {});
+                 const std::vector<char>& fixed = {}, bool renew = true);
   // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations begin at x and
   // go on until the true residual falls below `tolerance` of b. False: it did not.
   bool Solve(const Eigen::VectorXd& b, double tolerance, Eigen::VectorXd* x);
