@@ -17,8 +17,6 @@ using Eigen::VectorXd;
 
 template <int kNodes>
 using Gradients = Eigen::Matrix<double, 3, kNodes>;
-template <int kNodes>
-using Starts = std::array<int, kNodes>;
 
 // Of the shape functions at one quadrature point.
 template <int kNodes>
@@ -36,10 +34,19 @@ Gradients<kNodes> GradientsOf(const TetGeometry& geometry, const Vector4d& bary)
   }
 }
 
-// Adds the stiffness of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
+// Between the displacements of an element's nodes: of component i of node a and k of node b, where
+// not b < a.
+template <int kNodes>
+struct Stiffness {
+  std::array<std::array<std::array<std::array<double, kNodes>, 3>, 3>, kNodes> of{};  // b, i, k, a
+
+  double& at(int a, int i, int b, int k) { return of[Index(b)][Index(i)][Index(k)][Index(a)]; }
+};
+
+// Adds that of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
 template <int kNodes>
 void AddStiffness(const Matrix9d& D, const Gradients<kNodes>& gradients, double weight,
-                  const Starts<kNodes>& start, ElementMatrix* block) {
+                  Stiffness<kNodes>* stiffness) {
   for (int b = 0; b < kNodes; ++b) {
     std::array<Matrix3d, 3> T;
     for (int J = 0; J < 3; ++J) {
@@ -48,35 +55,47 @@ void AddStiffness(const Matrix9d& D, const Gradients<kNodes>& gradients, double 
                               D.block<3, 3>(3 * J, 6) * gradients(2, b));
     }
     for (int a = 0; a <= b; ++a) {
-      block->block<3, 3>(start[Index(a)], start[Index(b)]) +=
-          gradients(0, a) * T[0] + gradients(1, a) * T[1] + gradients(2, a) * T[2];
+      const Matrix3d K = gradients(0, a) * T[0] + gradients(1, a) * T[1] + gradients(2, a) * T[2];
+      for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) stiffness->at(a, i, b, k) += K(i, k);
+      }
     }
   }
 }
 
 // The same from derivatives with respect to the invariants:
 //   K_ab = c_I g_a.g_b 1 + c_FF f_a f_b^T + c_JJ h_a h_b^T + c_J [F (g_a x g_b)],
-// f = F g, h = cof F g, and [w] v = v x w.
+// f = F g, h = cof F g, and [w] v = v x w. Node by node side by side.
 template <int kNodes>
 void AddStiffness(const MaterialLaw::InvariantTangent& c, const Matrix3d& F,
                   const Matrix3d& cofactor, const Gradients<kNodes>& gradients, double weight,
-                  const Starts<kNodes>& start, ElementMatrix* block) {
-  const Gradients<kNodes> f = F * gradients, h = cofactor * gradients;
-  const double c_I = weight * c.identity, c_FF = weight * c.along, c_JJ = weight * c.volume;
+                  Stiffness<kNodes>* stiffness) {
+  using Rows = Eigen::Matrix<double, 3, kNodes, Eigen::RowMajor>;
+  const Rows g = gradients, f = F * gradients, h = cofactor * gradients;
   const Matrix3d turned = weight * c.pressure * F;
   for (int b = 0; b < kNodes; ++b) {
-    const Vector3d g = gradients.col(b), along = c_FF * f.col(b), volume = c_JJ * h.col(b);
-    for (int a = 0; a <= b; ++a) {
-      const Vector3d w = turned * gradients.col(a).cross(g);
-      Matrix3d K = f.col(a) * along.transpose() + h.col(a) * volume.transpose();
-      K.diagonal().array() += c_I * gradients.col(a).dot(g);
-      K(0, 1) += w[2];
-      K(1, 0) -= w[2];
-      K(0, 2) -= w[1];
-      K(2, 0) += w[1];
-      K(1, 2) += w[0];
-      K(2, 1) -= w[0];
-      block->block<3, 3>(start[Index(a)], start[Index(b)]) += K;
+    const Vector3d g_b = gradients.col(b), along = weight * c.along * f.col(b),
+                   volume = weight * c.volume * h.col(b), same = weight * c.identity * g_b;
+    Matrix3d across;  // times g_a is g_a x g_b
+    across << 0, g_b[2], -g_b[1], -g_b[2], 0, g_b[0], g_b[1], -g_b[0], 0;
+    const Matrix3d M = turned * across;
+    auto& K = stiffness->of[Index(b)];
+    for (int a = 0; a < kNodes; ++a) {
+      const auto at = Index(a);
+      const double g0 = g(0, a), g1 = g(1, a), g2 = g(2, a);
+      const double equal = same[0] * g0 + same[1] * g1 + same[2] * g2;
+      const double w0 = M(0, 0) * g0 + M(0, 1) * g1 + M(0, 2) * g2;
+      const double w1 = M(1, 0) * g0 + M(1, 1) * g1 + M(1, 2) * g2;
+      const double w2 = M(2, 0) * g0 + M(2, 1) * g1 + M(2, 2) * g2;
+      K[0][0][at] += f(0, a) * along[0] + h(0, a) * volume[0] + equal;
+      K[0][1][at] += f(0, a) * along[1] + h(0, a) * volume[1] + w2;
+      K[0][2][at] += f(0, a) * along[2] + h(0, a) * volume[2] - w1;
+      K[1][0][at] += f(1, a) * along[0] + h(1, a) * volume[0] - w2;
+      K[1][1][at] += f(1, a) * along[1] + h(1, a) * volume[1] + equal;
+      K[1][2][at] += f(1, a) * along[2] + h(1, a) * volume[2] + w0;
+      K[2][0][at] += f(2, a) * along[0] + h(2, a) * volume[0] + w1;
+      K[2][1][at] += f(2, a) * along[1] + h(2, a) * volume[1] - w0;
+      K[2][2][at] += f(2, a) * along[2] + h(2, a) * volume[2] + equal;
     }
   }
 }
@@ -188,49 +207,37 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
   const double bulk = mixed ? 0 : 1 / law_.compressibility();
   const double c = regularised ? std::max(law_.compressibility(), kLeastCompressibility)
                                : law_.compressibility();
-  Starts<kNodes> start{};
-  for (int i = 1; i < kNodes; ++i) {
-    start[Index(i)] = start[Index(i) - 1] + layout_.local_size(i - 1);
-  }
-  ElementMatrix block(layout_.element_size(), layout_.element_size());
   for (int e = 0; e < mesh_.element_count(); ++e) {
     const Local<kNodes> local = Gather<kNodes>(x, e);
-    block.setZero();
+    Stiffness<kNodes> stiffness;
+    // Between displacements and pressures; columns are the latter.
+    Eigen::Matrix<double, 3 * kNodes, 4> coupling = Eigen::Matrix<double, 3 * kNodes, 4>::Zero();
     for (const auto& q : QuadratureOf(kNodes)) {
       const double w = q.weight * local.geometry.volume;
       const Gradients<kNodes> gradients = GradientsOf<kNodes>(local.geometry, q.bary);
       const Matrix3d H = local.u * gradients.transpose();
       const bool linear = law_.law() == FemOptions::Law::kLinear;
-      const bool by_invariants = law_.HasInvariantTangent() && tangent.removed == 0;
       MaterialLaw::Point point;
       if (mixed || !linear) point = law_.At(H);
       const double p = mixed ? local.p.dot(q.bary) : linear ? 0 : bulk * point.g;
-      if (by_invariants) {
+      if (law_.HasInvariantTangent() && tangent.removed == 0) {
         AddStiffness<kNodes>(law_.InvariantTangentAt(H, p, bulk), Matrix3d::Identity() + H,
-                             point.volume_stress, gradients, w, start, &block);
+                             point.volume_stress, gradients, w, &stiffness);
       } else {
-        AddStiffness<kNodes>(law_.TangentAt(H, p, bulk, tangent), gradients, w, start, &block);
+        AddStiffness<kNodes>(law_.TangentAt(H, p, bulk, tangent), gradients, w, &stiffness);
       }
       if (!mixed) continue;
       const Gradients<kNodes> changes = w * point.volume_stress * gradients;
-      for (int a = 0; a < kNodes; ++a) {
-        for (int i = 0; i < 4; ++i) {
-          const int row = start[Index(a)], column = 4 * i + 3;
-          if (row < column) {
-            block.template block<3, 1>(row, column) += q.bary[i] * changes.col(a);
-          } else {
-            block.template block<1, 3>(column, row) += q.bary[i] * changes.col(a).transpose();
-          }
-        }
-      }
+      coupling += changes.reshaped() * q.bary.transpose();
     }
-    for (int i = 0; mixed && i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
-        const double share = kNodes == 4 ? (i == j ? 0.25 : 0) : (i == j ? 0.1 : 0.05);
-        if (i <= j) block(4 * i + 3, 4 * j + 3) -= c * share * local.geometry.volume;
-      }
-    }
-    layout_.Add(e, block, matrix);
+    const auto entry = [&](int a, int i, int b, int k) {
+      if (i < 3 && k < 3) return stiffness.at(a, i, b, k);
+      if (i < 3) return coupling(3 * a + i, b);
+      if (k < 3) return coupling(3 * b + k, a);
+      const double share = kNodes == 4 ? (a == b ? 0.25 : 0) : (a == b ? 0.1 : 0.05);
+      return -c * share * local.geometry.volume;
+    };
+    layout_.Add(e, entry, matrix);
   }
 }
 
@@ -284,16 +291,12 @@ void ElasticBody::AddMass(double factor, bool lumped, SparseMatrix* matrix) cons
     const VectorXd diagonal = products.diagonal() / products.diagonal().sum();
     products = diagonal.asDiagonal();
   }
-  ElementMatrix block(layout_.element_size(), layout_.element_size());
   for (int e = 0; e < mesh_.element_count(); ++e) {
-    block.setZero();
-    for (int b = 0, column = 0; b < n; column += layout_.local_size(b), ++b) {
-      for (int a = 0, row = 0; a < n; row += layout_.local_size(a), ++a) {
-        const double mass = factor * products(a, b) * geometry_[Index(e)].volume;
-        for (int c = 0; c < 3; ++c) block(row + c, column + c) = mass;
-      }
-    }
-    layout_.Add(e, block, matrix);
+    const double mass = factor * geometry_[Index(e)].volume;
+    const auto entry = [&](int a, int i, int b, int k) {
+      return i == k && i < 3 ? mass * products(a, b) : 0;
+    };
+    layout_.Add(e, entry, matrix);
   }
 }
 

@@ -120,7 +120,7 @@ double Equilibrium::Weigh(const Balance& balance) {
 // Rows and columns of fixed unknowns become those of the identity; the points' rows add what makes
 // them definite by themselves, C^T C times a stiffness.
 void Equilibrium::Constrain(const Balance& balance) {
-  row_penalty_ = stiffness_.diagonal().cwiseAbs().maxCoeff();
+  row_penalty_ = system_.diagonal().cwiseAbs().maxCoeff();
   for (const auto& row : balance.rows) {
     for (const auto& [i, weight_i] : row.weights) {
       for (const auto& [j, weight_j] : row.weights) {
@@ -173,7 +173,8 @@ bool Equilibrium::PrepareRows(const Balance& balance) {
   return true;
 }
 
-bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const Tangent& tangent) {
+bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const Tangent& tangent,
+                                bool first) {
   std::copy_n(layout_.pattern().valuePtr(), system_.nonZeros(), system_.valuePtr());
   const bool regularise = layout_.has_pressure();
   body_.AddTangent(x, tangent, regularise, &system_);
@@ -181,7 +182,9 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
     Eigen::Map<VectorXd>(system_.valuePtr(), system_.nonZeros()) +=
         Eigen::Map<const VectorXd>(balance.inertia->valuePtr(), system_.nonZeros());
   }
-  if (!linear()) std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
+  if (!linear() && first) {
+    std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
+  }
   Constrain(balance);
   return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed, steps_ == 0);
 }
@@ -205,7 +208,7 @@ bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
     expected_negative_ += !balance->fixed[Index(layout_.pressure(i))];
   }
   const auto stepped = [&](const Tangent& tangent) {
-    factored_ = FactorTangent(*balance, x, tangent) &&
+    factored_ = FactorTangent(*balance, x, tangent, first) &&
                 (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
     if (!factored_) {
       return Fail("the stiffness is not positive: the body is free to move or has collapsed");

@@ -70,7 +70,8 @@ class Equilibrium {
   double Potential(const Balance& balance, const Eigen::VectorXd& x);
   double Weigh(const Balance& balance);
   bool Prepare(Balance* balance, const Eigen::VectorXd& x, bool first);
-  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x, const Tangent& tangent);
+  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x, const Tangent& tangent,
+                     bool first);
   void Constrain(const Balance& balance);
   bool PrepareRows(const Balance& balance);
   [[nodiscard]] double Accuracy() const;
@@ -87,7 +88,7 @@ class Equilibrium {
   const ElasticBody& body_;
   Options options_;
   SymmetricSolver solver_;
-  SparseMatrix stiffness_;  // of the linear law, else of the last tangent, free of constraints
+  SparseMatrix stiffness_;  // of the linear law, else where a solution begins; free of constraints
   SparseMatrix system_;     // the factorised matrix
   std::optional<Eigen::LDLT<Eigen::MatrixXd>> row_factor_;
   Eigen::MatrixXd row_matrix_, row_columns_;  // C A^-1 C^T, A^-1 C^T

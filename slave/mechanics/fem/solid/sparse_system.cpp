@@ -117,40 +117,6 @@ void BlockLayout::FindPositions(const std::vector<std::vector<int>>& upper) {
   }
 }
 
-void BlockLayout::Add(int element, const ElementMatrix& block, SparseMatrix* matrix) const {
-  const auto nodes = mesh_.element(element);
-  const int n = mesh_.nodes_per_element;
-  const int* position = &positions_[Index(element) * Index(n * (n + 1) / 2)];
-  const int* outer = matrix->outerIndexPtr();
-  double* values = matrix->valuePtr();
-  const auto stride = block.rows();
-  for (int j = 0, first_j = 0; j < n; first_j += local_size(j), ++j) {
-    const int size_j = local_size(j), rank_j = rank_[Index(nodes[Index(j)])];
-    const int unknown_j = first(nodes[Index(j)]);
-    for (int i = 0, first_i = 0; i <= j; first_i += local_size(i), ++i, ++position) {
-      const int size_i = local_size(i);
-      const double* from = block.data() + first_i + stride * first_j;
-      if (i == j) {
-        for (int c = 0; c < size_j; ++c) {
-          double* target = values + outer[unknown_j + c] + *position;
-          for (int r = 0; r <= c; ++r) target[r] += from[r + stride * c];
-        }
-      } else if (rank_[Index(nodes[Index(i)])] <= rank_j) {
-        for (int c = 0; c < size_j; ++c) {
-          double* target = values + outer[unknown_j + c] + *position;
-          for (int r = 0; r < size_i; ++r) target[r] += from[r + stride * c];
-        }
-      } else {
-        const int unknown_i = first(nodes[Index(i)]);
-        for (int r = 0; r < size_i; ++r) {
-          double* target = values + outer[unknown_i + r] + *position;
-          for (int c = 0; c < size_j; ++c) target[c] += from[r + stride * c];
-        }
-      }
-    }
-  }
-}
-
 void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd* y) {
   const int* outer = upper.outerIndexPtr();
   const int* inner = upper.innerIndexPtr();

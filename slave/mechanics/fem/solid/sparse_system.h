@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include "shared/geometry/index.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 
@@ -42,8 +43,33 @@ class BlockLayout {
 
   // The pattern, all values zero.
   [[nodiscard]] const SparseMatrix& pattern() const { return pattern_; }
-  // Adds an element's matrix (node by node, as local_size counts; its upper triangle).
-  void Add(int element, const ElementMatrix& block, SparseMatrix* matrix) const;
+  // Adds an element's matrix: entry(a, i, b, k) is what is between unknown i of node a and k of
+  // node b of the element, not b < a.
+  template <typename Entry>
+  void Add(int element, Entry&& entry, SparseMatrix* matrix) const {
+    const auto nodes = mesh_.element(element);
+    const int n = mesh_.nodes_per_element;
+    const int* position = &positions_[Index(element) * Index(n * (n + 1) / 2)];
+    const int* outer = matrix->outerIndexPtr();
+    for (int b = 0; b < n; ++b) {
+      const int first_b = first(nodes[Index(b)]), size_b = local_size(b);
+      for (int a = 0; a <= b; ++a, ++position) {
+        const int first_a = first(nodes[Index(a)]), size_a = local_size(a);
+        double* to = matrix->valuePtr() + *position;
+        if (first_a <= first_b) {
+          for (int k = 0; k < size_b; ++k) {
+            double* column = to + outer[first_b + k];
+            for (int i = 0; i < (a == b ? k + 1 : size_a); ++i) column[i] += entry(a, i, b, k);
+          }
+        } else {
+          for (int i = 0; i < size_a; ++i) {
+            double* column = to + outer[first_a + i];
+            for (int k = 0; k < size_b; ++k) column[k] += entry(a, i, b, k);
+          }
+        }
+      }
+    }
+  }
 
  private:
   void BuildPattern(const std::vector<std::vector<int>>& upper);
@@ -81,7 +107,8 @@ class SymmetricSolver {
   ~SymmetricSolver();
 
   // Rows of `fixed` unknowns are diagonal. False: a zero pivot, with `definite` a negative one, or
-  // (iterative) none of a definite matrix. `renew`: what was found for earlier matrices is of no use.
+  // (iterative) none of a definite matrix. `renew`: what was found for earlier matrices is of no
+  // use.
   bool Factorize(const SparseMatrix& matrix, bool definite = false,
                  const std::vector<char>& fixed = {}, bool renew = true);
   // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations begin at x and
