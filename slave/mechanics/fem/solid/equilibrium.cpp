@@ -45,7 +45,8 @@ Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, con
       body_(body),
       options_(options),
       solver_(layout.pattern(), options.limits,
-              layout.has_pressure() ? std::vector<Eigen::Vector3d>{} : layout.Points()),
+              layout.has_pressure() ? std::vector<Eigen::Vector3d>{} : layout.Points(),
+              options.progress),
       stiffness_(layout.pattern()),
       system_(layout.pattern()) {
   const VectorXd rest = VectorXd::Zero(layout.size());
@@ -221,7 +222,8 @@ bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
   if (!raised_) removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
   raised_ = false;
   while (!stepped({removed_, false})) {
-    if (removed_ >= 1 || (factored_ && !solver_.indefinite())) return false;
+    const bool stopped = options_.progress != nullptr && options_.progress->stopped();
+    if (stopped || removed_ >= 1 || (factored_ && !solver_.indefinite())) return false;
     removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
     raised_ = !solver_.is_direct();
   }
@@ -297,7 +299,10 @@ bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
   if (balance->row_force.size() != static_cast<int>(balance->rows.size())) {
     balance->row_force.setZero(static_cast<int>(balance->rows.size()));
   }
-  if (!Iterate(balance, x)) return false;
+  if (!Iterate(balance, x)) {
+    return options_.progress != nullptr && options_.progress->stopped() ? Fail("interrupted")
+                                                                        : false;
+  }
   return x->allFinite() && x->lpNorm<Eigen::Infinity>() < std::numeric_limits<double>::max();
 }
 
@@ -332,6 +337,10 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
     if (!std::isfinite(energy_) || std::isnan(relative_)) return Fail("the solution is not finite");
     if (!moves && relative_ <= goal && !(counted && steps_ == 0)) return KeepsVolume(*x);
     if (counted && steps_ >= most) return true;
+    if (options_.progress != nullptr) {
+      options_.progress->Reach(relative_, goal);
+      if (!options_.progress->Continue()) return Fail("interrupted");
+    }
     stalled = relative_ < 0.9 * best || moves ? 0 : stalled + 1;
     best = std::min(best, relative_);
     if (steps_ >= most || (linear() && stalled > 4)) {

@@ -44,6 +44,7 @@ class Equilibrium {
     int linear_solves = 0;   // exactly so many without line search; 0: until `residual`
     bool warped = false;     // the tangent that holds the co-rotational law's rotations
     SymmetricSolver::Limits limits;
+    fem::SearchProgress* progress = nullptr;  // of long searches; may be null, else outlives this
   };
   // Keeps references. The linear law assembles its matrix here.
   Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);

@@ -77,14 +77,17 @@ SolidParams Checked(const SolidParams& params) {
   return params;
 }
 
-Equilibrium::Options SolidParams::SolverOptions() const {
+Equilibrium::Options SolidParams::SolverOptions(fem::SearchProgress* progress) const {
   Equilibrium::Options solver;
   solver.residual = options.residual;
   solver.limits = limits;
   if (dynamic()) {
     solver.linear_solves = options.newton;
     solver.warped = options.newton > 0 && options.tangent == FemOptions::Tangent::kWarped;
-  } else if (!linear()) {
+    return solver;
+  }
+  solver.progress = progress;
+  if (!linear()) {
     solver.limits.iterated_flops = std::min(limits.iterated_flops, kFactorOnce);
   }
   return solver;

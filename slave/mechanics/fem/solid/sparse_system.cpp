@@ -146,7 +146,7 @@ struct SymmetricSolver::Iterative {
 
   Iterative(const SparseMatrix& scalars, std::span<const Eigen::Vector3d> points)
       : pattern(PatternOf(scalars)), matrix(pattern), grids(points, pattern) {
-    for (auto* v : {&free, &x, &r, &z, &d, &Ad}) v->resize(points.size());
+    for (auto* vector : {&free, &x, &r, &z, &d, &Ad}) vector->resize(points.size());
   }
 
   static fem::BlockPattern PatternOf(const SparseMatrix& upper) {
@@ -179,8 +179,8 @@ struct SymmetricSolver::Iterative {
         double* mirrored = matrix.block(pattern.transpose[Index(k)]);
         for (int c = 0; c < 3; ++c) {
           const double* column = values + outer[3 * node + c] + 3 * (k - first);
-          for (int r = 0; r < (k == last ? c + 1 : 3); ++r) {
-            lower[c + 3 * r] = mirrored[r + 3 * c] = column[r];
+          for (int i = 0; i < (k == last ? c + 1 : 3); ++i) {
+            lower[c + 3 * i] = mirrored[i + 3 * c] = column[i];
           }
         }
       }
@@ -216,17 +216,24 @@ struct SymmetricSolver::Iterative {
     excess += static_cast<double>(taken) - young * digits;
   }
 
-  enum class Outcome { kConverged, kIndefinite, kSlow };
+  enum class Outcome { kConverged, kIndefinite, kSlow, kStopped };
   // Restarted from the true residual until that one, not the recurrence, is small.
-  Outcome Solve(const VectorXd& b, double goal, int most, long* iterations) {
+  Outcome Solve(const VectorXd& b, double goal, int most, long* iterations,
+                fem::SearchProgress* progress) {
     for (int restart = 0; restart < kMostRestarts; ++restart) {
       Load(b, &r);
       matrix.Multiply(x, Ad);
       fem::Add(-1, Ad, r);
       if (fem::Norm(r) <= goal) return Outcome::kConverged;
       double rho = 0;
-      for (int step = 0; fem::Norm(r) > goal; ++step, ++*iterations) {
+      for (int step = 0;; ++step, ++*iterations) {
+        const double size = fem::Norm(r);
+        if (size <= goal) break;
         if (step >= most) return Outcome::kSlow;
+        if (progress != nullptr) {
+          progress->ReachInner(size, goal);
+          if (!progress->Continue()) return Outcome::kStopped;
+        }
         grids.Solve(r, z);
         const double next = fem::Dot(r, z);
         if (!(next > 0)) return Outcome::kIndefinite;
@@ -248,8 +255,9 @@ struct SymmetricSolver::Iterative {
 };
 
 SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limits,
-                                 std::span<const Eigen::Vector3d> points)
-    : factor_(std::make_unique<SparseLdlt>(pattern)) {
+                                 std::span<const Eigen::Vector3d> points,
+                                 fem::SearchProgress* progress)
+    : progress_(progress), factor_(std::make_unique<SparseLdlt>(pattern)) {
   memory_bytes_ = factor_->entries() * sizeof(double);
   const double flops = factor_->flops();
   const bool fits = memory_bytes_ <= limits.factor_bytes && flops <= limits.factor_flops;
@@ -273,7 +281,10 @@ SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limi
 SymmetricSolver::~SymmetricSolver() = default;
 
 bool SymmetricSolver::FactorizeDirectly(const SparseMatrix& matrix, bool definite) {
-  if (!factor_->Factorize(matrix, definite)) return false;
+  const auto go_on = [this](double done) {
+    return progress_ == nullptr || progress_->ContinueFactor(done);
+  };
+  if (!factor_->Factorize(matrix, definite, go_on)) return false;
   negative_pivots_ = factor_->negative_pivots();
   return true;
 }
@@ -294,14 +305,15 @@ bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
     const int most = worth_ > 0 ? worth_ : kMostIterations;
     Iterative::Load(*x, &iterative_->x);
     const long before = iterations_;
-    const Outcome outcome = iterative_->Solve(b, tolerance * b.norm(), most, &iterations_);
+    const Outcome outcome =
+        iterative_->Solve(b, tolerance * b.norm(), most, &iterations_, progress_);
     if (outcome == Outcome::kConverged) {
       iterative_->CountAge(-std::log10(tolerance), iterations_ - before);
       iterative_->Store(x);
       return x->allFinite();
     }
     indefinite_ = outcome == Outcome::kIndefinite;
-    if (indefinite_ || worth_ == 0) return false;
+    if (outcome != Outcome::kSlow || worth_ == 0) return false;
     // Iterations are slow with this body: a factor serves it from now on.
     factor_->Allocate(*matrix_);
     memory_bytes_ = factor_->entries() * sizeof(double);

@@ -11,6 +11,7 @@
 #include <Eigen/SparseCore>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 
@@ -102,8 +103,10 @@ class SymmetricSolver {
   };
   // Analyses the pattern (upper triangle, ordered to be sparse). `points`: where its nodes are,
   // three unknowns each; without them nothing is iterated. O(entries of the factor).
+  // `progress` is asked on the way whether to stop; may be null, else it outlives this.
   SymmetricSolver(const SparseMatrix& pattern, const Limits& limits,
-                  std::span<const Eigen::Vector3d> points = {});
+                  std::span<const Eigen::Vector3d> points = {},
+                  fem::SearchProgress* progress = nullptr);
   ~SymmetricSolver();
 
   // Rows of `fixed` unknowns are diagonal. False: a zero pivot, with `definite` a negative one, or
@@ -128,6 +131,7 @@ class SymmetricSolver {
   struct Iterative;
   bool FactorizeDirectly(const SparseMatrix& matrix, bool definite);
 
+  fem::SearchProgress* progress_;
   bool direct_ = true, indefinite_ = false;
   int negative_pivots_ = -1;
   int worth_ = 0;  // of a factor, in iterations; 0: there is no room for one
