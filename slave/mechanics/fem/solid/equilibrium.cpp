@@ -17,8 +17,9 @@ constexpr int kMostHalvings = 40;
 constexpr double kLeastRemoved = 1.0 / 64;  // of negative curvature, if any
 constexpr double kVolume = 1e-8;            // change of volume over displacement that is none
 constexpr double kArmijo = 1e-4;
-constexpr double kRounding = 1e-14;    // of energies and forces
-constexpr double kStartShare = 1e-6;   // of the forces at the start that a residual is relative to
+constexpr double kRounding = 1e-14;   // of energies and forces
+constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
+constexpr int kRowRefinements = 8;
 constexpr double kMostForcing = 1e-2;  // of the residual, left by one iterated step
 constexpr double kAim = 1e-2;          // of the residual asked for, where steps are iterated
 constexpr double kTight = 1e-11;       // residual of one linear solve that costs no more to reach
@@ -256,17 +257,25 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
     for (int k = 0; k < count; ++k) {
       const PointRow& row = balance->rows[Index(k)];
       gap[k] = row.value;
-      double moved = 0;
       for (const auto& [unknown, weight] : row.weights) {
-        const bool fixed = balance->fixed[Index(unknown)];
-        gap[k] -= weight * (fixed ? balance->given[unknown] : x[unknown]);
-        if (!fixed) moved += weight * step_[unknown];
+        gap[k] -= weight * (balance->fixed[Index(unknown)] ? balance->given[unknown] : x[unknown]);
       }
-      missing[k] = gap[k] - moved;
     }
-    const VectorXd m = row_factor_->solve(missing);
-    step_ += row_columns_ * m;
-    balance->row_force += m - row_penalty_ * gap;
+    balance->row_force -= row_penalty_ * gap;
+    // Iterated columns are right in part; what the points must move by is exact all the same, since
+    // else their forces work.
+    for (int refinement = 0; refinement < (solver_.is_direct() ? 1 : kRowRefinements);
+         ++refinement) {
+      missing = gap;
+      for (int k = 0; k < count; ++k) {
+        for (const auto& [unknown, weight] : balance->rows[Index(k)].weights) {
+          if (!balance->fixed[Index(unknown)]) missing[k] -= weight * step_[unknown];
+        }
+      }
+      const VectorXd m = row_factor_->solve(missing);
+      step_ += row_columns_ * m;
+      balance->row_force += m;
+    }
   }
   if (first) {
     for (int i = 0; i < x.size(); ++i) {
@@ -343,6 +352,8 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
     }
     stalled = relative_ < 0.9 * best || moves ? 0 : stalled + 1;
     best = std::min(best, relative_);
+    if (stalled > 0 && !moves && !linear() && !counted && relative_ <= options_.residual)
+      return true;
     if (steps_ >= most || (linear() && stalled > 4)) {
       if (relative_ <= options_.residual) return KeepsVolume(*x);
       return Fail(linear() ? "the linear solver does not reach the requested residual"
