@@ -122,11 +122,11 @@ double Equilibrium::Weigh(const Balance& balance) {
 // Rows and columns of fixed unknowns become those of the identity; the points' rows add what makes
 // them definite by themselves, C^T C times a stiffness.
 void Equilibrium::Constrain(const Balance& balance) {
-  row_penalty_ = system_.diagonal().cwiseAbs().maxCoeff();
+  rows_.penalty = system_.diagonal().cwiseAbs().maxCoeff();
   for (const auto& row : balance.rows) {
     for (const auto& [i, weight_i] : row.weights) {
       for (const auto& [j, weight_j] : row.weights) {
-        if (i <= j) system_.coeffRef(i, j) += row_penalty_ * weight_i * weight_j;
+        if (i <= j) system_.coeffRef(i, j) += rows_.penalty * weight_i * weight_j;
       }
     }
   }
@@ -134,7 +134,7 @@ void Equilibrium::Constrain(const Balance& balance) {
     const bool fixed_column = balance.fixed[Index(column)];
     for (SparseMatrix::InnerIterator entry(system_, column); entry; ++entry) {
       if (fixed_column || balance.fixed[static_cast<std::size_t>(entry.row())]) {
-        entry.valueRef() = entry.row() == column ? row_penalty_ : 0;
+        entry.valueRef() = entry.row() == column ? rows_.penalty : 0;
       }
     }
   }
@@ -142,33 +142,33 @@ void Equilibrium::Constrain(const Balance& balance) {
 
 bool Equilibrium::PrepareRows(const Balance& balance) {
   const int count = static_cast<int>(balance.rows.size());
-  if (!columns_known_) row_columns_.setZero(layout_.size(), count);
-  columns_known_ = true;
-  row_matrix_.resize(count, count);
+  if (!rows_.has_columns) rows_.columns.setZero(layout_.size(), count);
+  rows_.has_columns = true;
+  rows_.matrix.resize(count, count);
   for (int k = 0; k < count; ++k) {
     right_.setZero();
     for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
       if (!balance.fixed[Index(unknown)]) right_[unknown] = weight;
     }
-    step_ = row_columns_.col(k);
+    step_ = rows_.columns.col(k);
     if (!solver_.Solve(right_, linear() ? 0.01 * options_.residual : Accuracy(), &step_)) {
-      columns_known_ = false;
+      rows_.has_columns = false;
       return Fail("the linear solver did not converge");
     }
-    row_columns_.col(k) = step_;
+    rows_.columns.col(k) = step_;
   }
   for (int k = 0; k < count; ++k) {
     for (int l = 0; l < count; ++l) {
       double sum = 0;
       for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
-        if (!balance.fixed[Index(unknown)]) sum += weight * row_columns_(unknown, l);
+        if (!balance.fixed[Index(unknown)]) sum += weight * rows_.columns(unknown, l);
       }
-      row_matrix_(k, l) = sum;
+      rows_.matrix(k, l) = sum;
     }
   }
-  row_matrix_ = (0.5 * (row_matrix_ + row_matrix_.transpose())).eval();
-  row_factor_.emplace(row_matrix_);
-  const auto pivots = row_factor_->vectorD();
+  rows_.matrix = (0.5 * (rows_.matrix + rows_.matrix.transpose())).eval();
+  rows_.factor.emplace(rows_.matrix);
+  const auto pivots = rows_.factor->vectorD();
   if (!(pivots.minCoeff() > 1e-10 * pivots.maxCoeff())) {
     return Fail("prescribed displacements contradict each other or the fixed nodes of the scene");
   }
@@ -261,7 +261,7 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
         gap[k] -= weight * (balance->fixed[Index(unknown)] ? balance->given[unknown] : x[unknown]);
       }
     }
-    balance->row_force -= row_penalty_ * gap;
+    balance->row_force -= rows_.penalty * gap;
     // Iterated columns are right in part; what the points must move by is exact all the same, since
     // else their forces work.
     for (int refinement = 0; refinement < (solver_.is_direct() ? 1 : kRowRefinements);
@@ -272,8 +272,8 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
           if (!balance->fixed[Index(unknown)]) missing[k] -= weight * step_[unknown];
         }
       }
-      const VectorXd m = row_factor_->solve(missing);
-      step_ += row_columns_ * m;
+      const VectorXd m = rows_.factor->solve(missing);
+      step_ += rows_.columns * m;
       balance->row_force += m;
     }
   }

@@ -53,7 +53,7 @@ class Equilibrium {
   // unusable. Allocates only when `rows` grow, and for the factorisation.
   bool Solve(Balance* balance, Eigen::VectorXd* x);
   // Call when fixed unknowns, rows or inertia differ from the last Solve.
-  void Changed() { factored_ = columns_known_ = false; }
+  void Changed() { factored_ = rows_.has_columns = false; }
 
   // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
   [[nodiscard]] const Eigen::VectorXd& unbalanced() const { return residual_; }
@@ -91,16 +91,20 @@ class Equilibrium {
   SymmetricSolver solver_;
   SparseMatrix stiffness_;  // of the linear law, else where a solution begins; free of constraints
   SparseMatrix system_;     // the factorised matrix
-  std::optional<Eigen::LDLT<Eigen::MatrixXd>> row_factor_;
-  Eigen::MatrixXd row_matrix_, row_columns_;  // C A^-1 C^T, A^-1 C^T
-  double row_penalty_ = 0;
+  // Of moved points.
+  struct Rows {
+    std::optional<Eigen::LDLT<Eigen::MatrixXd>> factor;
+    Eigen::MatrixXd matrix, columns;  // C A^-1 C^T, A^-1 C^T
+    bool has_columns = false;
+    double penalty = 0;
+  } rows_;
 
   std::optional<PressureUpdate> pressure_;  // where it is an unknown and the law not linear
 
   Eigen::VectorXd residual_, right_, step_, trial_, product_;
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
-  bool factored_ = false, columns_known_ = false;
+  bool factored_ = false;
   bool raised_ = false;  // what is removed, by the last step
   std::string_view failure_;
 };
