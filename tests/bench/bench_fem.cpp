@@ -4,8 +4,9 @@
 // opposite face with up to 0.1 N, ramped over 4 s; implicit Euler, 20 ms, Rayleigh damping 1.0 /s
 // and 0.01 s, one linear solve per step, one thread. Times are CPU times of a step; `residual` is
 // the largest relative one of the linear systems, in double precision; `error` that of the final
-// displacement against a tolerance of 1e-12; `solves` the median in units of one solution with a
-// factor of Eigen's SimplicialLDLT at hand, `sweeps` in units of reading the matrix once.
+// displacement against a tolerance of 1e-12; `tail` p99 over the median; `solves` the median in
+// units of one solution with a factor of Eigen's SimplicialLDLT at hand, `sweeps` in units of
+// reading the matrix once.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,6 +30,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kSide = 0.06, kForce = 0.1, kRamp = 4, kStep = 0.02;
+constexpr double kSwing = 1.5, kPeriod = 1;  // of a force that swings sideways [N, s]
 
 double CpuSeconds() {
   timespec now{};
@@ -74,7 +76,7 @@ struct Track {
   double dof = 0;
 };
 
-Track Press(const SolidMesh& mesh, double width, double residual, int steps) {
+Track Press(const SolidMesh& mesh, double width, double residual, int steps, bool swings = false) {
   std::vector<std::array<bool, 3>> held;
   int touched = 0;
   const Vector3d centre(kSide, kSide / 2, kSide / 2);
@@ -100,6 +102,7 @@ Track Press(const SolidMesh& mesh, double width, double residual, int steps) {
   track.dof = static_cast<double>(model.info().dof);
   for (int step = 1; step <= steps; ++step) {
     contact.prescribed_O = {-kForce * std::min(1.0, step * kStep / kRamp), 0, 0};
+    if (swings) contact.prescribed_O = {0, 0, kSwing * std::sin(2 * M_PI * step * kStep / kPeriod)};
     const double start = CpuSeconds();
     model.Respond({&contact, 1}, {&response, 1});
     track.seconds.push_back(CpuSeconds() - start);
@@ -172,6 +175,7 @@ void ImplicitStep(benchmark::State& state) {
   }
   const auto p99 = static_cast<std::size_t>(0.99 * static_cast<double>(track.seconds.size()));
   state.counters["p99_ms"] = 1e3 * track.seconds[p99];
+  state.counters["tail"] = track.seconds[p99] / track.seconds[track.seconds.size() / 2];
   state.counters["dof"] = track.dof;
   state.counters["residual"] = track.residual;
   state.counters["iterations"] = track.iterations;
@@ -180,6 +184,28 @@ void ImplicitStep(benchmark::State& state) {
     state.counters["error"] = (track.displacement - exact).norm() / exact.norm();
   }
 }
+
+// The tail of a large motion, in which tangents change and factors age.
+void SwingingStep(benchmark::State& state) {
+  const int kilo_tets = static_cast<int>(state.range(0));
+  const double residual = std::pow(10.0, -static_cast<double>(state.range(1)));
+  Track track;
+  for (auto _ : state) {
+    track = Press(MeshOf(kilo_tets), 0.02, residual, 400, true);
+    state.SetIterationTime(track.seconds[200]);
+  }
+  state.counters["median_ms"] = 1e3 * track.seconds[200];
+  state.counters["p99_ms"] = 1e3 * track.seconds[396];
+  state.counters["most_ms"] = 1e3 * track.seconds.back();
+  state.counters["tail"] = track.seconds[396] / track.seconds[200];
+  state.counters["iterations"] = track.iterations;
+}
+BENCHMARK(SwingingStep)
+    ->ArgNames({"ktets", "digits"})
+    ->ArgsProduct({{5, 20}, {3, 6}})
+    ->UseManualTime()
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(ImplicitStep)
     ->ArgNames({"ktets", "digits", "width_mm"})
     ->ArgsProduct({{0, 5, 20, 98}, {3, 6, 9}, {20}})

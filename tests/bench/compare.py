@@ -1,9 +1,9 @@
 """Benchmarks of two builds, turn about, so that a machine whose speed changes does so for both.
 
-  compare.py BEFORE_BIN AFTER_BIN [--rounds 3] [--seconds 0.05] [--only REGEX] [--most 1.05]
+  compare.py BEFORE_BIN AFTER_BIN [--rounds 3] [--seconds 0.05] [--only REGEX] [--most 1.05] [--same 1e-8]
 
 Of each benchmark that both have the least processor time of all rounds. Exit code 1: one takes more than `--most` times as
-long as before. Two runs of one build differ by a few percent; what stands out is worth a longer look with `--only`.
+long as before, or a counter `same_*` differs by more than `--same`. Two runs of one build differ by a few percent; what stands out is worth a longer look with `--only`.
 """
 import argparse
 import json
@@ -15,14 +15,15 @@ import sys
 
 
 def measured(program, only, seconds):
-    """Of each benchmark of `program` that matches, its processor time [ns]."""
+    """Of each benchmark of `program` that matches, its processor time [ns] and its counters `same_*`."""
     ran = subprocess.run([program, f"--benchmark_filter={only}", f"--benchmark_min_time={seconds}", "--benchmark_format=json"],
                          capture_output=True, text=True, check=False)
     if ran.returncode != 0 or not ran.stdout.strip():
         return {}
     unit = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
-    # Those that count real time work in threads of their own.
-    return {one["name"]: one["real_time" if "/real_time" in one["name"] else "cpu_time"] * unit[one["time_unit"]]
+    # Those that count real time work in threads of their own; those that take the time themselves measure processor time.
+    return {one["name"]: (one["real_time" if re.search("/(real|manual)_time", one["name"]) else "cpu_time"] * unit[one["time_unit"]],
+                          {key: one[key] for key in one if key.startswith("same_")})
             for one in json.loads(ran.stdout)["benchmarks"] if not one.get("error_occurred")}
 
 
@@ -35,26 +36,32 @@ def main():
     parser.add_argument("--only", default=".")
     parser.add_argument("--programs", default="bench_", help="names that match this")
     parser.add_argument("--most", type=float, default=1.05)
+    parser.add_argument("--same", type=float, default=1e-8, help="largest difference of counters same_*")
     a = parser.parse_args()
     names = sorted(one.name for one in a.before.glob("bench_*") if (a.after / one.name).exists() and re.search(a.programs, one.name))
-    ratios, slower = [], 0
+    ratios, slower, differ = [], 0, 0
     for name in names:
-        least = [{}, {}]
+        least, answers = [{}, {}], [{}, {}]
         for _ in range(a.rounds):
-            for best, folder in zip(least, (a.before, a.after)):
-                for key, time in measured(folder / name, a.only, a.seconds).items():
+            for best, answer, folder in zip(least, answers, (a.before, a.after)):
+                for key, (time, same) in measured(folder / name, a.only, a.seconds).items():
                     best[key] = min(best.get(key, time), time)
+                    answer[key] = same
         for key in least[0].keys() & least[1].keys():
             ratio = least[1][key] / least[0][key]
             ratios.append(ratio)
             slower += ratio > a.most
-            print(f"{ratio:6.3f}  {least[0][key] / 1e3:12.2f} -> {least[1][key] / 1e3:12.2f} us  {name} {key}", flush=True)
+            before, after = answers[0][key], answers[1][key]
+            difference = max((abs(before[one] - after[one]) for one in before.keys() & after.keys()), default=0)
+            differ += difference > a.same
+            told = f"  answers differ by {difference:.2g}" if before else ""
+            print(f"{ratio:6.3f}  {least[0][key] / 1e3:12.2f} -> {least[1][key] / 1e3:12.2f} us  {name} {key}{told}", flush=True)
     if not ratios:
         print("compare.py: no benchmark that both have", file=sys.stderr)
         return 2
     print(f"{len(ratios)} benchmarks: after / before, median {statistics.median(ratios):.3f}, least {min(ratios):.3f}, "
-          f"most {max(ratios):.3f}; {slower} above {a.most:g}")
-    return 1 if slower else 0
+          f"most {max(ratios):.3f}; {slower} above {a.most:g}, {differ} with other answers")
+    return 1 if slower or differ else 0
 
 
 if __name__ == "__main__":

@@ -17,10 +17,11 @@ constexpr std::size_t kMostEntriesLate = 300'000'000;  // of a late one
 // Multiplications of a factorisation done in the time of one of a solution, which waits for memory.
 constexpr double kFactorSpeed = 4;
 // Operations of a factorisation done in the time that an iteration takes per block.
-constexpr double kLateSpeed = 150;
+constexpr double kLateSpeed = 600;
 // Of a residual: what is left of one so small need not be among the possible forces, and iterating
 // on it spoils the answer.
 constexpr double kRounding = 2e-15;
+constexpr double kGridsWorth = 12;  // iterations that new grids must save
 constexpr int kMostIterations = 20'000;
 constexpr int kMostWithFactor = 400;  // then it is not worth its name
 constexpr int kPatience = 1'000;      // iterations without a better residual
@@ -55,6 +56,10 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
   if ((params.single && direct_) || late_factor_) {
     single_factor_.emplace(body.tree(), body.pattern()).Reserve();
   }
+  if (!direct_) {
+    grids_.emplace(std::span(body.points()).first(Index(body.moving())), body.pattern());
+    refactor_worth_ = kGridsWorth;
+  }
   if (!direct_ || (params.single && entries > kMostEntriesTwice)) {
     double_factor_.reset();
   } else {
@@ -73,12 +78,13 @@ std::size_t LinearSolver::memory_bytes() const {
   std::size_t bytes = inverse_blocks_.size() * sizeof(double) + 3 * z_.size() * sizeof(NodeValue);
   if (single_factor_) bytes += single_factor_->memory_bytes();
   if (double_factor_) bytes += double_factor_->memory_bytes();
+  if (grids_) bytes += grids_->memory_bytes();
   return bytes;
 }
 
 SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constraints,
                                  NodeVector& r, NodeVector& x, double target) noexcept {
-  if (due_ || (late_factor_ && kind_ == Kind::kDiagonal))
+  if (due_ || (late_factor_ && !has_factor() && spent_ >= late_worth_))
     Prepare(A, constraints.held(), Kind::kSingle);
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
   int before = 0;
@@ -86,7 +92,7 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
   // the diagonal by a factor.
   for (const Kind better : {Kind::kSingle, Kind::kDouble}) {
     if (outcome.converged || outcome.indefinite || Stopped()) break;
-    if (kind_ == Kind::kDiagonal) {
+    if (!has_factor()) {
       if (!late_factor_ || !factorable_) break;
       spent_ = late_worth_;
     }
@@ -105,7 +111,17 @@ void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kin
     if (Factor(A, held, kind)) return;
     factorable_ = Stopped();
   }
-  InvertDiagonal(A, held);
+  PrepareGrids(A, held);
+}
+
+void LinearSolver::PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept {
+  young_iterations_ = -1;
+  excess_ = 0;
+  if (grids_ && grids_->Factor(A, held.free)) {
+    kind_ = Kind::kGrids;
+  } else {
+    InvertDiagonal(A, held);
+  }
 }
 
 void LinearSolver::CountAge(int iterations) noexcept {
@@ -156,6 +172,8 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
     single_factor_->Solve(r, z);
   } else if (kind_ == Kind::kDouble) {
     double_factor_->Solve(r, z);
+  } else if (kind_ == Kind::kGrids) {
+    grids_->Solve(r, z);
   } else {
     for (int i = 0; i < body_.moving(); ++i) {
       const Eigen::Map<const Eigen::Matrix3d> inverse(&inverse_blocks_[9 * Index(i)]);
@@ -170,8 +188,8 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
 SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
                                    NodeVector& r, NodeVector& x, double target) noexcept {
   SolveOutcome outcome;
-  int most = kind_ == Kind::kDiagonal ? kMostIterations : kMostWithFactor;
-  const bool grows = kind_ == Kind::kDiagonal && late_factor_ && factorable_;
+  int most = has_factor() ? kMostWithFactor : kMostIterations;
+  const bool grows = !has_factor() && late_factor_ && factorable_;
   if (grows) most = std::max(0, late_worth_ - spent_);
   double best = Norm(r);
   const double reachable = std::max(target, kRounding * best);

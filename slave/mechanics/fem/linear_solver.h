@@ -1,6 +1,7 @@
 // Linear systems with the tangent of a body: conjugate gradients in double precision among the
-// possible motions, preconditioned by a factor of an earlier tangent or, for large bodies, by the
-// diagonal; at rest these get a factor too, once they have iterated for as long as that takes.
+// possible motions, preconditioned by a factor of an earlier tangent or, for large bodies, by a
+// cycle of two grids; at rest these get a factor too, once they have iterated for as long as that
+// takes.
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 #include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/sparse_cholesky.h"
+#include "slave/mechanics/linear/two_grid.h"
 
 namespace palpate::fem {
 
@@ -45,10 +47,12 @@ class LinearSolver {
   [[nodiscard]] std::size_t memory_bytes() const;
 
  private:
-  enum class Kind { kNone, kSingle, kDouble, kDiagonal };
+  enum class Kind { kNone, kSingle, kDouble, kGrids, kDiagonal };
 
   void Prepare(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
   bool Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept;
+  void PrepareGrids(const BlockMatrix& A, const HeldComponents& held) noexcept;
+  [[nodiscard]] bool has_factor() const { return kind_ == Kind::kSingle || kind_ == Kind::kDouble; }
   void InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept;
   void Precondition(const Constraints& constraints, const NodeVector& r, NodeVector& z) noexcept;
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
@@ -59,13 +63,14 @@ class LinearSolver {
   const FemBody& body_;
   SearchProgress* progress_;
   bool direct_ = false;
-  bool late_factor_ = false;  // the diagonal goes first
+  bool late_factor_ = false;  // the grids go first
   bool factorable_ = true;    // as far as is known
-  int spent_ = 0;             // iterations with the diagonal
+  int spent_ = 0;             // iterations with the grids
   int late_worth_ = 0;        // of the late factor, in such
   std::optional<SparseCholesky<float>> single_factor_;
   std::optional<SparseCholesky<double>> double_factor_;  // or where single precision fails
-  std::vector<double> inverse_blocks_;                   // nine per row
+  std::optional<TwoGrid> grids_;                         // of large bodies
+  std::vector<double> inverse_blocks_;                   // nine per row, where all else fails
   Kind kind_ = Kind::kNone;
   bool due_ = true;
   double scale_ = 1;

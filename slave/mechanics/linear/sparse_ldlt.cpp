@@ -232,16 +232,20 @@ bool SparseLdlt::FactorPanel(const Supernode& s) {
   return true;
 }
 
-bool SparseLdlt::Factorize(const Matrix& upper, bool definite) {
+bool SparseLdlt::Factorize(const Matrix& upper, bool definite,
+                           const std::function<bool(double)>& go_on) {
   std::fill(values_.begin(), values_.end(), 0.0);
   for (std::size_t k = 0; k < destination_.size(); ++k) {
     values_[destination_[k]] = upper.valuePtr()[k];
   }
   std::fill(head_.begin(), head_.end(), -1);
+  double done = 0;
   for (int k = 0; k < static_cast<int>(supernodes_.size()); ++k) {
     Gather(k);
     const Supernode& s = supernodes_[Index(k)];
     if (!FactorPanel(s)) return false;
+    done += static_cast<double>(s.rows) * s.rows * s.columns;
+    if (!go_on(std::min(1.0, done / flops_))) return false;
     if (definite && pivots_.segment(s.first, s.columns).minCoeff() < 0) return false;
     used_[Index(k)] = supernodes_[Index(k)].columns;
     Link(k);

@@ -6,6 +6,7 @@
 // MUMPS' time (bench_linear), and MUMPS works for one caller of the process at a time.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,9 +25,11 @@ class SparseLdlt {
 
   // Takes memory for the factor.
   void Allocate(const Matrix& upper);
-  // False: a pivot is zero or not finite, or negative where the matrix must be `definite`. Does not
-  // allocate.
-  bool Factorize(const Matrix& upper, bool definite);
+  // False: a pivot is zero or not finite, or negative where the matrix must be `definite`; or
+  // stopped by `go_on`, which hears what share is done. Does not allocate.
+  bool Factorize(
+      const Matrix& upper, bool definite,
+      const std::function<bool(double)>& go_on = [](double) { return true; });
   // x becomes A^-1 x. Does not allocate.
   void Solve(Eigen::VectorXd* x);
   [[nodiscard]] int negative_pivots() const {

@@ -15,13 +15,39 @@ using Eigen::Vector3d;
 using Eigen::Vector4d;
 using Eigen::VectorXd;
 
-using Displacements = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxNodes>;
+template <int kNodes>
+using Gradients = Eigen::Matrix<double, 3, kNodes>;
 
-// Adds the stiffness of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
-void AddStiffness(const Matrix9d& D, const ShapeGradients& gradients, double weight,
-                  const std::array<int, kMaxNodes>& start, ElementMatrix* block) {
-  const int n = static_cast<int>(gradients.cols());
-  for (int b = 0; b < n; ++b) {
+// Of the shape functions at one quadrature point.
+template <int kNodes>
+Gradients<kNodes> GradientsOf(const TetGeometry& geometry, const Vector4d& bary) {
+  if constexpr (kNodes == 4) {
+    return geometry.grad;
+  } else {
+    Gradients<kNodes> gradients;
+    for (int i = 0; i < 4; ++i) gradients.col(i) = (4 * bary[i] - 1) * geometry.grad.col(i);
+    for (int e = 0; e < 6; ++e) {
+      const auto [a, b] = kTetEdges[Index(e)];
+      gradients.col(4 + e) = 4 * (bary[a] * geometry.grad.col(b) + bary[b] * geometry.grad.col(a));
+    }
+    return gradients;
+  }
+}
+
+// Between the displacements of an element's nodes: of component i of node a and k of node b, where
+// not b < a.
+template <int kNodes>
+struct Stiffness {
+  std::array<std::array<std::array<std::array<double, kNodes>, 3>, 3>, kNodes> of{};  // b, i, k, a
+
+  double& at(int a, int i, int b, int k) { return of[Index(b)][Index(i)][Index(k)][Index(a)]; }
+};
+
+// Adds that of one quadrature point: K_ab = sum over J, L of g_aJ D_JL g_bL.
+template <int kNodes>
+void AddStiffness(const Matrix9d& D, const Gradients<kNodes>& gradients, double weight,
+                  Stiffness<kNodes>* stiffness) {
+  for (int b = 0; b < kNodes; ++b) {
     std::array<Matrix3d, 3> T;
     for (int J = 0; J < 3; ++J) {
       T[Index(J)] = weight * (D.block<3, 3>(3 * J, 0) * gradients(0, b) +
@@ -29,17 +55,57 @@ void AddStiffness(const Matrix9d& D, const ShapeGradients& gradients, double wei
                               D.block<3, 3>(3 * J, 6) * gradients(2, b));
     }
     for (int a = 0; a <= b; ++a) {
-      block->block<3, 3>(start[Index(a)], start[Index(b)]) +=
-          gradients(0, a) * T[0] + gradients(1, a) * T[1] + gradients(2, a) * T[2];
+      const Matrix3d K = gradients(0, a) * T[0] + gradients(1, a) * T[1] + gradients(2, a) * T[2];
+      for (int k = 0; k < 3; ++k) {
+        for (int i = 0; i < 3; ++i) stiffness->at(a, i, b, k) += K(i, k);
+      }
+    }
+  }
+}
+
+// The same from derivatives with respect to the invariants:
+//   K_ab = c_I g_a.g_b 1 + c_FF f_a f_b^T + c_JJ h_a h_b^T + c_J [F (g_a x g_b)],
+// f = F g, h = cof F g, and [w] v = v x w. Node by node side by side.
+template <int kNodes>
+void AddStiffness(const MaterialLaw::InvariantTangent& c, const Matrix3d& F,
+                  const Matrix3d& cofactor, const Gradients<kNodes>& gradients, double weight,
+                  Stiffness<kNodes>* stiffness) {
+  using Rows = Eigen::Matrix<double, 3, kNodes, Eigen::RowMajor>;
+  const Rows g = gradients, f = F * gradients, h = cofactor * gradients;
+  const Matrix3d turned = weight * c.pressure * F;
+  for (int b = 0; b < kNodes; ++b) {
+    const Vector3d g_b = gradients.col(b), along = weight * c.along * f.col(b),
+                   volume = weight * c.volume * h.col(b), same = weight * c.identity * g_b;
+    Matrix3d across;  // times g_a is g_a x g_b
+    across << 0, g_b[2], -g_b[1], -g_b[2], 0, g_b[0], g_b[1], -g_b[0], 0;
+    const Matrix3d M = turned * across;
+    auto& K = stiffness->of[Index(b)];
+    for (int a = 0; a < kNodes; ++a) {
+      const auto at = Index(a);
+      const double g0 = g(0, a), g1 = g(1, a), g2 = g(2, a);
+      const double equal = same[0] * g0 + same[1] * g1 + same[2] * g2;
+      const double w0 = M(0, 0) * g0 + M(0, 1) * g1 + M(0, 2) * g2;
+      const double w1 = M(1, 0) * g0 + M(1, 1) * g1 + M(1, 2) * g2;
+      const double w2 = M(2, 0) * g0 + M(2, 1) * g1 + M(2, 2) * g2;
+      K[0][0][at] += f(0, a) * along[0] + h(0, a) * volume[0] + equal;
+      K[0][1][at] += f(0, a) * along[1] + h(0, a) * volume[1] + w2;
+      K[0][2][at] += f(0, a) * along[2] + h(0, a) * volume[2] - w1;
+      K[1][0][at] += f(1, a) * along[0] + h(1, a) * volume[0] - w2;
+      K[1][1][at] += f(1, a) * along[1] + h(1, a) * volume[1] + equal;
+      K[1][2][at] += f(1, a) * along[2] + h(1, a) * volume[2] + w0;
+      K[2][0][at] += f(2, a) * along[0] + h(2, a) * volume[0] + w1;
+      K[2][1][at] += f(2, a) * along[1] + h(2, a) * volume[1] - w0;
+      K[2][2][at] += f(2, a) * along[2] + h(2, a) * volume[2] + equal;
     }
   }
 }
 
 }  // namespace
 
+template <int kNodes>
 struct ElasticBody::Local {
   const TetGeometry& geometry;
-  Displacements u;
+  Gradients<kNodes> u;
   Vector4d p = Vector4d::Zero();
 };
 
@@ -49,10 +115,11 @@ ElasticBody::ElasticBody(const ElementMesh& mesh, const BlockLayout& layout, con
   for (int e = 0; e < mesh.element_count(); ++e) geometry_.push_back(GeometryOf(mesh, e));
 }
 
-ElasticBody::Local ElasticBody::Gather(const VectorXd& x, int element) const {
-  Local local{geometry_[Index(element)], Displacements(3, mesh_.nodes_per_element), {0, 0, 0, 0}};
+template <int kNodes>
+ElasticBody::Local<kNodes> ElasticBody::Gather(const VectorXd& x, int element) const {
+  Local<kNodes> local{geometry_[Index(element)], {}, {0, 0, 0, 0}};
   const auto nodes = mesh_.element(element);
-  for (int i = 0; i < mesh_.nodes_per_element; ++i) {
+  for (int i = 0; i < kNodes; ++i) {
     local.u.col(i) = x.segment<3>(layout_.first(nodes[Index(i)]));
   }
   if (layout_.has_pressure()) {
@@ -62,44 +129,52 @@ ElasticBody::Local ElasticBody::Gather(const VectorXd& x, int element) const {
 }
 
 // Energy of one element; its gradient, where asked for, goes to one column, node by node.
-double ElasticBody::AddElement(const Local& local, ElementMatrix* gradient) const {
-  const int n = mesh_.nodes_per_element;
+template <int kNodes>
+double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradient) const {
   const bool mixed = layout_.has_pressure();
+  const double bulk = 1 / law_.compressibility();
   double energy = 0;
-  for (const auto& q : QuadratureOf(n)) {
+  for (const auto& q : QuadratureOf(kNodes)) {
     const double w = q.weight * local.geometry.volume;
-    const ShapeGradients gradients = GradientsAt(local.geometry, n, q.bary);
+    const Gradients<kNodes> gradients = GradientsOf<kNodes>(local.geometry, q.bary);
     const MaterialLaw::Point point = law_.At(local.u * gradients.transpose());
-    const double bulk = 1 / law_.compressibility();
     const double p = mixed ? local.p.dot(q.bary) : bulk * point.g;
     energy += w * (point.energy + (mixed ? p * point.g : 0.5 * p * point.g));
     if (!gradient) continue;
-    const Matrix3d stress = point.stress + p * point.volume_stress;
-    for (int i = 0, row = 0; i < n; row += layout_.local_size(i), ++i) {
-      gradient->block<3, 1>(row, 0).noalias() += w * stress * gradients.col(i);
+    const Gradients<kNodes> forces = w * (point.stress + p * point.volume_stress) * gradients;
+    for (int i = 0, row = 0; i < kNodes; row += layout_.local_size(i), ++i) {
+      gradient->block<3, 1>(row, 0) += forces.col(i);
       if (mixed && i < 4) (*gradient)(row + 3, 0) += w * q.bary[i] * point.g;
     }
   }
   if (!mixed) return energy;
   // - p^2 / (2 k): exactly with ten nodes, lumped with four.
   const double V = local.geometry.volume, c = law_.compressibility();
-  const Vector4d mass_p = n == 4 ? Vector4d(V / 4 * local.p)
-                                 : Vector4d(V / 20 * (local.p + Vector4d::Constant(local.p.sum())));
+  const Vector4d mass_p = kNodes == 4
+                              ? Vector4d(V / 4 * local.p)
+                              : Vector4d(V / 20 * (local.p + Vector4d::Constant(local.p.sum())));
   if (gradient) {
     for (int i = 0; i < 4; ++i) (*gradient)(4 * i + 3, 0) -= c * mass_p[i];
   }
   return energy - 0.5 * c * local.p.dot(mass_p);
 }
 
-double ElasticBody::Energy(const VectorXd& x, VectorXd* gradient) const {
-  gradient->setZero();
+template <int kNodes>
+double ElasticBody::EnergyOf(const VectorXd& x, VectorXd* gradient) const {
   double energy = 0;
+  if (!gradient) {
+    for (int e = 0; e < mesh_.element_count(); ++e) {
+      energy += AddElement(Gather<kNodes>(x, e), nullptr);
+    }
+    return energy;
+  }
+  gradient->setZero();
   ElementMatrix local(layout_.element_size(), 1);
   for (int e = 0; e < mesh_.element_count(); ++e) {
     local.setZero();
-    energy += AddElement(Gather(x, e), &local);
+    energy += AddElement(Gather<kNodes>(x, e), &local);
     const auto nodes = mesh_.element(e);
-    for (int i = 0, row = 0; i < mesh_.nodes_per_element; ++i) {
+    for (int i = 0, row = 0; i < kNodes; ++i) {
       const int size = layout_.local_size(i);
       gradient->segment(layout_.first(nodes[Index(i)]), size) += local.block(row, 0, size, 1);
       row += size;
@@ -108,69 +183,83 @@ double ElasticBody::Energy(const VectorXd& x, VectorXd* gradient) const {
   return energy;
 }
 
+double ElasticBody::Energy(const VectorXd& x, VectorXd* gradient) const {
+  return mesh_.nodes_per_element == 4 ? EnergyOf<4>(x, gradient) : EnergyOf<10>(x, gradient);
+}
+
 double ElasticBody::Energy(const VectorXd& x) const {
-  double energy = 0;
-  for (int e = 0; e < mesh_.element_count(); ++e) energy += AddElement(Gather(x, e), nullptr);
-  return energy;
+  return Energy(x, nullptr);
 }
 
 void ElasticBody::AddTangent(const VectorXd& x, const Tangent& tangent, bool regularised,
                              SparseMatrix* matrix) const {
-  const int n = mesh_.nodes_per_element;
+  if (mesh_.nodes_per_element == 4) {
+    AddTangents<4>(x, tangent, regularised, matrix);
+  } else {
+    AddTangents<10>(x, tangent, regularised, matrix);
+  }
+}
+
+template <int kNodes>
+void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool regularised,
+                              SparseMatrix* matrix) const {
   const bool mixed = layout_.has_pressure();
   const double bulk = mixed ? 0 : 1 / law_.compressibility();
   const double c = regularised ? std::max(law_.compressibility(), kLeastCompressibility)
                                : law_.compressibility();
-  std::array<int, kMaxNodes> start{};
-  for (int i = 1; i < n; ++i) start[Index(i)] = start[Index(i) - 1] + layout_.local_size(i - 1);
-  ElementMatrix block(layout_.element_size(), layout_.element_size());
   for (int e = 0; e < mesh_.element_count(); ++e) {
-    const Local local = Gather(x, e);
-    block.setZero();
-    for (const auto& q : QuadratureOf(n)) {
+    const Local<kNodes> local = Gather<kNodes>(x, e);
+    Stiffness<kNodes> stiffness;
+    // Between displacements and pressures; columns are the latter.
+    Eigen::Matrix<double, 3 * kNodes, 4> coupling = Eigen::Matrix<double, 3 * kNodes, 4>::Zero();
+    for (const auto& q : QuadratureOf(kNodes)) {
       const double w = q.weight * local.geometry.volume;
-      const ShapeGradients gradients = GradientsAt(local.geometry, n, q.bary);
+      const Gradients<kNodes> gradients = GradientsOf<kNodes>(local.geometry, q.bary);
       const Matrix3d H = local.u * gradients.transpose();
-      if (!mixed) {
-        const double p = law_.law() == FemOptions::Law::kLinear ? 0 : bulk * law_.At(H).g;
-        AddStiffness(law_.TangentAt(H, p, bulk, tangent), gradients, w, start, &block);
-        continue;
+      const bool linear = law_.law() == FemOptions::Law::kLinear;
+      MaterialLaw::Point point;
+      if (mixed || !linear) point = law_.At(H);
+      const double p = mixed ? local.p.dot(q.bary) : linear ? 0 : bulk * point.g;
+      if (law_.HasInvariantTangent() && tangent.removed == 0) {
+        AddStiffness<kNodes>(law_.InvariantTangentAt(H, p, bulk), Matrix3d::Identity() + H,
+                             point.volume_stress, gradients, w, &stiffness);
+      } else {
+        AddStiffness<kNodes>(law_.TangentAt(H, p, bulk, tangent), gradients, w, &stiffness);
       }
-      AddStiffness(law_.TangentAt(H, local.p.dot(q.bary), 0, tangent), gradients, w, start, &block);
-      const Matrix3d volume_stress = law_.At(H).volume_stress;
-      for (int a = 0; a < n; ++a) {
-        const Vector3d change = w * volume_stress * gradients.col(a);
-        for (int i = 0; i < 4; ++i) {
-          const int row = start[Index(a)], column = 4 * i + 3;
-          if (row < column) {
-            block.block<3, 1>(row, column) += q.bary[i] * change;
-          } else {
-            block.block<1, 3>(column, row) += q.bary[i] * change.transpose();
-          }
-        }
-      }
+      if (!mixed) continue;
+      const Gradients<kNodes> changes = w * point.volume_stress * gradients;
+      coupling += changes.reshaped() * q.bary.transpose();
     }
-    for (int i = 0; mixed && i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) {
-        const double share = n == 4 ? (i == j ? 0.25 : 0) : (i == j ? 0.1 : 0.05);
-        if (i <= j) block(4 * i + 3, 4 * j + 3) -= c * share * local.geometry.volume;
-      }
-    }
-    block.triangularView<Eigen::StrictlyLower>() = block.transpose();
-    layout_.Add(e, block, matrix);
+    const auto entry = [&](int a, int i, int b, int k) {
+      if (i < 3 && k < 3) return stiffness.at(a, i, b, k);
+      if (i < 3) return coupling(3 * a + i, b);
+      if (k < 3) return coupling(3 * b + k, a);
+      const double share = kNodes == 4 ? (a == b ? 0.25 : 0) : (a == b ? 0.1 : 0.05);
+      return -c * share * local.geometry.volume;
+    };
+    layout_.Add(e, entry, matrix);
   }
+}
+
+// Displacement gradient F - I.
+Matrix3d ElasticBody::StrainAt(const VectorXd& x, int element, const Vector4d& bary) const {
+  if (mesh_.nodes_per_element == 4) {
+    const auto local = Gather<4>(x, element);
+    return local.u * local.geometry.grad.transpose();
+  }
+  const auto local = Gather<10>(x, element);
+  return local.u * GradientsOf<10>(local.geometry, bary).transpose();
 }
 
 void ElasticBody::VolumeChange(const VectorXd& x, VectorXd* change) const {
   change->setZero();
   for (int e = 0; e < mesh_.element_count(); ++e) {
-    const Local local = Gather(x, e);
+    const TetGeometry& geometry = geometry_[Index(e)];
     const auto nodes = mesh_.element(e);
     for (const auto& q : QuadratureOf(mesh_.nodes_per_element)) {
-      const ShapeGradients gradients = GradientsAt(local.geometry, mesh_.nodes_per_element, q.bary);
-      const double g = law_.At(local.u * gradients.transpose()).g;
+      const double g = law_.At(StrainAt(x, e, q.bary)).g;
       for (int i = 0; i < 4; ++i) {
-        (*change)[nodes[Index(i)]] += q.weight * local.geometry.volume * q.bary[i] * g;
+        (*change)[nodes[Index(i)]] += q.weight * geometry.volume * q.bary[i] * g;
       }
     }
   }
@@ -202,16 +291,12 @@ void ElasticBody::AddMass(double factor, bool lumped, SparseMatrix* matrix) cons
     const VectorXd diagonal = products.diagonal() / products.diagonal().sum();
     products = diagonal.asDiagonal();
   }
-  ElementMatrix block(layout_.element_size(), layout_.element_size());
   for (int e = 0; e < mesh_.element_count(); ++e) {
-    block.setZero();
-    for (int b = 0, column = 0; b < n; column += layout_.local_size(b), ++b) {
-      for (int a = 0, row = 0; a < n; row += layout_.local_size(a), ++a) {
-        const double mass = factor * products(a, b) * geometry_[Index(e)].volume;
-        for (int c = 0; c < 3; ++c) block(row + c, column + c) = mass;
-      }
-    }
-    layout_.Add(e, block, matrix);
+    const double mass = factor * geometry_[Index(e)].volume;
+    const auto entry = [&](int a, int i, int b, int k) {
+      return i == k && i < 3 ? mass * products(a, b) : 0;
+    };
+    layout_.Add(e, entry, matrix);
   }
 }
 
@@ -231,10 +316,8 @@ double ElasticBody::SmallestJacobian(const VectorXd& x) const {
   double smallest = std::numeric_limits<double>::infinity();
   const int n = mesh_.nodes_per_element;
   for (int e = 0; e < mesh_.element_count(); ++e) {
-    const Local local = Gather(x, e);
     const auto meet = [&](const Vector4d& bary) {
-      const Matrix3d F =
-          Matrix3d::Identity() + local.u * GradientsAt(local.geometry, n, bary).transpose();
+      const Matrix3d F = Matrix3d::Identity() + StrainAt(x, e, bary);
       smallest = std::min(smallest, F.determinant());
     };
     for (const auto& q : QuadratureOf(n)) meet(q.bary);

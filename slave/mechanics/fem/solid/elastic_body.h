@@ -50,9 +50,19 @@ class ElasticBody {
   [[nodiscard]] const MaterialLaw& law() const { return law_; }
 
  private:
+  template <int kNodes>
   struct Local;  // one element's unknowns and geometry
-  [[nodiscard]] Local Gather(const Eigen::VectorXd& x, int element) const;
-  double AddElement(const Local& local, ElementMatrix* gradient) const;
+  template <int kNodes>
+  [[nodiscard]] Local<kNodes> Gather(const Eigen::VectorXd& x, int element) const;
+  [[nodiscard]] Eigen::Matrix3d StrainAt(const Eigen::VectorXd& x, int element,
+                                         const Eigen::Vector4d& bary) const;
+  template <int kNodes>
+  double AddElement(const Local<kNodes>& local, ElementMatrix* gradient) const;
+  template <int kNodes>
+  double EnergyOf(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) const;
+  template <int kNodes>
+  void AddTangents(const Eigen::VectorXd& x, const Tangent& tangent, bool regularised,
+                   SparseMatrix* matrix) const;
 
   const ElementMesh& mesh_;
   const BlockLayout& layout_;

@@ -88,18 +88,6 @@ ShapeValues ShapesAt(int nodes_per_element, const Vector4d& bary) {
   return shapes;
 }
 
-ShapeGradients GradientsAt(const TetGeometry& geometry, int nodes_per_element,
-                           const Vector4d& bary) {
-  if (nodes_per_element == 4) return geometry.grad;
-  ShapeGradients gradients(3, 10);
-  for (int i = 0; i < 4; ++i) gradients.col(i) = (4 * bary[i] - 1) * geometry.grad.col(i);
-  for (int e = 0; e < 6; ++e) {
-    const auto [a, b] = kTetEdges[Index(e)];
-    gradients.col(4 + e) = 4 * (bary[a] * geometry.grad.col(b) + bary[b] * geometry.grad.col(a));
-  }
-  return gradients;
-}
-
 ShapeValues ShapeIntegrals(int nodes_per_element) {
   if (nodes_per_element == 4) return ShapeValues::Constant(4, 0.25);
   ShapeValues integrals(10);

@@ -55,10 +55,7 @@ struct QuadraturePoint {
 std::span<const QuadraturePoint> QuadratureOf(int nodes_per_element);
 
 using ShapeValues = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxNodes, 1>;
-using ShapeGradients = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMaxNodes>;
 ShapeValues ShapesAt(int nodes_per_element, const Eigen::Vector4d& bary);
-ShapeGradients GradientsAt(const TetGeometry& geometry, int nodes_per_element,
-                           const Eigen::Vector4d& bary);
 
 // Integrals of shape functions over an element of volume one: of each, and of products of two.
 ShapeValues ShapeIntegrals(int nodes_per_element);

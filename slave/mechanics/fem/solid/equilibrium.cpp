@@ -19,7 +19,10 @@ constexpr double kVolume = 1e-8;            // change of volume over displacemen
 constexpr double kArmijo = 1e-4;
 constexpr double kRounding = 1e-14;   // of energies and forces
 constexpr double kStartShare = 1e-6;  // of the forces at the start that a residual is relative to
-constexpr double kTight = 1e-11;      // residual of one linear solve that costs no more to reach
+constexpr int kRowRefinements = 8;
+constexpr double kMostForcing = 1e-2;  // of the residual, left by one iterated step
+constexpr double kAim = 1e-2;          // of the residual asked for, where steps are iterated
+constexpr double kTight = 1e-11;       // residual of one linear solve that costs no more to reach
 
 // Whether fixed unknowns and points are where they are given.
 bool Feasible(const Balance& balance, const VectorXd& x) {
@@ -42,13 +45,15 @@ Equilibrium::Equilibrium(const BlockLayout& layout, const ElasticBody& body, con
     : layout_(layout),
       body_(body),
       options_(options),
-      solver_(layout.pattern(), options.limits),
+      solver_(layout.pattern(), options.limits,
+              layout.has_pressure() ? std::vector<Eigen::Vector3d>{} : layout.Points(),
+              options.progress),
       stiffness_(layout.pattern()),
       system_(layout.pattern()) {
   const VectorXd rest = VectorXd::Zero(layout.size());
   residual_ = right_ = step_ = trial_ = product_ = rest;
   if (linear()) body_.AddTangent(rest, kExactTangent, false, &stiffness_);
-  if (layout.has_pressure() && !linear()) pressure_.emplace(layout, body, options.limits);
+  if (layout.has_pressure() && !linear()) pressure_.emplace(layout, body);
 }
 
 void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
@@ -117,11 +122,11 @@ double Equilibrium::Weigh(const Balance& balance) {
 // Rows and columns of fixed unknowns become those of the identity; the points' rows add what makes
 // them definite by themselves, C^T C times a stiffness.
 void Equilibrium::Constrain(const Balance& balance) {
-  row_penalty_ = stiffness_.diagonal().cwiseAbs().maxCoeff();
+  rows_.penalty = system_.diagonal().cwiseAbs().maxCoeff();
   for (const auto& row : balance.rows) {
     for (const auto& [i, weight_i] : row.weights) {
       for (const auto& [j, weight_j] : row.weights) {
-        if (i <= j) system_.coeffRef(i, j) += row_penalty_ * weight_i * weight_j;
+        if (i <= j) system_.coeffRef(i, j) += rows_.penalty * weight_i * weight_j;
       }
     }
   }
@@ -129,7 +134,7 @@ void Equilibrium::Constrain(const Balance& balance) {
     const bool fixed_column = balance.fixed[Index(column)];
     for (SparseMatrix::InnerIterator entry(system_, column); entry; ++entry) {
       if (fixed_column || balance.fixed[static_cast<std::size_t>(entry.row())]) {
-        entry.valueRef() = entry.row() == column ? row_penalty_ : 0;
+        entry.valueRef() = entry.row() == column ? rows_.penalty : 0;
       }
     }
   }
@@ -137,37 +142,41 @@ void Equilibrium::Constrain(const Balance& balance) {
 
 bool Equilibrium::PrepareRows(const Balance& balance) {
   const int count = static_cast<int>(balance.rows.size());
-  row_columns_.resize(layout_.size(), count);
-  row_matrix_.resize(count, count);
+  if (!rows_.has_columns) rows_.columns.setZero(layout_.size(), count);
+  rows_.has_columns = true;
+  rows_.matrix.resize(count, count);
   for (int k = 0; k < count; ++k) {
     right_.setZero();
     for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
       if (!balance.fixed[Index(unknown)]) right_[unknown] = weight;
     }
-    if (!solver_.Solve(right_, 0.01 * options_.residual, &step_)) {
+    step_ = rows_.columns.col(k);
+    if (!solver_.Solve(right_, linear() ? 0.01 * options_.residual : Accuracy(), &step_)) {
+      rows_.has_columns = false;
       return Fail("the linear solver did not converge");
     }
-    row_columns_.col(k) = step_;
+    rows_.columns.col(k) = step_;
   }
   for (int k = 0; k < count; ++k) {
     for (int l = 0; l < count; ++l) {
       double sum = 0;
       for (const auto& [unknown, weight] : balance.rows[Index(k)].weights) {
-        if (!balance.fixed[Index(unknown)]) sum += weight * row_columns_(unknown, l);
+        if (!balance.fixed[Index(unknown)]) sum += weight * rows_.columns(unknown, l);
       }
-      row_matrix_(k, l) = sum;
+      rows_.matrix(k, l) = sum;
     }
   }
-  row_matrix_ = (0.5 * (row_matrix_ + row_matrix_.transpose())).eval();
-  row_factor_.emplace(row_matrix_);
-  const auto pivots = row_factor_->vectorD();
+  rows_.matrix = (0.5 * (rows_.matrix + rows_.matrix.transpose())).eval();
+  rows_.factor.emplace(rows_.matrix);
+  const auto pivots = rows_.factor->vectorD();
   if (!(pivots.minCoeff() > 1e-10 * pivots.maxCoeff())) {
     return Fail("prescribed displacements contradict each other or the fixed nodes of the scene");
   }
   return true;
 }
 
-bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const Tangent& tangent) {
+bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const Tangent& tangent,
+                                bool first) {
   std::copy_n(layout_.pattern().valuePtr(), system_.nonZeros(), system_.valuePtr());
   const bool regularise = layout_.has_pressure();
   body_.AddTangent(x, tangent, regularise, &system_);
@@ -175,36 +184,51 @@ bool Equilibrium::FactorTangent(const Balance& balance, const VectorXd& x, const
     Eigen::Map<VectorXd>(system_.valuePtr(), system_.nonZeros()) +=
         Eigen::Map<const VectorXd>(balance.inertia->valuePtr(), system_.nonZeros());
   }
-  if (!linear()) std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
+  if (!linear() && first) {
+    std::copy_n(system_.valuePtr(), system_.nonZeros(), stiffness_.valuePtr());
+  }
   Constrain(balance);
-  return solver_.Factorize(system_, !layout_.has_pressure());
+  return solver_.Factorize(system_, !layout_.has_pressure(), balance.fixed, steps_ == 0);
 }
 
-// A factored tangent with as many negative pivots as free pressures, so that its step descends.
-bool Equilibrium::Prepare(const Balance& balance, const VectorXd& x) {
-  if (linear() && factored_) return true;
+// Of a linear solution, relative: what Newton's next step makes good use of.
+double Equilibrium::Accuracy() const {
+  if (linear()) return 0.1 * options_.residual;
+  const double enough = std::min(kMostForcing, kAim * options_.residual / relative_);
+  return std::max(std::min(kMostForcing, relative_), enough);
+}
+
+// Newton's step with a tangent that has as many negative curvatures as free pressures, so that it
+// descends: as little of the others goes as makes the whole definite; the more, the slower.
+bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
+  if (linear() && factored_) {
+    Weigh(*balance);
+    return Direction(balance, x, first);
+  }
   expected_negative_ = 0;
   for (int i = 0; i < layout_.pressures(); ++i) {
-    expected_negative_ += !balance.fixed[Index(layout_.pressure(i))];
+    expected_negative_ += !balance->fixed[Index(layout_.pressure(i))];
   }
-  const auto good = [&](const Tangent& tangent) {
-    return FactorTangent(balance, x, tangent) &&
-           (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
-  };
-  bool done = false;
-  if (linear() || options_.warped || !solver_.is_direct()) {
-    done = good(linear() ? kExactTangent : options_.warped ? kWarpedTangent : kProjectedTangent);
-  } else {
-    // As little of the negative curvature goes as makes the whole definite: the more, the slower.
-    removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
-    while (!(done = good({removed_, false})) && removed_ < 1) {
-      removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
+  const auto stepped = [&](const Tangent& tangent) {
+    factored_ = FactorTangent(*balance, x, tangent, first) &&
+                (!solver_.is_direct() || solver_.negative_pivots() == expected_negative_);
+    if (!factored_) {
+      return Fail("the stiffness is not positive: the body is free to move or has collapsed");
     }
+    if (!balance->rows.empty() && !PrepareRows(*balance)) return false;
+    Weigh(*balance);  // PrepareRows used right_
+    return Direction(balance, x, first);
+  };
+  if (linear() || options_.warped) return stepped(linear() ? kExactTangent : kWarpedTangent);
+  if (!raised_) removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
+  raised_ = false;
+  while (!stepped({removed_, false})) {
+    const bool stopped = options_.progress != nullptr && options_.progress->stopped();
+    if (stopped || removed_ >= 1 || (factored_ && !solver_.indefinite())) return false;
+    removed_ = std::min(1.0, std::max(4 * removed_, kLeastRemoved));
+    raised_ = !solver_.is_direct();
   }
-  if (!done)
-    return Fail("the stiffness is not positive: the body is free to move or has collapsed");
-  factored_ = true;
-  return balance.rows.empty() || PrepareRows(balance);
+  return true;
 }
 
 // Newton's step, from right_ = minus what is left over. The first one moves fixed unknowns to where
@@ -225,26 +249,33 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
       if (!balance->fixed[Index(i)]) right_[i] -= product_[i];
     }
   }
-  const double least = 0.1 * options_.residual;
-  const double accuracy = linear() ? least : std::clamp(relative_, least, 1e-2);
-  if (!solver_.Solve(r, accuracy, &step_)) return Fail("the linear solver did not converge");
+  step_.setZero();
+  if (!solver_.Solve(r, Accuracy(), &step_)) return Fail("the linear solver did not converge");
   const int count = static_cast<int>(balance->rows.size());
   if (count > 0) {
     VectorXd gap(count), missing(count);
     for (int k = 0; k < count; ++k) {
       const PointRow& row = balance->rows[Index(k)];
       gap[k] = row.value;
-      double moved = 0;
       for (const auto& [unknown, weight] : row.weights) {
-        const bool fixed = balance->fixed[Index(unknown)];
-        gap[k] -= weight * (fixed ? balance->given[unknown] : x[unknown]);
-        if (!fixed) moved += weight * step_[unknown];
+        gap[k] -= weight * (balance->fixed[Index(unknown)] ? balance->given[unknown] : x[unknown]);
       }
-      missing[k] = gap[k] - moved;
     }
-    const VectorXd m = row_factor_->solve(missing);
-    step_ += row_columns_ * m;
-    balance->row_force += m - row_penalty_ * gap;
+    balance->row_force -= rows_.penalty * gap;
+    // Iterated columns are right in part; what the points must move by is exact all the same, since
+    // else their forces work.
+    for (int refinement = 0; refinement < (solver_.is_direct() ? 1 : kRowRefinements);
+         ++refinement) {
+      missing = gap;
+      for (int k = 0; k < count; ++k) {
+        for (const auto& [unknown, weight] : balance->rows[Index(k)].weights) {
+          if (!balance->fixed[Index(unknown)]) missing[k] -= weight * step_[unknown];
+        }
+      }
+      const VectorXd m = rows_.factor->solve(missing);
+      step_ += rows_.columns * m;
+      balance->row_force += m;
+    }
   }
   if (first) {
     for (int i = 0; i < x.size(); ++i) {
@@ -273,10 +304,14 @@ bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
 bool Equilibrium::Solve(Balance* balance, VectorXd* x) {
   failure_ = {};
   removed_ = 0;
+  raised_ = false;
   if (balance->row_force.size() != static_cast<int>(balance->rows.size())) {
     balance->row_force.setZero(static_cast<int>(balance->rows.size()));
   }
-  if (!Iterate(balance, x)) return false;
+  if (!Iterate(balance, x)) {
+    return options_.progress != nullptr && options_.progress->stopped() ? Fail("interrupted")
+                                                                        : false;
+  }
   return x->allFinite() && x->lpNorm<Eigen::Infinity>() < std::numeric_limits<double>::max();
 }
 
@@ -295,8 +330,10 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
   const bool counted = options_.linear_solves > 0 && !linear();
   const int most = counted ? options_.linear_solves : linear() ? kMostRefinements : kMostSteps;
-  const double goal =
-      linear() && solver_.is_direct() ? std::min(kTight, options_.residual) : options_.residual;
+  // Where a step is solved for in part only, further digits are cheap.
+  const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
+                      : linear() || solver_.is_direct() ? options_.residual
+                                                        : kAim * options_.residual;
   double best = std::numeric_limits<double>::infinity();
   start_force_ = 0;
   int stalled = 0;
@@ -309,22 +346,27 @@ bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
     if (!std::isfinite(energy_) || std::isnan(relative_)) return Fail("the solution is not finite");
     if (!moves && relative_ <= goal && !(counted && steps_ == 0)) return KeepsVolume(*x);
     if (counted && steps_ >= most) return true;
+    if (options_.progress != nullptr) {
+      options_.progress->Reach(relative_, goal);
+      if (!options_.progress->Continue()) return Fail("interrupted");
+    }
     stalled = relative_ < 0.9 * best || moves ? 0 : stalled + 1;
     best = std::min(best, relative_);
+    if (stalled > 0 && !moves && !linear() && !counted && relative_ <= options_.residual)
+      return true;
     if (steps_ >= most || (linear() && stalled > 4)) {
       if (relative_ <= options_.residual) return KeepsVolume(*x);
       return Fail(linear() ? "the linear solver does not reach the requested residual"
                            : "no equilibrium was found: Newton's method did not converge");
     }
-    if (!Prepare(*balance, *x)) return false;
-    Weigh(*balance);  // PrepareRows used right_
-    if (!Direction(balance, *x, moves)) return false;
+    if (!Prepare(balance, *x, moves)) return false;
     if (moves || linear() || counted) {
       *x += step_;
       moves = false;
       continue;
     }
     if (!Search(*balance, std::min(residual_.dot(step_), 0.0), x)) {
+      if (relative_ <= options_.residual) return true;
       return Fail("no equilibrium was found: the energy does not decrease further");
     }
   }

@@ -44,6 +44,7 @@ class Equilibrium {
     int linear_solves = 0;   // exactly so many without line search; 0: until `residual`
     bool warped = false;     // the tangent that holds the co-rotational law's rotations
     SymmetricSolver::Limits limits;
+    fem::SearchProgress* progress = nullptr;  // of long searches; may be null, else outlives this
   };
   // Keeps references. The linear law assembles its matrix here.
   Equilibrium(const BlockLayout& layout, const ElasticBody& body, const Options& options);
@@ -52,7 +53,7 @@ class Equilibrium {
   // unusable. Allocates only when `rows` grow, and for the factorisation.
   bool Solve(Balance* balance, Eigen::VectorXd* x);
   // Call when fixed unknowns, rows or inertia differ from the last Solve.
-  void Changed() { factored_ = false; }
+  void Changed() { factored_ = rows_.has_columns = false; }
 
   // gradient W + Q (x - x_0) - f - q of the last state: what fixed unknowns and points must carry.
   [[nodiscard]] const Eigen::VectorXd& unbalanced() const { return residual_; }
@@ -69,10 +70,12 @@ class Equilibrium {
   double Residual(const Balance& balance, const Eigen::VectorXd& x);
   double Potential(const Balance& balance, const Eigen::VectorXd& x);
   double Weigh(const Balance& balance);
-  bool Prepare(const Balance& balance, const Eigen::VectorXd& x);
-  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x, const Tangent& tangent);
+  bool Prepare(Balance* balance, const Eigen::VectorXd& x, bool first);
+  bool FactorTangent(const Balance& balance, const Eigen::VectorXd& x, const Tangent& tangent,
+                     bool first);
   void Constrain(const Balance& balance);
   bool PrepareRows(const Balance& balance);
+  [[nodiscard]] double Accuracy() const;
   bool Direction(Balance* balance, const Eigen::VectorXd& x, bool first);
   bool Search(const Balance& balance, double slope, Eigen::VectorXd* x);
   bool KeepsVolume(const Eigen::VectorXd& x);
@@ -86,11 +89,15 @@ class Equilibrium {
   const ElasticBody& body_;
   Options options_;
   SymmetricSolver solver_;
-  SparseMatrix stiffness_;  // of the linear law, else of the last tangent, free of constraints
+  SparseMatrix stiffness_;  // of the linear law, else where a solution begins; free of constraints
   SparseMatrix system_;     // the factorised matrix
-  std::optional<Eigen::LDLT<Eigen::MatrixXd>> row_factor_;
-  Eigen::MatrixXd row_matrix_, row_columns_;  // C A^-1 C^T, A^-1 C^T
-  double row_penalty_ = 0;
+  // Of moved points.
+  struct Rows {
+    std::optional<Eigen::LDLT<Eigen::MatrixXd>> factor;
+    Eigen::MatrixXd matrix, columns;  // C A^-1 C^T, A^-1 C^T
+    bool has_columns = false;
+    double penalty = 0;
+  } rows_;
 
   std::optional<PressureUpdate> pressure_;  // where it is an unknown and the law not linear
 
@@ -98,6 +105,7 @@ class Equilibrium {
   double energy_ = 0, relative_ = 0, start_force_ = 0, removed_ = 0;
   int steps_ = 0, expected_negative_ = 0;
   bool factored_ = false;
+  bool raised_ = false;  // what is removed, by the last step
   std::string_view failure_;
 };
 

@@ -200,6 +200,13 @@ Matrix9d MaterialLaw::LinearTangent(double bulk) const {
   return D;
 }
 
+MaterialLaw::InvariantTangent MaterialLaw::InvariantTangentAt(const Matrix3d& H, double p,
+                                                              double bulk) const {
+  const double m = 4.0 / 3 * mu_;
+  const double invariant = 4 + 2 * H.trace() + H.squaredNorm();  // I_C + 1
+  return {m * (1 - 1 / invariant), 2 * m / (invariant * invariant), bulk, p - 0.75 * m};
+}
+
 Matrix9d MaterialLaw::TangentAt(const Matrix3d& H, double p, double bulk,
                                 const Tangent& tangent) const {
   if (law_ == FemOptions::Law::kLinear) return LinearTangent(bulk);

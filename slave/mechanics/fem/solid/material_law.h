@@ -48,6 +48,14 @@ class MaterialLaw {
 
   // H = F - I, the displacement gradient: strains of 1e-18 keep their digits.
   [[nodiscard]] Point At(const Eigen::Matrix3d& H) const;
+  // Where the energy depends on I_C and J alone, the same as TangentAt, nothing removed:
+  //   identity 1 + along F F^T + volume cof F cof F^T + pressure d cof F / dF
+  struct InvariantTangent {
+    double identity = 0, along = 0, volume = 0, pressure = 0;
+  };
+  [[nodiscard]] bool HasInvariantTangent() const { return law_ == FemOptions::Law::kNeoHookean; }
+  [[nodiscard]] InvariantTangent InvariantTangentAt(const Eigen::Matrix3d& H, double p,
+                                                    double bulk) const;
   // d2(A + p g) / dF dF + bulk dg/dF dg/dF^T over vec(F), column by column. `bulk`: k where the
   // pressure follows from g at the point itself, 0 where it is an unknown.
   [[nodiscard]] Matrix9d TangentAt(const Eigen::Matrix3d& H, double p, double bulk,

@@ -15,20 +15,21 @@ SparseMatrix MassOf(const ElasticBody& body) {
 
 }  // namespace
 
-PressureUpdate::PressureUpdate(const BlockLayout& layout, const ElasticBody& body,
-                               const SymmetricSolver::Limits& limits)
+PressureUpdate::PressureUpdate(const BlockLayout& layout, const ElasticBody& body)
     : layout_(layout),
       body_(body),
       mass_(MassOf(body)),
-      solver_(mass_, limits),
+      solver_(mass_),
       change_(Eigen::VectorXd::Zero(mass_.cols())),
       pressure_(change_) {
-  solver_.Factorize(mass_);
+  solver_.Allocate(mass_);
+  solver_.Factorize(mass_, true);
 }
 
 void PressureUpdate::Update(Eigen::VectorXd* x) {
   body_.VolumeChange(*x, &change_);
-  solver_.Solve(change_, 1e-14, &pressure_);
+  pressure_ = change_;
+  solver_.Solve(&pressure_);
   for (int i = 0; i < pressure_.size(); ++i) {
     (*x)[layout_.pressure(i)] = pressure_[i] / body_.law().compressibility();
   }

@@ -6,14 +6,14 @@
 
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
 
 namespace palpate {
 
 class PressureUpdate {
  public:
   // Keeps references.
-  PressureUpdate(const BlockLayout& layout, const ElasticBody& body,
-                 const SymmetricSolver::Limits& limits);
+  PressureUpdate(const BlockLayout& layout, const ElasticBody& body);
 
   // Sets the pressures of x by its displacements.
   void Update(Eigen::VectorXd* x);
@@ -22,7 +22,7 @@ class PressureUpdate {
   const BlockLayout& layout_;
   const ElasticBody& body_;
   SparseMatrix mass_;
-  SymmetricSolver solver_;
+  SparseLdlt solver_;
   Eigen::VectorXd change_, pressure_;
 };
 

@@ -33,8 +33,9 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       layout_((ReportProgress(progress, "mesh and pattern", 0.3), mesh_), params_.TakesPressure()),
       body_(mesh_, layout_,
             MaterialLaw(params_.options.law, params_.poisson_ratio, params_.options.terms)),
+      progress_(progress, params_.linear()),
       equilibrium_((ReportProgress(progress, "mesh and pattern", 0.6), layout_), body_,
-                   params_.SolverOptions()),
+                   params_.SolverOptions(&progress_)),
       used_(Index(mesh_.node_count()), false),
       contacts_(mesh_, used_, unit_),
       supports_(mesh_, layout_, held, body_.NodeVolumes()),
@@ -42,7 +43,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       strain_({mesh_.surface.nodes, mesh.tets}, layout_.has_pressure() ? HeldNodes{} : held,
               layout_.has_pressure() ? 0.0 : params_.poisson_ratio, mesh_.nodes_per_element),
       u_(mesh_.nodes.size()),
-      statics_(equilibrium_, supports_, params_.linear(), layout_.size()) {
+      statics_(equilibrium_, supports_, progress_, params_.linear(), layout_.size()) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   if (layout_.has_pressure() && !equilibrium_.solver().is_direct()) {

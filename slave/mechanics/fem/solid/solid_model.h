@@ -39,7 +39,9 @@ class SolidModel final : public DeformationModel {
 
   // `held`: components of every node of `mesh` that stay in place; the middle of an edge is fixed
   // where both its ends are. Throws std::invalid_argument: see Checked; a mesh with bad tetrahedra,
-  // or one whose direct factor exceeds the limits where the pressure is an unknown; Interrupted.
+  // or one whose direct factor exceeds the limits where the pressure is an unknown; Interrupted. In
+  // statics `progress` must outlive the model: searches for equilibrium that take longer than a
+  // tenth of a second report their progress to it, and fail when stopped.
   SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
              Progress* progress = nullptr);
 
@@ -86,6 +88,7 @@ class SolidModel final : public DeformationModel {
   ElementMesh mesh_;
   BlockLayout layout_;
   ElasticBody body_;
+  fem::SearchProgress progress_;
   Equilibrium equilibrium_;
   std::vector<bool> used_;
   SolidContacts contacts_;

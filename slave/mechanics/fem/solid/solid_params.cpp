@@ -15,6 +15,7 @@ using Pressure = FemOptions::Pressure;
 using Time = FemOptions::Time;
 
 constexpr double kAutoMixed = 0.49;  // nu from which ten nodes take a pressure
+constexpr double kFactorOnce = 3e8;  // operations of a factor that is worth making in every step
 
 void CheckPressure(const SolidParams& params) {
   const auto& o = params.options;
@@ -76,13 +77,18 @@ SolidParams Checked(const SolidParams& params) {
   return params;
 }
 
-Equilibrium::Options SolidParams::SolverOptions() const {
+Equilibrium::Options SolidParams::SolverOptions(fem::SearchProgress* progress) const {
   Equilibrium::Options solver;
   solver.residual = options.residual;
   solver.limits = limits;
   if (dynamic()) {
     solver.linear_solves = options.newton;
     solver.warped = options.newton > 0 && options.tangent == FemOptions::Tangent::kWarped;
+    return solver;
+  }
+  solver.progress = progress;
+  if (!linear()) {
+    solver.limits.iterated_flops = std::min(limits.iterated_flops, kFactorOnce);
   }
   return solver;
 }

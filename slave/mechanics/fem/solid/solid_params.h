@@ -21,8 +21,8 @@ struct SolidParams {
   [[nodiscard]] bool linear() const { return options.law == FemOptions::Law::kLinear; }
   // Whether the pressure is an unknown of its own.
   [[nodiscard]] bool TakesPressure() const;
-  // Of Newton's method.
-  [[nodiscard]] Equilibrium::Options SolverOptions() const;
+  // Of Newton's method; `progress` serves it at rest.
+  [[nodiscard]] Equilibrium::Options SolverOptions(fem::SearchProgress* progress) const;
 };
 
 // Returns `params`. Throws std::invalid_argument: an impossible parameter or combination.

@@ -16,10 +16,11 @@ constexpr int kMostSteps = 300;          // of Newton's method for one answer, a
 
 }  // namespace
 
-SolidStatics::SolidStatics(Equilibrium& equilibrium, const Supports& supports, bool linear,
-                           int unknowns)
+SolidStatics::SolidStatics(Equilibrium& equilibrium, const Supports& supports,
+                           fem::SearchProgress& progress, bool linear, int unknowns)
     : equilibrium_(equilibrium),
       supports_(supports),
+      progress_(progress),
       linear_(linear),
       start_(VectorXd::Zero(unknowns)),
       good_(start_),
@@ -32,8 +33,9 @@ bool SolidStatics::Solve(SolidState* state) {
   }
   start_ = state->x;
   newton_steps_ = 0;
+  progress_.Begin();
   if (!SolveInParts(state)) {
-    if (linear_ || start_.isZero(0)) return false;
+    if (progress_.stopped() || linear_ || start_.isZero(0)) return false;
     newton_steps_ = 0;
     Reset();  // from rest instead of from the last answer
     state->Rest();
@@ -78,7 +80,7 @@ bool SolidStatics::SolveInParts(SolidState* state) {
       continue;
     }
     part /= 2;
-    if (part < kLeastPart || newton_steps_ > kMostSteps || linear_) {
+    if (progress_.stopped() || part < kLeastPart || newton_steps_ > kMostSteps || linear_) {
       return false;
     }
   }

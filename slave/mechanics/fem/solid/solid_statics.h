@@ -14,7 +14,8 @@ namespace palpate {
 class SolidStatics {
  public:
   // Keeps references. `linear`: the law is, so that one solve is all there is.
-  SolidStatics(Equilibrium& equilibrium, const Supports& supports, bool linear, int unknowns);
+  SolidStatics(Equilibrium& equilibrium, const Supports& supports, fem::SearchProgress& progress,
+               bool linear, int unknowns);
 
   // Moves the state from its equilibrium under the last loads to that under its present ones, or
   // finds that from rest. A body that is free takes balanced loads and moves without mean
@@ -35,6 +36,7 @@ class SolidStatics {
 
   Equilibrium& equilibrium_;
   const Supports& supports_;
+  fem::SearchProgress& progress_;
   bool linear_;
   Eigen::VectorXd start_, good_, start_loads_;
   int newton_steps_ = 0;

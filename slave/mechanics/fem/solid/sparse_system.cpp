@@ -1,12 +1,14 @@
 #include "slave/mechanics/fem/solid/sparse_system.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 
-#include <Eigen/IterativeLinearSolvers>
-
 #include "shared/geometry/index.h"
+#include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/two_grid.h"
 
 namespace palpate {
 namespace {
@@ -14,6 +16,10 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr int kMostIterations = 20'000;  // of conjugate gradients
+constexpr int kMostRestarts = 4;
+constexpr double kGridsWorth = 10;    // iterations that a new preconditioner must save
+constexpr int kPatience = 200;        // iterations before a factor is tried instead
+constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
 
 // Of every node, itself included, rising.
 std::vector<std::vector<int>> NeighboursOf(const ElementMesh& mesh) {
@@ -53,6 +59,12 @@ BlockLayout::BlockLayout(const ElementMesh& mesh, bool pressure)
   }
   BuildPattern(neighbours);
   FindPositions(neighbours);
+}
+
+std::vector<Eigen::Vector3d> BlockLayout::Points() const {
+  std::vector<Eigen::Vector3d> points;
+  for (const int node : order_) points.push_back(mesh_.nodes[Index(node)]);
+  return points;
 }
 
 void BlockLayout::BuildPattern(const std::vector<std::vector<int>>& upper) {
@@ -105,30 +117,6 @@ void BlockLayout::FindPositions(const std::vector<std::vector<int>>& upper) {
   }
 }
 
-void BlockLayout::Add(int element, const ElementMatrix& block, SparseMatrix* matrix) const {
-  const auto nodes = mesh_.element(element);
-  const int n = mesh_.nodes_per_element;
-  const int* position = &positions_[Index(element) * Index(n * (n + 1) / 2)];
-  const int* outer = matrix->outerIndexPtr();
-  double* values = matrix->valuePtr();
-  std::array<int, kMaxNodes + 1> start{};
-  for (int i = 0; i < n; ++i) start[Index(i) + 1] = start[Index(i)] + local_size(i);
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i <= j; ++i, ++position) {
-      const bool is_upper = rank_[Index(nodes[Index(i)])] <= rank_[Index(nodes[Index(j)])];
-      const int row = is_upper ? i : j, column = is_upper ? j : i;
-      const int first_column = first(nodes[Index(column)]);
-      for (int c = 0; c < local_size(column); ++c) {
-        double* target = values + outer[first_column + c] + *position;
-        const int rows = row == column ? c + 1 : local_size(row);
-        for (int r = 0; r < rows; ++r) {
-          target[r] += block(start[Index(row)] + r, start[Index(column)] + c);
-        }
-      }
-    }
-  }
-}
-
 void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd* y) {
   const int* outer = upper.outerIndexPtr();
   const int* inner = upper.innerIndexPtr();
@@ -148,77 +136,196 @@ void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::Vector
   }
 }
 
-// Conjugate gradients, preconditioned by Eigen's incomplete Cholesky factor (Lin and More 1999).
+// Conjugate gradients on blocks of three, whose pattern is that of the scalars.
 struct SymmetricSolver::Iterative {
-  Eigen::IncompleteCholesky<double, Eigen::Upper, Eigen::NaturalOrdering<int>> factor;
-  const SparseMatrix* matrix = nullptr;
-  VectorXd r, z, d, Ad;
+  fem::BlockPattern pattern;
+  fem::BlockMatrix matrix;
+  fem::TwoGrid grids;
+  fem::NodeVector free, x, r, z, d, Ad;
+  double young = 0, excess = 0;  // iterations: of the least ones per digit, beyond those since
 
-  bool Solve(const VectorXd& b, double tolerance, VectorXd* x) {
-    x->setZero();
-    r = b;
-    const double goal = tolerance * b.norm();
-    int steps = 0;
-    // Restarted from the true residual until that one, not the recurrence, is small.
-    for (int restart = 0; restart < 4 && r.norm() > goal; ++restart) {
-      z = factor.solve(r);
-      d = z;
-      double rz = r.dot(z);
-      while (steps < kMostIterations && r.norm() > goal && rz > 0) {
-        ++steps;
-        Multiply(*matrix, d, &Ad);
-        const double curvature = d.dot(Ad);
-        if (!(curvature > 0)) break;
-        *x += rz / curvature * d;
-        r -= rz / curvature * Ad;
-        z = factor.solve(r);
-        const double before = rz;
-        rz = r.dot(z);
-        d = z + rz / before * d;
+  Iterative(const SparseMatrix& scalars, std::span<const Eigen::Vector3d> points)
+      : pattern(PatternOf(scalars)), matrix(pattern), grids(points, pattern) {
+    for (auto* vector : {&free, &x, &r, &z, &d, &Ad}) vector->resize(points.size());
+  }
+
+  static fem::BlockPattern PatternOf(const SparseMatrix& upper) {
+    const int nodes = static_cast<int>(upper.cols()) / 3;
+    std::vector<std::vector<int>> columns(Index(nodes));
+    for (int node = 0; node < nodes; ++node) {
+      for (SparseMatrix::InnerIterator entry(upper, 3 * node); entry; ++entry) {
+        if (entry.row() % 3 != 0) continue;
+        const int other = static_cast<int>(entry.row()) / 3;
+        columns[Index(node)].push_back(other);
+        if (other != node) columns[Index(other)].push_back(node);
       }
-      Multiply(*matrix, *x, &Ad);
-      r = b - Ad;
     }
-    return r.norm() <= goal;
+    fem::NodeGraph graph{{0}, {}};
+    for (const auto& row : columns) {  // rising: the lower half first, then node by node
+      graph.column.insert(graph.column.end(), row.begin(), row.end());
+      graph.begin.push_back(static_cast<int>(graph.column.size()));
+    }
+    return fem::MakePattern(std::move(graph));
+  }
+
+  // Both halves of the scalars' upper triangle.
+  void Copy(const SparseMatrix& upper) {
+    const int* outer = upper.outerIndexPtr();
+    const double* values = upper.valuePtr();
+    for (int node = 0; node < pattern.rows(); ++node) {
+      const int first = pattern.graph.begin[Index(node)], last = pattern.diagonal[Index(node)];
+      for (int k = first; k <= last; ++k) {
+        double* lower = matrix.block(k);
+        double* mirrored = matrix.block(pattern.transpose[Index(k)]);
+        for (int c = 0; c < 3; ++c) {
+          const double* column = values + outer[3 * node + c] + 3 * (k - first);
+          for (int i = 0; i < (k == last ? c + 1 : 3); ++i) {
+            lower[c + 3 * i] = mirrored[i + 3 * c] = column[i];
+          }
+        }
+      }
+    }
+  }
+
+  static void Load(const VectorXd& from, fem::NodeVector* to) {
+    for (std::size_t i = 0; i < to->size(); ++i) {
+      Eigen::Map<Eigen::Vector3d>((*to)[i].v) = from.segment<3>(3 * static_cast<Eigen::Index>(i));
+    }
+  }
+  void Store(VectorXd* to) const {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      to->segment<3>(3 * static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::Vector3d>(x[i].v);
+    }
+  }
+
+  bool Factorize(const SparseMatrix& upper, const std::vector<char>& fixed, bool renew) {
+    Copy(upper);
+    if (!renew && excess < kGridsWorth) return true;
+    for (std::size_t i = 0; i < 3 * free.size(); ++i) {
+      free[i / 3].v[i % 3] = i < fixed.size() && fixed[i] ? 0 : 1;
+    }
+    excess = 0;
+    young = std::numeric_limits<double>::infinity();
+    return grids.Factor(matrix, free);
+  }
+
+  // How much longer solutions take than the first one with these grids did, per digit.
+  void CountAge(double digits, long taken) {
+    if (taken == 0 || digits <= 0) return;
+    young = std::min(young, static_cast<double>(taken) / digits);
+    excess += static_cast<double>(taken) - young * digits;
+  }
+
+  enum class Outcome { kConverged, kIndefinite, kSlow, kStopped };
+  // Restarted from the true residual until that one, not the recurrence, is small.
+  Outcome Solve(const VectorXd& b, double goal, int most, long* iterations,
+                fem::SearchProgress* progress) {
+    for (int restart = 0; restart < kMostRestarts; ++restart) {
+      Load(b, &r);
+      matrix.Multiply(x, Ad);
+      fem::Add(-1, Ad, r);
+      if (fem::Norm(r) <= goal) return Outcome::kConverged;
+      double rho = 0;
+      for (int step = 0;; ++step, ++*iterations) {
+        const double size = fem::Norm(r);
+        if (size <= goal) break;
+        if (step >= most) return Outcome::kSlow;
+        if (progress != nullptr) {
+          progress->ReachInner(size, goal);
+          if (!progress->Continue()) return Outcome::kStopped;
+        }
+        grids.Solve(r, z);
+        const double next = fem::Dot(r, z);
+        if (!(next > 0)) return Outcome::kIndefinite;
+        if (step == 0) {
+          d = z;
+        } else {
+          fem::ScaleAndAdd(next / rho, z, d);
+        }
+        rho = next;
+        matrix.Multiply(d, Ad);
+        const double curvature = fem::Dot(d, Ad);
+        if (!(curvature > 0)) return Outcome::kIndefinite;
+        fem::Add(rho / curvature, d, x);
+        fem::Add(-rho / curvature, Ad, r);
+      }
+    }
+    return Outcome::kSlow;
   }
 };
 
-SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limits)
-    : factor_(std::make_unique<SparseLdlt>(pattern)) {
+SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limits,
+                                 std::span<const Eigen::Vector3d> points,
+                                 fem::SearchProgress* progress)
+    : progress_(progress), factor_(std::make_unique<SparseLdlt>(pattern)) {
   memory_bytes_ = factor_->entries() * sizeof(double);
-  direct_ = memory_bytes_ <= limits.factor_bytes && factor_->flops() <= limits.factor_flops;
+  const double flops = factor_->flops();
+  const bool fits = memory_bytes_ <= limits.factor_bytes && flops <= limits.factor_flops;
+  direct_ = fits && (points.empty() || flops <= limits.iterated_flops);
   if (direct_) {
     factor_->Allocate(pattern);
     return;
   }
-  factor_.reset();
-  iterative_ = std::make_unique<Iterative>();
-  iterative_->r.resize(pattern.cols());
-  iterative_->z = iterative_->d = iterative_->Ad = iterative_->r;
-  memory_bytes_ = static_cast<std::size_t>(pattern.nonZeros()) * (sizeof(double) + sizeof(int));
+  if (points.empty()) return;
+  iterative_ = std::make_unique<Iterative>(pattern, points);
+  const auto worth = flops / (kFactorSpeed * iterative_->pattern.blocks());
+  if (fits) {
+    worth_ = kPatience + static_cast<int>(worth);
+  } else {
+    factor_.reset();
+  }
+  memory_bytes_ =
+      Index(iterative_->pattern.blocks()) * 9 * sizeof(double) + iterative_->grids.memory_bytes();
 }
 
 SymmetricSolver::~SymmetricSolver() = default;
 
-bool SymmetricSolver::Factorize(const SparseMatrix& matrix, bool definite) {
-  if (direct_) {
-    if (!factor_->Factorize(matrix, definite)) return false;
-    negative_pivots_ = factor_->negative_pivots();
-    return true;
-  }
-  iterative_->matrix = &matrix;
-  if (!(matrix.diagonal().minCoeff() > 0)) return false;
-  iterative_->factor.compute(matrix);
-  return iterative_->factor.info() == Eigen::Success;
+bool SymmetricSolver::FactorizeDirectly(const SparseMatrix& matrix, bool definite) {
+  const auto go_on = [this](double done) {
+    return progress_ == nullptr || progress_->ContinueFactor(done);
+  };
+  if (!factor_->Factorize(matrix, definite, go_on)) return false;
+  negative_pivots_ = factor_->negative_pivots();
+  return true;
+}
+
+bool SymmetricSolver::Factorize(const SparseMatrix& matrix, bool definite,
+                                const std::vector<char>& fixed, bool renew) {
+  indefinite_ = false;
+  if (direct_) return FactorizeDirectly(matrix, definite);
+  matrix_ = &matrix;
+  if (iterative_->Factorize(matrix, fixed, renew)) return true;
+  indefinite_ = true;
+  return false;
 }
 
 bool SymmetricSolver::Solve(const VectorXd& b, double tolerance, VectorXd* x) {
-  if (direct_) {
-    *x = b;
-    factor_->Solve(x);
-    return x->allFinite();
+  if (!direct_) {
+    using Outcome = Iterative::Outcome;
+    const int most = worth_ > 0 ? worth_ : kMostIterations;
+    Iterative::Load(*x, &iterative_->x);
+    const long before = iterations_;
+    const Outcome outcome =
+        iterative_->Solve(b, tolerance * b.norm(), most, &iterations_, progress_);
+    if (outcome == Outcome::kConverged) {
+      iterative_->CountAge(-std::log10(tolerance), iterations_ - before);
+      iterative_->Store(x);
+      return x->allFinite();
+    }
+    indefinite_ = outcome == Outcome::kIndefinite;
+    if (outcome != Outcome::kSlow || worth_ == 0) return false;
+    // Iterations are slow with this body: a factor serves it from now on.
+    factor_->Allocate(*matrix_);
+    memory_bytes_ = factor_->entries() * sizeof(double);
+    direct_ = true;
+    if (!FactorizeDirectly(*matrix_, true)) {
+      indefinite_ = true;
+      return false;
+    }
   }
-  return iterative_->Solve(b, tolerance, x);
+  *x = b;
+  factor_->Solve(x);
+  return x->allFinite();
 }
 
 }  // namespace palpate

@@ -4,11 +4,14 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include "shared/geometry/index.h"
+#include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 
@@ -27,6 +30,8 @@ class BlockLayout {
 
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] bool has_pressure() const { return pressure_; }
+  // Where the nodes are, in the order of their unknowns.
+  [[nodiscard]] std::vector<Eigen::Vector3d> Points() const;
   // First unknown of a node: x; y, z and the pressure follow.
   [[nodiscard]] int first(int node) const { return first_[static_cast<std::size_t>(node)]; }
   [[nodiscard]] int pressure(int vertex) const { return first(vertex) + 3; }
@@ -39,8 +44,33 @@ class BlockLayout {
 
   // The pattern, all values zero.
   [[nodiscard]] const SparseMatrix& pattern() const { return pattern_; }
-  // Adds an element's matrix (node by node, as local_size counts; both triangles filled).
-  void Add(int element, const ElementMatrix& block, SparseMatrix* matrix) const;
+  // Adds an element's matrix: entry(a, i, b, k) is what is between unknown i of node a and k of
+  // node b of the element, not b < a.
+  template <typename Entry>
+  void Add(int element, Entry&& entry, SparseMatrix* matrix) const {
+    const auto nodes = mesh_.element(element);
+    const int n = mesh_.nodes_per_element;
+    const int* position = &positions_[Index(element) * Index(n * (n + 1) / 2)];
+    const int* outer = matrix->outerIndexPtr();
+    for (int b = 0; b < n; ++b) {
+      const int first_b = first(nodes[Index(b)]), size_b = local_size(b);
+      for (int a = 0; a <= b; ++a, ++position) {
+        const int first_a = first(nodes[Index(a)]), size_a = local_size(a);
+        double* to = matrix->valuePtr() + *position;
+        if (first_a <= first_b) {
+          for (int k = 0; k < size_b; ++k) {
+            double* column = to + outer[first_b + k];
+            for (int i = 0; i < (a == b ? k + 1 : size_a); ++i) column[i] += entry(a, i, b, k);
+          }
+        } else {
+          for (int i = 0; i < size_a; ++i) {
+            double* column = to + outer[first_a + i];
+            for (int k = 0; k < size_b; ++k) column[k] += entry(a, i, b, k);
+          }
+        }
+      }
+    }
+  }
 
  private:
   void BuildPattern(const std::vector<std::vector<int>>& upper);
@@ -62,34 +92,52 @@ class BlockLayout {
 // y = A x for the upper triangle of a symmetric A. Does not allocate if y has its size.
 void Multiply(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd* y);
 
-// Solves with a sparse symmetric matrix whose pattern never changes: by L D L^T while the factor
-// stays small, else by conjugate gradients with an incomplete factor.
+// Solves with a sparse symmetric matrix whose pattern never changes: by L D L^T, or by conjugate
+// gradients on two grids where the factor is too large, or dear and the matrix new each time.
 class SymmetricSolver {
  public:
   struct Limits {
     std::size_t factor_bytes = std::size_t{2} << 30U;
-    double factor_flops = 2e11;  // some tens of seconds
+    double factor_flops = 2e11;    // some tens of seconds
+    double iterated_flops = 2e11;  // beyond them iterations are tried before a factor
   };
-  // Analyses the pattern (upper triangle, ordered to be sparse). O(entries of the factor).
-  SymmetricSolver(const SparseMatrix& pattern, const Limits& limits);
+  // Analyses the pattern (upper triangle, ordered to be sparse). `points`: where its nodes are,
+  // three unknowns each; without them nothing is iterated. O(entries of the factor).
+  // `progress` is asked on the way whether to stop; may be null, else it outlives this.
+  SymmetricSolver(const SparseMatrix& pattern, const Limits& limits,
+                  std::span<const Eigen::Vector3d> points = {},
+                  fem::SearchProgress* progress = nullptr);
   ~SymmetricSolver();
 
-  // False: a zero pivot, with `definite` a negative one, or (iterative) a negative diagonal.
-  bool Factorize(const SparseMatrix& matrix, bool definite = false);
-  // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations go on until the
-  // true residual falls below `tolerance` of b. False: it did not.
+  // Rows of `fixed` unknowns are diagonal. False: a zero pivot, with `definite` a negative one, or
+  // (iterative) none of a definite matrix. `renew`: what was found for earlier matrices is of no
+  // use.
+  bool Factorize(const SparseMatrix& matrix, bool definite = false,
+                 const std::vector<char>& fixed = {}, bool renew = true);
+  // x becomes A^-1 b. The matrix is that of Factorize, still unchanged. Iterations begin at x and
+  // go on until the true residual falls below `tolerance` of b. False: it did not.
   bool Solve(const Eigen::VectorXd& b, double tolerance, Eigen::VectorXd* x);
 
   [[nodiscard]] bool is_direct() const { return direct_; }
+  // Iterations have met a direction of negative curvature.
+  [[nodiscard]] bool indefinite() const { return indefinite_; }
   // Negative pivots of the last factor; -1: not known (iterative).
   [[nodiscard]] int negative_pivots() const { return negative_pivots_; }
   [[nodiscard]] std::size_t memory_bytes() const { return memory_bytes_; }
+  // Iterations so far.
+  [[nodiscard]] long iterations() const { return iterations_; }
 
  private:
   struct Iterative;
-  bool direct_ = true;
+  bool FactorizeDirectly(const SparseMatrix& matrix, bool definite);
+
+  fem::SearchProgress* progress_;
+  bool direct_ = true, indefinite_ = false;
   int negative_pivots_ = -1;
+  int worth_ = 0;  // of a factor, in iterations; 0: there is no room for one
+  long iterations_ = 0;
   std::size_t memory_bytes_ = 0;
+  const SparseMatrix* matrix_ = nullptr;  // of iterations
   std::unique_ptr<SparseLdlt> factor_;
   std::unique_ptr<Iterative> iterative_;
 };

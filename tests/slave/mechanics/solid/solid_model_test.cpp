@@ -278,6 +278,80 @@ TEST(SolidModel, IterativeSolverAgreesWithTheDirectOne) {
   }
 }
 
+// The same equilibria with and without a factor, on the way through states that are not stable: a
+// corner pressed flat, and a point pulled so far that parts of the tangent lose their definiteness.
+TEST(SolidModel, IterationsComeThroughIndefiniteTangents) {
+  const SolidMesh mesh = MeshBox({1, 1, 1}, {5, 5, 5});
+  for (const Law law : {Law::kCorotational, Law::kNeoHookean}) {
+    auto params = Foam(Element::kTet4, law);
+    params.poisson_ratio = 0.4;
+    params.options.residual = 1e-9;
+    SolidModel direct(mesh, Bottom(mesh), params);
+    params.limits.factor_bytes = 0;
+    SolidModel iterated(mesh, Bottom(mesh), params);
+    for (const Contact& contact :
+         {Push({0.6, 0.6, 1}, {0, 0, -300}, 0.7), Move({0.4, 0.4, 1}, {0.3, 0.1, -0.35}, 0.5),
+          Move({0.5, 0.5, 1}, {0.2, 0, 0.5})}) {
+      const auto a = Answer(&direct, contact), b = Answer(&iterated, contact);
+      ASSERT_NE(a.validity, Validity::kFailed) << direct.failure();
+      ASSERT_EQ(b.validity, a.validity) << iterated.failure();
+      EXPECT_LT((a.force_O - b.force_O).norm(), 1e-6 * a.force_O.norm());
+      EXPECT_LT((a.displacement_O - b.displacement_O).norm(), 1e-6 * a.displacement_O.norm());
+    }
+  }
+}
+
+// A thread of one cell across, on which the coarse grid sees no bending: iterations give up and a
+// factor answers, like the model that had it from the start.
+TEST(SolidModel, SlowIterationsGiveWayToAFactor) {
+  const SolidMesh mesh = MeshBox({1, 0.004, 0.004}, {250, 1, 1});
+  const HeldNodes held = HeldWhere(mesh, [](const Vector3d& p) { return p.x() == 0; });
+  auto params = Foam(Element::kTet4, Law::kNeoHookean);
+  params.options.residual = 1e-8;
+  SolidModel direct(mesh, held, params);
+  params.limits.iterated_flops = 0;
+  SolidModel iterated(mesh, held, params);
+  EXPECT_NE(direct.info().remark, iterated.info().remark);
+  const Contact contact = Push({1, 0.004, 0.004}, {0, 0, 1e-9});
+  const auto a = Answer(&direct, contact), b = Answer(&iterated, contact);
+  ASSERT_NE(b.validity, Validity::kFailed) << iterated.failure();
+  EXPECT_LT((a.displacement_O - b.displacement_O).norm(), 1e-5 * a.displacement_O.norm());
+}
+
+struct Listener final : Progress {
+  bool Report(std::string_view /*stage*/, double done) override {
+    ++calls;
+    last = done;
+    return !stop;
+  }
+  int calls = 0;
+  double last = 0;
+  bool stop = false;
+};
+
+// A search that takes long reports its progress, stops when told to, and may be begun again: with
+// iterations and with a factor that takes longer than the tenth of a second that is silent.
+TEST(SolidModel, LongSearchesReportProgressAndStop) {
+  const SolidMesh mesh = MeshBox({1, 1, 1}, {6, 6, 6});
+  for (const double nu : {0.3, 0.499}) {
+    auto params = Foam(Element::kTet10, Law::kNeoHookean);
+    params.poisson_ratio = nu;
+    params.options.residual = 1e-8;
+    Listener listener;
+    SolidModel model(mesh, Bottom(mesh), params, &listener);
+    const Contact contact = Move({0.5, 0.5, 1}, {0.02, 0, -0.08}, 0.4);
+    listener.calls = 0;
+    listener.stop = true;
+    EXPECT_EQ(Answer(&model, contact).validity, Validity::kFailed);
+    EXPECT_EQ(model.failure(), "interrupted");
+    EXPECT_EQ(listener.calls, 1);
+    listener.stop = false;
+    EXPECT_NE(Answer(&model, contact).validity, Validity::kFailed) << model.failure();
+    EXPECT_GT(listener.calls, 1);
+    EXPECT_LE(listener.last, 1);
+  }
+}
+
 // An incompressible body whose whole surface is moved inwards cannot follow, and says so.
 TEST(SolidModel, IncompressibleBodiesKeepTheirVolume) {
   const SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});

@@ -1,0 +1,344 @@
+#include "slave/mechanics/linear/two_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <lapacke.h>
+
+#include "shared/geometry/index.h"
+#include "slave/mechanics/linear/lanes.h"
+
+namespace palpate::fem {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kNodesPerVertex = 27;   // of the fine grid to the coarse one: three along each axis
+constexpr int kMostVertices = 2000;   // whose band fits in the cache
+constexpr double kFiner = 1.05;       // from one grid that is tried to the next
+constexpr double kLeastShift = 1e-9;  // of the coarse diagonal, for corners that few nodes share
+constexpr double kMostShift = 1e-4;
+
+using Float4 [[gnu::vector_size(16), gnu::may_alias, gnu::aligned(4)]] = float;
+
+PALPATE_INLINE Float4 Load(const float* p) {
+  return *reinterpret_cast<const Float4*>(p);
+}
+PALPATE_INLINE void Store(float* p, const Float4& values) {
+  *reinterpret_cast<Float4*>(p) = values;
+}
+PALPATE_INLINE Float4 Times(const float* block, const float* x) {
+  return Load(block) * x[0] + Load(block + 3) * x[1] + Load(block + 6) * x[2];
+}
+// Sum of the blocks from `first` to before `last` times their columns' x.
+PALPATE_INLINE Float4 Product(const int* column, const float* values, int first, int last,
+                              const float* x) {
+  Float4 sum0{}, sum1{}, sum2{};
+  for (int k = first; k < last; ++k) {
+    const float* block = values + 9 * static_cast<std::size_t>(k);
+    const float* xj = x + 4 * static_cast<std::size_t>(column[k]);
+    sum0 += Load(block) * xj[0];
+    sum1 += Load(block + 3) * xj[1];
+    sum2 += Load(block + 6) * xj[2];
+  }
+  return sum0 + sum1 + sum2;
+}
+
+// From z = 0: (D + L) z = r, and what is left of r.
+PALPATE_DISPATCHED void SweepForward(const int* begin, const int* column, const int* diagonal,
+                                     const float* values, const float* inverse, int rows,
+                                     const float* r, float* z, float* left) {
+  for (int i = 0; i < rows; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    float rest[4];
+    Store(rest, Load(r + 4 * at) - Product(column, values, begin[i], diagonal[i], z));
+    Store(z + 4 * at, Times(inverse + 9 * at, rest));
+  }
+  for (int i = 0; i < rows; ++i) {
+    const auto at = 4 * static_cast<std::size_t>(i);
+    Store(left + at, -Product(column, values, diagonal[i] + 1, begin[i + 1], z));
+  }
+}
+
+PALPATE_DISPATCHED void SweepBackward(const int* begin, const int* column, const int* diagonal,
+                                      const float* values, const float* inverse, int rows,
+                                      const float* r, float* z) {
+  for (int i = rows - 1; i >= 0; --i) {
+    const auto at = static_cast<std::size_t>(i);
+    float rest[4];
+    Store(rest, Load(r + 4 * at) - Product(column, values, begin[i], diagonal[i], z) -
+                    Product(column, values, diagonal[i] + 1, begin[i + 1], z));
+    Store(z + 4 * at, Times(inverse + 9 * at, rest));
+  }
+}
+
+// Cubes along each axis, about as long as `side`.
+Eigen::Array3i CellsOf(const Vector3d& extent, double side) {
+  return (extent / side).array().round().max(1).min(1000).cast<int>();
+}
+
+// The cube of `cells` that a place in a box from 0 to 1 is in, and the rest of its coordinates.
+Eigen::Array3i CellAt(const Vector3d& place, const Eigen::Array3i& cells, Vector3d* within) {
+  const Eigen::Array3d at = place.array() * cells.cast<double>();
+  const Eigen::Array3i cell = at.floor().cast<int>().max(0).min(cells - 1);
+  *within = (at - cell.cast<double>()).matrix();
+  return cell;
+}
+
+// Corner `corner` of a cube; the last axis counts slowest.
+int VertexOf(const Eigen::Array3i& cell, const Eigen::Array3i& cells, int corner) {
+  const Eigen::Array3i at = cell + Eigen::Array3i(corner & 1, (corner >> 1) & 1, corner >> 2);
+  return at[0] + (cells[0] + 1) * (at[1] + (cells[1] + 1) * at[2]);
+}
+
+}  // namespace
+
+TwoGrid::TwoGrid(std::span<const Vector3d> points, const BlockPattern& pattern)
+    : pattern_(pattern),
+      places_(points.size()),
+      free_(points.size()),
+      values_(9 * Index(pattern.blocks()) + 1),
+      inverse_(9 * points.size() + 1),
+      r_(points.size()),
+      z_(points.size()),
+      left_(points.size()) {
+  FindGrid(points, std::clamp(pattern.rows() / kNodesPerVertex, 8, kMostVertices));
+  int widest = 0;
+  for (const Place& place : places_) {
+    const auto [least, most] = std::ranges::minmax(place.vertex);
+    widest = std::max(widest, most - least);
+  }
+  for (int row = 0; row < pattern.rows(); ++row) {
+    for (const int column : pattern.graph.of(row)) {
+      for (const int a : places_[Index(row)].vertex) {
+        for (const int b : places_[Index(column)].vertex) widest = std::max(widest, a - b);
+      }
+    }
+  }
+  band_ = std::min(3 * widest + 2, 3 * vertices_ - 1);
+  coarse_.resize(Index(3 * vertices_) * Index(band_ + 1));
+  coarse_r_.resize(Index(3 * vertices_));
+  slot_.assign(Index(vertices_), -1);
+  near_.reserve(Index(vertices_));
+  sums_.resize(Index(vertices_));
+}
+
+// The finest grid of at most so many vertices about the body.
+void TwoGrid::FindGrid(std::span<const Vector3d> points, int most) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : points) box.extend(p);
+  std::array<int, 3> axes{0, 1, 2};
+  const Vector3d sizes = box.sizes();
+  std::ranges::sort(axes, [&](int a, int b) { return sizes[a] < sizes[b]; });
+  const Vector3d sorted(sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]);
+  const Vector3d extent = sorted.cwiseMax(1e-12 * sorted[2]).cwiseMax(1e-300);
+  const auto place_of = [&](std::size_t i) -> Vector3d {
+    const Vector3d p = points[i] - box.min();
+    return Vector3d(p[axes[0]], p[axes[1]], p[axes[2]]).cwiseQuotient(extent);
+  };
+  std::vector<int> used;
+  const auto find_used = [&](const Eigen::Array3i& cells) {
+    used.clear();
+    Vector3d within;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      used.push_back(VertexOf(CellAt(place_of(i), cells, &within), cells, 0));
+    }
+    std::ranges::sort(used);
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    const std::size_t count = used.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      for (int corner = 1; corner < 8; ++corner) {
+        used.push_back(used[i] + VertexOf(Eigen::Array3i::Zero(), cells, corner));
+      }
+    }
+    std::ranges::sort(used);
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+  };
+  Eigen::Array3i cells = CellsOf(extent, extent[2]);
+  for (double side = extent[2]; (cells < 1000).all(); side /= kFiner) {
+    const Eigen::Array3i finer = CellsOf(extent, side);
+    if ((finer == cells).all()) continue;
+    find_used(finer);
+    if (static_cast<int>(used.size()) > most) break;
+    cells = finer;
+  }
+  find_used(cells);
+  vertices_ = static_cast<int>(used.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Vector3d t;
+    const Eigen::Array3i cell = CellAt(place_of(i), cells, &t);
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto found = std::ranges::lower_bound(used, VertexOf(cell, cells, corner));
+      places_[i].vertex[Index(corner)] = static_cast<int>(found - used.begin());
+      places_[i].weight[Index(corner)] = ((corner & 1) != 0 ? t[0] : 1 - t[0]) *
+                                         ((corner & 2) != 0 ? t[1] : 1 - t[1]) *
+                                         ((corner & 4) != 0 ? t[2] : 1 - t[2]);
+    }
+  }
+}
+
+std::size_t TwoGrid::memory_bytes() const {
+  return sizeof(double) * (coarse_.size() + coarse_r_.size()) + places_.size() * sizeof(Place) +
+         sizeof(float) * (values_.size() + inverse_.size()) + free_.size() * sizeof(NodeValue) +
+         3 * r_.size() * sizeof(Single);
+}
+
+bool TwoGrid::Factor(const BlockMatrix& A, const NodeVector& free) noexcept {
+  std::copy_n(free.begin(), free_.size(), free_.begin());
+  double largest = 0;
+  for (const int k : pattern_.diagonal) {
+    const double* block = A.block(k);
+    largest = std::max({largest, block[0], block[4], block[8]});
+  }
+  if (!(largest > 0) || !std::isfinite(largest)) return false;
+  scale_ = 1 / largest;
+  CopyFree(A);
+  return InvertDiagonal(A) && FactorCoarse(A);
+}
+
+// What couples free components, brought near one.
+void TwoGrid::CopyFree(const BlockMatrix& A) noexcept {
+  for (int i = 0; i < pattern_.rows(); ++i) {
+    const double* row = At(free_, i).v;
+    for (int k = pattern_.graph.begin[Index(i)]; k < pattern_.graph.begin[Index(i) + 1]; ++k) {
+      const double* column = At(free_, pattern_.graph.column[Index(k)]).v;
+      const double* from = A.block(k);
+      float* to = &values_[9 * Index(k)];
+      for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t r = 0; r < 3; ++r) {
+          to[3 * c + r] = static_cast<float>(scale_ * row[r] * column[c] * from[3 * c + r]);
+        }
+      }
+    }
+  }
+}
+
+bool TwoGrid::InvertDiagonal(const BlockMatrix& A) noexcept {
+  for (int i = 0; i < pattern_.rows(); ++i) {
+    Eigen::Matrix3d block =
+        scale_ * Eigen::Map<const Eigen::Matrix3d>(A.block(pattern_.diagonal[Index(i)]));
+    const Eigen::Map<const Vector3d> free(At(free_, i).v);
+    block = (free.asDiagonal() * block * free.asDiagonal()).eval();
+    block.diagonal() += Vector3d::Ones() - free;
+    const double determinant = block.determinant();
+    const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
+    if (!(block(0, 0) > 0) || !(minor > 0) || !(determinant > 0)) return false;
+    const Eigen::Matrix3d inverse = block.inverse();
+    Eigen::Map<Eigen::Matrix3f> kept(&inverse_[9 * Index(i)]);
+    kept = (free.asDiagonal() * inverse * free.asDiagonal()).cast<float>();
+  }
+  return true;
+}
+
+// Adds P_i^T A_i P of one row of the fine grid.
+void TwoGrid::AddCoarseRow(const BlockMatrix& A, int row) noexcept {
+  const double* free_row = At(free_, row).v;
+  const Place& here = places_[Index(row)];
+  near_.clear();
+  for (int k = pattern_.graph.begin[Index(row)]; k < pattern_.graph.begin[Index(row) + 1]; ++k) {
+    const int column = pattern_.graph.column[Index(k)];
+    const double* free_column = At(free_, column).v;
+    const double* from = A.block(k);
+    std::array<double, 9> block;
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t r = 0; r < 3; ++r) {
+        block[3 * c + r] = scale_ * free_row[r] * free_column[c] * from[3 * c + r];
+      }
+    }
+    const Place& there = places_[Index(column)];
+    for (std::size_t b = 0; b < 8; ++b) {
+      int& slot = slot_[Index(there.vertex[b])];
+      if (slot < 0) {
+        slot = static_cast<int>(near_.size());
+        near_.push_back(there.vertex[b]);
+        sums_[Index(slot)].fill(0);
+      }
+      auto& sum = sums_[Index(slot)];
+      for (std::size_t e = 0; e < 9; ++e) sum[e] += there.weight[b] * block[e];
+    }
+  }
+  for (const int vertex : near_) {
+    const auto& sum = sums_[Index(slot_[Index(vertex)])];
+    slot_[Index(vertex)] = -1;
+    for (std::size_t a = 0; a < 8; ++a) {
+      if (here.vertex[a] < vertex || here.weight[a] == 0) continue;
+      for (int c = 0; c < 3; ++c) {
+        const int first = here.vertex[a] == vertex ? c : 0;
+        for (int r = first; r < 3; ++r) {
+          Coarse(3 * here.vertex[a] + r, 3 * vertex + c) +=
+              here.weight[a] * sum[static_cast<std::size_t>(3 * c + r)];
+        }
+      }
+    }
+  }
+}
+
+bool TwoGrid::FactorCoarse(const BlockMatrix& A) noexcept {
+  for (double shift = kLeastShift; shift <= kMostShift; shift *= 1e5) {
+    std::ranges::fill(coarse_, 0.0);
+    for (int row = 0; row < pattern_.rows(); ++row) AddCoarseRow(A, row);
+    for (int i = 0; i < 3 * vertices_; ++i) {
+      double& diagonal = Coarse(i, i);
+      diagonal = diagonal > 0 ? (1 + shift) * diagonal : 1;
+    }
+    if (LAPACKE_dpbtrf_work(LAPACK_COL_MAJOR, 'L', 3 * vertices_, band_, coarse_.data(),
+                            band_ + 1) == 0) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void TwoGrid::CorrectCoarsely() noexcept {
+  std::ranges::fill(coarse_r_, 0.0);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const Place& place = places_[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double left = free_[i].v[c] * static_cast<double>(left_[i].v[c]);
+      for (std::size_t b = 0; b < 8; ++b) {
+        coarse_r_[static_cast<std::size_t>(3 * place.vertex[b]) + c] += place.weight[b] * left;
+      }
+    }
+  }
+  LAPACKE_dpbtrs_work(LAPACK_COL_MAJOR, 'L', 3 * vertices_, band_, 1, coarse_.data(), band_ + 1,
+                      coarse_r_.data(), 3 * vertices_);
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const Place& place = places_[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      double sum = 0;
+      for (std::size_t b = 0; b < 8; ++b) {
+        sum += place.weight[b] * coarse_r_[static_cast<std::size_t>(3 * place.vertex[b]) + c];
+      }
+      z_[i].v[c] += static_cast<float>(free_[i].v[c] * sum);
+    }
+  }
+}
+
+void TwoGrid::Solve(const NodeVector& r, NodeVector& z) noexcept {
+  const int rows = pattern_.rows();
+  const double size = LargestComponent(r);
+  if (!(size > 0)) {
+    SetZero(z);
+    return;
+  }
+  for (std::size_t i = 0; i < r_.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      r_[i].v[c] = static_cast<float>(free_[i].v[c] / size * r[i].v[c]);
+    }
+  }
+  const auto& graph = pattern_.graph;
+  SweepForward(graph.begin.data(), graph.column.data(), pattern_.diagonal.data(), values_.data(),
+               inverse_.data(), rows, r_.front().v, z_.front().v, left_.front().v);
+  CorrectCoarsely();
+  SweepBackward(graph.begin.data(), graph.column.data(), pattern_.diagonal.data(), values_.data(),
+                inverse_.data(), rows, r_.front().v, z_.front().v);
+  for (std::size_t i = 0; i < z_.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) z[i].v[c] = size * static_cast<double>(z_[i].v[c]);
+  }
+  std::fill(z.begin() + rows, z.end(), NodeValue{});
+}
+
+}  // namespace palpate::fem

@@ -1,0 +1,67 @@
+// Preconditioner of elastic bodies: one cycle of two grids. A sweep of block Gauss and Seidel, a
+// correction from a regular grid of cubes about the body, whose trilinear displacements are solved
+// for exactly, and the same sweep backwards: symmetric, hence fit for conjugate gradients.
+//
+// Sources: Brandt (1977) for the two grids; Griebel and Schweitzer (2002) for a coarse space that
+// knows nothing of the mesh. Sweeps are in single precision, the coarse grid in double.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/linear/block_matrix.h"
+
+namespace palpate::fem {
+
+class TwoGrid {
+ public:
+  // `points`: where the rows of the pattern are. Keeps a reference to the pattern. O(N log N).
+  TwoGrid(std::span<const Eigen::Vector3d> points, const BlockPattern& pattern);
+
+  // `free` per row and component: 1 free, 0 fixed, whose rows and columns count as those of the
+  // identity. False: not positive definite. Allocation-free.
+  bool Factor(const BlockMatrix& A, const NodeVector& free) noexcept;
+  // z = M^-1 r on the free components of the pattern's rows, zero elsewhere. Allocation-free.
+  void Solve(const NodeVector& r, NodeVector& z) noexcept;
+
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  struct alignas(16) Single {
+    float v[4] = {0, 0, 0, 0};
+  };
+  // The cube a node is in: its corners on the coarse grid and their shares.
+  struct Place {
+    std::array<int, 8> vertex{};
+    std::array<double, 8> weight{};
+  };
+
+  void FindGrid(std::span<const Eigen::Vector3d> points, int most);
+  bool InvertDiagonal(const BlockMatrix& A) noexcept;
+  void CopyFree(const BlockMatrix& A) noexcept;
+  bool FactorCoarse(const BlockMatrix& A) noexcept;
+  void AddCoarseRow(const BlockMatrix& A, int row) noexcept;
+  void CorrectCoarsely() noexcept;
+  double& Coarse(int row, int column) {
+    return coarse_[static_cast<std::size_t>(column) * static_cast<std::size_t>(band_ + 1) +
+                   static_cast<std::size_t>(row - column)];
+  }
+
+  const BlockPattern& pattern_;
+  int vertices_ = 0, band_ = 0;  // of the coarse grid; unknowns beside the diagonal
+  std::vector<Place> places_;    // per row
+  std::vector<double> coarse_;   // lower triangle by columns, then its factor
+  std::vector<double> coarse_r_;
+  std::vector<int> near_, slot_;             // coarse vertices about one row
+  std::vector<std::array<double, 9>> sums_;  // the row's products with them
+  NodeVector free_;
+  double scale_ = 1;
+  std::vector<float> values_;   // nine per block, and room for one more
+  std::vector<float> inverse_;  // the same of the diagonal
+  std::vector<Single> r_, z_, left_;
+};
+
+}  // namespace palpate::fem
