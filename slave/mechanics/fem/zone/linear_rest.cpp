@@ -30,21 +30,22 @@ std::size_t LinearRest::memory_bytes() const {
   return factor_.memory_bytes() + static_cast<std::size_t>(stiffness_.lower.nonZeros()) * 12;
 }
 
-void LinearRest::Solve(const VectorXd& f, VectorXd* u) {
-  VectorXd x(stiffness_.lower.rows());
+MatrixXd LinearRest::Solve(const MatrixXd& forces) {
+  MatrixXd x(stiffness_.lower.rows(), forces.cols());
   const int nodes = static_cast<int>(mesh_.nodes.size());
   for (int n = 0; n < nodes; ++n) {
     for (int c = 0; c < 3; ++c) {
-      if (Row(n, c) >= 0) x[Row(n, c)] = f[3 * n + c];
+      if (Row(n, c) >= 0) x.row(Row(n, c)) = forces.row(3 * n + c);
     }
   }
-  factor_.Solve(x.data(), 1);
-  u->setZero(3 * nodes);
+  factor_.Solve(x.data(), static_cast<int>(x.cols()));
+  MatrixXd u = MatrixXd::Zero(forces.rows(), forces.cols());
   for (int n = 0; n < nodes; ++n) {
     for (int c = 0; c < 3; ++c) {
-      if (Row(n, c) >= 0) (*u)[3 * n + c] = x[Row(n, c)];
+      if (Row(n, c) >= 0) u.row(3 * n + c) = x.row(Row(n, c));
     }
   }
+  return u;
 }
 
 // Columns of the inverse, each solved once for all zones.

@@ -30,8 +30,8 @@ class LinearRest {
   // Throws std::bad_alloc, std::runtime_error: no memory, or not positive definite.
   std::vector<Eigen::MatrixXd> Condense(const std::vector<Zone>& zones);
 
-  // u = K^-1 f for every node, three numbers each; held components zero.
-  void Solve(const Eigen::VectorXd& f, Eigen::VectorXd* u);
+  // K^-1 times each column of forces, three numbers per node; held components zero.
+  Eigen::MatrixXd Solve(const Eigen::MatrixXd& forces);
 
   [[nodiscard]] double length_unit() const { return stiffness_.length_unit; }
   [[nodiscard]] bool is_held(int node, int component) const { return Row(node, component) < 0; }
