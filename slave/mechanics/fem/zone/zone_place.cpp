@@ -52,10 +52,13 @@ void ZonePlaces::FindModes(ZonePlace* place) {
   const ZoneBody& body = place->body;
   const Zone& zone = body.zone;
   std::vector<int> loaded;
+  ZoneContact surface;
   for (int n = 0; n < zone.inner; ++n) {
-    if (on_surface_[Index(zone.nodes[Index(n)])]) loaded.push_back(n);
+    if (!on_surface_[Index(zone.nodes[Index(n)])]) continue;
+    loaded.push_back(n);
+    surface.points.push_back({{n, 1.0}});
   }
-  ZoneTangent tangent(body, loaded);
+  ZoneTangent tangent(body, surface);
   if (!tangent.Compute(VectorXd::Zero(3 * zone.size()))) {
     throw std::runtime_error("a zone cannot be factored");
   }

@@ -1,64 +1,76 @@
 #include "slave/mechanics/fem/zone/zone_set.h"
 
 #include <stdexcept>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
 
 #include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+// Part of what another zone's modes do that may be left out [-].
+constexpr double kLeftOut = 1e-5;
 
 }  // namespace
 
-ZoneSet::ZoneSet(const ZonePlaces& places, std::vector<Touch> touches) {
+ZoneSet::ZoneSet(const ZonePlaces& places, const std::vector<Touch>& touches) {
   members_.reserve(touches.size());
-  std::vector<char> inside(places.mesh().tets.size(), 0);
-  for (const Touch& touch : touches) {
-    members_.emplace_back(*touch.place, touch.contact);
-    for (const int t : touch.place->body.zone.tets) inside[Index(t)] = 1;
-  }
-  std::vector<std::array<int, 4>> outside;
-  for (std::size_t t = 0; t < inside.size(); ++t) {
-    if (inside[t] == 0) outside.push_back(places.mesh().tets[t]);
-  }
-  outside_.emplace(outside, places.positions(), places.nu());
+  for (const Touch& touch : touches) members_.emplace_back(touch);
   for (Member& member : members_) Couple(&member);
   Reset();
   if (!Refresh()) throw std::runtime_error("a zone cannot be factored");
+  std::vector<OutsideError::Source> sources;
+  for (const Member& member : members_) sources.push_back({&member.place, &member.dual});
+  outside_.emplace(places, sources);
 }
 
 // The others' modes as loads: v moves the zone's border and its linear tetrahedra alike, so that
-// h = S_rest v_b + K_zone v.
+// h = S_rest v_b + K_zone v. Far zones see few combinations of modes.
 void ZoneSet::Couple(Member* member) const {
   const ZoneBody& body = member->place.body;
   const Zone& zone = body.zone;
-  const int border = 3 * zone.border();
-  member->load = VectorXd::Zero(3 * zone.size());
-  member->incoming = VectorXd::Zero(border);
+  const int border = 3 * zone.border(), unknowns = 3 * zone.size();
+  member->load = VectorXd::Zero(unknowns);
+  member->incoming = member->border = VectorXd::Zero(border);
+  member->amplitudes = member->work = VectorXd::Zero(member->place.to_modes.rows());
   for (const Member& other : members_) {
     const int modes = &other == member ? 0 : static_cast<int>(other.place.far.cols());
-    MatrixXd moved(3 * zone.size(), modes), load = MatrixXd::Zero(3 * zone.size(), modes);
+    if (modes == 0) {
+      member->couplings.push_back({MatrixXd(0, other.place.far.cols()), MatrixXd(unknowns, 0),
+                                   MatrixXd(border, 0), VectorXd(0)});
+      continue;
+    }
+    MatrixXd moved(unknowns, modes);
     for (int n = 0; n < zone.size(); ++n) {
       moved.middleRows<3>(3 * n) =
-          other.place.far.block(3 * zone.nodes[Index(n)], 0, 3, modes).cast<double>();
+          other.place.far.middleRows<3>(3 * zone.nodes[Index(n)]).cast<double>();
     }
-    for (int k = 0; k < modes; ++k) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> combined(moved.transpose() * moved);
+    const VectorXd& sizes = combined.eigenvalues();
+    int seen = 1;
+    while (seen < modes && sizes[modes - 1 - seen] > kLeftOut * kLeftOut * sizes[modes - 1]) ++seen;
+    const MatrixXd combinations = combined.eigenvectors().rightCols(seen);
+    moved = (moved * combinations).eval();
+    MatrixXd load(unknowns, seen);
+    for (int k = 0; k < seen; ++k) {
       member->solver.LinearForce(moved.col(k), &member->load);
       load.col(k) = member->load;
     }
-    member->load_by.push_back(std::move(load));
-    member->moved_by.emplace_back(moved.bottomRows(border));
+    member->couplings.push_back({combinations.transpose(), std::move(load),
+                                 moved.bottomRows(border), VectorXd::Zero(seen)});
   }
 }
 
 void ZoneSet::Reset() {
   for (Member& member : members_) {
     member.solver.Reset();
-    member.amplitudes = VectorXd::Zero(member.place.to_modes.rows());
-    member.incoming.setZero();
+    member.amplitudes.setZero();
   }
 }
 
@@ -74,56 +86,66 @@ bool ZoneSet::Refresh() {
   return all;
 }
 
-void ZoneSet::FindDual(Member* member) const {
+// A load's own dual has the other sign: its displacement falls where the body resists more.
+void ZoneSet::FindDual(Member* member) {
   const MatrixXd& columns = member->tangent.columns();
-  MatrixXd forces = Vector3d::Ones().asDiagonal().toDenseMatrix().replicate(columns.cols() / 3, 1);
-  forces = member->tangent.compliance().solve(forces);
-  const int border = static_cast<int>(member->place.to_modes.cols());
+  const auto border = member->place.to_modes.cols();
+  if (member->solver.contact().loaded) {
+    member->dual = -member->place.to_modes * columns.bottomRows(border);
+    return;
+  }
+  const MatrixXd unit = Matrix3d::Identity().replicate(columns.cols() / 3, 1);
+  const MatrixXd forces = member->tangent.compliance().solve(unit);
   member->dual = member->place.to_modes * (columns.bottomRows(border) * forces);
 }
 
-// Of what this zone itself does to the body.
-void ZoneSet::TakeAmplitudes(Member* member) noexcept {
-  const int border = static_cast<int>(member->incoming.size());
-  member->amplitudes.noalias() =
-      member->place.to_modes * (member->solver.u().tail(border) - member->incoming);
+void ZoneSet::TakeIncoming(std::size_t to) noexcept {
+  Member& member = members_[to];
+  member.load.setZero();
+  member.incoming.setZero();
+  for (std::size_t j = 0; j < members_.size(); ++j) {
+    if (j == to) continue;
+    Coupling& coupling = member.couplings[j];
+    coupling.amounts.noalias() = coupling.from * members_[j].amplitudes;
+    member.load.noalias() += coupling.load * coupling.amounts;
+    member.incoming.noalias() += coupling.moved * coupling.amounts;
+  }
+  member.solver.SetLoad(member.load);
 }
 
-void ZoneSet::Step(std::span<const VectorXd> prescribed, int sweeps) noexcept {
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-      Member& member = members_[i];
-      if (members_.size() > 1) {
-        member.load.setZero();
-        member.incoming.setZero();
-        for (std::size_t j = 0; j < members_.size(); ++j) {
-          if (i == j) continue;
-          member.load.noalias() += member.load_by[j] * members_[j].amplitudes;
-          member.incoming.noalias() += member.moved_by[j] * members_[j].amplitudes;
-        }
-        member.solver.SetLoad(member.load);
-      }
-      member.solver.Step(member.tangent, prescribed[i]);
-      TakeAmplitudes(&member);
-    }
+void ZoneSet::Step(std::span<const VectorXd> prescribed) noexcept {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (members_.size() > 1) TakeIncoming(i);
+    Member& member = members_[i];
+    member.solver.Step(member.tangent, prescribed[i]);
+    member.border = member.solver.u().tail(member.border.size()) - member.incoming;
+    member.amplitudes.noalias() = member.place.to_modes * member.border;
   }
 }
 
-std::vector<Vector3d> ZoneSet::EstimateErrors() const {
-  const int unknowns = static_cast<int>(members_.front().place.far.rows());
-  VectorXd u = VectorXd::Zero(unknowns), linear = u, residual = u;
+void ZoneSet::EstimateErrors() noexcept {
+  outside_->Clear();
+  for (int i = 0; i < size(); ++i) outside_->Compose(i, members_[Index(i)].amplitudes);
+  outside_->FindResidual();
+  for (int i = 0; i < size(); ++i) {
+    Member& member = members_[Index(i)];
+    outside_->Work(i, &member.work);
+    member.error.noalias() = member.dual.transpose() * member.work;
+  }
+}
+
+VectorXd ZoneSet::Displacements() const {
+  VectorXd u = VectorXd::Zero(members_.front().place.far.rows());
   for (const Member& member : members_) {
     u += (member.place.far * member.amplitudes.cast<float>()).cast<double>();
   }
-  outside_->AddForce(u.data(), residual.data());
-  outside_->AddLinearForce(u.data(), linear.data());
-  residual -= linear;
-  std::vector<Vector3d> errors;
   for (const Member& member : members_) {
-    const VectorXd work = (member.place.far.transpose() * residual.cast<float>()).cast<double>();
-    errors.emplace_back(member.dual.transpose() * work);
+    const Zone& zone = member.place.body.zone;
+    for (int n = 0; n < zone.inner; ++n) {
+      u.segment<3>(3 * zone.nodes[Index(n)]) = member.solver.u().segment<3>(3 * n);
+    }
   }
-  return errors;
+  return u;
 }
 
 }  // namespace palpate

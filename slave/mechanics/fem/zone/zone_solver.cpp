@@ -76,13 +76,13 @@ ZoneBody MakeZoneBody(Zone zone, const std::vector<Vector3d>& nodes, std::vector
           std::move(held), std::move(pattern), std::move(unknown)};
 }
 
-ZoneTangent::ZoneTangent(const ZoneBody& body, const std::vector<int>& contact)
+ZoneTangent::ZoneTangent(const ZoneBody& body, ZoneContact contact)
     : body_(body),
-      contact_(contact),
+      contact_(std::move(contact)),
       matrix_(body.pattern),
       factor_(matrix_),
       permuted_(VectorXd::Zero(matrix_.cols())),
-      columns_(MatrixXd::Zero(matrix_.cols(), 3 * static_cast<int>(contact.size()))),
+      columns_(MatrixXd::Zero(matrix_.cols(), contact_.unknowns())),
       compliance_matrix_(columns_.cols(), columns_.cols()),
       compliance_(columns_.cols()) {
   factor_.Allocate(matrix_);
@@ -133,12 +133,16 @@ bool ZoneTangent::Compute(const VectorXd& u) {
   VectorXd x(matrix_.cols());
   for (int k = 0; k < columns_.cols(); ++k) {
     x.setZero();
-    x[3 * contact_[Index(k / 3)] + k % 3] = 1;
+    for (const auto& [node, weight] : contact_.points[Index(k / 3)]) x[3 * node + k % 3] = weight;
     Solve(&x);
     columns_.col(k) = x;
   }
+  if (contact_.loaded) return true;
+  compliance_matrix_.setZero();
   for (int k = 0; k < columns_.cols(); ++k) {
-    compliance_matrix_.row(k) = columns_.row(3 * contact_[Index(k / 3)] + k % 3);
+    for (const auto& [node, weight] : contact_.points[Index(k / 3)]) {
+      compliance_matrix_.row(k) += weight * columns_.row(3 * node + k % 3);
+    }
   }
   compliance_.compute(compliance_matrix_);
   return compliance_.info() == Eigen::Success;
@@ -154,11 +158,10 @@ void ZoneTangent::Solve(VectorXd* x) {
   }
 }
 
-ZoneSolver::ZoneSolver(const ZoneBody& body, std::vector<int> contact)
+ZoneSolver::ZoneSolver(const ZoneBody& body, ZoneContact contact)
     : body_(body), contact_(std::move(contact)) {
-  const int unknowns = static_cast<int>(body.unknown.size());
-  u_ = load_ = residual_ = moved_ = VectorXd::Zero(unknowns);
-  lambda_ = gap_ = VectorXd::Zero(3 * static_cast<int>(contact_.size()));
+  u_ = load_ = residual_ = VectorXd::Zero(static_cast<int>(body.unknown.size()));
+  lambda_ = gap_ = VectorXd::Zero(contact_.unknowns());
 }
 
 void ZoneSolver::Reset() {
@@ -185,31 +188,37 @@ void ZoneSolver::LinearForce(const VectorXd& u, VectorXd* f) const noexcept {
 }
 
 void ZoneSolver::Step(ZoneTangent& tangent, const VectorXd& prescribed) noexcept {
+  if (contact_.loaded) lambda_ = prescribed;
   InternalForce(u_, &residual_);
   residual_ = load_ - residual_;
-  for (std::size_t k = 0; k < contact_.size(); ++k) {
-    residual_.segment<3>(3 * contact_[k]) += lambda_.segment<3>(3 * static_cast<int>(k));
+  for (std::size_t p = 0; p < contact_.points.size(); ++p) {
+    for (const auto& [node, weight] : contact_.points[p]) {
+      residual_.segment<3>(3 * node) += weight * lambda_.segment<3>(3 * static_cast<int>(p));
+    }
   }
   tangent.Solve(&residual_);
   u_ += residual_;
-  for (std::size_t k = 0; k < contact_.size(); ++k) {
-    const int at = 3 * static_cast<int>(k);
-    gap_.segment<3>(at) = prescribed.segment<3>(at) - u_.segment<3>(3 * contact_[k]);
+  change_.setZero();
+  if (contact_.loaded) {
+    for (const auto& [node, weight] : contact_.points.front()) {
+      change_ += weight * residual_.segment<3>(3 * node);
+    }
+    return;
+  }
+  for (std::size_t p = 0; p < contact_.points.size(); ++p) {
+    const int at = 3 * static_cast<int>(p);
+    gap_.segment<3>(at) = prescribed.segment<3>(at) - MeanAt(contact_.points[p]);
   }
   tangent.compliance().solveInPlace(gap_);
   lambda_ += gap_;
   u_.noalias() += tangent.columns() * gap_;
-  change_.setZero();
   for (int k = 0; k < gap_.size(); ++k) change_[k % 3] += gap_[k];
 }
 
-int ZoneSolver::Iterate(ZoneTangent& tangent, const VectorXd& prescribed, double tolerance,
-                        int most) {
-  for (int step = 1; step <= most; ++step) {
-    Step(tangent, prescribed);
-    if (change_.norm() <= tolerance * Force().norm()) return step;
-  }
-  return most + 1;
+Vector3d ZoneSolver::MeanAt(const ZoneContact::Point& point) const {
+  Vector3d mean = Vector3d::Zero();
+  for (const auto& [node, weight] : point) mean += weight * u_.segment<3>(3 * node);
+  return mean;
 }
 
 Vector3d ZoneSolver::Force() const {

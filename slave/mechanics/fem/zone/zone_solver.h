@@ -1,12 +1,12 @@
-// Equilibrium of one nonlinear zone in a linear body under prescribed displacements of contact
-// nodes.
+// Equilibrium of one nonlinear zone in a linear body under prescribed displacements of a contact's
+// points, or under forces on them.
 //
-//   f_int(u) + S_rest u_b = E lambda + h,   E^T u = prescribed
+//   f_int(u) + S_rest u_b = E lambda + h,   E^T u = prescribed (or lambda is)
 //
 // f_int: internal force of the zone's neo-Hookean tetrahedra; S_rest: the rest of the body on the
-// zone's border b (linear_rest.h); lambda: forces of the contact on its nodes E; h: what everything
-// outside the zone does to it beyond S_rest, namely other contacts and the rest's nonlinearity
-// (global_pass.h). One step with an old tangent A, refreshed beside the loop:
+// zone's border b (linear_rest.h); E: the weights of the contact's points; lambda: their forces; h:
+// what everything outside the zone does to it beyond S_rest, namely other contacts and the rest's
+// nonlinearity (zone_set.h). One step with an old tangent A, refreshed beside the loop:
 //
 //   d = A^-1 (E lambda + h - f_int - S_rest u),   (E^T A^-1 E) dlambda = prescribed - E^T (u + d)
 //   u += d + A^-1 E dlambda
@@ -15,7 +15,8 @@
 // Comput. Mech. 44, 2009); here the linear part is condensed beforehand.
 #pragma once
 
-#include <memory>
+#include <array>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -41,11 +42,21 @@ struct ZoneBody {
 ZoneBody MakeZoneBody(Zone zone, const std::vector<Eigen::Vector3d>& nodes, std::vector<char> held,
                       Eigen::MatrixXd rest, double nu);
 
-// A factorised tangent and what the contact's nodes do to it.
+// Where a contact acts: points that are each a weighted mean of nodes, numbered as in the zone. The
+// displacement or force of every point is prescribed.
+struct ZoneContact {
+  using Point = std::vector<std::pair<int, double>>;
+  std::vector<Point> points;
+  bool loaded = false;  // the force on its only point is prescribed
+
+  [[nodiscard]] int unknowns() const { return 3 * static_cast<int>(points.size()); }
+};
+
+// A factorised tangent and what forces on the contact's points do to it.
 class ZoneTangent {
  public:
-  // Keeps a reference. Takes memory for as many contact nodes.
-  ZoneTangent(const ZoneBody& body, const std::vector<int>& contact);
+  // Keeps a reference. Takes memory for as many points.
+  ZoneTangent(const ZoneBody& body, ZoneContact contact);
 
   // At `u`. False: it cannot be factored. Allocates only inside BLAS.
   bool Compute(const Eigen::VectorXd& u);
@@ -59,7 +70,7 @@ class ZoneTangent {
   void Assemble(const Eigen::VectorXd& u);
 
   const ZoneBody& body_;
-  std::vector<int> contact_;
+  ZoneContact contact_;
   SparseLdlt::Matrix matrix_;
   SparseLdlt factor_;
   std::vector<std::array<int, 144>> entry_;   // per tetrahedron: where its block goes; -1: nowhere
@@ -71,28 +82,25 @@ class ZoneTangent {
 
 class ZoneSolver {
  public:
-  // Keeps a reference. `contact`: numbers of the zone's nodes that the tool moves.
-  ZoneSolver(const ZoneBody& body, std::vector<int> contact);
+  // Keeps a reference.
+  ZoneSolver(const ZoneBody& body, ZoneContact contact);
 
   // The body is at rest again.
   void Reset();
-  // One step towards the prescribed displacements (three per contact node) with `tangent`. Does not
-  // allocate.
+  // One step towards the prescribed displacements or under the prescribed forces (three per point)
+  // with `tangent`. Does not allocate.
   void Step(ZoneTangent& tangent, const Eigen::VectorXd& prescribed) noexcept;
-  // Steps until the largest change of a contact force falls below `tolerance` of the whole force.
-  // Returns the number of steps; more than `most`: it did not.
-  int Iterate(ZoneTangent& tangent, const Eigen::VectorXd& prescribed, double tolerance, int most);
-
   void SetLoad(const Eigen::VectorXd& h) { load_ = h; }
-  [[nodiscard]] const Eigen::VectorXd& load() const { return load_; }
   [[nodiscard]] const Eigen::VectorXd& u() const { return u_; }
   void SetDisplacement(const Eigen::VectorXd& u) { u_ = u; }
-  // On every contact node.
+  // On every point.
   [[nodiscard]] const Eigen::VectorXd& forces() const { return lambda_; }
   [[nodiscard]] Eigen::Vector3d Force() const;
-  // The sum of the forces' changes in the last step.
+  // Displacement of a point.
+  [[nodiscard]] Eigen::Vector3d MeanAt(const ZoneContact::Point& point) const;
+  // What the last step added: to the force; of a load, to the mean displacement by its forces.
   [[nodiscard]] const Eigen::Vector3d& last_change() const { return change_; }
-  [[nodiscard]] const std::vector<int>& contact() const { return contact_; }
+  [[nodiscard]] const ZoneContact& contact() const { return contact_; }
   [[nodiscard]] const ZoneBody& body() const { return body_; }
   // f_int(u) + S_rest u, and the same of the linear zone.
   void InternalForce(const Eigen::VectorXd& u, Eigen::VectorXd* f) const noexcept;
@@ -102,8 +110,8 @@ class ZoneSolver {
   void AddRest(const Eigen::VectorXd& u, Eigen::VectorXd* f) const noexcept;
 
   const ZoneBody& body_;
-  std::vector<int> contact_;
-  Eigen::VectorXd u_, load_, lambda_, residual_, gap_, moved_;
+  ZoneContact contact_;
+  Eigen::VectorXd u_, load_, lambda_, residual_, gap_;
   Eigen::Vector3d change_ = Eigen::Vector3d::Zero();
 };
 

@@ -61,22 +61,30 @@ inline std::unique_ptr<ZoneBody> BodyOf(const Slab& slab, LinearRest& rest, Zone
                                                  std::move(condensed), slab.nu));
 }
 
+// Nodes of the mesh that are moved one by one.
+inline ZoneContact MovedNodes(const Zone& zone, const std::vector<int>& nodes) {
+  ZoneContact contact;
+  for (const int node : nodes) contact.points.push_back({{zone.Find(node), 1.0}});
+  return contact;
+}
+
 // One zone around a disc.
 struct PressedZone {
   std::unique_ptr<ZoneBody> body;
-  std::vector<int> contact;  // numbers in the zone
+  ZoneContact contact;
 
   PressedZone(const Slab& slab, LinearRest& rest, const Vector3d& p_O, double width,
               double radius) {
     const std::vector<int> touched = NodesUnder(slab.mesh, p_O, width);
     body = BodyOf(slab, rest, ZoneFinder(slab.mesh).Around(p_O, radius, touched));
-    for (const int node : touched) contact.push_back(body->zone.Find(node));
+    contact = MovedNodes(body->zone, touched);
   }
 };
 
 // The same for every contact node, in units of length.
-inline VectorXd Alike(const Slab& slab, std::size_t nodes, const Vector3d& displacement) {
-  return (displacement / LargerSide(slab.mesh.nodes)).replicate(static_cast<int>(nodes), 1);
+inline VectorXd Alike(const Slab& slab, const ZoneContact& contact, const Vector3d& displacement) {
+  const auto points = static_cast<int>(contact.points.size());
+  return (displacement / LargerSide(slab.mesh.nodes)).replicate(points, 1);
 }
 
 }  // namespace palpate::zone_tests

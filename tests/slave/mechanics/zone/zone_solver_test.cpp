@@ -27,7 +27,7 @@ Vector3d FullForce(SolidModel& full, const Vector3d& p_O, const Vector3d& displa
 Vector3d ZoneForce(const Slab& slab, const PressedZone& pressed, const Vector3d& displacement) {
   ZoneTangent tangent(*pressed.body, pressed.contact);
   ZoneSolver solver(*pressed.body, pressed.contact);
-  const VectorXd target = Alike(slab, pressed.contact.size(), displacement);
+  const VectorXd target = Alike(slab, pressed.contact, displacement);
   for (int k = 0; k < 6; ++k) {
     EXPECT_TRUE(tangent.Compute(solver.u()));
     solver.Step(tangent, target);
@@ -80,7 +80,7 @@ TEST(ZoneSolver, UpdatesWithAnOldTangentFollowAPress) {
   const Vector3d deepest(0.1 * kWidth, 0, -0.3 * kWidth);
   std::vector<VectorXd> targets;
   for (int k = 1; k <= 100; ++k) {
-    targets.push_back(Alike(slab, pressed.contact.size(), 0.01 * k * deepest));
+    targets.push_back(Alike(slab, pressed.contact, 0.01 * k * deepest));
   }
   solver.Step(tangent, targets[0]);
   const long before = AllocationCount();
