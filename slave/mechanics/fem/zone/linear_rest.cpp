@@ -38,7 +38,7 @@ MatrixXd LinearRest::Solve(const MatrixXd& forces) {
       if (Row(n, c) >= 0) x.row(Row(n, c)) = forces.row(3 * n + c);
     }
   }
-  factor_.Solve(x.data(), static_cast<int>(x.cols()));
+  if (x.cols() > 0) factor_.Solve(x.data(), static_cast<int>(x.cols()));
   MatrixXd u = MatrixXd::Zero(forces.rows(), forces.cols());
   for (int n = 0; n < nodes; ++n) {
     for (int c = 0; c < 3; ++c) {
@@ -146,6 +146,7 @@ std::vector<MatrixXd> LinearRest::Condense(const std::vector<Zone>& zones) {
   for (std::size_t z = 0; z < zones.size(); ++z) {
     MatrixXd& S = rest[z];
     const Zone& zone = zones[z];
+    if (zone.border() == 0) continue;
     std::vector<int> held;
     for (int i = 0; i < S.rows(); ++i) {
       if (is_held(zone.nodes[Index(zone.inner + i / 3)], i % 3)) held.push_back(i);

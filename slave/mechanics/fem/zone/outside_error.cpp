@@ -14,7 +14,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kLeftOut = 1e-3;  // share of the cubed strains of the duals that may be left out
+// Share of the duals' cubed strains that may be left out [-]; the estimate grows by as much.
+constexpr double kLeftOut = 0.02;
 
 // Of one tetrahedron: the cubes of the gradients of three displacement fields times the volume. The
 // residual grows with their square, the work on the dual with their cube.
@@ -39,16 +40,16 @@ double CubedGradients(const std::vector<Vector3d>& nodes, const std::array<int, 
 
 OutsideError::OutsideError(const ZonePlaces& places, std::span<const Source> sources) {
   const SolidMesh& mesh = places.mesh();
-  std::vector<char> inside(mesh.tets.size(), 0);
+  std::vector<int> zones(mesh.tets.size(), 0);
   for (const Source& source : sources) {
-    for (const int t : source.place->body.zone.tets) inside[Index(t)] = 1;
+    for (const int t : source.place->body.zone.tets) ++zones[Index(t)];
   }
   std::vector<double> share(mesh.tets.size(), 0);
   for (const Source& source : sources) {
     const MatrixXd dual = (source.place->far * source.dual->cast<float>()).cast<double>();
     std::vector<double> own(mesh.tets.size(), 0);
     for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-      if (inside[t] == 0) own[t] = CubedGradients(places.positions(), mesh.tets[t], dual);
+      if (zones[t] != 1) own[t] = CubedGradients(places.positions(), mesh.tets[t], dual);
     }
     const double whole = std::accumulate(own.begin(), own.end(), 0.0);
     for (std::size_t t = 0; whole > 0 && t < own.size(); ++t) share[t] += own[t] / whole;
@@ -59,11 +60,11 @@ OutsideError::OutsideError(const ZonePlaces& places, std::span<const Source> sou
   double left = static_cast<double>(sources.size());
   std::vector<int> number(mesh.nodes.size(), -1), nodes;
   std::vector<Vector3d> positions;
-  std::vector<std::array<int, 4>> corners;
+  std::vector<std::array<int, 4>> outside, shared;
   for (const int t : order) {
     if (left <= kLeftOut || !(share[Index(t)] > 0)) break;
     left -= share[Index(t)];
-    auto& tet = corners.emplace_back(mesh.tets[Index(t)]);
+    auto& tet = (zones[Index(t)] == 0 ? outside : shared).emplace_back(mesh.tets[Index(t)]);
     for (int& node : tet) {
       if (number[Index(node)] < 0) {
         number[Index(node)] = static_cast<int>(nodes.size());
@@ -73,7 +74,8 @@ OutsideError::OutsideError(const ZonePlaces& places, std::span<const Source> sou
       node = number[Index(node)];
     }
   }
-  tets_.emplace(corners, positions, places.nu());
+  outside_.emplace(outside, positions, places.nu());
+  shared_.emplace(shared, positions, places.nu());
   for (const Source& source : sources) {
     MatrixXd& far = far_.emplace_back(3 * static_cast<int>(nodes.size()), source.place->far.cols());
     for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -91,13 +93,15 @@ void OutsideError::Compose(int source, const VectorXd& amplitudes) noexcept {
 void OutsideError::FindResidual() noexcept {
   residual_.setZero();
   linear_.setZero();
-  tets_->AddForce(u_.data(), residual_.data());
-  tets_->AddLinearForce(u_.data(), linear_.data());
+  outside_->AddForce(u_.data(), residual_.data());
+  shared_->AddLinearForce(u_.data(), residual_.data());
+  outside_->AddLinearForce(u_.data(), linear_.data());
+  shared_->AddForce(u_.data(), linear_.data());
   residual_ -= linear_;
 }
 
 void OutsideError::Work(int source, VectorXd* work) noexcept {
-  work->noalias() = far_[Index(source)].transpose() * residual_;
+  work->noalias() = 1 / (1 - kLeftOut) * (far_[Index(source)].transpose() * residual_);
 }
 
 }  // namespace palpate

@@ -35,11 +35,9 @@ class OutsideError {
   // Work of the residual on the modes of a source.
   void Work(int source, Eigen::VectorXd* work) noexcept;
 
-  [[nodiscard]] int tetrahedra() const { return tets_ ? tets_->size() : 0; }
-
  private:
   std::vector<Eigen::MatrixXd> far_;  // per source, on the nodes of these tetrahedra
-  std::optional<NeoHookeanTets> tets_;
+  std::optional<NeoHookeanTets> outside_, shared_;
   Eigen::VectorXd u_, residual_, linear_;
 };
 

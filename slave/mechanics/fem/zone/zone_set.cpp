@@ -1,5 +1,6 @@
 #include "slave/mechanics/fem/zone/zone_set.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -15,7 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Part of what another zone's modes do that may be left out [-].
-constexpr double kLeftOut = 1e-5;
+constexpr double kUnseen = 1e-5;
 
 }  // namespace
 
@@ -54,7 +55,7 @@ void ZoneSet::Couple(Member* member) const {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> combined(moved.transpose() * moved);
     const VectorXd& sizes = combined.eigenvalues();
     int seen = 1;
-    while (seen < modes && sizes[modes - 1 - seen] > kLeftOut * kLeftOut * sizes[modes - 1]) ++seen;
+    while (seen < modes && sizes[modes - 1 - seen] > kUnseen * kUnseen * sizes[modes - 1]) ++seen;
     const MatrixXd combinations = combined.eigenvectors().rightCols(seen);
     moved = (moved * combinations).eval();
     MatrixXd load(unknowns, seen);
@@ -79,6 +80,7 @@ bool ZoneSet::Refresh() {
   for (Member& member : members_) {
     if (member.tangent.Compute(member.solver.u())) {
       FindDual(&member);
+      FindResponse(&member);
     } else {
       all = false;
     }
@@ -91,12 +93,34 @@ void ZoneSet::FindDual(Member* member) {
   const MatrixXd& columns = member->tangent.columns();
   const auto border = member->place.to_modes.cols();
   if (member->solver.contact().loaded) {
-    member->dual = -member->place.to_modes * columns.bottomRows(border);
-    return;
+    member->dual_zone = -columns;
+  } else {
+    const MatrixXd unit = Matrix3d::Identity().replicate(columns.cols() / 3, 1);
+    member->dual_zone = columns * member->tangent.compliance().solve(unit);
   }
-  const MatrixXd unit = Matrix3d::Identity().replicate(columns.cols() / 3, 1);
-  const MatrixXd forces = member->tangent.compliance().solve(unit);
-  member->dual = member->place.to_modes * (columns.bottomRows(border) * forces);
+  member->dual = member->place.to_modes * member->dual_zone.bottomRows(border);
+}
+
+// A load w on the amplitudes acts on the border as to_modes^T w.
+void ZoneSet::FindResponse(Member* member) {
+  const MatrixXd& to_modes = member->place.to_modes;
+  const auto modes = to_modes.rows(), border = to_modes.cols();
+  const ZoneContact& contact = member->solver.contact();
+  member->response.resize(modes, modes);
+  VectorXd u(member->load.size()), forces(contact.unknowns());
+  for (int k = 0; k < modes; ++k) {
+    u.setZero();
+    u.tail(border) = to_modes.row(k);
+    member->tangent.Solve(&u);
+    if (!contact.loaded) {
+      for (std::size_t p = 0; p < contact.points.size(); ++p) {
+        forces.segment<3>(3 * static_cast<int>(p)) = -MeanOf(u, contact.points[p]);
+      }
+      member->tangent.compliance().solveInPlace(forces);
+      u.noalias() += member->tangent.columns() * forces;
+    }
+    member->response.col(k).noalias() = to_modes * u.tail(border);
+  }
 }
 
 void ZoneSet::TakeIncoming(std::size_t to) noexcept {
@@ -124,13 +148,17 @@ void ZoneSet::Step(std::span<const VectorXd> prescribed) noexcept {
 }
 
 void ZoneSet::EstimateErrors() noexcept {
-  outside_->Clear();
-  for (int i = 0; i < size(); ++i) outside_->Compose(i, members_[Index(i)].amplitudes);
-  outside_->FindResidual();
-  for (int i = 0; i < size(); ++i) {
-    Member& member = members_[Index(i)];
-    outside_->Work(i, &member.work);
-    member.error.noalias() = member.dual.transpose() * member.work;
+  for (Member& member : members_) member.corrected = member.amplitudes;
+  for (const bool again : {false, true}) {
+    outside_->Clear();
+    for (int i = 0; i < size(); ++i) outside_->Compose(i, members_[Index(i)].corrected);
+    outside_->FindResidual();
+    for (int i = 0; i < size(); ++i) {
+      Member& member = members_[Index(i)];
+      outside_->Work(i, &member.work);
+      (again ? member.second : member.error).noalias() = member.dual.transpose() * member.work;
+      member.corrected.noalias() -= member.response * member.work;
+    }
   }
 }
 
@@ -146,6 +174,25 @@ VectorXd ZoneSet::Displacements() const {
     }
   }
   return u;
+}
+
+VectorXd ZoneSet::DualDisplacement(int contact, int axis) const {
+  const Member& member = members_[Index(contact)];
+  VectorXd u = (member.place.far * member.dual.col(axis).cast<float>()).cast<double>();
+  const Zone& zone = member.place.body.zone;
+  for (int n = 0; n < zone.size(); ++n) {
+    u.segment<3>(3 * zone.nodes[Index(n)]) = member.dual_zone.col(axis).segment<3>(3 * n);
+  }
+  return u;
+}
+
+double ZoneSet::SmallestJacobian() const noexcept {
+  double smallest = 1;
+  for (const Member& member : members_) {
+    smallest =
+        std::min(smallest, member.place.body.tets.SmallestJacobian(member.solver.u().data()));
+  }
+  return smallest;
 }
 
 }  // namespace palpate

@@ -34,18 +34,29 @@ class ZoneSet {
   // New tangents at the present state. False: one cannot be factored, and stays.
   bool Refresh();
   // Finds the errors of the present state: of the force, or of a load's mean displacement.
-  // Nondimensional, true value minus value. Does not allocate.
+  // Nondimensional. Does not allocate.
   void EstimateErrors() noexcept;
+  // True value minus value, to first order in the residual.
   [[nodiscard]] const Eigen::Vector3d& error(int contact) const {
     return members_[static_cast<std::size_t>(contact)].error;
+  }
+  // What its size is expected to stay below: the first order, and by how much the estimate changes
+  // where the displacement outside is corrected by it.
+  [[nodiscard]] double bound(int contact) const {
+    const Member& member = members_[static_cast<std::size_t>(contact)];
+    return member.error.norm() + (member.second - member.error).norm();
   }
 
   [[nodiscard]] int size() const { return static_cast<int>(members_.size()); }
   [[nodiscard]] const ZoneSolver& solver(int contact) const {
     return members_[static_cast<std::size_t>(contact)].solver;
   }
-  // Displacement of every node of the mesh, three numbers each.
+  // Displacement of every node of the mesh, three numbers each: of the state, and by a unit motion
+  // or load of a contact alone.
   [[nodiscard]] Eigen::VectorXd Displacements() const;
+  [[nodiscard]] Eigen::VectorXd DualDisplacement(int contact, int axis) const;
+  // Smallest det F in the zones.
+  [[nodiscard]] double SmallestJacobian() const noexcept;
 
  private:
   // What the modes of another zone do to this one: `from` its amplitudes a few numbers, which make
@@ -66,12 +77,14 @@ class ZoneSet {
     Eigen::VectorXd incoming, border;  // displacement of the border by the others, by this contact
     Eigen::VectorXd load;              // what the others do to the zone
     std::vector<Coupling> couplings;   // per other zone
-    Eigen::MatrixXd dual;              // modes by a unit motion of the contact, or a unit load
-    Eigen::VectorXd work;
-    Eigen::Vector3d error = Eigen::Vector3d::Zero();
+    Eigen::MatrixXd dual, dual_zone;   // modes and zone by a unit motion of the contact, or a load
+    Eigen::MatrixXd response;  // of the amplitudes to work on the modes, the contact at rest
+    Eigen::VectorXd work, corrected;
+    Eigen::Vector3d error = Eigen::Vector3d::Zero(), second = error;
   };
   void Couple(Member* member) const;
   static void FindDual(Member* member);
+  static void FindResponse(Member* member);
   void TakeIncoming(std::size_t to) noexcept;
 
   std::vector<Member> members_;

@@ -13,6 +13,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
+constexpr double kSlowest = 0.9;  // part of a change that the next step still changes by [-]
+
 // Inner nodes in an order that keeps their factor sparse, then the border, which is full.
 std::vector<int> OrderOf(const Zone& zone) {
   std::vector<std::vector<int>> neighbours(Index(zone.inner));
@@ -74,6 +76,12 @@ ZoneBody MakeZoneBody(Zone zone, const std::vector<Vector3d>& nodes, std::vector
   SparseLdlt::Matrix pattern = PatternOf(zone, unknown);
   return {std::move(zone), std::move(tets),    std::move(rest),
           std::move(held), std::move(pattern), std::move(unknown)};
+}
+
+Vector3d MeanOf(const VectorXd& u, const ZoneContact::Point& point) {
+  Vector3d mean = Vector3d::Zero();
+  for (const auto& [node, weight] : point) mean += weight * u.segment<3>(3 * node);
+  return mean;
 }
 
 ZoneTangent::ZoneTangent(const ZoneBody& body, ZoneContact contact)
@@ -165,6 +173,7 @@ ZoneSolver::ZoneSolver(const ZoneBody& body, ZoneContact contact)
 }
 
 void ZoneSolver::Reset() {
+  change_.setZero();
   u_.setZero();
   lambda_.setZero();
   load_.setZero();
@@ -188,6 +197,7 @@ void ZoneSolver::LinearForce(const VectorXd& u, VectorXd* f) const noexcept {
 }
 
 void ZoneSolver::Step(ZoneTangent& tangent, const VectorXd& prescribed) noexcept {
+  change_before_ = change_.norm();
   if (contact_.loaded) lambda_ = prescribed;
   InternalForce(u_, &residual_);
   residual_ = load_ - residual_;
@@ -207,7 +217,7 @@ void ZoneSolver::Step(ZoneTangent& tangent, const VectorXd& prescribed) noexcept
   }
   for (std::size_t p = 0; p < contact_.points.size(); ++p) {
     const int at = 3 * static_cast<int>(p);
-    gap_.segment<3>(at) = prescribed.segment<3>(at) - MeanAt(contact_.points[p]);
+    gap_.segment<3>(at) = prescribed.segment<3>(at) - MeanOf(u_, contact_.points[p]);
   }
   tangent.compliance().solveInPlace(gap_);
   lambda_ += gap_;
@@ -215,10 +225,11 @@ void ZoneSolver::Step(ZoneTangent& tangent, const VectorXd& prescribed) noexcept
   for (int k = 0; k < gap_.size(); ++k) change_[k % 3] += gap_[k];
 }
 
-Vector3d ZoneSolver::MeanAt(const ZoneContact::Point& point) const {
-  Vector3d mean = Vector3d::Zero();
-  for (const auto& [node, weight] : point) mean += weight * u_.segment<3>(3 * node);
-  return mean;
+double ZoneSolver::Remaining() const {
+  const double change = change_.norm();
+  if (!(change > 0)) return change;
+  const double part = std::min(kSlowest, change / change_before_);
+  return change * std::max(1.0, part / (1 - part));
 }
 
 Vector3d ZoneSolver::Force() const {

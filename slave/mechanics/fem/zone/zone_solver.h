@@ -52,6 +52,9 @@ struct ZoneContact {
   [[nodiscard]] int unknowns() const { return 3 * static_cast<int>(points.size()); }
 };
 
+// Of displacements of the zone.
+Eigen::Vector3d MeanOf(const Eigen::VectorXd& u, const ZoneContact::Point& point);
+
 // A factorised tangent and what forces on the contact's points do to it.
 class ZoneTangent {
  public:
@@ -96,10 +99,10 @@ class ZoneSolver {
   // On every point.
   [[nodiscard]] const Eigen::VectorXd& forces() const { return lambda_; }
   [[nodiscard]] Eigen::Vector3d Force() const;
-  // Displacement of a point.
-  [[nodiscard]] Eigen::Vector3d MeanAt(const ZoneContact::Point& point) const;
   // What the last step added: to the force; of a load, to the mean displacement by its forces.
   [[nodiscard]] const Eigen::Vector3d& last_change() const { return change_; }
+  // What further steps will change by about, if each changes by the same part of the last one.
+  [[nodiscard]] double Remaining() const;
   [[nodiscard]] const ZoneContact& contact() const { return contact_; }
   [[nodiscard]] const ZoneBody& body() const { return body_; }
   // f_int(u) + S_rest u, and the same of the linear zone.
@@ -113,6 +116,7 @@ class ZoneSolver {
   ZoneContact contact_;
   Eigen::VectorXd u_, load_, lambda_, residual_, gap_;
   Eigen::Vector3d change_ = Eigen::Vector3d::Zero();
+  double change_before_ = 0;
 };
 
 }  // namespace palpate
