@@ -54,7 +54,10 @@ struct ContactResponse {
   // Moment of the force about the displaced centre of a contact with a width [N m]; nullopt: the
   // model or the mesh does not resolve how the force is distributed over the contact.
   std::optional<Eigen::Vector3d> moment_O{};
-  double moment_sigma = 0;   // one standard deviation of the moment, of the mesh alone [N m]
+  double moment_sigma = 0;  // one standard deviation of the moment, of the mesh alone [N m]
+  // Of a model that estimates its own error: what the error is expected to stay below, of the force
+  // [N], or of the displacement under a load [m]; the mesh's apart. 0: not estimated.
+  double force_bound = 0, displacement_bound = 0;
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };
 

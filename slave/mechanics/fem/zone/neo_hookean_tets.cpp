@@ -1,0 +1,195 @@
+#include "slave/mechanics/fem/zone/neo_hookean_tets.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "shared/geometry/index.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using fem::Double8;
+using fem::kLanes;
+using Lanes3x3 = std::array<std::array<Double8, 3>, 3>;
+using Group = NeoHookeanTets::Group;
+using Law = NeoHookeanTets::Law;
+
+PALPATE_INLINE Lanes3x3 DisplacementGradient(const Group& group, const double* u) {
+  std::array<std::array<Double8, 3>, 4> corner;
+  for (std::size_t a = 0; a < 4; ++a) {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      const double* at = u + group.node[a][l];
+      for (std::size_t c = 0; c < 3; ++c) corner[a][c][l] = at[c];
+    }
+  }
+  Lanes3x3 H;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Double8 d1 = corner[1][i] - corner[0][i], d2 = corner[2][i] - corner[0][i],
+                  d3 = corner[3][i] - corner[0][i];
+    for (std::size_t j = 0; j < 3; ++j) {
+      H[i][j] = d1 * group.gradient[0][j] + d2 * group.gradient[1][j] + d3 * group.gradient[2][j];
+    }
+  }
+  return H;
+}
+
+PALPATE_INLINE Lanes3x3 Cofactor(const Lanes3x3& F) {
+  Lanes3x3 C;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t a = (i + 1) % 3, b = (i + 2) % 3;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t p = (j + 1) % 3, q = (j + 2) % 3;
+      C[i][j] = F[a][p] * F[b][q] - F[a][q] * F[b][p];
+    }
+  }
+  return C;
+}
+
+PALPATE_INLINE Lanes3x3 Stress(const Law& law, Lanes3x3 F) {
+  Double8 invariant{};
+  for (std::size_t i = 0; i < 3; ++i) F[i][i] += 1;
+  for (const auto& row : F) invariant += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
+  const Lanes3x3 C = Cofactor(F);
+  const Double8 J = F[0][0] * C[0][0] + F[0][1] * C[0][1] + F[0][2] * C[0][2];
+  const Double8 a = law.m * (1 - 1 / (invariant + 1));
+  const Double8 s = law.k * (J - 1) - 0.75 * law.m;
+  Lanes3x3 P;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) P[i][j] = a * F[i][j] + s * C[i][j];
+  }
+  return P;
+}
+
+PALPATE_INLINE Lanes3x3 LinearStress(const Law& law, const Lanes3x3& H) {
+  const Double8 pressure = law.lambda * (H[0][0] + H[1][1] + H[2][2]);
+  Lanes3x3 P;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) P[i][j] = law.mu * (H[i][j] + H[j][i]);
+    P[i][i] += pressure;
+  }
+  return P;
+}
+
+PALPATE_INLINE void Scatter(const Group& group, const Lanes3x3& P, double* force) {
+  std::array<std::array<Double8, 3>, 4> corner;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      corner[a + 1][c] =
+          group.volume * (P[c][0] * group.gradient[a][0] + P[c][1] * group.gradient[a][1] +
+                          P[c][2] * group.gradient[a][2]);
+    }
+    corner[0][c] = -(corner[1][c] + corner[2][c] + corner[3][c]);
+  }
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    for (std::size_t a = 0; a < 4; ++a) {
+      double* at = force + group.node[a][l];
+      for (std::size_t c = 0; c < 3; ++c) at[c] += corner[a][c][l];
+    }
+  }
+}
+
+PALPATE_DISPATCHED void AddForces(const Law& law, const Group* groups, std::size_t count,
+                                  const double* u, double* force) {
+  for (std::size_t g = 0; g < count; ++g) {
+    Scatter(groups[g], Stress(law, DisplacementGradient(groups[g], u)), force);
+  }
+}
+
+PALPATE_DISPATCHED void AddLinearForces(const Law& law, const Group* groups, std::size_t count,
+                                        const double* u, double* force) {
+  for (std::size_t g = 0; g < count; ++g) {
+    Scatter(groups[g], LinearStress(law, DisplacementGradient(groups[g], u)), force);
+  }
+}
+
+Matrix3d CofactorOf(const Matrix3d& F) {
+  Matrix3d C;
+  C << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
+  return C;
+}
+
+}  // namespace
+
+NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
+                               const std::vector<Vector3d>& nodes, double nu)
+    : corners_(corners.begin(), corners.end()) {
+  law_.mu = 0.5 / (1 + nu);
+  law_.lambda = nu / ((1 + nu) * (1 - 2 * nu));
+  law_.m = 4.0 / 3 * law_.mu;
+  law_.k = law_.lambda + 5.0 / 6 * law_.mu;
+  for (const auto& tet : corners_) {
+    Matrix3d edges;
+    for (int a = 0; a < 3; ++a)
+      edges.col(a) = nodes[Index(tet[Index(a + 1)])] - nodes[Index(tet[0])];
+    Eigen::Matrix<double, 3, 4> gradients;
+    gradients.rightCols<3>() = edges.inverse().transpose();
+    gradients.col(0) = -gradients.rightCols<3>().rowwise().sum();
+    gradients_.push_back(gradients);
+    volumes_.push_back(edges.determinant() / 6);
+  }
+  groups_.resize((corners_.size() + kLanes - 1) / kLanes);
+  for (std::size_t t = 0; t < kLanes * groups_.size(); ++t) {
+    Group& group = groups_[t / kLanes];
+    const std::size_t l = t % kLanes, from = t < corners_.size() ? t : t - l;
+    for (std::size_t a = 0; a < 4; ++a) group.node[a][l] = 3 * corners_[from][a];
+    for (std::size_t a = 0; a < 3; ++a) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        group.gradient[a][c][l] = gradients_[from](static_cast<int>(c), static_cast<int>(a) + 1);
+      }
+    }
+    group.volume[l] = t < corners_.size() ? volumes_[t] : 0;
+  }
+}
+
+void NeoHookeanTets::AddForce(const double* u, double* force) const noexcept {
+  AddForces(law_, groups_.data(), groups_.size(), u, force);
+}
+
+void NeoHookeanTets::AddLinearForce(const double* u, double* force) const noexcept {
+  AddLinearForces(law_, groups_.data(), groups_.size(), u, force);
+}
+
+Matrix3d NeoHookeanTets::GradientOf(int tet, const double* u) const noexcept {
+  Matrix3d F = Matrix3d::Identity();
+  for (int a = 0; a < 4; ++a) {
+    const Eigen::Map<const Vector3d> moved(u + 3 * corners_[Index(tet)][Index(a)]);
+    F += moved * gradients_[Index(tet)].col(a).transpose();
+  }
+  return F;
+}
+
+void NeoHookeanTets::Stiffness(int tet, const double* u, Block* stiffness) const noexcept {
+  const auto& g = gradients_[Index(tet)];
+  const double volume = volumes_[Index(tet)];
+  const Matrix3d F = GradientOf(tet, u), C = CofactorOf(F);
+  const double invariant = 1 + F.squaredNorm(), J = F.col(0).dot(C.col(0));
+  const double a = volume * law_.m * (1 - 1 / invariant);
+  const double b = volume * 2 * law_.m / (invariant * invariant);
+  const double k = volume * law_.k;
+  const double s = volume * (law_.k * (J - 1) - 0.75 * law_.m);
+  const Eigen::Matrix<double, 12, 1> Fg = (F * g).reshaped(), Cg = (C * g).reshaped();
+  stiffness->noalias() = b * Fg * Fg.transpose() + k * Cg * Cg.transpose();
+  for (int q = 0; q < 4; ++q) {
+    for (int p = 0; p < 4; ++p) {
+      const Vector3d turn = s * (F * g.col(p).cross(g.col(q)));
+      auto block = stiffness->block<3, 3>(3 * p, 3 * q);
+      block.diagonal().array() += a * g.col(p).dot(g.col(q));
+      block(0, 1) += turn[2], block(1, 0) -= turn[2];
+      block(1, 2) += turn[0], block(2, 1) -= turn[0];
+      block(2, 0) += turn[1], block(0, 2) -= turn[1];
+    }
+  }
+}
+
+double NeoHookeanTets::SmallestJacobian(const double* u) const noexcept {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int t = 0; t < size(); ++t) smallest = std::min(smallest, GradientOf(t, u).determinant());
+  return smallest;
+}
+
+}  // namespace palpate

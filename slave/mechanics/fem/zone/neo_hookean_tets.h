@@ -1,0 +1,65 @@
+// Linear tetrahedra of the stable neo-Hookean law, eight per instruction. Nondimensional: lengths
+// in some unit L, stresses in Young's moduli E.
+//
+//   P = a F + s cof F,   a = m (1 - 1 / (I_C + 1)),   s = k (J - 1) - 3/4 m
+//   K_ab = V (a g_a.g_b 1 + b F g_a (F g_b)^T + k C g_a (C g_b)^T + s [F (g_a x g_b)]_x)
+//
+// with m = 4/3 mu, k = lambda + 5/6 mu, b = 2 m / (I_C + 1)^2, C = cof F and the gradients g of the
+// shape functions. It is the law of material_law.h (Smith, de Goes and Kim 2018, eq. 14), written
+// out so that neither force nor tangent needs a singular value decomposition.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/linear/lanes.h"
+
+namespace palpate {
+
+class NeoHookeanTets {
+ public:
+  // `corners`: numbers of positions at rest, in units of length. Positive volumes, checked by the
+  // caller; -1 < nu < 0.5.
+  NeoHookeanTets(std::span<const std::array<int, 4>> corners,
+                 const std::vector<Eigen::Vector3d>& nodes, double nu);
+
+  // Adds to `force` the internal force at displacements `u`, three numbers per node each.
+  void AddForce(const double* u, double* force) const noexcept;
+  // The same of the law's linearisation at rest.
+  void AddLinearForce(const double* u, double* force) const noexcept;
+  // Stiffness of one tetrahedron at `u`, row 3 a + c for component c of corner a.
+  using Block = Eigen::Matrix<double, 12, 12>;
+  void Stiffness(int tet, const double* u, Block* stiffness) const noexcept;
+
+  [[nodiscard]] int size() const { return static_cast<int>(corners_.size()); }
+  [[nodiscard]] const std::array<int, 4>& corners(int tet) const {
+    return corners_[static_cast<std::size_t>(tet)];
+  }
+  // Smallest det F.
+  [[nodiscard]] double SmallestJacobian(const double* u) const noexcept;
+
+  // Eight tetrahedra side by side; the last group repeats its first with volume zero.
+  struct Group {
+    std::array<std::array<int, 8>, 4> node{};               // offsets of the corners' x
+    std::array<std::array<fem::Double8, 3>, 3> gradient{};  // of corners 1 to 3
+    fem::Double8 volume{};
+  };
+  struct Law {
+    double m = 0, k = 0;        // of the nonlinear law
+    double lambda = 0, mu = 0;  // of the linear one
+  };
+
+ private:
+  [[nodiscard]] Eigen::Matrix3d GradientOf(int tet, const double* u) const noexcept;
+
+  Law law_;
+  std::vector<std::array<int, 4>> corners_;
+  std::vector<Eigen::Matrix<double, 3, 4>> gradients_;
+  std::vector<double> volumes_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace palpate

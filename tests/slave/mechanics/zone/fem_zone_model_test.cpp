@@ -1,0 +1,165 @@
+// The model `fem-zone` against the full model of the same mesh, and what it flags and refuses.
+#include "slave/mechanics/fem/zone/fem_zone_model.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "tests/slave/mechanics/zone/pressed_slab.h"
+
+namespace palpate {
+namespace {
+
+using namespace zone_tests;  // NOLINT(google-build-using-namespace): its helpers are for here
+
+constexpr double kWidth = 0.02;  // of every disc [m]
+
+Contact Moved(const Vector3d& p_O, const Vector3d& displacement, double width = kWidth) {
+  Contact contact;
+  contact.p_O = p_O;
+  contact.width = width;
+  contact.prescribed_O = displacement;
+  return contact;
+}
+
+std::vector<ContactResponse> Ask(DeformationModel& model, const std::vector<Contact>& contacts) {
+  std::vector<ContactResponse> responses(contacts.size());
+  model.Respond(contacts, responses);
+  return responses;
+}
+
+class FemZone : public testing::Test {
+ protected:
+  Slab slab_{10, 0.4};
+  FemZoneModel zone_{slab_.mesh, slab_.held, kModulus, slab_.nu, {}};
+};
+
+// Discs, a node, a point inside a triangle, pressed deep. Alone they are within 3 %; together,
+// where neighbours leave each other small zones, within the tolerance of 5 %. A mesh too coarse for
+// a disc is flagged as the full model flags it, and nothing else is. The true error is within the
+// bound that the answer states, the bound within five times it.
+TEST_F(FemZone, ForcesAreThoseOfTheFullModelWithinTheirBound) {
+  SolidModel full = slab_.Full(FemOptions::Law::kNeoHookean);
+  const std::vector<Contact> all{Moved({0.018, 0.02, 0.04}, {0.001, 0, -0.005}),
+                                 Moved({0.062, 0.02, 0.04}, {0, 0.002, -0.006}),
+                                 Moved({0.056, 0.064, 0.04}, {0, 0, -0.002}, 0),
+                                 Moved({0.0181, 0.0617, 0.04}, {0, 0, -0.002}, 0)};
+  std::vector<std::vector<Contact>> cases{all};
+  for (const Contact& contact : all) cases.push_back({contact});
+  for (const auto& contacts : cases) {
+    const auto expected = Ask(full, contacts);
+    const auto got = Ask(zone_, contacts);
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      ASSERT_NE(got[i].validity, Validity::kFailed) << zone_.failure();
+      const double error = (got[i].force_O - expected[i].force_O).norm();
+      EXPECT_EQ(got[i].validity, expected[i].validity) << got[i].doubt;
+      EXPECT_LT(error, (contacts.size() == 1 ? 0.03 : 0.05) * expected[i].force_O.norm());
+      EXPECT_LE(error, got[i].force_bound);
+      EXPECT_LT(got[i].force_bound, 5 * error);
+    }
+  }
+}
+
+TEST_F(FemZone, LoadsMoveTheBodyAsTheyMoveTheFullModel) {
+  SolidModel full = slab_.Full(FemOptions::Law::kNeoHookean);
+  Contact load = Moved({0.04, 0.04, 0.04}, {0.1, 0, -0.5});
+  load.kind = Contact::Kind::kForce;
+  const auto expected = Ask(full, {load}), got = Ask(zone_, {load});
+  const double error = (got[0].displacement_O - expected[0].displacement_O).norm();
+  EXPECT_GT(expected[0].displacement_O.norm(), 0.1 * kWidth);
+  EXPECT_LT(error, 0.03 * expected[0].displacement_O.norm());
+  EXPECT_LE(error, got[0].displacement_bound);
+  EXPECT_EQ(got[0].force_O, load.prescribed_O);
+}
+
+// The whole displacement, near and far: within the tolerance of the largest.
+TEST_F(FemZone, DisplacementsAreThoseOfTheFullModel) {
+  SolidModel full = slab_.Full(FemOptions::Law::kNeoHookean);
+  const std::vector<Contact> contacts{Moved({0.02, 0.024, 0.04}, {0.001, 0, -0.005}),
+                                      Moved({0.052, 0.024, 0.04}, {0, 0.002, -0.006})};
+  Solution solution, reference;
+  zone_.Solve(contacts, &solution);
+  full.Solve(contacts, &reference);
+  std::vector<Vector3d> u, expected;
+  zone_.Displacements(solution, &u);
+  full.Displacements(reference, &expected);
+  ASSERT_EQ(u.size(), expected.size());
+  double largest = 0;
+  for (std::size_t n = 0; n < u.size(); ++n) {
+    largest = std::max(largest, (u[n] - expected[n]).norm());
+  }
+  EXPECT_LT(largest, 0.05 * 0.0064);
+}
+
+// Zones are centred on nodes: earlier contacts elsewhere change a force by no more than the
+// convergence, 1e-4 of it.
+TEST_F(FemZone, EarlierContactsDoNotChangeTheAnswer) {
+  const Contact here = Moved({0.04, 0.037, 0.04}, {0, 0, -0.005});
+  const Vector3d fresh = Ask(zone_, {here})[0].force_O;
+  Ask(zone_, {Moved({0.03, 0.03, 0.04}, {0.002, 0, -0.006})});
+  EXPECT_LT((Ask(zone_, {here})[0].force_O - fresh).norm(), 1e-3 * fresh.norm());
+}
+
+// A slender slab on one side turns as a whole when it is pressed: the zone does not follow that.
+TEST(FemZoneLimits, ABodyThatBendsFarIsFlaggedOrItsErrorIsBounded) {
+  Slab slab(12, 0.4);
+  slab.mesh = MeshBox({0.08, 0.08, 0.02}, {12, 12, 3});
+  slab.held.clear();
+  slab.positions.clear();
+  for (const Vector3d& p : slab.mesh.nodes) {
+    const bool side = p.x() == 0;
+    slab.held.push_back({side, side, side});
+    slab.positions.push_back(p / 0.08);
+  }
+  FemZoneModel zone(slab.mesh, slab.held, kModulus, slab.nu, {});
+  SolidModel full = slab.Full(FemOptions::Law::kNeoHookean);
+  for (const double depth : {0.001, 0.004, 0.012, 0.03}) {
+    const std::vector<Contact> contacts{Moved({0.07, 0.04, 0.02}, {0, 0, -depth})};
+    const auto expected = Ask(full, contacts), got = Ask(zone, contacts);
+    if (got[0].validity != Validity::kValid) continue;
+    const double error = (got[0].force_O - expected[0].force_O).norm();
+    EXPECT_LE(error, got[0].force_bound);
+    EXPECT_LE(error, 0.05 * expected[0].force_O.norm());
+  }
+  EXPECT_NE(Ask(zone, {Moved({0.07, 0.04, 0.02}, {0, 0, -0.03})})[0].validity, Validity::kValid);
+}
+
+TEST_F(FemZone, BadContactsFailWithAReason) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Contact& contact :
+       {Moved({0.04, 0.04, 0.04}, {0, nan, 0}), Moved({0.04, nan, 0.04}, {0, 0, 0}),
+        Moved({0.04, 0.04, 0.04}, {0, 0, 1e9}), Moved({0.04, 0.04, 0.2}, {0, 0, 0}),
+        Moved({0.04, 0.04, 0.04}, {0, 0, 0}, -1), Moved({0.04, 0, 0}, {0, 0, -1e-3})}) {
+    EXPECT_EQ(Ask(zone_, {contact})[0].validity, Validity::kFailed);
+    EXPECT_FALSE(zone_.failure().empty());
+  }
+  EXPECT_EQ(Ask(zone_, {Moved({0.04, 0.04, 0.04}, {0, 0, -1e-3})})[0].validity, Validity::kValid);
+}
+
+// Deeper than the body is thick, upside down, far out: no NaN, nothing wrong that is valid.
+TEST_F(FemZone, AbsurdPressesAreFlaggedOrFail) {
+  for (const Vector3d& displacement :
+       {Vector3d(0, 0, -0.05), Vector3d(0.2, 0, 0.1), Vector3d(0, 0, 3)}) {
+    const auto response = Ask(zone_, {Moved({0.04, 0.04, 0.04}, displacement)})[0];
+    EXPECT_NE(response.validity, Validity::kValid) << displacement.transpose();
+    EXPECT_TRUE(response.force_O.allFinite());
+  }
+  EXPECT_EQ(Ask(zone_, {Moved({0.04, 0.04, 0.04}, {0, 0, -1e-3})})[0].validity, Validity::kValid);
+}
+
+// A body as small as its zone is nonlinear everywhere: the full model.
+TEST(FemZoneLimits, ABodyWithinOneZoneIsTheFullModel) {
+  Slab slab(10, 0.3);
+  slab.mesh = MeshBox({0.01, 0.01, 0.01}, {4, 4, 4});
+  slab.held.clear();
+  for (const Vector3d& p : slab.mesh.nodes)
+    slab.held.push_back({p.z() == 0, p.z() == 0, p.z() == 0});
+  FemZoneModel zone(slab.mesh, slab.held, kModulus, slab.nu, {});
+  SolidModel full = slab.Full(FemOptions::Law::kNeoHookean);
+  const std::vector<Contact> contacts{Moved({0.005, 0.005, 0.01}, {0, 0, -0.002}, 0.03)};
+  const Vector3d expected = Ask(full, contacts)[0].force_O;
+  EXPECT_LT((Ask(zone, contacts)[0].force_O - expected).norm(), 1e-4 * expected.norm());
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,90 @@
+// A slab on a rigid base and a disc that presses it, as zones and as the full model see it.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "shared/geometry/index.h"
+#include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mechanics/fem/zone/linear_rest.h"
+#include "slave/mechanics/fem/zone/zone_solver.h"
+
+namespace palpate::zone_tests {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kModulus = 5000;  // [Pa]
+
+struct Slab {
+  SolidMesh mesh;
+  HeldNodes held;
+  double nu = 0;
+  std::vector<Vector3d> positions;  // in units of length
+
+  // 80 x 80 x 40 mm in cells of 80 mm / `cells`.
+  Slab(int cells, double poisson_ratio)
+      : mesh(MeshBox({0.08, 0.08, 0.04}, {cells, cells, cells / 2})), nu(poisson_ratio) {
+    for (const Vector3d& p : mesh.nodes) {
+      const bool bottom = p.z() == 0;
+      held.push_back({bottom, bottom, bottom});
+      positions.push_back(p / LargerSide(mesh.nodes));
+    }
+  }
+  [[nodiscard]] SolidModel Full(FemOptions::Law law) const {
+    SolidParams params;
+    params.options.law = law;
+    params.options.residual = 1e-9;
+    params.young_modulus = kModulus;
+    params.poisson_ratio = nu;
+    params.density = 1000;
+    return {mesh, held, params};
+  }
+  [[nodiscard]] double force_unit() const {
+    return kModulus * LargerSide(mesh.nodes) * LargerSide(mesh.nodes);
+  }
+};
+
+inline std::vector<int> NodesUnder(const SolidMesh& mesh, const Vector3d& p_O, double width) {
+  const SurfaceMesh surface = SurfaceOf(mesh);
+  return PatchAt(surface, *FindPlace(surface, p_O), p_O, width).nodes;
+}
+
+inline std::unique_ptr<ZoneBody> BodyOf(const Slab& slab, LinearRest& rest, Zone zone) {
+  Eigen::MatrixXd condensed = rest.Condense({zone}).front();
+  std::vector<char> held;
+  for (const int node : zone.nodes) {
+    for (int c = 0; c < 3; ++c) held.push_back(rest.is_held(node, c));
+  }
+  return std::make_unique<ZoneBody>(MakeZoneBody(std::move(zone), slab.positions, std::move(held),
+                                                 std::move(condensed), slab.nu));
+}
+
+// Nodes of the mesh that are moved one by one.
+inline ZoneContact MovedNodes(const Zone& zone, const std::vector<int>& nodes) {
+  ZoneContact contact;
+  for (const int node : nodes) contact.points.push_back({{zone.Find(node), 1.0}});
+  return contact;
+}
+
+// One zone around a disc.
+struct PressedZone {
+  std::unique_ptr<ZoneBody> body;
+  ZoneContact contact;
+
+  PressedZone(const Slab& slab, LinearRest& rest, const Vector3d& p_O, double width,
+              double radius) {
+    const std::vector<int> touched = NodesUnder(slab.mesh, p_O, width);
+    body = BodyOf(slab, rest, ZoneFinder(slab.mesh).Around(p_O, radius, touched));
+    contact = MovedNodes(body->zone, touched);
+  }
+};
+
+// The same for every contact node, in units of length.
+inline VectorXd Alike(const Slab& slab, const ZoneContact& contact, const Vector3d& displacement) {
+  const auto points = static_cast<int>(contact.points.size());
+  return (displacement / LargerSide(slab.mesh.nodes)).replicate(points, 1);
+}
+
+}  // namespace palpate::zone_tests
