@@ -1,5 +1,7 @@
 #include "slave/mechanics/linear/mumps.h"
 
+#include <algorithm>
+#include <array>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -9,7 +11,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kOutOfMemory = -13, kWorkspaceTooSmall = -9, kNotPositive = -10;
+constexpr int kOutOfMemory = -13, kNotPositive = -10;
+constexpr std::array kTooSmall{-8, -9, -17, -20};            // workspaces and buffers
 constexpr int kMostRelaxation = 1000;                        // of the estimated workspace [%]
 constexpr int kGivenOrder = 1, kMinimumFill = 2, kPord = 4;  // orders of elimination
 constexpr int kFewNodes = 1000;  // below, minimum fill is as good; PORD ends the process on cliques
@@ -73,7 +76,7 @@ void Mumps::FactoriseDefinite(int relaxation) {
   int outcome = 0;
   for (Control(14) = relaxation; Control(14) <= kMostRelaxation; Control(14) *= 2) {
     outcome = Run(2);
-    if (outcome != kWorkspaceTooSmall) break;
+    if (std::ranges::find(kTooSmall, outcome) == kTooSmall.end()) break;
   }
   if (outcome == kNotPositive || (outcome >= 0 && Info(12) > 0)) {
     throw std::invalid_argument(
