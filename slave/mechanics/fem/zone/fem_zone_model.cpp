@@ -68,7 +68,7 @@ FemZoneModel::FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double 
       elements_(MakeElementMesh(mesh_, FemOptions::Element::kTet4, unit_)),
       used_(UsedNodes(mesh_.tets, mesh_.nodes.size())),
       contacts_(elements_, used_, unit_),
-      strain_(mesh_, poisson_ratio, 4),
+      strain_(mesh_, held_, poisson_ratio, 4),
       edge_(EdgesAround(SurfaceOf(mesh_))) {
   ReportProgress(progress, "factorising stiffness", 1);
   field_mesh_ = {.vertices = mesh_.nodes, .tets = mesh_.tets};
