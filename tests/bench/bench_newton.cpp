@@ -51,9 +51,8 @@ double ReferenceSeconds() {
 
 void FullSolution(benchmark::State& state, Element element, Contact::Kind kind, double nu) {
   const bool quadratic = element == Element::kTet10;
-  const SolidMesh mesh = quadratic
-                             ? MeshBox({kSide / 2, kSide / 2, kSide}, {6, 6, 12})
-                             : MeshBox(Vector3d::Constant(kSide), {26, 25, 26});
+  const SolidMesh mesh = quadratic ? MeshBox({kSide / 2, kSide / 2, kSide}, {6, 6, 12})
+                                   : MeshBox(Vector3d::Constant(kSide), {26, 25, 26});
   const Vector3d size = mesh.nodes.back();
   HeldNodes held;
   for (const auto& p : mesh.nodes) {
@@ -106,10 +105,10 @@ void FullSolution(benchmark::State& state, Element element, Contact::Kind kind, 
   state.SetIterationTime(spent / answers);
 }
 
-#define PALPATE_FULL_SOLUTION(name, ...)         \
+#define PALPATE_FULL_SOLUTION(name, ...)             \
   BENCHMARK_CAPTURE(FullSolution, name, __VA_ARGS__) \
-      ->UseManualTime()                          \
-      ->Iterations(1)                            \
+      ->UseManualTime()                              \
+      ->Iterations(1)                                \
       ->Unit(benchmark::kMillisecond)
 PALPATE_FULL_SOLUTION(tet10_move, Element::kTet10, Contact::Kind::kDisplacement, 0.3);
 PALPATE_FULL_SOLUTION(tet10_load, Element::kTet10, Contact::Kind::kForce, 0.3);
