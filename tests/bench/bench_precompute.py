@@ -113,7 +113,7 @@ def main():
     if sys.argv[1:2] == ["--peak"]:
         return report_peak(sys.argv[2], sys.argv[3:])
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fem-cells", type=int, nargs=3, default=(60, 60, 10), help="cells of the box of fem-green")
+    parser.add_argument("--fem-cells", type=int, nargs=3, default=(80, 80, 10), help="cells of the box of fem-green")
     parser.add_argument("--bem-cells", type=int, nargs=3, default=(12, 12, 12), help="the same for bem3d")
     options = parser.parse_args()
     from mpi_runs import IS_THERE
