@@ -67,14 +67,13 @@ inline constexpr std::string_view kCoarsePatch =
 //
 //   int (e* - e) : C : (e* - e) dV / int e : C : e dV
 //
-// e are the strains of the elements, e* those that are recovered: continuous, at a node the mean of
-// the elements around it by volume (Zienkiewicz and Zhu, Int. J. Numer. Meth. Eng. 24, 1987). The
-// error of the energy is that of the compliance. e is E - E^2 / 2 of Green
-// and Lagrange's strain E: rotations do not count, and up to the second order it is the stretch.
-// Elements nearer to contacts than the body is thick are left out: it is pressed there
-// and does not bend, and the patch decides. The thickness is 4 V / A, the side of a long square
-// bar. If no element is left, all count. Bodies of up to two thicknesses, as cubes are, do not
-// bend.
+// e are the strains of the elements, e* those that are recovered: continuous, at a node the mean
+// of the elements around it by volume (Zienkiewicz and Zhu, Int. J. Numer. Meth. Eng. 24, 1987).
+// The error of the energy is that of the compliance. e is E - E^2 / 2 of Green and Lagrange's
+// strain E: rotations do not count, and up to the second order it is the stretch. Elements nearer
+// to contacts than the body is thick are left out: it is pressed there and does not bend, and the
+// patch decides. The thickness is 4 V / A, the side of a long square bar. If no element is left,
+// all count. Bodies of up to two thicknesses, as cubes are, do not bend.
 //
 // The recovered strains miss what all elements around a node have in common. Of a straight bar
 // along a, farther than a quarter of the thickness from its supports, the solution is that of a
