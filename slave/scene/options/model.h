@@ -13,7 +13,7 @@
 namespace palpate {
 
 enum class Plane : std::uint8_t { kStress, kStrain };
-enum class ContactLaw : std::uint8_t { kBonded, kFrictionless };
+enum class ContactLaw : std::uint8_t { kBonded, kFrictionless, kFriction };
 enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
 // One term of the Ogden model.
 struct OgdenTerm {

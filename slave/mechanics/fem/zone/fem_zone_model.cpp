@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <stdexcept>
 
 #include "shared/geometry/index.h"
@@ -18,20 +19,16 @@ using Eigen::VectorXd;
 
 constexpr double kAbsurd = 1e6;       // larger sides
 constexpr double kLocks = 0.49;       // Poisson ratio
-constexpr int kModes = 80;            // of a zone's border
 constexpr double kLeastRadius = 2.5;  // of a zone [edges]
-constexpr double kMargin = 0.5;       // centres are nodes: at most so far from contacts [edges]
-constexpr double kFarthest = 0.75;    // of a contact from the nearest node [edges]
-constexpr double kReach = 1.5;        // of a triangle's corners from the one in the centre [edges]
-constexpr double kShrink = 0.8;       // from one level of a zone's radius to the next
-constexpr int kMostLevels = 8;
-constexpr double kConverged = 1e-4;  // what steps will still change, by the force
-constexpr int kStepsPerTangent = 10;
-constexpr int kMostTangents = 8;
-constexpr int kMostPortions = 64;  // of what is prescribed, from rest
-constexpr double kSmall = 1e-9;    // displacement at which bending is judged, of the larger side
+constexpr double kMargin = 0.5;       // of a zone beyond that or the contact's width [edges]
+constexpr double kConverged = 5e-4;   // what steps will still change, by the force
+constexpr int kMostSteps = 60;
+constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
+constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
+constexpr int kFewestPoints = 3;    // of a round tool on its mesh
+constexpr int kMostPortions = 64;   // of what is prescribed, from rest
+constexpr double kSmall = 1e-9;     // displacement at which bending is judged, of the larger side
 
-constexpr std::string_view kCrowded = "contacts are too near to each other for zones of their own";
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
 
@@ -46,6 +43,20 @@ std::vector<double> EdgesAround(const SurfaceMesh& surface) {
   }
   for (std::size_t n = 0; n < sum.size(); ++n) sum[n] /= std::max(1.0, count[n]);
   return sum;
+}
+
+// Mean of the triangles around, by their areas.
+std::vector<Vector3d> NormalsAround(const SurfaceMesh& surface) {
+  std::vector<Vector3d> normals(surface.nodes.size(), Vector3d::Zero());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const int triangle = static_cast<int>(t);
+    const Vector3d area = Area(surface, triangle) * Normal(surface, triangle);
+    for (const int node : surface.triangles[t]) normals[Index(node)] += area;
+  }
+  for (Vector3d& normal : normals) {
+    if (normal.norm() > 0) normal.normalize();
+  }
+  return normals;
 }
 
 double Positive(const char* key, double value) {
@@ -63,28 +74,30 @@ FemZoneModel::FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double 
       mesh_((Positive("tolerance", options.tolerance),
              ReportProgress(progress, "factorising stiffness", 0), mesh)),
       held_(held),
-      places_(mesh_, held_, poisson_ratio, kModes),
-      unit_(places_.rest().length_unit()),
+      green_(mesh_, held_, poisson_ratio, options.memory_limit, options.cache),
+      unit_(green_.length_unit()),
       elements_(MakeElementMesh(mesh_, FemOptions::Element::kTet4, unit_)),
       used_(UsedNodes(mesh_.tets, mesh_.nodes.size())),
       contacts_(elements_, used_, unit_),
       strain_(mesh_, held_, poisson_ratio, 4),
-      edge_(EdgesAround(SurfaceOf(mesh_))) {
+      edge_(EdgesAround(SurfaceOf(mesh_))),
+      normal_(NormalsAround(SurfaceOf(mesh_))) {
   ReportProgress(progress, "factorising stiffness", 1);
   field_mesh_ = {.vertices = mesh_.nodes, .tets = mesh_.tets};
   keeps_displacements_ = true;
   info_.kind = "fem-zone";
   info_.dof = 3 * mesh_.nodes.size();
   info_.elements = static_cast<int>(mesh_.tets.size());
-  info_.memory_bytes = places_.rest().memory_bytes();
+  info_.memory_bytes = green_.memory_bytes();
   info_.remark = poisson_ratio >= kLocks
                      ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
-                     : "tet4, nonlinear around contacts only; the first touch of a place is slow";
+                     : "tet4, nonlinear around contacts only; the first touch of a region is slow";
   NotePrecompute();
 }
 
 void FemZoneModel::Reset() {
   if (set_) set_->Reset();
+  for (Vector3d& moved : moved_) moved.setZero();
   inverted_ = false;
 }
 
@@ -97,92 +110,44 @@ int FemZoneModel::NodeNear(const Vector3d& p_O) const {
   return elements_.surface.triangles[Index(found->triangle)][Index(nearest)];
 }
 
-// As wide as the contact in every direction; on higher levels smaller, down to what the contact's
-// own elements take.
-double FemZoneModel::RadiusAt(int node, double width, int level) const {
-  const double edge = edge_[Index(node)];
-  const double full = std::max(width, kLeastRadius * edge) + kMargin * edge;
-  const double least = 0.5 * width + kMargin * edge;
-  return std::max(least, std::pow(kShrink, level) * full);
-}
-
-// The first on which this zone and those of its neighbours divide the distance between them.
-int FemZoneModel::LevelOf(std::span<const Contact> contacts, std::size_t contact) const {
-  const Contact& own = contacts[contact];
-  const int node = NodeNear(own.p_O);
-  const double full = RadiusAt(node, own.width, 0);
-  double room = full;
-  for (std::size_t j = 0; j < contacts.size(); ++j) {
-    const int other = j == contact ? -1 : NodeNear(contacts[j].p_O);
-    if (other < 0) continue;
-    const double distance = (mesh_.nodes[Index(node)] - mesh_.nodes[Index(other)]).norm();
-    const double share = full / (full + RadiusAt(other, contacts[j].width, 0));
-    room = std::min(room, share * (distance - edge_[Index(node)]));
-  }
-  int level = 0;
-  while (level < kMostLevels && RadiusAt(node, own.width, level) > room) ++level;
-  return level;
-}
-
-// Centred on a node, so that what was touched before does not matter.
-std::shared_ptr<const ZonePlace> FemZoneModel::PlaceAt(const Key& key) {
-  const auto known = known_.find(key);
-  if (known != known_.end()) return known->second.zone;
-  if (known_bytes_ > options_.memory_limit) {  // those in use stay with used_places_
-    known_.clear();
-    known_bytes_ = 0;
-  }
-  const auto& [node, width, level] = key;
-  Place place;
-  place.zone = std::make_shared<ZonePlace>(places_.Make(
-      mesh_.nodes[Index(node)], RadiusAt(node, width, level), NodesNear(node, 0.5 * width)));
-  place.bytes = 8 * static_cast<std::size_t>(place.zone->body.rest.size()) +
-                4 * static_cast<std::size_t>(place.zone->far.size());
-  known_bytes_ += place.bytes;
-  info_.memory_bytes = places_.rest().memory_bytes() + known_bytes_;
-  return known_.emplace(key, std::move(place)).first->second.zone;
-}
-
-// Nodes that a disc of `radius` may touch whose centre is nearest to this node.
-std::vector<int> FemZoneModel::NodesNear(int node, double radius) const {
-  std::vector<int> near;
-  const double edge = edge_[Index(node)];
-  const double reach = std::max(radius + kFarthest * edge, kReach * edge);
-  for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
-    const bool on_surface = edge_[n] > 0;
-    if (on_surface && (mesh_.nodes[n] - mesh_.nodes[Index(node)]).norm() <= reach) {
-      near.push_back(static_cast<int>(n));
-    }
-  }
-  return near;
-}
-
 void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
-  for (const Contact& contact : contacts) {
-    if (!contact.p_O.allFinite() || !(contact.width >= 0 && contact.width <= kAbsurd * unit_)) {
-      continue;
-    }
-    const int node = NodeNear(contact.p_O);
-    if (node >= 0) PlaceAt({node, contact.width, 0});
+  try {
+    if (!PrepareSet(contacts)) contacts_.Forget();
+  } catch (const std::exception&) {
+    contacts_.Forget();  // Respond tells
   }
 }
 
-// Which contacts lie in another's zone, which then has two.
-void FemZoneModel::FindCrowded(const std::vector<ZoneSet::Touch>& touches) {
-  crowded_.assign(touches.size(), 0);
-  std::vector<int> owner(mesh_.nodes.size(), -1);
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    for (const auto& point : touches[i].contact.points) {
-      for (const auto& [node, weight] : point) {
-        owner[Index(touches[i].place->body.zone.nodes[Index(node)])] = static_cast<int>(i);
-      }
-    }
-  }
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    for (const int node : touches[i].place->body.zone.nodes) {
-      const int other = owner[Index(node)];
-      if (other >= 0 && other != static_cast<int>(i)) crowded_[i] = crowded_[Index(other)] = 1;
-    }
+bool FemZoneModel::IsTool(const Contact& contact) const {
+  if (contact.kind == Contact::Kind::kForce) return false;
+  const bool round = options_.tool.shape != RigidTool::Shape::kFlat;
+  return round || (contact.width > 0 && options_.contact != ContactLaw::kBonded);
+}
+
+// Of the part of the surface that the tool may touch at such a depth: half its width, or where a
+// sphere would cut the undeformed surface, which is farther out than it touches.
+double FemZoneModel::ToolRadius(const Contact& contact, double depth) const {
+  const RigidTool& tool = options_.tool;
+  if (tool.shape == RigidTool::Shape::kFlat) return 0.5 * contact.width;
+  const double capped = std::clamp(depth, 0.0, tool.radius);
+  const double cut = std::sqrt(capped * (2 * tool.radius - capped));
+  return cut + (tool.shape == RigidTool::Shape::kCapsule ? 0.5 * tool.length : 0);
+}
+
+Vector3d FemZoneModel::NormalAt(int node) const {
+  return normal_[Index(node)];
+}
+
+void FemZoneModel::AddToolPoints(const Contact& contact, ZoneSet::Touch* touch) const {
+  const Vector3d normal = touch->contact.placement.normal;
+  const double edge = edge_[Index(NodeNear(contact.p_O))];
+  for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
+    if (!(edge_[n] > 0) || normal_[n].dot(normal) <= 0) continue;
+    const auto& held = held_[n];
+    if (held[0] || held[1] || held[2]) continue;
+    if ((mesh_.nodes[n] - touch->centre_O).norm() > touch->radius - 0.8 * edge) continue;
+    touch->contact.points.push_back({{static_cast<int>(touch->nodes.size()), 1.0}});
+    touch->nodes.push_back(static_cast<int>(n));
   }
 }
 
@@ -190,31 +155,46 @@ bool FemZoneModel::MakeTouch(std::span<const Contact> contacts, std::size_t i,
                              ZoneSet::Touch* touch) {
   const Contact& contact = contacts[i];
   const ContactPlace& at = contacts_.places()[i];
-  const int centre = NodeNear(contact.p_O);
-  if (centre < 0) return Fail("no surface at a contact point");
-  used_places_.push_back(PlaceAt({centre, contact.width, LevelOf(contacts, i)}));
-  touch->place = used_places_.back().get();
-  const Zone& zone = touch->place->body.zone;
-  bool inside = true;
-  const auto number = [&](int node) {
-    const int found = zone.Find(node);
-    inside = inside && found >= 0 && found < zone.inner;
-    return found;
-  };
+  const int near = NodeNear(contact.p_O);
+  if (near < 0) return Fail("no surface at a contact point");
+  const double edge = edge_[Index(near)];
+  touch->centre_O = contact.p_O;
+  touch->radius =
+      std::max({contact.width, kLeastRadius * edge, options_.least_radius}) + kMargin * edge;
   touch->contact.loaded = contact.kind == Contact::Kind::kForce;
+  if (IsTool(contact)) {
+    touch->contact.tool = options_.tool;
+    touch->contact.tool->radius /= unit_;
+    touch->contact.tool->length /= unit_;
+    touch->contact.placement = {contact.p_O / unit_, NormalAt(near), contact.width / unit_};
+    touch->contact.friction =
+        options_.contact == ContactLaw::kBonded
+            ? std::numeric_limits<double>::infinity()
+            : (options_.contact == ContactLaw::kFriction ? options_.friction : 0);
+    const double depth = -contact.prescribed_O.dot(NormalAt(near));
+    touch->radius =
+        std::max({2 * ToolRadius(contact, depth), kLeastRadius * edge, options_.least_radius}) +
+        edge;
+    AddToolPoints(contact, touch);
+    if (touch->nodes.empty()) return Fail("no free surface at a contact point");
+    return true;
+  }
   if (touch->contact.loaded || at.moved.empty()) {
     ZoneContact::Point point;
-    for (const auto& [node, weight] : at.weights) point.emplace_back(number(node), weight);
+    for (const auto& [node, weight] : at.weights) {
+      point.emplace_back(static_cast<int>(touch->nodes.size()), weight);
+      touch->nodes.push_back(node);
+    }
     touch->contact.points.push_back(std::move(point));
   } else {
-    for (const int node : at.moved) touch->contact.points.push_back({{number(node), 1.0}});
-  }
-  if (!inside) return Fail("the contact reaches beyond its zone");
-  for (const auto& point : touch->contact.points) {
-    for (const auto& [node, weight] : point) {
-      const auto& held = held_[Index(zone.nodes[Index(node)])];
-      if (held[0] || held[1] || held[2]) return Fail("a contact touches fixed nodes");
+    touch->nodes = at.moved;
+    for (int k = 0; k < static_cast<int>(at.moved.size()); ++k) {
+      touch->contact.points.push_back({{k, 1.0}});
     }
+  }
+  for (const int node : touch->nodes) {
+    const auto& held = held_[Index(node)];
+    if (held[0] || held[1] || held[2]) return Fail("a contact touches fixed nodes");
   }
   return true;
 }
@@ -223,7 +203,6 @@ bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
   if (!contacts_.Prepare(contacts)) return Fail(contacts_.failure());
   if (!contacts_.changed() && set_) return true;
   set_.reset();
-  used_places_.clear();
   softness_.clear();
   inverted_ = false;
   std::vector<ZoneSet::Touch> touches(contacts.size());
@@ -231,16 +210,23 @@ bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
     if (!MakeTouch(contacts, i, &touches[i])) return false;
   }
   prescribed_.clear();
-  for (const auto& touch : touches) prescribed_.push_back(VectorXd::Zero(touch.contact.unknowns()));
+  for (const auto& touch : touches) {
+    prescribed_.push_back(VectorXd::Zero(touch.contact.tool ? 3 : touch.contact.unknowns()));
+  }
+  moved_.assign(touches.size(), Vector3d::Zero());
+  touches_ = touches;
   if (touches.empty()) return true;
-  FindCrowded(touches);
-  set_.emplace(places_, touches);
+  set_.emplace(green_, mesh_, poisson_ratio_, touches);
+  info_.memory_bytes = green_.memory_bytes();
   LearnBending();
   return true;
 }
 
 // Where a part bends, the mean over the axes is taken by the work that the force does along each.
 void FemZoneModel::LearnBending() {
+  softness_.assign(Index(set_->size()), Vector3d::Zero());
+  if (!strain_.body_bends()) return;
+  const Eigen::MatrixXd duals = set_->DualDisplacements();
   std::vector<Vector3d> u(mesh_.nodes.size());
   std::vector<int> touched;
   for (const ContactPlace& place : contacts_.places()) {
@@ -250,14 +236,14 @@ void FemZoneModel::LearnBending() {
   for (int i = 0; i < set_->size(); ++i) {
     Vector3d softness = Vector3d::Zero();
     for (int c = 0; c < 3; ++c) {
-      const VectorXd dual = set_->DualDisplacement(i, c);
+      const VectorXd dual = duals.col(3 * i + c);
       const double size = dual.cwiseAbs().maxCoeff();
       for (std::size_t n = 0; size > 0 && n < u.size(); ++n) {
         u[n] = kSmall * unit_ / size * dual.segment<3>(3 * static_cast<int>(n));
       }
       if (size > 0) softness[c] = strain_.Softness(u, touched);
     }
-    softness_.push_back(softness);
+    softness_[Index(i)] = softness;
   }
 }
 
@@ -278,45 +264,49 @@ bool FemZoneModel::Prescribe(std::span<const Contact> contacts, double part) {
 bool FemZoneModel::HasConverged(bool* finite) const {
   double largest = 0;
   *finite = true;
-  const auto size_of = [&](const ZoneSolver& solver) {
-    return solver.contact().loaded ? MeanOf(solver.u(), solver.contact().points.front()).norm()
-                                   : solver.Force().norm();
+  const auto size_of = [&](const ZonePart& part) {
+    return part.contact().loaded ? part.MeanDisplacement().norm() : part.Force().norm();
   };
   for (int i = 0; i < set_->size(); ++i) {
-    const double size = size_of(set_->solver(i));
-    *finite = *finite && std::isfinite(size) && set_->solver(i).u().allFinite();
-    if (!set_->solver(i).contact().loaded) largest = std::max(largest, size);
+    *finite = *finite && set_->part(i).IsFinite();
+    if (!set_->part(i).contact().loaded) largest = std::max(largest, size_of(set_->part(i)));
   }
   for (int i = 0; i < set_->size(); ++i) {
-    const ZoneSolver& solver = set_->solver(i);
-    const double scale = size_of(solver) + (solver.contact().loaded ? 0 : 0.01 * largest);
-    if (!(solver.Remaining() <= kConverged * scale)) return false;
+    const ZonePart& part = set_->part(i);
+    const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest);
+    if (!(part.Remaining() <= kConverged * scale)) return false;
   }
   return true;
 }
 
 bool FemZoneModel::Converge() {
-  for (int tangent = 0; tangent < kMostTangents; ++tangent) {
-    if (tangent > 0 && !set_->Refresh()) return false;
-    for (int step = 0; step < kStepsPerTangent; ++step) {
-      set_->Step(prescribed_);
-      bool finite = true;
-      const bool converged = HasConverged(&finite);
-      if (!finite) return false;
-      if (converged) return true;
-    }
+  set_->Restart();
+  for (int step = 0; step < kMostSteps; ++step) {
+    set_->Step(prescribed_);
+    bool finite = true;
+    const bool converged = HasConverged(&finite);
+    if (!finite) return false;
+    if (converged || IsLate()) return true;
   }
   return false;
+}
+
+// What the steps still lack is part of the bound.
+bool FemZoneModel::IsLate() const {
+  return options_.deadline > 0 && SecondsSince(begun_) > kForSteps * options_.deadline;
 }
 
 // From the last state, else from rest in parts.
 bool FemZoneModel::SolveState(std::span<const Contact> contacts) {
   if (inverted_) Reset();  // such states may be traps
   if (!Prescribe(contacts, 1)) return false;
+  if (std::ranges::any_of(touches_,
+                          [](const auto& touch) { return touch.contact.tool.has_value(); })) {
+    return MoveTools(contacts) || Fail("no equilibrium was found");
+  }
   if (Converge()) return true;
   for (int parts = 4; parts <= kMostPortions; parts *= 4) {
     set_->Reset();
-    if (!set_->Refresh()) break;
     bool solved = true;
     for (int k = 1; solved && k <= parts; ++k) {
       Prescribe(contacts, static_cast<double>(k) / parts);
@@ -327,9 +317,75 @@ bool FemZoneModel::SolveState(std::span<const Contact> contacts) {
   return Fail("no equilibrium was found");
 }
 
+// Zones go with tools that slide, and grow with those that go deeper.
+void FemZoneModel::FollowTools(std::span<const Contact> contacts) {
+  for (int i = 0; i < set_->size(); ++i) {
+    ZoneSet::Touch& touch = touches_[Index(i)];
+    const ToolContact* tool = set_->part(i).tool();
+    if (tool == nullptr) continue;
+    const Vector3d& n = touch.contact.placement.normal;
+    const Vector3d moved = unit_ * (tool->apex() - touch.contact.placement.p);
+    const double depth = -moved.dot(n);
+    const Vector3d at = contacts[Index(i)].p_O + moved + depth * n - unit_ * tool->Dragged(n);
+    int nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (const int node : touch.nodes) {
+      const double distance = (mesh_.nodes[Index(node)] - at).squaredNorm();
+      if (distance < least) least = distance, nearest = node;
+    }
+    const double edge = edge_[Index(nearest)];
+    const bool away = (mesh_.nodes[Index(nearest)] - touch.centre_O).norm() > 1.01 * edge;
+    const double needed = std::max(2 * ToolRadius(contacts[Index(i)], depth), kLeastRadius * edge);
+    if (!away && needed <= touch.radius) continue;
+    ZoneSet::Touch next = touch;
+    next.nodes.clear();
+    next.contact.points.clear();
+    if (away) next.centre_O = mesh_.nodes[Index(nearest)];
+    next.radius = needed + edge;
+    AddToolPoints(contacts[Index(i)], &next);
+    if (next.nodes.empty()) continue;
+    set_->Replace(i, next);
+    touch = std::move(next);
+  }
+}
+
+// In increments, each accepted, so that friction follows the way.
+bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
+  double parts = 1;
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const double edge = edge_[Index(touches_[i].nodes.front())];
+    const double way = (contacts[i].prescribed_O - unit_ * moved_[i]).norm();
+    if (touches_[i].contact.tool) parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
+  }
+  if (!(parts < 1e4)) return false;
+  const std::vector<Vector3d> from = moved_;
+  const auto place = [&](double part) {
+    for (std::size_t i = 0; i < touches_.size(); ++i) {
+      if (!touches_[i].contact.tool) continue;
+      moved_[i] = from[i] + part * (contacts[i].prescribed_O / unit_ - from[i]);
+      prescribed_[i] = moved_[i];
+    }
+  };
+  for (int k = 1; k < static_cast<int>(parts); ++k) {
+    place(k / parts);
+    set_->Restart();
+    for (int step = 0; step < 2; ++step) set_->Step(prescribed_);
+    set_->Accept();
+    FollowTools(contacts);
+  }
+  place(1);
+  set_->RefreshDuals();
+  if (!Converge()) return false;
+  set_->Accept();
+  FollowTools(contacts);
+  set_->RefreshDuals();
+  return true;
+}
+
 void FemZoneModel::ComputeResponses(std::span<const Contact> contacts,
                                     std::span<ContactResponse> responses) noexcept {
   failure_ = {};
+  begun_ = std::chrono::steady_clock::now();
   bool answered = false;
   try {
     answered = responses.size() == contacts.size() && TryRespond(contacts, responses);
@@ -355,9 +411,15 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
 std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactResponse& response) const {
   if (inverted_) return "elements are inside out";
   if (poisson_ratio_ >= kLocks) return "linear tetrahedra lock at this Poisson ratio";
-  if (contacts_.places()[contact].coarse) return kCoarsePatch;
-  if (crowded_[contact]) return kCrowded;
-  const bool loaded = set_->solver(static_cast<int>(contact)).contact().loaded;
+  const ToolContact* tool = set_->part(static_cast<int>(contact)).tool();
+  if (tool != nullptr) {
+    const int touching = tool->touching();
+    if (touching == 0) return {};
+    if (touching < kFewestPoints) return kCoarsePatch;
+  } else if (contacts_.places()[contact].coarse) {
+    return kCoarsePatch;
+  }
+  const bool loaded = set_->part(static_cast<int>(contact)).contact().loaded;
   const double size = loaded ? response.displacement_O.norm() : response.force_O.norm();
   const double bound = loaded ? response.displacement_bound : response.force_bound;
   if (!(bound <= options_.tolerance * size)) return kTooNonlinear;
@@ -375,26 +437,26 @@ void FemZoneModel::Fill(std::span<const Contact> contacts, std::span<ContactResp
   set_->EstimateErrors();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const int number = static_cast<int>(i);
-    const ZoneSolver& solver = set_->solver(number);
-    const double bound = set_->bound(number) + solver.Remaining();
+    const ZonePart& part = set_->part(number);
+    const double bound = set_->bound(number) + part.Remaining();
     ContactResponse response;
-    if (solver.contact().loaded) {
+    if (part.contact().loaded) {
       response.force_O = contacts[i].prescribed_O;
-      response.displacement_O = unit_ * MeanOf(solver.u(), solver.contact().points.front());
+      response.displacement_O = unit_ * part.MeanDisplacement();
       response.displacement_bound = unit_ * bound;
     } else {
       response.displacement_O = contacts[i].prescribed_O;
-      response.force_O = force_unit * solver.Force();
+      response.force_O = force_unit * part.Force();
       response.force_bound = force_unit * bound;
     }
     const ContactPlace& place = contacts_.places()[i];
     const auto force_at = [&](std::size_t k) -> Vector3d {
-      if (place.moved.empty() || solver.contact().loaded) {
+      if (place.moved.empty() || part.contact().loaded) {
         return unit_ * place.weights[k].second * response.force_O;
       }
-      return unit_ * force_unit * solver.forces().segment<3>(3 * static_cast<int>(k));
+      return unit_ * force_unit * part.forces().segment<3>(3 * static_cast<int>(k));
     };
-    SetMoment(place.arms, contacts[i].width, force_at, &response);
+    if (!touches_[i].contact.tool) SetMoment(place.arms, contacts[i].width, force_at, &response);
     response.doubt = DoubtOf(i, response);
     response.validity = response.doubt.empty() ? Validity::kValid : Validity::kExtrapolated;
     responses[i] = response;
@@ -404,7 +466,7 @@ void FemZoneModel::Fill(std::span<const Contact> contacts, std::span<ContactResp
 void FemZoneModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
   u_O->assign(mesh_.nodes.size(), Vector3d::Zero());
   if (!set_) return;
-  const VectorXd u = set_->Displacements();
+  const VectorXd u = set_->Displacements().col(0);
   for (std::size_t n = 0; n < u_O->size(); ++n) {
     (*u_O)[n] = unit_ * u.segment<3>(3 * static_cast<int>(n));
   }

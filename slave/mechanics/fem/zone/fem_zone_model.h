@@ -1,16 +1,16 @@
 // `fem-zone`: a held neo-Hookean body of linear tetrahedra, nonlinear in a zone around every
 // contact and linear elsewhere. An update of a contact costs a fraction of a millisecond whatever
-// the mesh size; the first touch of a place condenses the rest of the body onto its zone. Every
-// force comes with a bound of the error that the linear rest causes.
+// the mesh size; the first touch of a region computes its Green's functions. Every force comes with
+// a bound of the error that the linear rest causes.
 //
-// See linear_rest.h, zone_solver.h, zone_set.h, outside_error.h for the method and its sources.
+// See near_green.h, zone_part.h, zone_set.h, outside_error.h for the method and its sources.
 #pragma once
 
-#include <map>
+#include <chrono>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
-#include <tuple>
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
@@ -22,42 +22,45 @@
 
 namespace palpate {
 
-// Contacts act where those of SolidModel do. kExtrapolated: the bound exceeds the tolerance, an
-// element is inside out, a mesh too coarse for a disc or for a part that bends, a Poisson ratio
-// from 0.49 on. kFailed: a fixed node is moved, no equilibrium.
+// Flat bonded discs, single nodes and loads act where those of SolidModel do. Every other contact
+// is a rigid tool that is pressed on the surface and may slide, first touching at p_O: its forces
+// depend on its way, which is taken as straight from one query to the next. kExtrapolated: the
+// bound exceeds the tolerance, an element is inside out, a mesh too coarse for a disc or for a part
+// that bends, a Poisson ratio from 0.49 on. kFailed: a fixed node is moved, no equilibrium.
 class FemZoneModel final : public DeformationModel {
  public:
   struct Options {
-    double tolerance = 0.05;                          // of the force's bound, by the force [-]
-    std::size_t memory_limit = std::size_t{1} << 30;  // for places [bytes]
+    double tolerance = 0.05;  // of the force's bound, by the force [-]
+    ContactLaw contact = ContactLaw::kBonded;
+    double friction = 0;      // Coulomb's coefficient, with kFriction [-]
+    RigidTool tool{};         // of every kDisplacement contact with a width, or that is round
+    double least_radius = 0;  // of every zone [m]
+    double deadline = 0;  // of an update, after which the best answer so far is given [s]; 0: none
+    std::filesystem::path cache{};                    // folder for Green's functions; empty: none
+    std::size_t memory_limit = std::size_t{1} << 30;  // for Green's functions [bytes]
   };
   // Throws std::invalid_argument: see AssembleTetStiffness; modulus or tolerance not positive.
   FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
   void Reset() override;
-  // The places of the contacts.
+  // The Green's functions around the contacts.
   void Prefetch(std::span<const Contact> contacts) override;
 
  private:
-  using Key = std::tuple<int, double, int>;  // a node of the surface, a contact's width, level
-  struct Place {
-    std::shared_ptr<const ZonePlace> zone;
-    std::size_t bytes = 0;
-  };
-
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   bool PrepareSet(std::span<const Contact> contacts);
   [[nodiscard]] int NodeNear(const Eigen::Vector3d& p_O) const;
-  [[nodiscard]] double RadiusAt(int node, double width, int level) const;
-  [[nodiscard]] int LevelOf(std::span<const Contact> contacts, std::size_t contact) const;
-  std::shared_ptr<const ZonePlace> PlaceAt(const Key& key);
-  [[nodiscard]] std::vector<int> NodesNear(int node, double radius) const;
-  void FindCrowded(const std::vector<ZoneSet::Touch>& touches);
   bool MakeTouch(std::span<const Contact> contacts, std::size_t i, ZoneSet::Touch* touch);
+  [[nodiscard]] bool IsTool(const Contact& contact) const;
+  [[nodiscard]] double ToolRadius(const Contact& contact, double depth) const;
+  void AddToolPoints(const Contact& contact, ZoneSet::Touch* touch) const;
+  [[nodiscard]] Eigen::Vector3d NormalAt(int node) const;
+  void FollowTools(std::span<const Contact> contacts);
+  bool MoveTools(std::span<const Contact> contacts);
   bool Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
   bool Converge();
@@ -67,26 +70,28 @@ class FemZoneModel final : public DeformationModel {
   [[nodiscard]] std::string_view DoubtOf(std::size_t contact,
                                          const ContactResponse& response) const;
 
+  [[nodiscard]] bool IsLate() const;
+
   double young_modulus_, poisson_ratio_;
   Options options_;
   SolidMesh mesh_;
   HeldNodes held_;
-  ZonePlaces places_;
+  NearGreen green_;
   double unit_;  // larger side of the body [m]
   ElementMesh elements_;
   std::vector<bool> used_;
   SolidContacts contacts_;
   StrainResolution strain_;
   std::vector<double> edge_;  // per node of the surface: mean length of the edges around it [m]
+  std::vector<Eigen::Vector3d> normal_;  // outward, per node of the surface
 
-  std::map<Key, Place> known_;
-  std::size_t known_bytes_ = 0;
-  std::vector<std::shared_ptr<const ZonePlace>> used_places_;
   std::optional<ZoneSet> set_;
+  std::vector<ZoneSet::Touch> touches_;
+  std::vector<Eigen::Vector3d> moved_;  // of tools, accepted [units]
   std::vector<Eigen::VectorXd> prescribed_;
   std::vector<Eigen::Vector3d> softness_;  // in bending, per contact and axis
-  std::vector<char> crowded_;              // per contact: in another's zone, or the reverse
   bool inverted_ = false;
+  std::chrono::steady_clock::time_point begun_;  // of the update
 };
 
 }  // namespace palpate

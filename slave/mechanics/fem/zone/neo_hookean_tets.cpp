@@ -100,17 +100,16 @@ PALPATE_DISPATCHED void AddForces(const Law& law, const Group* groups, std::size
   }
 }
 
-PALPATE_DISPATCHED void AddLinearForces(const Law& law, const Group* groups, std::size_t count,
-                                        const double* u, double* force) {
+PALPATE_DISPATCHED void AddNonlinearForces(const Law& law, const Group* groups, std::size_t count,
+                                           const double* u, double* force) {
   for (std::size_t g = 0; g < count; ++g) {
-    Scatter(groups[g], LinearStress(law, DisplacementGradient(groups[g], u)), force);
+    const Lanes3x3 H = DisplacementGradient(groups[g], u), linear = LinearStress(law, H);
+    Lanes3x3 P = Stress(law, H);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) P[i][j] -= linear[i][j];
+    }
+    Scatter(groups[g], P, force);
   }
-}
-
-Matrix3d CofactorOf(const Matrix3d& F) {
-  Matrix3d C;
-  C << F.col(1).cross(F.col(2)), F.col(2).cross(F.col(0)), F.col(0).cross(F.col(1));
-  return C;
 }
 
 }  // namespace
@@ -122,6 +121,7 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
   law_.lambda = nu / ((1 + nu) * (1 - 2 * nu));
   law_.m = 4.0 / 3 * law_.mu;
   law_.k = law_.lambda + 5.0 / 6 * law_.mu;
+  std::vector<double> volumes;
   for (const auto& tet : corners_) {
     Matrix3d edges;
     for (int a = 0; a < 3; ++a)
@@ -130,7 +130,7 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
     gradients.rightCols<3>() = edges.inverse().transpose();
     gradients.col(0) = -gradients.rightCols<3>().rowwise().sum();
     gradients_.push_back(gradients);
-    volumes_.push_back(edges.determinant() / 6);
+    volumes.push_back(edges.determinant() / 6);
   }
   groups_.resize((corners_.size() + kLanes - 1) / kLanes);
   for (std::size_t t = 0; t < kLanes * groups_.size(); ++t) {
@@ -142,7 +142,7 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
         group.gradient[a][c][l] = gradients_[from](static_cast<int>(c), static_cast<int>(a) + 1);
       }
     }
-    group.volume[l] = t < corners_.size() ? volumes_[t] : 0;
+    group.volume[l] = t < corners_.size() ? volumes[t] : 0;
   }
 }
 
@@ -150,8 +150,8 @@ void NeoHookeanTets::AddForce(const double* u, double* force) const noexcept {
   AddForces(law_, groups_.data(), groups_.size(), u, force);
 }
 
-void NeoHookeanTets::AddLinearForce(const double* u, double* force) const noexcept {
-  AddLinearForces(law_, groups_.data(), groups_.size(), u, force);
+void NeoHookeanTets::AddNonlinearForce(const double* u, double* force) const noexcept {
+  AddNonlinearForces(law_, groups_.data(), groups_.size(), u, force);
 }
 
 Matrix3d NeoHookeanTets::GradientOf(int tet, const double* u) const noexcept {
@@ -161,29 +161,6 @@ Matrix3d NeoHookeanTets::GradientOf(int tet, const double* u) const noexcept {
     F += moved * gradients_[Index(tet)].col(a).transpose();
   }
   return F;
-}
-
-void NeoHookeanTets::Stiffness(int tet, const double* u, Block* stiffness) const noexcept {
-  const auto& g = gradients_[Index(tet)];
-  const double volume = volumes_[Index(tet)];
-  const Matrix3d F = GradientOf(tet, u), C = CofactorOf(F);
-  const double invariant = 1 + F.squaredNorm(), J = F.col(0).dot(C.col(0));
-  const double a = volume * law_.m * (1 - 1 / invariant);
-  const double b = volume * 2 * law_.m / (invariant * invariant);
-  const double k = volume * law_.k;
-  const double s = volume * (law_.k * (J - 1) - 0.75 * law_.m);
-  const Eigen::Matrix<double, 12, 1> Fg = (F * g).reshaped(), Cg = (C * g).reshaped();
-  stiffness->noalias() = b * Fg * Fg.transpose() + k * Cg * Cg.transpose();
-  for (int q = 0; q < 4; ++q) {
-    for (int p = 0; p < 4; ++p) {
-      const Vector3d turn = s * (F * g.col(p).cross(g.col(q)));
-      auto block = stiffness->block<3, 3>(3 * p, 3 * q);
-      block.diagonal().array() += a * g.col(p).dot(g.col(q));
-      block(0, 1) += turn[2], block(1, 0) -= turn[2];
-      block(1, 2) += turn[0], block(2, 1) -= turn[0];
-      block(2, 0) += turn[1], block(0, 2) -= turn[1];
-    }
-  }
 }
 
 double NeoHookeanTets::SmallestJacobian(const double* u) const noexcept {

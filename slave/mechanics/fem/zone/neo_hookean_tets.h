@@ -2,11 +2,9 @@
 // in some unit L, stresses in Young's moduli E.
 //
 //   P = a F + s cof F,   a = m (1 - 1 / (I_C + 1)),   s = k (J - 1) - 3/4 m
-//   K_ab = V (a g_a.g_b 1 + b F g_a (F g_b)^T + k C g_a (C g_b)^T + s [F (g_a x g_b)]_x)
 //
-// with m = 4/3 mu, k = lambda + 5/6 mu, b = 2 m / (I_C + 1)^2, C = cof F and the gradients g of the
-// shape functions. It is the law of material_law.h (Smith, de Goes and Kim 2018, eq. 14), written
-// out so that neither force nor tangent needs a singular value decomposition.
+// with m = 4/3 mu and k = lambda + 5/6 mu: the law of material_law.h (Smith, de Goes and Kim 2018,
+// eq. 14).
 #pragma once
 
 #include <array>
@@ -28,16 +26,10 @@ class NeoHookeanTets {
 
   // Adds to `force` the internal force at displacements `u`, three numbers per node each.
   void AddForce(const double* u, double* force) const noexcept;
-  // The same of the law's linearisation at rest.
-  void AddLinearForce(const double* u, double* force) const noexcept;
-  // Stiffness of one tetrahedron at `u`, row 3 a + c for component c of corner a.
-  using Block = Eigen::Matrix<double, 12, 12>;
-  void Stiffness(int tet, const double* u, Block* stiffness) const noexcept;
+  // The same without that of the law's linearisation at rest.
+  void AddNonlinearForce(const double* u, double* force) const noexcept;
 
   [[nodiscard]] int size() const { return static_cast<int>(corners_.size()); }
-  [[nodiscard]] const std::array<int, 4>& corners(int tet) const {
-    return corners_[static_cast<std::size_t>(tet)];
-  }
   // Smallest det F.
   [[nodiscard]] double SmallestJacobian(const double* u) const noexcept;
 
@@ -58,7 +50,6 @@ class NeoHookeanTets {
   Law law_;
   std::vector<std::array<int, 4>> corners_;
   std::vector<Eigen::Matrix<double, 3, 4>> gradients_;
-  std::vector<double> volumes_;
   std::vector<Group> groups_;
 };
 

@@ -2,106 +2,106 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/zone/matrix_times.h"
 
 namespace palpate {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::MatrixXd;
-using Eigen::Vector3d;
-using Eigen::VectorXd;
-
-// Share of the duals' cubed strains that may be left out [-]; the estimate grows by as much.
-constexpr double kLeftOut = 0.02;
-
-// Of one tetrahedron: the cubes of the gradients of three displacement fields times the volume. The
-// residual grows with their square, the work on the dual with their cube.
-double CubedGradients(const std::vector<Vector3d>& nodes, const std::array<int, 4>& tet,
-                      const MatrixXd& fields) {
-  Matrix3d edges;
-  for (int a = 0; a < 3; ++a) edges.col(a) = nodes[Index(tet[Index(a + 1)])] - nodes[Index(tet[0])];
-  const Matrix3d inverse = edges.inverse();
-  double sum = 0;
-  for (int k = 0; k < fields.cols(); ++k) {
-    Matrix3d moved;
-    for (int a = 0; a < 3; ++a) {
-      moved.col(a) =
-          fields.block<3, 1>(3 * tet[Index(a + 1)], k) - fields.block<3, 1>(3 * tet[0], k);
-    }
-    sum += std::pow((moved * inverse).norm(), 3);
-  }
-  return sum * edges.determinant() / 6;
-}
+// Nodes so near to the border of the zone have the displacement by every one of its nodes [radii].
+constexpr double kRim = 0.35;
 
 }  // namespace
 
-OutsideError::OutsideError(const ZonePlaces& places, std::span<const Source> sources) {
-  const SolidMesh& mesh = places.mesh();
-  std::vector<int> zones(mesh.tets.size(), 0);
-  for (const Source& source : sources) {
-    for (const int t : source.place->body.zone.tets) ++zones[Index(t)];
-  }
-  std::vector<double> share(mesh.tets.size(), 0);
-  for (const Source& source : sources) {
-    const MatrixXd dual = (source.place->far * source.dual->cast<float>()).cast<double>();
-    std::vector<double> own(mesh.tets.size(), 0);
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-      if (zones[t] != 1) own[t] = CubedGradients(places.positions(), mesh.tets[t], dual);
-    }
-    const double whole = std::accumulate(own.begin(), own.end(), 0.0);
-    for (std::size_t t = 0; whole > 0 && t < own.size(); ++t) share[t] += own[t] / whole;
-  }
-  std::vector<int> order(mesh.tets.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, [&](int a, int b) { return share[Index(a)] > share[Index(b)]; });
-  double left = static_cast<double>(sources.size());
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Eigen::VectorXf;
+
+OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
+                           const std::vector<char>& taken, std::span<ZonePart* const> parts,
+                           std::size_t own, const Region& region)
+    : own_(*parts[own]) {
   std::vector<int> number(mesh.nodes.size(), -1), nodes;
   std::vector<Vector3d> positions;
-  std::vector<std::array<int, 4>> outside, shared;
-  for (const int t : order) {
-    if (left <= kLeftOut || !(share[Index(t)] > 0)) break;
-    left -= share[Index(t)];
-    auto& tet = (zones[Index(t)] == 0 ? outside : shared).emplace_back(mesh.tets[Index(t)]);
-    for (int& node : tet) {
-      if (number[Index(node)] < 0) {
-        number[Index(node)] = static_cast<int>(nodes.size());
-        nodes.push_back(node);
-        positions.push_back(places.positions()[Index(node)]);
-      }
-      node = number[Index(node)];
+  std::vector<std::array<int, 4>> corners;
+  const auto number_of = [&](int node) {
+    int& known = number[Index(node)];
+    if (known < 0) {
+      known = static_cast<int>(nodes.size());
+      nodes.push_back(node);
+      positions.push_back(green.positions()[Index(node)]);
     }
+    return known;
+  };
+  double within = 0, beyond = 0;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    const double distance = (green.positions()[n] - region.centre).norm();
+    if (std::abs(distance - region.radius) < kRim * region.radius) number_of(static_cast<int>(n));
   }
-  outside_.emplace(outside, positions, places.nu());
-  shared_.emplace(shared, positions, places.nu());
-  for (const Source& source : sources) {
-    MatrixXd& far = far_.emplace_back(3 * static_cast<int>(nodes.size()), source.place->far.cols());
-    for (std::size_t n = 0; n < nodes.size(); ++n) {
-      far.middleRows<3>(3 * static_cast<int>(n)) =
-          source.place->far.middleRows<3>(3 * nodes[n]).cast<double>();
-    }
+  const std::size_t rim = nodes.size();
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    if (taken[t] != 0) continue;
+    Vector3d centroid = Vector3d::Zero();
+    for (const int node : mesh.tets[t]) centroid += green.positions()[Index(node)] / 4;
+    const double distance = (centroid - region.centre).norm();
+    const double weight = SignedVolume(mesh, static_cast<int>(t)) * std::pow(distance, -6);
+    (distance > region.reach ? beyond : within) += weight;
+    if (distance > region.reach) continue;
+    auto& tet = corners.emplace_back(mesh.tets[t]);
+    for (int& node : tet) node = number_of(node);
   }
-  u_ = residual_ = linear_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
+  if (within > 0) scale_ = 1 + beyond / within;
+  tets_.emplace(corners, positions, nu);
+  u_ = residual_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
+  nodes_f_ = VectorXf::Zero(u_.size());
+  const FieldSamples& samples = own_.samples();
+  work_ = held_ = VectorXd::Zero(samples.unknowns());
+  load_f_ = VectorXf::Zero(samples.unknowns());
+  green.Gather(nodes, samples.nodes, &green_);
+  const std::span<const int> all = nodes;
+  green.Gather(all.first(rim), own_.zone().nodes, &rim_);
+  rim_f_ = VectorXf::Zero(rim_.rows());
+  zone_f_ = VectorXf::Zero(rim_.cols());
+  Eigen::MatrixXf between;
+  green.Gather(samples.nodes, samples.nodes, &between);
+  MatrixXd compliance = between.cast<double>();
+  for (int i = 0; i < compliance.rows(); ++i) {  // held components
+    if (compliance(i, i) == 0) compliance(i, i) = 1;
+  }
+  between_.compute(compliance);
+  for (std::size_t j = 0; j < parts.size(); ++j) {
+    if (j == own || nodes.empty()) continue;
+    others_.push_back({parts[j], Transfer(green, nodes, parts[j]->samples().nodes)});
+  }
 }
 
-void OutsideError::Compose(int source, const VectorXd& amplitudes) noexcept {
-  u_.noalias() += far_[Index(source)] * amplitudes;
-}
-
-void OutsideError::FindResidual() noexcept {
+void OutsideError::FindResidual(Vector3d* error) noexcept {
   residual_.setZero();
-  linear_.setZero();
-  outside_->AddForce(u_.data(), residual_.data());
-  shared_->AddLinearForce(u_.data(), residual_.data());
-  outside_->AddLinearForce(u_.data(), linear_.data());
-  shared_->AddForce(u_.data(), linear_.data());
-  residual_ -= linear_;
+  tets_->AddNonlinearForce(u_.data(), residual_.data());
+  nodes_f_ = residual_.cast<float>();
+  TransposedTimes(green_, nodes_f_, &load_f_);
+  work_ = load_f_.cast<double>();
+  error->noalias() = scale_ * (own_.sampled_dual().transpose() * work_);
 }
 
-void OutsideError::Work(int source, VectorXd* work) noexcept {
-  work->noalias() = 1 / (1 - kLeftOut) * (far_[Index(source)].transpose() * residual_);
+void OutsideError::Estimate() noexcept {
+  if (size() == 0) return;
+  load_f_ = own_.sampled_load().cast<float>();
+  MatrixTimes(green_, load_f_, &nodes_f_);
+  zone_f_ = own_.load().cast<float>();
+  MatrixTimes(rim_, zone_f_, &rim_f_);
+  nodes_f_.head(rim_f_.size()) = rim_f_;
+  u_ = nodes_f_.cast<double>();
+  for (Source& source : others_) source.transfer.Add(source.part->sampled_load(), &u_);
+  FindResidual(&error_);
+  own_.HeldLoad(work_, &held_);  // the residual moves the samples by -work
+  between_.solveInPlace(work_);
+  load_f_ = -(held_ + work_).cast<float>();
+  MatrixTimes(green_, load_f_, &nodes_f_);
+  u_ += nodes_f_.cast<double>();
+  FindResidual(&second_);
 }
 
 }  // namespace palpate

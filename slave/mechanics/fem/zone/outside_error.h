@@ -1,44 +1,63 @@
-// The error of linearity outside the zones, in the force of each contact: a dual-weighted residual
-// (Becker and Rannacher, Acta Numerica 10, 2001). With the residual r = f_neo-Hooke(u) -
-// f_linear(u) of the tetrahedra outside all zones at the composed displacement u, and the
-// displacement z by a unit motion of a contact,
+// The error of linearity outside the zones, in the force of one contact: a dual-weighted residual
+// (Becker and Rannacher, Acta Numerica 10, 2001). With the nonlinear force r of the tetrahedra
+// outside all zones at the displacement u, and the displacement z by a unit motion of the contact,
 //
 //   true force - force = z . r + O(r^2)
 //
-// The dual solution z is known: it is the contact's own response. Nothing is fitted.
+// The dual solution z is known: it is the contact's own response. Nothing is fitted. Far away the
+// strains of u and z fall with the square of the distance, so that a volume there counts by the
+// distance to the power of -6; that part is extrapolated.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/zone/zone_place.h"
+#include "slave/mechanics/fem/zone/transfer.h"
+#include "slave/mechanics/fem/zone/zone_part.h"
 
 namespace palpate {
 
 class OutsideError {
  public:
-  struct Source {
-    const ZonePlace* place = nullptr;
-    const Eigen::MatrixXd* dual = nullptr;  // modes by a unit motion of the contact along each axis
+  // Where a contact lies: tetrahedra up to `reach` from it count. Lengths in units.
+  struct Region {
+    Eigen::Vector3d centre{0, 0, 0};
+    double radius = 0, reach = 0;  // of the zone; of what is looked at
   };
-  // Keeps no reference. Leaves out tetrahedra that the duals hardly strain. O(tetrahedra modes).
-  OutsideError(const ZonePlaces& places, std::span<const Source> sources);
+  // Of parts[own]. `taken`: tetrahedra of the zones. Keeps references to the parts.
+  OutsideError(NearGreen& green, const SolidMesh& mesh, double nu, const std::vector<char>& taken,
+               std::span<ZonePart* const> parts, std::size_t own, const Region& region);
 
-  // Composes the displacement by the amplitudes of every source's modes. Call Compose for each
-  // source after Clear, then FindResidual, then Work. None allocates.
-  void Clear() noexcept { u_.setZero(); }
-  void Compose(int source, const Eigen::VectorXd& amplitudes) noexcept;
-  void FindResidual() noexcept;
-  // Work of the residual on the modes of a source.
-  void Work(int source, Eigen::VectorXd* work) noexcept;
+  // From the present state of the parts. Does not allocate.
+  void Estimate() noexcept;
+  // True value minus value, of the force or of a load's mean displacement, to first order.
+  [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
+  // What its size is expected to stay below: the first order, and by how much the estimate changes
+  // where the displacement outside is corrected by it.
+  [[nodiscard]] double bound() const { return error_.norm() + (second_ - error_).norm(); }
+  [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
 
  private:
-  std::vector<Eigen::MatrixXd> far_;  // per source, on the nodes of these tetrahedra
-  std::optional<NeoHookeanTets> outside_, shared_;
-  Eigen::VectorXd u_, residual_, linear_;
+  void FindResidual(Eigen::Vector3d* error) noexcept;
+  struct Source {
+    const ZonePart* part = nullptr;
+    Transfer transfer;  // from its samples to the nodes
+  };
+
+  ZonePart& own_;
+  std::optional<NeoHookeanTets> tets_;
+  std::vector<Source> others_;
+  Eigen::MatrixXf green_;  // of the nodes by the own samples
+  Eigen::MatrixXf rim_;    // of the first nodes, next to the zone, by all nodes of the zone
+  Eigen::LLT<Eigen::MatrixXd> between_;  // compliance of the samples
+  double scale_ = 1;
+  Eigen::VectorXd u_, residual_, work_, held_;
+  Eigen::VectorXf nodes_f_, load_f_, rim_f_, zone_f_;
+  Eigen::Vector3d error_ = Eigen::Vector3d::Zero(), second_ = error_;
 };
 
 }  // namespace palpate

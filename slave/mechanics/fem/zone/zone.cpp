@@ -6,46 +6,50 @@
 
 namespace palpate {
 
+using Eigen::Vector3d;
+
 int Zone::Find(int node) const {
   const auto found = std::ranges::find(nodes, node);
   return found == nodes.end() ? -1 : static_cast<int>(found - nodes.begin());
 }
 
-ZoneFinder::ZoneFinder(const SolidMesh& mesh) : mesh_(mesh), tets_at_(mesh.nodes.size(), 0) {
+ZoneFinder::ZoneFinder(const SolidMesh& mesh) : mesh_(mesh) {
   for (const auto& tet : mesh.tets) {
-    for (const int node : tet) ++tets_at_[Index(node)];
+    Vector3d centroid = Vector3d::Zero();
+    for (const int node : tet) centroid += mesh.nodes[Index(node)] / 4;
+    centroids_.push_back(centroid);
   }
 }
 
-Zone ZoneFinder::Around(const Eigen::Vector3d& centre_O, double radius,
-                        const std::vector<int>& touched) const {
-  std::vector<char> is_touched(mesh_.nodes.size(), 0);
-  for (const int node : touched) is_touched[Index(node)] = 1;
-  std::vector<int> inside(mesh_.nodes.size(), 0);  // tetrahedra of the zone per node
+Zone ZoneFinder::Around(const Vector3d& centre_O, double radius, std::span<const Vector3d> others,
+                        std::span<const int> touched, std::vector<char>* taken_before) const {
+  std::vector<int> number(mesh_.nodes.size(), -1);
   Zone zone;
-  for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
-    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
-    bool taken = false;
-    for (const int node : mesh_.tets[t]) {
-      centroid += mesh_.nodes[Index(node)] / 4;
-      taken = taken || is_touched[Index(node)];
+  const auto number_of = [&](int node) {
+    int& known = number[Index(node)];
+    if (known < 0) {
+      known = zone.size();
+      zone.nodes.push_back(node);
     }
-    if (!taken && (centroid - centre_O).norm() >= radius) continue;
+    return known;
+  };
+  for (const int node : touched) number_of(node);
+  const int contact_nodes = zone.size();
+  for (std::size_t t = 0; t < mesh_.tets.size(); ++t) {
+    const double distance = (centroids_[t] - centre_O).squaredNorm();
+    bool taken = distance < radius * radius;
+    for (const Vector3d& other : others) {
+      taken = taken && distance <= (centroids_[t] - other).squaredNorm();
+    }
+    for (const int node : mesh_.tets[t]) {
+      const int known = number[Index(node)];
+      taken = taken || (known >= 0 && known < contact_nodes);
+    }
+    if (!taken || (*taken_before)[t] != 0) continue;
+    (*taken_before)[t] = 1;
     zone.tets.push_back(static_cast<int>(t));
-    for (const int node : mesh_.tets[t]) ++inside[Index(node)];
-  }
-  std::vector<int> border, number(mesh_.nodes.size(), -1);
-  for (std::size_t n = 0; n < inside.size(); ++n) {
-    if (inside[n] == 0) continue;
-    (inside[n] == tets_at_[n] ? zone.nodes : border).push_back(static_cast<int>(n));
-  }
-  zone.inner = zone.size();
-  zone.nodes.insert(zone.nodes.end(), border.begin(), border.end());
-  for (int i = 0; i < zone.size(); ++i) number[Index(zone.nodes[Index(i)])] = i;
-  for (const int t : zone.tets) {
-    std::array<int, 4> corners{};
-    for (std::size_t v = 0; v < 4; ++v) corners[v] = number[Index(mesh_.tets[Index(t)][v])];
-    zone.corners.push_back(corners);
+    auto& corners = zone.corners.emplace_back();
+    for (std::size_t v = 0; v < 4; ++v) corners[v] = number_of(mesh_.tets[t][v]);
   }
   return zone;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,13 +12,11 @@
 namespace palpate {
 
 struct Zone {
-  std::vector<int> nodes;  // of the mesh: the inner ones first, then those that the rest shares
-  int inner = 0;           // how many nodes belong to the zone alone
-  std::vector<int> tets;   // of the mesh, rising
+  std::vector<int> nodes;                   // of the mesh
+  std::vector<int> tets;                    // of the mesh, rising
   std::vector<std::array<int, 4>> corners;  // of every tetrahedron, numbered as in `nodes`
 
   [[nodiscard]] int size() const { return static_cast<int>(nodes.size()); }
-  [[nodiscard]] int border() const { return size() - inner; }
   // Number of a node of the mesh; -1: it is not in the zone. O(size).
   [[nodiscard]] int Find(int node) const;
 };
@@ -28,14 +27,19 @@ class ZoneFinder {
   // Keeps a reference.
   explicit ZoneFinder(const SolidMesh& mesh);
 
-  // The tetrahedra whose centroid is nearer to `centre_O` than `radius` [m], and those at the nodes
-  // `touched`. O(N).
+  // The tetrahedra whose centroid is nearer to `centre_O` than `radius` [m] and not nearer to one
+  // of `others`, and those at the nodes `touched`. `nodes` begins with `touched`. Tetrahedra that
+  // are `taken` belong to another zone; those of this one will be.
   [[nodiscard]] Zone Around(const Eigen::Vector3d& centre_O, double radius,
-                            const std::vector<int>& touched) const;
+                            std::span<const Eigen::Vector3d> others, std::span<const int> touched,
+                            std::vector<char>* taken) const;
+  [[nodiscard]] const Eigen::Vector3d& centroid(int tet) const {
+    return centroids_[static_cast<std::size_t>(tet)];
+  }
 
  private:
   const SolidMesh& mesh_;
-  std::vector<int> tets_at_;  // per node: how many tetrahedra have it
+  std::vector<Eigen::Vector3d> centroids_;  // per tetrahedron
 };
 
 }  // namespace palpate

@@ -1,196 +1,228 @@
 #include "slave/mechanics/fem/zone/zone_set.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
-#include <utility>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 #include "shared/geometry/index.h"
 
 namespace palpate {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::MatrixXd;
+using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Part of what another zone's modes do that may be left out [-].
-constexpr double kUnseen = 1e-5;
+constexpr double kOutside = 1.75;  // how far around a zone errors are looked for [radii]
+
+constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most [radii of a zone]
+constexpr double kSimilar = 0.1;      // change of a load for which an estimate is scaled [-]
+constexpr double kNear = 1.5;         // centres of zones that are close [sums of radii]
 
 }  // namespace
 
-ZoneSet::ZoneSet(const ZonePlaces& places, const std::vector<Touch>& touches) {
-  members_.reserve(touches.size());
-  for (const Touch& touch : touches) members_.emplace_back(touch);
-  for (Member& member : members_) Couple(&member);
-  Reset();
-  if (!Refresh()) throw std::runtime_error("a zone cannot be factored");
-  std::vector<OutsideError::Source> sources;
-  for (const Member& member : members_) sources.push_back({&member.place, &member.dual});
-  outside_.emplace(places, sources);
+ZoneSet::ZoneSet(NearGreen& green, const SolidMesh& mesh, double nu,
+                 const std::vector<Touch>& touches)
+    : green_(green),
+      mesh_(mesh),
+      nu_(nu),
+      finder_(mesh),
+      touches_(touches),
+      taken_(mesh.tets.size(), 0),
+      members_(touches.size()) {
+  for (std::size_t i = 0; i < touches.size(); ++i) members_[i].part = MakePart(i);
+  Connect();
 }
 
-// The others' modes as loads: v moves the zone's border and its linear tetrahedra alike, so that
-// h = S_rest v_b + K_zone v. Far zones see few combinations of modes.
-void ZoneSet::Couple(Member* member) const {
-  const ZoneBody& body = member->place.body;
-  const Zone& zone = body.zone;
-  const int border = 3 * zone.border(), unknowns = 3 * zone.size();
-  member->load = VectorXd::Zero(unknowns);
-  member->incoming = member->border = VectorXd::Zero(border);
-  member->amplitudes = member->work = VectorXd::Zero(member->place.to_modes.rows());
-  for (const Member& other : members_) {
-    const int modes = &other == member ? 0 : static_cast<int>(other.place.far.cols());
-    if (modes == 0) {
-      member->couplings.push_back({MatrixXd(0, other.place.far.cols()), MatrixXd(unknowns, 0),
-                                   MatrixXd(border, 0), VectorXd(0)});
-      continue;
-    }
-    MatrixXd moved(unknowns, modes);
-    for (int n = 0; n < zone.size(); ++n) {
-      moved.middleRows<3>(3 * n) =
-          other.place.far.middleRows<3>(3 * zone.nodes[Index(n)]).cast<double>();
-    }
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> combined(moved.transpose() * moved);
-    const VectorXd& sizes = combined.eigenvalues();
-    int seen = 1;
-    while (seen < modes && sizes[modes - 1 - seen] > kUnseen * kUnseen * sizes[modes - 1]) ++seen;
-    const MatrixXd combinations = combined.eigenvectors().rightCols(seen);
-    moved = (moved * combinations).eval();
-    MatrixXd load(unknowns, seen);
-    for (int k = 0; k < seen; ++k) {
-      member->solver.LinearForce(moved.col(k), &member->load);
-      load.col(k) = member->load;
-    }
-    member->couplings.push_back({combinations.transpose(), std::move(load),
-                                 moved.bottomRows(border), VectorXd::Zero(seen)});
+std::unique_ptr<ZonePart> ZoneSet::MakePart(std::size_t contact) {
+  const Touch& touch = touches_[contact];
+  const double unit = green_.length_unit();
+  std::vector<Vector3d> others;
+  for (std::size_t j = 0; j < touches_.size(); ++j) {
+    if (j != contact) others.push_back(touches_[j].centre_O);
   }
+  Zone zone = finder_.Around(touch.centre_O, touch.radius, others, touch.nodes, &taken_);
+  double farthest = 0;
+  for (const int node : zone.nodes) {
+    farthest = std::max(farthest, (green_.positions()[Index(node)] - touch.centre_O / unit).norm());
+  }
+  if (!green_.Prepare(zone.nodes, farthest + (kOutside + kTetrahedron) * touch.radius / unit)) {
+    throw std::runtime_error("no memory for the Green's functions of a zone");
+  }
+  return std::make_unique<ZonePart>(green_, std::move(zone), nu_, touch.contact);
+}
+
+void ZoneSet::Connect() {
+  std::vector<ZonePart*> parts;
+  for (const Member& member : members_) parts.push_back(member.part.get());
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Couple(i);
+    members_[i].estimated_at = 0;
+    const double unit = green_.length_unit(), radius = touches_[i].radius / unit;
+    members_[i].outside = std::make_unique<OutsideError>(
+        green_, mesh_, nu_, taken_, parts, i,
+        OutsideError::Region{touches_[i].centre_O / unit, radius, kOutside * radius});
+  }
+  FindGains();
+}
+
+VectorXd ZoneSet::DisplacementAt(const std::vector<int>& nodes, std::size_t contact) {
+  VectorXd u = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
+  for (std::size_t j = 0; j < members_.size(); ++j) {
+    const ZonePart& part = *members_[j].part;
+    const bool own = j == contact;
+    Transfer(green_, nodes, own ? part.zone().nodes : part.samples().nodes)
+        .Add(own ? part.load() : part.sampled_load(), &u);
+  }
+  return u;
+}
+
+void ZoneSet::Replace(int contact, const Touch& touch) {
+  const std::size_t i = Index(contact);
+  for (const int t : members_[i].part->zone().tets) taken_[Index(t)] = 0;
+  touches_[i] = touch;
+  std::unique_ptr<ZonePart> part = MakePart(i);
+  std::vector<int> number(mesh_.nodes.size(), -1), old;
+  const std::vector<int>& before = members_[i].part->zone().nodes;
+  for (std::size_t n = 0; n < before.size(); ++n) number[Index(before[n])] = static_cast<int>(n);
+  for (const int node : part->zone().nodes) old.push_back(number[Index(node)]);
+  part->TakeState(*members_[i].part, old, DisplacementAt(part->zone().nodes, i));
+  members_[i].part = std::move(part);
+  Connect();
+}
+
+void ZoneSet::Accept() noexcept {
+  for (Member& member : members_) member.part->Accept();
+}
+
+void ZoneSet::RefreshDuals() noexcept {
+  for (Member& member : members_) member.part->RefreshDual();
+}
+
+void ZoneSet::Couple(std::size_t to) {
+  Member& member = members_[to];
+  const std::vector<int>& samples = member.part->samples().nodes;
+  member.sources.clear();
+  for (std::size_t j = 0; j < members_.size(); ++j) {
+    if (j == to) continue;
+    const ZonePart& from = *members_[j].part;
+    const double distance = (touches_[j].centre_O - touches_[to].centre_O).norm();
+    const bool near = distance < kNear * (touches_[j].radius + touches_[to].radius);
+    member.sources.push_back(
+        {j, near, Transfer(green_, samples, near ? from.zone().nodes : from.samples().nodes), 0});
+  }
+  member.samples = VectorXd::Zero(member.part->samples().unknowns());
+  member.others = VectorXd::Zero(member.part->u().size());
+}
+
+// The dual load of one contact on the displacement by the other's force as it is distributed when
+// that contact moves; both held otherwise.
+void ZoneSet::FindGains() {
+  for (Member& member : members_) {
+    for (Source& source : member.sources) {
+      const ZonePart& from = *members_[source.from].part;
+      const MatrixXd& load = source.near ? from.dual_load() : from.sampled_dual();
+      Eigen::Matrix3d total = Eigen::Matrix3d::Zero();
+      MatrixXd moved = MatrixXd::Zero(member.samples.size(), 3);
+      for (int c = 0; c < 3; ++c) {
+        for (int k = 0; k < load.rows(); ++k) total(k % 3, c) += load(k, c);
+        VectorXd u = moved.col(c);
+        source.transfer.Add(load.col(c), &u);
+        moved.col(c) = u;
+      }
+      const Eigen::Matrix3d caused = member.part->sampled_dual().transpose() * moved;
+      const bool touches = std::abs(total.determinant()) > 0;
+      source.gain = touches ? (caused * total.inverse()).norm() : 0;
+    }
+  }
+}
+
+// The residual grows with the square of the load.
+double ZoneSet::OwnBound(const Member& member) {
+  const double size = member.part->load().norm();
+  const double growth = size > member.estimated_at ? size / member.estimated_at : 1;
+  return growth * growth * member.outside->bound();
+}
+
+double ZoneSet::bound(int contact) const {
+  const Member& member = members_[Index(contact)];
+  double bound = OwnBound(member);
+  for (const Source& source : member.sources) {
+    bound += source.gain * OwnBound(members_[source.from]);
+  }
+  return bound;
 }
 
 void ZoneSet::Reset() {
   for (Member& member : members_) {
-    member.solver.Reset();
-    member.amplitudes.setZero();
+    member.part->Reset();
+    member.estimated_at = 0;
   }
 }
 
-bool ZoneSet::Refresh() {
-  bool all = true;
-  for (Member& member : members_) {
-    if (member.tangent.Compute(member.solver.u())) {
-      FindDual(&member);
-      FindResponse(&member);
-    } else {
-      all = false;
-    }
-  }
-  return all;
+void ZoneSet::Restart() {
+  for (Member& member : members_) member.part->Restart();
 }
 
-// A load's own dual has the other sign: its displacement falls where the body resists more.
-void ZoneSet::FindDual(Member* member) {
-  const MatrixXd& columns = member->tangent.columns();
-  const auto border = member->place.to_modes.cols();
-  if (member->solver.contact().loaded) {
-    member->dual_zone = -columns;
-  } else {
-    const MatrixXd unit = Matrix3d::Identity().replicate(columns.cols() / 3, 1);
-    member->dual_zone = columns * member->tangent.compliance().solve(unit);
+void ZoneSet::TakeOthers(Member* member) noexcept {
+  member->samples.setZero();
+  for (Source& source : member->sources) {
+    const ZonePart& from = *members_[source.from].part;
+    source.transfer.Add(source.near ? from.load() : from.sampled_load(), &member->samples);
   }
-  member->dual = member->place.to_modes * member->dual_zone.bottomRows(border);
-}
-
-// A load w on the amplitudes acts on the border as to_modes^T w.
-void ZoneSet::FindResponse(Member* member) {
-  const MatrixXd& to_modes = member->place.to_modes;
-  const auto modes = to_modes.rows(), border = to_modes.cols();
-  const ZoneContact& contact = member->solver.contact();
-  member->response.resize(modes, modes);
-  VectorXd u(member->load.size()), forces(contact.unknowns());
-  for (int k = 0; k < modes; ++k) {
-    u.setZero();
-    u.tail(border) = to_modes.row(k);
-    member->tangent.Solve(&u);
-    if (!contact.loaded) {
-      for (std::size_t p = 0; p < contact.points.size(); ++p) {
-        forces.segment<3>(3 * static_cast<int>(p)) = -MeanOf(u, contact.points[p]);
-      }
-      member->tangent.compliance().solveInPlace(forces);
-      u.noalias() += member->tangent.columns() * forces;
-    }
-    member->response.col(k).noalias() = to_modes * u.tail(border);
-  }
-}
-
-void ZoneSet::TakeIncoming(std::size_t to) noexcept {
-  Member& member = members_[to];
-  member.load.setZero();
-  member.incoming.setZero();
-  for (std::size_t j = 0; j < members_.size(); ++j) {
-    if (j == to) continue;
-    Coupling& coupling = member.couplings[j];
-    coupling.amounts.noalias() = coupling.from * members_[j].amplitudes;
-    member.load.noalias() += coupling.load * coupling.amounts;
-    member.incoming.noalias() += coupling.moved * coupling.amounts;
-  }
-  member.solver.SetLoad(member.load);
+  member->others.setZero();
+  member->part->samples().AddField(member->samples, &member->others);
 }
 
 void ZoneSet::Step(std::span<const VectorXd> prescribed) noexcept {
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (members_.size() > 1) TakeIncoming(i);
     Member& member = members_[i];
-    member.solver.Step(member.tangent, prescribed[i]);
-    member.border = member.solver.u().tail(member.border.size()) - member.incoming;
-    member.amplitudes.noalias() = member.place.to_modes * member.border;
+    if (members_.size() > 1) TakeOthers(&member);
+    member.part->Step(prescribed[i], member.others);
   }
 }
 
 void ZoneSet::EstimateErrors() noexcept {
-  for (Member& member : members_) member.corrected = member.amplitudes;
-  for (const bool again : {false, true}) {
-    outside_->Clear();
-    for (int i = 0; i < size(); ++i) outside_->Compose(i, members_[Index(i)].corrected);
-    outside_->FindResidual();
-    for (int i = 0; i < size(); ++i) {
-      Member& member = members_[Index(i)];
-      outside_->Work(i, &member.work);
-      (again ? member.second : member.error).noalias() = member.dual.transpose() * member.work;
-      member.corrected.noalias() -= member.response * member.work;
-    }
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    Member& member = members_[i];
+    const double size = member.part->load().norm();
+    const bool changed = std::abs(size - member.estimated_at) > kSimilar * member.estimated_at;
+    if (!changed && i != turn_) continue;
+    member.outside->Estimate();
+    member.estimated_at = size;
   }
+  turn_ = (turn_ + 1) % std::max<std::size_t>(1, members_.size());
 }
 
-VectorXd ZoneSet::Displacements() const {
-  VectorXd u = VectorXd::Zero(members_.front().place.far.rows());
+MatrixXd ZoneSet::Displacements() {
+  MatrixXd load = MatrixXd::Zero(3 * static_cast<int>(green_.positions().size()), 1);
   for (const Member& member : members_) {
-    u += (member.place.far * member.amplitudes.cast<float>()).cast<double>();
-  }
-  for (const Member& member : members_) {
-    const Zone& zone = member.place.body.zone;
-    for (int n = 0; n < zone.inner; ++n) {
-      u.segment<3>(3 * zone.nodes[Index(n)]) = member.solver.u().segment<3>(3 * n);
+    const std::vector<int>& nodes = member.part->zone().nodes;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      load.block<3, 1>(3 * nodes[n], 0) += member.part->load().segment<3>(3 * static_cast<int>(n));
     }
   }
-  return u;
+  return green_.Solve(load);
 }
 
-VectorXd ZoneSet::DualDisplacement(int contact, int axis) const {
-  const Member& member = members_[Index(contact)];
-  VectorXd u = (member.place.far * member.dual.col(axis).cast<float>()).cast<double>();
-  const Zone& zone = member.place.body.zone;
-  for (int n = 0; n < zone.size(); ++n) {
-    u.segment<3>(3 * zone.nodes[Index(n)]) = member.dual_zone.col(axis).segment<3>(3 * n);
+MatrixXd ZoneSet::DualDisplacements() {
+  MatrixXd load = MatrixXd::Zero(3 * static_cast<int>(green_.positions().size()), 3 * size());
+  for (int i = 0; i < size(); ++i) {
+    const std::vector<int>& nodes = part(i).zone().nodes;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      load.block<3, 3>(3 * nodes[n], 3 * i) +=
+          part(i).dual_load().middleRows<3>(3 * static_cast<int>(n));
+    }
   }
-  return u;
+  return green_.Solve(load);
 }
 
 double ZoneSet::SmallestJacobian() const noexcept {
   double smallest = 1;
   for (const Member& member : members_) {
-    smallest =
-        std::min(smallest, member.place.body.tets.SmallestJacobian(member.solver.u().data()));
+    smallest = std::min(smallest, member.part->SmallestJacobian());
   }
   return smallest;
 }

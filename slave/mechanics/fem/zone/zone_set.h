@@ -1,10 +1,11 @@
 // Contacts on one body, each in its own zone, and the error of their forces.
 //
-// The zones know each other through the linear body: the modes of one zone's border move the others
-// (zone_place.h). What is linear outside all zones and should not be gives the error
-// (outside_error.h).
+// The zones know each other through the linear body: the load of one, as forces on a few samples,
+// moves the samples of the others (field_samples.h, transfer.h). What is linear outside all zones
+// and should not be gives the error (outside_error.h).
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,83 +13,86 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/zone/outside_error.h"
-#include "slave/mechanics/fem/zone/zone_place.h"
+#include "slave/mechanics/fem/zone/zone_part.h"
 
 namespace palpate {
 
 class ZoneSet {
  public:
   struct Touch {
-    const ZonePlace* place = nullptr;
+    Eigen::Vector3d centre_O{0, 0, 0};  // of the zone [m]
+    double radius = 0;                  // of the zone [m]
+    std::vector<int> nodes;             // of the mesh, that the contact can touch
+    // By numbers in `nodes`.
     ZoneContact contact;
   };
-  // Keeps references to the places. Takes all memory, computes tangents at rest. Throws
-  // std::runtime_error: one cannot be factored.
-  ZoneSet(const ZonePlaces& places, const std::vector<Touch>& touches);
+  // Prepares columns. Keeps references. Throws: see NearGreen::Prepare; std::runtime_error: no
+  // memory for them, or a zone that cannot be condensed.
+  ZoneSet(NearGreen& green, const SolidMesh& mesh, double nu, const std::vector<Touch>& touches);
+
+  // A zone moves with its contact, or grows: the state goes on. Throws as the constructor.
+  void Replace(int contact, const Touch& touch);
 
   // The body is at rest again.
   void Reset();
-  // One step of every zone, one after the other; what is prescribed per zone (ZoneSolver::Step).
-  // Does not allocate.
+  // See ZonePart.
+  void Accept() noexcept;
+  void RefreshDuals() noexcept;
+  void Restart();
+  // One step of every zone, one after the other; what is prescribed per zone (ZonePart::Step). Does
+  // not allocate.
   void Step(std::span<const Eigen::VectorXd> prescribed) noexcept;
-  // New tangents at the present state. False: one cannot be factored, and stays.
-  bool Refresh();
-  // Finds the errors of the present state: of the force, or of a load's mean displacement.
-  // Nondimensional. Does not allocate.
+  // Finds the errors of the present state: of contacts whose load has changed much, of the others
+  // one per call, in turn. Nondimensional. Does not allocate.
   void EstimateErrors() noexcept;
-  // True value minus value, to first order in the residual.
-  [[nodiscard]] const Eigen::Vector3d& error(int contact) const {
-    return members_[static_cast<std::size_t>(contact)].error;
+  [[nodiscard]] const OutsideError& error(int contact) const {
+    return *members_[static_cast<std::size_t>(contact)].outside;
   }
-  // What its size is expected to stay below: the first order, and by how much the estimate changes
-  // where the displacement outside is corrected by it.
-  [[nodiscard]] double bound(int contact) const {
-    const Member& member = members_[static_cast<std::size_t>(contact)];
-    return member.error.norm() + (member.second - member.error).norm();
-  }
+  // What the error's size is expected to stay below: that of the surroundings, and what the errors
+  // of the other contacts' forces do to this one.
+  [[nodiscard]] double bound(int contact) const;
 
   [[nodiscard]] int size() const { return static_cast<int>(members_.size()); }
-  [[nodiscard]] const ZoneSolver& solver(int contact) const {
-    return members_[static_cast<std::size_t>(contact)].solver;
+  [[nodiscard]] const ZonePart& part(int contact) const {
+    return *members_[static_cast<std::size_t>(contact)].part;
   }
   // Displacement of every node of the mesh, three numbers each: of the state, and by a unit motion
-  // or load of a contact alone.
-  [[nodiscard]] Eigen::VectorXd Displacements() const;
-  [[nodiscard]] Eigen::VectorXd DualDisplacement(int contact, int axis) const;
+  // of each contact along each axis, or a load with the other sign, three columns per contact.
+  [[nodiscard]] Eigen::MatrixXd Displacements();
+  [[nodiscard]] Eigen::MatrixXd DualDisplacements();
   // Smallest det F in the zones.
   [[nodiscard]] double SmallestJacobian() const noexcept;
 
  private:
-  // What the modes of another zone do to this one: `from` its amplitudes a few numbers, which make
-  // the load and the displacement of the border.
-  struct Coupling {
-    Eigen::MatrixXd from, load, moved;
-    Eigen::VectorXd amounts;
+  struct Source {
+    std::size_t from = 0;
+    bool near = false;  // every node of its zone counts, else its samples
+    Transfer transfer;  // to the samples of the zone
+    double gain = 0;    // of this contact's force by a force of the other one
   };
   struct Member {
-    explicit Member(const Touch& touch)
-        : place(*touch.place),
-          tangent(place.body, touch.contact),
-          solver(place.body, touch.contact) {}
-    const ZonePlace& place;
-    ZoneTangent tangent;
-    ZoneSolver solver;
-    Eigen::VectorXd amplitudes;        // of the modes that this contact causes
-    Eigen::VectorXd incoming, border;  // displacement of the border by the others, by this contact
-    Eigen::VectorXd load;              // what the others do to the zone
-    std::vector<Coupling> couplings;   // per other zone
-    Eigen::MatrixXd dual, dual_zone;   // modes and zone by a unit motion of the contact, or a load
-    Eigen::MatrixXd response;  // of the amplitudes to work on the modes, the contact at rest
-    Eigen::VectorXd work, corrected;
-    Eigen::Vector3d error = Eigen::Vector3d::Zero(), second = error;
+    std::unique_ptr<ZonePart> part;
+    std::unique_ptr<OutsideError> outside;
+    std::vector<Source> sources;
+    double estimated_at = 0;          // size of the load at the last estimate
+    Eigen::VectorXd samples, others;  // displacement by other zones: of the samples, of the zone
   };
-  void Couple(Member* member) const;
-  static void FindDual(Member* member);
-  static void FindResponse(Member* member);
-  void TakeIncoming(std::size_t to) noexcept;
+  std::unique_ptr<ZonePart> MakePart(std::size_t contact);
+  void Connect();
+  void Couple(std::size_t to);
+  [[nodiscard]] Eigen::VectorXd DisplacementAt(const std::vector<int>& nodes, std::size_t contact);
+  void FindGains();
+  [[nodiscard]] static double OwnBound(const Member& member);
+  void TakeOthers(Member* member) noexcept;
 
+  NearGreen& green_;
+  const SolidMesh& mesh_;
+  double nu_;
+  ZoneFinder finder_;
+  std::vector<Touch> touches_;
+  std::vector<char> taken_;  // tetrahedra of zones
   std::vector<Member> members_;
-  std::optional<OutsideError> outside_;
+  std::size_t turn_ = 0;  // whose error is estimated next
 };
 
 }  // namespace palpate

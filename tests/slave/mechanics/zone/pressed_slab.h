@@ -1,14 +1,12 @@
 // A slab on a rigid base and a disc that presses it, as zones and as the full model see it.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
-#include "slave/mechanics/fem/zone/linear_rest.h"
-#include "slave/mechanics/fem/zone/zone_solver.h"
+#include "slave/mechanics/fem/zone/zone_set.h"
 
 namespace palpate::zone_tests {
 
@@ -51,35 +49,18 @@ inline std::vector<int> NodesUnder(const SolidMesh& mesh, const Vector3d& p_O, d
   return PatchAt(surface, *FindPlace(surface, p_O), p_O, width).nodes;
 }
 
-inline std::unique_ptr<ZoneBody> BodyOf(const Slab& slab, LinearRest& rest, Zone zone) {
-  Eigen::MatrixXd condensed = rest.Condense({zone}).front();
-  std::vector<char> held;
-  for (const int node : zone.nodes) {
-    for (int c = 0; c < 3; ++c) held.push_back(rest.is_held(node, c));
+// A disc that moves its nodes, in a zone of `radius` [m].
+inline ZoneSet::Touch PressedDisc(const Slab& slab, const Vector3d& p_O, double width,
+                                  double radius) {
+  ZoneSet::Touch touch;
+  touch.centre_O = p_O;
+  touch.radius = radius;
+  touch.nodes = NodesUnder(slab.mesh, p_O, width);
+  for (int k = 0; k < static_cast<int>(touch.nodes.size()); ++k) {
+    touch.contact.points.push_back({{k, 1.0}});
   }
-  return std::make_unique<ZoneBody>(MakeZoneBody(std::move(zone), slab.positions, std::move(held),
-                                                 std::move(condensed), slab.nu));
+  return touch;
 }
-
-// Nodes of the mesh that are moved one by one.
-inline ZoneContact MovedNodes(const Zone& zone, const std::vector<int>& nodes) {
-  ZoneContact contact;
-  for (const int node : nodes) contact.points.push_back({{zone.Find(node), 1.0}});
-  return contact;
-}
-
-// One zone around a disc.
-struct PressedZone {
-  std::unique_ptr<ZoneBody> body;
-  ZoneContact contact;
-
-  PressedZone(const Slab& slab, LinearRest& rest, const Vector3d& p_O, double width,
-              double radius) {
-    const std::vector<int> touched = NodesUnder(slab.mesh, p_O, width);
-    body = BodyOf(slab, rest, ZoneFinder(slab.mesh).Around(p_O, radius, touched));
-    contact = MovedNodes(body->zone, touched);
-  }
-};
 
 // The same for every contact node, in units of length.
 inline VectorXd Alike(const Slab& slab, const ZoneContact& contact, const Vector3d& displacement) {
