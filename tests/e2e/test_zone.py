@@ -5,9 +5,13 @@ import importlib.util
 import json
 import math
 import pathlib
+import random
+import re
+import struct
 import sys
 import tempfile
 import unittest
+import zlib
 
 from programs import MASTER, PATIENCE, ROOT, SLAVE, Slave, run
 
@@ -28,6 +32,12 @@ def volume(corners):
     return (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6
 
 
+def faces_of(elements):
+    """{face: how many tetrahedra have it}; a face is a rising tuple of nodes."""
+    return collections.Counter(tuple(sorted(face)) for a, b, c, d in elements
+                               for face in ((a, b, c), (a, b, d), (a, c, d), (b, c, d)))
+
+
 class Mesh(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -39,9 +49,7 @@ class Mesh(unittest.TestCase):
             volumes = [volume([nodes[corner] for corner in tet]) for tet in elements]
             self.assertGreater(min(volumes), 0.2 * sum(volumes) / len(volumes), tets)
             self.assertEqual({corner for tet in elements for corner in tet}, set(range(len(nodes))))
-            faces = collections.Counter()
-            for a, b, c, d in elements:
-                faces.update(tuple(sorted(face)) for face in ((a, b, c), (a, b, d), (a, c, d), (b, c, d)))
+            faces = faces_of(elements)
             self.assertEqual(set(faces.values()), {1, 2})
             edges = collections.Counter(edge for face, count in faces.items() if count == 1
                                         for edge in ((face[0], face[1]), (face[0], face[2]), (face[1], face[2])))
@@ -67,6 +75,56 @@ class Mesh(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(files[0].read_bytes(), files[1].read_bytes())
         self.assertEqual(run(sys.executable, SCRIPT, "--tets", "7").returncode, 2)
+
+
+class DepthCamera:
+    """Looks down from above; images of triangles as 16-bit PNG, 0.02 mm per count, with noise of 0.2 mm."""
+
+    SIZE, FOCAL, CENTRE, AWAY, COUNT, NOISE = (320, 240), 280, (159.5, 119.5), 0.4, 2e-5, 2e-4
+    KEYS = ("{depth: \"d%03d.png\", rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 280, fy: 280, cx: 159.5, cy: 119.5, "
+            "pose: {translation: [0, 0, 400 mm], rotation: [180 deg, 0, 0]}}")
+
+    def __init__(self, triangles):
+        self.triangles, self.random = triangles, random.Random(1)
+
+    def depths(self, nodes):
+        width, height = self.SIZE
+        depths = [0.0] * (width * height)
+        seen = [(self.FOCAL * x / (self.AWAY - z) + self.CENTRE[0], -self.FOCAL * y / (self.AWAY - z) + self.CENTRE[1],
+                 1 / (self.AWAY - z)) for x, y, z in nodes]
+        for triangle in self.triangles:
+            (x0, y0, i0), (x1, y1, i1), (x2, y2, i2) = (seen[node] for node in triangle)
+            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+            if area == 0:
+                continue
+            for v in range(math.ceil(min(y0, y1, y2)), math.floor(max(y0, y1, y2)) + 1):
+                for u in range(math.ceil(min(x0, x1, x2)), math.floor(max(x0, x1, x2)) + 1):
+                    a = ((x1 - u) * (y2 - v) - (x2 - u) * (y1 - v)) / area
+                    b = ((x2 - u) * (y0 - v) - (x0 - u) * (y2 - v)) / area
+                    if min(a, b, 1 - a - b) >= 0:
+                        z, pixel = 1 / (a * i0 + b * i1 + (1 - a - b) * i2), v * width + u
+                        depths[pixel] = min(depths[pixel] or z, z)
+        return depths
+
+    def write(self, file, nodes):
+        width, height = self.SIZE
+        counts = [round((z + self.random.gauss(0, self.NOISE)) / self.COUNT) if z else 0 for z in self.depths(nodes)]
+        rows = b"".join(b"\0" + struct.pack(f">{width}H", *counts[v * width:(v + 1) * width]) for v in range(height))
+
+        def chunk(name, data):
+            return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        file.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)) +
+                         chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
+
+
+def displacements(file, name):
+    """An array of a VTU file, one vector per node."""
+    raw = file.read_bytes()
+    begin = raw.index(b"_", raw.index(b"<AppendedData")) + 1
+    begin += int(re.search(rb'Name="' + name.encode() + rb'"[^>]*offset="(\d+)"', raw)[1])
+    size, = struct.unpack_from("<Q", raw, begin)
+    numbers = struct.unpack_from(f"<{size // 8}d", raw, begin + 8)
+    return list(zip(numbers[::3], numbers[1::3], numbers[2::3]))
 
 
 class Programs(unittest.TestCase):
@@ -119,6 +177,43 @@ class Programs(unittest.TestCase):
         self.assertEqual(full["stated_bound"], "")
         # Both have the same mesh: their errors against the reference differ by at most the bound.
         self.assertLess(abs(float(zone["deviation"]) - float(full["deviation"])), 1.5 * float(zone["stated_bound"]))
+
+    # Reference: the load of the full model whose shape the images show, and the full model behind the same images.
+    def test_depth_images_give_the_full_models_force(self):
+        nodes, elements = load_script().body(2000)
+        nodes = [tuple(1e-3 * x for x in p) for p in nodes]
+        place = "-0.02813100548,0.01802632260,0.06357817462"
+        forces = (0.2, 0.35, 0.5)
+        loads, field, folder = self.out / "loads.csv", self.out / "field.vtu", self.out / "depth"
+        folder.mkdir()
+        loads.write_text("case,x,y,z,fx,fy,fz\n" + "".join(f"F{i},{place},0,0,{-force}\n" for i, force in enumerate(forces)))
+        done = run(SLAVE, "solve", *self.scene, "--override", "model.kind=fem-hyperelastic", "--loads", loads,
+                   "--out", self.out / "moved.csv", "--field", field, timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        shapes = [nodes] * 6
+        for case in (0, 1, 2, 2):
+            moved = displacements(field, f"displacement F{case}")
+            shapes.append([tuple(map(sum, zip(*pair))) for pair in zip(nodes, moved)])
+        camera = DepthCamera([face for face, count in faces_of(elements).items() if count == 1])
+        for i, shape in enumerate(shapes):
+            camera.write(folder / f"d{i:03}.png", shape)
+        text = SCENE.read_text()
+        scene = folder / "scene.yaml"
+        scene.write_text(text[:text.index("sense:")] + f"sense: {{camera: {camera.KEYS}, points: {{track: surface}}}}\n"
+                         "model: {kind: fem-zone, rate: 30 Hz}\n")
+        last = {}
+        for kind in ("fem-zone", "fem-hyperelastic"):
+            done = run(SLAVE, "process", scene, *self.scene[1:], "--override", f"model.kind={kind}", "--out", folder / kind,
+                       timeout=LONG)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(folder / kind / "states.csv", newline="") as states:
+                last[kind] = list(csv.DictReader(states))[-1]
+        force = {kind: math.hypot(*(float(row[key]) for key in ("fx", "fy", "fz"))) for kind, row in last.items()}
+        sigma = {kind: float(row["sigma"]) for kind, row in last.items()}
+        print(f"depth images: {force} N, sigma {sigma} N, of {forces[-1]} N")
+        self.assertEqual(last["fem-zone"]["validity"], "valid")
+        self.assertLess(abs(force["fem-zone"] - forces[-1]), 3 * sigma["fem-zone"])
+        self.assertLess(abs(force["fem-zone"] / force["fem-hyperelastic"] - 1), 0.03)
 
     def test_two_fingertips_press_it_live(self):
         with Slave(*self.scene) as slave:
