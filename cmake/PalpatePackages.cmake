@@ -15,7 +15,8 @@ endfunction()
 palpate_unit(${CMAKE_SOURCE_DIR}/deploy/palpate-slave.service system slave)
 palpate_unit(${palpate_packages}/palpate-master.service user master)
 
-install(DIRECTORY deploy/scenes deploy/fingertips DESTINATION share/palpate COMPONENT slave PATTERN "*.md" EXCLUDE PATTERN "*.py" EXCLUDE)
+install(DIRECTORY deploy/scenes deploy/fingertips DESTINATION share/palpate COMPONENT slave PATTERN "*.md" EXCLUDE PATTERN "heart-target.py" EXCLUDE
+        PATTERN "liver-press.msh" EXCLUDE PATTERN "__pycache__" EXCLUDE)
 install(FILES ${palpate_packages}/sysusers.conf DESTINATION lib/sysusers.d RENAME palpate.conf COMPONENT slave)
 install(PROGRAMS deploy/certs DESTINATION bin RENAME palpate-certs COMPONENT slave EXCLUDE_FROM_ALL)
 install(FILES deploy/udev/60-palpate.rules DESTINATION lib/udev/rules.d COMPONENT master)

@@ -1,6 +1,9 @@
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -145,10 +148,22 @@ void SetPlane(const std::string& plane, const Changeable& accepted, ModelOptions
 
 void SetContact(const std::string& contact, const Changeable& accepted, ModelOptions* model) {
   if (!accepted.contact) Refuse("contact = " + contact, "none here");
-  if (contact != "bonded" && contact != "frictionless") {
-    Refuse("contact = " + contact, "bonded, frictionless");
+  const std::array laws{ContactLaw::kBonded, ContactLaw::kFrictionless, ContactLaw::kFriction};
+  // Only the scene states a coefficient.
+  const auto offered = std::span(laws).first(model->friction > 0 ? 3 : 2);
+  const auto law = std::ranges::find(offered, contact, [](ContactLaw one) { return WordOf(one); });
+  if (law == offered.end()) {
+    Refuse("contact = " + contact,
+           std::string("bonded, frictionless") + (offered.size() > 2 ? ", friction" : ""));
   }
-  model->contact = contact == "bonded" ? ContactLaw::kBonded : ContactLaw::kFrictionless;
+  model->contact = *law;
+}
+
+// Of the models only some have friction.
+void RequireFriction(const ModelOptions& model) {
+  const ModelKind* kind = FindModelKind(model.kind);
+  if (model.contact != ContactLaw::kFriction || (kind != nullptr && kind->shapes_tools)) return;
+  Refuse("kind = " + model.kind, "fem-zone while contact = friction");
 }
 
 // What is known of a sense before its first picture.
@@ -206,6 +221,7 @@ ModelOptions Changed(ModelOptions model, const ModelChange& change, const Change
   if (change.elements != 0) SetElements(change.elements, accepted, &model);
   if (!change.plane.empty()) SetPlane(change.plane, accepted, &model);
   if (!change.contact.empty()) SetContact(change.contact, accepted, &model);
+  RequireFriction(model);
   return model;
 }
 

@@ -29,6 +29,8 @@ struct ModelKind {
   bool has_tets = false;        // accepts element, pressure
   bool iterates = false;        // accepts law, tangent, residual, gravity, time
   bool takes_friction = false;  // contact: bonded or frictionless; otherwise bonded alone
+  bool shapes_tools = false;    // computes contacts of the tool's shape itself: capsules, friction
+  bool bounds_error = false;    // bounds each answer's error: accepts deadline; no reference
   bool has_cache = false;       // stores its Green's functions in a folder
   bool takes_tension = false;   // of a membrane at rest; a flat one also modes
   bool has_wall = false;        // a disc's rim filled with a liquid: accepts wall
@@ -53,6 +55,13 @@ inline constexpr std::array kModelKinds{
               .has_tets = true,
               .iterates = true},
     ModelKind{.name = "fem-green", .has_tets = true, .takes_friction = true, .has_cache = true},
+    ModelKind{.name = "fem-zone",
+              .linearity = Linearity::kNever,
+              .has_tets = true,
+              .takes_friction = true,
+              .shapes_tools = true,
+              .bounds_error = true,
+              .has_cache = true},
     ModelKind{.name = "bem3d", .on_surface = true, .takes_friction = true, .has_cache = true},
 };
 

@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -120,6 +121,30 @@ void ReadFem(Section& model, bool large_strains, Fem* fem) {
   fem->threads = model.Integer("threads", 1, 64, fem->threads);
 }
 
+// Of `fem-zone`: one element and one law.
+void ReadZone(Section& model, Fem* fem) {
+  const std::string_view note = " with this kind";
+  fem->element = model.OneOf<Fem::Element>("element", {{"tet4", Fem::Element::kTet4}}, note);
+  fem->law = model.OneOf<Fem::Law>("law", {{"neo-hookean", Fem::Law::kNeoHookean}}, note);
+}
+
+void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
+  using Law = Section::Choice<ContactLaw>;
+  constexpr std::array kLaws{Law{"bonded", ContactLaw::kBonded},
+                             Law{"frictionless", ContactLaw::kFrictionless},
+                             Law{"friction", ContactLaw::kFriction}};
+  const std::size_t count = kind.shapes_tools ? 3 : kind.takes_friction ? 2 : 1;
+  const char* note = kind.shapes_tools || kind.name == "auto" ? "" : " with this kind";
+  options->contact = model.OneOfTable<ContactLaw>("contact", std::span(kLaws).first(count), note);
+  if (options->contact == ContactLaw::kFriction) {
+    options->friction =
+        model.Number("friction", Between(Dimension::kNumber, 1e-6, 100, "> 0 (1e-6 to 100)"));
+  } else if (model.Has("friction")) {
+    model.Refuse("friction", kind.shapes_tools ? "nothing without `contact: friction`"
+                                               : "nothing with this kind: use fem-zone");
+  }
+}
+
 std::string ReadKind(Section& model) {
   using Kind = Section::Choice<std::string_view>;
   std::array<Kind, kModelKinds.size() + 1> kinds{Kind{"auto", "auto"}};
@@ -154,6 +179,8 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   if (kind.iterates) {
     ReadFem(model, kind.linearity == Linearity::kNever, &options.fem);
     if (!is_auto && IsHyperelastic(options.fem.law)) options.kind = "fem-hyperelastic";
+  } else if (kind.bounds_error) {
+    ReadZone(model, &options.fem);
   } else if (kind.has_tets) {
     ReadElement(model, &options.fem);
   }
@@ -163,11 +190,11 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   } else if (is_membrane && model.Has("prestress")) {
     model.Refuse("prestress", "nothing with this kind: use plate-large for tension at rest");
   }
-  if (kind.takes_friction) {
-    options.contact = model.OneOf<ContactLaw>(
-        "contact", {{"bonded", ContactLaw::kBonded}, {"frictionless", ContactLaw::kFrictionless}});
-  } else if (!is_membrane) {
-    model.OneOf<ContactLaw>("contact", {{"bonded", ContactLaw::kBonded}}, " with this kind");
+  if (!is_membrane) ReadContact(model, kind, &options);
+  if (kind.bounds_error) {
+    options.deadline = model.Number("deadline", Positive(Dimension::kTime), 0.0);
+  } else if (model.Has("deadline")) {
+    model.Refuse("deadline", "nothing with this kind: use fem-zone");
   }
   if (kind.has_wall && (!is_auto || model.Has("wall"))) {
     options.wall = model.Number("wall", Positive(Dimension::kLength));

@@ -163,8 +163,19 @@ ManipulatorOptions ReadManipulator(Section& scene, const Object& object,
 
 namespace {
 
-// A round tool is told by its width, its radius or both; one is twice the other unless both stand.
-void ReadWidth(Section& section, const Rule& width, Tool* tool) {
+// Tools other than flat ones are told by width, radius or both; one is twice the other unless both
+// stand.
+void ReadEnd(Section& section, const Rule& width, Tool* tool) {
+  if (tool->shape == Tool::Shape::kCapsule) {
+    tool->length = section.Number("length", Positive(Dimension::kLength));
+    tool->axis_O = section.Vector3("axis", Any(Dimension::kNumber), tool->axis_O);
+    if (!(tool->axis_O.norm() > kSmallest)) section.Refuse("axis", "a vector other than [0, 0, 0]");
+    tool->axis_O.stableNormalize();
+  } else {
+    for (const char* key : {"length", "axis"}) {
+      if (section.Has(key)) section.Refuse(key, "nothing without `shape: capsule`");
+    }
+  }
   if (tool->shape == Tool::Shape::kFlat) {
     if (section.Has("radius")) section.Refuse("radius", "nothing with a flat tool");
     tool->width = section.Number("width", width);
@@ -187,9 +198,10 @@ std::optional<Tool> ReadTool(Section& scene, bool is_needed, const Rule& width,
   Section section = scene.Open("tool", is_needed ? "a map of shape and width" : "");
   if (!section.present()) return std::nullopt;
   Tool tool;
-  tool.shape = section.OneOf<Tool::Shape>(
-      "shape", {{"flat", Tool::Shape::kFlat}, {"round", Tool::Shape::kRound}});
-  ReadWidth(section, width, &tool);
+  tool.shape = section.OneOf<Tool::Shape>("shape", {{"flat", Tool::Shape::kFlat},
+                                                    {"round", Tool::Shape::kRound},
+                                                    {"capsule", Tool::Shape::kCapsule}});
+  ReadEnd(section, width, &tool);
   const Eigen::Vector2d usual = TowardsBox(box, home);
   const Eigen::Vector2d direction = section.Vector2("direction", Any(Dimension::kNumber), usual);
   if (direction.norm() < kSmallest && !usual.isZero(0))

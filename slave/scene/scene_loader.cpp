@@ -40,6 +40,7 @@ class CrossCheck {
     CheckHeld();
     CheckKind();
     CheckShell();
+    CheckTool();
     CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
@@ -120,6 +121,15 @@ class CrossCheck {
       Refuse("model.kind", "bem2d, or shell for a disc fixed on an arc");
     if (disc != nullptr && scene_.model.wall > disc->radius / 20) {
       Refuse("model.wall", "at most a twentieth of the disc's radius");
+    }
+  }
+
+  // A model that knows flat and round tools alone would compute another one.
+  void CheckTool() {
+    if (!scene_.tool || scene_.tool->shape != Tool::Shape::kCapsule) return;
+    const ModelKind* kind = FindModelKind(scene_.model.kind);
+    if (kind == nullptr || !kind->shapes_tools) {
+      Refuse("tool.shape", "flat or round with this kind of model: capsule needs fem-zone");
     }
   }
 

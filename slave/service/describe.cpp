@@ -64,7 +64,7 @@ void ToProto(const SlaveDescription& description, v1::SceneDescription* message)
   model->set_dof(description.sense.model.dof);
   model->set_elements(static_cast<std::uint32_t>(description.sense.model.elements));
   model->set_plane(scene.model.plane == Plane::kStrain ? "strain" : "stress");
-  model->set_contact(scene.model.contact == ContactLaw::kFrictionless ? "frictionless" : "bonded");
+  model->set_contact(std::string(WordOf(scene.model.contact)));
   model->set_range(description.sense.model.range);
   AddDecision(scene.model.decision, model);
 

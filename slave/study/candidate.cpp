@@ -201,6 +201,22 @@ void AddGreen(const Division& d, const CandidateLimits& limits,
   if (c.dof <= limits.dof) candidates->push_back(std::move(c));
 }
 
+// All presses of a study are those of a flat disc that sticks or slides.
+void AddZone(const Division& d, const CandidateLimits& limits, std::vector<Candidate>* candidates) {
+  constexpr double kSolves = 100;  // of the whole body, at the first touch of a place
+  Candidate c = Start(d, "fem-zone", "fem-zone");
+  ModelOptions& model = c.scene.model;
+  model.fem.element = FemOptions::Element::kTet4;
+  model.fem.law = FemOptions::Law::kNeoHookean;
+  model.fem.time = FemOptions::Time::kStatic;
+  if (model.contact == ContactLaw::kFriction) model.contact = ContactLaw::kBonded;
+  if (c.scene.tool) c.scene.tool->shape = Tool::Shape::kFlat;
+  c.dof = 3 * d.nodes;
+  c.linear = false;
+  c.expected_s = SparseSeconds(c.dof, kSolves);
+  if (c.dof <= limits.dof || IsOwn(d.scene, c)) candidates->push_back(std::move(c));
+}
+
 // What the scene names and no row above has, as ten-node tetrahedra that turn.
 void AddOwn(const Division& d, std::vector<Candidate>* candidates) {
   const ModelOptions& own = d.scene.model;
@@ -236,6 +252,7 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
   if (d.tets > 0 && !d.between) {
     AddFem(d, Element::kTet4, Law::kLinear, own, limits, candidates);
     AddFem(d, Element::kTet10, large, own, limits, candidates);
+    AddZone(d, limits, candidates);
     for (const double residual : residuals) {
       AddFem(d, Element::kTet4, Law::kCorotational, residual, limits, candidates);
       AddFem(d, Element::kTet4, large, residual, limits, candidates);
@@ -274,7 +291,8 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
     });
   }
   std::erase_if(candidates, [&](const Candidate& c) {
-    const bool large = c.own && FindModelKind(c.scene.model.kind)->linearity == Linearity::kNever;
+    const ModelKind& kind = *FindModelKind(c.scene.model.kind);
+    const bool large = c.own && kind.linearity == Linearity::kNever && !kind.bounds_error;
     return limits.own && !large && !IsOwn(scene, c);
   });
   std::ranges::stable_sort(candidates, {}, &Candidate::expected_s);

@@ -77,9 +77,15 @@ bool IsLinearAnswer(const StudyRow& row) {
   return row.outcome == Outcome::kAnswered && row.linear;
 }
 
+// What approximates another model is measured, and measures none.
+bool IsMeasured(const StudyRow& row) {
+  const ModelKind* kind = FindModelKind(row.kind);
+  return kind != nullptr && kind->bounds_error;
+}
+
 bool IsLarge(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
-  return kind != nullptr && kind->linearity == Linearity::kNever;
+  return kind != nullptr && kind->linearity == Linearity::kNever && !kind->bounds_error;
 }
 
 // What two opinions have to differ in to be two: the same elements under another law are not.
@@ -93,7 +99,8 @@ std::string FormulationOf(const StudyRow& row) {
 std::map<std::string, std::vector<const StudyRow*>> Families(const std::vector<StudyRow>& rows) {
   std::map<std::string, std::vector<const StudyRow*>> families;
   for (const StudyRow& row : rows) {
-    if (row.outcome == Outcome::kAnswered) families[row.family].push_back(&row);
+    if (row.outcome != Outcome::kAnswered || IsMeasured(row)) continue;
+    families[row.family].push_back(&row);
   }
   for (auto& [name, members] : families) {
     std::ranges::stable_sort(members, [](const StudyRow* a, const StudyRow* b) {

@@ -34,7 +34,9 @@ Validity ValidityFrom(const Json& json) {
 }
 
 Answer AnswerFrom(const Json& json) {
-  return {.value = NumberFrom(json.at("value")), .validity = ValidityFrom(json.at("validity"))};
+  return {.value = NumberFrom(json.at("value")),
+          .validity = ValidityFrom(json.at("validity")),
+          .bound = NumberFrom(json.at("bound"))};
 }
 
 StudyRow RowFrom(const Json& json) {
@@ -54,6 +56,7 @@ StudyRow RowFrom(const Json& json) {
                            .width_slope = NumberFrom(answer.at("width_slope"))});
     row.beyond += row.answers.back().full.validity == Validity::kValid ? 0 : 1;
   }
+  row.stated_bound = NumberFrom(json.at("stated_bound"));
   row.precompute_s = NumberFrom(json.at("precompute_s"));
   row.update_median_s = NumberFrom(json.at("update_s").at("median"));
   row.update_p99_s = NumberFrom(json.at("update_s").at("p99"));

@@ -188,8 +188,10 @@ bool HasVolumeStiffness(const Scene& scene) {
 std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, double width,
                                       double finest, double growth) {
   if (HoldsByNumber(scene)) return std::nullopt;  // new nodes between them would be free
+  constexpr std::size_t kMostTets = 50'000;       // 100,000 take 8 GB and many minutes
   try {
     const SolidMesh mesh = GradedUnder(scene, press, width, finest, growth);
+    if (mesh.tets.size() > kMostTets) return std::nullopt;
     const TetStiffness stiffness =
         AssembleTetStiffness(mesh, FixedNodeDofs(scene, mesh.nodes),
                              scene.object.material.poisson_ratio, TetElement::kTet10);

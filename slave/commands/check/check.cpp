@@ -212,9 +212,8 @@ int RunCheck(const CheckOptions& options) {
   }
   const Scene scene = LoadRunningScene(options.scene, options.overrides);
   PrintObject(scene);
-  PrintLine("tool",
-            fmt::format("{}, {} wide", scene.tool->shape == Tool::Shape::kFlat ? "flat" : "round",
-                        LengthInWords(scene.tool->width)));
+  PrintLine("tool", fmt::format("{}, {} wide", WordOf(scene.tool->shape),
+                                LengthInWords(scene.tool->width)));
   const Camera& camera = *scene.sense.Find<Camera>();
   const std::string lens =
       camera.lens.empty() ? ""

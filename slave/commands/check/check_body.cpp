@@ -55,6 +55,12 @@ Solution PrintPress(const Scene& scene, DeformationModel& model) {
       PrintLine("contact",
                 "extrapolated: " + (row.reason.empty() ? std::string(kBeyondRange) : row.reason));
     }
+    if (std::isfinite(row.stated_bound)) {
+      PrintLine("bound", fmt::format("the error of this force is at most {:.2g} %, {:.3g} N, "
+                                     "against the nonlinear model of the same mesh",
+                                     100 * row.stated_bound,
+                                     row.stated_bound * row.answers.front().full.value));
+    }
     PrintLine("update",
               fmt::format("{:.3g} us: {} the requested {:g} Hz", 1e6 * row.update_median_s,
                           meets(row.meets_rate), scene.model.rate));

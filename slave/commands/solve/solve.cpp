@@ -181,7 +181,12 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const bool dynamic = MovesInTime(scene);
-  std::vector<SolveRow> rows = ReadRows(options, mesh, {ToolWidthOf(scene), dynamic});
+  RowRules rules{ToolWidthOf(scene), {}, dynamic};
+  if (KindOf(scene).shapes_tools) {
+    const bool is_round = scene.tool && scene.tool->shape == Tool::Shape::kRound;
+    rules.shaped_radius = is_round ? scene.tool->radius : 0;
+  }
+  std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
   RequireAlone(rows);
   std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
   inputs.insert(inputs.end(), {options.contacts, options.loads});

@@ -45,10 +45,18 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
   }
 }
 
-// Of a round tool, whose width follows from its depth.
-void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, SolveRow* row) {
+// Of a round tool, whose width follows from its depth. A model that computes such contacts itself
+// has one tool, that of the scene.
+void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& rules,
+                SolveRow* row) {
   if (!table.Has("radius")) return;
   row->radius = table.Number("radius");
+  if (rules.shaped_radius && row->radius > 0) {
+    if (row->radius != *rules.shaped_radius) {
+      table.Refuse("radius", "that of the scene's round tool with this kind of model, or 0");
+    }
+    row->radius = 0;
+  }
   if (row->radius < 0) table.Refuse("radius", "a radius >= 0 [m]");
   if (row->radius > 0 && row->contact.width > 0) table.Refuse("width", "0 under a round tool");
   if (row->radius > 0 && std::holds_alternative<MembraneDisc>(mesh)) {
@@ -85,7 +93,7 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     if (refusal) table.Refuse("x", *refusal);
     row.contact.width = table.Number("width");
     if (row.contact.width < 0) table.Refuse("width", "a width >= 0 [m]");
-    ReadRadius(table, mesh, &row);
+    ReadRadius(table, mesh, rules, &row);
     if (row.radius == 0 && table.IsAbsent("width")) row.contact.width = rules.tool_width;
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);
@@ -133,9 +141,14 @@ void ReportFlags(const std::vector<SolveRow>& rows) {
 
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments) {
   const bool in_time = !rows.empty() && rows.front().t.has_value();
+  const auto bound_of = [](const ContactResponse& response) {
+    return std::max(response.force_bound, response.displacement_bound);  // one of both is zero
+  };
+  const bool bounds =
+      std::ranges::any_of(rows, [&](const SolveRow& row) { return bound_of(row.response) > 0; });
   std::ofstream stream(file);
   stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
-         << (moments ? ",mx,my,mz\n" : "\n");
+         << (moments ? ",mx,my,mz" : "") << (bounds ? ",bound\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
@@ -148,6 +161,7 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
     if (in_time) stream << ',' << Formatted("%.17g", *row.t);
     const auto& moment = row.response.moment_O;
     if (moments) WriteVector(&stream, moment.value_or(Eigen::Vector3d::Zero()), moment.has_value());
+    if (bounds) stream << ',' << (known ? Formatted("%.17g", bound_of(row.response)) : "");
     stream << '\n';
   }
   stream.flush();

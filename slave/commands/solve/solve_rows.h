@@ -28,7 +28,9 @@ struct SolveRow {
 // How the rows of a file are read.
 struct RowRules {
   double tool_width = 0;  // of rows that give neither width nor radius [m]
-  bool dynamic = false;   // a column `t` is read
+  // Of the scene's round tool where the model computes its contact itself [m]; 0: another tool.
+  std::optional<double> shaped_radius{};
+  bool dynamic = false;  // a column `t` is read
 };
 // Of the scene's tool [m]; 0: there is none.
 double ToolWidthOf(const Scene& scene);
@@ -48,7 +50,8 @@ void ReportFlags(const std::vector<SolveRow>& rows);
 
 // Writes one line per row with 17 significant digits, including `t` if present. `moments`: also the
 // moment of the force about the displaced centre of the contact, frame O [N m], empty where it is
-// unknown. False: the file cannot be written.
+// unknown. Answers with a bound of their error get the column `bound`: of the force [N], of a
+// load's displacement [m]. False: the file cannot be written.
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments);
 
 // Load history of one position.

@@ -13,6 +13,7 @@
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "slave/mechanics/shell/shell_model.h"
@@ -92,6 +93,26 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
   const Material& material = scene.object.material;
   return std::make_unique<FemGreenModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
                                          material.poisson_ratio, options, progress);
+}
+
+// Options of the scene that the model does not have yet are refused, never ignored: tool shapes,
+// laws of contact, a deadline, a cache. This function is the only place that hands them over.
+std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMesh& mesh,
+                                              Progress* progress) {
+  const auto refuse_unless = [](bool fits, const char* accepted) {
+    if (!fits) throw std::invalid_argument(accepted);
+  };
+  const ModelOptions& model = scene.model;
+  refuse_unless(model.contact == ContactLaw::kBonded, "model.contact: accepted is bonded");
+  refuse_unless(model.deadline == 0, "model.deadline: accepted is none");
+  refuse_unless(model.cache.empty(), "model.cache: accepted is none");
+  const bool is_only_loaded = HasStereoOrDepth(scene.sense);
+  refuse_unless(is_only_loaded || !scene.tool || scene.tool->shape == Tool::Shape::kFlat,
+                "tool.shape: accepted is flat");
+  const FemZoneModel::Options options{.tolerance = model.tolerance};
+  const Material& material = scene.object.material;
+  return std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
+                                        material.poisson_ratio, options, progress);
 }
 
 std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,
@@ -213,6 +234,7 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
   } else if (kind.object == ObjectClass::kVolume) {
     const auto& solid = std::get<SolidMesh>(mesh);
     if (kind.on_surface) return MakeBem3d(scene, SurfaceOf(solid), progress);
+    if (kind.shapes_tools) return MakeFemZone(scene, solid, progress);
     return kind.iterates ? MakeFem(scene, solid, progress) : MakeFemGreen(scene, solid, progress);
   }
   throw std::invalid_argument("model.kind = " + std::string(kind.name) +

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -30,6 +32,25 @@ void NumberSkin(const Scene& scene, TactileBody* body) {
   }
 }
 
+// The surface nearest to a finger at home.
+std::optional<TouchedPlace> PlaceOf(const Scene& scene, const SurfaceContact& contact,
+                                    const Finger& finger) {
+  return contact.Find(scene.object.X_SO.inverse() * finger.X_SF.translation(),
+                      std::numeric_limits<double>::infinity());
+}
+
+// Where fingers that have a pose are about to press.
+std::vector<Contact> FirstContacts(const Scene& scene, const SurfaceContact& contact) {
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
+  std::vector<Contact> contacts;
+  for (const Finger& finger : tactile.fingers) {
+    const auto place = finger.has_pose ? PlaceOf(scene, contact, finger) : std::nullopt;
+    if (!place) continue;
+    contacts.push_back({.p_O = place->p_O, .element = place->triangle, .width = tactile.patch});
+  }
+  return contacts;
+}
+
 // The hand's other fingers that come to press about where the first one does: as far from the
 // object, at home, as that is. Where none has a pose, nothing is known of them.
 std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
@@ -37,17 +58,13 @@ std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
   constexpr double kAsFar = 0.5;  // of the full depth
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const double depth = scene.operator_options.press_depth;
-  const Eigen::Isometry3d X_OS = scene.object.X_SO.inverse();
-  const auto place_of = [&](const Finger& finger) {
-    return contact.Find(X_OS * finger.X_SF.translation(), std::numeric_limits<double>::infinity());
-  };
   std::vector<ContactStiffness::Companion> companions;
   if (tactile.fingers.empty() || !tactile.fingers.front().has_pose) return companions;
-  const auto first = place_of(tactile.fingers.front());
+  const auto first = PlaceOf(scene, contact, tactile.fingers.front());
   for (std::size_t i = 1; first && i < tactile.fingers.size(); ++i) {
     const Finger& finger = tactile.fingers[i];
     if (!finger.has_pose || finger.motion == Finger::Motion::kStands) continue;
-    const auto place = place_of(finger);
+    const auto place = PlaceOf(scene, contact, finger);
     if (!place || std::abs(place->distance - first->distance) > kAsFar * depth) continue;
     companions.push_back(
         {place->triangle, place->p_O, finger.motion == Finger::Motion::kOpposite ? -1.0 : 1.0});
@@ -64,7 +81,8 @@ Scene InStepWithSamples(const Scene& scene) {
 }
 
 std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progress) {
-  const Scene stepped = InStepWithSamples(scene);
+  Scene stepped = InStepWithSamples(scene);
+  stepped.tool.reset();  // of `solve` and `study`: fingertips touch here
   const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
   const auto* closed = std::get_if<SurfaceMesh>(&mesh);
@@ -78,6 +96,10 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   body->contact = std::make_unique<SurfaceContact>(body->surface);
   body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid,
                                                        CompanionsOf(stepped, *body->contact));
+  try {
+    body->deformation->Prefetch(FirstContacts(stepped, *body->contact));
+  } catch (const std::exception&) {  // fails again, with its reason, where it is touched
+  }
   NumberSkin(stepped, body.get());
   body->larger_side = LargerSide(body->surface.nodes);
   body->largest_force = scene.object.material.young_modulus * body->larger_side * body->larger_side;

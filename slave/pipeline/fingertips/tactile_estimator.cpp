@@ -306,7 +306,9 @@ void TactileEstimator::ReportMoment() noexcept {
   felt_.moment = arm.cross(*first.force) - share * (object_.X_SO().linear() * *response->moment_O);
   const double place_sigma = place.sigma > 0 ? place.sigma : tactile_.patch / 2;
   const double lever = std::max(arm.norm(), felt_.moment->norm() / force);
-  felt_.moment_sigma = std::hypot(share * response->moment_sigma,
+  // The model's own error, of which it knows the bound, changes the share.
+  const double bound = response->force_bound / modelled * share * response->moment_O->norm();
+  felt_.moment_sigma = std::hypot(std::hypot(share * response->moment_sigma, bound),
                                   std::hypot(force * place_sigma, lever * felt_.sigma));
 }
 

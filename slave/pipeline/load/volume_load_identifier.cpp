@@ -28,17 +28,32 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// The search asks for loads at every point at rest: of a model that makes a region of its own
+// around each contact, the small strains of its mesh answer as well. nullptr: the model itself
+// does.
+std::unique_ptr<DeformationModel> MakeModelAtRest(const Scene& scene, const ObjectMesh& mesh,
+                                                  Progress* progress) {
+  if (!KindOf(scene).shapes_tools) return nullptr;
+  Scene green = scene;
+  green.model = {};
+  green.model.kind = "fem-green";
+  green.model.range = 1;
+  return MakeModel(green, mesh, progress);
+}
+
 class VolumeLoadIdentifier final : public LoadIdentifier {
  public:
   VolumeLoadIdentifier(const Scene& scene, double width, const ObjectMesh& mesh,
                        SurfaceMesh surface, Progress* progress)
       : surface_(std::move(surface)),
         model_(MakeModel(scene, mesh, told_.Listen(progress))),
+        at_rest_(MakeModelAtRest(scene, mesh, told_.Listen(progress))),
         contact_(surface_),
         stiffness_(scene, surface_, std::get_if<SolidMesh>(&mesh)),
         larger_side_(LargerSide(surface_.nodes)),
         width_(std::max(width, VolumeLimits::kLeastWidth * larger_side_)),
         linear_(IsLinear(scene)),
+        most_bound_(KindOf(scene).bounds_error ? scene.model.tolerance : 0),
         search_(surface_,
                 VolumeLimits::kLinearLoad * scene.object.material.young_modulus * larger_side_ *
                     larger_side_,
@@ -72,15 +87,18 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
   SurfaceMesh surface_;
   PrecomputeProgress told_{true};
   std::unique_ptr<DeformationModel> model_;
+  std::unique_ptr<DeformationModel> at_rest_;  // null: `model_` answers the search as well
   SurfaceContact contact_;
   ContactStiffness stiffness_;
   double larger_side_, width_;  // [m]
   bool linear_;
+  double most_bound_;  // of a model that bounds its error, of that bound, relative [-]; 0: others
   TriangleSearch search_;
   Solution solution_;
   std::vector<Vector3d> field_;  // of the nodes [m]
   bool unsolved_ = false;        // the model found no equilibrium under the load
   std::string_view doubt_;       // of the model, of its last answer
+  double bound_ = 0;             // of the error of that answer by the model itself, relative [-]
   SurfaceLoad load_;
   Checks<FitSample> checks_ = MakeVolumeChecks();
 };
@@ -97,7 +115,7 @@ SurfaceLoad VolumeLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O)
 
 SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points_O) {
   SurfaceLoad load;
-  search_.Read(*model_, contact_, points_O);
+  search_.Read(at_rest_ ? *at_rest_ : *model_, contact_, points_O);
   unsolved_ = false;
   if (search_.usable() < VolumeLimits::kLeastPoints) {
     load.Set({Validity::kTrackingLost, FailedCheck::kNone,
@@ -111,11 +129,13 @@ SurfaceLoad VolumeLoadIdentifier::TryFit(const std::vector<SurfacePoint>& points
   }
   Place(best, &load);
   doubt_ = {};
+  bound_ = 0;
   if (!linear_) {
     Refine(&best, &load);
   } else if (load.force != 0) {
     Respond(load);
   }
+  load.sigma_force = std::hypot(load.sigma_force, bound_ * load.force);
   CheckFit(points_O, best, &load);
   return load;
 }
@@ -170,8 +190,11 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   const double range = model_->info().range;
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     sample.beyond_range = "the deflection is beyond the model's range";
-  } else if (doubt_ == kStiffInBending) {
-    sample.beyond_range = kStiffInBending;
+  } else if (most_bound_ > 0 && bound_ > most_bound_) {
+    sample.beyond_range = "the model's bound of its own error exceeds the tolerance";
+  } else if (doubt_ == kStiffInBending ||
+             (most_bound_ > 0 && !doubt_.empty() && doubt_ != kCoarsePatch)) {
+    sample.beyond_range = doubt_;
   } else if (unsolved_) {
     sample.beyond_range =
         "the model finds no equilibrium under this load: the small-strain solution is used";
@@ -214,6 +237,8 @@ bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {
   const ContactResponse& response = solution_.responses().front();
   if (response.validity == Validity::kFailed) return false;
   doubt_ = response.doubt;
+  const double moved = response.displacement_O.norm();
+  bound_ = moved > 0 ? response.displacement_bound / moved : 0;
   return true;
 }
 

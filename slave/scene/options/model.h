@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,6 +15,12 @@ namespace palpate {
 
 enum class Plane : std::uint8_t { kStress, kStrain };
 enum class ContactLaw : std::uint8_t { kBonded, kFrictionless, kFriction };
+// As in model.contact.
+constexpr std::string_view WordOf(ContactLaw law) {
+  return law == ContactLaw::kBonded         ? "bonded"
+         : law == ContactLaw::kFrictionless ? "frictionless"
+                                            : "friction";
+}
 enum class ElementOrder : std::uint8_t { kConstant, kLinear, kQuadratic };
 // One term of the Ogden model.
 struct OgdenTerm {
@@ -82,6 +89,8 @@ struct ModelOptions {
   std::filesystem::path cache;  // folder for Green's functions; empty: none are stored
   Plane plane = Plane::kStress;
   ContactLaw contact = ContactLaw::kBonded;
+  double friction = 0;        // Coulomb's coefficient, with ContactLaw::kFriction [-]
+  double deadline = 0;        // of an update [s]; 0: none
   double tolerance = 0.05;    // requested relative error of the force [-]
   double rate = 500;          // requested update rate [Hz]
   double range = 0;           // largest |displacement| / larger side that is not `extrapolated` [-]

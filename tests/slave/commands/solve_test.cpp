@@ -481,6 +481,57 @@ TEST_F(SolveTest, HistoriesThatCannotBeAreRefused) {
   }
 }
 
+constexpr const char* kSoftBox = R"(name: box
+object:
+  geometry: {box: {size: [80 mm, 80 mm, 40 mm], cells: [10, 10, 5]}}
+  material: {young_modulus: 5 kPa, poisson_ratio: 0.4}
+  fixed: {plane: {axis: z, at: 0 m}}
+tool: {shape: flat, width: 20 mm}
+model: {kind: fem-zone}
+)";
+
+// Reference: fem-hyperelastic on the same mesh; the bound is the model's own. A load's displacement
+// has one too, and models that know none have no such column.
+TEST_F(SolveTest, AModelThatBoundsItsErrorWritesTheBound) {
+  const std::string contacts = std::string(kHeader) +
+                               "A,0.038,0.042,0.04,1e-3,0,-5e-3\nB,0.02,0.02,0.04,0,0,-3e-3\n"
+                               "B,0.06,0.058,0.04,0,0,-4e-3\n";
+  options_.scene = Write("box.yaml", kSoftBox);
+  options_.overrides = {"model.kind=fem-hyperelastic"};
+  const Outcome full = RunContacts(contacts);
+  ASSERT_EQ(full.rows.size(), 3U) << full.message;
+  EXPECT_EQ(full.rows[0].count("bound"), 0U);
+  options_.overrides.clear();
+  options_.loads = Write("loads.csv", "case,x,y,z,fx,fy,fz\nC,0.04,0.04,0.04,0,0,-0.3\n");
+  const Outcome zone = RunContacts(contacts);
+  EXPECT_EQ(zone.exit_code, 0) << zone.message;
+  EXPECT_THAT(zone.message, HasSubstr("fem-zone"));
+  ASSERT_EQ(zone.rows.size(), 4U);
+  for (std::size_t i = 0; i < full.rows.size(); ++i) {
+    Eigen::Vector3d off, force;
+    for (int c = 0; c < 3; ++c) {
+      const std::string column = std::string("f") + "xyz"[c];
+      force[c] = Number(full, i, column);
+      off[c] = Number(zone, i, column) - force[c];
+    }
+    EXPECT_EQ(zone.rows[i].at("validity"), full.rows[i].at("validity"));
+    EXPECT_LE(off.norm(), Number(zone, i, "bound")) << i;
+    EXPECT_LT(Number(zone, i, "bound"), 0.05 * force.norm()) << i;
+  }
+  EXPECT_GT(Number(zone, 3, "bound"), 0);
+  EXPECT_LT(Number(zone, 3, "bound"), 0.05 * std::abs(Number(zone, 3, "dz")));
+}
+
+// Such a tool acts with its own shape: a row cannot have another one.
+TEST_F(SolveTest, ARoundToolOfFemZoneIsTheScenes) {
+  options_.scene = Write("box.yaml", kSoftBox);
+  const std::string row = "A,0.038,0.042,0.04,0,0,-5e-3,0.01\n";
+  const Outcome outcome = RunContacts("case,x,y,z,dx,dy,dz,radius\n" + row);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.message, HasSubstr("contacts.csv:2: radius"));
+  EXPECT_THAT(outcome.message, HasSubstr("that of the scene's round tool"));
+}
+
 TEST_F(SolveTest, VolumesAndMembranesNeedTheirAxes) {
   options_.overrides = {"model.time=static"};
   options_.scene = Write("cube.yaml", kCube);

@@ -37,6 +37,8 @@ TEST(ModelKinds, FactsFitTheObject) {
         << kind.name;
     EXPECT_EQ(is_volume, kind.on_surface || kind.has_tets) << kind.name;
     EXPECT_TRUE(kind.iterates || kind.linearity != Linearity::kByLaw) << kind.name;
+    EXPECT_TRUE(kind.takes_friction || !kind.shapes_tools) << kind.name;
+    EXPECT_TRUE(kind.has_tets || !kind.bounds_error) << kind.name;
   }
 }
 

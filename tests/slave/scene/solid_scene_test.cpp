@@ -95,6 +95,76 @@ TEST(SolidSceneTest, LawsOfRubberAreReadAsOgdensTerms) {
   EXPECT_EQ(ogden.model.fem.terms[0].exponent, 1.3);
 }
 
+// Reference: the keys of fem-zone in the key reference.
+TEST(SolidSceneTest, FemZoneReadsContactFrictionDeadlineAndCache) {
+  const ModelOptions least = Load(SolidScene(kBox, kBottom, "{kind: fem-zone}")).model;
+  EXPECT_EQ(least.fem.law, FemOptions::Law::kNeoHookean);
+  EXPECT_EQ(least.contact, ContactLaw::kBonded);
+  EXPECT_EQ(least.deadline, 0);
+  EXPECT_TRUE(least.cache.empty());
+  const ModelOptions all =
+      Load(SolidScene(kBox, kBottom,
+                      "{kind: fem-zone, element: tet4, law: neo-hookean, tolerance: 3 %, contact: "
+                      "friction, friction: 0.5, deadline: 200 us, cache: columns}"))
+          .model;
+  EXPECT_EQ(all.kind, "fem-zone");
+  EXPECT_EQ(all.tolerance, 0.03);
+  EXPECT_EQ(all.contact, ContactLaw::kFriction);
+  EXPECT_EQ(all.friction, 0.5);
+  EXPECT_DOUBLE_EQ(all.deadline, 200e-6);
+  EXPECT_EQ(all.cache.filename(), "columns");
+}
+
+TEST(SolidSceneTest, FrictionDeadlineAndOtherElementsAreRefusedWhereTheyMeanNothing) {
+  for (const auto& [model, mistake] :
+       {std::pair{"{kind: fem-green, contact: friction}", "accepted is bonded or frictionless"},
+        std::pair{"{kind: fem, contact: friction}", "accepted is bonded with this kind"},
+        std::pair{"{kind: auto, contact: friction}", "accepted is bonded or frictionless"},
+        std::pair{"{kind: fem-green, friction: 0.5}", "nothing with this kind: use fem-zone"},
+        std::pair{"{kind: fem, deadline: 200 us}", "nothing with this kind: use fem-zone"},
+        std::pair{"{kind: fem-zone, friction: 0.5}", "nothing without `contact: friction`"},
+        std::pair{"{kind: fem-zone, contact: friction}", "model.friction"},
+        std::pair{"{kind: fem-zone, contact: friction, friction: -1}", "> 0"},
+        std::pair{"{kind: fem-zone, deadline: 0 us}", "> 0 (1e-15"},
+        std::pair{"{kind: fem-zone, element: tet10}", "accepted is tet4 with this kind"},
+        std::pair{"{kind: fem-zone, law: ogden}", "accepted is neo-hookean with this kind"},
+        std::pair{"{kind: fem-zone, gravity: [0, 0, -9.81]}", "gravity"}}) {
+    const std::string text = MistakesOf(SolidScene(kBox, kBottom, model));
+    EXPECT_THAT(text, HasSubstr(mistake)) << model;
+    EXPECT_THAT(text, HasSubstr("scene.yaml:6: ")) << model;
+  }
+}
+
+std::string CapsuleScene(const std::string& kind, const std::string& tool) {
+  return SolidScene(kBox, kBottom, "{kind: " + kind + "}") + "tool: " + tool + "\n";
+}
+
+TEST(SolidSceneTest, OnlyFemZoneTakesACapsule) {
+  const Tool tool =
+      *Load(CapsuleScene("fem-zone",
+                         "{shape: capsule, radius: 4 mm, length: 12 mm, axis: [0, 2, 0]}"))
+           .tool;
+  EXPECT_EQ(tool.shape, Tool::Shape::kCapsule);
+  EXPECT_EQ(tool.radius, 0.004);
+  EXPECT_EQ(tool.width, 0.008);
+  EXPECT_EQ(tool.length, 0.012);
+  EXPECT_TRUE(tool.axis_O.isApprox(Eigen::Vector3d::UnitY()));
+  constexpr const char* kCapsule = "{shape: capsule, radius: 4 mm, length: 12 mm}";
+  for (const char* kind : {"fem", "fem-hyperelastic", "fem-green", "bem3d", "auto"}) {
+    EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("capsule needs fem-zone"))
+        << kind;
+  }
+  for (const auto& [shape, mistake] :
+       {std::pair{"{shape: capsule, radius: 4 mm}", "tool.length"},
+        std::pair{"{shape: capsule, length: 4 mm}", "tool.width"},
+        std::pair{"{shape: capsule, radius: 4 mm, length: 0 mm}", "> 0"},
+        std::pair{"{shape: capsule, radius: 4 mm, length: 1 mm, axis: [0, 0, 0]}", "tool.axis"},
+        std::pair{"{shape: round, radius: 4 mm, length: 12 mm}", "without `shape: capsule`"},
+        std::pair{"{shape: flat, width: 4 mm, axis: [0, 0, 1]}", "without `shape: capsule`"}}) {
+    EXPECT_THAT(MistakesOf(CapsuleScene("fem-zone", shape)), HasSubstr(mistake)) << shape;
+  }
+}
+
 TEST(SolidSceneTest, AMembraneIsClampedWhetherItSaysSoOrNot) {
   constexpr const char* kMembrane = "{membrane: {radius: 39 mm, thickness: 1 mm}}";
   for (const char* fixed : {"", "{side: rim}"}) {
@@ -183,7 +253,7 @@ const Refusal kRefusals[] = {
     {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
      "mesh = absent.node: accepted is a file that can be read"},
     {"PlateOfABox", kBox, kBottom, "{kind: plate}",
-     "model.kind = plate: accepted is auto, fem, fem-hyperelastic, fem-green or bem3d"},
+     "model.kind = plate: accepted is auto, fem, fem-hyperelastic, fem-green, fem-zone or bem3d"},
     {"FemOfAMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "", "{kind: fem}",
      "model.kind = fem: accepted is auto, plate or plate-large for a membrane"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",

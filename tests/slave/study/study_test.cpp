@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <stop_token>
@@ -9,6 +10,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/scene/model_kinds.h"
+#include "slave/study/candidate.h"
+#include "slave/study/measurement.h"
+#include "slave/study/reference.h"
 #include "slave/study/width_mismatch.h"
 #include "tests/slave/study/fake_model_factory.h"
 
@@ -122,9 +127,10 @@ TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
     if (c.family == "fem tet4 linear") own_sizes.insert(c.resolution);
     if (c.family == "fem tet4 corotational") residuals.insert(c.scene.model.fem.residual);
   }
-  EXPECT_THAT(families, testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet4 corotational",
-                                             "fem tet4 linear", "fem-green",
-                                             "fem-hyperelastic tet10", "fem-hyperelastic tet4"));
+  EXPECT_THAT(families,
+              testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet4 corotational",
+                                   "fem tet4 linear", "fem-green", "fem-hyperelastic tet10",
+                                   "fem-hyperelastic tet4", "fem-zone"));
   EXPECT_THAT(residuals, testing::ElementsAre(1e-9, 1e-6, 1e-3));
   EXPECT_THAT(own_sizes, testing::Contains("6 x 6 x 6 cells"));
   EXPECT_GE(own_sizes.size(), 4U);
@@ -309,6 +315,102 @@ TEST(StudyTest, TwoRunsDifferInTimesOnly) {
     EXPECT_EQ(a.rows[i].family + a.rows[i].resolution, b.rows[i].family + b.rows[i].resolution);
     EXPECT_EQ(a.rows[i].error.value, b.rows[i].error.value);
   }
+}
+
+// Held by number: no finite elements are solved beside the models.
+Scene HeldBox() {
+  Scene scene = fake::Square();
+  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.03}, {2, 2, 1}};
+  scene.object.fixed = {{FixedNodes{{0, 1, 2, 3}}, {true, true, true}}};
+  return scene;
+}
+
+StudyRow AnsweredRow(const std::string& kind, const std::string& family, double size, double small,
+                     double full) {
+  StudyRow row;
+  row.kind = kind;
+  row.family = family;
+  row.element_size = size;
+  row.linear = FindModelKind(kind)->linearity == Linearity::kAlways;
+  row.outcome = Outcome::kAnswered;
+  row.answers = {{{small, Validity::kValid, {}}, {full, Validity::kValid, {}}, 0, 0}};
+  return row;
+}
+
+// Law: what approximates another model is no truth. Its own stiffening, here a third too large,
+// changes no reference, alone it gives none, and its error is that against the full model.
+TEST(StudyTest, AModelThatBoundsItsErrorIsMeasuredAndMeasuresNone) {
+  const Scene scene = HeldBox();
+  PressSpec question = AskedOf(scene);
+  const double depths = question.depth / question.small_depth;
+  std::vector<StudyRow> rows;
+  for (const double size : {0.002, 0.004, 0.008}) {
+    const double force = 1 + 10 * size;
+    rows.push_back(AnsweredRow("fem-green", "fem-green", size, force, force * depths));
+  }
+  rows.push_back(AnsweredRow("fem-hyperelastic", "fem-hyperelastic tet4", 0.004, 1, 1.2 * depths));
+  const ReferenceFinder finder(scene, question);
+  const Reference expected = finder.Find(rows).presses.at(0);
+  EXPECT_NEAR(expected.full.value / depths, 1.2, 1e-2);
+  rows.push_back(AnsweredRow("fem-zone", "fem-zone", 0.002, 1, 1.6 * depths));
+  const References references = finder.Find(rows);
+  EXPECT_EQ(references.presses.at(0).full.value, expected.full.value);
+  EXPECT_EQ(references.presses.at(0).source, expected.source);
+  EvaluateRows(references, &rows);
+  EXPECT_NEAR(rows.back().deviation, 1.6 / 1.2 - 1, 2e-2);
+  const std::vector<StudyRow> alone{rows.back()};
+  EXPECT_TRUE(std::isnan(finder.Find(alone).presses.at(0).full.value));
+}
+
+// The bound that the model states reaches the row, and holds against the full model of the same
+// mesh under the same press. Models without one state none.
+TEST(StudyTest, AStatedBoundIsThatOfThePressAtFullDepth) {
+  Scene scene = HeldBox();
+  scene.object.geometry = BoxGeometry{{0.08, 0.08, 0.04}, {10, 10, 5}};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  scene.object.material.density = 1000;
+  scene.model.range = 0.1;
+  scene.model.contact = ContactLaw::kBonded;
+  scene.tool->width = 0.02;
+  scene.operator_options.press_depth = 0.004;
+  CandidateLimits limits{.residuals = false};
+  limits.families = {"fem-hyperelastic tet4", "fem-zone"};
+  const PressSpec question = AskedOf(scene);
+  std::map<std::string, StudyRow> rows;
+  for (const Candidate& c : CandidatesFor(scene, question, limits)) {
+    if (c.own) rows[c.family] = Measure(c, question, RealWorkshop(), nullptr, 0);
+  }
+  const StudyRow &zone = rows.at("fem-zone"), &full = rows.at("fem-hyperelastic tet4");
+  ASSERT_EQ(zone.outcome, Outcome::kAnswered) << zone.reason;
+  ASSERT_EQ(full.outcome, Outcome::kAnswered) << full.reason;
+  const double force = zone.answers.at(0).full.value;
+  const double error = std::abs(full.answers.at(0).full.value - force);
+  EXPECT_LE(error, zone.stated_bound * force);
+  EXPECT_LT(zone.stated_bound, 0.05);
+  EXPECT_EQ(zone.validity, full.validity) << zone.reason;
+  EXPECT_TRUE(std::isnan(full.stated_bound));
+}
+
+// Candidates press as the others do, with a flat disc; a scene of fem-zone has its own.
+TEST(CandidateTest, FemZoneIsPressedAsTheOthersAreAndIsAScenesOwn) {
+  Scene scene = HeldBox();
+  scene.model.kind = "fem-zone";
+  scene.model.fem.law = FemOptions::Law::kNeoHookean;
+  scene.model.contact = ContactLaw::kFriction;
+  scene.model.friction = 0.5;
+  scene.model.deadline = 1e-3;
+  scene.tool->shape = Tool::Shape::kRound;
+  int own = 0;
+  for (const Candidate& c : CandidatesFor(scene, AskedOf(scene), {.own = true})) {
+    if (c.family != "fem-zone") continue;
+    ++own;
+    EXPECT_TRUE(c.own);
+    EXPECT_TRUE(IsSameModel(c.scene.model, scene.model));
+    EXPECT_EQ(c.scene.tool->shape, Tool::Shape::kFlat);
+    EXPECT_EQ(c.scene.model.contact, ContactLaw::kBonded);
+    EXPECT_EQ(c.scene.model.deadline, 1e-3);
+  }
+  EXPECT_EQ(own, 1);
 }
 
 // An element longer than the tool sees a wider one. Where the stiffness grows with the width, an

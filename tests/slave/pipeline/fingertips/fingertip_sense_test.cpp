@@ -185,6 +185,10 @@ TEST_F(FingertipSenseTest, TheModelAndItsModulusChangeWhileItFeels) {
   EXPECT_THROW(slave_.SetModel({"", 100, "", ""}), std::invalid_argument);
   EXPECT_THROW(slave_.SetModel({"", 0, "stress", ""}), std::invalid_argument);
   EXPECT_THROW(slave_.SetModel({"", 0, "", "glued"}), std::invalid_argument);
+  EXPECT_THROW(slave_.SetModel({"", 0, "", "friction"}), std::invalid_argument)
+      << "the scene has no coefficient";
+  slave_.SetModel({"fem-zone", 0, "", ""});
+  EXPECT_EQ(slave_.Describe().sense.model.kind, "fem-zone");
   ParameterChange absurd;
   absurd.young_modulus = -1;
   EXPECT_THROW(slave_.SetParameters(absurd), std::invalid_argument);

@@ -88,6 +88,29 @@ TEST(TactileEstimatorTest, AContactBesideTheApexTurnsTheFingertip) {
   EXPECT_LT((*felt.moment - arm.cross(*felt.force)).norm(), 0.05 * felt.force->norm() * 0.012);
 }
 
+// Law: the measured force by the modelled one scales the modelled moment, so that a modelled force
+// that is off by its bound changes the moment by as much, relatively. Independent of the other
+// terms of UNCERTAINTY.md, whose squares are added.
+TEST(TactileEstimatorTest, TheBoundOfTheModelsErrorEntersTheMomentsSigma) {
+  Scene scene = EccentricScene(8, "displacement");
+  scene.model.kind = "fem-zone";
+  Touching t(scene);
+  const ContactEstimate& felt = t.Press({0.02, 0, -0.2}, {0, 0, -0.004});
+  const ContactResponse* response = t.estimator.object().ResponseOf(0);
+  ASSERT_TRUE(felt.force && felt.moment && response != nullptr && response->moment_O);
+  const TouchPlace& place = t.estimator.touch(0).place;
+  const FingerEstimate& finger = t.estimator.finger(0);
+  const Vector3d arm = finger.X_SF * place.p_F - finger.p_S_apex;
+  const double force = felt.force->norm(), share = force / response->force_O.norm();
+  const double others =
+      std::hypot(share * response->moment_sigma, force * (place.sigma > 0 ? place.sigma : 0.006),
+                 std::max(arm.norm(), felt.moment->norm() / force) * felt.sigma);
+  const double bound =
+      share * response->moment_O->norm() * response->force_bound / response->force_O.norm();
+  EXPECT_GT(bound, 1e-4 * others);
+  EXPECT_NEAR(felt.moment_sigma / std::hypot(others, bound), 1, 1e-10);
+}
+
 TEST(TactileEstimatorTest, WithoutAPatchTheMomentIsUnknownAndWithoutAContactNone) {
   Touching point(CubeScene(kAbove));
   EXPECT_FALSE(point.Press({0, 0, -0.2}, {0, 0, -0.003}).moment);
@@ -408,7 +431,7 @@ TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
   t.estimator.Adopt(TactileEstimator::Prepare(softer), softer);
   t.Estimate(2, {0, 0, -0.001});
   EXPECT_GT(t.LargestMove(), 1.5 * before);
-  for (const char* kind : {"fem-green", "bem3d", "fem-hyperelastic"}) {
+  for (const char* kind : {"fem-green", "bem3d", "fem-hyperelastic", "fem-zone"}) {
     Scene other = t.scene;
     other.model.kind = kind;
     t.estimator.Adopt(TactileEstimator::Prepare(other), other);

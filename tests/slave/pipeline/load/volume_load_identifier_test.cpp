@@ -28,6 +28,7 @@ Scene CubeScene(const std::string& kind, int cells) {
   scene.object.fixed = {Fixed{FixedPlane{2, 0}}};
   scene.tool = Tool{.width = kWidth};
   scene.model.kind = kind;
+  if (kind == "fem-hyperelastic") scene.model.fem.law = FemOptions::Law::kNeoHookean;
   scene.model.range = 0.2;
   return scene;
 }
@@ -100,6 +101,40 @@ TEST(VolumeLoadIdentifier, FindsALoadThatAnotherMeshCarries) {
       EXPECT_GT(load.depth, 0);
     }
   }
+}
+
+// Reference: the load itself on the full nonlinear body of the same mesh, pressed so deep that
+// small strains are off by percents. The full model's sigma is the scatter of the points alone; the
+// bound of the zone's error comes on top.
+TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma) {
+  PressedCube truth("fem-hyperelastic", 6);
+  std::mt19937 random(3);
+  const Vector3d p(0.02, 0.02, kSide), force(0, 0, -0.2);
+  const auto points = truth.Press(p, force, &random);
+  Scene scene = CubeScene("fem-zone", 6);
+  const SurfaceLoad small = MakeLoadIdentifier(CubeScene("fem-green", 6))->Fit(points);
+  const SurfaceLoad load = MakeLoadIdentifier(scene)->Fit(points);
+  ASSERT_TRUE(IsForceKnown(load.validity)) << load.reason;
+  EXPECT_GT(std::abs(small.force / force.z() - 1), 0.02);
+  EXPECT_LT(std::abs(load.force - force.z()), 2 * load.sigma_force);
+
+  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
+  const Contact contact{.kind = Contact::Kind::kForce,
+                        .p_O = load.p_O,
+                        .width = kWidth,
+                        .prescribed_O = load.force * load.n_O};
+  ContactResponse response;
+  model->Respond({&contact, 1}, {&response, 1});
+  const double bound =
+      std::abs(load.force) * response.displacement_bound / response.displacement_O.norm();
+  const SurfaceLoad full = MakeLoadIdentifier(CubeScene("fem-hyperelastic", 6))->Fit(points);
+  EXPECT_NEAR((load.p_O - full.p_O).norm(), 0, 2e-4);
+  EXPECT_GT(bound, 0.5 * full.sigma_force) << "it counts";
+  EXPECT_NEAR(load.sigma_force, std::hypot(full.sigma_force, bound), 0.1 * bound);
+
+  scene.model.tolerance = 1e-4;
+  const SurfaceLoad flagged = MakeLoadIdentifier(scene)->Fit(points);
+  EXPECT_EQ(flagged.validity, Validity::kExtrapolated) << "the bound exceeds the tolerance";
 }
 
 // Reference: the load itself through the estimator's own co-rotational model, pressed 4 mm deep;

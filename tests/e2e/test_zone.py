@@ -1,0 +1,235 @@
+"""A soft organ under two fingertips: the scene liver-press on a coarse mesh through check, solve, study and serve."""
+import collections
+import csv
+import importlib.util
+import json
+import math
+import pathlib
+import random
+import re
+import struct
+import sys
+import tempfile
+import unittest
+import zlib
+
+from programs import MASTER, PATIENCE, ROOT, SLAVE, Slave, run
+
+SCENE = ROOT / "deploy/scenes/liver-press.yaml"
+SCRIPT = ROOT / "deploy/scenes/make_liver.py"
+LONG = 5 * PATIENCE  # several models in one run
+
+
+def load_script():
+    spec = importlib.util.spec_from_file_location("make_liver", SCRIPT)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def volume(corners):
+    a, b, c = ([p - q for p, q in zip(corner, corners[0])] for corner in corners[1:])
+    return (a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6
+
+
+def faces_of(elements):
+    """{face: how many tetrahedra have it}; a face is a rising tuple of nodes."""
+    return collections.Counter(tuple(sorted(face)) for a, b, c, d in elements
+                               for face in ((a, b, c), (a, b, d), (a, c, d), (b, c, d)))
+
+
+class Mesh(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.script = load_script()
+
+    def test_every_tetrahedron_has_a_volume_and_the_surface_is_closed(self):
+        for tets in (48, 2000, 20000):
+            nodes, elements = self.script.body(tets)
+            volumes = [volume([nodes[corner] for corner in tet]) for tet in elements]
+            self.assertGreater(min(volumes), 0.2 * sum(volumes) / len(volumes), tets)
+            self.assertEqual({corner for tet in elements for corner in tet}, set(range(len(nodes))))
+            faces = faces_of(elements)
+            self.assertEqual(set(faces.values()), {1, 2})
+            edges = collections.Counter(edge for face, count in faces.items() if count == 1
+                                        for edge in ((face[0], face[1]), (face[0], face[2]), (face[1], face[2])))
+            self.assertEqual(set(edges.values()), {2}, "every edge of the surface has two triangles")
+            # Euler's formula: a surface without handles has V - E + F = 2.
+            outer = [face for face, count in faces.items() if count == 1]
+            self.assertEqual(len({node for face in outer for node in face}) - len(edges) + len(outer), 2)
+
+    def test_the_underside_is_flat_and_the_number_of_tetrahedra_is_about_the_wanted_one(self):
+        nodes, elements = self.script.body(100_000)
+        self.assertAlmostEqual(len(elements) / 100_000, 1, delta=0.05)
+        self.assertEqual(min(p[2] for p in nodes), 0)
+        self.assertEqual(sum(p[2] == 0 for p in nodes), 37 * 27)
+        for axis, size in ((0, 160), (1, 104), (2, 66)):
+            extent = max(p[axis] for p in nodes) - min(p[axis] for p in nodes)
+            self.assertAlmostEqual(extent / size, 1, delta=0.01)
+
+    def test_the_same_number_gives_the_same_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = [pathlib.Path(folder) / name for name in ("a.msh", "b.msh")]
+            for file in files:
+                done = run(sys.executable, SCRIPT, "--tets", "500", "--out", file)
+                self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(files[0].read_bytes(), files[1].read_bytes())
+        self.assertEqual(run(sys.executable, SCRIPT, "--tets", "7").returncode, 2)
+
+
+class DepthCamera:
+    """Looks down from above; images of triangles as 16-bit PNG, 0.02 mm per count, with noise of 0.2 mm."""
+
+    SIZE, FOCAL, CENTRE, AWAY, COUNT, NOISE = (320, 240), 280, (159.5, 119.5), 0.4, 2e-5, 2e-4
+    KEYS = ("{depth: \"d%03d.png\", rate: 30 Hz, unit: 0.02 mm, sigma: 0.2 mm, fx: 280, fy: 280, cx: 159.5, cy: 119.5, "
+            "pose: {translation: [0, 0, 400 mm], rotation: [180 deg, 0, 0]}}")
+
+    def __init__(self, triangles):
+        self.triangles, self.random = triangles, random.Random(1)
+
+    def depths(self, nodes):
+        width, height = self.SIZE
+        depths = [0.0] * (width * height)
+        seen = [(self.FOCAL * x / (self.AWAY - z) + self.CENTRE[0], -self.FOCAL * y / (self.AWAY - z) + self.CENTRE[1],
+                 1 / (self.AWAY - z)) for x, y, z in nodes]
+        for triangle in self.triangles:
+            (x0, y0, i0), (x1, y1, i1), (x2, y2, i2) = (seen[node] for node in triangle)
+            area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+            if area == 0:
+                continue
+            for v in range(math.ceil(min(y0, y1, y2)), math.floor(max(y0, y1, y2)) + 1):
+                for u in range(math.ceil(min(x0, x1, x2)), math.floor(max(x0, x1, x2)) + 1):
+                    a = ((x1 - u) * (y2 - v) - (x2 - u) * (y1 - v)) / area
+                    b = ((x2 - u) * (y0 - v) - (x0 - u) * (y2 - v)) / area
+                    if min(a, b, 1 - a - b) >= 0:
+                        z, pixel = 1 / (a * i0 + b * i1 + (1 - a - b) * i2), v * width + u
+                        depths[pixel] = min(depths[pixel] or z, z)
+        return depths
+
+    def write(self, file, nodes):
+        width, height = self.SIZE
+        counts = [round((z + self.random.gauss(0, self.NOISE)) / self.COUNT) if z else 0 for z in self.depths(nodes)]
+        rows = b"".join(b"\0" + struct.pack(f">{width}H", *counts[v * width:(v + 1) * width]) for v in range(height))
+
+        def chunk(name, data):
+            return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        file.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)) +
+                         chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
+
+
+def displacements(file, name):
+    """An array of a VTU file, one vector per node."""
+    raw = file.read_bytes()
+    begin = raw.index(b"_", raw.index(b"<AppendedData")) + 1
+    begin += int(re.search(rb'Name="' + name.encode() + rb'"[^>]*offset="(\d+)"', raw)[1])
+    size, = struct.unpack_from("<Q", raw, begin)
+    numbers = struct.unpack_from(f"<{size // 8}d", raw, begin + 8)
+    return list(zip(numbers[::3], numbers[1::3], numbers[2::3]))
+
+
+class Programs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.out = pathlib.Path(folder.name)
+        mesh = cls.out / "liver.msh"
+        done = run(sys.executable, SCRIPT, "--tets", "2000", "--out", mesh)
+        assert done.returncode == 0, done.stderr
+        cls.scene = (SCENE, "--override", f"object.geometry.mesh={mesh}")
+
+    def test_check_states_the_bound_of_the_press(self):
+        done = run(SLAVE, "check", *self.scene, timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("fem-zone", done.stdout)
+        self.assertRegex(done.stdout, r"\n  bound +the error of this force is at most [\d.]+ %")
+        self.assertNotIn("UNGUARDED", done.stdout)
+
+    # Reference: fem-hyperelastic on the same mesh, through the same command.
+    def test_solve_gives_the_full_models_force_within_the_bound(self):
+        contacts = self.out / "contacts.csv"
+        contacts.write_text("case,x,y,z,dx,dy,dz\n"
+                            "1,-0.02813100548,0.01802632260,0.06357817462,0,0.001,-0.004\n"
+                            "2,-0.02813100548,0.01802632260,0.06357817462,0,0,-0.003\n"
+                            "2,-0.02813100548,-0.02127748995,0.06357817462,0,0,-0.004\n")
+        answers = {}
+        for kind in ("fem-zone", "fem-hyperelastic"):
+            out = self.out / f"{kind}.csv"
+            done = run(SLAVE, "solve", *self.scene, "--override", f"model.kind={kind}", "--contacts", contacts, "--out", out,
+                       timeout=LONG)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(out, newline="") as rows:
+                answers[kind] = list(csv.DictReader(rows))
+        for zone, full in zip(answers["fem-zone"], answers["fem-hyperelastic"], strict=True):
+            force = [float(full[key]) for key in ("fx", "fy", "fz")]
+            error = math.dist(force, [float(zone[key]) for key in ("fx", "fy", "fz")])
+            self.assertLess(error, 0.03 * math.hypot(*force))
+            self.assertLessEqual(error, float(zone["bound"]))
+
+    def test_study_measures_it_among_the_others(self):
+        out = self.out / "study"
+        done = run(SLAVE, "study", *self.scene, "--out", out, "--budget", "20", timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(out / "study.csv", newline="") as table:
+            rows = {row["family"]: row for row in csv.DictReader(table) if row["resolution"] == "2100 tets"}
+        zone, full = rows["fem-zone"], rows["fem-hyperelastic tet4"]
+        self.assertEqual((zone["outcome"], full["outcome"]), ("answered", "answered"), zone["reason"])
+        self.assertEqual(full["stated_bound"], "")
+        # Both have the same mesh: their errors against the reference differ by at most the bound.
+        self.assertLess(abs(float(zone["deviation"]) - float(full["deviation"])), 1.5 * float(zone["stated_bound"]))
+
+    # Reference: the load of the full model whose shape the images show, and the full model behind the same images.
+    def test_depth_images_give_the_full_models_force(self):
+        nodes, elements = load_script().body(2000)
+        nodes = [tuple(1e-3 * x for x in p) for p in nodes]
+        place = "-0.02813100548,0.01802632260,0.06357817462"
+        forces = (0.2, 0.35, 0.5)
+        loads, field, folder = self.out / "loads.csv", self.out / "field.vtu", self.out / "depth"
+        folder.mkdir()
+        loads.write_text("case,x,y,z,fx,fy,fz\n" + "".join(f"F{i},{place},0,0,{-force}\n" for i, force in enumerate(forces)))
+        done = run(SLAVE, "solve", *self.scene, "--override", "model.kind=fem-hyperelastic", "--loads", loads,
+                   "--out", self.out / "moved.csv", "--field", field, timeout=LONG)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        shapes = [nodes] * 6
+        for case in (0, 1, 2, 2):
+            moved = displacements(field, f"displacement F{case}")
+            shapes.append([tuple(map(sum, zip(*pair))) for pair in zip(nodes, moved)])
+        camera = DepthCamera([face for face, count in faces_of(elements).items() if count == 1])
+        for i, shape in enumerate(shapes):
+            camera.write(folder / f"d{i:03}.png", shape)
+        text = SCENE.read_text()
+        scene = folder / "scene.yaml"
+        scene.write_text(text[:text.index("sense:")] + f"sense: {{camera: {camera.KEYS}, points: {{track: surface}}}}\n"
+                         "model: {kind: fem-zone, rate: 30 Hz}\n")
+        last = {}
+        for kind in ("fem-zone", "fem-hyperelastic"):
+            done = run(SLAVE, "process", scene, *self.scene[1:], "--override", f"model.kind={kind}", "--out", folder / kind,
+                       timeout=LONG)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            with open(folder / kind / "states.csv", newline="") as states:
+                last[kind] = list(csv.DictReader(states))[-1]
+        force = {kind: math.hypot(*(float(row[key]) for key in ("fx", "fy", "fz"))) for kind, row in last.items()}
+        sigma = {kind: float(row["sigma"]) for kind, row in last.items()}
+        print(f"depth images: {force} N, sigma {sigma} N, of {forces[-1]} N")
+        self.assertEqual(last["fem-zone"]["validity"], "valid")
+        self.assertLess(abs(force["fem-zone"] - forces[-1]), 3 * sigma["fem-zone"])
+        self.assertLess(abs(force["fem-zone"] / force["fem-hyperelastic"] - 1), 0.03)
+
+    def test_two_fingertips_press_it_live(self):
+        with Slave(*self.scene) as slave:
+            done = run(MASTER, "connect", slave.address, "--duration", "8", "--report", self.out / "report.json")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            ended = slave.stop()
+            self.assertEqual(ended, 0, slave.log)
+        report = json.loads((self.out / "report.json").read_text())
+        error, peak = report["force_error"], report["force_peak_N"]
+        print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.1%} of {peak:.3f} N; fingers {report['fingers']}")
+        self.assertEqual([finger["name"] for finger in report["fingers"]], ["ff", "mf"])
+        self.assertGreater(error["contact_ticks"], 500)
+        self.assertLess(error["rms_N"], 0.25 * peak)
+        for finger in report["fingers"]:
+            self.assertGreater(finger["force_peak_N"], 0.1, finger)
+
+
+if __name__ == "__main__":
+    unittest.main()
