@@ -95,24 +95,32 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
                                          material.poisson_ratio, options, progress);
 }
 
-// Options of the scene that the model does not have yet are refused, never ignored: tool shapes,
-// laws of contact, a deadline, a cache. This function is the only place that hands them over.
+RigidTool ToolOf(const Scene& scene) {
+  if (!scene.tool || scene.tool->shape == Tool::Shape::kFlat) return {};
+  const Tool& tool = *scene.tool;
+  const bool capsule = tool.shape == Tool::Shape::kCapsule;
+  return {.shape = capsule ? RigidTool::Shape::kCapsule : RigidTool::Shape::kSphere,
+          .radius = tool.radius,
+          .length = tool.length,
+          .axis_O = tool.axis_O};
+}
+
+// With a folder for it, everything that contacts of the tool's width need is computed beforehand.
 std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMesh& mesh,
                                               Progress* progress) {
-  const auto refuse_unless = [](bool fits, const char* accepted) {
-    if (!fits) throw std::invalid_argument(accepted);
-  };
   const ModelOptions& model = scene.model;
-  refuse_unless(model.contact == ContactLaw::kBonded, "model.contact: accepted is bonded");
-  refuse_unless(model.deadline == 0, "model.deadline: accepted is none");
-  refuse_unless(model.cache.empty(), "model.cache: accepted is none");
-  const bool is_only_loaded = HasStereoOrDepth(scene.sense);
-  refuse_unless(is_only_loaded || !scene.tool || scene.tool->shape == Tool::Shape::kFlat,
-                "tool.shape: accepted is flat");
-  const FemZoneModel::Options options{.tolerance = model.tolerance};
+  const FemZoneModel::Options options{.tolerance = model.tolerance,
+                                      .contact = model.contact,
+                                      .friction = model.friction,
+                                      .tool = ToolOf(scene),
+                                      .deadline = model.deadline,
+                                      .cache = model.cache};
   const Material& material = scene.object.material;
-  return std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
-                                        material.poisson_ratio, options, progress);
+  auto zone =
+      std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
+                                     material.poisson_ratio, options, progress);
+  if (!model.cache.empty() && scene.tool) zone->PrefetchSurface(scene.tool->width, progress);
+  return zone;
 }
 
 std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,

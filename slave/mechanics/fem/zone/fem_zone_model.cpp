@@ -23,11 +23,12 @@ constexpr double kLeastRadius = 2.5;  // of a zone [edges]
 constexpr double kMargin = 0.5;       // of a zone beyond that or the contact's width [edges]
 constexpr double kConverged = 5e-4;   // what steps will still change, by the force
 constexpr int kMostSteps = 60;
-constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
-constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
-constexpr int kFewestPoints = 3;    // of a round tool on its mesh
-constexpr int kMostPortions = 64;   // of what is prescribed, from rest
-constexpr double kSmall = 1e-9;     // displacement at which bending is judged, of the larger side
+constexpr double kForSteps = 0.6;    // of the deadline; the rest is for the errors [-]
+constexpr double kZoneExtent = 1.3;  // of a zone's nodes from its centre [radii]
+constexpr double kIncrement = 0.1;   // of a tool between two accepted states [edges]
+constexpr int kFewestPoints = 3;     // of a round tool on its mesh
+constexpr int kMostPortions = 64;    // of what is prescribed, from rest
+constexpr double kSmall = 1e-9;      // displacement at which bending is judged, of the larger side
 
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
@@ -116,6 +117,33 @@ void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
   } catch (const std::exception&) {
     contacts_.Forget();  // Respond tells
   }
+}
+
+bool FemZoneModel::PrefetchSurface(double width, Progress* progress) {
+  std::vector<double> distance(mesh_.nodes.size(), std::numeric_limits<double>::infinity());
+  double radius = options_.least_radius;
+  for (std::size_t s = 0; s < mesh_.nodes.size(); ++s) {
+    const auto& held = held_[s];
+    if (!(edge_[s] > 0) || (held[0] && held[1] && held[2])) continue;
+    radius = std::max(radius, std::max(width, kLeastRadius * edge_[s]) + edge_[s]);
+    for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
+      distance[n] = std::min(distance[n], (mesh_.nodes[n] - mesh_.nodes[s]).squaredNorm());
+    }
+  }
+  const double extent = kZoneExtent * radius;
+  std::vector<int> nodes;
+  for (std::size_t n = 0; n < distance.size(); ++n) {
+    if (distance[n] <= extent * extent) nodes.push_back(static_cast<int>(n));
+  }
+  const bool all = green_.Prepare(nodes, ZoneSet::ReachOf(radius, extent) / unit_, progress);
+  info_.memory_bytes = green_.memory_bytes();
+  if (!all) {
+    info_.remark =
+        "tet4, nonlinear around contacts only; without memory for the whole surface, the "
+        "first touch of a region is slow";
+  }
+  NotePrecompute();
+  return all;
 }
 
 bool FemZoneModel::IsTool(const Contact& contact) const {

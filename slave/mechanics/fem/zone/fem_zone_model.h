@@ -46,6 +46,9 @@ class FemZoneModel final : public DeformationModel {
   void Reset() override;
   // The Green's functions around the contacts.
   void Prefetch(std::span<const Contact> contacts) override;
+  // Those of every zone that a contact of `width` [m] can need, anywhere. False: the memory limit
+  // is reached. Throws Interrupted; what was finished stays, on disk too.
+  bool PrefetchSurface(double width, Progress* progress = nullptr);
 
  private:
   void ComputeResponses(std::span<const Contact> contacts,

@@ -1,6 +1,7 @@
 #include "slave/mechanics/fem/zone/near_green.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
@@ -15,6 +16,7 @@ using Eigen::MatrixXf;
 using Eigen::Vector3d;
 
 constexpr std::size_t kVersion = 1;  // of what is kept on disk
+constexpr double kStep = 1.2;        // from one reach to the next
 constexpr int kAnchors = 512;        // of the body
 
 // Along Morton's curve, so that neighbours have near numbers.
@@ -103,10 +105,11 @@ MatrixXd NearGreen::Solve(const MatrixXd& forces) {
   return u;
 }
 
-bool NearGreen::Prepare(std::span<const int> nodes, double reach, Progress* progress) {
+bool NearGreen::Prepare(std::span<const int> nodes, double least, Progress* progress) {
+  const double reach = std::pow(kStep, std::ceil(std::log(least) / std::log(kStep)));
   std::vector<int> groups;
   for (const int node : nodes) {
-    if (!IsReady(node, reach)) groups.push_back(group_of_[Index(node)]);
+    if (!IsReady(node, least)) groups.push_back(group_of_[Index(node)]);
   }
   std::ranges::sort(groups);
   groups.erase(std::unique(groups.begin(), groups.end()), groups.end());

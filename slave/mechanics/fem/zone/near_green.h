@@ -32,9 +32,9 @@ class NearGreen {
   NearGreen(const SolidMesh& mesh, const HeldNodes& held, double nu, std::size_t memory_limit,
             const std::filesystem::path& cache);
 
-  // Makes the columns of these nodes and of their groups reach to all nodes within `reach`, and to
-  // the anchors. False: the memory limit is reached. Throws Interrupted, std::bad_alloc; what was
-  // finished stays, on disk too.
+  // Makes the columns of these nodes and of their groups reach to all nodes within `reach`, rounded
+  // up to one of few values, and to the anchors. False: the memory limit is reached. Throws
+  // Interrupted, std::bad_alloc; what was finished stays, on disk too.
   bool Prepare(std::span<const int> nodes, double reach, Progress* progress = nullptr);
   // Asking for it costs no solution.
   [[nodiscard]] bool IsReady(int node, double reach) const {

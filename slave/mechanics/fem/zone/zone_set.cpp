@@ -48,10 +48,14 @@ std::unique_ptr<ZonePart> ZoneSet::MakePart(std::size_t contact) {
   for (const int node : zone.nodes) {
     farthest = std::max(farthest, (green_.positions()[Index(node)] - touch.centre_O / unit).norm());
   }
-  if (!green_.Prepare(zone.nodes, farthest + (kOutside + kTetrahedron) * touch.radius / unit)) {
+  if (!green_.Prepare(zone.nodes, ReachOf(touch.radius / unit, farthest))) {
     throw std::runtime_error("no memory for the Green's functions of a zone");
   }
   return std::make_unique<ZonePart>(green_, std::move(zone), nu_, touch.contact);
+}
+
+double ZoneSet::ReachOf(double radius, double extent) {
+  return extent + (kOutside + kTetrahedron) * radius;
 }
 
 void ZoneSet::Connect() {

@@ -33,6 +33,9 @@ class ZoneSet {
   // A zone moves with its contact, or grows: the state goes on. Throws as the constructor.
   void Replace(int contact, const Touch& touch);
 
+  // How far Green's functions must reach for a zone of `radius` whose nodes are within `extent`.
+  [[nodiscard]] static double ReachOf(double radius, double extent);
+
   // The body is at rest again.
   void Reset();
   // See ZonePart.
