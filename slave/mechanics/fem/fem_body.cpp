@@ -130,7 +130,7 @@ FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& par
     : length_unit_((Check(mesh, held), LargerSide(mesh.nodes))),
       points_(Scaled(mesh, length_unit_)),
       tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
-      elements_((SortElements(), points_), tets_, LameOf(params.poisson_ratio), params.law),
+      elements_((SortElements(), Numbered(mesh)), LameOf(params.poisson_ratio), params.law),
       team_(params.threads) {
   pattern_ = MakePattern(GraphOf(static_cast<int>(tree_.order.size()), tets_));
   part_ = PartsOf(tets_, points_.size(), &parts_);
@@ -194,6 +194,15 @@ void FemBody::SortElements() {
                                 ": volume = " + std::to_string(volume) +
                                 " of the larger side cubed: accepted is a positive one");
   }
+}
+
+SolidMesh FemBody::Numbered(const SolidMesh& mesh) const {
+  SolidMesh numbered{points_, tets_};
+  for (const int element : mesh_element_) {
+    if (mesh.modulus.empty()) break;
+    numbered.modulus.push_back(mesh.modulus[Index(element)]);
+  }
+  return numbered;
 }
 
 void FemBody::FindContributions(bool lumped_mass) {

@@ -94,8 +94,8 @@ std::string SceneLinesOf(const json& report) {
   return {};
 }
 
-// Yeoh's law is the best of a rubber that stiffens, but no scene reads it; of a foam and of a Prony
-// series a scene reads the modulus.
+// Yeoh's law is the best of a rubber that stiffens, but no scene reads it; of a foam a scene reads
+// the modulus, of a Prony series that at the end of the record, or all of it.
 TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForEveryTest) {
   std::string yeoh = "stretch,P_kPa\n", foam = "stretch,P_kPa\n", hold = "t_s,shear,stress_kPa\n";
   for (int i = 1; i <= 60; ++i) {
@@ -118,6 +118,13 @@ TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForEveryTest) {
   report = Run({.data = {"relaxation=" + Write("hold.csv", hold).string()}});
   const Scene adhesive = SceneOf(folder_, SceneLinesOf(report));
   EXPECT_NEAR(adhesive.object.material.young_modulus, 3 * 2000, 100);  // 3 G, of 0.2 kPa at 10 %
+  // 2 (1 + nu) G of 0.5 kPa at 10 %, three fifths of which fade in 10 s.
+  const Material relaxing =
+      SceneOf(folder_, report.at("relaxation").at("relaxing_scene")).object.material;
+  EXPECT_NEAR(relaxing.young_modulus, 2 * (1 + relaxing.poisson_ratio) * 5000, 150);
+  double left = 1;
+  for (const RelaxationTerm& term : relaxing.relaxation) left -= term.share;
+  EXPECT_NEAR(left, 0.4, 0.02);
 }
 
 TEST_F(IdentifyCommand, LeavesATableOfThreeRowsOut) {
