@@ -1,5 +1,6 @@
 #include "slave/scene/words.h"
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -71,8 +72,8 @@ std::string InWords(const Region& region) {
   const auto& box = std::get<Eigen::AlignedBox3d>(region.where);
   constexpr double kUnbounded = 1e12;  // [m]
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d across = Eigen::Vector3d::Ones() - Eigen::Vector3d::Unit(axis);
-    if (box.sizes().cwiseProduct(across).sum() < kUnbounded) continue;
+    const Eigen::Vector3d sizes = box.sizes();
+    if (!(std::min(sizes[(axis + 1) % 3], sizes[(axis + 2) % 3]) > kUnbounded)) continue;
     return fmt::format("layer along {}, {} to {}", "xyz"[axis], LengthInWords(box.min()[axis]),
                        LengthInWords(box.max()[axis])) +
            modulus;

@@ -66,6 +66,10 @@ RelaxingModel::History* RelaxingModel::Earlier(const Contact& contact, std::size
 
 // Room grows to the largest set.
 void RelaxingModel::Remember(std::span<const Contact> contacts) {
+  const auto is_same = [](const History& history, const Contact& contact) {
+    return history.contact.IsAt(contact);
+  };
+  if (std::ranges::equal(histories_, contacts, is_same)) return;
   std::swap(known_, histories_);
   for (History& history : known_) history.taken = false;
   histories_.clear();

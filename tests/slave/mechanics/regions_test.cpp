@@ -71,10 +71,10 @@ ContactResponse Press(const Scene& scene, const Contact& contact) {
 
 // Between rollers a layered column is in uniaxial strain, which elements represent exactly: the
 // layers give way one after the other, K = A / sum(h / M), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
-// The laws of large strains deviate by the strain, 1e-5 in the mean. The strains jump between the
+// The laws of large strains deviate by the strain, 1e-4 in the mean. The strains jump between the
 // layers, and no error of the mesh is found in that.
 TEST(Regions, LayersOfAColumnGiveWayInSeries) {
-  const double nu = 0.3, side = 0.01, height = 0.04, by = 1e-5 * height;
+  const double nu = 0.3, side = 0.01, height = 0.04, by = 1e-4 * height;
   const std::array moduli{kModulus, 5 * kModulus, kModulus, 0.2 * kModulus};
   double softness = 0;
   for (const double E : moduli) {
@@ -82,6 +82,7 @@ TEST(Regions, LayersOfAColumnGiveWayInSeries) {
   }
   for (const Kind& kind : kKinds) {
     Scene scene = BoxScene(kind, {{side, side, height}, {2, 2, 8}}, nu);
+    scene.model.fem.residual = 1e-8;
     scene.object.regions = {Layer(height / 4, height / 2, moduli[1]),
                             Layer(3 * height / 4, height, moduli[3])};
     for (const double at : {0.0, side}) {
