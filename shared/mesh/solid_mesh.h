@@ -44,8 +44,8 @@ SurfaceMesh SurfaceOf(const SolidMesh& mesh);
 // than 4 million tetrahedra.
 SolidMesh MeshBox(const Eigen::Vector3d& size, const std::array<int, 3>& cells);
 
-// Every tetrahedron cut into eight of its modulus, every triangle into four, at the middles of their
-// edges; the old nodes come first.
+// Every tetrahedron cut into eight of its modulus, every triangle into four, at the middles of
+// their edges; the old nodes come first.
 SolidMesh Refined(const SolidMesh& mesh);
 SurfaceMesh Refined(const SurfaceMesh& mesh);
 

@@ -205,7 +205,7 @@ struct MeasuredDot {
 };
 
 std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double threshold,
-                                    const DotShapeLimits& limits) noexcept {
+                                         const DotShapeLimits& limits) noexcept {
   GroundRing ring;
   double inside = 0;
   if (!FitGround(w, threshold, &ring, &inside)) return std::nullopt;
