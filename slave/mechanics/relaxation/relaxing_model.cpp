@@ -37,10 +37,11 @@ void RelaxingModel::Reset() {
 }
 
 void RelaxingModel::Start(std::span<const Contact> contacts) {
-  elastic_->Solve(contacts, &solution_);
+  std::vector<ContactResponse> responses(contacts.size());
+  elastic_->Respond(contacts, responses);
   histories_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactResponse& response = solution_.responses()[i];
+    const ContactResponse& response = responses[i];
     histories_.push_back({contacts[i], {}});
     if (response.validity == Validity::kFailed) continue;
     series_.Jump(WrenchOf(response), &histories_.back().memory);
@@ -82,12 +83,11 @@ void RelaxingModel::Remember(std::span<const Contact> contacts) {
 
 void RelaxingModel::ComputeResponses(std::span<const Contact> contacts,
                                      std::span<ContactResponse> responses) noexcept {
-  std::ranges::fill(responses, ContactResponse{});
   try {
     Remember(contacts);
     at_rest_.assign(contacts.begin(), contacts.end());
   } catch (const std::exception&) {  // out of memory
-    histories_.clear();
+    Forget(responses);
     return;
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -96,15 +96,10 @@ void RelaxingModel::ComputeResponses(std::span<const Contact> contacts,
     force.head<3>() = contacts[i].prescribed_O;
     at_rest_[i].prescribed_O = series_.ElasticFor(force, histories_[i].memory).head<3>();
   }
-  elastic_->Solve(at_rest_, &solution_);
+  elastic_->Respond(at_rest_, responses);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     ContactResponse& response = responses[i];
-    response = solution_.responses()[i];
-    if (response.validity == Validity::kFailed) {
-      histories_.clear();
-      std::ranges::fill(responses, ContactResponse{});
-      return;
-    }
+    if (response.validity == Validity::kFailed) return Forget(responses);
     const Wrench force = series_.Advance(WrenchOf(response), &histories_[i].memory);
     const bool moved = contacts[i].kind == Contact::Kind::kDisplacement;
     response.force_O = moved ? Eigen::Vector3d(force.head<3>()) : contacts[i].prescribed_O;
@@ -113,14 +108,24 @@ void RelaxingModel::ComputeResponses(std::span<const Contact> contacts,
   }
 }
 
+void RelaxingModel::Forget(std::span<ContactResponse> responses) noexcept {
+  histories_.clear();
+  std::ranges::fill(responses, ContactResponse{});
+}
+
 void RelaxingModel::ComputeAtRest(std::span<const Contact> contacts,
-                                  std::span<ContactResponse> responses) noexcept {
-  elastic_->Solve(contacts, &solution_);
-  std::ranges::copy(solution_.responses(), responses.begin());
+                                  std::span<ContactResponse> /*responses*/) noexcept {
+  try {
+    at_rest_.assign(contacts.begin(), contacts.end());
+  } catch (const std::exception&) {  // out of memory
+    at_rest_.clear();
+  }
 }
 
 void RelaxingModel::ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) {
-  elastic_->Displacements(solution_, u_O);
+  Solution solution;
+  elastic_->Solve(at_rest_, &solution);
+  elastic_->Displacements(solution, u_O);
 }
 
 }  // namespace palpate

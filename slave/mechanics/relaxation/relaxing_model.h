@@ -48,14 +48,14 @@ class RelaxingModel final : public DeformationModel {
   void ComputeAtRest(std::span<const Contact> contacts,
                      std::span<ContactResponse> responses) noexcept override;
   void Remember(std::span<const Contact> contacts);
+  void Forget(std::span<ContactResponse> responses) noexcept;
   [[nodiscard]] History* Earlier(const Contact& contact, std::size_t number);
 
   std::unique_ptr<DeformationModel> elastic_;
   PronySeries series_;
   double nearby_;                           // how far a contact without a width slides [m]
   std::vector<History> histories_, known_;  // of the contacts now, of those before
-  std::vector<Contact> at_rest_;            // contacts of the elastic body
-  Solution solution_;                       // of the elastic body
+  std::vector<Contact> at_rest_;            // contacts of the elastic body, shown last
 };
 
 }  // namespace palpate
