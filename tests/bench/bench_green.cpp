@@ -99,13 +99,13 @@ double SecondsPer(DeformationModel& model, std::vector<Contact> contacts) {
   return best;
 }
 
-// A step of a body that relaxes by the same contacts' elastic update.
+// A step of a body that relaxes by the same contacts' elastic update, stiffnesses included; by the
+// number of contacts and of terms.
 void Relaxation(benchmark::State& state) {
   Ready& ready = ReadyOf(6);
   const auto count = std::min(ready.contacts.size(), static_cast<std::size_t>(state.range(0)));
   std::vector<Contact> contacts(ready.contacts.begin(),
                                 ready.contacts.begin() + static_cast<std::ptrdiff_t>(count));
-  for (Contact& contact : contacts) contact.wants_stiffness = false;
   const Held cube = Cube(6);
   const std::vector<RelaxationTerm> terms(static_cast<std::size_t>(state.range(1)), {0.1, 0.5});
   RelaxingModel relaxing(

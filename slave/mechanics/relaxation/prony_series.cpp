@@ -18,9 +18,10 @@ PronySeries::PronySeries(std::span<const RelaxationTerm> terms, double step)
   for (const RelaxationTerm& term : terms_) {
     RequirePositive("relaxation.share", term.share);
     RequirePositive("relaxation.time", term.time);
-    steps_.emplace_back(step, term.time);
+    const PronyStep one(step, term.time);
+    steps_.push_back({one.fade, term.share * one.rise});
     left_ -= term.share;
-    at_once_ -= term.share * (1 - steps_.back().rise);
+    at_once_ -= term.share * (1 - one.rise);
   }
   RequirePositive("1 - sum of relaxation.share", left_);
 }
@@ -31,14 +32,35 @@ Wrench PronySeries::Kept(const RelaxationMemory& memory) const {
   return kept;
 }
 
-Wrench PronySeries::Advance(const Wrench& elastic, RelaxationMemory* memory) const {
-  const Wrench added = elastic - memory->elastic;
-  const Wrench force = Kept(*memory) + at_once_ * added;
-  for (std::size_t i = 0; i < terms_.size(); ++i) {
-    memory->terms[i] = steps_[i].fade * memory->terms[i] + terms_[i].share * steps_[i].rise * added;
+template <int kRows>
+void PronySeries::AdvanceRows(const Wrench& elastic, RelaxationMemory* memory,
+                              Wrench* force) const {
+  using Rows = Eigen::Matrix<double, kRows, 1>;
+  const Rows now = elastic.template head<kRows>();
+  const Rows added = now - memory->elastic.template head<kRows>();
+  Rows sum = left_ * now;
+  for (std::size_t i = 0; i < steps_.size(); ++i) {
+    const Rows kept =
+        steps_[i].fade * memory->terms[i].template head<kRows>() + steps_[i].taken * added;
+    memory->terms[i].template head<kRows>() = kept;
+    sum += kept;
   }
-  memory->elastic = elastic;
+  memory->elastic.template head<kRows>() = now;
+  force->template head<kRows>() = sum;
+}
+
+Wrench PronySeries::Advance(const Wrench& elastic, RelaxationMemory* memory) const {
+  Wrench force = Wrench::Zero();
+  AdvanceRows<6>(elastic, memory, &force);
   return force;
+}
+
+Eigen::Vector3d PronySeries::Advance(const Eigen::Vector3d& elastic,
+                                     RelaxationMemory* memory) const {
+  Wrench wrench = Wrench::Zero(), force = Wrench::Zero();
+  wrench.head<3>() = elastic;
+  AdvanceRows<3>(wrench, memory, &force);
+  return force.head<3>();
 }
 
 Wrench PronySeries::Jump(const Wrench& elastic, RelaxationMemory* memory) const {

@@ -55,6 +55,8 @@ class PronySeries {
 
   // F at the end of the next step, at which F_e is `elastic`.
   Wrench Advance(const Wrench& elastic, RelaxationMemory* memory) const;
+  // The same of a force whose moment is not known: that is left as it is.
+  Eigen::Vector3d Advance(const Eigen::Vector3d& elastic, RelaxationMemory* memory) const;
   // F right after F_e jumps to `elastic`.
   Wrench Jump(const Wrench& elastic, RelaxationMemory* memory) const;
   // F_e for which F at the end of the next step is `force`.
@@ -63,11 +65,17 @@ class PronySeries {
   [[nodiscard]] double at_once() const { return at_once_; }
 
  private:
+  template <int kRows>
+  void AdvanceRows(const Wrench& elastic, RelaxationMemory* memory, Wrench* force) const;
   // F of a next step without change of F_e.
   [[nodiscard]] Wrench Kept(const RelaxationMemory& memory) const;
 
+  struct Step {
+    double fade = 1, taken = 0;  // of what the term kept, of what is added [-]
+  };
+
   std::vector<RelaxationTerm> terms_;
-  std::vector<PronyStep> steps_;
+  std::vector<Step> steps_;
   double left_ = 1;     // when all terms are gone
   double at_once_ = 1;  // left_ and what the terms take
 };

@@ -14,8 +14,9 @@ namespace {
 constexpr double kNearby = 0.05;
 
 Wrench WrenchOf(const ContactResponse& response) {
-  Wrench wrench;
-  wrench << response.force_O, response.moment_O.value_or(Eigen::Vector3d::Zero());
+  Wrench wrench = Wrench::Zero();
+  wrench.head<3>() = response.force_O;
+  if (response.moment_O) wrench.tail<3>() = *response.moment_O;
   return wrench;
 }
 
@@ -100,10 +101,15 @@ void RelaxingModel::ComputeResponses(std::span<const Contact> contacts,
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     ContactResponse& response = responses[i];
     if (response.validity == Validity::kFailed) return Forget(responses);
-    const Wrench force = series_.Advance(WrenchOf(response), &histories_[i].memory);
-    const bool moved = contacts[i].kind == Contact::Kind::kDisplacement;
-    response.force_O = moved ? Eigen::Vector3d(force.head<3>()) : contacts[i].prescribed_O;
-    if (response.moment_O) *response.moment_O = force.tail<3>();
+    RelaxationMemory* memory = &histories_[i].memory;
+    if (response.moment_O) {
+      const Wrench wrench = series_.Advance(WrenchOf(response), memory);
+      response.force_O = wrench.head<3>();
+      *response.moment_O = wrench.tail<3>();
+    } else {
+      response.force_O = series_.Advance(response.force_O, memory);
+    }
+    if (contacts[i].kind == Contact::Kind::kForce) response.force_O = contacts[i].prescribed_O;
     response.stiffness_O *= series_.at_once();
   }
 }
