@@ -71,8 +71,6 @@ class FemBody {
  private:
   void Number(const SolidMesh& mesh, const HeldNodes& held);
   void SortElements();
-  // The mesh as its nodes and tetrahedra are numbered here.
-  [[nodiscard]] SolidMesh Numbered(const SolidMesh& mesh) const;
   [[nodiscard]] double VolumeOf(int element) const;
   void FindContributions(bool lumped_mass);
   void FindTouching();
