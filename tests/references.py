@@ -140,7 +140,7 @@ def ask_readers():
 def usual_path(path):
     """List items stand for their list, and any finger for NAME."""
     path = ".".join("[]" if part.isdigit() else part for part in path.split("."))
-    path = path.replace("object.fixed.[]", "object.fixed")
+    path = re.sub(r"^(object\.(?:fixed|regions|material\.relaxation))\.\[\]", r"\1", path)
     return re.sub(r"^(sense\.tactile\.fingers)\.\w+", r"\1.NAME", path)
 
 

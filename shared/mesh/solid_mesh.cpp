@@ -130,6 +130,7 @@ SolidMesh Refined(const SolidMesh& mesh) {
     auto& tet = fine.tets[static_cast<std::size_t>(i)];
     if (SignedVolume(fine, i) < 0) std::swap(tet[2], tet[3]);
   }
+  for (const double modulus : mesh.modulus) fine.modulus.insert(fine.modulus.end(), 8, modulus);
   return fine;
 }
 

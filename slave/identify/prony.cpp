@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "shared/text/text.h"
+#include "slave/mechanics/relaxation/prony_series.h"
 
 namespace palpate::identify {
 namespace {
@@ -65,9 +66,8 @@ VectorXd Branch(const RelaxationTable& table, double time) {
   double branch = table.strain.front();
   stress[0] = branch;
   for (std::size_t i = 1; i < table.time.size(); ++i) {
-    const double x = (table.time[i] - table.time[i - 1]) / time;
-    const double fade = std::exp(-x), rise = x > 1e-9 ? -std::expm1(-x) / x : 1;
-    branch = fade * branch + rise * (table.strain[i] - table.strain[i - 1]);
+    const PronyStep step(table.time[i] - table.time[i - 1], time);
+    branch = step.fade * branch + step.rise * (table.strain[i] - table.strain[i - 1]);
     stress[static_cast<Index>(i)] = branch;
   }
   return stress;

@@ -7,6 +7,10 @@ void DeformationModel::Solve(std::span<const Contact> contacts, Solution* soluti
   solution->responses_.resize(contacts.size());
   Respond(contacts, solution->responses_);
   solution->query_ = queries_;
+  solution->at_rest_.clear();
+  if (const auto at_rest = ContactsAtRest(contacts); at_rest.data() != contacts.data()) {
+    solution->at_rest_.assign(at_rest.begin(), at_rest.end());
+  }
   if (keeps_displacements_) ComputeDisplacements(&solution->kept_u_O_);
 }
 
@@ -23,8 +27,9 @@ void DeformationModel::Displacements(const Solution& solution, std::vector<Eigen
 bool DeformationModel::Show(const Solution& solution) noexcept {
   if (solution.query_ == 0) return false;
   if (solution.query_ == shown_) return true;
+  const bool in_time = !solution.at_rest_.empty();
   shown_responses_.resize(solution.contacts_.size());
-  ComputeResponses(solution.contacts_, shown_responses_);
+  ComputeAtRest(in_time ? solution.at_rest_ : solution.contacts_, shown_responses_);
   shown_ = solution.query_;
   return true;
 }

@@ -99,6 +99,7 @@ class Solution {
   friend class DeformationModel;
   std::vector<Contact> contacts_;
   std::vector<ContactResponse> responses_;
+  std::vector<Contact> at_rest_;           // see DeformationModel::ContactsAtRest; empty: contacts_
   std::uint64_t query_ = 0;                // number of the model's query; 0: nothing was solved
   std::vector<Eigen::Vector3d> kept_u_O_;  // see DeformationModel::keeps_displacements_
 };
@@ -161,6 +162,16 @@ class DeformationModel {
   // Under the contacts of the last ComputeResponses.
   virtual void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) = 0;
   virtual void ComputeTractions(std::vector<float>* /*pascals*/) {}
+  // Of a model in time, after ComputeResponses to `contacts`: those under which ComputeAtRest finds
+  // the displacements again. Others are asked their own contacts again.
+  [[nodiscard]] virtual std::span<const Contact> ContactsAtRest(
+      std::span<const Contact> contacts) const {
+    return contacts;
+  }
+  virtual void ComputeAtRest(std::span<const Contact> contacts,
+                             std::span<ContactResponse> responses) noexcept {
+    ComputeResponses(contacts, responses);
+  }
   // Makes the last ComputeResponses that of the solution's contacts. False: nothing was solved.
   bool Show(const Solution& solution) noexcept;
   // What the last ComputeResponses left is gone.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -103,10 +104,9 @@ bool IsPatchCoarse(const PatchCover& cover) noexcept {
 StrainResolution::StrainResolution(const SolidMesh& mesh, const HeldNodes& held,
                                    double poisson_ratio, int nodes)
     : quadratic_(nodes == 10),
+      corners_(mesh.nodes.size()),
       points_(mesh.nodes),
-      strains_(mesh.tets.size()),
-      mean_(mesh.nodes.size()),
-      volume_(mesh.nodes.size(), 0) {
+      strains_(mesh.tets.size()) {
   const double nu = std::min(poisson_ratio, kMostPoisson);
   mu_ = 0.5 / (1 + nu);
   lambda_ = nu / ((1 + nu) * (1 - 2 * nu));
@@ -133,9 +133,10 @@ StrainResolution::StrainResolution(const SolidMesh& mesh, const HeldNodes& held,
     element.volume = sides.determinant() / 6;
     element.gradients.rightCols<3>() = sides.inverse();
     element.gradients.col(0) = -element.gradients.rightCols<3>().rowwise().sum();
-    for (const int node : tet) volume_[Index(node)] += element.volume;
+    element.modulus = mesh.ModulusOf(elements_.size());
     elements_.push_back(element);
   }
+  NumberMeans();
   near_.resize(points_.size());
   touched_.reserve(points_.size());
   const SurfaceMesh surface = SurfaceOf(mesh);
@@ -144,12 +145,26 @@ StrainResolution::StrainResolution(const SolidMesh& mesh, const HeldNodes& held,
   for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) area += Area(surface, i);
   thickness_ = 4 * volume / area;
   slender_ = LargerSide(mesh.nodes) > kSlender * thickness_;
-  FindBar(held);
+  FindBar(mesh.modulus.empty() ? held : HeldNodes{});
+}
+
+void StrainResolution::NumberMeans() {
+  std::map<std::pair<int, double>, int> numbers;  // by node and modulus
+  for (Element& element : elements_) {
+    for (std::size_t a = 0; a < 4; ++a) {
+      const auto [found, is_new] = numbers.try_emplace({element.nodes[a], element.modulus},
+                                                       static_cast<int>(volume_.size()));
+      element.means[a] = found->second;
+      if (is_new) volume_.push_back(0);
+      volume_[Index(found->second)] += element.volume;
+    }
+  }
+  mean_.resize(volume_.size());
 }
 
 // Straight: across its principal direction nowhere wider than what does not bend.
 void StrainResolution::FindBar(const HeldNodes& held) {
-  const std::size_t count = mean_.size();
+  const std::size_t count = corners_;
   Vector3d middle(0, 0, 0);
   for (std::size_t i = 0; i < count; ++i) middle += points_[i] / static_cast<double>(count);
   Matrix3d spread = Matrix3d::Zero();
@@ -203,7 +218,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     const Element& element = elements_[e];
     strains_[e] = StrainsOf(element, u);
     for (std::size_t a = 0; a < 4; ++a) {
-      const auto vertex = Index(element.nodes[a]);
+      const auto vertex = Index(element.means[a]);
       mean_[vertex] += element.volume / volume_[vertex] * strains_[e][a];
     }
   }
@@ -221,14 +236,15 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     const auto corners = std::span(element.nodes).first<4>();
     Strains step;
     for (std::size_t a = 0; a < 4; ++a) {
-      step[a] = mean_[Index(corners[a])] - strains_[e][a];
+      step[a] = mean_[Index(element.means[a])] - strains_[e][a];
       mean += element.volume / 4 * strains_[e][a];
     }
-    energy += element.volume * Mean(strains_[e], energy_of);
+    const double weight = element.modulus * element.volume;
+    energy += weight * Mean(strains_[e], energy_of);
     volume += element.volume;
     longest = std::max(longest, element.extent);
-    const Missing missing{element.volume * Mean(step, energy_of),
-                          element.beam * element.volume * Mean(strains_[e], restraint_of)};
+    const Missing missing{weight * Mean(step, energy_of),
+                          element.beam * weight * Mean(strains_[e], restraint_of)};
     all.recovered += missing.recovered;
     all.restraint += missing.restraint;
     if (std::ranges::any_of(corners, [&](int n) { return near_[Index(n)] != 0; })) continue;

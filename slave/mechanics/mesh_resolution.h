@@ -75,6 +75,9 @@ inline constexpr std::string_view kCoarsePatch =
 // patch decides. The thickness is 4 V / A, the side of a long square bar. If no element is left,
 // all count. Bodies of up to two thicknesses, as cubes are, do not bend.
 //
+// Each element's energies are multiplied by its modulus. Strains jump where moduli do: the mean is
+// that of the elements of the same modulus, and no bar is looked for.
+//
 // The recovered strains miss what all elements around a node have in common. Of a straight bar
 // along a, farther than a quarter of the thickness from its supports, the solution is that of a
 // beam (Saint-Venant): uniaxial stress along a, and shear along a. Lateral strain that is kept
@@ -102,8 +105,10 @@ class StrainResolution {
  private:
   struct Element {
     std::array<int, 10> nodes{};
+    std::array<int, 4> means{};  // of the corners, in mean_
     Eigen::Matrix<double, 3, 4> gradients;
     double volume = 0;
+    double modulus = 1;
     double extent = 0;  // along the bar [the mesh's unit]
     double beam = 0;    // share of it where the bar is a beam [-]
   };
@@ -113,10 +118,12 @@ class StrainResolution {
   [[nodiscard]] double TwiceEnergy(const Eigen::Matrix3d& strain) const noexcept;
   [[nodiscard]] double TwiceRestraint(const Eigen::Matrix3d& strain) const noexcept;
   void FindBar(const HeldNodes& held);
+  void NumberMeans();
   void MarkContacts(std::span<const int> touched);
 
   double lambda_, mu_;  // by E
   bool quadratic_;
+  std::size_t corners_;  // nodes of the mesh
   bool slender_ = false;
   double thickness_ = 0;                 // [the mesh's unit]
   Eigen::Vector3d along_{0, 0, 0};       // a straight bar's direction; zero: it is none
@@ -124,8 +131,8 @@ class StrainResolution {
   std::vector<Eigen::Vector3d> points_;  // nodes at rest, middles too
   std::vector<Element> elements_;
   std::vector<Strains> strains_;       // per element
-  std::vector<Eigen::Matrix3d> mean_;  // per corner node
-  std::vector<double> volume_;         // of the elements around it
+  std::vector<Eigen::Matrix3d> mean_;  // per corner node and modulus of the elements around it
+  std::vector<double> volume_;         // of those elements
   std::vector<int> touched_;           // last
   std::vector<char> near_;             // per node: not farther from touched_ than thickness_
 };

@@ -92,6 +92,28 @@ ObjectMesh Refined(const ObjectMesh& mesh) {
   return mesh;
 }
 
+// The moduli of the tetrahedra by that of the body; empty without regions.
+std::vector<double> ModuliOf(const Scene& scene, const SolidMesh& mesh) {
+  const std::vector<Region>& regions = scene.object.regions;
+  std::vector<double> moduli;
+  std::vector<char> is_used(regions.size(), 0);
+  for (const auto& [a, b, c, d] : mesh.tets) {
+    const Vector3d p_O = (mesh.nodes[Index(a)] + mesh.nodes[Index(b)] + mesh.nodes[Index(c)] +
+                          mesh.nodes[Index(d)]) /
+                         4;
+    for (std::size_t i = 0; i < regions.size(); ++i) is_used[i] |= regions[i].Contains(p_O) ? 1 : 0;
+    moduli.push_back(RelativeModulus(scene.object, p_O));
+  }
+  const auto unused = std::ranges::find(is_used, 0);
+  if (unused == is_used.end()) return moduli;
+  const auto i = static_cast<std::size_t>(unused - is_used.begin());
+  const int line = regions[i].line;
+  throw std::invalid_argument(
+      (line > 0 ? scene.file.string() + ":" + std::to_string(line) + ": " : std::string()) +
+      "object.regions." + std::to_string(i) +
+      ": accepted is a part of the object that contains the centroid of a tetrahedron");
+}
+
 constexpr double kOnSide = 1e-6;        // of the bounding box's diagonal: drawn outlines
 constexpr double kNearSide = 0.03;      // the same for outlines that were measured
 constexpr double kArcTolerance = 1e-9;  // [rad]
@@ -268,6 +290,8 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
   }
   const auto refined = [&](ObjectMesh mesh) {
     for (int r = 0; r < scene.model.refinements; ++r) mesh = Refined(mesh);
+    auto* solid = std::get_if<SolidMesh>(&mesh);
+    if (solid != nullptr && !scene.object.regions.empty()) solid->modulus = ModuliOf(scene, *solid);
     return mesh;
   };
   if (const auto* box = std::get_if<BoxGeometry>(&geometry)) {

@@ -26,9 +26,11 @@ using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMe
 
 // Meshes the scene's object: an outline into model.elements elements, a box into its cells, a mesh
 // from its file, the last two refined model.refinements times; a surface is filled with tetrahedra
-// unless bem3d uses it. `seen`: the outline found by the cameras, used for `contour: from-image`.
-// Throws std::invalid_argument: a missing outline, fewer than three elements, an unusable mesh file
-// (file:line); std::runtime_error: a surface that no mesher could fill.
+// unless bem3d uses it. A tetrahedron has the modulus of the last region that contains its
+// centroid. `seen`: the outline found by the cameras, used for `contour: from-image`. Throws
+// std::invalid_argument: a missing outline, fewer than three elements, an unusable mesh file, a
+// region without a tetrahedron (file:line); std::runtime_error: a surface that no mesher could
+// fill.
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
 // The same for planar objects; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);

@@ -33,7 +33,9 @@ struct ModelKind {
   bool bounds_error = false;    // bounds each answer's error: accepts deadline; no reference
   bool has_cache = false;       // stores its Green's functions in a folder
   bool takes_tension = false;   // of a membrane at rest; a flat one also modes
-  bool has_wall = false;        // a disc's rim filled with a liquid: accepts wall
+  bool takes_regions = false;   // parts of the object with moduli of their own
+  bool takes_relaxation = false;  // moduli that fade in time; accepts step
+  bool has_wall = false;          // a disc's rim filled with a liquid: accepts wall
 };
 
 // `auto` is no kind: ChooseModel names one.
@@ -49,12 +51,22 @@ inline constexpr std::array kModelKinds{
               .linearity = Linearity::kNever,
               .takes_tension = true},
     ModelKind{.name = "membrane", .object = ObjectClass::kDome, .takes_tension = true},
-    ModelKind{.name = "fem", .linearity = Linearity::kByLaw, .has_tets = true, .iterates = true},
+    ModelKind{.name = "fem",
+              .linearity = Linearity::kByLaw,
+              .has_tets = true,
+              .iterates = true,
+              .takes_regions = true},
     ModelKind{.name = "fem-hyperelastic",
               .linearity = Linearity::kNever,
               .has_tets = true,
-              .iterates = true},
-    ModelKind{.name = "fem-green", .has_tets = true, .takes_friction = true, .has_cache = true},
+              .iterates = true,
+              .takes_regions = true},
+    ModelKind{.name = "fem-green",
+              .has_tets = true,
+              .takes_friction = true,
+              .has_cache = true,
+              .takes_regions = true,
+              .takes_relaxation = true},
     ModelKind{.name = "fem-zone",
               .linearity = Linearity::kNever,
               .has_tets = true,
@@ -90,6 +102,18 @@ inline std::string KindsFor(ObjectClass object) {
     last = kind.name;
   }
   return words.append(" or ").append(last);
+}
+
+// The kinds with an ability as text: "fem, fem-hyperelastic or fem-green".
+inline std::string KindsWith(bool ModelKind::*ability) {
+  std::string words;
+  std::string_view last;
+  for (const ModelKind& kind : kModelKinds) {
+    if (!(kind.*ability)) continue;
+    if (!last.empty()) words.append(words.empty() ? "" : ", ").append(last);
+    last = kind.name;
+  }
+  return words.append(words.empty() ? "" : " or ").append(last);
 }
 
 }  // namespace palpate

@@ -39,11 +39,15 @@ void ReadDamping(Section& model, Fem* fem) {
   fem->damping_stiffness = damping.Number("stiffness", NotNegative(Dimension::kTime), 0.0);
 }
 
+void ReadStep(Section& model, Fem* fem) {
+  fem->step =
+      model.Number("step", Between(Dimension::kTime, 1e-9, 1e3, "1 ns to 1000 s"), fem->step);
+}
+
 void ReadMotion(Section& model, Fem* fem) {
   fem->time = model.OneOf<Fem::Time>(
       "time", {{"static", Fem::Time::kStatic}, {"dynamic", Fem::Time::kDynamic}});
-  fem->step =
-      model.Number("step", Between(Dimension::kTime, 1e-9, 1e3, "1 ns to 1000 s"), fem->step);
+  ReadStep(model, fem);
   fem->integrator = model.OneOf<Fem::Integrator>(
       "integrator", {{"implicit-euler", Fem::Integrator::kImplicitEuler},
                      {"newmark", Fem::Integrator::kNewmark}});
@@ -184,6 +188,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   } else if (kind.has_tets) {
     ReadElement(model, &options.fem);
   }
+  if (kind.takes_relaxation) ReadStep(model, &options.fem);
   if (is_membrane && kind.takes_tension) options.modes = model.Integer("modes", 2, 40, 0);
   if (kind.takes_tension) {
     options.prestress = model.Number("prestress", NotNegative(Dimension::kTension), 0.0);

@@ -138,6 +138,25 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   return mesh;
 }
 
+std::vector<RelaxationTerm> ReadRelaxation(Section& material) {
+  const std::string accepted = "one to " + std::to_string(Material::kMostRelaxationTerms) +
+                               " terms {share: ..., time: ...} whose shares add up to less than 1";
+  Section list = material.OpenList("relaxation");
+  std::vector<RelaxationTerm> terms;
+  const std::size_t before = list.mistakes()->count();
+  double left = 1;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    Section term = list.Open(std::to_string(i));
+    const Rule share = Between(Dimension::kNumber, 1e-6, 1 - 1e-6, "0 to 1, without both");
+    terms.push_back({term.Number("share", share), term.Number("time", Positive(Dimension::kTime))});
+    left -= terms.back().share;
+  }
+  if (!list.present() || list.mistakes()->count() > before) return terms;
+  const bool is_usable = terms.size() > 0 && terms.size() <= Material::kMostRelaxationTerms;
+  if (!is_usable || !(left > 1e-9)) material.Refuse("relaxation", accepted);
+  return terms;
+}
+
 Material ReadMaterial(Section& object) {
   Section section = object.Open("material", "a map of young_modulus, poisson_ratio, ...");
   Material material;
@@ -149,7 +168,75 @@ Material ReadMaterial(Section& object) {
   material.density = section.Number("density", Positive(Dimension::kDensity), 0.0);
   material.young_modulus_tolerance =
       section.Number("tolerance", Between(Dimension::kNumber, 0, 1, "0 to 1"), 0.0);
+  material.relaxation = ReadRelaxation(section);
   return material;
+}
+
+Ball ReadBall(Section& region) {
+  Section ball = region.Open("sphere");
+  const Rule place = Any(Dimension::kLength);
+  const std::vector<double> c = ball.Numbers("centre", std::array{place, place, place});
+  return {{c[0], c[1], c[2]}, ball.Number("radius", Positive(Dimension::kLength))};
+}
+
+Eigen::AlignedBox3d ReadRegionBox(Section& region) {
+  Section box = region.Open("box");
+  const Rule place = Any(Dimension::kLength);
+  const std::size_t before = box.mistakes()->count();
+  const std::vector<double> a = box.Numbers("from", std::array{place, place, place});
+  const std::vector<double> b = box.Numbers("to", std::array{place, place, place});
+  const Eigen::AlignedBox3d read(Eigen::Vector3d(a[0], a[1], a[2]),
+                                 Eigen::Vector3d(b[0], b[1], b[2]));
+  const bool is_mistaken = box.mistakes()->count() > before;
+  if (!is_mistaken && !((read.sizes().array() > 0).all())) {
+    box.Refuse("to", "more than `from` in every component");
+  }
+  return read;
+}
+
+Eigen::AlignedBox3d ReadLayer(Section& region) {
+  Section layer = region.Open("layer");
+  if (layer.present() && !layer.Has("axis")) layer.Refuse("axis", "x, y or z");
+  const int axis = layer.OneOf<int>("axis", {{"x", 0}, {"y", 1}, {"z", 2}});
+  const Rule place = Any(Dimension::kLength);
+  const std::size_t before = layer.mistakes()->count();
+  const double from = layer.Number("from", place), to = layer.Number("to", place);
+  if (layer.mistakes()->count() == before && !(from < to)) layer.Refuse("to", "more than `from`");
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(-kLargest), upper = -lower;
+  lower[axis] = from;
+  upper[axis] = to;
+  return {lower, upper};
+}
+
+Region ReadRegion(Section& section) {
+  constexpr std::array kKinds{"sphere", "box", "layer"};
+  Region region;
+  if (!section.present()) return region;  // no map, as was said
+  region.line = section.node()->is_override ? 0 : section.node()->line;
+  region.young_modulus = section.Number("young_modulus", Positive(Dimension::kPressure));
+  const auto found =
+      std::ranges::count_if(kKinds, [&](const char* kind) { return section.Has(kind); });
+  if (found != 1) {
+    section.mistakes()->Add(*section.node(), section.path(), "exactly one of sphere, box, layer");
+    return region;
+  }
+  if (section.Has("sphere")) region.where = ReadBall(section);
+  if (section.Has("box")) region.where = ReadRegionBox(section);
+  if (section.Has("layer")) region.where = ReadLayer(section);
+  return region;
+}
+
+std::vector<Region> ReadRegions(Section& object) {
+  std::vector<Region> regions;
+  Section list = object.OpenList("regions");
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    Section entry = list.Open(std::to_string(i));
+    regions.push_back(ReadRegion(entry));
+  }
+  if (list.present() && list.size() == 0) {
+    object.Refuse("regions", "one {sphere: ..., young_modulus: ...} or more");
+  }
+  return regions;
 }
 
 }  // namespace
@@ -189,6 +276,7 @@ Object ReadObject(Section& scene, const SceneContext& context) {
   object.X_SO =
       IsPlanar(object.geometry) ? ReadPlanarPose(section, at_origin) : ReadPose(section, at_origin);
   object.material = ReadMaterial(section);
+  object.regions = ReadRegions(section);
   object.fixed = ReadFixed(section, object.geometry);
   return object;
 }

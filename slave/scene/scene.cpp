@@ -84,6 +84,30 @@ bool IsHeld(const Object& object) {
   return !object.fixed.empty() || IsSkin(object.geometry);
 }
 
+bool Region::Contains(const Eigen::Vector3d& p_O) const {
+  if (const auto* ball = std::get_if<Ball>(&where)) {
+    return (p_O - ball->centre).norm() <= ball->radius;
+  }
+  return std::get<Eigen::AlignedBox3d>(where).contains(p_O);
+}
+
+Object Relaxed(Object object) {
+  double left = 1;
+  for (const RelaxationTerm& term : object.material.relaxation) left -= term.share;
+  object.material.relaxation.clear();
+  object.material.young_modulus *= left;
+  for (Region& region : object.regions) region.young_modulus *= left;
+  return object;
+}
+
+double RelativeModulus(const Object& object, const Eigen::Vector3d& p_O) {
+  double modulus = object.material.young_modulus;
+  for (const Region& region : object.regions) {
+    if (region.Contains(p_O)) modulus = region.young_modulus;
+  }
+  return modulus / object.material.young_modulus;
+}
+
 void SenseOptions::Set(SenseChoice sense) {
   const auto old = std::ranges::find(senses_, sense.index(), &SenseChoice::index);
   if (old == senses_.end()) {

@@ -41,6 +41,8 @@ class CrossCheck {
     CheckKind();
     CheckShell();
     CheckTool();
+    CheckRegions();
+    CheckRelaxation();
     CheckPuncture();
     if (OutlineBox(scene_.object)) CheckElements();
     CheckHome();
@@ -131,6 +133,26 @@ class CrossCheck {
     if (kind == nullptr || !kind->shapes_tools) {
       Refuse("tool.shape", "flat or round with this kind of model: capsule needs fem-zone");
     }
+  }
+
+  void CheckRegions() {
+    if (scene_.object.regions.empty()) return;
+    const ModelKind* kind = FindModelKind(scene_.model.kind);
+    if (!IsVolume(scene_.object.geometry)) {
+      Refuse("object.regions", "nothing here: only a box or a mesh has regions");
+    } else if (kind != nullptr && !kind->takes_regions) {
+      Refuse("object.regions",
+             "nothing with this model.kind: use " + KindsWith(&ModelKind::takes_regions));
+    }
+  }
+
+  // `auto` compares models of elastic bodies: here the kind is named.
+  void CheckRelaxation() {
+    if (scene_.object.material.relaxation.empty()) return;
+    const ModelKind* kind = FindModelKind(scene_.model.kind);
+    if (kind != nullptr && kind->takes_relaxation) return;
+    Refuse("object.material.relaxation",
+           "nothing with this model.kind: use " + KindsWith(&ModelKind::takes_relaxation));
   }
 
   // A fingertip feels the force itself: no model sets it to zero.

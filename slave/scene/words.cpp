@@ -1,5 +1,6 @@
 #include "slave/scene/words.h"
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -56,6 +57,28 @@ std::string InWords(const Geometry& geometry) {
   const double thickness = ThicknessOf(geometry);
   return std::visit(Visitor{}, geometry) +
          (thickness > 0 ? fmt::format(", {} thick", LengthInWords(thickness)) : "");
+}
+
+std::string InWords(const Region& region) {
+  const auto in_mm = [](const Eigen::Vector3d& p) {
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z());
+  };
+  const std::string modulus = fmt::format(": E = {:.4g} Pa", region.young_modulus);
+  if (const auto* ball = std::get_if<Ball>(&region.where)) {
+    return fmt::format("sphere of radius {} around {}", LengthInWords(ball->radius),
+                       in_mm(ball->centre)) +
+           modulus;
+  }
+  const auto& box = std::get<Eigen::AlignedBox3d>(region.where);
+  constexpr double kUnbounded = 1e12;  // [m]
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d sizes = box.sizes();
+    if (!(std::min(sizes[(axis + 1) % 3], sizes[(axis + 2) % 3]) > kUnbounded)) continue;
+    return fmt::format("layer along {}, {} to {}", "xyz"[axis], LengthInWords(box.min()[axis]),
+                       LengthInWords(box.max()[axis])) +
+           modulus;
+  }
+  return "box from " + in_mm(box.min()) + " to " + in_mm(box.max()) + modulus;
 }
 
 }  // namespace palpate

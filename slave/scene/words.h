@@ -9,5 +9,6 @@ namespace palpate {
 
 std::string LengthInWords(double metres);
 std::string InWords(const Geometry& geometry);
+std::string InWords(const Region& region);
 
 }  // namespace palpate

@@ -33,6 +33,7 @@ double Perimeter(const BoundaryMesh& mesh) {
 Candidate Start(const Scene& scene, std::string kind, std::string family) {
   Candidate c;
   c.scene = scene;
+  c.scene.object.material.relaxation.clear();  // presses of a study are answered at once
   c.scene.model.kind = std::move(kind);
   c.family = std::move(family);
   return c;
@@ -261,7 +262,8 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
   Candidate bem = Start(d, "bem3d", "bem3d");
   bem.dof = 3 * d.skin;
   bem.expected_s = 5 * DenseSeconds(bem.dof);
-  if (bem.dof <= limits.dense_dof) candidates->push_back(std::move(bem));
+  const bool is_uniform = d.scene.object.regions.empty();
+  if (is_uniform && bem.dof <= limits.dense_dof) candidates->push_back(std::move(bem));
   AddOwn(d, candidates);
 }
 

@@ -69,6 +69,7 @@ void Cut(const Edge& edge, const std::vector<std::size_t>& tets, SolidMesh* mesh
     std::ranges::replace(half, edge.first, middle);
     std::ranges::replace(mesh->tets[t], edge.second, middle);
     mesh->tets.push_back(half);
+    if (!mesh->modulus.empty()) mesh->modulus.push_back(mesh->modulus[t]);
   }
 }
 

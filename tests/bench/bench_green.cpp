@@ -14,6 +14,7 @@
 #include <benchmark/benchmark.h>
 
 #include "slave/mechanics/fem/green/fem_green_model.h"
+#include "slave/mechanics/relaxation/relaxing_model.h"
 
 namespace palpate {
 namespace {
@@ -81,6 +82,44 @@ Ready& ReadyOf(int cells) {
   std::ranges::shuffle(ready.contacts, random);
   return ready;
 }
+
+// Best of some batches [s].
+double SecondsPer(DeformationModel& model, std::vector<Contact> contacts) {
+  constexpr int kTimes = 2000;
+  std::vector<ContactResponse> responses(contacts.size());
+  double best = 1;
+  for (int batch = 0; batch < 15; ++batch) {
+    const double start = Now();
+    for (int k = 0; k < kTimes; ++k) {
+      for (Contact& contact : contacts) contact.prescribed_O *= k % 2 == 0 ? 1.01 : 1 / 1.01;
+      model.Respond(contacts, responses);
+    }
+    best = std::min(best, (Now() - start) / kTimes);
+  }
+  return best;
+}
+
+// A step of a body that relaxes by the same contacts' elastic update, stiffnesses included; by the
+// number of contacts and of terms.
+void Relaxation(benchmark::State& state) {
+  Ready& ready = ReadyOf(6);
+  const auto count = std::min(ready.contacts.size(), static_cast<std::size_t>(state.range(0)));
+  std::vector<Contact> contacts(ready.contacts.begin(),
+                                ready.contacts.begin() + static_cast<std::ptrdiff_t>(count));
+  const Held cube = Cube(6);
+  const std::vector<RelaxationTerm> terms(static_cast<std::size_t>(state.range(1)), {0.1, 0.5});
+  RelaxingModel relaxing(
+      std::make_unique<FemGreenModel>(cube.mesh, cube.held, 3800, 0.15, FemGreenModel::Options{}),
+      terms, 0.01);
+  relaxing.Prefetch(contacts);
+  for (auto _ : state) {
+    const double elastic = SecondsPer(*ready.model, contacts);
+    const double relaxed = SecondsPer(relaxing, contacts);
+    state.counters["us"] = 1e6 * relaxed;
+    state.counters["ratio"] = relaxed / elastic;
+  }
+}
+BENCHMARK(Relaxation)->ArgsProduct({{1, 5, 30, 100}, {2, 8}})->Iterations(1);
 
 double EigenLuSeconds(int order) {
   static std::map<int, double> measured;

@@ -183,6 +183,10 @@ void PrintObject(const Scene& scene) {
   PrintLine("object", InWords(scene.object.geometry));
   PrintLine("material", fmt::format("E = {:.4g} Pa, nu = {:g}{}", m.young_modulus, m.poisson_ratio,
                                     m.density > 0 ? fmt::format(", {:g} kg/m^3", m.density) : ""));
+  for (const auto& [share, time] : m.relaxation) {
+    PrintLine("relaxation", fmt::format("{:g} of E fades in {:g} s", share, time));
+  }
+  for (const Region& region : scene.object.regions) PrintLine("region", InWords(region));
 }
 
 void PrintChoice(const Scene& scene) {

@@ -236,6 +236,7 @@ study::EstimatedShape ShapeUnderTables(const Scene& scene, const std::filesystem
                                        const std::filesystem::path& loads, Progress* progress) {
   Scene still = scene;  // what a load comes to in the end, however it gets there
   still.model.fem.time = FemOptions::Time::kStatic;
+  still.object = Relaxed(scene.object);
   const ObjectMesh mesh = MeshObject(still, std::nullopt);
   study::EstimatedShape shape;
   shape.rest_S = SurfaceOf(mesh);

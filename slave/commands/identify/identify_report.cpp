@@ -93,7 +93,25 @@ struct Faded {
   double half_width = 0;         // of the first, as above [Pa]
   double record = 0;             // [s]
   std::string scene;
+  std::string relaxing_scene;  // with the series; empty: nothing stays in the end
 };
+
+// Of a body that relaxes. The ratio is the largest for which `fem-green` is not extrapolated.
+std::string RelaxingLines(const identify::PronyFit& prony, bool shear, double sigma) {
+  constexpr double kPoisson = 0.48;
+  const bool fits = prony.equilibrium > 0 && !prony.terms.empty() &&
+                    prony.terms.size() <= Material::kMostRelaxationTerms;
+  if (!fits) return {};
+  std::string terms;
+  for (const identify::PronyTerm& term : prony.terms) {
+    terms += fmt::format("{}{{share: {:.6g}, time: {:.6g} s}}", terms.empty() ? "" : ", ",
+                         term.modulus / prony.instant, term.time);
+  }
+  return fmt::format(
+      "  object.material: {{young_modulus: {:.6g} Pa, poisson_ratio: {:.4g}, tolerance: {:.2g}, "
+      "relaxation: [{}]}}\n  model: {{kind: fem-green}}\n",
+      (shear ? 2 * (1 + kPoisson) : 1) * prony.instant, kPoisson, std::min(sigma, 1.0), terms);
+}
 
 Faded FadedOf(const IdentifyReport& report) {
   Faded faded;
@@ -106,6 +124,7 @@ Faded FadedOf(const IdentifyReport& report) {
   faded.half_width = HalfWidth(faded.held, own, report.specimen_sigma);
   const double sigma = std::hypot(report.specimen_sigma, own / faded.held);
   faded.scene = MaterialLine(faded.held, kPoissonOfScene, sigma) + kLinearModel;
+  faded.relaxing_scene = RelaxingLines(*report.prony, report.relaxations.front().shear, sigma);
   return faded;
 }
 
@@ -124,7 +143,8 @@ Json ToJson(const identify::PronyFit& prony, const Faded& faded) {
           {"young_modulus_held_Pa", faded.held},
           {"half_width_Pa", faded.half_width},
           {"young_modulus_at_once_Pa", faded.at_once},
-          {"scene", faded.scene}};
+          {"scene", faded.scene},
+          {"relaxing_scene", faded.relaxing_scene}};
 }
 
 Json ToJson(const PressFit& press) {
@@ -283,9 +303,13 @@ void AddRelaxation(const IdentifyReport& report, std::string* words) {
   const Faded faded = FadedOf(report);
   *words += faded.scene;
   *words += fmt::format(
-      "  no scene reads a Prony series: object.material.young_modulus {:.4g} +- {:.2g} Pa (95 %, "
-      "another specimen) is for contacts held for {:.3g} s, {:.4g} Pa for quick ones\n",
+      "  object.material.young_modulus {:.4g} +- {:.2g} Pa (95 %, another specimen) is for "
+      "contacts "
+      "held for {:.3g} s, {:.4g} Pa for quick ones\n",
       faded.held, faded.half_width, faded.record, faded.at_once);
+  if (!faded.relaxing_scene.empty()) {
+    *words += "  or, with relaxation, at small strains:\n" + faded.relaxing_scene;
+  }
 }
 
 }  // namespace

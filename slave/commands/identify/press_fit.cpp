@@ -126,7 +126,12 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
                   bool seek_poisson, Progress* progress) {
   if (MovesInTime(scene) || !scene.model.fem.gravity_O.isZero(0)) {
     throw std::invalid_argument(
-        "press: accepted is a static model without gravity, whose forces are proportional to E");
+        "press: accepted is a static model without gravity and without material.relaxation, whose "
+        "forces are proportional to E");
+  }
+  if (!scene.object.regions.empty()) {
+    throw std::invalid_argument(
+        "press: accepted is a body without object.regions, whose forces are proportional to E");
   }
   const std::vector<Press> presses = ReadPresses(file, width);
   const VectorXd measured = Stacked(presses);

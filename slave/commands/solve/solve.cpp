@@ -169,7 +169,9 @@ std::vector<SolveRow> ReadRows(const SolveOptions& options, const ObjectMesh& me
   }
   if (rules.dynamic &&
       std::ranges::none_of(rows, [](const SolveRow& row) { return row.t.has_value(); })) {
-    throw InputError("solve: no column t: accepted with model.time = dynamic is a history");
+    throw InputError(
+        "solve: no column t: accepted with model.time = dynamic or material.relaxation is a "
+        "history");
   }
   return rows;
 }

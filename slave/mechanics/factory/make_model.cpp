@@ -16,6 +16,7 @@
 #include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
+#include "slave/mechanics/relaxation/relaxing_model.h"
 #include "slave/mechanics/shell/shell_model.h"
 
 namespace palpate {
@@ -91,8 +92,12 @@ std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMe
                                        .range = scene.model.range,
                                        .cache = scene.model.cache};
   const Material& material = scene.object.material;
-  return std::make_unique<FemGreenModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
-                                         material.poisson_ratio, options, progress);
+  auto green =
+      std::make_unique<FemGreenModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
+                                      material.poisson_ratio, options, progress);
+  if (material.relaxation.empty()) return green;
+  return std::make_unique<RelaxingModel>(std::move(green), material.relaxation,
+                                         scene.model.fem.step);
 }
 
 RigidTool ToolOf(const Scene& scene) {
@@ -192,7 +197,9 @@ const ModelKind& KindOf(const Scene& scene) {
 }
 
 bool MovesInTime(const Scene& scene) {
-  return KindOf(scene).iterates && scene.model.fem.time == FemOptions::Time::kDynamic;
+  const ModelKind& kind = KindOf(scene);
+  return (kind.iterates && scene.model.fem.time == FemOptions::Time::kDynamic) ||
+         (kind.takes_relaxation && !scene.object.material.relaxation.empty());
 }
 
 bool IsLinear(const Scene& scene) {

@@ -72,6 +72,14 @@ std::vector<std::array<int, 4>> Renumbered(const std::vector<std::array<int, 4>>
   return result;
 }
 
+std::vector<double> Renumbered(const std::vector<double>& moduli, const std::vector<int>& order) {
+  std::vector<double> result;
+  for (const int element : order) {
+    if (!moduli.empty()) result.push_back(moduli[Index(element)]);
+  }
+  return result;
+}
+
 struct Stencil {
   const int* begin;
   const int* block;
@@ -130,7 +138,9 @@ FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& par
     : length_unit_((Check(mesh, held), LargerSide(mesh.nodes))),
       points_(Scaled(mesh, length_unit_)),
       tets_((Number(mesh, held), Renumbered(mesh.tets, number_))),
-      elements_((SortElements(), points_), tets_, LameOf(params.poisson_ratio), params.law),
+      elements_(
+          (SortElements(), SolidMesh{points_, tets_, Renumbered(mesh.modulus, mesh_element_)}),
+          LameOf(params.poisson_ratio), params.law),
       team_(params.threads) {
   pattern_ = MakePattern(GraphOf(static_cast<int>(tree_.order.size()), tets_));
   part_ = PartsOf(tets_, points_.size(), &parts_);

@@ -89,7 +89,7 @@ fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh&
 // Numbered and measured as the body is.
 StrainResolution StrainsOf(const SolidMesh& mesh, const HeldNodes& held, const fem::FemBody& body,
                            double nu) {
-  SolidMesh numbered{body.points(), mesh.tets};
+  SolidMesh numbered{body.points(), mesh.tets, mesh.modulus};
   HeldNodes numbered_held(numbered.nodes.size());
   for (std::size_t i = 0; i < held.size(); ++i) {
     const int number = body.Number(static_cast<int>(i));

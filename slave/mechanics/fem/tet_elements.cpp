@@ -198,12 +198,11 @@ Eigen::Matrix3d GradientsOf(const std::vector<Eigen::Vector3d>& nodes,
 
 }  // namespace
 
-TetElements::TetElements(const std::vector<Eigen::Vector3d>& nodes,
-                         const std::vector<std::array<int, 4>>& tets, const Lame& lame, Law law)
-    : count_(static_cast<int>(tets.size())),
+TetElements::TetElements(const SolidMesh& mesh, const Lame& lame, Law law)
+    : count_(static_cast<int>(mesh.tets.size())),
       lame_(lame),
       law_(law),
-      groups_((tets.size() + kLanes - 1) / kLanes),
+      groups_((mesh.tets.size() + kLanes - 1) / kLanes),
       forces_(4 * kLanes * groups_.size()),
       gradients_(4 * kLanes * groups_.size()) {
   ForgetRotations();
@@ -211,9 +210,11 @@ TetElements::TetElements(const std::vector<Eigen::Vector3d>& nodes,
     TetGroup& group = groups_[Index(e / kLanes)];
     const int l = e % kLanes;
     double volume = 0;
-    const Eigen::Matrix3d gradients = GradientsOf(nodes, tets[Index(e)], volume);
+    const auto& tet = mesh.tets[Index(e)];
+    const Eigen::Matrix3d gradients = GradientsOf(mesh.nodes, tet, volume);
+    volume *= mesh.ModulusOf(Index(e));
     const double root = std::sqrt(volume * lame.mu);
-    for (std::size_t a = 0; a < 4; ++a) group.node[a][Index(l)] = tets[Index(e)][a];
+    for (std::size_t a = 0; a < 4; ++a) group.node[a][Index(l)] = tet[a];
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (int a = 0; a < 3; ++a) {
       const Eigen::Vector3d gradient = gradients.row(a);

@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 
+#include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/worker_team.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/lanes.h"
@@ -34,19 +35,19 @@ struct ElementSummary {
 struct alignas(64) TetGroup {
   std::array<std::array<int, kLanes>, 4> node{};
   std::array<std::array<Double8, 3>, 3> gradient{};  // of corners 1 to 3
-  Double8 volume{};
-  Double8 root_volume_mu{};             // sqrt(V mu)
-  std::array<Double8, 4> quaternion{};  // s, x, y, z
-  Double8 energy{}, determinant{};      // V-weighted; det F
+  Double8 volume{};                                  // V, times the element's modulus
+  Double8 root_volume_mu{};                          // sqrt(V mu)
+  std::array<Double8, 4> quaternion{};               // s, x, y, z
+  Double8 energy{}, determinant{};                   // V-weighted; det F
 };
 
 class TetElements {
  public:
   enum class Law { kLinear, kCorotational };
 
-  // `tets` in whatever order is good for memory. Volumes must be positive.
-  TetElements(const std::vector<Eigen::Vector3d>& nodes,
-              const std::vector<std::array<int, 4>>& tets, const Lame& lame, Law law);
+  // `mesh` with its tetrahedra in whatever order is good for memory; `lame` is multiplied by each
+  // one's modulus. Volumes must be positive.
+  TetElements(const SolidMesh& mesh, const Lame& lame, Law law);
 
   // Rotations start from those of the last evaluation. Allocation-free.
   ElementSummary Evaluate(const NodeVector& u, WorkerTeam& team) noexcept;

@@ -294,7 +294,9 @@ std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, dou
   }
   if (MovesInTime(scene)) {
     throw std::invalid_argument(
-        "model.time = dynamic: accepted for points measured by cameras is static");
+        "model.time = dynamic, or material.relaxation: accepted for points measured by cameras is "
+        "a "
+        "model at rest");
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);

@@ -72,7 +72,7 @@ struct ContactStiffness::Greens {
 
 ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surface,
                                    const SolidMesh* solid, std::vector<Companion> companions)
-    : material_(scene.object.material),
+    : object_(scene.object),
       surface_(surface),
       companions_(std::move(companions)),
       nodes_(surface.nodes.size()) {
@@ -87,6 +87,7 @@ ContactStiffness::ContactStiffness(const Scene& scene, const SurfaceMesh& surfac
   green.model = {};
   green.model.kind = "fem-green";
   green.model.range = 1;
+  green.object.material.relaxation.clear();  // a tick of the master is shorter than every term
   try {
     greens_ = std::make_unique<Greens>(Greens{MakeModel(green, *solid)});
   } catch (const std::invalid_argument& error) {
@@ -168,10 +169,12 @@ Matrix3d ContactStiffness::At(int triangle, const Vector3d& weights, double radi
   Matrix3d C = Matrix3d::Zero();
   for (int k = 0; k < 3; ++k) {
     if (!(weights[k] > 0)) continue;
-    const NodeCompliance& node = Node(surface_.triangles[Index(triangle)][Index(k)]);
-    Matrix3d C_node = Compliance(material_, radius, n);
+    const int at = surface_.triangles[Index(triangle)][Index(k)];
+    const NodeCompliance& node = Node(at);
+    const double modulus = RelativeModulus(object_, surface_.nodes[Index(at)]);
+    Matrix3d C_node = Compliance(object_.material, radius, n) / modulus;
     if (node.patch_radius > 0) {
-      C_node -= Compliance(material_, std::max(node.patch_radius, radius), n);
+      C_node -= Compliance(object_.material, std::max(node.patch_radius, radius), n) / modulus;
       C_node += alone ? node.alone_O : node.C_O;
     }
     C += weights[k] * C_node;

@@ -71,7 +71,7 @@ class ContactStiffness {
   [[nodiscard]] std::optional<Eigen::Matrix3d> Alone(const Contact& contact) const;
   [[nodiscard]] std::optional<Eigen::Matrix3d> Together(const Contact& contact) const;
 
-  Material material_;
+  Object object_;
   SurfaceMesh surface_;
   std::vector<double> node_area_;  // of the surface, a third of each triangle's [m^2]
   double patch_width_ = 0;         // [m]

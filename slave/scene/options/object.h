@@ -67,11 +67,20 @@ double ThicknessOf(const Geometry& geometry);  // [m]; 0: a volume
 // and for geometries that are not planar.
 Outline OutlineOf(const Geometry& geometry);
 
+// A part of the moduli that fades at a constant strain as share * exp(-t / time).
+struct RelaxationTerm {
+  double share = 0;  // of the moduli at once [-], > 0; the sum of all is below 1
+  double time = 0;   // [s], > 0
+};
+
 struct Material {
-  double young_modulus = 0;            // E [Pa], > 0
-  double poisson_ratio = 0;            // nu [-], -1 < nu <= 0.5
-  double density = 0;                  // [kg/m^3]; 0: not given
-  double young_modulus_tolerance = 0;  // one sigma, relative [-]; part of the force's sigma
+  static constexpr std::size_t kMostRelaxationTerms = 8;
+
+  double young_modulus = 0;                  // E [Pa], > 0; of a relaxing material at once
+  double poisson_ratio = 0;                  // nu [-], -1 < nu <= 0.5
+  double density = 0;                        // [kg/m^3]; 0: not given
+  double young_modulus_tolerance = 0;        // one sigma, relative [-]; part of the force's sigma
+  std::vector<RelaxationTerm> relaxation{};  // of all moduli alike; empty: elastic
 };
 
 // Where displacements are zero.
@@ -93,15 +102,33 @@ struct Fixed {
   std::array<bool, 3> components{true, true, true};  // fixed components x, y, z
 };
 
+// A part of a volume with a modulus of its own. Frame O, boundary included.
+struct Ball {
+  Eigen::Vector3d centre{0, 0, 0};
+  double radius = 0;
+};  // [m]
+struct Region {
+  std::variant<Ball, Eigen::AlignedBox3d> where;  // [m]; a layer is a box without other bounds
+  double young_modulus = 0;                       // [Pa], > 0
+  int line = 0;                                   // of the scene; 0: none
+
+  [[nodiscard]] bool Contains(const Eigen::Vector3d& p_O) const;
+};
+
 struct Object {
   Geometry geometry;
   Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();
   Material material;
-  std::vector<Fixed> fixed;  // empty: balanced loads only
+  std::vector<Region> regions;  // where they overlap, the last one counts
+  std::vector<Fixed> fixed;     // empty: balanced loads only
 };
 // Whether the object has a fixed boundary. The rim of a membrane is always fixed. Without a fixed
 // boundary the object may move as a rigid body: its points are tracked and the force is unknown.
 bool IsHeld(const Object& object);
+// The elastic object that a relaxing one becomes in the end: smaller moduli.
+Object Relaxed(Object object);
+// Young's modulus at a point, frame O, by that of the body [-].
+double RelativeModulus(const Object& object, const Eigen::Vector3d& p_O);
 
 // --- tool
 struct Tool {

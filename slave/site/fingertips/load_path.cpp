@@ -224,10 +224,11 @@ std::shared_ptr<const LoadStep> LoadPathCache::Grow(Ladder* ladder,
     auto grown = std::make_shared<LoadStep>();
     grown->s = ladder->ways[rung];
     if (rung == 0) {
-      const Material& material = object_.material();
-      ladder->body =
-          std::make_unique<PressedBody>(body.mesh, body.held, material.young_modulus,
-                                        material.poisson_ratio, object_.hand().shape.radius);
+      const Object& object = object_.object();
+      ladder->body = std::make_unique<PressedBody>(
+          body.mesh, body.held, object.material.young_modulus, object.material.poisson_ratio,
+          object_.hand().shape.radius,
+          [&](const Vector3d& p_O) { return RelativeModulus(object, p_O); });
       grown->displacements_O.assign(body.mesh.nodes.size(), Eigen::Vector3f::Zero());
       return grown;
     }

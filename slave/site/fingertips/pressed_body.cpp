@@ -50,9 +50,9 @@ std::vector<int> NodesOf(const std::vector<std::array<int, 3>>& triangles) {
   return nodes;
 }
 
-// With nodes renumbered.
-std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit,
-                                  const std::vector<int>& number) {
+// With nodes renumbered. The energy of each point is proportional to its modulus, hence its weight.
+std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit, const std::vector<int>& number,
+                                  const PressedBody::Modulus& modulus) {
   std::vector<PlacedElement> elements;
   Eigen::MatrixXd places(3, mesh.shape->nodes());
   for (std::vector<int> nodes : mesh.elements) {
@@ -61,7 +61,11 @@ std::vector<PlacedElement> Placed(const SiteMesh& mesh, double unit,
       places.col(column++) = mesh.nodes[Index(node)] / unit;
       node = number[Index(node)];
     }
-    elements.emplace_back(*mesh.shape, places, std::move(nodes));
+    PlacedElement element(*mesh.shape, places, std::move(nodes));
+    for (Eigen::Index q = 0; modulus && q < element.weights.size(); ++q) {
+      element.weights[q] *= modulus(unit * (places * mesh.shape->values.col(q)));
+    }
+    elements.push_back(std::move(element));
   }
   return elements;
 }
@@ -102,12 +106,14 @@ struct Bond {
 }  // namespace
 
 struct PressedBody::Solver {
-  Solver(const SiteMesh& site_mesh, const Held& held, double E, double nu, double finger_radius)
+  Solver(const SiteMesh& site_mesh, const Held& held, double E, double nu, double finger_radius,
+         const Modulus& modulus)
       : unit(LargerSide(site_mesh)),
         force_unit(E * unit * unit),
         nodes(site_mesh.nodes),
         numbering(site_mesh, held),
-        body(Placed(site_mesh, unit, numbering.number), numbering.free_nodes, NeoHookean(nu, 0)),
+        body(Placed(site_mesh, unit, numbering.number, modulus), numbering.free_nodes,
+             NeoHookean(nu, 0)),
         stiffness(body.EmptyMatrix()),
         factor(stiffness),
         finger{.radius = finger_radius},
@@ -266,8 +272,9 @@ bool PressedBody::Solver::Settle(std::span<const FingerPlacement> fingers) {
 }
 
 PressedBody::PressedBody(const SiteMesh& mesh, const Held& held, double young_modulus,
-                         double poisson_ratio, double finger_radius)
-    : solver_(std::make_unique<Solver>(mesh, held, young_modulus, poisson_ratio, finger_radius)) {}
+                         double poisson_ratio, double finger_radius, const Modulus& modulus)
+    : solver_(std::make_unique<Solver>(mesh, held, young_modulus, poisson_ratio, finger_radius,
+                                       modulus)) {}
 
 PressedBody::~PressedBody() = default;
 

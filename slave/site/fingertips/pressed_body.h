@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -35,9 +36,12 @@ class PressedBody {
  public:
   using Held = std::vector<std::array<bool, 3>>;  // fixed components, per node
 
+  // Young's modulus at a point of frame O by `young_modulus` [-]; empty: 1.
+  using Modulus = std::function<double(const Eigen::Vector3d&)>;
+
   // Throws std::invalid_argument: an element without volume, no element.
   PressedBody(const SiteMesh& mesh, const Held& held, double young_modulus, double poisson_ratio,
-              double finger_radius);
+              double finger_radius, const Modulus& modulus = {});
   ~PressedBody();
 
   // Moves the fingers from where they were. False: no equilibrium was found; the body is as it was.

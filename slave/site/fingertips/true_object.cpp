@@ -118,6 +118,13 @@ Vector3d CentreOf(const SurfaceMesh& surface) {
   return 0.5 * (low + high);
 }
 
+Eigen::AlignedBox3d BoundsOf(const Region& region) {
+  const auto* ball = std::get_if<Ball>(&region.where);
+  if (ball == nullptr) return std::get<Eigen::AlignedBox3d>(region.where);
+  const Vector3d reach = Vector3d::Constant(ball->radius);
+  return {ball->centre - reach, ball->centre + reach};
+}
+
 // What lies ahead of `p_O`; towards the middle of the object if nothing does.
 RayHit Ahead(const SurfaceMesh& surface, const Vector3d& p_O, const Vector3d& direction_O,
              Vector3d* place_O) {
@@ -252,6 +259,14 @@ std::array<std::vector<double>, 3> TrueObject::GradedAxes(const BoxGeometry& box
   for (const Fixed& fixed : scene_.object.fixed) {
     const auto* plane = std::get_if<FixedPlane>(&fixed.where);
     if (plane) wishes[Index(plane->axis)].others.push_back(plane->at);
+  }
+  for (const Region& region : scene_.object.regions) {
+    const Eigen::AlignedBox3d bounds = BoundsOf(region);
+    for (int a = 0; a < 3; ++a) {
+      for (const double end : {bounds.min()[a], bounds.max()[a]}) {
+        if (end > 0 && end < box.size[a]) wishes[Index(a)].others.push_back(end);
+      }
+    }
   }
   std::array<std::vector<double>, 3> axes;
   for (std::size_t a = 0; a < 3; ++a) axes[a] = GradedAxis(wishes[a], resolution_, hexahedra_[a]);

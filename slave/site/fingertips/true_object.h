@@ -51,6 +51,7 @@ class TrueObject {
 
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
   [[nodiscard]] const FingerHand& hand() const { return hand_; }
+  [[nodiscard]] const Object& object() const { return scene_.object; }
   [[nodiscard]] const Material& material() const { return scene_.object.material; }
   // Mesh for contacts with the offset `lateral_O` from the approach: boxes are fine there, with the
   // same triangles everywhere; mesh files are the same everywhere.

@@ -199,13 +199,13 @@ Weighed Weigh(const Window& w, const Eigen::Vector2d& middle, const GroundRing& 
   return weighed;
 }
 
-struct Region {
+struct MeasuredDot {
   Dot dot;
   double blur = 0;  // sigma [px]
 };
 
-std::optional<Region> MeasureWithin(const Window& w, const Dot& dot, double threshold,
-                                    const DotShapeLimits& limits) noexcept {
+std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double threshold,
+                                         const DotShapeLimits& limits) noexcept {
   GroundRing ring;
   double inside = 0;
   if (!FitGround(w, threshold, &ring, &inside)) return std::nullopt;
@@ -223,7 +223,7 @@ std::optional<Region> MeasureWithin(const Window& w, const Dot& dot, double thre
     if (!(moved.norm() < 1 + 0.1 * w.axes.longer)) return std::nullopt;
   }
   if (weighed.foreign > 1 + kForeignInDot * dot.area) return std::nullopt;
-  Region region{dot};
+  MeasuredDot region{dot};
   region.dot.centre += moved;
   region.dot.contrast = contrast;
   region.dot.area = weighed.sum / contrast;

@@ -94,8 +94,8 @@ std::string SceneLinesOf(const json& report) {
   return {};
 }
 
-// Yeoh's law is the best of a rubber that stiffens, but no scene reads it; of a foam and of a Prony
-// series a scene reads the modulus.
+// Yeoh's law is the best of a rubber that stiffens, but no scene reads it; of a foam a scene reads
+// the modulus, of a Prony series that at the end of the record, or all of it.
 TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForEveryTest) {
   std::string yeoh = "stretch,P_kPa\n", foam = "stretch,P_kPa\n", hold = "t_s,shear,stress_kPa\n";
   for (int i = 1; i <= 60; ++i) {
@@ -118,6 +118,14 @@ TEST_F(IdentifyCommand, GivesLinesThatASceneReadsForEveryTest) {
   report = Run({.data = {"relaxation=" + Write("hold.csv", hold).string()}});
   const Scene adhesive = SceneOf(folder_, SceneLinesOf(report));
   EXPECT_NEAR(adhesive.object.material.young_modulus, 3 * 2000, 100);  // 3 G, of 0.2 kPa at 10 %
+  // 2 (1 + nu) G of the first row, after 1 s; 0.2 kPa of it stay.
+  const double first = 0.2e3 + 0.3e3 * std::exp(-0.1);
+  const Material relaxing =
+      SceneOf(folder_, report.at("relaxation").at("relaxing_scene")).object.material;
+  EXPECT_NEAR(relaxing.young_modulus, 2 * (1 + relaxing.poisson_ratio) * first / 0.1, 150);
+  double left = 1;
+  for (const RelaxationTerm& term : relaxing.relaxation) left -= term.share;
+  EXPECT_NEAR(left, 0.2e3 / first, 0.01);
 }
 
 TEST_F(IdentifyCommand, LeavesATableOfThreeRowsOut) {

@@ -303,5 +303,79 @@ TEST(SolidSceneTest, StudyContactsAreReadWithTheirUnits) {
   EXPECT_THAT(MistakesOf(scene + "study: {contact: [[0, 0, 0]]}\n"), HasSubstr("contacts"));
 }
 
+// A box with regions, of which `regions` is the value in the scene's fifth line.
+std::string WithRegions(const std::string& regions, const std::string& model = "{kind: fem}") {
+  std::string text = SolidScene(kBox, kBottom, model);
+  return text.insert(text.find("  fixed:"), "  regions: " + regions + "\n");
+}
+
+TEST(SolidSceneTest, RegionsAreSpheresBoxesAndLayersInTheirOrder) {
+  const Scene scene = Load(
+      WithRegions("[{sphere: {centre: [30 mm, 30 mm, 40 mm], radius: 5 mm}, young_modulus: 19 kPa},"
+                  " {box: {from: [0, 0, 0], to: [10 mm, 20 mm, 30 mm]}, young_modulus: 1 kPa},"
+                  " {layer: {axis: z, from: 50 mm, to: 60 mm}, young_modulus: 38 kPa}]"));
+  ASSERT_EQ(scene.object.regions.size(), 3U);
+  EXPECT_EQ(scene.object.regions[0].line, 5);
+  EXPECT_DOUBLE_EQ(RelativeModulus(scene.object, {0.03, 0.034, 0.04}), 5);
+  EXPECT_DOUBLE_EQ(RelativeModulus(scene.object, {0.03, 0.036, 0.04}), 1);
+  EXPECT_DOUBLE_EQ(RelativeModulus(scene.object, {0.005, 0.015, 0.025}), 1 / 3.8);
+  EXPECT_DOUBLE_EQ(RelativeModulus(scene.object, {0.005, 0.025, 0.025}), 1);
+  EXPECT_DOUBLE_EQ(RelativeModulus(scene.object, {-1, 7, 0.055}), 10);
+}
+
+TEST(SolidSceneTest, RegionsAreRefusedWithWhatIsAccepted) {
+  EXPECT_THAT(MistakesOf(WithRegions("[{young_modulus: 1 kPa}]")),
+              HasSubstr(":5: object.regions.0"));
+  EXPECT_THAT(MistakesOf(WithRegions("[{layer: {axis: z, from: 2 mm, to: 1 mm}, young_modulus: 1 "
+                                     "kPa}]")),
+              HasSubstr("more than `from`"));
+  EXPECT_THAT(MistakesOf(WithRegions("[{box: {from: [0, 0, 0], to: [1 mm, 0, 1 mm]}, "
+                                     "young_modulus: 1 kPa}]")),
+              HasSubstr("more than `from`"));
+  EXPECT_THAT(MistakesOf(WithRegions("[{layer: {axis: z, from: 1 mm, to: 2 mm}}]")),
+              HasSubstr("young_modulus"));
+  EXPECT_THAT(MistakesOf(WithRegions("[]")), HasSubstr("object.regions"));
+  const std::string layer = "[{layer: {axis: z, from: 0 mm, to: 40 mm}, young_modulus: 1 kPa}]";
+  EXPECT_THAT(MistakesOf(WithRegions(layer, "{kind: bem3d}")),
+              HasSubstr("use fem, fem-hyperelastic or fem-green"));
+  std::string plate = SolidScene("{membrane: {radius: 9 mm, thickness: 0.1 mm}}", "", "{}");
+  plate.insert(plate.find("model:"), "  regions: " + layer + "\n");
+  EXPECT_THAT(MistakesOf(plate), HasSubstr("only a box or a mesh has regions"));
+}
+
+// The scene with a series in its material.
+std::string WithRelaxation(const std::string& terms, const std::string& model) {
+  std::string text = SolidScene(kBox, kBottom, model);
+  return text.insert(text.find(", density"), ", relaxation: " + terms);
+}
+
+TEST(SolidSceneTest, RelaxationIsASeriesWithAStep) {
+  const Scene scene = Load(WithRelaxation("[{share: 0.3, time: 0.5 s}, {share: 20 %, time: 5 s}]",
+                                          "{kind: fem-green, step: 10 ms}"));
+  const auto& terms = scene.object.material.relaxation;
+  ASSERT_EQ(terms.size(), 2U);
+  EXPECT_EQ(terms[0].share, 0.3);
+  EXPECT_EQ(terms[0].time, 0.5);
+  EXPECT_EQ(terms[1].share, 0.2);
+  EXPECT_EQ(scene.model.fem.step, 0.01);
+  EXPECT_DOUBLE_EQ(Relaxed(scene.object).material.young_modulus, 0.5 * 3800);
+}
+
+TEST(SolidSceneTest, RelaxationIsRefusedWithWhatIsAccepted) {
+  const std::string green = "{kind: fem-green}";
+  EXPECT_THAT(
+      MistakesOf(WithRelaxation("[{share: 0.6, time: 1 s}, {share: 0.4, time: 2 s}]", green)),
+      HasSubstr("add up to less than 1"));
+  EXPECT_THAT(MistakesOf(WithRelaxation("[]", green)), HasSubstr("one to 8 terms"));
+  EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0, time: 1 s}]", green)), HasSubstr("share"));
+  EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1, time: 0 s}]", green)), HasSubstr("time"));
+  EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1}]", green)), HasSubstr("time"));
+  for (const char* kind : {"{kind: fem}", "{kind: bem3d}", "{}"}) {
+    EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1, time: 1 s}]", kind)),
+                HasSubstr("use fem-green"))
+        << kind;
+  }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -136,6 +136,22 @@ TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
   EXPECT_GE(own_sizes.size(), 4U);
 }
 
+// Boundary elements have one material. What relaxes is compared at once.
+TEST(CandidateTest, BodiesWithRegionsHaveNoBoundaryElements) {
+  Scene scene = fake::Square();
+  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {6, 6, 6}};
+  scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
+  scene.object.regions = {{Ball{{0.03, 0.03, 0.03}, 0.02}, 1e6}};
+  scene.object.material.relaxation = {{0.5, 1}};
+  const auto candidates = CandidatesFor(scene, AskedOf(scene));
+  EXPECT_GT(candidates.size(), 4U);
+  for (const Candidate& c : candidates) {
+    EXPECT_NE(c.family, "bem3d");
+    EXPECT_EQ(c.scene.object.regions.size(), 1U);
+    EXPECT_TRUE(c.scene.object.material.relaxation.empty());
+  }
+}
+
 TEST(CandidateTest, FamiliesMayBeNamed) {
   const Scene scene = fake::Square();
   CandidateLimits limits;

@@ -10,6 +10,25 @@ namespace {
 constexpr double kLocks = 0.49;
 constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
+// Nodes of the surface around which the body is no half-space of its own modulus on the scale of a
+// widened disc (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
+std::vector<char> Uneven(const SolidMesh& mesh, const HeldNodes& held) {
+  // A disc that the mesh follows is two to three edges wide. [derived: PatchStiffness within 10 %]
+  constexpr int kEdges = 3;
+  std::vector<char> uneven(mesh.nodes.size(), 0);
+  for (int ring = 0; ring < kEdges && !mesh.modulus.empty(); ++ring) {
+    const std::vector<char> inner = uneven;
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      const auto is_inner = [&](int node) { return inner[Index(node)] != 0; };
+      if (mesh.modulus[t] == 1 && std::ranges::none_of(mesh.tets[t], is_inner)) continue;
+      for (const int node : mesh.tets[t]) uneven[Index(node)] = 1;
+    }
+  }
+  const std::vector<char> fixed = AnyHeld(held);
+  for (std::size_t n = 0; n < fixed.size(); ++n) uneven[n] |= fixed[n];
+  return uneven;
+}
+
 std::string_view RemarkOf(TetElement element, double nu) {
   if (element == TetElement::kTet4) {
     return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
@@ -26,7 +45,7 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
     : surface_(SurfaceOf(mesh)),
       columns_(AssembleTetStiffness(mesh, held, poisson_ratio, options.element), surface_,
                options.memory_limit, options.cache, progress),
-      places_(surface_, columns_.place_of_node(), AnyHeld(held)),
+      places_(surface_, columns_.place_of_node(), Uneven(mesh, held)),
       solver_(columns_, places_,
               {.young_modulus = young_modulus,
                .larger_side = columns_.length_unit(),

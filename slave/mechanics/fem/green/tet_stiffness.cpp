@@ -214,6 +214,7 @@ void Scatter(const Stiffness& k, const std::array<int, 10>& nodes, std::size_t c
 
 std::uint64_t HashOf(const SolidMesh& mesh, const HeldNodes& held, double nu, TetElement element) {
   Hash hash;
+  if (!mesh.modulus.empty()) hash.Add(std::as_bytes(std::span(mesh.modulus)));
   hash.Add(kAssembly).Add(element).Add(nu).Add(mesh.nodes.size()).Add(mesh.tets.size());
   hash.Add(std::as_bytes(std::span(mesh.nodes))).Add(std::as_bytes(std::span(mesh.tets)));
   return hash.Add(std::as_bytes(std::span(held))).value();
@@ -237,7 +238,7 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
   stiffness.length_unit = LargerSide(mesh.nodes);
   const int order = NumberRows(elements, &stiffness.row);
   stiffness.lower = LowerPattern(elements, range, stiffness.row, order);
-  const Lame lame{nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)};
+  const Lame body{nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)};
   Stiffness k;
   for (std::size_t t = range.begin; t < range.end; ++t) {
     const auto& nodes = elements.nodes[t];
@@ -245,6 +246,8 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
     for (std::size_t v = 0; v < 4; ++v) {
       p[v] = (mesh.nodes[Index(nodes[v])] - mesh.nodes.front()) / stiffness.length_unit;
     }
+    const double modulus = mesh.ModulusOf(t);
+    const Lame lame{modulus * body.lambda, modulus * body.mu};
     ElementStiffness(lame, p, static_cast<int>(elements.per_element), &k);
     Scatter(k, nodes, elements.per_element, stiffness.row, &stiffness.lower);
   }

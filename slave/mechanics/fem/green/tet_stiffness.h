@@ -1,6 +1,7 @@
 // Stiffness of a linear-elastic tetrahedral mesh with fixed components left out.
 //
-// Nondimensional: lengths by length_unit, moduli by E, so K = K_SI / (E length_unit). Small strain,
+// Nondimensional: lengths by length_unit, moduli by E of the body, which each tetrahedron's modulus
+// multiplies, so K = K_SI / (E length_unit). Small strain,
 // displacement formulation: locks as nu -> 0.5 (tet4 from about 0.45 on, tet10 from about 0.49 on).
 // Source: Zienkiewicz and Taylor, The Finite Element Method, ch. 6 (tetrahedra, volume
 // coordinates).

@@ -105,8 +105,9 @@ void AddStiffness(const MaterialLaw::InvariantTangent& c, const Matrix3d& F,
 template <int kNodes>
 struct ElasticBody::Local {
   const TetGeometry& geometry;
+  double modulus = 1;
   Gradients<kNodes> u;
-  Vector4d p = Vector4d::Zero();
+  Vector4d p = Vector4d::Zero();  // by the modulus
 };
 
 ElasticBody::ElasticBody(const ElementMesh& mesh, const BlockLayout& layout, const MaterialLaw& law)
@@ -117,13 +118,13 @@ ElasticBody::ElasticBody(const ElementMesh& mesh, const BlockLayout& layout, con
 
 template <int kNodes>
 ElasticBody::Local<kNodes> ElasticBody::Gather(const VectorXd& x, int element) const {
-  Local<kNodes> local{geometry_[Index(element)], {}, {0, 0, 0, 0}};
+  Local<kNodes> local{geometry_[Index(element)], mesh_.ModulusOf(element), {}, {0, 0, 0, 0}};
   const auto nodes = mesh_.element(element);
   for (int i = 0; i < kNodes; ++i) {
     local.u.col(i) = x.segment<3>(layout_.first(nodes[Index(i)]));
   }
   if (layout_.has_pressure()) {
-    for (int i = 0; i < 4; ++i) local.p[i] = x[layout_.pressure(nodes[Index(i)])];
+    for (int i = 0; i < 4; ++i) local.p[i] = x[layout_.pressure(nodes[Index(i)])] / local.modulus;
   }
   return local;
 }
@@ -135,7 +136,7 @@ double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradie
   const double bulk = 1 / law_.compressibility();
   double energy = 0;
   for (const auto& q : QuadratureOf(kNodes)) {
-    const double w = q.weight * local.geometry.volume;
+    const double volume = q.weight * local.geometry.volume, w = local.modulus * volume;
     const Gradients<kNodes> gradients = GradientsOf<kNodes>(local.geometry, q.bary);
     const MaterialLaw::Point point = law_.At(local.u * gradients.transpose());
     const double p = mixed ? local.p.dot(q.bary) : bulk * point.g;
@@ -144,7 +145,7 @@ double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradie
     const Gradients<kNodes> forces = w * (point.stress + p * point.volume_stress) * gradients;
     for (int i = 0, row = 0; i < kNodes; row += layout_.local_size(i), ++i) {
       gradient->block<3, 1>(row, 0) += forces.col(i);
-      if (mixed && i < 4) (*gradient)(row + 3, 0) += w * q.bary[i] * point.g;
+      if (mixed && i < 4) (*gradient)(row + 3, 0) += volume * q.bary[i] * point.g;
     }
   }
   if (!mixed) return energy;
@@ -156,7 +157,7 @@ double ElasticBody::AddElement(const Local<kNodes>& local, ElementMatrix* gradie
   if (gradient) {
     for (int i = 0; i < 4; ++i) (*gradient)(4 * i + 3, 0) -= c * mass_p[i];
   }
-  return energy - 0.5 * c * local.p.dot(mass_p);
+  return energy - 0.5 * local.modulus * c * local.p.dot(mass_p);
 }
 
 template <int kNodes>
@@ -205,15 +206,15 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
                               SparseMatrix* matrix) const {
   const bool mixed = layout_.has_pressure();
   const double bulk = mixed ? 0 : 1 / law_.compressibility();
-  const double c = regularised ? std::max(law_.compressibility(), kLeastCompressibility)
-                               : law_.compressibility();
   for (int e = 0; e < mesh_.element_count(); ++e) {
     const Local<kNodes> local = Gather<kNodes>(x, e);
+    const double own = law_.compressibility() / local.modulus;
+    const double c = regularised ? std::max(own, kLeastCompressibility) : own;
     Stiffness<kNodes> stiffness;
     // Between displacements and pressures; columns are the latter.
     Eigen::Matrix<double, 3 * kNodes, 4> coupling = Eigen::Matrix<double, 3 * kNodes, 4>::Zero();
     for (const auto& q : QuadratureOf(kNodes)) {
-      const double w = q.weight * local.geometry.volume;
+      const double volume = q.weight * local.geometry.volume, w = local.modulus * volume;
       const Gradients<kNodes> gradients = GradientsOf<kNodes>(local.geometry, q.bary);
       const Matrix3d H = local.u * gradients.transpose();
       const bool linear = law_.law() == FemOptions::Law::kLinear;
@@ -227,7 +228,7 @@ void ElasticBody::AddTangents(const VectorXd& x, const Tangent& tangent, bool re
         AddStiffness<kNodes>(law_.TangentAt(H, p, bulk, tangent), gradients, w, &stiffness);
       }
       if (!mixed) continue;
-      const Gradients<kNodes> changes = w * point.volume_stress * gradients;
+      const Gradients<kNodes> changes = volume * point.volume_stress * gradients;
       coupling += changes.reshaped() * q.bary.transpose();
     }
     const auto entry = [&](int a, int i, int b, int k) {
@@ -268,7 +269,7 @@ void ElasticBody::VolumeChange(const VectorXd& x, VectorXd* change) const {
 SparseMatrix ElasticBody::PressureMass() const {
   std::vector<Eigen::Triplet<double>> entries;
   for (int e = 0; e < mesh_.element_count(); ++e) {
-    const double V = geometry_[Index(e)].volume;
+    const double V = geometry_[Index(e)].volume / mesh_.ModulusOf(e);
     const auto nodes = mesh_.element(e);
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {

@@ -18,6 +18,7 @@
 
 namespace palpate {
 
+// In an element of relative modulus c the law is multiplied: c A, c k.
 class ElasticBody {
  public:
   // Keeps references to the mesh and the layout, whose pressures it uses if there are any.
@@ -35,8 +36,8 @@ class ElasticBody {
 
   // Integral over the body of the shape function of every vertex's pressure times g.
   void VolumeChange(const Eigen::VectorXd& x, Eigen::VectorXd* change) const;
-  // Mass per density over the pressure's shape functions: full for ten nodes, diagonal for four;
-  // vertices as numbered in the mesh, upper triangle.
+  // Mass per density, one by each element's modulus, over the pressure's shape functions: full for
+  // ten nodes, diagonal for four; vertices as numbered in the mesh, upper triangle.
   [[nodiscard]] SparseMatrix PressureMass() const;
 
   // Mass at density one (per L^3), equal for all three components.

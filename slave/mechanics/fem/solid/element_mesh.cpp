@@ -46,6 +46,7 @@ ElementMesh MakeElementMesh(const SolidMesh& mesh, FemOptions::Element element, 
     for (const auto& [a, b] : kTetEdges)
       made.connectivity.push_back(middle(tet[Index(a)], tet[Index(b)]));
   }
+  made.modulus = mesh.modulus;
   made.surface.triangles = SurfaceOf(mesh).triangles;
   made.surface.nodes.assign(made.nodes.begin(), made.nodes.begin() + made.vertex_count);
   AddFaces(&made, &middle);

@@ -21,6 +21,7 @@ struct ElementMesh {
   int vertex_count = 0;
   int nodes_per_element = 4;
   std::vector<int> connectivity;  // element by element
+  std::vector<double> modulus;    // see SolidMesh
   SurfaceMesh surface;            // of linear triangles over the vertices
   SurfaceMesh touch_surface;      // over all nodes: four triangles per linear one with ten nodes
   std::vector<std::array<int, 6>> faces;  // per linear triangle: corners, middles 01 12 20 (or -1)
@@ -28,6 +29,9 @@ struct ElementMesh {
   [[nodiscard]] int node_count() const { return static_cast<int>(nodes.size()); }
   [[nodiscard]] int element_count() const {
     return static_cast<int>(connectivity.size()) / nodes_per_element;
+  }
+  [[nodiscard]] double ModulusOf(int e) const {
+    return modulus.empty() ? 1 : modulus[static_cast<std::size_t>(e)];
   }
   [[nodiscard]] std::span<const int> element(int e) const {
     const auto n = static_cast<std::size_t>(nodes_per_element);

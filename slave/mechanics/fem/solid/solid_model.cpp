@@ -40,7 +40,8 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
       contacts_(mesh_, used_, unit_),
       supports_(mesh_, layout_, held, body_.NodeVolumes()),
       // Of bending alone where the pressure is the elements' own.
-      strain_({mesh_.surface.nodes, mesh.tets}, layout_.has_pressure() ? HeldNodes{} : held,
+      strain_({mesh_.surface.nodes, mesh.tets, mesh.modulus},
+              layout_.has_pressure() ? HeldNodes{} : held,
               layout_.has_pressure() ? 0.0 : params_.poisson_ratio, mesh_.nodes_per_element),
       u_(mesh_.nodes.size()),
       statics_(equilibrium_, supports_, progress_, params_.linear(), layout_.size()) {

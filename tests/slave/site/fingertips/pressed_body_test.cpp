@@ -110,6 +110,28 @@ TEST(PressedBody, ForceIsProportionalToTheModulus) {
   EXPECT_LT((hard.body.TouchOf(0).force_O / 50 - f).norm(), 1e-4 * f.norm());
 }
 
+// A hard layer over all of the lower half acts as a support higher up: the force is between that of
+// the body and of one half as high, and near the latter.
+TEST(PressedBody, AHardLayerSupportsTheRestAsATableDoes) {
+  const auto force = [](double height, const PressedBody::Modulus& modulus) {
+    const Vector3d size(0.03, 0.03, height);
+    const SiteMesh mesh =
+        MeshGradedBox({GradedAxis({size.x(), {0.015}, {}}, {.edge = 2e-3}),
+                       GradedAxis({size.y(), {0.015}, {}}, {.edge = 2e-3}),
+                       GradedAxis({size.z(), {size.z()}, {size.z() / 2}}, {.edge = 2e-3})});
+    PressedBody body(mesh, HeldBelow(mesh), kYoung, kPoisson, kRadius, modulus);
+    FingerPlacement finger;
+    finger.approach_O = {0, 0, -1};
+    finger.X_OF.translation() = Vector3d(0.015, 0.015, height + kRadius - 1.5e-3);
+    EXPECT_TRUE(body.Press(std::array{finger}));
+    return -body.TouchOf(0).force_O.z();
+  };
+  const double thick = force(0.02, {}), thin = force(0.01, {});
+  const double layered = force(0.02, [](const Vector3d& p) { return p.z() < 0.01 ? 1000 : 1; });
+  EXPECT_GT(thin, 1.1 * thick);
+  EXPECT_NEAR(layered / thin, 1, 0.02);
+}
+
 TEST(PressedBody, NothingIsLeftInsideTheFinger) {
   CubePress press({.edge = 2.5e-3, .growth = 0.8});
   for (double depth = 1e-3; depth < 6.5e-3; depth += 1e-3) ASSERT_TRUE(press.To(depth));

@@ -1,0 +1,83 @@
+// How forces relax: a series of exponentials (Prony), by steps of time.
+//
+//   F(t) = integral of g(t - s) dF_e/ds ds,   g(t) = 1 - sum of share_i (1 - exp(-t / time_i))
+//
+// F_e: force of the elastic body with its moduli at once, zero before the first step. Exact where
+// F_e is straight within the steps: every term keeps
+//
+//   q_i <- exp(-h) q_i + share_i (1 - exp(-h)) / h dF_e,   h = step / time_i
+//
+// and F = (1 - sum of share_i) F_e + sum of q_i. If all moduli of a linear body relax alike, these
+// are its forces under prescribed displacements, whatever its shape (correspondence principle:
+// Christensen, Theory of Viscoelasticity, 1982, 2.2). With F_e of a nonlinear body the law is
+// quasi-linear (Fung, Biomechanics, 1993, 7.6). Immutable; O(terms).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/scene/options/object.h"
+
+namespace palpate {
+
+// What a term with this time keeps over a step, and what it takes of what is added evenly in it.
+struct PronyStep {
+  double fade = 1, rise = 1;
+
+  PronyStep(double step, double time) {
+    const double h = step / time;
+    fade = std::exp(-h);
+    if (h > 1e-9) rise = -std::expm1(-h) / h;
+  }
+};
+
+// A force and its moment.
+using Wrench = Eigen::Matrix<double, 6, 1>;
+
+// What one contact remembers.
+struct RelaxationMemory {
+  Wrench elastic = Wrench::Zero();  // F_e at the end of the last step
+  std::array<Wrench, Material::kMostRelaxationTerms> terms{};
+
+  RelaxationMemory() { terms.fill(Wrench::Zero()); }
+};
+
+class PronySeries {
+ public:
+  // At most kMostRelaxationTerms. Throws std::invalid_argument: shares not > 0 or with a sum of 1
+  // or more, times or step not > 0.
+  PronySeries(std::span<const RelaxationTerm> terms, double step);
+
+  // F at the end of the next step, at which F_e is `elastic`.
+  Wrench Advance(const Wrench& elastic, RelaxationMemory* memory) const;
+  // The same of a force whose moment is not known: that is left as it is.
+  Eigen::Vector3d Advance(const Eigen::Vector3d& elastic, RelaxationMemory* memory) const;
+  // F right after F_e jumps to `elastic`.
+  Wrench Jump(const Wrench& elastic, RelaxationMemory* memory) const;
+  // F_e for which F at the end of the next step is `force`.
+  [[nodiscard]] Wrench ElasticFor(const Wrench& force, const RelaxationMemory& memory) const;
+  // dF / dF_e of the next step [-].
+  [[nodiscard]] double at_once() const { return at_once_; }
+
+ private:
+  template <int kRows>
+  void AdvanceRows(const Wrench& elastic, RelaxationMemory* memory, Wrench* force) const;
+  // F of a next step without change of F_e.
+  [[nodiscard]] Wrench Kept(const RelaxationMemory& memory) const;
+
+  struct Step {
+    double fade = 1, taken = 0;  // of what the term kept, of what is added [-]
+  };
+
+  std::vector<RelaxationTerm> terms_;
+  std::vector<Step> steps_;
+  double left_ = 1;     // when all terms are gone
+  double at_once_ = 1;  // left_ and what the terms take
+};
+
+}  // namespace palpate

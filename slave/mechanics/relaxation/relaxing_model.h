@@ -1,0 +1,61 @@
+// A model of an elastic body whose moduli all relax alike: the forces of prescribed displacements
+// relax, what is loaded creeps. One Respond is one step of time, in which what is prescribed
+// changes evenly.
+//
+// Every contact keeps the history of its force (prony_series.h). A load is what the elastic body
+// needs for the force that is prescribed to remain. For a linear model both are exact while the
+// contacts stay the same. A contact that is new remembers nothing; one that slides keeps the memory
+// of the last contact within its width. What a contact that ends leaves behind is lost: the surface
+// is at rest at once.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/relaxation/prony_series.h"
+
+namespace palpate {
+
+class RelaxingModel final : public DeformationModel {
+ public:
+  // `elastic` with the moduli at once: static, its answers independent of earlier ones. `step` [s].
+  // Throws: see PronySeries.
+  RelaxingModel(std::unique_ptr<DeformationModel> elastic, std::span<const RelaxationTerm> terms,
+                double step);
+
+  void Reset() override;
+  // What acts at rest jumps to its value.
+  void Start(std::span<const Contact> contacts) override;
+  void Prefetch(std::span<const Contact> contacts) override { elastic_->Prefetch(contacts); }
+  [[nodiscard]] std::string_view failure() const override { return elastic_->failure(); }
+
+ private:
+  struct History {
+    Contact contact;
+    RelaxationMemory memory;
+    bool taken = false;
+  };
+
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept override;
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
+  [[nodiscard]] std::span<const Contact> ContactsAtRest(std::span<const Contact>) const override {
+    return at_rest_;
+  }
+  void ComputeAtRest(std::span<const Contact> contacts,
+                     std::span<ContactResponse> responses) noexcept override;
+  void Remember(std::span<const Contact> contacts);
+  void Forget(std::span<ContactResponse> responses) noexcept;
+  [[nodiscard]] History* Earlier(const Contact& contact, std::size_t number);
+
+  std::unique_ptr<DeformationModel> elastic_;
+  PronySeries series_;
+  double nearby_;                           // how far a contact without a width slides [m]
+  std::vector<History> histories_, known_;  // of the contacts now, of those before
+  std::vector<Contact> at_rest_;            // contacts of the elastic body, shown last
+};
+
+}  // namespace palpate

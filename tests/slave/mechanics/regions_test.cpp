@@ -1,0 +1,220 @@
+// Parts of a volume with moduli of their own, in every kind that takes them.
+#include <array>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/factory/make_model.h"
+#include "slave/mechanics/mesh_resolution.h"
+#include "slave/mechanics/object_mesh.h"
+#include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+using Element = FemOptions::Element;
+using Law = FemOptions::Law;
+using Pressure = FemOptions::Pressure;
+
+constexpr double kModulus = 20e3;  // [Pa]
+constexpr double kFar = 1;         // [m]: beyond every body here
+
+struct Kind {
+  std::string kind;
+  FemOptions::Law law = Law::kCorotational;
+  FemOptions::Element element = Element::kTet4;
+  FemOptions::Pressure pressure = Pressure::kAuto;
+};
+const std::vector<Kind> kKinds{{"fem"},
+                               {"fem", Law::kLinear},
+                               {"fem", Law::kLinear, Element::kTet10},
+                               {"fem-hyperelastic", Law::kNeoHookean},
+                               {"fem-hyperelastic", Law::kNeoHookean, Element::kTet10},
+                               {"fem-green"}};
+
+std::string NameOf(const Kind& k) {
+  return k.kind + (k.law == Law::kLinear ? " linear" : "") +
+         (k.element == Element::kTet10 ? " tet10" : "");
+}
+
+Scene BoxScene(const Kind& k, const BoxGeometry& box, double nu) {
+  Scene scene;
+  scene.object.geometry = box;
+  scene.object.material = {.young_modulus = kModulus, .poisson_ratio = nu};
+  scene.object.fixed = {{FixedPlane{2, 0}}};
+  scene.model.kind = k.kind;
+  scene.model.range = 0.1;
+  scene.model.fem.law = k.law;
+  scene.model.fem.element = k.element;
+  scene.model.fem.pressure = k.pressure;
+  scene.model.fem.residual = 1e-10;
+  return scene;
+}
+
+Region Layer(double from, double to, double modulus) {
+  return {Eigen::AlignedBox3d(Vector3d(-kFar, -kFar, from), Vector3d(kFar, kFar, to)), modulus};
+}
+
+ContactResponse Press(const Scene& scene, const Contact& contact) {
+  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
+  ContactResponse response;
+  model->Respond({&contact, 1}, {&response, 1});
+  EXPECT_NE(response.validity, Validity::kFailed) << model->failure();
+  return response;
+}
+
+// Between rollers a layered column is in uniaxial strain, which elements represent exactly: the
+// layers give way one after the other, K = A / sum(h / M), M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
+// The laws of large strains deviate by the strain, 1e-4 in the mean. The strains jump between the
+// layers, and no error of the mesh is found in that.
+TEST(Regions, LayersOfAColumnGiveWayInSeries) {
+  const double nu = 0.3, side = 0.01, height = 0.04, by = 1e-4 * height;
+  const std::array moduli{kModulus, 5 * kModulus, kModulus, 0.2 * kModulus};
+  double softness = 0;
+  for (const double E : moduli) {
+    softness += (height / 4) * (1 + nu) * (1 - 2 * nu) / (E * (1 - nu));
+  }
+  for (const Kind& kind : kKinds) {
+    Scene scene = BoxScene(kind, {{side, side, height}, {2, 2, 8}}, nu);
+    scene.model.fem.residual = 1e-8;
+    scene.object.regions = {Layer(height / 4, height / 2, moduli[1]),
+                            Layer(3 * height / 4, height, moduli[3])};
+    for (const double at : {0.0, side}) {
+      scene.object.fixed.push_back({FixedPlane{0, at}, {true, false, false}});
+      scene.object.fixed.push_back({FixedPlane{1, at}, {false, true, false}});
+    }
+    const ContactResponse response = Press(
+        scene,
+        {.p_O = {side / 2, side / 2, height}, .width = 1.5 * side, .prescribed_O = {0, 0, -by}});
+    EXPECT_NEAR(-response.force_O.z() * softness / (side * side * by), 1, 1e-4) << NameOf(kind);
+    EXPECT_NE(response.doubt, kStiffInBending) << NameOf(kind);
+  }
+}
+
+// The laws are proportional to E, those of large strains and with a pressure of its own too.
+TEST(Regions, ARegionThatIsTheWholeBodyMultipliesTheForce) {
+  std::vector<Kind> kinds = kKinds;
+  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
+  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
+  kinds.push_back({"fem", Law::kLinear, Element::kTet10, Pressure::kMixed});
+  const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
+  for (const Kind& kind : kinds) {
+    Scene scene = BoxScene(kind, {{0.04, 0.04, 0.02}, {4, 4, 2}}, 0.45);
+    const Vector3d body = Press(scene, contact).force_O;
+    scene.object.regions = {Layer(-kFar, kFar, 5 * kModulus)};
+    const Vector3d stiff = Press(scene, contact).force_O;
+    EXPECT_LT((stiff - 5 * body).norm(), 1e-6 * stiff.norm()) << NameOf(kind);
+  }
+}
+
+// A region of a modulus of its own against a body of that modulus cut the other way: what is the
+// region of one is the body of the other, so that both are the same object.
+TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
+  const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
+  std::vector<Kind> kinds = kKinds;
+  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
+  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
+  for (const Kind& kind : kinds) {
+    Scene lower = BoxScene(kind, {{0.04, 0.04, 0.02}, {4, 4, 4}}, 0.45), upper = lower;
+    lower.object.regions = {Layer(-kFar, 0.01, 3 * kModulus)};
+    upper.object.material.young_modulus = 3 * kModulus;
+    upper.object.regions = {Layer(0.01, kFar, kModulus)};
+    const Vector3d force = Press(lower, contact).force_O;
+    EXPECT_LT((Press(upper, contact).force_O - force).norm(), 1e-6 * force.norm()) << NameOf(kind);
+  }
+}
+
+// Saint-Venant: what is small and far changes the force by the cube of radius over distance.
+TEST(Regions, ASmallSphereFarFromTheContactHasNoInfluence) {
+  const Contact contact{.p_O = {0.01, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-4}};
+  for (const Kind& kind : kKinds) {
+    Scene scene = BoxScene(kind, {{0.12, 0.04, 0.02}, {24, 8, 4}}, 0.3);
+    if (kind.element == Element::kTet10) continue;  // the same, at ten times the cost
+    const double without = Press(scene, contact).force_O.z();
+    scene.object.regions = {{Ball{{0.1, 0.02, 0.01}, 0.005}, 5 * kModulus}};
+    EXPECT_NEAR(Press(scene, contact).force_O.z() / without, 1, 1e-5) << NameOf(kind);
+  }
+}
+
+Scene InclusionScene(const Kind& kind) {
+  Scene scene = BoxScene(kind, {{0.06, 0.04, 0.025}, {24, 16, 10}}, 0.45);
+  scene.model.fem.residual = 1e-6;
+  scene.object.regions = {{Ball{{0.02, 0.02, 0.015}, 0.005}, 5 * kModulus}};
+  return scene;
+}
+
+// Forces of a scan across an inclusion of 10 mm whose top is 5 mm deep, by the one farthest away.
+std::vector<double> Contrast(const Scene& scene) {
+  const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
+  std::vector<double> force;
+  for (const double x : {0.02, 0.025, 0.03, 0.045}) {
+    const Contact contact{.p_O = {x, 0.02, 0.025}, .width = 0.01, .prescribed_O = {0, 0, -0.001}};
+    ContactResponse response;
+    model->Reset();
+    model->Respond({&contact, 1}, {&response, 1});
+    EXPECT_EQ(response.validity, Validity::kValid) << response.doubt;
+    force.push_back(-response.force_O.z());
+  }
+  for (double& f : force) f /= force.back();
+  return force;
+}
+
+// Reference: the law of large strains on the same mesh, whose force is no superposition. The bound
+// is that of the line, of the contrast less one.
+TEST(Regions, AnInclusionRaisesTheForceAsInTheFullModel) {
+  const auto truth = Contrast(InclusionScene({"fem-hyperelastic", Law::kNeoHookean}));
+  EXPECT_GT(truth.front(), 1.2);
+  for (const Kind& kind : {Kind{"fem-green"}, Kind{"fem"}}) {
+    const auto contrast = Contrast(InclusionScene(kind));
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      EXPECT_NEAR(contrast[i], truth[i], 0.05 * truth[i]) << NameOf(kind) << " at " << i;
+    }
+  }
+}
+
+TEST(Regions, StoredGreensFunctionsAreThoseOfTheRegions) {
+  const Scratch folder;
+  const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
+  Scene scene = BoxScene({"fem-green"}, {{0.04, 0.04, 0.02}, {4, 4, 4}}, 0.45);
+  Scene stored = scene;
+  stored.model.cache = folder.path();
+  Press(stored, contact);
+  scene.object.regions = stored.object.regions = {Layer(-kFar, 0.01, 3 * kModulus)};
+  EXPECT_EQ(Press(stored, contact).force_O, Press(scene, contact).force_O);
+}
+
+TEST(Regions, ATetrahedronBelongsToTheLastRegionThatContainsItsCentroid) {
+  Scene scene = BoxScene({"fem"}, {{0.04, 0.04, 0.02}, {4, 4, 2}}, 0.45);
+  scene.object.regions = {Layer(0.01, 0.02, 2 * kModulus),
+                          {Eigen::AlignedBox3d(Vector3d(0, 0, 0), Vector3d(0.02, 1, 1)), kModulus},
+                          {Ball{{0.04, 0.04, 0}, 0.0101}, 7 * kModulus}};
+  for (const int refinements : {0, 1}) {
+    scene.model.refinements = refinements;
+    const auto mesh = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
+    ASSERT_EQ(mesh.modulus.size(), mesh.tets.size());
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+      Vector3d p(0, 0, 0);
+      for (const int node : mesh.tets[t]) p += mesh.nodes[static_cast<std::size_t>(node)] / 4;
+      const bool in_ball = (p - Vector3d(0.04, 0.04, 0)).norm() < 0.0101;
+      EXPECT_EQ(mesh.modulus[t], in_ball ? 7 : p.x() > 0.02 && p.z() > 0.01 ? 2 : 1);
+    }
+  }
+}
+
+TEST(Regions, ARegionWithoutATetrahedronIsRefusedByItsLine) {
+  Scene scene = BoxScene({"fem"}, {{0.04, 0.04, 0.02}, {4, 4, 2}}, 0.45);
+  scene.file = "organ.yaml";
+  scene.object.regions = {Layer(0.01, 0.02, 2 * kModulus),
+                          {Ball{{0.02, 0.02, 0.01}, 1e-4}, 7 * kModulus, 12}};
+  const std::string what = Thrown<std::invalid_argument>([&] { MeshObject(scene, std::nullopt); });
+  EXPECT_THAT(what, HasSubstr("organ.yaml:12: object.regions.1: accepted is"));
+}
+
+}  // namespace
+}  // namespace palpate
