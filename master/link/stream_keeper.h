@@ -21,6 +21,7 @@
 
 #include "master/link/channel.h"
 #include "master/link/slave_link.h"
+#include "shared/link/thread_priority.h"
 
 namespace palpate {
 
@@ -40,6 +41,7 @@ grpc::Status Query(v1::Teleoperation::Stub* stub,
                    const std::stop_token& stop, Reply* reply) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(1));
+  const ReadingPriority reading;
   const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   return (stub->*call)(&context, Request(), reply);
 }
@@ -56,7 +58,7 @@ class StreamKeeper {
     std::string trouble;  // why none is received, or why the last one was rejected; empty: neither
   };
 
-  // Both are called on this object's thread and must outlive it.
+  // Both are called on this object's thread and must outlive it, the second at ordinary priority.
   StreamKeeper(Open open, Take take)
       : open_(std::move(open)), take_(std::move(take)), thread_([this] { Run(); }) {}
   ~StreamKeeper() { Stop(); }
@@ -101,11 +103,12 @@ class StreamKeeper {
       if (stopping_) return false;
       context_ = &own;
     }
+    const ReadingPriority reading;
     const auto stream = open_(&own);
     Message message;
     bool is_rejected = false;
     while (stream->Read(&message)) {
-      std::string trouble = take_(&message);
+      std::string trouble = TakeUnhurried(&message);
       is_rejected = !trouble.empty();
       if (!is_rejected) backoff->Reset();
       const std::scoped_lock lock(mutex_);
@@ -119,6 +122,11 @@ class StreamKeeper {
       stats_.trouble = status.ok() ? "the slave ended the stream" : WordsOf(status);
     }
     return status.error_code() != grpc::StatusCode::UNIMPLEMENTED;
+  }
+
+  std::string TakeUnhurried(Message* message) {
+    const OrdinaryPriority ordinary;
+    return take_(message);
   }
 
   const Open open_;

@@ -1,6 +1,10 @@
-// A mutex for threads of different priority.
+// A mutex and a condition for threads of different priority.
 #pragma once
 
+#include <cerrno>
+#include <chrono>
+#include <ctime>
+#include <mutex>
 #include <system_error>
 
 #include <pthread.h>
@@ -28,9 +32,41 @@ class PriorityInheritanceMutex {
   void lock() noexcept { pthread_mutex_lock(&mutex_); }
   void unlock() noexcept { pthread_mutex_unlock(&mutex_); }
   bool try_lock() noexcept { return pthread_mutex_trylock(&mutex_) == 0; }
+  pthread_mutex_t* native_handle() noexcept { return &mutex_; }
 
  private:
   pthread_mutex_t mutex_;
+};
+
+// What std::condition_variable is for std::mutex. std::condition_variable_any is no substitute: it
+// has an ordinary mutex of its own, for which a notifying real-time thread waits.
+class PriorityInheritanceCondition {
+ public:
+  PriorityInheritanceCondition() { pthread_cond_init(&condition_, nullptr); }
+  ~PriorityInheritanceCondition() { pthread_cond_destroy(&condition_); }
+  PriorityInheritanceCondition(const PriorityInheritanceCondition&) = delete;
+  PriorityInheritanceCondition& operator=(const PriorityInheritanceCondition&) = delete;
+
+  void notify_one() noexcept { pthread_cond_signal(&condition_); }
+  void notify_all() noexcept { pthread_cond_broadcast(&condition_); }
+  // What `done` says at the end: false after `due` only.
+  template <class Predicate>
+  bool wait_until(std::unique_lock<PriorityInheritanceMutex>& lock,
+                  std::chrono::steady_clock::time_point due, const Predicate& done) {
+    const auto whole = std::chrono::floor<std::chrono::seconds>(due);
+    const std::chrono::nanoseconds rest = due - whole;
+    const timespec until{.tv_sec = whole.time_since_epoch().count(), .tv_nsec = rest.count()};
+    while (!done()) {
+      // steady_clock is CLOCK_MONOTONIC (libstdc++).
+      const int error = pthread_cond_clockwait(&condition_, lock.mutex()->native_handle(),
+                                               CLOCK_MONOTONIC, &until);
+      if (error == ETIMEDOUT) return done();
+    }
+    return true;
+  }
+
+ private:
+  pthread_cond_t condition_;
 };
 
 }  // namespace palpate

@@ -2,27 +2,30 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <optional>
 #include <utility>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
 
-// Thread-safe, with fixed memory. Real-time threads use LatestValue instead.
+// Thread-safe, with fixed memory. The writer may be more urgent than the reader: it does not wait
+// for the reader's turn on the processor. The haptic loop uses LatestValue instead.
 class StateMailbox {
  public:
-  // Replaces the waiting state and adds its events to the new one.
+  // Replaces the waiting state and adds its events to the new one. Wakes no paused reader.
   void Put(const SlaveState& state) {
+    bool is_awaited = false;
     {
       const std::scoped_lock lock(mutex_);
       const Events skipped = slot_ ? slot_->events : Events{};
       slot_ = state;
       slot_->events.Add(skipped);
+      is_awaited = is_awaited_;
     }
-    changed_.notify_one();
+    if (is_awaited) changed_.notify_one();
   }
   // The newest state not yet taken; nullopt: nothing new.
   std::optional<SlaveState> TakeNewest() {
@@ -32,7 +35,10 @@ class StateMailbox {
   // Like TakeNewest, but waits. nullopt: none within `patience`, or closed.
   std::optional<SlaveState> WaitNewest(std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, patience, [this] { return slot_ || closed_; });
+    is_awaited_ = true;
+    changed_.wait_until(lock, std::chrono::steady_clock::now() + patience,
+                        [this] { return slot_ || closed_; });
+    is_awaited_ = false;
     return closed_ ? std::nullopt : std::exchange(slot_, std::nullopt);
   }
   // Sleeps until `due` or until closed, even if states arrive.
@@ -54,9 +60,10 @@ class StateMailbox {
   }
 
  private:
-  mutable std::mutex mutex_;  // guards slot_ and closed_
-  std::condition_variable changed_;
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
+  PriorityInheritanceCondition changed_;
   std::optional<SlaveState> slot_;
+  bool is_awaited_ = false;  // by a reader in WaitNewest
   bool closed_ = false;
 };
 

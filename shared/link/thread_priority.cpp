@@ -46,18 +46,22 @@ void MakeWithRealtimeThreads(int priority, const std::function<void()>& make) {
   if (error) std::rethrow_exception(error);
 }
 
-OrdinaryPriority::OrdinaryPriority() : policy_(sched_getscheduler(0)) {
+ScopedPriority::ScopedPriority(int policy, int priority) : policy_(sched_getscheduler(0)) {
   sched_param parameters{};
   sched_getparam(0, &parameters);
   priority_ = parameters.sched_priority;
-  parameters.sched_priority = 0;
-  sched_setscheduler(0, SCHED_OTHER, &parameters);
+  parameters.sched_priority = priority;
+  sched_setscheduler(0, policy, &parameters);
 }
 
-OrdinaryPriority::~OrdinaryPriority() {
+ScopedPriority::~ScopedPriority() {
   sched_param parameters{};
   parameters.sched_priority = priority_;
   sched_setscheduler(0, policy_, &parameters);
 }
+
+OrdinaryPriority::OrdinaryPriority() : ScopedPriority(SCHED_OTHER, 0) {}
+// Not SCHED_RESET_ON_FORK: a privilege would be needed to take it back.
+ReadingPriority::ReadingPriority() : ScopedPriority(SCHED_FIFO, kReadingPriority) {}
 
 }  // namespace palpate

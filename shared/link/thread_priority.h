@@ -22,16 +22,30 @@ std::string MakeThreadRealtime(int priority);
 // Calls `make` in a thread at `priority` that all threads started in it inherit, such as those of a
 // library. Without permission they stay ordinary.
 void MakeWithRealtimeThreads(int priority, const std::function<void()>& make);
-// Gives the calling thread ordinary priority until the end of the scope.
-class OrdinaryPriority {
+// Gives the calling thread another priority until the end of the scope. Without permission it keeps
+// its own.
+class ScopedPriority {
  public:
-  OrdinaryPriority();
-  ~OrdinaryPriority();
-  OrdinaryPriority(const OrdinaryPriority&) = delete;
-  OrdinaryPriority& operator=(const OrdinaryPriority&) = delete;
+  ScopedPriority(const ScopedPriority&) = delete;
+  ScopedPriority& operator=(const ScopedPriority&) = delete;
+
+ protected:
+  ScopedPriority(int policy, int priority);
+  ~ScopedPriority();
 
  private:
   int policy_ = 0, priority_ = 0;
+};
+// That of threads that work on bulk data.
+class OrdinaryPriority : private ScopedPriority {
+ public:
+  OrdinaryPriority();
+};
+// That of threads that read network data. Any thread that waits in gRPC may be the one that gRPC
+// lets read the connections of all others, the operator's included.
+class ReadingPriority : private ScopedPriority {
+ public:
+  ReadingPriority();
 };
 
 }  // namespace palpate

@@ -40,6 +40,22 @@ class Constraints {
   double Lift(const NodeVector& u, double share, NodeVector& lift) const noexcept;
   void ProjectMotion(NodeVector& change) const noexcept;  // P
   void ProjectForce(NodeVector& force) const noexcept;    // P^T
+  // Calls `action` with each moving node on which supports or contacts act, some of them twice.
+  // False: they act on all, since free motions are removed.
+  template <class Action>
+  bool ForBearing(const Action& action) const {
+    if (motion_count_ > 0) return false;
+    for (int i = 0; i < body_.moving(); ++i) {
+      const double* free = At(held_.free, i).v;
+      if (free[0] * free[1] * free[2] == 0) action(i);
+    }
+    for (const auto& sum : held_.sums) {
+      for (const int i : sum.node) {
+        if (i < body_.moving()) action(i);
+      }
+    }
+    return true;
+  }
   // What contact k gives, where `force` is what nodes bear of contacts and supports together.
   [[nodiscard]] Eigen::Vector3d Sum(int k, const NodeVector& force) const noexcept;
   // The largest part of a free motion in `force`, of the forces' sizes together.

@@ -88,6 +88,13 @@ struct Stencil {
   double mass_factor, stiffness_factor, ratio;  // ratio = lambda / mu
 };
 
+using Double2 [[gnu::vector_size(16), gnu::may_alias, gnu::aligned(8)]] = double;
+
+PALPATE_INLINE void StoreThree(double* p, const Double4& v) {
+  *reinterpret_cast<Double2*>(p) = Double2{v[0], v[1]};
+  p[2] = v[2];
+}
+
 // block = stiffness (ratio X + X^T) + (mass m + stiffness d) I, X = sum of q_a q_b^T.
 PALPATE_DISPATCHED void AssembleBlocks(const Stencil& s, const int* corners, const NodeValue* q,
                                        double* values, int first, int last) {
@@ -102,16 +109,17 @@ PALPATE_DISPATCHED void AssembleBlocks(const Stencil& s, const int* corners, con
     }
     const int k = s.block[u];
     const double diagonal = s.mass_factor * s.mass[k] + s.stiffness_factor * s.isotropic[k];
+    const Double4 rows[3] = {
+        {x0[0], x1[0], x2[0], 0}, {x0[1], x1[1], x2[1], 0}, {x0[2], x1[2], x2[2], 0}};
     const Double4 columns[3] = {x0, x1, x2};
+    const Double4 unit[3] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
     double* block = values + 9 * static_cast<std::ptrdiff_t>(k);
     double* mirror = values + 9 * static_cast<std::ptrdiff_t>(s.transpose[k]);
     for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) {
-        double value = s.stiffness_factor * (s.ratio * columns[c][r] + columns[r][c]);
-        if (r == c) value += diagonal;
-        block[r + 3 * c] = value;
-        mirror[c + 3 * r] = value;
-      }
+      StoreThree(block + 3 * c,
+                 s.stiffness_factor * (s.ratio * columns[c] + rows[c]) + diagonal * unit[c]);
+      StoreThree(mirror + 3 * c,
+                 s.stiffness_factor * (s.ratio * rows[c] + columns[c]) + diagonal * unit[c]);
     }
   }
 }
@@ -253,21 +261,21 @@ void FemBody::FindContributions(bool lumped_mass) {
 }
 
 void FemBody::FindTouching() {
-  touching_begin_.assign(points_.size() + 1, 0);
+  touching_.begin.assign(points_.size() + 1, 0);
   for (const auto& tet : tets_) {
-    for (const int node : tet) ++touching_begin_[Index(node) + 1];
+    for (const int node : tet) ++touching_.begin[Index(node) + 1];
   }
-  std::partial_sum(touching_begin_.begin(), touching_begin_.end(), touching_begin_.begin());
-  std::vector<int> next(touching_begin_.begin(), touching_begin_.end() - 1);
-  touching_.resize(4 * tets_.size());
+  std::partial_sum(touching_.begin.begin(), touching_.begin.end(), touching_.begin.begin());
+  std::vector<int> next(touching_.begin.begin(), touching_.begin.end() - 1);
+  touching_.column.resize(4 * tets_.size());
   for (int c = 0; c < 4 * element_count(); ++c) {
-    touching_[Index(next[Index(tets_[Index(c / 4)][Index(c % 4)])]++)] = c;
+    touching_.column[Index(next[Index(tets_[Index(c / 4)][Index(c % 4)])]++)] = c;
   }
 }
 
 void FemBody::InternalForce(NodeVector& f) noexcept {
   team_.For(size(), [&](int first, int last) {
-    GatherForces(touching_begin_.data(), touching_.data(), elements_.corner_forces().data(),
+    GatherForces(touching_.begin.data(), touching_.column.data(), elements_.corner_forces().data(),
                  f.data(), first, last);
   });
 }
@@ -285,6 +293,18 @@ void FemBody::AssembleTangent(double mass, double stiffness, BlockMatrix& matrix
     AssembleBlocks(stencil, corners_.data(), elements_.corner_gradients().data(), matrix.block(0),
                    first, last);
   });
+}
+
+void FemBody::NodeRotations(NodeVector& rotations) const noexcept {
+  for (int i = 0; i < moving(); ++i) {
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (const int corner : touching_.of(i)) {
+      const NodeValue rotation = elements_.Rotation(corner / 4);
+      const Eigen::Map<const Eigen::Vector4d> q(rotation.v);
+      sum += q * (q.dot(sum) < 0 ? -1 : 1);  // q and -q are the same rotation
+    }
+    Eigen::Map<Eigen::Vector4d>(At(rotations, i).v) = sum.normalized();
+  }
 }
 
 void FemBody::AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept {
@@ -307,7 +327,7 @@ void FemBody::AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) n
 }
 
 std::size_t FemBody::memory_bytes() const {
-  return elements_.memory_bytes() + sizeof(int) * (corners_.size() + touching_.size()) +
+  return elements_.memory_bytes() + sizeof(int) * (corners_.size() + touching_.column.size()) +
          pattern_.graph.column.size() * (2 * sizeof(int) + 2 * sizeof(double));
 }
 

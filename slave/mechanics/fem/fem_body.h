@@ -61,6 +61,8 @@ class FemBody {
   void InternalForce(NodeVector& f) noexcept;
   // mass M + stiffness K, K with warped element matrices R K_0 R^T; the law being linear, K is K_0.
   void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
+  // The mean rotation of each moving node's elements, as a unit quaternion s, x, y, z.
+  void NodeRotations(NodeVector& rotations) const noexcept;
   // Adds factor (K_exact - K) at the displacement last evaluated.
   void AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept;
   void MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept {
@@ -88,13 +90,13 @@ class FemBody {
   TetElements elements_;
   WorkerTeam team_;
 
-  std::vector<int> upper_;          // blocks at or right of the diagonal
-  std::vector<int> corners_begin_;  // per upper block, in corners_
-  std::vector<int> corners_;        // pairs a, b of one element, in elements_.corner_gradients()
-  std::vector<int> touching_begin_, touching_;  // per node: corners of its elements
-  std::vector<double> mass_;                    // per block
-  std::vector<double> isotropic_;               // per block: sum mu V g_a . g_b
-  std::vector<Eigen::Matrix3d> spin_;           // per element; sized at the first use
+  std::vector<int> upper_;             // blocks at or right of the diagonal
+  std::vector<int> corners_begin_;     // per upper block, in corners_
+  std::vector<int> corners_;           // pairs a, b of one element, in elements_.corner_gradients()
+  NodeGraph touching_;                 // per node: corners of its elements
+  std::vector<double> mass_;           // per block
+  std::vector<double> isotropic_;      // per block: sum mu V g_a . g_b
+  std::vector<Eigen::Matrix3d> spin_;  // per element; sized at the first use
 };
 
 }  // namespace palpate::fem

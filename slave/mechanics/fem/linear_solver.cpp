@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
@@ -22,6 +23,9 @@ constexpr double kLateSpeed = 600;
 // on it spoils the answer.
 constexpr double kRounding = 2e-15;
 constexpr double kGridsWorth = 12;  // iterations that new grids must save
+// Solutions in which a factor is replaced, and the share of its worth from which on it is: it ages
+// meanwhile. [tuned: SwingingStep]
+constexpr double kParts = 8, kEarly = 0.5;
 constexpr int kMostIterations = 20'000;
 constexpr int kMostWithFactor = 400;  // then it is not worth its name
 constexpr int kPatience = 1'000;      // iterations without a better residual
@@ -54,7 +58,15 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
   late_worth_ = static_cast<int>(
       std::min(1e9, double_factor_->flops() / (kLateSpeed * body.pattern().blocks())));
   if ((params.single && direct_) || late_factor_) {
-    single_factor_.emplace(body.tree(), body.pattern()).Reserve();
+    single_factor_ = std::make_unique<SparseCholesky<float>>(body.tree(), body.pattern());
+    single_factor_->Reserve();
+  }
+  if (params.single && direct_) {
+    next_factor_ = std::make_unique<SparseCholesky<float>>(body.tree(), body.pattern());
+    next_factor_->Reserve();
+    next_matrix_.emplace(body.pattern());
+    for (auto* of : {&rotations_, &next_rotations_, &now_}) of->resize(Index(body.moving()));
+    turns_.resize(Index(body.moving()));
   }
   if (!direct_) {
     grids_.emplace(std::span(body.points()).first(Index(body.moving())), body.pattern());
@@ -77,6 +89,7 @@ void LinearSolver::Reset() noexcept {
 std::size_t LinearSolver::memory_bytes() const {
   std::size_t bytes = inverse_blocks_.size() * sizeof(double) + 3 * z_.size() * sizeof(NodeValue);
   if (single_factor_) bytes += single_factor_->memory_bytes();
+  if (next_factor_) bytes += next_factor_->memory_bytes() + next_matrix_->memory_bytes();
   if (double_factor_) bytes += double_factor_->memory_bytes();
   if (grids_) bytes += grids_->memory_bytes();
   return bytes;
@@ -86,6 +99,7 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
                                  NodeVector& r, NodeVector& x, double target) noexcept {
   if (due_ || (late_factor_ && !has_factor() && spent_ >= late_worth_))
     Prepare(A, constraints.held(), Kind::kSingle);
+  if (next_ != Next::kNone) ContinueNext(A, constraints.held());
   SolveOutcome outcome = Iterate(A, constraints, r, x, target);
   int before = 0;
   // A factor that has aged too much, or was made of too few digits, is replaced by a better one,
@@ -107,6 +121,7 @@ SolveOutcome LinearSolver::Solve(const BlockMatrix& A, const Constraints& constr
 
 void LinearSolver::Prepare(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
   due_ = false;
+  next_ = Next::kNone;
   if (!late_factor_ || (factorable_ && spent_ >= late_worth_)) {
     if (Factor(A, held, kind)) return;
     factorable_ = Stopped();
@@ -131,7 +146,32 @@ void LinearSolver::CountAge(int iterations) noexcept {
     return;
   }
   excess_ += iterations - young_iterations_;
-  if (excess_ > refactor_worth_) due_ = true;
+  const bool in_parts = next_factor_ != nullptr && kind_ == Kind::kSingle;
+  if (excess_ <= (in_parts ? kEarly : 1) * refactor_worth_) return;
+  if (!in_parts) {
+    due_ = true;
+  } else if (next_ == Next::kNone) {
+    next_ = Next::kDue;
+  }
+}
+
+void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held) noexcept {
+  if (next_ == Next::kDue) {
+    *next_matrix_ = A;
+    body_.NodeRotations(next_rotations_);
+    scale_ = 1 / LargestDiagonal(A);
+    next_factor_->Begin();
+    next_ = Next::kBegun;
+  }
+  const auto progress =
+      next_factor_->Continue(*next_matrix_, scale_, held, next_factor_->flops() / kParts);
+  if (progress == SparseCholesky<float>::Progress::kMore) return;
+  next_ = Next::kNone;
+  if (progress == SparseCholesky<float>::Progress::kFailed) return Prepare(A, held, Kind::kSingle);
+  single_factor_.swap(next_factor_);
+  rotations_.swap(next_rotations_);
+  young_iterations_ = -1;
+  excess_ = 0;
 }
 
 // In single precision if that is asked for and possible, else in double.
@@ -143,11 +183,36 @@ bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind
     return progress_ == nullptr || progress_->ContinueFactor(done);
   };
   kind_ = Kind::kSingle;
+  if (next_factor_) body_.NodeRotations(rotations_);
   if (kind == Kind::kSingle && single_factor_ && single_factor_->Factor(A, scale_, held, go_on)) {
     return true;
   }
   kind_ = Kind::kDouble;
   return double_factor_ && double_factor_->Factor(A, scale_, held, go_on);
+}
+
+void LinearSolver::FindTurns() noexcept {
+  body_.NodeRotations(now_);
+  const auto matrix = [](const NodeValue& q) {
+    return Eigen::Quaterniond(q.v[0], q.v[1], q.v[2], q.v[3]).toRotationMatrix();
+  };
+  for (int i = 0; i < body_.moving(); ++i) {
+    turns_[Index(i)].noalias() = matrix(At(now_, i)) * matrix(At(rotations_, i)).transpose();
+  }
+}
+
+void LinearSolver::TurnBack(const NodeVector& r, NodeVector& turned) const noexcept {
+  for (int i = 0; i < body_.moving(); ++i) {
+    Eigen::Map<Eigen::Vector3d>(At(turned, i).v) =
+        turns_[Index(i)].transpose() * Eigen::Map<const Eigen::Vector3d>(At(r, i).v);
+  }
+}
+
+void LinearSolver::Turn(NodeVector& z) const noexcept {
+  for (int i = 0; i < body_.moving(); ++i) {
+    Eigen::Map<Eigen::Vector3d> of(At(z, i).v);
+    of = (turns_[Index(i)] * of).eval();
+  }
 }
 
 void LinearSolver::InvertDiagonal(const BlockMatrix& A, const HeldComponents& held) noexcept {
@@ -168,7 +233,11 @@ void LinearSolver::InvertDiagonal(const BlockMatrix& A, const HeldComponents& he
 
 void LinearSolver::Precondition(const Constraints& constraints, const NodeVector& r,
                                 NodeVector& z) noexcept {
-  if (kind_ == Kind::kSingle) {
+  if (kind_ == Kind::kSingle && next_factor_) {
+    TurnBack(r, q_);
+    single_factor_->Solve(q_, z);
+    Turn(z);
+  } else if (kind_ == Kind::kSingle) {
     single_factor_->Solve(r, z);
   } else if (kind_ == Kind::kDouble) {
     double_factor_->Solve(r, z);
@@ -188,6 +257,7 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
 SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
                                    NodeVector& r, NodeVector& x, double target) noexcept {
   SolveOutcome outcome;
+  if (kind_ == Kind::kSingle && next_factor_) FindTurns();
   int most = has_factor() ? kMostWithFactor : kMostIterations;
   const bool grows = !has_factor() && late_factor_ && factorable_;
   if (grows) most = std::max(0, late_worth_ - spent_);
@@ -247,19 +317,26 @@ void SolutionHistory::Keep(const NodeVector& solution) noexcept {
   }
 }
 
-void SolutionHistory::Improve(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
-                              NodeVector& x) noexcept {
-  int kept = 0;
+void SolutionHistory::Multiply(const BlockMatrix& A, const Constraints& constraints,
+                               const NodeVector& x, NodeVector& product) noexcept {
+  if (known_ == 0) return A.Multiply(x, product);
   for (int k = 0; k < known_; ++k) {
-    NodeVector& d = directions_[Index(kept)];
-    NodeVector& product = products_[Index(kept)];
-    d = differences_[Index(k)];
-    constraints.ProjectMotion(d);
-    A.Multiply(d, product);
-    constraints.ProjectForce(product);
+    directions_[Index(k)] = differences_[Index(k)];
+    constraints.ProjectMotion(directions_[Index(k)]);
+  }
+  A.Multiply({&x, &directions_[0], &directions_[1], &directions_[2]},
+             {&product, &products_[0], &products_[1], &products_[2]});
+  for (int k = 0; k < known_; ++k) constraints.ProjectForce(products_[Index(k)]);
+}
+
+void SolutionHistory::Improve(NodeVector& r, NodeVector& x) noexcept {
+  std::array<int, kDepth> kept{};
+  int count = 0;
+  for (int k = 0; k < known_; ++k) {
+    NodeVector &d = directions_[Index(k)], &product = products_[Index(k)];
     const double before = Dot(d, product);
-    for (int l = 0; l < kept; ++l) {
-      const auto at = Index(l);
+    for (int l = 0; l < count; ++l) {
+      const auto at = Index(kept[Index(l)]);
       const double share = Dot(directions_[at], product) / Dot(directions_[at], products_[at]);
       Add(-share, directions_[at], d);
       Add(-share, products_[at], product);
@@ -269,7 +346,7 @@ void SolutionHistory::Improve(const BlockMatrix& A, const Constraints& constrain
     const double amount = Dot(d, r) / square;
     Add(amount, d, x);
     Add(-amount, product, r);
-    ++kept;
+    kept[Index(count++)] = k;
   }
 }
 

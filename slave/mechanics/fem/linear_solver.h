@@ -5,7 +5,11 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
@@ -58,6 +62,12 @@ class LinearSolver {
   SolveOutcome Iterate(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
                        NodeVector& x, double target) noexcept;
   void CountAge(int iterations) noexcept;
+  // `turns_`: how each node has turned since the matrix of the factor.
+  void FindTurns() noexcept;
+  void TurnBack(const NodeVector& r, NodeVector& turned) const noexcept;
+  void Turn(NodeVector& z) const noexcept;
+  // A part of the factor that replaces an aged one.
+  void ContinueNext(const BlockMatrix& A, const HeldComponents& held) noexcept;
   [[nodiscard]] bool Stopped() const { return progress_ != nullptr && progress_->stopped(); }
 
   const FemBody& body_;
@@ -67,7 +77,18 @@ class LinearSolver {
   bool factorable_ = true;    // as far as is known
   int spent_ = 0;             // iterations with the grids
   int late_worth_ = 0;        // of the late factor, in such
-  std::optional<SparseCholesky<float>> single_factor_;
+  std::unique_ptr<SparseCholesky<float>> single_factor_;
+  // Replaces an aged factor in use. Each solution makes a part of it, from the matrix that was new
+  // when the first part was made, so that no step of motion takes much longer than others.
+  enum class Next { kNone, kDue, kBegun };
+  Next next_ = Next::kNone;
+  std::unique_ptr<SparseCholesky<float>> next_factor_;  // null: aged factors are replaced at once
+  std::optional<BlockMatrix> next_matrix_;
+  // An aged factor is used in axes that turned with the nodes: in large motions most of what
+  // changes in a tangent are these turns.
+  NodeVector rotations_, next_rotations_;  // when the matrices of the two were new
+  NodeVector now_;                         // and now
+  std::vector<Eigen::Matrix3d> turns_;
   std::optional<SparseCholesky<double>> double_factor_;  // or where single precision fails
   std::optional<TwoGrid> grids_;                         // of large bodies
   std::vector<double> inverse_blocks_;                   // nine per row, where all else fails
@@ -88,9 +109,11 @@ class SolutionHistory {
 
   void Clear() noexcept { known_ = 0; }
   void Keep(const NodeVector& solution) noexcept;
+  // product = A x, and what Improve needs of A.
+  void Multiply(const BlockMatrix& A, const Constraints& constraints, const NodeVector& x,
+                NodeVector& product) noexcept;
   // x += guess, r -= P^T A guess; `r` = P^T (b - A x).
-  void Improve(const BlockMatrix& A, const Constraints& constraints, NodeVector& r,
-               NodeVector& x) noexcept;
+  void Improve(NodeVector& r, NodeVector& x) noexcept;
 
  private:
   static constexpr int kDepth = 3;

@@ -60,6 +60,13 @@ class TetElements {
   [[nodiscard]] const NodeVector& corner_forces() const { return forces_; }
   // q_a = sqrt(V mu) R g_a.
   [[nodiscard]] const NodeVector& corner_gradients() const { return gradients_; }
+  // The quaternion s, x, y, z of an element's rotation.
+  [[nodiscard]] NodeValue Rotation(int element) const noexcept {
+    const TetGroup& group = groups_[static_cast<std::size_t>(element / kLanes)];
+    const int l = element % kLanes;
+    const auto& q = group.quaternion;
+    return {{q[0][l], q[1][l], q[2][l], q[3][l]}};
+  }
   // N = R (I + c / mu H^-1) R^T, c = lambda tr(E) - 2 mu, H = tr(S) I - S: what the exact tangent
   // adds to the warped one is sum q_a x (N (q_b x u_b)), up to its sign. One per element.
   void SpinStiffness(const NodeVector& u, std::vector<Eigen::Matrix3d>& spin) const noexcept;

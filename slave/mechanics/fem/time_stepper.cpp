@@ -27,6 +27,20 @@ void Push(const NodeVector& f_ext, const NodeVector& f_int, const NodeVector& mo
   if (theta < 1) Add(h * (1 - theta), momentum_force, b);
 }
 
+// reaction = A dv - b; r = P^T (b - A dv), which is its opposite where nothing acts.
+void FindReaction(const BlockMatrix& A, const Constraints& constraints, const NodeVector& dv,
+                  const NodeVector& b, const NodeVector& r, NodeVector& reaction) noexcept {
+  reaction = r;
+  Scale(-1, reaction);
+  const auto complete = [&](int row) {
+    At(reaction, row) = A.Row(row, dv);
+    for (std::size_t c = 0; c < 3; ++c) At(reaction, row).v[c] -= At(b, row).v[c];
+  };
+  if (constraints.ForBearing(complete)) return;
+  A.Multiply(dv, reaction);
+  Add(-1, b, reaction);
+}
+
 }  // namespace
 
 TimeStepper::TimeStepper(FemBody& body, const Params& params)
@@ -96,7 +110,7 @@ bool TimeStepper::Advance(const NodeVector& f_ext, const Constraints& constraint
   u0_ = now_.u;
   v0_ = now_.v;
   AssembleStart(h);
-  RightHandSide(f_ext, h);
+  RightHandSide(f_ext, constraints, h);
   if (!SolveStart(constraints, h, share)) return false;
   SetMotion(h);
   if (!Evaluate()) return false;
@@ -119,20 +133,21 @@ void TimeStepper::AssembleStart(double h) noexcept {
 }
 
 // b = h theta (f_ext - f_int - h K_t v - D v) + h (1 - theta) F_0, at the start of the step.
-void TimeStepper::RightHandSide(const NodeVector& f_ext, double h) noexcept {
+void TimeStepper::RightHandSide(const NodeVector& f_ext, const Constraints& constraints,
+                                double h) noexcept {
   const double th = params_.theta * h;
   Push(f_ext, f_int_, now_.momentum_force, params_.theta, h, b_);
   // (mass) M v and (stiffness) K v from A v = (mass) M v + (stiffness) K v.
-  const BlockMatrix& warped = start_ ? *start_ : tangent_;
   const double ratio = (h + params_.damping_stiffness) / (th + params_.damping_stiffness);
-  warped.Multiply(now_.v, work_);
+  const bool is_warped = !params_.exact_tangent || params_.linear;
+  history_.Multiply(tangent_, constraints, now_.v, is_warped ? work_ : lift_);
+  if (!is_warped) start_->Multiply(now_.v, work_);
   Add(-ratio, work_, b_);
   body_.MultiplyMass(now_.v, x_);
   Add(ratio * (1 + th * params_.damping_mass) - th * params_.damping_mass, x_, b_);
-  if (!params_.exact_tangent || params_.linear) return;
-  tangent_.Multiply(now_.v, x_);
-  Add(-1, work_, x_);
-  Add(-1 / params_.theta, x_, b_);
+  if (is_warped) return;
+  Add(-1, work_, lift_);
+  Add(-1 / params_.theta, lift_, b_);
 }
 
 // dv_ of the linearised step, with what contacts prescribe.
@@ -161,7 +176,7 @@ bool TimeStepper::SolveStart(const Constraints& constraints, double h, double sh
   const double target =
       std::max(size * (last ? params_.residual : std::max(kInner, params_.residual)), 1e-300);
   SetZero(x_);
-  history_.Improve(tangent_, constraints, r_, x_);
+  history_.Improve(r_, x_);
   SolveOutcome outcome = solver_.Solve(tangent_, constraints, r_, x_, target);
   if (outcome.indefinite && start_) {
     tangent_ = *start_;
@@ -173,9 +188,7 @@ bool TimeStepper::SolveStart(const Constraints& constraints, double h, double sh
   history_.Keep(x_);
   dv_ = x_;
   if (lifted > 0) Add(1, lift_, dv_);
-  tangent_.Multiply(dv_, work_);
-  reaction_ = work_;
-  Add(-1, b_, reaction_);
+  FindReaction(tangent_, constraints, dv_, b_, r_, reaction_);
   return outcome.converged || Norm(r_) <= kRounding * Norm(b_);
 }
 

@@ -77,7 +77,7 @@ class TimeStepper {
   bool Advance(const NodeVector& f_ext, const Constraints& constraints, double h,
                double share) noexcept;
   void AssembleStart(double h) noexcept;
-  void RightHandSide(const NodeVector& f_ext, double h) noexcept;
+  void RightHandSide(const NodeVector& f_ext, const Constraints& constraints, double h) noexcept;
   bool SolveStart(const Constraints& constraints, double h, double share) noexcept;
   bool Refine(const NodeVector& f_ext, const Constraints& constraints, double h) noexcept;
   bool TryMove(const NodeVector& f_ext, const Constraints& constraints, double h, double size,

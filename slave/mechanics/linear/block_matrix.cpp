@@ -30,6 +30,25 @@ PALPATE_DISPATCHED void MultiplyBlocks(const int* begin, const int* column, cons
   }
 }
 
+PALPATE_DISPATCHED void MultiplyBlocksByFour(const int* begin, const int* column,
+                                             const double* values, int rows,
+                                             const NodeValue* const* x, NodeValue* const* y) {
+  for (int i = 0; i < rows; ++i) {
+    Double4 even[4]{}, odd[4]{};
+    for (int k = begin[i]; k < begin[i + 1]; ++k) {
+      const double* block = values + 9 * static_cast<std::size_t>(k);
+      const Double4 b0 = Load4(block), b1 = Load4(block + 3), b2 = Load4(block + 6);
+      for (int n = 0; n < 4; ++n) {
+        const double* xj = x[n][column[k]].v;
+        even[n] += b0 * xj[0];
+        odd[n] += b1 * xj[1];
+        even[n] += b2 * xj[2];
+      }
+    }
+    for (int n = 0; n < 4; ++n) Store4(y[n][i].v, ThreeOf(even[n] + odd[n]));
+  }
+}
+
 PALPATE_DISPATCHED void MultiplyWeights(const int* begin, const int* column, const double* weights,
                                         int rows, const NodeValue* x, NodeValue* y) {
   for (int i = 0; i < rows; ++i) {
@@ -126,6 +145,31 @@ void BlockMatrix::Multiply(const NodeVector& x, NodeVector& y) const noexcept {
   MultiplyBlocks(graph.begin.data(), graph.column.data(), values_.data(), graph.size(), x.data(),
                  y.data());
   std::fill(y.begin() + graph.size(), y.end(), NodeValue{});
+}
+
+void BlockMatrix::Multiply(const std::array<const NodeVector*, 4>& x,
+                           const std::array<NodeVector*, 4>& y) const noexcept {
+  const auto& graph = pattern_->graph;
+  std::array<const NodeValue*, 4> from{};
+  std::array<NodeValue*, 4> to{};
+  for (std::size_t n = 0; n < 4; ++n) {
+    from[n] = x[n]->data();
+    to[n] = y[n]->data();
+    std::fill(y[n]->begin() + graph.size(), y[n]->end(), NodeValue{});
+  }
+  MultiplyBlocksByFour(graph.begin.data(), graph.column.data(), values_.data(), graph.size(),
+                       from.data(), to.data());
+}
+
+NodeValue BlockMatrix::Row(int row, const NodeVector& x) const noexcept {
+  NodeValue sum;
+  for (int k = pattern_->graph.begin[Index(row)]; k < pattern_->graph.begin[Index(row) + 1]; ++k) {
+    const double* of = At(x, pattern_->graph.column[Index(k)]).v;
+    for (std::size_t r = 0; r < 3; ++r) {
+      sum.v[r] += block(k)[r] * of[0] + block(k)[r + 3] * of[1] + block(k)[r + 6] * of[2];
+    }
+  }
+  return sum;
 }
 
 void MultiplyScalars(const BlockPattern& pattern, const std::vector<double>& scalars,

@@ -10,18 +10,45 @@
 namespace palpate::fem {
 
 constexpr double kPenalty = 1e4;  // of a held sum, of the diagonal
+constexpr int kWidest = 32;       // nodes of a front
+
+namespace {
+
+// Wide supernodes as chains of narrow ones: no front is a large part of the work.
+std::vector<Supernode> Narrowed(const std::vector<Supernode>& wide) {
+  std::vector<Supernode> narrow;
+  std::vector<int> first;  // part of each
+  for (const Supernode& supernode : wide) {
+    first.push_back(static_cast<int>(narrow.size()));
+    const int parts = (supernode.end - supernode.begin + kWidest - 1) / kWidest;
+    for (int k = 0; k < parts; ++k) {
+      const int count = supernode.end - supernode.begin;
+      narrow.push_back({supernode.begin + k * count / parts,
+                        supernode.begin + (k + 1) * count / parts,
+                        static_cast<int>(narrow.size()) + 1});
+    }
+    narrow.back().parent = supernode.parent;
+  }
+  for (std::size_t s = 0; s < wide.size(); ++s) {
+    const std::size_t last = s + 1 < wide.size() ? Index(first[s + 1]) - 1 : narrow.size() - 1;
+    if (wide[s].parent >= 0) narrow[last].parent = first[Index(wide[s].parent)];
+  }
+  return narrow;
+}
+
+}  // namespace
 
 template <typename Scalar>
 SparseCholesky<Scalar>::SparseCholesky(const EliminationTree& tree, const BlockPattern& pattern)
-    : pattern_(pattern), place_(Index(pattern.rows()), -1), update_at_(tree.supernodes.size()) {
-  FindRows(tree);
+    : pattern_(pattern), place_(Index(pattern.rows()), -1) {
+  FindRows(Narrowed(tree.supernodes));
   PlacePanels();
 }
 
 template <typename Scalar>
-void SparseCholesky<Scalar>::FindRows(const EliminationTree& tree) {
+void SparseCholesky<Scalar>::FindRows(const std::vector<Supernode>& supernodes) {
   std::vector<int> seen(Index(pattern_.rows()), -1);
-  for (const auto& supernode : tree.supernodes) {
+  for (const auto& supernode : supernodes) {
     const int index = static_cast<int>(fronts_.size());
     Front& front = fronts_.emplace_back();
     front.begin = supernode.begin;
@@ -58,6 +85,7 @@ void SparseCholesky<Scalar>::PlacePanels() {
   constexpr int kLine = 64 / sizeof(Scalar);
   const auto lines = [](int rows) { return (rows + kLine - 1) / kLine; };
   std::size_t top = 0;
+  update_at_.resize(fronts_.size());
   for (std::size_t f = 0; f < fronts_.size(); ++f) {
     Front& front = fronts_[f];
     const int width = 3 * front.width, height = 3 * front.height();
@@ -89,28 +117,49 @@ template <typename Scalar>
 bool SparseCholesky<Scalar>::Factor(const BlockMatrix& matrix, double scale,
                                     const HeldComponents& held,
                                     const std::function<bool(double)>& go_on) noexcept {
-  std::size_t top = 0;
-  double done = 0;
-  for (std::size_t f = 0; f < fronts_.size(); ++f) {
+  Begin();
+  for (double done = 0; next_ < fronts_.size(); done += fronts_[next_ - 1].flops()) {
     if (go_on && !go_on(done / flops_)) return false;
-    const Front& front = fronts_[f];
-    const int size = front.size(), width = 3 * front.width, height = size - width;
-    done += front.flops();
-    Scalar* F = stack_.get() + top;
-    std::fill_n(F, Index(size) * Index(size), Scalar(0));
-    Assemble(front, matrix, scale, held, F);
-    for (const int c : front.children) {
-      AddUpdate(fronts_[Index(c)], stack_.get() + update_at_[Index(c)], F, size);
-    }
-    if (!PartialCholesky(F, size, width)) return false;
-    KeepPanels(front, F);
-    Scalar* update = stack_.get() + update_at_[f];
-    for (int j = 0; j < height; ++j) {
-      const Scalar* from = F + width + Index(width + j) * Index(size);
-      std::copy_n(from, height, update + Index(j) * Index(height));
-    }
-    top = update_at_[f] + Index(height) * Index(height);
+    if (!FactorNext(matrix, scale, held)) return false;
   }
+  return true;
+}
+
+template <typename Scalar>
+void SparseCholesky<Scalar>::Begin() noexcept {
+  next_ = top_ = 0;
+}
+
+template <typename Scalar>
+typename SparseCholesky<Scalar>::Progress SparseCholesky<Scalar>::Continue(
+    const BlockMatrix& matrix, double scale, const HeldComponents& held, double flops) noexcept {
+  for (double done = 0; next_ < fronts_.size() && done < flops;) {
+    if (!FactorNext(matrix, scale, held)) return Progress::kFailed;
+    done += fronts_[next_ - 1].flops();
+  }
+  return next_ < fronts_.size() ? Progress::kMore : Progress::kDone;
+}
+
+template <typename Scalar>
+bool SparseCholesky<Scalar>::FactorNext(const BlockMatrix& matrix, double scale,
+                                        const HeldComponents& held) noexcept {
+  const Front& front = fronts_[next_];
+  const int size = front.size(), width = 3 * front.width, height = size - width;
+  Scalar* F = stack_.get() + top_;
+  std::fill_n(F, Index(size) * Index(size), Scalar(0));
+  Assemble(front, matrix, scale, held, F);
+  for (const int c : front.children) {
+    AddUpdate(fronts_[Index(c)], stack_.get() + update_at_[Index(c)], F, size);
+  }
+  if (!PartialCholesky(F, size, width)) return false;
+  KeepPanels(front, F);
+  Scalar* update = stack_.get() + update_at_[next_];
+  for (int j = 0; j < height; ++j) {  // the lower triangle, in whole blocks
+    const int first = j - j % 3;
+    const Scalar* from = F + width + first + Index(width + j) * Index(size);
+    std::copy_n(from, height - first, update + first + Index(j) * Index(height));
+  }
+  top_ = update_at_[next_++] + Index(height) * Index(height);
   return true;
 }
 

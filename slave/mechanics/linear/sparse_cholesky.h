@@ -40,6 +40,11 @@ class SparseCholesky {
   // this precision, or stopped by `go_on`, which hears what share is done; may be empty.
   bool Factor(const BlockMatrix& matrix, double scale, const HeldComponents& held,
               const std::function<bool(double)>& go_on) noexcept;
+  // The same in parts: after Begin, each Continue does `flops` of the work or a little more.
+  enum class Progress { kMore, kDone, kFailed };
+  void Begin() noexcept;
+  Progress Continue(const BlockMatrix& matrix, double scale, const HeldComponents& held,
+                    double flops) noexcept;
   // z = (scale A)^-1 r on the rows of the matrix.
   void Solve(const NodeVector& r, NodeVector& z) noexcept;
 
@@ -70,8 +75,9 @@ class SparseCholesky {
     }
   };
 
-  void FindRows(const EliminationTree& tree);
+  void FindRows(const std::vector<Supernode>& supernodes);
   void PlacePanels();
+  bool FactorNext(const BlockMatrix& matrix, double scale, const HeldComponents& held) noexcept;
   void Assemble(const Front& front, const BlockMatrix& matrix, double scale,
                 const HeldComponents& held, Scalar* F) noexcept;
   void AddUpdate(const Front& child, const Scalar* update, Scalar* F, int size) const noexcept;
@@ -87,7 +93,8 @@ class SparseCholesky {
   std::vector<Scalar> x_;               // three per row
   std::vector<Line> near_, product_;    // parts of x beside a panel
   std::size_t lines_ = 0, stack_size_ = 0, entries_ = 0;
-  int widest_ = 0;  // lines of the longest panel column
+  std::size_t next_ = 0, top_ = 0;  // the front that Factor goes on with; used part of stack_
+  int widest_ = 0;                  // lines of the longest panel column
   double flops_ = 0;
 };
 

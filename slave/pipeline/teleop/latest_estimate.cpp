@@ -94,7 +94,8 @@ Events LatestEstimate::TakeEvents() {
 
 bool LatestEstimate::WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, patience, [&] { return felt_.sensed_at > sensed_at; });
+  return changed_.wait_until(lock, std::chrono::steady_clock::now() + patience,
+                             [&] { return felt_.sensed_at > sensed_at; });
 }
 
 SlaveState LatestEstimate::Compose(const OperatorPort& port, Time now) const {

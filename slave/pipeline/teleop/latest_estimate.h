@@ -4,12 +4,12 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <deque>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/state/sample_trace.h"
 #include "shared/state/slave_state.h"
 #include "slave/pipeline/teleop/operator_port.h"
@@ -51,8 +51,9 @@ class LatestEstimate {
  private:
   const double stale_after_;    // [s]
   std::atomic<double> nap_{0};  // [s]
-  mutable std::mutex mutex_;    // guards the members below
-  std::condition_variable changed_;
+  // With priority inheritance: whoever requests the status is less urgent than the sensing.
+  mutable PriorityInheritanceMutex mutex_;  // guards the members below
+  PriorityInheritanceCondition changed_;
   ContactEstimate felt_;
   Events events_;
   std::vector<std::string> alarms_;

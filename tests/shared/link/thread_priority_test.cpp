@@ -28,13 +28,15 @@ TEST(ThreadPriorityTest, IsTheThreadsOwnAndNotThatOfThoseItStarts) {
 }
 
 TEST(ThreadPriorityTest, WhatIsMadeSoHasUrgentThreadsOfItsOwnButForAWhile) {
-  int childs = -1, meanwhile = -1, afterwards = -1;
+  int childs = -1, meanwhile = -1, afterwards = -1, reading = -1;
   MakeWithRealtimeThreads(kReadingPriority, [&] {
     std::thread([&] {
       childs = Policy();
       {
         const OrdinaryPriority ordinary;
         meanwhile = Policy();
+        const ReadingPriority again;
+        reading = Policy();
       }
       afterwards = Policy();
     }).join();
@@ -44,6 +46,7 @@ TEST(ThreadPriorityTest, WhatIsMadeSoHasUrgentThreadsOfItsOwnButForAWhile) {
   const bool allowed = refused.find("no real-time priority") == std::string::npos;
   EXPECT_EQ(childs, allowed ? SCHED_FIFO : SCHED_OTHER);
   EXPECT_EQ(meanwhile, SCHED_OTHER);
+  EXPECT_EQ(reading, childs);
   EXPECT_EQ(afterwards, childs);
   EXPECT_EQ(Policy(), SCHED_OTHER);
   EXPECT_THROW(MakeWithRealtimeThreads(kReadingPriority, [] { throw std::logic_error("no"); }),

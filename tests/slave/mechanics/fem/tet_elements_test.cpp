@@ -104,6 +104,28 @@ TEST(TetElements, RigidMotionCostsNothingWhereElementsRotate) {
   }
 }
 
+// Law: all of a body that turns as one turns alike, the body's quaternions of either sign included.
+TEST(TetElements, NodesTurnWithTheirBody) {
+  const SolidMesh mesh = MeshBox({1, 1, 1}, {3, 3, 3});
+  FemBody body(mesh, solids::Held(mesh.nodes.size()),
+               {.poisson_ratio = 0.25, .law = kCorotational});
+  NodeVector u(mesh.nodes.size()), rotations(mesh.nodes.size());
+  for (const double angle : {0.0, 0.3, 1.5, 3.1}) {
+    const Matrix3d R = Eigen::AngleAxisd(angle, Vector3d(1, -2, 3).normalized()).matrix();
+    for (int i = 0; i < body.size(); ++i) {
+      const Vector3d& p = body.points()[static_cast<std::size_t>(i)];
+      Eigen::Map<Vector3d>(At(u, i).v) = R * p - p;
+    }
+    body.Evaluate(u);
+    body.NodeRotations(rotations);
+    for (int i = 0; i < body.moving(); ++i) {
+      const double* q = At(rotations, i).v;
+      const Matrix3d of_node = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).matrix();
+      EXPECT_LT((of_node - R).norm(), 1e-12) << "node " << i << ", " << angle << " rad";
+    }
+  }
+}
+
 // Reference d.
 TEST(TetElements, ForcesTurnWithTheElement) {
   PALPATE_CASE_OR_SKIP(given, "d_solid3d.json", "objectivity");
