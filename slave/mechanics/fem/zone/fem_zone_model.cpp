@@ -17,47 +17,26 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kAbsurd = 1e6;       // larger sides
-constexpr double kLocks = 0.49;       // Poisson ratio
-constexpr double kLeastRadius = 2.5;  // of a zone [edges]
-constexpr double kMargin = 0.5;       // of a zone beyond that or the contact's width [edges]
-constexpr double kConverged = 5e-4;   // what steps will still change, by the force
+constexpr double kAbsurd = 1e6;      // larger sides
+constexpr double kLocks = 0.49;      // Poisson ratio
+constexpr double kConverged = 5e-4;  // what steps will still change, by the force
 constexpr int kMostSteps = 60;
-constexpr double kForSteps = 0.6;    // of the deadline; the rest is for the errors [-]
-constexpr double kZoneExtent = 1.3;  // of a zone's nodes from its centre [radii]
-constexpr double kIncrement = 0.1;   // of a tool between two accepted states [edges]
-constexpr int kFewestPoints = 3;     // of a round tool on its mesh
-constexpr int kMostPortions = 64;    // of what is prescribed, from rest
-constexpr double kSmall = 1e-9;      // displacement at which bending is judged, of the larger side
+constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
+constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
+constexpr int kFewestPoints = 3;    // of a round tool on its mesh
+constexpr int kMostPortions = 64;   // of what is prescribed, from rest
+constexpr double kSmall = 1e-9;     // displacement at which bending is judged, of the larger side
 
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
 
-std::vector<double> EdgesAround(const SurfaceMesh& surface) {
-  std::vector<double> sum(surface.nodes.size(), 0), count(surface.nodes.size(), 0);
-  for (const auto& triangle : surface.triangles) {
-    for (std::size_t v = 0; v < 3; ++v) {
-      const auto a = Index(triangle[v]), b = Index(triangle[(v + 1) % 3]);
-      const double length = (surface.nodes[a] - surface.nodes[b]).norm();
-      for (const std::size_t node : {a, b}) sum[node] += length, ++count[node];
-    }
-  }
-  for (std::size_t n = 0; n < sum.size(); ++n) sum[n] /= std::max(1.0, count[n]);
-  return sum;
-}
-
-// Mean of the triangles around, by their areas.
-std::vector<Vector3d> NormalsAround(const SurfaceMesh& surface) {
-  std::vector<Vector3d> normals(surface.nodes.size(), Vector3d::Zero());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const int triangle = static_cast<int>(t);
-    const Vector3d area = Area(surface, triangle) * Normal(surface, triangle);
-    for (const int node : surface.triangles[t]) normals[Index(node)] += area;
-  }
-  for (Vector3d& normal : normals) {
-    if (normal.norm() > 0) normal.normalize();
-  }
-  return normals;
+ZoneTouches::Params TouchParams(const FemZoneModel::Options& options) {
+  const bool bonded = options.contact == ContactLaw::kBonded;
+  const bool slides = options.contact == ContactLaw::kFriction;
+  return {.friction =
+              bonded ? std::numeric_limits<double>::infinity() : (slides ? options.friction : 0),
+          .tool = options.tool,
+          .least_radius = options.least_radius};
 }
 
 double Positive(const char* key, double value) {
@@ -81,8 +60,7 @@ FemZoneModel::FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double 
       used_(UsedNodes(mesh_.tets, mesh_.nodes.size())),
       contacts_(elements_, used_, unit_),
       strain_(mesh_, held_, poisson_ratio, 4),
-      edge_(EdgesAround(SurfaceOf(mesh_))),
-      normal_(NormalsAround(SurfaceOf(mesh_))) {
+      touches_at_(mesh_, held_, TouchParams(options)) {
   ReportProgress(progress, "factorising stiffness", 1);
   field_mesh_ = {.vertices = mesh_.nodes, .tets = mesh_.tets};
   keeps_displacements_ = true;
@@ -102,40 +80,10 @@ void FemZoneModel::Reset() {
   inverted_ = false;
 }
 
-int FemZoneModel::NodeNear(const Vector3d& p_O) const {
-  const auto found = FindPlace(elements_.surface, p_O / unit_);
-  if (!found) return -1;
-  if (found->node >= 0) return found->node;
-  int nearest = 0;
-  found->weights.maxCoeff(&nearest);
-  return elements_.surface.triangles[Index(found->triangle)][Index(nearest)];
-}
-
-void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
-  try {
-    if (!PrepareSet(contacts)) contacts_.Forget();
-  } catch (const std::exception&) {
-    contacts_.Forget();  // Respond tells
-  }
-}
-
 bool FemZoneModel::PrefetchSurface(double width, Progress* progress) {
-  std::vector<double> distance(mesh_.nodes.size(), std::numeric_limits<double>::infinity());
-  double radius = options_.least_radius;
-  for (std::size_t s = 0; s < mesh_.nodes.size(); ++s) {
-    const auto& held = held_[s];
-    if (!(edge_[s] > 0) || (held[0] && held[1] && held[2])) continue;
-    radius = std::max(radius, std::max(width, kLeastRadius * edge_[s]) + edge_[s]);
-    for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
-      distance[n] = std::min(distance[n], (mesh_.nodes[n] - mesh_.nodes[s]).squaredNorm());
-    }
-  }
-  const double extent = kZoneExtent * radius;
-  std::vector<int> nodes;
-  for (std::size_t n = 0; n < distance.size(); ++n) {
-    if (distance[n] <= extent * extent) nodes.push_back(static_cast<int>(n));
-  }
-  const bool all = green_.Prepare(nodes, ZoneSet::ReachOf(radius, extent) / unit_, progress);
+  const ZoneTouches::Cover cover = touches_at_.CoverOf(width);
+  const double reach = ZoneSet::ReachOf(cover.radius, cover.extent) / unit_;
+  const bool all = green_.Prepare(cover.nodes, reach, progress);
   info_.memory_bytes = green_.memory_bytes();
   if (!all) {
     info_.remark =
@@ -146,85 +94,12 @@ bool FemZoneModel::PrefetchSurface(double width, Progress* progress) {
   return all;
 }
 
-bool FemZoneModel::IsTool(const Contact& contact) const {
-  if (contact.kind == Contact::Kind::kForce) return false;
-  const bool round = options_.tool.shape != RigidTool::Shape::kFlat;
-  return round || (contact.width > 0 && options_.contact != ContactLaw::kBonded);
-}
-
-// Of the part of the surface that the tool may touch at such a depth: half its width, or where a
-// sphere would cut the undeformed surface, which is farther out than it touches.
-double FemZoneModel::ToolRadius(const Contact& contact, double depth) const {
-  const RigidTool& tool = options_.tool;
-  if (tool.shape == RigidTool::Shape::kFlat) return 0.5 * contact.width;
-  const double capped = std::clamp(depth, 0.0, tool.radius);
-  const double cut = std::sqrt(capped * (2 * tool.radius - capped));
-  return cut + (tool.shape == RigidTool::Shape::kCapsule ? 0.5 * tool.length : 0);
-}
-
-Vector3d FemZoneModel::NormalAt(int node) const {
-  return normal_[Index(node)];
-}
-
-void FemZoneModel::AddToolPoints(const Contact& contact, ZoneSet::Touch* touch) const {
-  const Vector3d normal = touch->contact.placement.normal;
-  const double edge = edge_[Index(NodeNear(contact.p_O))];
-  for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
-    if (!(edge_[n] > 0) || normal_[n].dot(normal) <= 0) continue;
-    const auto& held = held_[n];
-    if (held[0] || held[1] || held[2]) continue;
-    if ((mesh_.nodes[n] - touch->centre_O).norm() > touch->radius - 0.8 * edge) continue;
-    touch->contact.points.push_back({{static_cast<int>(touch->nodes.size()), 1.0}});
-    touch->nodes.push_back(static_cast<int>(n));
+void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
+  try {
+    if (!PrepareSet(contacts)) contacts_.Forget();
+  } catch (const std::exception&) {
+    contacts_.Forget();  // Respond tells
   }
-}
-
-bool FemZoneModel::MakeTouch(std::span<const Contact> contacts, std::size_t i,
-                             ZoneSet::Touch* touch) {
-  const Contact& contact = contacts[i];
-  const ContactPlace& at = contacts_.places()[i];
-  const int near = NodeNear(contact.p_O);
-  if (near < 0) return Fail("no surface at a contact point");
-  const double edge = edge_[Index(near)];
-  touch->centre_O = contact.p_O;
-  touch->radius =
-      std::max({contact.width, kLeastRadius * edge, options_.least_radius}) + kMargin * edge;
-  touch->contact.loaded = contact.kind == Contact::Kind::kForce;
-  if (IsTool(contact)) {
-    touch->contact.tool = options_.tool;
-    touch->contact.tool->radius /= unit_;
-    touch->contact.tool->length /= unit_;
-    touch->contact.placement = {contact.p_O / unit_, NormalAt(near), contact.width / unit_};
-    touch->contact.friction =
-        options_.contact == ContactLaw::kBonded
-            ? std::numeric_limits<double>::infinity()
-            : (options_.contact == ContactLaw::kFriction ? options_.friction : 0);
-    const double depth = -contact.prescribed_O.dot(NormalAt(near));
-    touch->radius =
-        std::max({2 * ToolRadius(contact, depth), kLeastRadius * edge, options_.least_radius}) +
-        edge;
-    AddToolPoints(contact, touch);
-    if (touch->nodes.empty()) return Fail("no free surface at a contact point");
-    return true;
-  }
-  if (touch->contact.loaded || at.moved.empty()) {
-    ZoneContact::Point point;
-    for (const auto& [node, weight] : at.weights) {
-      point.emplace_back(static_cast<int>(touch->nodes.size()), weight);
-      touch->nodes.push_back(node);
-    }
-    touch->contact.points.push_back(std::move(point));
-  } else {
-    touch->nodes = at.moved;
-    for (int k = 0; k < static_cast<int>(at.moved.size()); ++k) {
-      touch->contact.points.push_back({{k, 1.0}});
-    }
-  }
-  for (const int node : touch->nodes) {
-    const auto& held = held_[Index(node)];
-    if (held[0] || held[1] || held[2]) return Fail("a contact touches fixed nodes");
-  }
-  return true;
 }
 
 bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
@@ -235,7 +110,8 @@ bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
   inverted_ = false;
   std::vector<ZoneSet::Touch> touches(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!MakeTouch(contacts, i, &touches[i])) return false;
+    const std::string_view why = touches_at_.Make(contacts[i], contacts_.places()[i], &touches[i]);
+    if (!why.empty()) return Fail(why);
   }
   prescribed_.clear();
   for (const auto& touch : touches) {
@@ -345,35 +221,15 @@ bool FemZoneModel::SolveState(std::span<const Contact> contacts) {
   return Fail("no equilibrium was found");
 }
 
-// Zones go with tools that slide, and grow with those that go deeper.
 void FemZoneModel::FollowTools(std::span<const Contact> contacts) {
   for (int i = 0; i < set_->size(); ++i) {
-    ZoneSet::Touch& touch = touches_[Index(i)];
-    const ToolContact* tool = set_->part(i).tool();
+    const ToolContact* tool = ToolOf(i);
     if (tool == nullptr) continue;
-    const Vector3d& n = touch.contact.placement.normal;
-    const Vector3d moved = unit_ * (tool->apex() - touch.contact.placement.p);
-    const double depth = -moved.dot(n);
-    const Vector3d at = contacts[Index(i)].p_O + moved + depth * n - unit_ * tool->Dragged(n);
-    int nearest = -1;
-    double least = std::numeric_limits<double>::infinity();
-    for (const int node : touch.nodes) {
-      const double distance = (mesh_.nodes[Index(node)] - at).squaredNorm();
-      if (distance < least) least = distance, nearest = node;
-    }
-    const double edge = edge_[Index(nearest)];
-    const bool away = (mesh_.nodes[Index(nearest)] - touch.centre_O).norm() > 1.01 * edge;
-    const double needed = std::max(2 * ToolRadius(contacts[Index(i)], depth), kLeastRadius * edge);
-    if (!away && needed <= touch.radius) continue;
-    ZoneSet::Touch next = touch;
-    next.nodes.clear();
-    next.contact.points.clear();
-    if (away) next.centre_O = mesh_.nodes[Index(nearest)];
-    next.radius = needed + edge;
-    AddToolPoints(contacts[Index(i)], &next);
-    if (next.nodes.empty()) continue;
-    set_->Replace(i, next);
-    touch = std::move(next);
+    ZoneSet::Touch& touch = touches_[Index(i)];
+    auto next = touches_at_.Follow(contacts[Index(i)], *tool, touch);
+    if (!next) continue;
+    set_->Replace(i, *next);
+    touch = std::move(*next);
   }
 }
 
@@ -381,7 +237,7 @@ void FemZoneModel::FollowTools(std::span<const Contact> contacts) {
 bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   double parts = 1;
   for (std::size_t i = 0; i < touches_.size(); ++i) {
-    const double edge = edge_[Index(touches_[i].nodes.front())];
+    const double edge = touches_at_.edge(touches_[i].nodes.front());
     const double way = (contacts[i].prescribed_O - unit_ * moved_[i]).norm();
     if (touches_[i].contact.tool) parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
   }
@@ -439,7 +295,7 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
 std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactResponse& response) const {
   if (inverted_) return "elements are inside out";
   if (poisson_ratio_ >= kLocks) return "linear tetrahedra lock at this Poisson ratio";
-  const ToolContact* tool = set_->part(static_cast<int>(contact)).tool();
+  const ToolContact* tool = ToolOf(static_cast<int>(contact));
   if (tool != nullptr) {
     const int touching = tool->touching();
     if (touching == 0) return {};
@@ -482,7 +338,8 @@ void FemZoneModel::Fill(std::span<const Contact> contacts, std::span<ContactResp
       if (place.moved.empty() || part.contact().loaded) {
         return unit_ * place.weights[k].second * response.force_O;
       }
-      return unit_ * force_unit * part.forces().segment<3>(3 * static_cast<int>(k));
+      return unit_ * force_unit *
+             part.contact_forces().forces().segment<3>(3 * static_cast<int>(k));
     };
     if (!touches_[i].contact.tool) SetMoment(place.arms, contacts[i].width, force_at, &response);
     response.doubt = DoubtOf(i, response);

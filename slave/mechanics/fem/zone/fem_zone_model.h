@@ -18,6 +18,7 @@
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/solid/contact_set.h"
 #include "slave/mechanics/fem/zone/zone_set.h"
+#include "slave/mechanics/fem/zone/zone_touches.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -56,13 +57,10 @@ class FemZoneModel final : public DeformationModel {
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   bool PrepareSet(std::span<const Contact> contacts);
-  [[nodiscard]] int NodeNear(const Eigen::Vector3d& p_O) const;
-  bool MakeTouch(std::span<const Contact> contacts, std::size_t i, ZoneSet::Touch* touch);
-  [[nodiscard]] bool IsTool(const Contact& contact) const;
-  [[nodiscard]] double ToolRadius(const Contact& contact, double depth) const;
-  void AddToolPoints(const Contact& contact, ZoneSet::Touch* touch) const;
-  [[nodiscard]] Eigen::Vector3d NormalAt(int node) const;
   void FollowTools(std::span<const Contact> contacts);
+  [[nodiscard]] const ToolContact* ToolOf(int contact) const {
+    return set_->part(contact).contact_forces().tool();
+  }
   bool MoveTools(std::span<const Contact> contacts);
   bool Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
@@ -85,8 +83,7 @@ class FemZoneModel final : public DeformationModel {
   std::vector<bool> used_;
   SolidContacts contacts_;
   StrainResolution strain_;
-  std::vector<double> edge_;  // per node of the surface: mean length of the edges around it [m]
-  std::vector<Eigen::Vector3d> normal_;  // outward, per node of the surface
+  ZoneTouches touches_at_;
 
   std::optional<ZoneSet> set_;
   std::vector<ZoneSet::Touch> touches_;

@@ -16,35 +16,18 @@
 #pragma once
 
 #include <memory>
-#include <optional>
-#include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/zone/field_samples.h"
 #include "slave/mechanics/fem/zone/fixed_point_mixer.h"
 #include "slave/mechanics/fem/zone/near_green.h"
 #include "slave/mechanics/fem/zone/neo_hookean_tets.h"
-#include "slave/mechanics/fem/zone/tool_contact.h"
 #include "slave/mechanics/fem/zone/zone.h"
+#include "slave/mechanics/fem/zone/zone_contact.h"
 
 namespace palpate {
-
-// Where a contact acts: points that are each a weighted mean of nodes, numbered as in the zone. The
-// displacement or force of every point is prescribed.
-struct ZoneContact {
-  using Point = std::vector<std::pair<int, double>>;
-  std::vector<Point> points;
-  bool loaded = false;  // the force on its only point is prescribed
-  // A rigid tool that the points, single nodes, may touch; otherwise they are moved as prescribed.
-  std::optional<RigidTool> tool{};
-  ToolContact::Placement placement{};  // of the tool
-  double friction = 0;                 // Coulomb's coefficient; infinite: bonded
-
-  [[nodiscard]] int unknowns() const { return 3 * static_cast<int>(points.size()); }
-};
 
 class ZonePart {
  public:
@@ -72,13 +55,13 @@ class ZonePart {
   [[nodiscard]] const Eigen::VectorXd& sampled_load() const { return sampled_load_; }
   [[nodiscard]] FieldSamples& samples() { return samples_; }
   [[nodiscard]] const FieldSamples& samples() const { return samples_; }
-  // Of every point, and their sum; the mean displacement of a load's point.
-  [[nodiscard]] const Eigen::VectorXd& forces() const { return lambda_; }
-  [[nodiscard]] Eigen::Vector3d Force() const;
+  [[nodiscard]] const ContactForces& contact_forces() const { return *forces_; }
+  [[nodiscard]] Eigen::Vector3d Force() const { return forces_->Sum(); }
+  // Of the contact's points.
   [[nodiscard]] Eigen::Vector3d MeanDisplacement() const;
   // What further steps will change the force by about, or a load's displacement.
   [[nodiscard]] double Remaining() const;
-  [[nodiscard]] bool IsFinite() const { return u_.allFinite() && lambda_.allFinite(); }
+  [[nodiscard]] bool IsFinite() const { return u_.allFinite() && load_.allFinite(); }
   [[nodiscard]] double SmallestJacobian() const noexcept {
     return tets_.SmallestJacobian(u_.data());
   }
@@ -96,27 +79,21 @@ class ZonePart {
   // From a zone at another place, whose node `number[n]` is this one's n, -1: none; `u` has the
   // displacement of all nodes.
   void TakeState(const ZonePart& other, const std::vector<int>& number, Eigen::VectorXd u);
-  [[nodiscard]] const ToolContact* tool() const { return tool_.get(); }
 
  private:
+  void SampleZone(const NearGreen& green);
   void Condense(NearGreen& green);
-  void SetDual(const Eigen::MatrixXd& forces) noexcept;
-  void TakePoints(const Eigen::VectorXd& u, Eigen::VectorXd* at) const noexcept;
-  void SpreadForces(const Eigen::VectorXd& forces, Eigen::VectorXd* load) const noexcept;
+  void SetLoad() noexcept;
 
   Zone zone_;
   ZoneContact contact_;
   NeoHookeanTets tets_;
   FieldSamples samples_;
-  Eigen::MatrixXf green_;       // G
-  Eigen::MatrixXf columns_;     // G E
-  Eigen::MatrixXd compliance_;  // E^T G E
-  Eigen::LLT<Eigen::MatrixXd> inverse_;
-  std::unique_ptr<ToolContact> tool_;
-  Eigen::MatrixXd dual_forces_, dual_load_, sampled_dual_;  // per axis
-  Eigen::MatrixXd dual_;                                    // displacements by it
+  Eigen::MatrixXf green_, columns_;  // G, G E
+  std::unique_ptr<ContactForces> forces_;
+  Eigen::MatrixXd dual_, dual_load_, sampled_dual_;  // displacements per axis, loads
   FixedPointMixer mixer_;
-  Eigen::VectorXd u_, load_, sampled_load_, lambda_, gap_, at_, moved_;
+  Eigen::VectorXd u_, load_, sampled_load_, gap_, at_, moved_;
   Eigen::VectorXd r_, mixed_;  // of the present displacement; what it was found with
   Eigen::VectorXf load_f_, u_f_, gap_f_;
   bool restarted_ = true;
