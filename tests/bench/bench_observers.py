@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """What observers behind a NATS server cost the operator, and what they get. Server and observers run on this machine, with nice 5.
 
-Operator: runs in threes, beside observers of one slave between two without server and publishing. Prints command ages at the slave.
+Operator: runs in threes, beside observers of one slave between two without server and publishing. Prints command ages at the slave,
+and for how long a processor stood still even for a thread more urgent than all of ours: a virtual machine may not get its share.
 Restart: the server is killed and started again; seconds from its first answer until every observer has read a state again.
 Fleet: slaves in one `palpate-master watch`: rates, ages, processor time and memory of the watch.
 
@@ -9,6 +10,7 @@ tests/bench/bench_observers.py [--threes N] [--seconds S] [--observers N] [--res
 """
 import argparse
 import contextlib
+import multiprocessing
 import os
 import pathlib
 import statistics
@@ -35,11 +37,38 @@ def resident(pid):
     return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
+def attend(processor, longest):
+    """Keeps the longest time in which the processor did not serve an urgent thread [s]; stays 0 without the privilege."""
+    os.sched_setaffinity(0, {processor})
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(90))
+    last = time.monotonic()
+    while True:
+        time.sleep(0.002)
+        last, before = time.monotonic(), last
+        longest.value = max(longest.value, last - before)
+
+
+@contextlib.contextmanager
+def attended():
+    """The longest such time of each processor."""
+    longest = {i: multiprocessing.Value("d", 0) for i in os.sched_getaffinity(0)}
+    processes = [multiprocessing.Process(target=attend, args=pair, daemon=True) for pair in longest.items()]
+    for process in processes:
+        process.start()
+    try:
+        yield longest.values()
+    finally:
+        for process in processes:
+            process.kill()
+            process.join()
+
+
 def operated(slave, a, folder):
-    """Command age p99 [us], how often the operator was held, the slave's share of a core."""
+    """Command age p99 [us], how often the operator was held, the slave's share of a core, for how long a processor stood still [s]."""
     used, begun = cpu(slave.process.pid), time.monotonic()
-    seen = session(slave, a.seconds, folder)
-    return *seen, (cpu(slave.process.pid) - used) / (time.monotonic() - begun)
+    with attended() as longest:
+        seen = session(slave, a.seconds, folder)
+    return *seen, (cpu(slave.process.pid) - used) / (time.monotonic() - begun), max(value.value for value in longest)
 
 
 def alone(a, folder):
@@ -64,7 +93,8 @@ def operator(a, folder):
         threes.append((before[0], beside[0], after[0]))
         shares.append(beside[2] - (before[2] + after[2]) / 2)
         print(f"command age p99 {before[0] / 1e3:.2f}, {after[0] / 1e3:.2f} ms alone, {beside[0] / 1e3:.2f} ms beside {a.observers} observers; "
-              f"held {before[1]}, {after[1]} alone, {beside[1]} beside; {beside[3]:.1f} to {beside[4]:.1f} states/s each; "
+              f"held {before[1]}, {after[1]} alone, {beside[1]} beside; a processor stood still for {1e3 * before[3]:.0f}, {1e3 * after[3]:.0f} ms "
+              f"alone, {1e3 * beside[3]:.0f} ms beside; {beside[4]:.1f} to {beside[5]:.1f} states/s each; "
               f"load {os.getloadavg()[0]:.1f}", flush=True)
     ratios = sorted(2 * b / (c + d) for c, b, d in threes)
     noise = max(max(c, d) / min(c, d) for c, _, d in threes)

@@ -16,6 +16,7 @@ namespace palpate::fem {
 namespace {
 
 constexpr std::size_t kMostElements = 4'000'000;
+constexpr std::size_t kRotationsPerNode = 4;
 
 Lame LameOf(double nu) {
   return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};
@@ -298,8 +299,10 @@ void FemBody::AssembleTangent(double mass, double stiffness, BlockMatrix& matrix
 void FemBody::NodeRotations(NodeVector& rotations) const noexcept {
   for (int i = 0; i < moving(); ++i) {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const int corner : touching_.of(i)) {
-      const NodeValue rotation = elements_.Rotation(corner / 4);
+    const auto corners = touching_.of(i);
+    const std::size_t stride = std::max<std::size_t>(1, corners.size() / kRotationsPerNode);
+    for (std::size_t k = 0; k < corners.size(); k += stride) {
+      const NodeValue rotation = elements_.Rotation(corners[k] / 4);
       const Eigen::Map<const Eigen::Vector4d> q(rotation.v);
       sum += q * (q.dot(sum) < 0 ? -1 : 1);  // q and -q are the same rotation
     }

@@ -61,7 +61,7 @@ class FemBody {
   void InternalForce(NodeVector& f) noexcept;
   // mass M + stiffness K, K with warped element matrices R K_0 R^T; the law being linear, K is K_0.
   void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
-  // The mean rotation of each moving node's elements, as a unit quaternion s, x, y, z.
+  // The mean rotation of a few of each moving node's elements, as a unit quaternion s, x, y, z.
   void NodeRotations(NodeVector& rotations) const noexcept;
   // Adds factor (K_exact - K) at the displacement last evaluated.
   void AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept;

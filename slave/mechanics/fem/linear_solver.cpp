@@ -257,7 +257,6 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
 SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& constraints,
                                    NodeVector& r, NodeVector& x, double target) noexcept {
   SolveOutcome outcome;
-  if (kind_ == Kind::kSingle && next_factor_) FindTurns();
   int most = has_factor() ? kMostWithFactor : kMostIterations;
   const bool grows = !has_factor() && late_factor_ && factorable_;
   if (grows) most = std::max(0, late_worth_ - spent_);
@@ -277,6 +276,7 @@ SolveOutcome LinearSolver::Iterate(const BlockMatrix& A, const Constraints& cons
     }
     if (size < best) best = size, best_at = outcome.iterations;
     if (!std::isfinite(size) || outcome.iterations - best_at > kPatience) break;
+    if (outcome.iterations == 0 && kind_ == Kind::kSingle && next_factor_) FindTurns();
     Precondition(constraints, r, z_);
     const double next = Dot(r, z_);
     if (!(next > 0)) break;  // rounding
