@@ -73,7 +73,9 @@ inline constexpr std::array kModelKinds{
               .takes_friction = true,
               .shapes_tools = true,
               .bounds_error = true,
-              .has_cache = true},
+              .has_cache = true,
+              .takes_regions = true,
+              .takes_relaxation = true},
     ModelKind{.name = "bem3d", .on_surface = true, .takes_friction = true, .has_cache = true},
 };
 

@@ -125,7 +125,8 @@ std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMes
       std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
                                      material.poisson_ratio, options, progress);
   if (!model.cache.empty() && scene.tool) zone->PrefetchSurface(scene.tool->width, progress);
-  return zone;
+  if (material.relaxation.empty()) return zone;
+  return std::make_unique<RelaxingModel>(std::move(zone), material.relaxation, model.fem.step);
 }
 
 std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,

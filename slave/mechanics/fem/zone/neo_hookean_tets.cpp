@@ -115,13 +115,14 @@ PALPATE_DISPATCHED void AddNonlinearForces(const Law& law, const Group* groups, 
 }  // namespace
 
 NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
-                               const std::vector<Vector3d>& nodes, double nu)
+                               const std::vector<Vector3d>& nodes, double nu,
+                               std::span<const double> moduli)
     : corners_(corners.begin(), corners.end()) {
   law_.mu = 0.5 / (1 + nu);
   law_.lambda = nu / ((1 + nu) * (1 - 2 * nu));
   law_.m = 4.0 / 3 * law_.mu;
   law_.k = law_.lambda + 5.0 / 6 * law_.mu;
-  std::vector<double> volumes;
+  std::vector<double> volumes;  // times moduli
   for (const auto& tet : corners_) {
     Matrix3d edges;
     for (int a = 0; a < 3; ++a)
@@ -130,7 +131,8 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
     gradients.rightCols<3>() = edges.inverse().transpose();
     gradients.col(0) = -gradients.rightCols<3>().rowwise().sum();
     gradients_.push_back(gradients);
-    volumes.push_back(edges.determinant() / 6);
+    const double modulus = moduli.empty() ? 1 : moduli[volumes.size()];
+    volumes.push_back(modulus * edges.determinant() / 6);
   }
   groups_.resize((corners_.size() + kLanes - 1) / kLanes);
   for (std::size_t t = 0; t < kLanes * groups_.size(); ++t) {

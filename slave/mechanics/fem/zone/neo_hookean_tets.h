@@ -20,9 +20,10 @@ namespace palpate {
 class NeoHookeanTets {
  public:
   // `corners`: numbers of positions at rest, in units of length. Positive volumes, checked by the
-  // caller; -1 < nu < 0.5.
+  // caller; -1 < nu < 0.5. `moduli` per tetrahedron [E]; empty: 1.
   NeoHookeanTets(std::span<const std::array<int, 4>> corners,
-                 const std::vector<Eigen::Vector3d>& nodes, double nu);
+                 const std::vector<Eigen::Vector3d>& nodes, double nu,
+                 std::span<const double> moduli = {});
 
   // Adds to `force` the internal force at displacements `u`, three numbers per node each.
   void AddForce(const double* u, double* force) const noexcept;

@@ -36,6 +36,7 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
     return known;
   };
   double within = 0, beyond = 0;
+  std::vector<double> moduli;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     const double distance = (green.positions()[n] - region.centre).norm();
     if (std::abs(distance - region.radius) < kRim * region.radius) number_of(static_cast<int>(n));
@@ -49,11 +50,12 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
     const double weight = SignedVolume(mesh, static_cast<int>(t)) * std::pow(distance, -6);
     (distance > region.reach ? beyond : within) += weight;
     if (distance > region.reach) continue;
+    moduli.push_back(mesh.ModulusOf(t));
     auto& tet = corners.emplace_back(mesh.tets[t]);
     for (int& node : tet) node = number_of(node);
   }
   if (within > 0) scale_ = 1 + beyond / within;
-  tets_.emplace(corners, positions, nu);
+  tets_.emplace(corners, positions, nu, moduli);
   u_ = residual_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
   nodes_f_ = VectorXf::Zero(u_.size());
   const FieldSamples& samples = own_.samples();
@@ -83,7 +85,7 @@ void OutsideError::FindResidual(Vector3d* error) noexcept {
   nodes_f_ = residual_.cast<float>();
   TransposedTimes(green_, nodes_f_, &load_f_);
   work_ = load_f_.cast<double>();
-  error->noalias() = scale_ * (own_.sampled_dual().transpose() * work_);
+  error->noalias() = scale_ * (own_.dual().sampled_load.transpose() * work_);
 }
 
 void OutsideError::Estimate() noexcept {

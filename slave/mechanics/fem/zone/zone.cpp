@@ -48,6 +48,7 @@ Zone ZoneFinder::Around(const Vector3d& centre_O, double radius, std::span<const
     if (!taken || (*taken_before)[t] != 0) continue;
     (*taken_before)[t] = 1;
     zone.tets.push_back(static_cast<int>(t));
+    zone.moduli.push_back(mesh_.ModulusOf(t));
     auto& corners = zone.corners.emplace_back();
     for (std::size_t v = 0; v < 4; ++v) corners[v] = number_of(mesh_.tets[t][v]);
   }

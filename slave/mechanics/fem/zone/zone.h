@@ -15,6 +15,7 @@ struct Zone {
   std::vector<int> nodes;                   // of the mesh
   std::vector<int> tets;                    // of the mesh, rising
   std::vector<std::array<int, 4>> corners;  // of every tetrahedron, numbered as in `nodes`
+  std::vector<double> moduli;               // of every tetrahedron, by the body's [-]
 
   [[nodiscard]] int size() const { return static_cast<int>(nodes.size()); }
   // Number of a node of the mesh; -1: it is not in the zone. O(size).

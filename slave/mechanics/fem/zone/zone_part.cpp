@@ -32,14 +32,14 @@ std::vector<Vector3d> PositionsOf(const NearGreen& green, std::span<const int> n
 ZonePart::ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact)
     : zone_(std::move(zone)),
       contact_(std::move(contact)),
-      tets_(zone_.corners, PositionsOf(green, zone_.nodes), nu),
+      tets_(zone_.corners, PositionsOf(green, zone_.nodes), nu, zone_.moduli),
       mixer_(3 * zone_.size()) {
   const int unknowns = 3 * zone_.size(), points = contact_.unknowns();
-  u_ = load_ = r_ = mixed_ = moved_ = VectorXd::Zero(unknowns);
-  gap_ = at_ = VectorXd::Zero(points);
-  load_f_ = u_f_ = VectorXf::Zero(unknowns);
-  gap_f_ = VectorXf::Zero(points);
-  dual_ = dual_load_ = MatrixXd::Zero(unknowns, 3);
+  u_ = load_ = r_ = mixed_ = room_.moved = VectorXd::Zero(unknowns);
+  room_.gap = room_.at = VectorXd::Zero(points);
+  room_.load = room_.u = VectorXf::Zero(unknowns);
+  room_.points = VectorXf::Zero(points);
+  dual_.u = dual_.load = MatrixXd::Zero(unknowns, 3);
   SampleZone(green);
   Condense(green);
   RefreshDual();
@@ -55,7 +55,7 @@ void ZonePart::SampleZone(const NearGreen& green) {
   samples_.weights =
       SampleWeights(PositionsOf(green, samples_.nodes), PositionsOf(green, zone_.nodes));
   sampled_load_ = VectorXd::Zero(samples_.unknowns());
-  sampled_dual_ = MatrixXd::Zero(samples_.unknowns(), 3);
+  dual_.sampled_load = MatrixXd::Zero(samples_.unknowns(), 3);
 }
 
 void ZonePart::Condense(NearGreen& green) {
@@ -86,15 +86,15 @@ void ZonePart::Condense(NearGreen& green) {
 void ZonePart::RefreshDual() noexcept {
   const MatrixXd forces = forces_->DualForces();
   for (int c = 0; c < 3; ++c) {
-    gap_ = forces.col(c);
-    gap_f_ = gap_.cast<float>();
-    MatrixTimes(columns_, gap_f_, &u_f_);
-    dual_.col(c) = u_f_.cast<double>();
-    moved_.setZero();
-    SpreadForces(contact_, gap_, &moved_);
-    dual_load_.col(c) = moved_;
-    samples_.SampleForces(moved_, &sampled_load_);
-    sampled_dual_.col(c) = sampled_load_;
+    room_.gap = forces.col(c);
+    room_.points = room_.gap.cast<float>();
+    MatrixTimes(columns_, room_.points, &room_.u);
+    dual_.u.col(c) = room_.u.cast<double>();
+    room_.moved.setZero();
+    SpreadForces(contact_, room_.gap, &room_.moved);
+    dual_.load.col(c) = room_.moved;
+    samples_.SampleForces(room_.moved, &sampled_load_);
+    dual_.sampled_load.col(c) = sampled_load_;
   }
   samples_.SampleForces(load_, &sampled_load_);
 }
@@ -117,20 +117,20 @@ void ZonePart::Step(const VectorXd& prescribed, const VectorXd& others) noexcept
   const Vector3d before = Force();
   if (!restarted_) mixer_.Advance(r_, &mixed_);
   restarted_ = false;
-  load_f_ = mixed_.cast<float>();
-  TransposedTimes(columns_, load_f_, &gap_f_);
-  TakePoints(contact_, others, &at_);
-  at_ -= gap_f_.cast<double>();  // without forces
-  TakePoints(contact_, u_, &gap_);
-  forces_->Solve(prescribed, gap_, at_);
+  room_.load = mixed_.cast<float>();
+  TransposedTimes(columns_, room_.load, &room_.points);
+  TakePoints(contact_, others, &room_.at);
+  room_.at -= room_.points.cast<double>();  // without forces
+  TakePoints(contact_, u_, &room_.gap);
+  forces_->Solve(prescribed, room_.gap, room_.at);
   SetLoad();
-  load_f_ = load_.cast<float>();
-  MatrixTimes(green_, load_f_, &u_f_);
-  u_ = u_f_.cast<double>() + others;
+  room_.load = load_.cast<float>();
+  MatrixTimes(green_, room_.load, &room_.u);
+  u_ = room_.u.cast<double>() + others;
   r_.setZero();
   tets_.AddNonlinearForce(u_.data(), r_.data());
   change_ = (Force() - before).norm();
-  lack_ = (dual_.transpose() * (r_ - mixed_)).norm();
+  lack_ = (dual_.u.transpose() * (r_ - mixed_)).norm();
 }
 
 double ZonePart::Remaining() const {
@@ -147,18 +147,18 @@ Vector3d ZonePart::MeanDisplacement() const {
 }
 
 void ZonePart::HeldLoad(const VectorXd& moved, VectorXd* load) noexcept {
-  moved_.setZero();
-  samples_.AddField(moved, &moved_);
-  TakePoints(contact_, moved_, &at_);
-  forces_->Hold(at_, &gap_);
-  moved_.setZero();
-  SpreadForces(contact_, gap_, &moved_);
-  samples_.SampleForces(moved_, load);
+  room_.moved.setZero();
+  samples_.AddField(moved, &room_.moved);
+  TakePoints(contact_, room_.moved, &room_.at);
+  forces_->Hold(room_.at, &room_.gap);
+  room_.moved.setZero();
+  SpreadForces(contact_, room_.gap, &room_.moved);
+  samples_.SampleForces(room_.moved, load);
 }
 
 void ZonePart::Accept() noexcept {
-  TakePoints(contact_, u_, &at_);
-  forces_->Accept(at_);
+  TakePoints(contact_, u_, &room_.at);
+  forces_->Accept(room_.at);
 }
 
 void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number, VectorXd u) {

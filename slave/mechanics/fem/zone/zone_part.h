@@ -31,6 +31,11 @@ namespace palpate {
 
 class ZonePart {
  public:
+  // By a unit motion of the contact along each axis, or by a unit load with the other sign:
+  // displacement of the zone's nodes, loads on them, loads on the samples.
+  struct Dual {
+    Eigen::MatrixXd u, load, sampled_load;
+  };
   // The columns of the zone's nodes are ready. Throws std::runtime_error: they do not reach.
   ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact);
 
@@ -68,10 +73,7 @@ class ZonePart {
 
   // Finds the dual problem of the present state of a tool's points.
   void RefreshDual() noexcept;
-  // By a unit motion of the contact along each axis, or by a unit load with the other sign: loads
-  // on the zone's nodes, and on its samples.
-  [[nodiscard]] const Eigen::MatrixXd& dual_load() const { return dual_load_; }
-  [[nodiscard]] const Eigen::MatrixXd& sampled_dual() const { return sampled_dual_; }
+  [[nodiscard]] const Dual& dual() const { return dual_; }
   // The load on the samples by displacements of the samples by something else, the contact held.
   void HeldLoad(const Eigen::VectorXd& moved, Eigen::VectorXd* load) noexcept;
   // The state is accepted: see ToolContact::Accept.
@@ -91,11 +93,14 @@ class ZonePart {
   FieldSamples samples_;
   Eigen::MatrixXf green_, columns_;  // G, G E
   std::unique_ptr<ContactForces> forces_;
-  Eigen::MatrixXd dual_, dual_load_, sampled_dual_;  // displacements per axis, loads
+  Dual dual_;
   FixedPointMixer mixer_;
-  Eigen::VectorXd u_, load_, sampled_load_, gap_, at_, moved_;
+  Eigen::VectorXd u_, load_, sampled_load_;
   Eigen::VectorXd r_, mixed_;  // of the present displacement; what it was found with
-  Eigen::VectorXf load_f_, u_f_, gap_f_;
+  struct {
+    Eigen::VectorXd gap, at, moved;
+    Eigen::VectorXf load, u, points;
+  } room_;
   bool restarted_ = true;
   double lack_ = 0;    // of the force
   double change_ = 0;  // of the force, by the last step

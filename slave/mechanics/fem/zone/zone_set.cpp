@@ -127,7 +127,7 @@ void ZoneSet::FindGains() {
   for (Member& member : members_) {
     for (Source& source : member.sources) {
       const ZonePart& from = *members_[source.from].part;
-      const MatrixXd& load = source.near ? from.dual_load() : from.sampled_dual();
+      const MatrixXd& load = source.near ? from.dual().load : from.dual().sampled_load;
       Eigen::Matrix3d total = Eigen::Matrix3d::Zero();
       MatrixXd moved = MatrixXd::Zero(member.samples.size(), 3);
       for (int c = 0; c < 3; ++c) {
@@ -136,7 +136,7 @@ void ZoneSet::FindGains() {
         source.transfer.Add(load.col(c), &u);
         moved.col(c) = u;
       }
-      const Eigen::Matrix3d caused = member.part->sampled_dual().transpose() * moved;
+      const Eigen::Matrix3d caused = member.part->dual().sampled_load.transpose() * moved;
       const bool touches = std::abs(total.determinant()) > 0;
       source.gain = touches ? (caused * total.inverse()).norm() : 0;
     }
@@ -217,7 +217,7 @@ MatrixXd ZoneSet::DualDisplacements() {
     const std::vector<int>& nodes = part(i).zone().nodes;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       load.block<3, 3>(3 * nodes[n], 3 * i) +=
-          part(i).dual_load().middleRows<3>(3 * static_cast<int>(n));
+          part(i).dual().load.middleRows<3>(3 * static_cast<int>(n));
     }
   }
   return green_.Solve(load);

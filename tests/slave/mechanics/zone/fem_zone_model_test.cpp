@@ -92,8 +92,26 @@ TEST_F(FemZone, DisplacementsAreThoseOfTheFullModel) {
   EXPECT_LT(largest, 0.05 * 0.0064);
 }
 
-// Zones are centred on nodes: earlier contacts elsewhere change a force by no more than the
-// convergence, 1e-4 of it.
+// A stiff layer below the contact, and a stiff lump beside it.
+TEST_F(FemZone, RegionsHaveTheirModuli) {
+  Slab layered(10, 0.4);
+  for (const auto& tet : layered.mesh.tets) {
+    Vector3d centroid = Vector3d::Zero();
+    for (const int node : tet) centroid += layered.mesh.nodes[Index(node)] / 4;
+    const bool lump = (centroid - Vector3d(0.055, 0.04, 0.03)).norm() < 0.012;
+    layered.mesh.modulus.push_back(lump ? 5 : (centroid.z() < 0.016 ? 3 : 1));
+  }
+  FemZoneModel zone(layered.mesh, layered.held, kModulus, layered.nu, {});
+  SolidModel full = layered.Full(FemOptions::Law::kNeoHookean);
+  const std::vector<Contact> contacts{Moved({0.044, 0.04, 0.04}, {0.001, 0, -0.005})};
+  const auto expected = Ask(full, contacts)[0], got = Ask(zone, contacts)[0];
+  const double error = (got.force_O - expected.force_O).norm();
+  EXPECT_LE(error, got.force_bound);
+  EXPECT_LT(error, 0.03 * expected.force_O.norm());
+  EXPECT_GT(expected.force_O.norm(), 1.1 * Ask(zone_, contacts)[0].force_O.norm());
+}
+
+// Earlier contacts elsewhere change a force by no more than the convergence, 5e-4 of it.
 TEST_F(FemZone, EarlierContactsDoNotChangeTheAnswer) {
   const Contact here = Moved({0.04, 0.037, 0.04}, {0, 0, -0.005});
   const Vector3d fresh = Ask(zone_, {here})[0].force_O;
