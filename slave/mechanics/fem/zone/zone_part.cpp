@@ -117,6 +117,7 @@ void ZonePart::Step(const VectorXd& prescribed, const VectorXd& others) noexcept
   const Vector3d before = Force();
   if (!restarted_) mixer_.Advance(r_, &mixed_);
   restarted_ = false;
+  is_alone_ = others.isZero(0);
   room_.load = mixed_.cast<float>();
   TransposedTimes(columns_, room_.load, &room_.points);
   TakePoints(contact_, others, &room_.at);
@@ -134,8 +135,8 @@ void ZonePart::Step(const VectorXd& prescribed, const VectorXd& others) noexcept
 }
 
 double ZonePart::Remaining() const {
-  const bool has_tool = forces_->tool() != nullptr;
-  return std::max(kSlowness * lack_, has_tool ? change_ : 0);
+  const bool alone = is_alone_ && forces_->tool() == nullptr;
+  return std::max(kSlowness * lack_, alone ? 0 : change_);
 }
 
 Vector3d ZonePart::MeanDisplacement() const {

@@ -101,7 +101,7 @@ class ZonePart {
     Eigen::VectorXd gap, at, moved;
     Eigen::VectorXf load, u, points;
   } room_;
-  bool restarted_ = true;
+  bool restarted_ = true, is_alone_ = true;
   double lack_ = 0;    // of the force
   double change_ = 0;  // of the force, by the last step
 };

@@ -15,9 +15,10 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kOutside = 1.75;  // how far around a zone errors are looked for [radii]
+constexpr double kOutside = 2;  // how far around a zone errors are looked for [radii]
 
 constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most [radii of a zone]
+constexpr std::size_t kTurns = 4;     // updates in which every error is found again, at least
 constexpr double kSimilar = 0.1;      // change of a load for which an estimate is scaled [-]
 constexpr double kNear = 1.5;         // centres of zones that are close [sums of radii]
 
@@ -114,8 +115,10 @@ void ZoneSet::Couple(std::size_t to) {
     const ZonePart& from = *members_[j].part;
     const double distance = (touches_[j].centre_O - touches_[to].centre_O).norm();
     const bool near = distance < kNear * (touches_[j].radius + touches_[to].radius);
-    member.sources.push_back(
-        {j, near, Transfer(green_, samples, near ? from.zone().nodes : from.samples().nodes), 0});
+    member.sources.push_back({j, near,
+                              near ? Transfer(green_, member.part->zone().nodes, from.zone().nodes)
+                                   : Transfer(green_, samples, from.samples().nodes),
+                              0});
   }
   member.samples = VectorXd::Zero(member.part->samples().unknowns());
   member.others = VectorXd::Zero(member.part->u().size());
@@ -128,15 +131,17 @@ void ZoneSet::FindGains() {
     for (Source& source : member.sources) {
       const ZonePart& from = *members_[source.from].part;
       const MatrixXd& load = source.near ? from.dual().load : from.dual().sampled_load;
+      const ZonePart::Dual& own = member.part->dual();
+      const MatrixXd& test = source.near ? own.load : own.sampled_load;
       Eigen::Matrix3d total = Eigen::Matrix3d::Zero();
-      MatrixXd moved = MatrixXd::Zero(member.samples.size(), 3);
+      MatrixXd moved = MatrixXd::Zero(test.rows(), 3);
       for (int c = 0; c < 3; ++c) {
         for (int k = 0; k < load.rows(); ++k) total(k % 3, c) += load(k, c);
         VectorXd u = moved.col(c);
         source.transfer.Add(load.col(c), &u);
         moved.col(c) = u;
       }
-      const Eigen::Matrix3d caused = member.part->dual().sampled_load.transpose() * moved;
+      const Eigen::Matrix3d caused = test.transpose() * moved;
       const bool touches = std::abs(total.determinant()) > 0;
       source.gain = touches ? (caused * total.inverse()).norm() : 0;
     }
@@ -172,11 +177,12 @@ void ZoneSet::Restart() {
 
 void ZoneSet::TakeOthers(Member* member) noexcept {
   member->samples.setZero();
+  member->others.setZero();
   for (Source& source : member->sources) {
     const ZonePart& from = *members_[source.from].part;
-    source.transfer.Add(source.near ? from.load() : from.sampled_load(), &member->samples);
+    source.transfer.Add(source.near ? from.load() : from.sampled_load(),
+                        source.near ? &member->others : &member->samples);
   }
-  member->others.setZero();
   member->part->samples().AddField(member->samples, &member->others);
 }
 
@@ -197,7 +203,7 @@ void ZoneSet::EstimateErrors() noexcept {
     member.outside->Estimate();
     member.estimated_at = size;
   }
-  turn_ = (turn_ + 1) % std::max<std::size_t>(1, members_.size());
+  turn_ = (turn_ + 1) % std::max(kTurns, members_.size());
 }
 
 MatrixXd ZoneSet::Displacements() {

@@ -1,8 +1,8 @@
 // Contacts on one body, each in its own zone, and the error of their forces.
 //
-// The zones know each other through the linear body: the load of one, as forces on a few samples,
-// moves the samples of the others (field_samples.h, transfer.h). What is linear outside all zones
-// and should not be gives the error (outside_error.h).
+// The zones know each other through the linear body (transfer.h): the load of one moves the nodes
+// of those near it, and, as forces on a few samples, the samples of the others (field_samples.h).
+// What is linear outside all zones and should not be gives the error (outside_error.h).
 #pragma once
 
 #include <memory>
@@ -46,7 +46,7 @@ class ZoneSet {
   // not allocate.
   void Step(std::span<const Eigen::VectorXd> prescribed) noexcept;
   // Finds the errors of the present state: of contacts whose load has changed much, of the others
-  // one per call, in turn. Nondimensional. Does not allocate.
+  // in turn, one per call at most. Nondimensional. Does not allocate.
   void EstimateErrors() noexcept;
   [[nodiscard]] const OutsideError& error(int contact) const {
     return *members_[static_cast<std::size_t>(contact)].outside;
@@ -69,9 +69,9 @@ class ZoneSet {
  private:
   struct Source {
     std::size_t from = 0;
-    bool near = false;  // every node of its zone counts, else its samples
-    Transfer transfer;  // to the samples of the zone
-    double gain = 0;    // of this contact's force by a force of the other one
+    bool near = false;  // from every node to every node, else from samples to samples
+    Transfer transfer;
+    double gain = 0;  // of this contact's force by a force of the other one
   };
   struct Member {
     std::unique_ptr<ZonePart> part;
