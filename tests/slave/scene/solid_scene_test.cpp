@@ -337,7 +337,7 @@ TEST(SolidSceneTest, RegionsAreRefusedWithWhatIsAccepted) {
   EXPECT_THAT(MistakesOf(WithRegions("[]")), HasSubstr("object.regions"));
   const std::string layer = "[{layer: {axis: z, from: 0 mm, to: 40 mm}, young_modulus: 1 kPa}]";
   EXPECT_THAT(MistakesOf(WithRegions(layer, "{kind: bem3d}")),
-              HasSubstr("use fem, fem-hyperelastic or fem-green"));
+              HasSubstr("use fem, fem-hyperelastic, fem-green or fem-zone"));
   std::string plate = SolidScene("{membrane: {radius: 9 mm, thickness: 0.1 mm}}", "", "{}");
   plate.insert(plate.find("model:"), "  regions: " + layer + "\n");
   EXPECT_THAT(MistakesOf(plate), HasSubstr("only a box or a mesh has regions"));
