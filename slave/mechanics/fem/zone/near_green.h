@@ -56,7 +56,6 @@ class NearGreen {
   // In units of length.
   [[nodiscard]] const std::vector<Eigen::Vector3d>& positions() const { return positions_; }
   [[nodiscard]] double length_unit() const { return stiffness_.length_unit; }
-  [[nodiscard]] bool is_held(int node, int component) const { return Row(node, component) < 0; }
   [[nodiscard]] std::size_t memory_bytes() const;
   [[nodiscard]] int columns_solved() const { return columns_solved_; }
 

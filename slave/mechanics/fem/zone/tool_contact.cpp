@@ -103,7 +103,6 @@ void ToolContact::Solve(const VectorXd& free, VectorXd* forces) noexcept {
       moved_.noalias() += compliance_.middleCols<3>(row) * forces->segment<3>(row);
     }
   }
-  changed_ = false;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     double largest = 0, change = 0;
     for (std::size_t k = 0; k < points_.size(); ++k) {
@@ -112,7 +111,6 @@ void ToolContact::Solve(const VectorXd& free, VectorXd* forces) noexcept {
       const Vector3d force = forces->segment<3>(row);
       State state = State::kApart;
       const Vector3d next = NextForce(point, moved_.segment<3>(row), force, &state, &point.drag);
-      changed_ = changed_ || state != point.state;
       point.state = state;
       const Vector3d step = next - force;
       if (step.isZero(0)) continue;

@@ -55,11 +55,9 @@ class ToolContact {
   // Mean displacement of the touching points across a direction.
   [[nodiscard]] Eigen::Vector3d Dragged(const Eigen::Vector3d& normal) const;
   [[nodiscard]] int touching() const;
-  [[nodiscard]] bool changed() const { return changed_; }  // of touching points, by the last Solve
   // From another set of points to this one, at which the same material points have these numbers;
   // -1: none.
   void TakeState(const ToolContact& other, const std::vector<int>& number);
-  [[nodiscard]] const Eigen::Vector3d& displacement() const { return displacement_; }
   [[nodiscard]] Eigen::Vector3d apex() const { return placement_.p + displacement_; }
 
  private:
@@ -89,7 +87,6 @@ class ToolContact {
   const Eigen::MatrixXd& compliance_;
   Eigen::Vector3d displacement_{0, 0, 0};
   Eigen::VectorXd moved_;
-  bool changed_ = false;
   std::vector<Direction> directions_;
   Eigen::MatrixXd among_;
   Eigen::PartialPivLU<Eigen::MatrixXd> inverse_;

@@ -34,9 +34,6 @@ class ZoneFinder {
   [[nodiscard]] Zone Around(const Eigen::Vector3d& centre_O, double radius,
                             std::span<const Eigen::Vector3d> others, std::span<const int> touched,
                             std::vector<char>* taken) const;
-  [[nodiscard]] const Eigen::Vector3d& centroid(int tet) const {
-    return centroids_[static_cast<std::size_t>(tet)];
-  }
 
  private:
   const SolidMesh& mesh_;

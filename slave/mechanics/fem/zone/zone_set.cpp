@@ -18,9 +18,10 @@ using Eigen::VectorXd;
 constexpr double kOutside = 2;  // how far around a zone errors are looked for [radii]
 
 constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most [radii of a zone]
-constexpr std::size_t kTurns = 4;     // updates in which every error is found again, at least
-constexpr double kSimilar = 0.1;      // change of a load for which an estimate is scaled [-]
-constexpr double kNear = 1.5;         // centres of zones that are close [sums of radii]
+constexpr std::size_t kTurns =
+    4;  // updates until the error of a contact that hardly moves is found again, at least
+constexpr double kSimilar = 0.1;  // change of a load for which an estimate is scaled [-]
+constexpr double kNear = 1.5;     // centres of zones that are close [sums of radii]
 
 }  // namespace
 
