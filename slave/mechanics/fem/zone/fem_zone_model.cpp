@@ -19,8 +19,9 @@ using Eigen::VectorXd;
 
 constexpr double kAbsurd = 1e6;      // larger sides
 constexpr double kLocks = 0.49;      // Poisson ratio
-constexpr double kConverged = 5e-4;  // what steps will still change, by the force
+constexpr double kConverged = 2e-3;  // what steps will still change, by the force
 constexpr int kMostSteps = 60;
+constexpr int kSmallSteps = 2;      // first steps, which take what has changed most
 constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
 constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
 constexpr int kFewestPoints = 3;    // of a round tool on its mesh
@@ -178,15 +179,15 @@ bool FemZoneModel::HasConverged(bool* finite) const {
   for (int i = 0; i < set_->size(); ++i) {
     const ZonePart& part = set_->part(i);
     const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest);
-    if (!(part.Remaining() <= kConverged * scale)) return false;
+    if (!(set_->Remaining(i) <= kConverged * scale)) return false;
   }
   return true;
 }
 
 bool FemZoneModel::Converge() {
-  set_->Restart();
+  set_->Begin(prescribed_);
   for (int step = 0; step < kMostSteps; ++step) {
-    set_->Step(prescribed_);
+    set_->Step(step >= kSmallSteps);
     bool finite = true;
     const bool converged = HasConverged(&finite);
     if (!finite) return false;
@@ -252,8 +253,8 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   };
   for (int k = 1; k < static_cast<int>(parts); ++k) {
     place(k / parts);
-    set_->Restart();
-    for (int step = 0; step < 2; ++step) set_->Step(prescribed_);
+    set_->Begin(prescribed_);
+    for (int step = 0; step < kSmallSteps; ++step) set_->Step(false);
     set_->Accept();
     FollowTools(contacts);
   }
@@ -322,7 +323,7 @@ void FemZoneModel::Fill(std::span<const Contact> contacts, std::span<ContactResp
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const int number = static_cast<int>(i);
     const ZonePart& part = set_->part(number);
-    const double bound = set_->bound(number) + part.Remaining();
+    const double bound = set_->bound(number) + set_->Remaining(number);
     ContactResponse response;
     if (part.contact().loaded) {
       response.force_O = contacts[i].prescribed_O;

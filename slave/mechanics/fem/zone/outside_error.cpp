@@ -59,7 +59,7 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
   u_ = residual_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
   nodes_f_ = VectorXf::Zero(u_.size());
   const FieldSamples& samples = own_.samples();
-  work_ = held_ = VectorXd::Zero(samples.unknowns());
+  work_ = held_ = load_ = VectorXd::Zero(samples.unknowns());
   load_f_ = VectorXf::Zero(samples.unknowns());
   green.Gather(nodes, samples.nodes, &green_);
   const std::span<const int> all = nodes;
@@ -75,7 +75,8 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
   between_.compute(compliance);
   for (std::size_t j = 0; j < parts.size(); ++j) {
     if (j == own || nodes.empty()) continue;
-    others_.push_back({parts[j], Transfer(green, nodes, parts[j]->samples().nodes)});
+    others_.push_back({parts[j], Transfer(green, nodes, parts[j]->samples().nodes),
+                       VectorXd::Zero(parts[j]->samples().unknowns())});
   }
 }
 
@@ -88,22 +89,50 @@ void OutsideError::FindResidual(Vector3d* error) noexcept {
   error->noalias() = scale_ * (own_.dual().sampled_load.transpose() * work_);
 }
 
-void OutsideError::Estimate() noexcept {
-  if (size() == 0) return;
-  load_f_ = own_.sampled_load().cast<float>();
-  MatrixTimes(green_, load_f_, &nodes_f_);
-  zone_f_ = own_.load().cast<float>();
-  MatrixTimes(rim_, zone_f_, &rim_f_);
-  nodes_f_.head(rim_f_.size()) = rim_f_;
-  u_ = nodes_f_.cast<double>();
-  for (Source& source : others_) source.transfer.Add(source.part->sampled_load(), &u_);
-  FindResidual(&error_);
-  own_.HeldLoad(work_, &held_);  // the residual moves the samples by -work
+// By the own load as sampled, the same next to the zone, and by the load of each other zone.
+void OutsideError::AddDisplacement(std::size_t piece) noexcept {
+  if (piece == 0) {
+    own_.samples().SampleForces(own_.load(), &load_);
+    load_f_ = load_.cast<float>();
+    MatrixTimes(green_, load_f_, &nodes_f_);
+  } else if (piece == 1) {
+    zone_f_ = own_.load().cast<float>();
+    MatrixTimes(rim_, zone_f_, &rim_f_);
+    nodes_f_.head(rim_f_.size()) = rim_f_;
+    u_ = nodes_f_.cast<double>();
+  } else {
+    Source& source = others_[piece - 2];
+    source.part->samples().SampleForces(source.part->load(), &source.load);
+    source.transfer.Add(source.load, &u_);
+  }
+}
+
+// The residual moves the samples by -work.
+void OutsideError::Correct() noexcept {
+  own_.HeldLoad(work_, &held_);
   between_.solveInPlace(work_);
   load_f_ = -(held_ + work_).cast<float>();
   MatrixTimes(green_, load_f_, &nodes_f_);
   u_ += nodes_f_.cast<double>();
-  FindResidual(&second_);
+}
+
+bool OutsideError::Advance() noexcept {
+  if (size() == 0) return true;
+  const std::size_t sources = 2 + others_.size();
+  if (piece_ < sources) {
+    AddDisplacement(piece_);
+  } else if (piece_ == sources) {
+    FindResidual(&first_);
+  } else if (piece_ == sources + 1) {
+    Correct();
+  } else {
+    FindResidual(&second_);
+    error_ = first_;
+    piece_ = 0;
+    return true;
+  }
+  ++piece_;
+  return false;
 }
 
 }  // namespace palpate
