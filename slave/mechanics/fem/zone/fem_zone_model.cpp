@@ -17,9 +17,10 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kAbsurd = 1e6;      // larger sides
-constexpr double kLocks = 0.49;      // Poisson ratio
-constexpr double kConverged = 2e-3;  // what steps will still change, by the force
+constexpr double kAbsurd = 1e6;  // larger sides
+constexpr double kLocks = 0.49;  // Poisson ratio
+// What steps will still change, by the force: from rest, and of a contact that has moved a little.
+constexpr double kConverged = 1e-4, kFollowed = 2e-3;
 constexpr int kMostSteps = 60;
 constexpr int kSmallSteps = 2;      // first steps, which take what has changed most
 constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
@@ -77,6 +78,7 @@ FemZoneModel::FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double 
 
 void FemZoneModel::Reset() {
   if (set_) set_->Reset();
+  follows_ = false;
   for (Vector3d& moved : moved_) moved.setZero();
   inverted_ = false;
 }
@@ -108,7 +110,7 @@ bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
   if (!contacts_.changed() && set_) return true;
   set_.reset();
   softness_.clear();
-  inverted_ = false;
+  inverted_ = follows_ = false;
   std::vector<ZoneSet::Touch> touches(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const std::string_view why = touches_at_.Make(contacts[i], contacts_.places()[i], &touches[i]);
@@ -166,7 +168,7 @@ bool FemZoneModel::Prescribe(std::span<const Contact> contacts, double part) {
 }
 
 // Of every contact, by its own force and a little of the largest.
-bool FemZoneModel::HasConverged(bool* finite) const {
+bool FemZoneModel::HasConverged(bool follows, bool* finite) const {
   double largest = 0;
   *finite = true;
   const auto size_of = [&](const ZonePart& part) {
@@ -179,7 +181,7 @@ bool FemZoneModel::HasConverged(bool* finite) const {
   for (int i = 0; i < set_->size(); ++i) {
     const ZonePart& part = set_->part(i);
     const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest);
-    if (!(set_->Remaining(i) <= kConverged * scale)) return false;
+    if (!(set_->Remaining(i) <= (follows ? kFollowed : kConverged) * scale)) return false;
   }
   return true;
 }
@@ -189,7 +191,7 @@ bool FemZoneModel::Converge() {
   for (int step = 0; step < kMostSteps; ++step) {
     set_->Step(step >= kSmallSteps);
     bool finite = true;
-    const bool converged = HasConverged(&finite);
+    const bool converged = HasConverged(follows_ && step < kSmallSteps, &finite);
     if (!finite) return false;
     if (converged || IsLate()) return true;
   }
@@ -289,6 +291,7 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
   if (!PrepareSet(contacts)) return false;
   if (!set_) return true;
   if (!SolveState(contacts)) return false;
+  follows_ = true;
   Fill(contacts, responses);
   return true;
 }

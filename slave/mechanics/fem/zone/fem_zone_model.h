@@ -65,7 +65,7 @@ class FemZoneModel final : public DeformationModel {
   bool Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
   bool Converge();
-  [[nodiscard]] bool HasConverged(bool* finite) const;
+  [[nodiscard]] bool HasConverged(bool follows, bool* finite) const;
   void LearnBending();
   void Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] std::string_view DoubtOf(std::size_t contact,
@@ -91,6 +91,7 @@ class FemZoneModel final : public DeformationModel {
   std::vector<Eigen::VectorXd> prescribed_;
   std::vector<Eigen::Vector3d> softness_;  // in bending, per contact and axis
   bool inverted_ = false;
+  bool follows_ = false;                         // the state is that of the last query
   std::chrono::steady_clock::time_point begun_;  // of the update
 };
 

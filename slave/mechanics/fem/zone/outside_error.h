@@ -39,9 +39,8 @@ class OutsideError {
   void Restart() { piece_ = 0; }
   // True value minus value, of the force or of a load's mean displacement, to first order.
   [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
-  // What its size is expected to stay below: the first order, and by how much the estimate changes
-  // where the displacement outside is corrected by it.
-  [[nodiscard]] double bound() const { return error_.norm() + (second_ - error_).norm(); }
+  // By how much it changes where the displacement outside is corrected by it.
+  [[nodiscard]] double second_order() const { return (second_ - error_).norm(); }
   [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
 
  private:

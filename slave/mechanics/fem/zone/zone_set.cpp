@@ -21,9 +21,9 @@ constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most 
 // Zones that share the loads of their tetrahedra per step of few [zones]. [tuned: bench_zone:
 // p99_us]
 constexpr std::size_t kSharing = 2;
-constexpr int kMostPresses = 20;   // of every contact in a step
-constexpr double kSettled = 1e-4;  // change of a force in the last of them, by the largest [-]
-constexpr double kGrown = 2;       // of a load whose error is found at once [-]
+constexpr int kMostPresses = 20;    // of every contact in a step
+constexpr double kSettled = 1e-4;   // change of a force in the last of them, by the largest [-]
+constexpr std::size_t kPieces = 2;  // of estimates per update, at most
 
 }  // namespace
 
@@ -119,11 +119,11 @@ void ZoneSet::FindGains() {
   }
 }
 
-// The residual grows with the square of the load.
+// The residual grows with the square of the load, its own effect with the cube.
 double ZoneSet::OwnBound(const Member& member) {
   const double size = member.part->load().norm();
   const double growth = size > member.estimated_at ? size / member.estimated_at : 1;
-  return growth * growth * member.bound;
+  return growth * growth * (member.first_order + growth * member.second_order);
 }
 
 double ZoneSet::bound(int contact) const {
@@ -145,7 +145,8 @@ double ZoneSet::Remaining(int contact) const {
 void ZoneSet::Reset() {
   for (Member& member : members_) {
     member.part->Reset();
-    member.estimated_at = member.estimating_at = member.bound = 0;
+    member.estimated_at = member.estimating_at = 0;
+    member.first_order = member.second_order = 0;
     if (member.outside) member.outside->Restart();
     for (VectorXd* v : {&member.shared, &member.samples, &member.smooth, &member.at_smooth}) {
       v->setZero();
@@ -245,20 +246,21 @@ bool ZoneSet::Advance(std::size_t contact) {
   if (!member.outside->Advance()) return false;
   member.estimated_at = member.estimating_at;
   member.estimating_at = 0;
-  member.bound = member.outside->bound();
+  member.first_order = member.outside->error().norm();
+  member.second_order = member.outside->second_order();
   return true;
 }
 
 void ZoneSet::EstimateErrors() {
   for (std::size_t i = 0; i < members_.size(); ++i) {
     const Member& member = members_[i];
-    if (!(member.part->load().norm() > kGrown * member.estimated_at)) continue;
-    const bool first = member.estimated_at == 0;
+    if (member.estimated_at > 0 || member.part->load().isZero(0)) continue;
     while (!Advance(i)) {
     }
-    if (!first) return;
   }
-  if (Advance(turn_)) turn_ = (turn_ + 1) % members_.size();
+  for (std::size_t piece = 0; piece < std::min(kPieces, members_.size()); ++piece) {
+    if (Advance(turn_)) turn_ = (turn_ + 1) % members_.size();
+  }
 }
 
 MatrixXd ZoneSet::Displacements() {

@@ -48,9 +48,8 @@ class ZoneSet {
   void Step(bool all) noexcept;
   // What further steps will change a contact's force by about, or a load's displacement.
   [[nodiscard]] double Remaining(int contact) const;
-  // Goes on with the estimate of one contact's error, the contacts in turn; of a contact whose load
-  // was never estimated or is now more than twice as large, finds all of it. Nondimensional. Does
-  // not allocate but where a zone is new.
+  // Goes on with the estimates of the contacts' errors, in turn; a first one is completed.
+  // Nondimensional. Does not allocate but where a zone is new.
   void EstimateErrors();
   // Of the last estimate: true value minus value, to first order.
   [[nodiscard]] const Eigen::Vector3d& error(int contact) const {
@@ -83,7 +82,7 @@ class ZoneSet {
     std::vector<Source> sources;
     std::unique_ptr<OutsideError> outside;
     double estimated_at = 0, estimating_at = 0;  // sizes of the load at estimates
-    double bound = 0;                            // of the last estimate
+    double first_order = 0, second_order = 0;    // of the last estimate
     Eigen::VectorXd shared;  // load of the tetrahedra on the samples, as the others know it
     // Displacement by such loads of other zones: of the samples, the zone's nodes, the points.
     Eigen::VectorXd samples, smooth, at_smooth;
