@@ -20,9 +20,10 @@ using Eigen::VectorXd;
 constexpr double kAbsurd = 1e6;  // larger sides
 constexpr double kLocks = 0.49;  // Poisson ratio
 // What steps will still change, by the force: from rest, and of a contact that has moved a little.
-constexpr double kConverged = 1e-4, kFollowed = 2e-3;
+constexpr double kConverged = 1e-4, kFollowed = 4e-3;
 constexpr int kMostSteps = 60;
-constexpr int kSmallSteps = 2;      // first steps, which take what has changed most
+// First steps, which take what has changed most: of a contact that has moved a little, from rest.
+constexpr int kSmallSteps = 4, kFirstSteps = 2;
 constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
 constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
 constexpr int kFewestPoints = 3;    // of a round tool on its mesh
@@ -189,7 +190,7 @@ bool FemZoneModel::HasConverged(bool follows, bool* finite) const {
 bool FemZoneModel::Converge() {
   set_->Begin(prescribed_);
   for (int step = 0; step < kMostSteps; ++step) {
-    set_->Step(step >= kSmallSteps);
+    set_->Step(step >= (follows_ ? kSmallSteps : kFirstSteps));
     bool finite = true;
     const bool converged = HasConverged(follows_ && step < kSmallSteps, &finite);
     if (!finite) return false;
@@ -256,7 +257,7 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   for (int k = 1; k < static_cast<int>(parts); ++k) {
     place(k / parts);
     set_->Begin(prescribed_);
-    for (int step = 0; step < kSmallSteps; ++step) set_->Step(false);
+    for (int step = 0; step < kFirstSteps; ++step) set_->Step(false);
     set_->Accept();
     FollowTools(contacts);
   }

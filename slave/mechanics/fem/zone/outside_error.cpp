@@ -116,6 +116,11 @@ void OutsideError::Correct() noexcept {
   u_ += nodes_f_.cast<double>();
 }
 
+double OutsideError::second_order() const noexcept {
+  const double change = (second_ - error_).norm();
+  return change / (1 - std::min(0.5, change / std::max(1e-300, error_.norm())));
+}
+
 bool OutsideError::Advance() noexcept {
   if (size() == 0) return true;
   const std::size_t sources = 2 + others_.size();

@@ -39,8 +39,9 @@ class OutsideError {
   void Restart() { piece_ = 0; }
   // True value minus value, of the force or of a load's mean displacement, to first order.
   [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
-  // By how much it changes where the displacement outside is corrected by it.
-  [[nodiscard]] double second_order() const { return (second_ - error_).norm(); }
+  // By how much corrections of the displacement outside by it change it: the first one, and later
+  // ones as a geometric series, whose ratio is taken as one half where it is more.
+  [[nodiscard]] double second_order() const noexcept;
   [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
 
  private:

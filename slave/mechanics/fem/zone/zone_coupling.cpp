@@ -11,45 +11,46 @@
 namespace palpate {
 
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
-ZoneCoupling::ZoneCoupling(NearGreen& green, const ZonePart& to, const ZonePart& from)
-    : from_(&from), samples_(green, to.samples().nodes, from.samples().nodes) {
-  std::vector<int> touched;
-  for (const auto& point : from.contact().points) {
-    for (const auto& [node, weight] : point) touched.push_back(from.zone().nodes[Index(node)]);
+namespace {
+
+std::vector<int> NodesOf(const ZonePart& part) {
+  std::vector<int> nodes;
+  for (const auto& point : part.contact().points) {
+    for (const auto& [node, weight] : point) nodes.push_back(part.zone().nodes[Index(node)]);
   }
-  const Transfer all(green, to.zone().nodes, touched);
-  columns_.setZero(all.matrix().rows(), from.contact().unknowns());
-  int column = 0, point = 0;
-  for (const auto& weights : from.contact().points) {
-    for (const auto& [node, weight] : weights) {
-      columns_.middleCols<3>(point) +=
-          static_cast<float>(weight) * all.matrix().middleCols<3>(column);
-      column += 3;
+  return nodes;
+}
+
+// Of three columns per node those of three per point.
+MatrixXf AtPoints(const ZoneContact& contact, const MatrixXf& at_nodes) {
+  MatrixXf columns = MatrixXf::Zero(at_nodes.rows(), contact.unknowns());
+  int node = 0, point = 0;
+  for (const auto& weights : contact.points) {
+    for (const auto& [number, weight] : weights) {
+      columns.middleCols<3>(point) += static_cast<float>(weight) * at_nodes.middleCols<3>(node);
+      node += 3;
     }
     point += 3;
   }
-  at_points_.setZero(to.contact().unknowns(), columns_.cols());
-  for (std::size_t p = 0; p < to.contact().points.size(); ++p) {
-    for (const auto& [node, weight] : to.contact().points[p]) {
-      at_points_.middleRows<3>(3 * static_cast<int>(p)) +=
-          static_cast<float>(weight) * columns_.middleRows<3>(3 * node);
-    }
-  }
+  return columns;
 }
 
-void ZoneCoupling::AddAtPoints(VectorXf* at) const noexcept {
-  AddPlaces(at_points_, from_->pressed_points(), from_->pressed_forces(), at);
+}  // namespace
+
+ZoneCoupling::ZoneCoupling(NearGreen& green, const ZonePart& to, const ZonePart& from, bool near)
+    : from_(&from), near_(near), samples_(green, to.samples().nodes, from.samples().nodes) {
+  const std::vector<int> pressed = NodesOf(from), touched = NodesOf(to);
+  const std::vector<int>& nodes = near ? to.zone().nodes : to.samples().nodes;
+  columns_ = AtPoints(from.contact(), Transfer(green, nodes, pressed).matrix());
+  const MatrixXf between = AtPoints(from.contact(), Transfer(green, touched, pressed).matrix());
+  at_points_ = AtPoints(to.contact(), between.transpose()).transpose();
 }
 
-void ZoneCoupling::AddAtNodes(VectorXf* u) const noexcept {
-  AddPlaces(columns_, from_->pressed_points(), from_->pressed_forces(), u);
-}
-
-void ZoneCoupling::AddAtSamples(const VectorXd& forces, VectorXd* samples) noexcept {
-  samples_.Add(forces, samples);
+void ZoneCoupling::Add(const MatrixXf& columns, VectorXf* u) const noexcept {
+  AddPlaces(columns, from_->pressed_points(), from_->pressed_forces(), u);
 }
 
 double ZoneCoupling::Gain(const ZonePart& to) const {

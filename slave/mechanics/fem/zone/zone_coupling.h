@@ -1,6 +1,7 @@
 // What the loads of one zone do to the nodes of another one in the same linear body. The forces of
-// its contact act exactly. The loads of its tetrahedra act as forces on a few samples: they balance
-// each other within the zone, so that their displacement elsewhere is small and smooth.
+// its contact act exactly on the other one's points, and on its other nodes where the zones are
+// near each other. Else, and by the loads of the tetrahedra, which balance each other, the
+// displacement is smooth: it is found at a few samples.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,21 +14,28 @@ namespace palpate {
 class ZoneCoupling {
  public:
   // Keeps a reference to `from`.
-  ZoneCoupling(NearGreen& green, const ZonePart& to, const ZonePart& from);
+  ZoneCoupling(NearGreen& green, const ZonePart& to, const ZonePart& from, bool near);
 
-  // Adds the displacement of the points of `to`, or of the nodes of its zone, by the present forces
-  // on the points of `from`. None of these allocates.
-  void AddAtPoints(Eigen::VectorXf* at) const noexcept;
-  void AddAtNodes(Eigen::VectorXf* u) const noexcept;
+  // Adds the displacement by the present forces on the points of `from`: of the points of `to`; of
+  // the nodes of its zone or, of one that is not near, of its samples. None of these allocates.
+  void AddAtPoints(Eigen::VectorXf* at) const noexcept { Add(at_points_, at); }
+  void AddAtNodes(Eigen::VectorXf* nodes, Eigen::VectorXf* samples) const noexcept {
+    Add(columns_, near_ ? nodes : samples);
+  }
   // Adds the displacement of the samples of `to` by forces on the samples of `from`.
-  void AddAtSamples(const Eigen::VectorXd& forces, Eigen::VectorXd* samples) noexcept;
+  void AddAtSamples(const Eigen::VectorXd& forces, Eigen::VectorXd* samples) noexcept {
+    samples_.Add(forces, samples);
+  }
   // Of the force of `to` by a force of `from`, as it is distributed when that contact moves; both
   // held otherwise.
   [[nodiscard]] double Gain(const ZonePart& to) const;
 
  private:
+  void Add(const Eigen::MatrixXf& columns, Eigen::VectorXf* u) const noexcept;
+
   const ZonePart* from_;
-  Eigen::MatrixXf columns_, at_points_;  // of the nodes, of the points
+  bool near_;
+  Eigen::MatrixXf columns_, at_points_;  // of the nodes or samples, of the points
   Transfer samples_;
 };
 

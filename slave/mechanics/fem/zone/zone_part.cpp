@@ -23,10 +23,10 @@ constexpr double kSlowness = 3;
 constexpr int kContactSamples = 24;  // of a zone, on the contact
 constexpr int kSamples = 64;         // of a zone
 // Nodes whose load is taken over in a step of few [nodes]. [tuned: bench_zone: p99_us]
-constexpr int kFew = 96;
+constexpr int kFew = 64;
 // What a change that waits would do to the force, by the force: that of all nodes of a zone
-// together is a tenth of what steps may lack [-]. [derived: 2e-3 / 10 / sqrt(250) / 3]
-constexpr double kUnseen = 4e-6;
+// together is a tenth of what steps may lack [-]. [derived: 4e-3 / 10 / sqrt(250) / 3]
+constexpr double kUnseen = 8e-6;
 // Steps of few after which the rounding of single precision is removed: sqrt(1000) times 1e-7.
 constexpr int kMostFew = 1000;
 
@@ -34,6 +34,13 @@ std::vector<Vector3d> PositionsOf(const NearGreen& green, std::span<const int> n
   std::vector<Vector3d> positions;
   for (const int node : nodes) positions.push_back(green.positions()[Index(node)]);
   return positions;
+}
+
+// By a share of its change since `before`, which becomes what it was.
+template <class Scalar, class Vector>
+void Extrapolate(Scalar share, Vector* now, Vector* before) {
+  before->swap(*now);
+  *now = *before + share * (*before - *now);
 }
 
 }  // namespace
@@ -44,12 +51,13 @@ ZonePart::ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact)
       tets_(zone_.corners, PositionsOf(green, zone_.nodes), nu, zone_.moduli),
       mixer_(3 * zone_.size()) {
   const int unknowns = 3 * zone_.size(), points = contact_.unknowns();
-  for (VectorXd* v : {&u_, &load_, &r_, &taken_, &next_, &r_before_, &change_, &room_.moved}) {
+  for (VectorXd* v :
+       {&u_, &load_, &r_, &taken_, &next_, &before_.r, &before_.taken, &room_.moved}) {
     v->setZero(unknowns);
   }
   prescribed_ = way_ = VectorXd::Zero(contact_.tool ? 3 : points);
   room_.gap = room_.at = VectorXd::Zero(points);
-  moved_ = room_.u = VectorXf::Zero(unknowns);
+  moved_ = before_.moved = room_.u = VectorXf::Zero(unknowns);
   room_.load = VectorXf::Zero(unknowns);
   room_.points = pressed_forces_ = VectorXf::Zero(points);
   pressed_points_.reserve(contact_.points.size());
@@ -124,10 +132,11 @@ void ZonePart::SetPressed() noexcept {
 
 void ZonePart::Reset() {
   for (VectorXd* v :
-       {&u_, &load_, &r_, &taken_, &next_, &r_before_, &change_, &prescribed_, &way_}) {
+       {&u_, &load_, &r_, &taken_, &next_, &before_.r, &before_.taken, &prescribed_, &way_}) {
     v->setZero();
   }
   moved_.setZero();
+  before_.moved.setZero();
   mixer_.Reset();
   forces_->Reset();
   SetPressed();
@@ -136,15 +145,16 @@ void ZonePart::Reset() {
   smallest_jacobian_ = 1;
 }
 
-// Along the way of before: r follows what is prescribed.
+// Along the way of before: r follows what is prescribed, and with r as taken goes what it moves.
 void ZonePart::Begin(const VectorXd& prescribed) noexcept {
-  change_ = r_ - r_before_;
-  r_before_ = r_;
   const double before = way_.squaredNorm(), ahead = way_.dot(prescribed - prescribed_);
   const double share = before > 0 ? std::clamp(ahead / before, -1.0, 1.0) : 0;
-  next_ = r_ + share * change_;
   way_ = prescribed - prescribed_;
   prescribed_ = prescribed;
+  next_ = r_ + share * (r_ - before_.r);
+  before_.r = r_;
+  Extrapolate(share, &taken_, &before_.taken);
+  Extrapolate(static_cast<float>(share), &moved_, &before_.moved);
   mixer_.Reset();
   steps_ = 0;
 }
@@ -264,7 +274,9 @@ void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number,
   room_.load = taken_.cast<float>();
   MatrixTimes(green_, room_.load, &moved_);
   Move(others);
-  r_before_ = next_ = r_;
+  before_.r = next_ = r_;
+  before_.taken = taken_;
+  before_.moved = moved_;
 }
 
 }  // namespace palpate

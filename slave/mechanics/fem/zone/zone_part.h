@@ -101,9 +101,12 @@ class ZonePart {
   FixedPointMixer mixer_;
   Eigen::VectorXd prescribed_, way_;  // now; since the state before
   Eigen::VectorXd u_, load_;
-  Eigen::VectorXd r_, taken_, next_;   // of the present displacement; taken over; to be taken
-  Eigen::VectorXd r_before_, change_;  // at the state before; since then
-  Eigen::VectorXf moved_;              // G r as taken
+  Eigen::VectorXd r_, taken_, next_;  // of the present displacement; taken over; to be taken
+  Eigen::VectorXf moved_;             // G r as taken
+  struct {
+    Eigen::VectorXd r, taken;
+    Eigen::VectorXf moved;
+  } before_;  // at the state before
   std::vector<int> pressed_points_;
   Eigen::VectorXf pressed_forces_;
   struct {

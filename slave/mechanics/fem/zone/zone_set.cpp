@@ -21,6 +21,8 @@ constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most 
 // Zones that share the loads of their tetrahedra per step of few [zones]. [tuned: bench_zone:
 // p99_us]
 constexpr std::size_t kSharing = 2;
+// Centres of zones that are near each other [sums of radii]: others are further apart than wide.
+constexpr double kNear = 1.5;
 constexpr int kMostPresses = 20;    // of every contact in a step
 constexpr double kSettled = 1e-4;   // change of a force in the last of them, by the largest [-]
 constexpr std::size_t kPieces = 2;  // of estimates per update, at most
@@ -103,12 +105,24 @@ void ZoneSet::Couple(std::size_t to) {
   member.sources.clear();
   for (std::size_t j = 0; j < members_.size(); ++j) {
     if (j == to) continue;
-    member.sources.push_back({j, ZoneCoupling(green_, *member.part, *members_[j].part)});
+    const double distance = (touches_[j].centre_O - touches_[to].centre_O).norm();
+    const bool near = distance < kNear * (touches_[j].radius + touches_[to].radius);
+    member.sources.push_back({j, ZoneCoupling(green_, *member.part, *members_[j].part, near)});
   }
-  const auto samples = member.part->samples().unknowns();
-  member.shared = member.samples = VectorXd::Zero(samples);
-  member.smooth = member.others = VectorXd::Zero(member.part->u().size());
-  member.at_smooth = member.at_others = VectorXd::Zero(member.part->contact().unknowns());
+  const FieldSamples& samples = member.part->samples();
+  const ZoneContact& contact = member.part->contact();
+  member.at_points.nodes = samples.nodes;
+  member.at_points.weights.setZero(static_cast<int>(contact.points.size()), samples.weights.cols());
+  for (std::size_t p = 0; p < contact.points.size(); ++p) {
+    for (const auto& [node, weight] : contact.points[p]) {
+      member.at_points.weights.row(static_cast<int>(p)) +=
+          static_cast<float>(weight) * samples.weights.row(node);
+    }
+  }
+  member.shared = member.samples = member.all_samples = VectorXd::Zero(samples.unknowns());
+  member.sample_room = VectorXf::Zero(samples.unknowns());
+  member.others = VectorXd::Zero(member.part->u().size());
+  member.at_shared = member.at_others = VectorXd::Zero(contact.unknowns());
   member.room = VectorXf::Zero(member.others.size());
   member.at_room = VectorXf::Zero(member.at_others.size());
 }
@@ -148,7 +162,7 @@ void ZoneSet::Reset() {
     member.estimated_at = member.estimating_at = 0;
     member.first_order = member.second_order = 0;
     if (member.outside) member.outside->Restart();
-    for (VectorXd* v : {&member.shared, &member.samples, &member.smooth, &member.at_smooth}) {
+    for (VectorXd* v : {&member.shared, &member.samples, &member.at_shared}) {
       v->setZero();
     }
     for (Source& source : member.sources) source.news = 0;
@@ -183,9 +197,8 @@ void ZoneSet::Share(std::size_t from) noexcept {
 }
 
 void ZoneSet::TakeShared(Member* member) noexcept {
-  member->smooth.setZero();
-  member->part->samples().AddField(member->samples, &member->smooth);
-  TakePoints(member->part->contact(), member->smooth, &member->at_smooth);
+  member->at_shared.setZero();
+  member->at_points.AddField(member->samples, &member->at_shared);
 }
 
 void ZoneSet::PressAll() noexcept {
@@ -195,7 +208,7 @@ void ZoneSet::PressAll() noexcept {
     for (Member& member : members_) {
       member.at_room.setZero();
       for (const Source& source : member.sources) source.coupling.AddAtPoints(&member.at_room);
-      member.at_others = member.at_smooth + member.at_room.cast<double>();
+      member.at_others = member.at_shared + member.at_room.cast<double>();
       const Vector3d before = member.part->Force();
       member.part->Press(member.at_others);
       change = std::max(change, (member.part->Force() - before).norm());
@@ -208,8 +221,13 @@ void ZoneSet::PressAll() noexcept {
 
 void ZoneSet::TakeOthers(Member* member) noexcept {
   member->room.setZero();
-  for (const Source& source : member->sources) source.coupling.AddAtNodes(&member->room);
-  member->others = member->smooth + member->room.cast<double>();
+  member->sample_room.setZero();
+  for (const Source& source : member->sources) {
+    source.coupling.AddAtNodes(&member->room, &member->sample_room);
+  }
+  member->others = member->room.cast<double>();
+  member->all_samples = member->samples + member->sample_room.cast<double>();
+  member->part->samples().AddField(member->all_samples, &member->others);
 }
 
 void ZoneSet::Step(bool all) noexcept {

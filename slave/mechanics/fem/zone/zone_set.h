@@ -84,10 +84,13 @@ class ZoneSet {
     double estimated_at = 0, estimating_at = 0;  // sizes of the load at estimates
     double first_order = 0, second_order = 0;    // of the last estimate
     Eigen::VectorXd shared;  // load of the tetrahedra on the samples, as the others know it
-    // Displacement by such loads of other zones: of the samples, the zone's nodes, the points.
-    Eigen::VectorXd samples, smooth, at_smooth;
-    Eigen::VectorXd others, at_others;  // displacement by other zones: of the nodes, the points
-    Eigen::VectorXf room, at_room;
+    // Displacement by other zones: of the samples by such loads, of the points by them and by all.
+    Eigen::VectorXd samples, at_shared, at_others;
+    Eigen::VectorXd others;         // of the zone's nodes, by all
+    FieldSamples at_points;         // the samples for the points alone
+    Eigen::VectorXf room, at_room;  // of the nodes, of the points
+    Eigen::VectorXf sample_room;
+    Eigen::VectorXd all_samples;
   };
   std::unique_ptr<ZonePart> MakePart(std::size_t contact);
   void Connect();
