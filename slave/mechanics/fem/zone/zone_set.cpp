@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Eigen::VectorXf;
 
-constexpr double kOutside = 1.5;  // how far around a zone errors are looked for [radii]
+constexpr double kOutside = 2;  // how far around a zone errors are looked for [radii]
 
 constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most [radii of a zone]
 // Zones that share the loads of their tetrahedra per step of few [zones]. [tuned: bench_zone:
