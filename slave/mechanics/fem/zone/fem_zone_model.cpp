@@ -274,7 +274,7 @@ void FemZoneModel::ComputeResponses(std::span<const Contact> contacts,
   try {
     answered = responses.size() == contacts.size() && TryRespond(contacts, responses);
   } catch (const std::exception&) {
-    failure_ = "out of memory, or a zone that cannot be condensed";
+    failure_ = "no memory for so many contacts or zones, or a zone that cannot be condensed";
   }
   if (answered) return;
   if (failure_.empty()) failure_ = "the number of responses and contacts must be equal";

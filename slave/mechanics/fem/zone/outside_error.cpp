@@ -11,6 +11,8 @@ namespace {
 
 // Nodes so near to the border of the zone have the displacement by every one of its nodes [radii].
 constexpr double kRim = 0.35;
+// What further corrections add by what the first one adds [-]. [tuned: ZoneExtremes.PoissonRatio]
+constexpr double kFurther = 5;
 
 }  // namespace
 
@@ -86,6 +88,17 @@ void OutsideError::FindResidual(Vector3d* error) noexcept {
   TransposedTimes(green_, nodes_f_, &load_f_);
   work_ = load_f_.cast<double>();
   error->noalias() = scale_ * (own_.dual().sampled_load.transpose() * work_);
+}
+
+std::size_t OutsideError::bytes() const {
+  std::size_t bytes = 0;
+  for (const Source& source : others_) bytes += source.transfer.bytes();
+  return bytes;
+}
+
+double OutsideError::bound() const {
+  const double growth = std::max(0.0, second_.norm() - error_.norm());
+  return error_.norm() + (second_ - error_).norm() + kFurther * growth;
 }
 
 void OutsideError::Estimate() noexcept {

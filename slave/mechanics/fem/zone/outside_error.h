@@ -36,10 +36,13 @@ class OutsideError {
   void Estimate() noexcept;
   // True value minus value, of the force or of a load's mean displacement, to first order.
   [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
-  // What its size is expected to stay below: the first order, and by how much the estimate changes
-  // where the displacement outside is corrected by it.
-  [[nodiscard]] double bound() const { return error_.norm() + (second_ - error_).norm(); }
+  // What its size is expected to stay below: the first order, by how much the estimate changes
+  // where the displacement outside is corrected by it, and what further corrections add where that
+  // one makes it larger.
+  [[nodiscard]] double bound() const;
   [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
+  // Of what other contacts do here.
+  [[nodiscard]] std::size_t bytes() const;
 
  private:
   void FindResidual(Eigen::Vector3d* error) noexcept;

@@ -16,6 +16,9 @@ class Transfer {
 
   // u += the displacement by these forces, three numbers per node. Does not allocate.
   void Add(const Eigen::VectorXd& forces, Eigen::VectorXd* u) noexcept;
+  [[nodiscard]] std::size_t bytes() const {
+    return sizeof(float) * static_cast<std::size_t>(matrix_.size());
+  }
 
  private:
   Eigen::MatrixXf matrix_;

@@ -22,6 +22,9 @@ constexpr std::size_t kTurns =
     4;  // updates until the error of a contact that hardly moves is found again, at least
 constexpr double kSimilar = 0.1;  // change of a load for which an estimate is scaled [-]
 constexpr double kNear = 1.5;     // centres of zones that are close [sums of radii]
+// For what contacts do to each other, which grows with the square of their number [bytes]. [by
+// definition]
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 }  // namespace
 
@@ -63,6 +66,7 @@ double ZoneSet::ReachOf(double radius, double extent) {
 void ZoneSet::Connect() {
   std::vector<ZonePart*> parts;
   for (const Member& member : members_) parts.push_back(member.part.get());
+  std::size_t bytes = 0;
   for (std::size_t i = 0; i < members_.size(); ++i) {
     Couple(i);
     members_[i].estimated_at = 0;
@@ -70,6 +74,9 @@ void ZoneSet::Connect() {
     members_[i].outside = std::make_unique<OutsideError>(
         green_, mesh_, nu_, taken_, parts, i,
         OutsideError::Region{touches_[i].centre_O / unit, radius, kOutside * radius});
+    bytes += members_[i].outside->bytes();
+    for (const Source& source : members_[i].sources) bytes += source.transfer.bytes();
+    if (bytes > kMostBytes) throw std::runtime_error("no memory for so many contacts");
   }
   FindGains();
 }

@@ -27,7 +27,7 @@ class ZoneSet {
     ZoneContact contact;
   };
   // Prepares columns. Keeps references. Throws: see NearGreen::Prepare; std::runtime_error: no
-  // memory for them, or a zone that cannot be condensed.
+  // memory for them or for so many contacts, or a zone that cannot be condensed.
   ZoneSet(NearGreen& green, const SolidMesh& mesh, double nu, const std::vector<Touch>& touches);
 
   // A zone moves with its contact, or grows: the state goes on. Throws as the constructor.
