@@ -26,9 +26,15 @@ constexpr int kMostSteps = 60;
 constexpr int kSmallSteps = 4, kFirstSteps = 2;
 constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
 constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
+// Each acts on each other one, with 2.5 MB per pair. [by definition]
+constexpr std::size_t kMostContacts = 16;
 constexpr int kFewestPoints = 3;    // of a round tool on its mesh
 constexpr int kMostPortions = 64;   // of what is prescribed, from rest
 constexpr double kSmall = 1e-9;     // displacement at which bending is judged, of the larger side
+// Contacts so near to each other, and so nearly of one size, bend the body alike: elements near
+// them are left out [radii of a zone]. [tuned: ANearbyContactBendsTheBodyAlike]
+constexpr double kAlike = 0.25;
+constexpr std::size_t kKept = 256;  // of contacts, for how they bend the body
 
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
@@ -107,6 +113,7 @@ void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
 }
 
 bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
+  if (contacts.size() > kMostContacts) return Fail("more contacts than the 16 that fem-zone takes");
   if (!contacts_.Prepare(contacts)) return Fail(contacts_.failure());
   if (!contacts_.changed() && set_) return true;
   set_.reset();
@@ -130,10 +137,25 @@ bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
   return true;
 }
 
+const FemZoneModel::Bending* FemZoneModel::BendingAt(const ZoneSet::Touch& touch) const {
+  const auto found = std::ranges::find_if(learned_, [&](const Bending& known) {
+    return std::abs(known.radius - touch.radius) < kAlike * touch.radius &&
+           (known.p_O - touch.centre_O).norm() < kAlike * touch.radius;
+  });
+  return found == learned_.end() ? nullptr : &*found;
+}
+
 // Where a part bends, the mean over the axes is taken by the work that the force does along each.
 void FemZoneModel::LearnBending() {
   softness_.assign(Index(set_->size()), Vector3d::Zero());
   if (!strain_.body_bends()) return;
+  bool all_known = true;
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Bending* known = BendingAt(touches_[i]);
+    all_known = all_known && known != nullptr;
+    if (known != nullptr) softness_[i] = known->softness;
+  }
+  if (all_known) return;
   const Eigen::MatrixXd duals = set_->DualDisplacements();
   std::vector<Vector3d> u(mesh_.nodes.size());
   std::vector<int> touched;
@@ -152,6 +174,9 @@ void FemZoneModel::LearnBending() {
       if (size > 0) softness[c] = strain_.Softness(u, touched);
     }
     softness_[Index(i)] = softness;
+    const ZoneSet::Touch& touch = touches_[Index(i)];
+    if (learned_.size() >= kKept) learned_.clear();
+    if (BendingAt(touch) == nullptr) learned_.push_back({touch.centre_O, softness, touch.radius});
   }
 }
 

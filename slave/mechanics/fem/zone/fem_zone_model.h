@@ -52,6 +52,11 @@ class FemZoneModel final : public DeformationModel {
   bool PrefetchSurface(double width, Progress* progress = nullptr);
 
  private:
+  // How soft in bending the body is along each axis, under a contact with a zone of this radius.
+  struct Bending {
+    Eigen::Vector3d p_O, softness;
+    double radius;  // [m]
+  };
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
@@ -67,6 +72,7 @@ class FemZoneModel final : public DeformationModel {
   bool Converge();
   [[nodiscard]] bool HasConverged(bool follows, bool* finite) const;
   void LearnBending();
+  [[nodiscard]] const Bending* BendingAt(const ZoneSet::Touch& touch) const;
   void Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] std::string_view DoubtOf(std::size_t contact,
                                          const ContactResponse& response) const;
@@ -89,7 +95,8 @@ class FemZoneModel final : public DeformationModel {
   std::vector<ZoneSet::Touch> touches_;
   std::vector<Eigen::Vector3d> moved_;  // of tools, accepted [units]
   std::vector<Eigen::VectorXd> prescribed_;
-  std::vector<Eigen::Vector3d> softness_;  // in bending, per contact and axis
+  std::vector<Bending> learned_;
+  std::vector<Eigen::Vector3d> softness_;  // per contact and axis
   bool inverted_ = false;
   bool follows_ = false;                         // the state is that of the last query
   std::chrono::steady_clock::time_point begun_;  // of the update
