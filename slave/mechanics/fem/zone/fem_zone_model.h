@@ -65,7 +65,7 @@ class FemZoneModel final : public DeformationModel {
   bool Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
   bool Converge();
-  [[nodiscard]] bool HasConverged(bool* finite) const;
+  [[nodiscard]] bool HasConverged(double within, bool* finite) const;
   void LearnBending();
   void Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] std::string_view DoubtOf(std::size_t contact,
