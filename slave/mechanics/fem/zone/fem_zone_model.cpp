@@ -21,6 +21,7 @@ constexpr double kAbsurd = 1e6;  // larger sides
 constexpr double kLocks = 0.49;  // Poisson ratio
 // What steps will still change, by the force: from rest, and of a contact that has moved a little.
 constexpr double kConverged = 1e-4, kFollowed = 4e-3;
+constexpr double kNoForce = 1e-12;  // of a tool that has left, by E and the larger side squared
 constexpr int kMostSteps = 60;
 // First steps, which take what has changed most: of a contact that has moved a little, from rest.
 constexpr int kSmallSteps = 4, kFirstSteps = 2;
@@ -28,9 +29,9 @@ constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the erro
 constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
 // Each acts on each other one, with 2.5 MB per pair. [by definition]
 constexpr std::size_t kMostContacts = 16;
-constexpr int kFewestPoints = 3;    // of a round tool on its mesh
-constexpr int kMostPortions = 64;   // of what is prescribed, from rest
-constexpr double kSmall = 1e-9;     // displacement at which bending is judged, of the larger side
+constexpr int kFewestPoints = 3;   // of a round tool on its mesh
+constexpr int kMostPortions = 64;  // of what is prescribed, from rest
+constexpr double kSmall = 1e-9;    // displacement at which bending is judged, of the larger side
 // Contacts so near to each other, and so nearly of one size, bend the body alike: elements near
 // them are left out [radii of a zone]. [tuned: ANearbyContactBendsTheBodyAlike]
 constexpr double kAlike = 0.25;
@@ -194,7 +195,7 @@ bool FemZoneModel::Prescribe(std::span<const Contact> contacts, double part) {
 }
 
 // Of every contact, by its own force and a little of the largest.
-bool FemZoneModel::HasConverged(bool follows, bool* finite) const {
+bool FemZoneModel::HasConverged(double within, bool* finite) const {
   double largest = 0;
   *finite = true;
   const auto size_of = [&](const ZonePart& part) {
@@ -206,8 +207,8 @@ bool FemZoneModel::HasConverged(bool follows, bool* finite) const {
   }
   for (int i = 0; i < set_->size(); ++i) {
     const ZonePart& part = set_->part(i);
-    const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest);
-    if (!(set_->Remaining(i) <= (follows ? kFollowed : kConverged) * scale)) return false;
+    const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest + kNoForce);
+    if (!(set_->Remaining(i) <= within * scale)) return false;
   }
   return true;
 }
@@ -217,7 +218,8 @@ bool FemZoneModel::Converge() {
   for (int step = 0; step < kMostSteps; ++step) {
     set_->Step(step >= (follows_ ? kSmallSteps : kFirstSteps));
     bool finite = true;
-    const bool converged = HasConverged(follows_ && step < kSmallSteps, &finite);
+    const bool follows = follows_ && step < kSmallSteps;
+    const bool converged = HasConverged(follows ? kFollowed : kConverged, &finite);
     if (!finite) return false;
     if (converged || IsLate()) return true;
   }
@@ -271,6 +273,7 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
     if (touches_[i].contact.tool) parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
   }
   if (!(parts < 1e4)) return false;
+  FollowTools(contacts);  // here, so that the error of an answer is that of the zones it comes from
   const std::vector<Vector3d> from = moved_;
   const auto place = [&](double part) {
     for (std::size_t i = 0; i < touches_.size(); ++i) {
@@ -288,9 +291,9 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   }
   place(1);
   set_->RefreshDuals();
-  if (!Converge()) return false;
+  bool finite = true;  // what slow steps still lack is part of the bound
+  if (!Converge() && !(HasConverged(options_.tolerance, &finite) && finite)) return false;
   set_->Accept();
-  FollowTools(contacts);
   set_->RefreshDuals();
   return true;
 }

@@ -70,7 +70,7 @@ class FemZoneModel final : public DeformationModel {
   bool Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
   bool Converge();
-  [[nodiscard]] bool HasConverged(bool follows, bool* finite) const;
+  [[nodiscard]] bool HasConverged(double within, bool* finite) const;
   void LearnBending();
   [[nodiscard]] const Bending* BendingAt(const ZoneSet::Touch& touch) const;
   void Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
