@@ -20,8 +20,9 @@ using Eigen::VectorXd;
 constexpr double kAbsurd = 1e6;  // larger sides
 constexpr double kLocks = 0.49;  // Poisson ratio
 // What steps will still change, by the force: from rest, and of a contact that has moved a little.
-constexpr double kConverged = 1e-4, kFollowed = 4e-3;
-constexpr double kNoForce = 1e-12;  // of a tool that has left, by E and the larger side squared
+constexpr double kConverged = 1e-4, kFollowed = 2e-3;
+constexpr double kNoForce =
+    1e-12;  // of a tool that has left, by E and the larger side squared [by definition]
 constexpr int kMostSteps = 60;
 // First steps, which take what has changed most: of a contact that has moved a little, from rest.
 constexpr int kSmallSteps = 4, kFirstSteps = 2;

@@ -25,8 +25,8 @@ constexpr int kSamples = 64;         // of a zone
 // Nodes whose load is taken over in a step of few [nodes]. [tuned: bench_zone: p99_us]
 constexpr int kFew = 64;
 // What a change that waits would do to the force, by the force: that of all nodes of a zone
-// together is a tenth of what steps may lack [-]. [derived: 4e-3 / 10 / sqrt(250) / 3]
-constexpr double kUnseen = 8e-6;
+// together is a tenth of what steps may lack [-]. [derived: 2e-3 / 10 / sqrt(250) / 3]
+constexpr double kUnseen = 4e-6;
 // Steps of few after which the rounding of single precision is removed: sqrt(1000) times 1e-7.
 constexpr int kMostFew = 1000;
 

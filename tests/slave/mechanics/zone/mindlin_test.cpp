@@ -108,8 +108,8 @@ TEST(FineSlab, ASphereSlipsAsCattaneoAndMindlinHaveIt) {
   ZoneSet set(green, mesh, kNu, {touch});
   const auto move = [&](double x, double depth) -> Vector3d {
     const std::vector<VectorXd> way{Vector3d(x, 0, -depth) / unit};
-    set.Restart();
-    for (int k = 0; k < 12; ++k) set.Step(way);
+    set.Begin(way);
+    for (int k = 0; k < 12; ++k) set.Step(true);
     set.Accept();
     return unit * unit * set.part(0).Force();
   };
