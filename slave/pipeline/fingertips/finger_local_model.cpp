@@ -23,10 +23,13 @@ constexpr double kOnSurface = 1e-6;   // of the radius
 constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
 // [s], of the felt force's say in the stiffness. [tuned: TheRenderedForceBecomesTheOneFelt]
 constexpr double kLearningTime = 0.05;
-// [s], of the felt force's say in its lean. [tuned: TheRenderedForceLeansAsTheOneFelt]
+// [s], of the felt force's say in its lean, at the full depth; less deep, it has less of a say.
+// [tuned: TheRenderedForceLeansAsTheOneFelt]
 constexpr double kLeanTime = 0.2;
 constexpr double kMostLean = 0.5;  // beyond it no spring has this stiffness [-]
-constexpr double kStandsOut = 3;   // sigmas, of a force that tells its direction [-]
+// Of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
+constexpr double kTurned = 0.03;
+constexpr double kStandsOut = 3;  // sigmas, of a force that tells its direction [-]
 
 }  // namespace
 
@@ -118,7 +121,8 @@ void FingerLocalModel::LearnLean(const FeltForce& felt, const Vector3d& f_S, con
   const double along = n_S.dot(felt.force_S);
   if (!(along > kStandsOut * felt.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
   const Vector3d missing = (felt.force_S - f_S) / along;
-  lean_O_ += lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));
+  const double share = std::min(1.0, depth_ / full_depth_);
+  lean_O_ += share * lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));
   lean_O_ *= std::min(1.0, kMostLean / std::max(lean_O_.norm(), kMostLean));
 }
 
@@ -155,11 +159,16 @@ bool FingerLocalModel::MakePatch(TactileBody& body, const Isometry3d& X_SO, cons
   const Vector3d p_O = X_SO.inverse() * X_SF.translation();
   const bool frictionless = law_ == ContactLaw::kFrictionless;
   if (!FillPatch(body.surface, p_O, X_SO, frictionless, stiffness, patch)) return false;
+  sent_lean_O_ = lean_O_;
   patch->tools[0] = {radius_ * X_SF.linear().col(2), radius_};
   patch->full_depth = full_depth_;
   const double range = body.deformation->info().range;
   patch->valid_depth = (range > 0 ? range : kVouchedFor) * body.larger_side;
   return true;
+}
+
+bool FingerLocalModel::HasOutgrownPatch() const noexcept {
+  return (lean_O_ - sent_lean_O_).norm() > kTurned;
 }
 
 void FingerLocalModel::LearnLaw(TactileBody& body, PatchLaw* law) noexcept {

@@ -50,6 +50,8 @@ class FingerLocalModel {
   // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
                  SurfacePatch* patch) noexcept;
+  // The force leans otherwise than in the last patch.
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
@@ -90,8 +92,9 @@ class FingerLocalModel {
   TouchedPlace place_;  // its normal is that of the plane
   double depth_ = 0, modelled_ = 0, modelled_alone_ = 0;
   StiffnessScale scale_;
-  double lean_rate_;                 // of learning, per sample [-]
-  Eigen::Vector3d lean_O_{0, 0, 0};  // across the normal, by the normal force [-]
+  double lean_rate_;                      // of learning, per sample [-]
+  Eigen::Vector3d lean_O_{0, 0, 0};       // across the normal, by the normal force [-]
+  Eigen::Vector3d sent_lean_O_{0, 0, 0};  // of the last patch
 };
 
 }  // namespace palpate

@@ -28,15 +28,6 @@ bool IsElsewhere(const PatchLaw& law, const PatchLaw& told) {
   return (law.offset - told.offset).norm() > 0;
 }
 
-// Whether a patch made now has other compliances than the one that was sent.
-bool HasLearntDirections(const SurfacePatch& sent, const ContactEstimate& felt,
-                         SensingPipeline* sense) {
-  auto patch = std::make_unique<SurfacePatch>();
-  if (!sense->MakePatch(felt.p_S_tip, patch.get())) return false;
-  if (patch->compliance.rows() != sent.compliance.rows()) return true;
-  return (patch->compliance - sent.compliance).norm() > kChanged * sent.compliance.norm();
-}
-
 void Move(const SurfaceMotion& motion, PatchLaw* law) {
   law->offset = motion.offset;
   law->velocity = motion.velocity;
@@ -58,7 +49,10 @@ void PatchPublisher::Update(const ContactEstimate& felt, std::uint32_t settings_
   if (SecondsBetween(asked_at_, now) > kWanted || !felt.p_S_tip.allFinite()) return;
   const SurfacePatch& patch = shown_.patch();
   const bool is_old = !patch.known() || patch.settings_revision != settings_revision;
-  if (is_old || IsLeft(felt.p_S_tip)) Renew(felt, settings_revision, sense);
+  const bool is_outgrown =
+      sense->HasOutgrownPatch() && !(SecondsBetween(told_at_, now) < kShortest);
+  if (is_outgrown) told_at_ = now;
+  if (is_old || is_outgrown || IsLeft(felt.p_S_tip)) Renew(felt, settings_revision, sense);
   if (shown_.patch().known() && is_felt) Compare(felt, sense, now);
 }
 
@@ -132,10 +126,6 @@ void PatchPublisher::Compare(const ContactEstimate& felt, SensingPipeline* sense
   }
   const bool is_told = is_noticed || lets_go;
   if (is_told) pressed_ = presses;
-  if (lets_go && !is_felt_ && HasLearntDirections(before, felt, sense)) {
-    told_at_ = now;
-    return Renew(felt, before.settings_revision, sense);
-  }
   const bool is_elsewhere = is_felt_ ? IsElsewhere(law, shown_.law()) : moves;
   if (!is_elsewhere && !IsOther(law, shown_.law(), is_told ? kChanged : options_.weber_fraction)) {
     return;

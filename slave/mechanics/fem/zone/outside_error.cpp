@@ -11,6 +11,8 @@ namespace {
 
 // Nodes so near to the border of the zone have the displacement by every one of its nodes [radii].
 constexpr double kRim = 0.35;
+// Of a correction by what it corrects: what is nearly zero has any ratio [-]. [by definition]
+constexpr double kMostRatio = 10;
 
 }  // namespace
 
@@ -116,9 +118,12 @@ void OutsideError::Correct() noexcept {
   u_ += nodes_f_.cast<double>();
 }
 
+// A geometric series up to a ratio of one half; beyond, where it tells nothing any more, the size at
+// one half times twice the ratio.
 double OutsideError::second_order() const noexcept {
   const double change = (second_ - error_).norm();
-  return change / (1 - std::min(0.5, change / std::max(1e-300, error_.norm())));
+  const double ratio = std::min(kMostRatio, change / std::max(1e-300, error_.norm()));
+  return change * (ratio < 0.5 ? 1 / (1 - ratio) : 4 * ratio);
 }
 
 bool OutsideError::Advance() noexcept {

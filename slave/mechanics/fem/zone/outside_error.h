@@ -40,7 +40,7 @@ class OutsideError {
   // True value minus value, of the force or of a load's mean displacement, to first order.
   [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
   // By how much corrections of the displacement outside by it change it: the first one, and later
-  // ones as a geometric series, whose ratio is taken as one half where it is more.
+  // ones by the ratio of the first to the error.
   [[nodiscard]] double second_order() const noexcept;
   [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
 

@@ -78,7 +78,8 @@ TEST_F(FingerLocalModelTest, WhatTheFirstTouchNeedsIsComputedBeforehand) {
   EXPECT_GT(kept->info().memory_bytes, 3 * body->info().memory_bytes / 2);
 }
 
-constexpr double kDepth = 2e-3;  // [m]
+constexpr double kDepth = 2e-3;      // [m]
+constexpr double kFullDepth = 5e-3;  // [m], of scenes that tell none
 
 // Reference: the force felt itself. Half a second is ten learning times: e^-10 = 5e-5 is left.
 TEST_F(FingerLocalModelTest, TheRenderedForceBecomesTheOneFelt) {
@@ -88,18 +89,22 @@ TEST_F(FingerLocalModelTest, TheRenderedForceBecomesTheOneFelt) {
   EXPECT_NEAR(model_.force.z() + kDepth * model_.stiffness(2, 2), 1.7 * modelled, 1e-4 * modelled);
 }
 
-// Reference: the force felt itself, which leans by a tenth. A second is five learning times: e^-5 =
-// 0.7 % of that is left. What pulls sideways is a spring's, too: symmetric.
+// Reference: the force felt itself, which leans by a tenth. Five learning times leave e^-5 =
+// 0.7 % of that. What pulls sideways is a spring's, too: symmetric.
 TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneFelt) {
   const double along = Modelled(kDepth);
   const Vector3d felt = along * Vector3d(0.1, -0.05, 1);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 100 * kFullDepth / kDepth; ++i) {
     touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true,
                   FingerLocalModel::FeltForce{felt, 0}, &model_);
   }
   const Vector3d rendered = model_.force + model_.stiffness * Vector3d(0, 0, kDepth);
   EXPECT_LT((rendered - felt).norm(), 0.01 * felt.norm());
   EXPECT_EQ(model_.stiffness, model_.stiffness.transpose().eval());
+  EXPECT_TRUE(touch_.HasOutgrownPatch());
+  SurfacePatch patch;
+  ASSERT_TRUE(touch_.MakePatch(*body_, Isometry3d::Identity(), Pressed(kDepth), &patch));
+  EXPECT_FALSE(touch_.HasOutgrownPatch());
   touch_.Forget();
   touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true, std::nullopt, &model_);
   EXPECT_LT(std::abs(model_.stiffness(0, 2)), 0.01 * model_.stiffness(2, 2));
