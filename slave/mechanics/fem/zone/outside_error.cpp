@@ -11,8 +11,6 @@ namespace {
 
 // Nodes so near to the border of the zone have the displacement by every one of its nodes [radii].
 constexpr double kRim = 0.35;
-// Of a correction by what it corrects: what is nearly zero has any ratio [-]. [by definition]
-constexpr double kMostRatio = 10;
 
 }  // namespace
 
@@ -58,12 +56,14 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
   }
   if (within > 0) scale_ = 1 + beyond / within;
   tets_.emplace(corners, positions, nu, moduli);
-  u_ = residual_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
+  u_ = residual_ = before_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
   nodes_f_ = VectorXf::Zero(u_.size());
   const FieldSamples& samples = own_.samples();
   work_ = held_ = load_ = VectorXd::Zero(samples.unknowns());
   load_f_ = VectorXf::Zero(samples.unknowns());
   green.Gather(nodes, samples.nodes, &green_);
+  dual_.setZero(u_.size(), 3);
+  FindDual();
   const std::span<const int> all = nodes;
   green.Gather(all.first(rim), own_.zone().nodes, &rim_);
   rim_f_ = VectorXf::Zero(rim_.rows());
@@ -118,12 +118,27 @@ void OutsideError::Correct() noexcept {
   u_ += nodes_f_.cast<double>();
 }
 
-// A geometric series up to a ratio of one half; beyond, where it tells nothing any more, the size at
-// one half times twice the ratio.
-double OutsideError::second_order() const noexcept {
-  const double change = (second_ - error_).norm();
-  const double ratio = std::min(kMostRatio, change / std::max(1e-300, error_.norm()));
-  return change * (ratio < 0.5 ? 1 / (1 - ratio) : 4 * ratio);
+// What the residual's change at every node does to the force, without regard to signs: the samples
+// know the correction only roughly.
+void OutsideError::FindChange() noexcept {
+  before_.swap(residual_);
+  residual_.setZero();
+  tets_->AddNonlinearForce(u_.data(), residual_.data());
+  Vector3d change = Vector3d::Zero();
+  for (int n = 0; 3 * n < residual_.size(); ++n) {
+    const Vector3d here = residual_.segment<3>(3 * n) - before_.segment<3>(3 * n);
+    for (int c = 0; c < 3; ++c) change[c] += std::abs(dual_.col(c).segment<3>(3 * n).dot(here));
+  }
+  second_ = scale_ * change.norm();
+}
+
+// By the contact's own motion along each axis.
+void OutsideError::FindDual() noexcept {
+  for (int c = 0; c < 3; ++c) {
+    load_f_ = own_.dual().sampled_load.col(c).cast<float>();
+    MatrixTimes(green_, load_f_, &nodes_f_);
+    dual_.col(c) = nodes_f_.cast<double>();
+  }
 }
 
 bool OutsideError::Advance() noexcept {
@@ -135,8 +150,10 @@ bool OutsideError::Advance() noexcept {
     FindResidual(&first_);
   } else if (piece_ == sources + 1) {
     Correct();
+  } else if (piece_ == sources + 2 && own_.contact().tool) {
+    FindDual();
   } else {
-    FindResidual(&second_);
+    FindChange();
     error_ = first_;
     piece_ = 0;
     return true;

@@ -39,15 +39,16 @@ class OutsideError {
   void Restart() { piece_ = 0; }
   // True value minus value, of the force or of a load's mean displacement, to first order.
   [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
-  // By how much corrections of the displacement outside by it change it: the first one, and later
-  // ones by the ratio of the first to the error.
-  [[nodiscard]] double second_order() const noexcept;
+  // By how much a correction of the displacement outside changes it at most.
+  [[nodiscard]] double second_order() const { return second_; }
   [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
 
  private:
   void AddDisplacement(std::size_t piece) noexcept;
   void FindResidual(Eigen::Vector3d* error) noexcept;
   void Correct() noexcept;
+  void FindChange() noexcept;
+  void FindDual() noexcept;
   struct Source {
     ZonePart* part = nullptr;
     Transfer transfer;     // from its samples to the nodes
@@ -64,7 +65,10 @@ class OutsideError {
   std::size_t piece_ = 0;  // the next one
   Eigen::VectorXd u_, residual_, work_, held_, load_;
   Eigen::VectorXf nodes_f_, load_f_, rim_f_, zone_f_;
-  Eigen::Vector3d first_ = Eigen::Vector3d::Zero(), error_ = first_, second_ = first_;
+  Eigen::MatrixXd dual_;    // displacement of the nodes
+  Eigen::VectorXd before_;  // residual without the correction
+  Eigen::Vector3d first_ = Eigen::Vector3d::Zero(), error_ = first_;
+  double second_ = 0;
 };
 
 }  // namespace palpate
