@@ -274,6 +274,7 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
     if (touches_[i].contact.tool) parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
   }
   if (!(parts < 1e4)) return false;
+  follows_ = follows_ && parts == 1;
   FollowTools(contacts);  // here, so that the error of an answer is that of the zones it comes from
   const std::vector<Vector3d> from = moved_;
   const auto place = [&](double part) {
@@ -286,7 +287,7 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   for (int k = 1; k < static_cast<int>(parts); ++k) {
     place(k / parts);
     set_->Begin(prescribed_);
-    for (int step = 0; step < kFirstSteps; ++step) set_->Step(false);
+    for (int step = 0; step < kFirstSteps; ++step) set_->Step(true);
     set_->Accept();
     FollowTools(contacts);
   }
@@ -328,6 +329,7 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
 
 std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactResponse& response) const {
   if (inverted_) return "elements are inside out";
+  if (poisson_ratio_ < 0) return "the error is not bounded at a negative Poisson ratio";
   if (poisson_ratio_ >= kLocks) return "linear tetrahedra lock at this Poisson ratio";
   const ToolContact* tool = ToolOf(static_cast<int>(contact));
   if (tool != nullptr) {

@@ -27,7 +27,8 @@ namespace palpate {
 // is a rigid tool that is pressed on the surface and may slide, first touching at p_O: its forces
 // depend on its way, which is taken as straight from one query to the next. kExtrapolated: the
 // bound exceeds the tolerance, an element is inside out, a mesh too coarse for a disc or for a part
-// that bends, a Poisson ratio from 0.49 on. kFailed: a fixed node is moved, no equilibrium.
+// that bends, a Poisson ratio below 0 or from 0.49 on. kFailed: a fixed node is moved, no
+// equilibrium, more than 16 contacts.
 class FemZoneModel final : public DeformationModel {
  public:
   struct Options {
