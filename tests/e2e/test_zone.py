@@ -229,7 +229,7 @@ class Programs(unittest.TestCase):
 
     # Reference: the simulator's own neo-Hookean body. The force at the same commanded position counts, so that a machine
     # that does other things too, whose sensing stalls, is not blamed. This mesh does not resolve the fingertip: 5.3 %
-    # here, 4.8 % at 20,000 tetrahedra. Without the learned lean of the force it is 12 to 14 %.
+    # here. Without the learned lean of the force it is 12 to 14 %.
     def test_two_fingertips_press_it_live(self):
         self.starting.join()
         done = run(MASTER, "connect", self.slave.address, "--duration", "12", "--report", self.out / "report.json")
