@@ -17,7 +17,9 @@ using Eigen::VectorXd;
 
 constexpr double kOutside = 2;  // how far around a zone errors are looked for [radii]
 
-constexpr double kTetrahedron = 0.3;  // of a corner from the centroid, at most [radii of a zone]
+// Reach of Green's functions that are not interpolated [radii of a zone]. [tuned:
+// TinyPressesAreThoseOfTheLinearBody]
+constexpr double kExact = 2;
 constexpr std::size_t kTurns =
     4;  // updates until the error of a contact that hardly moves is found again, at least
 constexpr double kSimilar = 0.1;  // change of a load for which an estimate is scaled [-]
@@ -57,7 +59,7 @@ std::unique_ptr<ZonePart> ZoneSet::MakePart(std::size_t contact) {
 }
 
 double ZoneSet::ReachOf(double radius, double extent) {
-  return extent + (kOutside + kTetrahedron) * radius;
+  return std::max(extent, kExact * radius);
 }
 
 void ZoneSet::Connect() {
