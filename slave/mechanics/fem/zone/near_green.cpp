@@ -19,9 +19,9 @@ using Eigen::Vector3d;
 
 constexpr std::size_t kVersion = 2;  // of what is kept on disk
 constexpr double kStep = 1.1;        // from one reach to the next
-// Up to which gap between groups numbers have three bytes, and two [of reach]. [tuned:
-// ForcesAreThoseOfTheFullModelWithinTheirBound, TinyPressesAreThoseOfTheLinearBody]
-constexpr double kThreeBytes = 0.3, kTwoBytes = 1;
+// Up to which gap between groups numbers have three bytes [of reach]. [tuned:
+// ForcesAreThoseOfTheFullModelWithinTheirBound]
+constexpr double kThreeBytes = 0.3;
 constexpr int kAnchors = 512;                                                   // of the body
 constexpr std::size_t kNodes = NearGreen::kGroup, kTile = 9 * kNodes * kNodes;  // numbers
 constexpr double kLargest = 127;                                                // number
@@ -217,7 +217,7 @@ void NearGreen::ComputeGroup(int group, double reach) {
     if (apart > reach + radii_[Index(group)] + radii_[Index(other)]) continue;
     const double gap = Gap(group, other) / reach;
     if (gap > 1) continue;
-    made.Add({.group = other, .bytes = gap < kThreeBytes ? 3 : (gap < kTwoBytes ? 2 : 1)});
+    made.Add({.group = other, .bytes = gap < kThreeBytes ? 3 : 2});
   }
   if (!Load(group, &made)) {
     SolveGroup(group, &made);

@@ -4,9 +4,8 @@
 //
 // Nodes come in groups of neighbours. Between two groups that are near there is one tile of
 // numbers, whichever of the two is the cause (Maxwell and Betti), of three bytes each where they
-// are close, then of two, at last of one, by the tile's largest. Groups farther apart know each
-// other through anchors: nodes spread over the body, between which the displacement is
-// interpolated.
+// are close and else of two, by the tile's largest. Groups farther apart know each other through
+// anchors: nodes spread over the body, between which the displacement is interpolated.
 //
 // Nondimensional as TetStiffness: lengths by the larger side, moduli by E.
 #pragma once
