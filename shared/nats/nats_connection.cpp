@@ -1,7 +1,6 @@
 #include "shared/nats/nats_connection.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
@@ -138,13 +137,8 @@ struct NatsConnection::Parts {
   }
 
   // The last callback about a connection.
-  static void OnClosed(natsConnection* nc, void* closure) {
-    auto* const parts = static_cast<Parts*>(closure);
-    if (!parts->is_ending) {
-      parts->Tell("the connection to the NATS server at " + ToString(parts->endpoint) + " ended" +
-                  WordsOf(nc) + "; trying again");
-    }
-    parts->Finish();
+  static void OnClosed(natsConnection* /*nc*/, void* closure) {
+    static_cast<Parts*>(closure)->Finish();
   }
   // The last one about a subscription.
   static void OnComplete(void* closure) { static_cast<Parts*>(closure)->Finish(); }
@@ -165,7 +159,6 @@ struct NatsConnection::Parts {
   OnNews on_news;
   Owned<natsOptions> options;
   std::chrono::steady_clock::time_point due{};  // of the next attempt
-  std::atomic<bool> is_ending = false;
   std::mutex mutex;  // guards the next three members
   std::condition_variable finished;
   std::size_t running = 0;     // connections and subscriptions whose last callback is to come
@@ -178,6 +171,10 @@ void NatsConnection::Parts::Open() {
   const auto now = std::chrono::steady_clock::now();
   if (now < due) return;
   due = now + kRetry;
+  if (connection) {
+    Tell("the connection to the NATS server at " + ToString(endpoint) + " ended" +
+         WordsOf(connection.get()) + "; trying again");
+  }
   for (Reader& reader : readers) reader.subscription.reset();
   connection.reset();
   natsConnection* made = nullptr;
@@ -237,7 +234,6 @@ NatsConnection::NatsConnection(const NatsServer& server, const std::string& name
 
 // Callbacks use the parts until their end. Should one never come, the parts stay.
 NatsConnection::~NatsConnection() {
-  parts_->is_ending = true;
   if (parts_->connection) natsConnection_Close(parts_->connection.get());
   std::unique_lock lock(parts_->mutex);
   const bool is_over =

@@ -94,6 +94,7 @@ struct Bodies {
     zone = std::make_unique<FemZoneModel>(mesh, held, kModulus, nu, FemZoneModel::Options{});
     SolidParams params;
     params.options.law = FemOptions::Law::kNeoHookean;
+    params.options.residual = 1e-9;  // far below the bounds of small forces beside large ones
     params.young_modulus = kModulus;
     params.poisson_ratio = nu;
     params.density = 1000;

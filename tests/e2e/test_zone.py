@@ -10,10 +10,11 @@ import re
 import struct
 import sys
 import tempfile
+import threading
 import unittest
 import zlib
 
-from programs import MASTER, PATIENCE, ROOT, SLAVE, Slave, run
+from programs import IS_DEEP, MASTER, PATIENCE, ROOT, SLAVE, Slave, deep, run
 
 SCENE = ROOT / "deploy/scenes/liver-press.yaml"
 SCRIPT = ROOT / "deploy/scenes/make_liver.py"
@@ -44,7 +45,7 @@ class Mesh(unittest.TestCase):
         cls.script = load_script()
 
     def test_every_tetrahedron_has_a_volume_and_the_surface_is_closed(self):
-        for tets in (48, 2000, 20000):
+        for tets in (48, 2000, 20000)[:3 if IS_DEEP else 2]:
             nodes, elements = self.script.body(tets)
             volumes = [volume([nodes[corner] for corner in tet]) for tet in elements]
             self.assertGreater(min(volumes), 0.2 * sum(volumes) / len(volumes), tets)
@@ -137,6 +138,15 @@ class Programs(unittest.TestCase):
         done = run(sys.executable, SCRIPT, "--tets", "2000", "--out", mesh)
         assert done.returncode == 0, done.stderr
         cls.scene = (SCENE, "--override", f"object.geometry.mesh={mesh}")
+        # Its simulator solves the press ahead while the other tests run.
+        cls.slave = Slave(*cls.scene, "--override", f"model.cache={cls.out / 'cache'}", "--override", "model.deadline=2ms")
+        cls.starting = threading.Thread(target=cls.slave.__enter__)
+        cls.starting.start()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.starting.join()
+        cls.slave.__exit__()
 
     def test_check_states_the_bound_of_the_press(self):
         done = run(SLAVE, "check", *self.scene, timeout=LONG)
@@ -166,6 +176,7 @@ class Programs(unittest.TestCase):
             self.assertLess(error, 0.03 * math.hypot(*force))
             self.assertLessEqual(error, float(zone["bound"]))
 
+    @deep
     def test_study_measures_it_among_the_others(self):
         out = self.out / "study"
         done = run(SLAVE, "study", *self.scene, "--out", out, "--budget", "20", timeout=LONG)
@@ -179,6 +190,7 @@ class Programs(unittest.TestCase):
         self.assertLess(abs(float(zone["deviation"]) - float(full["deviation"])), 1.5 * float(zone["stated_bound"]))
 
     # Reference: the load of the full model whose shape the images show, and the full model behind the same images.
+    @deep
     def test_depth_images_give_the_full_models_force(self):
         nodes, elements = load_script().body(2000)
         nodes = [tuple(1e-3 * x for x in p) for p in nodes]
@@ -215,18 +227,23 @@ class Programs(unittest.TestCase):
         self.assertLess(abs(force["fem-zone"] - forces[-1]), 3 * sigma["fem-zone"])
         self.assertLess(abs(force["fem-zone"] / force["fem-hyperelastic"] - 1), 0.03)
 
+    # Reference: the simulator's own neo-Hookean body. The force at the same commanded position counts, so that a machine
+    # that does other things too, whose sensing stalls, is not blamed. This mesh does not resolve the fingertip: 5.3 %
+    # here, 4.8 % at 20,000 tetrahedra. Without the learned lean of the force it is 12 to 14 %.
     def test_two_fingertips_press_it_live(self):
-        with Slave(*self.scene) as slave:
-            done = run(MASTER, "connect", slave.address, "--duration", "8", "--report", self.out / "report.json")
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            ended = slave.stop()
-            self.assertEqual(ended, 0, slave.log)
+        self.starting.join()
+        done = run(MASTER, "connect", self.slave.address, "--duration", "12", "--report", self.out / "report.json")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(self.slave.stop(), 0, self.slave.log)
         report = json.loads((self.out / "report.json").read_text())
-        error, peak = report["force_error"], report["force_peak_N"]
-        print(f"force error {error['rms_N']:.4f} N rms, {error['rms_N'] / peak:.1%} of {peak:.3f} N; fingers {report['fingers']}")
+        error, compensated = report["force_error"], report["force_error_delay_compensated"]
+        print(f"force error of {report['force_peak_N']:.3f} N: {error['relative_rms']:.1%} rms; delay-compensated "
+              f"{compensated['relative_rms']:.1%}, first contact {compensated['first_contact']['relative_rms']:.1%}; "
+              f"state age {report['state_age_us']} us; fingers {report['fingers']}")
         self.assertEqual([finger["name"] for finger in report["fingers"]], ["ff", "mf"])
-        self.assertGreater(error["contact_ticks"], 500)
-        self.assertLess(error["rms_N"], 0.25 * peak)
+        self.assertGreater(compensated["contact_ticks"], 500)
+        self.assertLess(compensated["relative_rms"], 0.08)
+        self.assertLess(compensated["first_contact"]["relative_rms"], 0.1)
         for finger in report["fingers"]:
             self.assertGreater(finger["force_peak_N"], 0.1, finger)
 

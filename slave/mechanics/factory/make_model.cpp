@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <variant>
@@ -110,7 +111,14 @@ RigidTool ToolOf(const Scene& scene) {
           .axis_O = tool.axis_O};
 }
 
-// With a folder for it, everything that contacts of the tool's width need is computed beforehand.
+// Of the tool or of fingertips [m]; nullopt: unknown.
+std::optional<double> ContactWidth(const Scene& scene) {
+  if (scene.tool) return scene.tool->width;
+  const auto* tactile = scene.sense.Find<Tactile>();
+  return tactile != nullptr ? std::optional(tactile->patch) : std::nullopt;
+}
+
+// With a folder for it, everything that contacts of the scene's width need is computed beforehand.
 std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMesh& mesh,
                                               Progress* progress) {
   const ModelOptions& model = scene.model;
@@ -124,7 +132,8 @@ std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMes
   auto zone =
       std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
                                      material.poisson_ratio, options, progress);
-  if (!model.cache.empty() && scene.tool) zone->PrefetchSurface(scene.tool->width, progress);
+  const std::optional<double> width = ContactWidth(scene);
+  if (!model.cache.empty() && width) zone->PrefetchSurface(*width, progress);
   if (material.relaxation.empty()) return zone;
   return std::make_unique<RelaxingModel>(std::move(zone), material.relaxation, model.fem.step);
 }

@@ -142,6 +142,8 @@ class SensingPipeline {
   virtual bool MakePatch(const Eigen::Vector3d& /*p_S_tip*/, SurfacePatch* /*patch*/) noexcept {
     return false;
   }
+  // Whether what was learnt since the last MakePatch would change it perceptibly.
+  [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept { return false; }
   // The learnt part of it; by default none. Only the known fields of the curve are set.
   virtual void LearnLaw(PatchLaw* /*law*/) noexcept {}
   // As of the last estimate; patches are of the surface where it was found.

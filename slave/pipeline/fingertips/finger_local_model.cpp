@@ -23,6 +23,13 @@ constexpr double kOnSurface = 1e-6;   // of the radius
 constexpr double kSpread = 0.3;  // small strain, coarse meshes: foams are off by tens of percent
 // [s], of the felt force's say in the stiffness. [tuned: TheRenderedForceBecomesTheOneFelt]
 constexpr double kLearningTime = 0.05;
+// [s], of the felt force's say in its lean, at the full depth; less deep, it has less of a say.
+// [tuned: TheRenderedForceLeansAsTheOneFelt]
+constexpr double kLeanTime = 0.2;
+constexpr double kMostLean = 0.5;  // beyond it no spring has this stiffness [-]
+// Of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
+constexpr double kTurned = 0.03;
+constexpr double kStandsOut = 3;  // sigmas, of a force that tells its direction [-]
 
 }  // namespace
 
@@ -34,8 +41,8 @@ FingerLocalModel::FingerLocalModel(const Scene& scene)
                        ? scene.sense.Find<Tactile>()->patch / 2
                        : DiscOfSphere(radius_, scene.operator_options.press_depth)),
       full_depth_(scene.operator_options.press_depth),
-      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.Find<Tactile>()->rate), kSpread) {
-}
+      scale_(full_depth_, LearningRate(kLearningTime, scene.sense.Find<Tactile>()->rate), kSpread),
+      lean_rate_(LearningRate(kLeanTime, scene.sense.Find<Tactile>()->rate)) {}
 
 void FingerLocalModel::Update(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
                               bool in_contact, const std::optional<FeltForce>& felt,
@@ -63,6 +70,10 @@ void FingerLocalModel::Render(TactileBody& body, const Isometry3d& X_SO, const I
   const Matrix3d K_S =
       R * StiffnessOf(body, place_.triangle, place_.weights, depth_) * R.transpose();
   Size(K_S, felt, &next);
+  if (felt && law_ != ContactLaw::kFrictionless) {
+    const Vector3d p_S_apex = X_SF * Vector3d(0, 0, -radius_);
+    LearnLean(*felt, next.force + next.stiffness * (next.reference - p_S_apex), R, next.normal);
+  }
   const Matrix3d alone = StiffnessOf(body, place_.triangle, place_.weights, depth_, true);
   modelled_alone_ = std::max(0.0, depth_) * place_.n_O.dot(alone * place_.n_O);
   const double range = body.deformation->info().range;
@@ -105,6 +116,16 @@ void FingerLocalModel::Learn(const FeltForce& felt, const Vector3d& n_S, double 
   scale_.Learn(depth_, sample);
 }
 
+void FingerLocalModel::LearnLean(const FeltForce& felt, const Vector3d& f_S, const Matrix3d& R_SO,
+                                 const Vector3d& n_S) noexcept {
+  const double along = n_S.dot(felt.force_S);
+  if (!(along > kStandsOut * felt.sigma) || !(depth_ > kTellingDepth * full_depth_)) return;
+  const Vector3d missing = (felt.force_S - f_S) / along;
+  const double share = std::min(1.0, depth_ / full_depth_);
+  lean_O_ += share * lean_rate_ * (R_SO.transpose() * (missing - n_S.dot(missing) * n_S));
+  lean_O_ *= std::min(1.0, kMostLean / std::max(lean_O_.norm(), kMostLean));
+}
+
 Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Vector3d& weights,
                                        double depth, bool alone) noexcept {
   const double share = std::clamp(depth / full_depth_, kLeastShare, 1.0);
@@ -116,7 +137,11 @@ Matrix3d FingerLocalModel::StiffnessOf(TactileBody& body, int triangle, const Ve
   } catch (const std::exception&) {  // out of memory for what is computed when first asked for
     K = DiscStiffness(material_, radius, n);
   }
-  return law_ == ContactLaw::kFrictionless ? Matrix3d(n.dot(K * n) * n * n.transpose()) : K;
+  const double along = n.dot(K * n);
+  if (law_ == ContactLaw::kFrictionless) return along * n * n.transpose();
+  // A spring is symmetric.
+  const Vector3d lean = along * (lean_O_ - n.dot(lean_O_) * n);
+  return K + lean * n.transpose() + n * lean.transpose();
 }
 
 bool FingerLocalModel::MakePatch(TactileBody& body, const Isometry3d& X_SO, const Isometry3d& X_SF,
@@ -134,11 +159,16 @@ bool FingerLocalModel::MakePatch(TactileBody& body, const Isometry3d& X_SO, cons
   const Vector3d p_O = X_SO.inverse() * X_SF.translation();
   const bool frictionless = law_ == ContactLaw::kFrictionless;
   if (!FillPatch(body.surface, p_O, X_SO, frictionless, stiffness, patch)) return false;
+  sent_lean_O_ = lean_O_;
   patch->tools[0] = {radius_ * X_SF.linear().col(2), radius_};
   patch->full_depth = full_depth_;
   const double range = body.deformation->info().range;
   patch->valid_depth = (range > 0 ? range : kVouchedFor) * body.larger_side;
   return true;
+}
+
+bool FingerLocalModel::HasOutgrownPatch() const noexcept {
+  return (lean_O_ - sent_lean_O_).norm() > kTurned;
 }
 
 void FingerLocalModel::LearnLaw(TactileBody& body, PatchLaw* law) noexcept {

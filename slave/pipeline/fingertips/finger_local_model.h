@@ -26,7 +26,8 @@ namespace palpate {
 // The model of small strain gives the stiffness its shape; what the fingertip felt at the depths it
 // was at gives its size: the ratio of both at each depth (StiffnessScale) is learnt over tens of
 // milliseconds of contact, the slower the less the force stands out of its error, and kept for the
-// next contact. Force and slope along the normal are right at the present depth.
+// next contact. Force and slope along the normal are right at the present depth. So is its lean, of
+// what is felt across the normal by what is felt along it, which small strain and a flat disc miss.
 class FingerLocalModel {
  public:
   explicit FingerLocalModel(const Scene& scene);
@@ -49,6 +50,8 @@ class FingerLocalModel {
   // SensingPipeline::MakePatch.
   bool MakePatch(TactileBody& body, const Eigen::Isometry3d& X_SO, const Eigen::Isometry3d& X_SF,
                  SurfacePatch* patch) noexcept;
+  // The force leans otherwise than in the last patch.
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept;
   void LearnLaw(TactileBody& body, PatchLaw* law) noexcept;
   // Of the fingertip's sphere below the surface at rest [m]; negative outside.
   [[nodiscard]] double depth() const { return depth_; }
@@ -61,10 +64,11 @@ class FingerLocalModel {
   }
   // Ratio of estimated to modelled force at the present depth [-].
   [[nodiscard]] double felt_ratio() const { return scale_.At(depth_).ratio; }
-  // Searches the plane again and clears the ratio.
+  // Searches the plane again and clears what was learnt.
   void Forget() noexcept {
     place_.triangle = -1;
     scale_.Forget();
+    lean_O_.setZero();
   }
 
  private:
@@ -78,6 +82,9 @@ class FingerLocalModel {
   void Size(const Eigen::Matrix3d& K_S, const std::optional<FeltForce>& felt,
             LocalModel* model) noexcept;
   void Learn(const FeltForce& felt, const Eigen::Vector3d& n_S, double modelled) noexcept;
+  // `f_S`: of the model.
+  void LearnLean(const FeltForce& felt, const Eigen::Vector3d& f_S, const Eigen::Matrix3d& R_SO,
+                 const Eigen::Vector3d& n_S) noexcept;
 
   Material material_;
   ContactLaw law_;
@@ -85,6 +92,9 @@ class FingerLocalModel {
   TouchedPlace place_;  // its normal is that of the plane
   double depth_ = 0, modelled_ = 0, modelled_alone_ = 0;
   StiffnessScale scale_;
+  double lean_rate_;                      // of learning, per sample [-]
+  Eigen::Vector3d lean_O_{0, 0, 0};       // across the normal, by the normal force [-]
+  Eigen::Vector3d sent_lean_O_{0, 0, 0};  // of the last patch
 };
 
 }  // namespace palpate

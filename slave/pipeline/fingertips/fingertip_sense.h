@@ -30,6 +30,9 @@ class FingertipSense final : public SensingPipeline {
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_.MakePatch(p_S_tip, patch);
   }
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept override {
+    return estimator_.HasOutgrownPatch();
+  }
   void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }
   BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,

@@ -72,6 +72,24 @@ std::vector<ContactStiffness::Companion> CompanionsOf(const Scene& scene,
   return companions;
 }
 
+// What the local model of the first finger needs where it is about to press, and beside it.
+void PrefetchStiffness(const Scene& scene, TactileBody* body) {
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
+  if (tactile.fingers.empty() || !tactile.fingers.front().has_pose) return;
+  const auto place = PlaceOf(scene, *body->contact, tactile.fingers.front());
+  if (!place) return;
+  for (std::size_t t = 0; t < body->surface.triangles.size(); ++t) {
+    const auto is_near = [&](int node) {
+      return (body->surface.nodes[Index(node)] - place->p_O).norm() <= tactile.patch / 2;
+    };
+    const int triangle = static_cast<int>(t);
+    if (triangle != place->triangle && !std::ranges::any_of(body->surface.triangles[t], is_near)) {
+      continue;
+    }
+    (void)body->stiffness->At(triangle, Eigen::Vector3d::Constant(1.0 / 3), tactile.finger_radius);
+  }
+}
+
 }  // namespace
 
 Scene InStepWithSamples(const Scene& scene) {
@@ -98,6 +116,7 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
                                                        CompanionsOf(stepped, *body->contact));
   try {
     body->deformation->Prefetch(FirstContacts(stepped, *body->contact));
+    PrefetchStiffness(stepped, body.get());
   } catch (const std::exception&) {  // fails again, with its reason, where it is touched
   }
   NumberSkin(stepped, body.get());

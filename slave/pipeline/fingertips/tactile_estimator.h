@@ -71,6 +71,7 @@ class TactileEstimator {
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
   // The surface around the first fingertip, see SensingPipeline.
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept;
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept { return local_touch_->HasOutgrownPatch(); }
   void LearnLaw(PatchLaw* law) noexcept {
     if (body() != nullptr) local_touch_->LearnLaw(*body(), law);
   }

@@ -49,7 +49,10 @@ void PatchPublisher::Update(const ContactEstimate& felt, std::uint32_t settings_
   if (SecondsBetween(asked_at_, now) > kWanted || !felt.p_S_tip.allFinite()) return;
   const SurfacePatch& patch = shown_.patch();
   const bool is_old = !patch.known() || patch.settings_revision != settings_revision;
-  if (is_old || IsLeft(felt.p_S_tip)) Renew(felt, settings_revision, sense);
+  const bool is_outgrown =
+      sense->HasOutgrownPatch() && !(SecondsBetween(told_at_, now) < kShortest);
+  if (is_outgrown) told_at_ = now;
+  if (is_old || is_outgrown || IsLeft(felt.p_S_tip)) Renew(felt, settings_revision, sense);
   if (shown_.patch().known() && is_felt) Compare(felt, sense, now);
 }
 

@@ -17,15 +17,26 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kAbsurd = 1e6;      // larger sides
-constexpr double kLocks = 0.49;      // Poisson ratio
-constexpr double kConverged = 5e-4;  // what steps will still change, by the force
+constexpr double kAbsurd = 1e6;  // larger sides
+constexpr double kLocks = 0.49;  // Poisson ratio
+// What steps will still change, by the force: from rest, and of a contact that has moved a little.
+constexpr double kConverged = 1e-4, kFollowed = 2e-3;
+constexpr double kNoForce =
+    1e-12;  // of a tool that has left, by E and the larger side squared [by definition]
 constexpr int kMostSteps = 60;
+// First steps, which take what has changed most: of a contact that has moved a little, from rest.
+constexpr int kSmallSteps = 4, kFirstSteps = 2;
 constexpr double kForSteps = 0.6;   // of the deadline; the rest is for the errors [-]
 constexpr double kIncrement = 0.1;  // of a tool between two accepted states [edges]
-constexpr int kFewestPoints = 3;    // of a round tool on its mesh
-constexpr int kMostPortions = 64;   // of what is prescribed, from rest
-constexpr double kSmall = 1e-9;     // displacement at which bending is judged, of the larger side
+// Each acts on each other one, with 2.5 MB per pair. [by definition]
+constexpr std::size_t kMostContacts = 16;
+constexpr int kFewestPoints = 3;   // of a round tool on its mesh
+constexpr int kMostPortions = 64;  // of what is prescribed, from rest
+constexpr double kSmall = 1e-9;    // displacement at which bending is judged, of the larger side
+// Contacts so near to each other, and so nearly of one size, bend the body alike: elements near
+// them are left out [radii of a zone]. [tuned: ANearbyContactBendsTheBodyAlike]
+constexpr double kAlike = 0.25;
+constexpr std::size_t kKept = 256;  // of contacts, for how they bend the body
 
 constexpr std::string_view kTooNonlinear =
     "the body outside the contact's zone is not linear enough for the tolerance";
@@ -76,6 +87,7 @@ FemZoneModel::FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double 
 
 void FemZoneModel::Reset() {
   if (set_) set_->Reset();
+  follows_ = false;
   for (Vector3d& moved : moved_) moved.setZero();
   inverted_ = false;
 }
@@ -103,11 +115,12 @@ void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
 }
 
 bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
+  if (contacts.size() > kMostContacts) return Fail("more contacts than the 16 that fem-zone takes");
   if (!contacts_.Prepare(contacts)) return Fail(contacts_.failure());
   if (!contacts_.changed() && set_) return true;
   set_.reset();
   softness_.clear();
-  inverted_ = false;
+  inverted_ = follows_ = false;
   std::vector<ZoneSet::Touch> touches(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const std::string_view why = touches_at_.Make(contacts[i], contacts_.places()[i], &touches[i]);
@@ -126,10 +139,25 @@ bool FemZoneModel::PrepareSet(std::span<const Contact> contacts) {
   return true;
 }
 
+const FemZoneModel::Bending* FemZoneModel::BendingAt(const ZoneSet::Touch& touch) const {
+  const auto found = std::ranges::find_if(learned_, [&](const Bending& known) {
+    return std::abs(known.radius - touch.radius) < kAlike * touch.radius &&
+           (known.p_O - touch.centre_O).norm() < kAlike * touch.radius;
+  });
+  return found == learned_.end() ? nullptr : &*found;
+}
+
 // Where a part bends, the mean over the axes is taken by the work that the force does along each.
 void FemZoneModel::LearnBending() {
   softness_.assign(Index(set_->size()), Vector3d::Zero());
   if (!strain_.body_bends()) return;
+  bool all_known = true;
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Bending* known = BendingAt(touches_[i]);
+    all_known = all_known && known != nullptr;
+    if (known != nullptr) softness_[i] = known->softness;
+  }
+  if (all_known) return;
   const Eigen::MatrixXd duals = set_->DualDisplacements();
   std::vector<Vector3d> u(mesh_.nodes.size());
   std::vector<int> touched;
@@ -148,6 +176,9 @@ void FemZoneModel::LearnBending() {
       if (size > 0) softness[c] = strain_.Softness(u, touched);
     }
     softness_[Index(i)] = softness;
+    const ZoneSet::Touch& touch = touches_[Index(i)];
+    if (learned_.size() >= kKept) learned_.clear();
+    if (BendingAt(touch) == nullptr) learned_.push_back({touch.centre_O, softness, touch.radius});
   }
 }
 
@@ -165,7 +196,7 @@ bool FemZoneModel::Prescribe(std::span<const Contact> contacts, double part) {
 }
 
 // Of every contact, by its own force and a little of the largest.
-bool FemZoneModel::HasConverged(bool* finite) const {
+bool FemZoneModel::HasConverged(double within, bool* finite) const {
   double largest = 0;
   *finite = true;
   const auto size_of = [&](const ZonePart& part) {
@@ -177,18 +208,19 @@ bool FemZoneModel::HasConverged(bool* finite) const {
   }
   for (int i = 0; i < set_->size(); ++i) {
     const ZonePart& part = set_->part(i);
-    const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest);
-    if (!(part.Remaining() <= kConverged * scale)) return false;
+    const double scale = size_of(part) + (part.contact().loaded ? 0 : 0.01 * largest + kNoForce);
+    if (!(set_->Remaining(i) <= within * scale)) return false;
   }
   return true;
 }
 
 bool FemZoneModel::Converge() {
-  set_->Restart();
+  set_->Begin(prescribed_);
   for (int step = 0; step < kMostSteps; ++step) {
-    set_->Step(prescribed_);
+    set_->Step(step >= (follows_ ? kSmallSteps : kFirstSteps));
     bool finite = true;
-    const bool converged = HasConverged(&finite);
+    const bool follows = follows_ && step < kSmallSteps;
+    const bool converged = HasConverged(follows ? kFollowed : kConverged, &finite);
     if (!finite) return false;
     if (converged || IsLate()) return true;
   }
@@ -242,6 +274,8 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
     if (touches_[i].contact.tool) parts = std::max(parts, std::ceil(way / (kIncrement * edge)));
   }
   if (!(parts < 1e4)) return false;
+  follows_ = follows_ && parts == 1;
+  FollowTools(contacts);  // here, so that the error of an answer is that of the zones it comes from
   const std::vector<Vector3d> from = moved_;
   const auto place = [&](double part) {
     for (std::size_t i = 0; i < touches_.size(); ++i) {
@@ -252,16 +286,16 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   };
   for (int k = 1; k < static_cast<int>(parts); ++k) {
     place(k / parts);
-    set_->Restart();
-    for (int step = 0; step < 2; ++step) set_->Step(prescribed_);
+    set_->Begin(prescribed_);
+    for (int step = 0; step < kFirstSteps; ++step) set_->Step(true);
     set_->Accept();
     FollowTools(contacts);
   }
   place(1);
   set_->RefreshDuals();
-  if (!Converge()) return false;
+  bool finite = true;  // what slow steps still lack is part of the bound
+  if (!Converge() && !(HasConverged(options_.tolerance, &finite) && finite)) return false;
   set_->Accept();
-  FollowTools(contacts);
   set_->RefreshDuals();
   return true;
 }
@@ -288,12 +322,14 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
   if (!PrepareSet(contacts)) return false;
   if (!set_) return true;
   if (!SolveState(contacts)) return false;
+  follows_ = true;
   Fill(contacts, responses);
   return true;
 }
 
 std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactResponse& response) const {
   if (inverted_) return "elements are inside out";
+  if (poisson_ratio_ < 0) return "the error is not bounded at a negative Poisson ratio";
   if (poisson_ratio_ >= kLocks) return "linear tetrahedra lock at this Poisson ratio";
   const ToolContact* tool = ToolOf(static_cast<int>(contact));
   if (tool != nullptr) {
@@ -322,7 +358,7 @@ void FemZoneModel::Fill(std::span<const Contact> contacts, std::span<ContactResp
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const int number = static_cast<int>(i);
     const ZonePart& part = set_->part(number);
-    const double bound = set_->bound(number) + part.Remaining();
+    const double bound = set_->bound(number) + set_->Remaining(number);
     ContactResponse response;
     if (part.contact().loaded) {
       response.force_O = contacts[i].prescribed_O;

@@ -27,7 +27,8 @@ namespace palpate {
 // is a rigid tool that is pressed on the surface and may slide, first touching at p_O: its forces
 // depend on its way, which is taken as straight from one query to the next. kExtrapolated: the
 // bound exceeds the tolerance, an element is inside out, a mesh too coarse for a disc or for a part
-// that bends, a Poisson ratio from 0.49 on. kFailed: a fixed node is moved, no equilibrium.
+// that bends, a Poisson ratio below 0 or from 0.49 on. kFailed: a fixed node is moved, no
+// equilibrium, more than 16 contacts.
 class FemZoneModel final : public DeformationModel {
  public:
   struct Options {
@@ -52,6 +53,11 @@ class FemZoneModel final : public DeformationModel {
   bool PrefetchSurface(double width, Progress* progress = nullptr);
 
  private:
+  // How soft in bending the body is along each axis, under a contact with a zone of this radius.
+  struct Bending {
+    Eigen::Vector3d p_O, softness;
+    double radius;  // [m]
+  };
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
   void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
@@ -65,8 +71,9 @@ class FemZoneModel final : public DeformationModel {
   bool Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
   bool Converge();
-  [[nodiscard]] bool HasConverged(bool* finite) const;
+  [[nodiscard]] bool HasConverged(double within, bool* finite) const;
   void LearnBending();
+  [[nodiscard]] const Bending* BendingAt(const ZoneSet::Touch& touch) const;
   void Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   [[nodiscard]] std::string_view DoubtOf(std::size_t contact,
                                          const ContactResponse& response) const;
@@ -89,8 +96,10 @@ class FemZoneModel final : public DeformationModel {
   std::vector<ZoneSet::Touch> touches_;
   std::vector<Eigen::Vector3d> moved_;  // of tools, accepted [units]
   std::vector<Eigen::VectorXd> prescribed_;
-  std::vector<Eigen::Vector3d> softness_;  // in bending, per contact and axis
+  std::vector<Bending> learned_;
+  std::vector<Eigen::Vector3d> softness_;  // per contact and axis
   bool inverted_ = false;
+  bool follows_ = false;                         // the state is that of the last query
   std::chrono::steady_clock::time_point begun_;  // of the update
 };
 

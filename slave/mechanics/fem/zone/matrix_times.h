@@ -1,12 +1,14 @@
-// Products of a dense matrix and a vector in single precision, by OpenBLAS: it picks the
-// instructions of the machine. Nothing is allocated.
+// Products of dense matrices and vectors in single precision. Nothing is allocated.
 #pragma once
+
+#include <span>
 
 #include <Eigen/Core>
 #include <cblas.h>
 
 namespace palpate {
 
+// By OpenBLAS: it picks the instructions of the machine.
 inline void MatrixTimes(const Eigen::MatrixXf& a, CBLAS_TRANSPOSE form, const Eigen::VectorXf& x,
                         Eigen::VectorXf* y) noexcept {
   if (a.size() == 0) {
@@ -25,5 +27,9 @@ inline void TransposedTimes(const Eigen::MatrixXf& a, const Eigen::VectorXf& x,
                             Eigen::VectorXf* y) noexcept {
   MatrixTimes(a, CblasTrans, x, y);
 }
+
+// y += A x where x is zero but for three numbers from 3 n on, for every n of `places`.
+void AddPlaces(const Eigen::MatrixXf& a, std::span<const int> places, const Eigen::VectorXf& x,
+               Eigen::VectorXf* y) noexcept;
 
 }  // namespace palpate

@@ -50,12 +50,14 @@ PALPATE_INLINE Lanes3x3 Cofactor(const Lanes3x3& F) {
   return C;
 }
 
-PALPATE_INLINE Lanes3x3 Stress(const Law& law, Lanes3x3 F) {
+// J: det F.
+PALPATE_INLINE Lanes3x3 Stress(const Law& law, Lanes3x3 F, Double8* J_out) {
   Double8 invariant{};
   for (std::size_t i = 0; i < 3; ++i) F[i][i] += 1;
   for (const auto& row : F) invariant += row[0] * row[0] + row[1] * row[1] + row[2] * row[2];
   const Lanes3x3 C = Cofactor(F);
   const Double8 J = F[0][0] * C[0][0] + F[0][1] * C[0][1] + F[0][2] * C[0][2];
+  *J_out = J;
   const Double8 a = law.m * (1 - 1 / (invariant + 1));
   const Double8 s = law.k * (J - 1) - 0.75 * law.m;
   Lanes3x3 P;
@@ -96,20 +98,27 @@ PALPATE_INLINE void Scatter(const Group& group, const Lanes3x3& P, double* force
 PALPATE_DISPATCHED void AddForces(const Law& law, const Group* groups, std::size_t count,
                                   const double* u, double* force) {
   for (std::size_t g = 0; g < count; ++g) {
-    Scatter(groups[g], Stress(law, DisplacementGradient(groups[g], u)), force);
+    Double8 J;
+    Scatter(groups[g], Stress(law, DisplacementGradient(groups[g], u), &J), force);
   }
 }
 
-PALPATE_DISPATCHED void AddNonlinearForces(const Law& law, const Group* groups, std::size_t count,
-                                           const double* u, double* force) {
+PALPATE_DISPATCHED double AddNonlinearForces(const Law& law, const Group* groups, std::size_t count,
+                                             const double* u, double* force) {
+  Double8 smallest{}, J;
+  for (std::size_t l = 0; l < kLanes; ++l) smallest[l] = std::numeric_limits<double>::infinity();
   for (std::size_t g = 0; g < count; ++g) {
     const Lanes3x3 H = DisplacementGradient(groups[g], u), linear = LinearStress(law, H);
-    Lanes3x3 P = Stress(law, H);
+    Lanes3x3 P = Stress(law, H, &J);
+    smallest = J < smallest ? J : smallest;
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) P[i][j] -= linear[i][j];
     }
     Scatter(groups[g], P, force);
   }
+  double least = smallest[0];
+  for (std::size_t l = 1; l < kLanes; ++l) least = smallest[l] < least ? smallest[l] : least;
+  return least;
 }
 
 }  // namespace
@@ -123,14 +132,12 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
   law_.m = 4.0 / 3 * law_.mu;
   law_.k = law_.lambda + 5.0 / 6 * law_.mu;
   std::vector<double> volumes;  // times moduli
+  std::vector<Matrix3d> gradients;
   for (const auto& tet : corners_) {
     Matrix3d edges;
     for (int a = 0; a < 3; ++a)
       edges.col(a) = nodes[Index(tet[Index(a + 1)])] - nodes[Index(tet[0])];
-    Eigen::Matrix<double, 3, 4> gradients;
-    gradients.rightCols<3>() = edges.inverse().transpose();
-    gradients.col(0) = -gradients.rightCols<3>().rowwise().sum();
-    gradients_.push_back(gradients);
+    gradients.push_back(edges.inverse().transpose());
     const double modulus = moduli.empty() ? 1 : moduli[volumes.size()];
     volumes.push_back(modulus * edges.determinant() / 6);
   }
@@ -141,7 +148,7 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
     for (std::size_t a = 0; a < 4; ++a) group.node[a][l] = 3 * corners_[from][a];
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
-        group.gradient[a][c][l] = gradients_[from](static_cast<int>(c), static_cast<int>(a) + 1);
+        group.gradient[a][c][l] = gradients[from](static_cast<int>(c), static_cast<int>(a));
       }
     }
     group.volume[l] = t < corners_.size() ? volumes[t] : 0;
@@ -152,23 +159,8 @@ void NeoHookeanTets::AddForce(const double* u, double* force) const noexcept {
   AddForces(law_, groups_.data(), groups_.size(), u, force);
 }
 
-void NeoHookeanTets::AddNonlinearForce(const double* u, double* force) const noexcept {
-  AddNonlinearForces(law_, groups_.data(), groups_.size(), u, force);
-}
-
-Matrix3d NeoHookeanTets::GradientOf(int tet, const double* u) const noexcept {
-  Matrix3d F = Matrix3d::Identity();
-  for (int a = 0; a < 4; ++a) {
-    const Eigen::Map<const Vector3d> moved(u + 3 * corners_[Index(tet)][Index(a)]);
-    F += moved * gradients_[Index(tet)].col(a).transpose();
-  }
-  return F;
-}
-
-double NeoHookeanTets::SmallestJacobian(const double* u) const noexcept {
-  double smallest = std::numeric_limits<double>::infinity();
-  for (int t = 0; t < size(); ++t) smallest = std::min(smallest, GradientOf(t, u).determinant());
-  return smallest;
+double NeoHookeanTets::AddNonlinearForce(const double* u, double* force) const noexcept {
+  return AddNonlinearForces(law_, groups_.data(), groups_.size(), u, force);
 }
 
 }  // namespace palpate

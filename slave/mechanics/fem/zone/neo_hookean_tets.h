@@ -27,12 +27,10 @@ class NeoHookeanTets {
 
   // Adds to `force` the internal force at displacements `u`, three numbers per node each.
   void AddForce(const double* u, double* force) const noexcept;
-  // The same without that of the law's linearisation at rest.
-  void AddNonlinearForce(const double* u, double* force) const noexcept;
+  // The same without that of the law's linearisation at rest. Returns the smallest det F.
+  double AddNonlinearForce(const double* u, double* force) const noexcept;
 
   [[nodiscard]] int size() const { return static_cast<int>(corners_.size()); }
-  // Smallest det F.
-  [[nodiscard]] double SmallestJacobian(const double* u) const noexcept;
 
   // Eight tetrahedra side by side; the last group repeats its first with volume zero.
   struct Group {
@@ -46,11 +44,8 @@ class NeoHookeanTets {
   };
 
  private:
-  [[nodiscard]] Eigen::Matrix3d GradientOf(int tet, const double* u) const noexcept;
-
   Law law_;
   std::vector<std::array<int, 4>> corners_;
-  std::vector<Eigen::Matrix<double, 3, 4>> gradients_;
   std::vector<Group> groups_;
 };
 

@@ -56,12 +56,14 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
   }
   if (within > 0) scale_ = 1 + beyond / within;
   tets_.emplace(corners, positions, nu, moduli);
-  u_ = residual_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
+  u_ = residual_ = before_ = VectorXd::Zero(3 * static_cast<int>(nodes.size()));
   nodes_f_ = VectorXf::Zero(u_.size());
   const FieldSamples& samples = own_.samples();
-  work_ = held_ = VectorXd::Zero(samples.unknowns());
+  work_ = held_ = load_ = VectorXd::Zero(samples.unknowns());
   load_f_ = VectorXf::Zero(samples.unknowns());
   green.Gather(nodes, samples.nodes, &green_);
+  dual_.setZero(u_.size(), 3);
+  FindDual();
   const std::span<const int> all = nodes;
   green.Gather(all.first(rim), own_.zone().nodes, &rim_);
   rim_f_ = VectorXf::Zero(rim_.rows());
@@ -75,7 +77,8 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
   between_.compute(compliance);
   for (std::size_t j = 0; j < parts.size(); ++j) {
     if (j == own || nodes.empty()) continue;
-    others_.push_back({parts[j], Transfer(green, nodes, parts[j]->samples().nodes)});
+    others_.push_back({parts[j], Transfer(green, nodes, parts[j]->samples().nodes),
+                       VectorXd::Zero(parts[j]->samples().unknowns())});
   }
 }
 
@@ -88,22 +91,75 @@ void OutsideError::FindResidual(Vector3d* error) noexcept {
   error->noalias() = scale_ * (own_.dual().sampled_load.transpose() * work_);
 }
 
-void OutsideError::Estimate() noexcept {
-  if (size() == 0) return;
-  load_f_ = own_.sampled_load().cast<float>();
-  MatrixTimes(green_, load_f_, &nodes_f_);
-  zone_f_ = own_.load().cast<float>();
-  MatrixTimes(rim_, zone_f_, &rim_f_);
-  nodes_f_.head(rim_f_.size()) = rim_f_;
-  u_ = nodes_f_.cast<double>();
-  for (Source& source : others_) source.transfer.Add(source.part->sampled_load(), &u_);
-  FindResidual(&error_);
-  own_.HeldLoad(work_, &held_);  // the residual moves the samples by -work
+// By the own load as sampled, the same next to the zone, and by the load of each other zone.
+void OutsideError::AddDisplacement(std::size_t piece) noexcept {
+  if (piece == 0) {
+    own_.samples().SampleForces(own_.load(), &load_);
+    load_f_ = load_.cast<float>();
+    MatrixTimes(green_, load_f_, &nodes_f_);
+  } else if (piece == 1) {
+    zone_f_ = own_.load().cast<float>();
+    MatrixTimes(rim_, zone_f_, &rim_f_);
+    nodes_f_.head(rim_f_.size()) = rim_f_;
+    u_ = nodes_f_.cast<double>();
+  } else {
+    Source& source = others_[piece - 2];
+    source.part->samples().SampleForces(source.part->load(), &source.load);
+    source.transfer.Add(source.load, &u_);
+  }
+}
+
+// The residual moves the samples by -work.
+void OutsideError::Correct() noexcept {
+  own_.HeldLoad(work_, &held_);
   between_.solveInPlace(work_);
   load_f_ = -(held_ + work_).cast<float>();
   MatrixTimes(green_, load_f_, &nodes_f_);
   u_ += nodes_f_.cast<double>();
-  FindResidual(&second_);
+}
+
+// What the residual's change at every node does to the force, without regard to signs: the samples
+// know the correction only roughly.
+void OutsideError::FindChange() noexcept {
+  before_.swap(residual_);
+  residual_.setZero();
+  tets_->AddNonlinearForce(u_.data(), residual_.data());
+  Vector3d change = Vector3d::Zero();
+  for (int n = 0; 3 * n < residual_.size(); ++n) {
+    const Vector3d here = residual_.segment<3>(3 * n) - before_.segment<3>(3 * n);
+    for (int c = 0; c < 3; ++c) change[c] += std::abs(dual_.col(c).segment<3>(3 * n).dot(here));
+  }
+  second_ = scale_ * change.norm();
+}
+
+// By the contact's own motion along each axis.
+void OutsideError::FindDual() noexcept {
+  for (int c = 0; c < 3; ++c) {
+    load_f_ = own_.dual().sampled_load.col(c).cast<float>();
+    MatrixTimes(green_, load_f_, &nodes_f_);
+    dual_.col(c) = nodes_f_.cast<double>();
+  }
+}
+
+bool OutsideError::Advance() noexcept {
+  if (size() == 0) return true;
+  const std::size_t sources = 2 + others_.size();
+  if (piece_ < sources) {
+    AddDisplacement(piece_);
+  } else if (piece_ == sources) {
+    FindResidual(&first_);
+  } else if (piece_ == sources + 1) {
+    Correct();
+  } else if (piece_ == sources + 2 && own_.contact().tool) {
+    FindDual();
+  } else {
+    FindChange();
+    error_ = first_;
+    piece_ = 0;
+    return true;
+  }
+  ++piece_;
+  return false;
 }
 
 }  // namespace palpate

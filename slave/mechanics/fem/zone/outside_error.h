@@ -32,20 +32,27 @@ class OutsideError {
   OutsideError(NearGreen& green, const SolidMesh& mesh, double nu, const std::vector<char>& taken,
                std::span<ZonePart* const> parts, std::size_t own, const Region& region);
 
-  // From the present state of the parts. Does not allocate.
-  void Estimate() noexcept;
+  // One of the pieces of an estimate of the present state of the parts, each about as long. True:
+  // it was the last one. Does not allocate.
+  bool Advance() noexcept;
+  // The next piece is the first.
+  void Restart() { piece_ = 0; }
   // True value minus value, of the force or of a load's mean displacement, to first order.
   [[nodiscard]] const Eigen::Vector3d& error() const { return error_; }
-  // What its size is expected to stay below: the first order, and by how much the estimate changes
-  // where the displacement outside is corrected by it.
-  [[nodiscard]] double bound() const { return error_.norm() + (second_ - error_).norm(); }
+  // By how much a correction of the displacement outside changes it at most.
+  [[nodiscard]] double second_order() const { return second_; }
   [[nodiscard]] int size() const { return tets_ ? tets_->size() : 0; }
 
  private:
+  void AddDisplacement(std::size_t piece) noexcept;
   void FindResidual(Eigen::Vector3d* error) noexcept;
+  void Correct() noexcept;
+  void FindChange() noexcept;
+  void FindDual() noexcept;
   struct Source {
-    const ZonePart* part = nullptr;
-    Transfer transfer;  // from its samples to the nodes
+    ZonePart* part = nullptr;
+    Transfer transfer;     // from its samples to the nodes
+    Eigen::VectorXd load;  // on its samples
   };
 
   ZonePart& own_;
@@ -55,9 +62,13 @@ class OutsideError {
   Eigen::MatrixXf rim_;    // of the first nodes, next to the zone, by all nodes of the zone
   Eigen::LLT<Eigen::MatrixXd> between_;  // compliance of the samples
   double scale_ = 1;
-  Eigen::VectorXd u_, residual_, work_, held_;
+  std::size_t piece_ = 0;  // the next one
+  Eigen::VectorXd u_, residual_, work_, held_, load_;
   Eigen::VectorXf nodes_f_, load_f_, rim_f_, zone_f_;
-  Eigen::Vector3d error_ = Eigen::Vector3d::Zero(), second_ = error_;
+  Eigen::MatrixXd dual_;    // displacement of the nodes
+  Eigen::VectorXd before_;  // residual without the correction
+  Eigen::Vector3d first_ = Eigen::Vector3d::Zero(), error_ = first_;
+  double second_ = 0;
 };
 
 }  // namespace palpate

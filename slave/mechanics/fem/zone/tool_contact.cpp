@@ -44,7 +44,8 @@ void ToolContact::FindGaps(const VectorXd& u) noexcept {
     Point& point = points_[k];
     const Vector3d at = point.rest + u.segment<3>(3 * static_cast<int>(k));
     if (tool_.shape == RigidTool::Shape::kFlat) {
-      const Vector3d from = at - apex;
+      // By the last accepted state: a point at the rim does not come and go within one update.
+      const Vector3d from = point.rest + point.anchor - placement_.p;
       point.normal = -placement_.normal;
       point.reached = (from - placement_.normal.dot(from) * placement_.normal).norm() <=
                       0.5 * placement_.width * (1 + 1e-9);
@@ -204,7 +205,10 @@ void ToolContact::HeldForces(const VectorXd& moved, VectorXd* forces) noexcept {
 void ToolContact::TakeState(const ToolContact& other, const std::vector<int>& number) {
   displacement_ = other.displacement_;
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (number[k] < 0) continue;
+    if (number[k] < 0) {
+      points_[k].anchor = -displacement_;  // so far from the tool it has hardly moved
+      continue;
+    }
     const Point& from = other.points_[Index(number[k])];
     points_[k].anchor = from.anchor;
     points_[k].state = from.state;

@@ -64,7 +64,7 @@ class ToolContact {
   enum class State : std::uint8_t { kApart, kSticks, kSlips };
   struct Point {
     Eigen::Vector3d rest{0, 0, 0};
-    Eigen::Vector3d anchor{0, 0, 0};  // displacement relative to the tool at which it sticks
+    Eigen::Vector3d anchor{0, 0, 0};  // displacement relative to the tool, of the accepted state
     Eigen::Vector3d normal{0, 0, 1};  // of the force of the tool on it, unit
     double least = 0;                 // displacement along the normal at which it touches
     bool reached = false;             // the tool is above it

@@ -16,6 +16,7 @@ class Transfer {
 
   // u += the displacement by these forces, three numbers per node. Does not allocate.
   void Add(const Eigen::VectorXd& forces, Eigen::VectorXd* u) noexcept;
+  [[nodiscard]] const Eigen::MatrixXf& matrix() const { return matrix_; }
 
  private:
   Eigen::MatrixXf matrix_;

@@ -84,14 +84,6 @@ Vector3d ContactForces::Sum() const {
   return sum;
 }
 
-void TakePoints(const ZoneContact& contact, const VectorXd& u, VectorXd* at) noexcept {
-  for (std::size_t p = 0; p < contact.points.size(); ++p) {
-    Vector3d mean = Vector3d::Zero();
-    for (const auto& [node, weight] : contact.points[p]) mean += weight * u.segment<3>(3 * node);
-    at->segment<3>(3 * static_cast<int>(p)) = mean;
-  }
-}
-
 void SpreadForces(const ZoneContact& contact, const VectorXd& forces, VectorXd* load) noexcept {
   for (std::size_t p = 0; p < contact.points.size(); ++p) {
     for (const auto& [node, weight] : contact.points[p]) {

@@ -63,7 +63,16 @@ class ContactForces {
 };
 
 // Between nodes of a zone and points of its contact, three numbers each: means, and forces spread.
-void TakePoints(const ZoneContact& contact, const Eigen::VectorXd& u, Eigen::VectorXd* at) noexcept;
+template <class Vector>
+void TakePoints(const ZoneContact& contact, const Vector& u, Eigen::VectorXd* at) noexcept {
+  for (std::size_t p = 0; p < contact.points.size(); ++p) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const auto& [node, weight] : contact.points[p]) {
+      mean += weight * u.template segment<3>(3 * node).template cast<double>();
+    }
+    at->segment<3>(3 * static_cast<int>(p)) = mean;
+  }
+}
 void SpreadForces(const ZoneContact& contact, const Eigen::VectorXd& forces,
                   Eigen::VectorXd* load) noexcept;
 

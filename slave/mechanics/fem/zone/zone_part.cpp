@@ -1,6 +1,9 @@
 #include "slave/mechanics/fem/zone/zone_part.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include "shared/geometry/index.h"
@@ -9,7 +12,6 @@
 namespace palpate {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -20,11 +22,25 @@ using Eigen::VectorXf;
 constexpr double kSlowness = 3;
 constexpr int kContactSamples = 24;  // of a zone, on the contact
 constexpr int kSamples = 64;         // of a zone
+// Nodes whose load is taken over in a step of few [nodes]. [tuned: bench_zone: p99_us]
+constexpr int kFew = 64;
+// What a change that waits would do to the force, by the force: that of all nodes of a zone
+// together is a tenth of what steps may lack [-]. [derived: 2e-3 / 10 / sqrt(250) / 3]
+constexpr double kUnseen = 4e-6;
+// Steps of few after which the rounding of single precision is removed: sqrt(1000) times 1e-7.
+constexpr int kMostFew = 1000;
 
 std::vector<Vector3d> PositionsOf(const NearGreen& green, std::span<const int> nodes) {
   std::vector<Vector3d> positions;
   for (const int node : nodes) positions.push_back(green.positions()[Index(node)]);
   return positions;
+}
+
+// By a share of its change since `before`, which becomes what it was.
+template <class Scalar, class Vector>
+void Extrapolate(Scalar share, Vector* now, Vector* before) {
+  before->swap(*now);
+  *now = *before + share * (*before - *now);
 }
 
 }  // namespace
@@ -35,11 +51,19 @@ ZonePart::ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact)
       tets_(zone_.corners, PositionsOf(green, zone_.nodes), nu, zone_.moduli),
       mixer_(3 * zone_.size()) {
   const int unknowns = 3 * zone_.size(), points = contact_.unknowns();
-  u_ = load_ = r_ = mixed_ = room_.moved = VectorXd::Zero(unknowns);
+  for (VectorXd* v :
+       {&u_, &load_, &r_, &taken_, &next_, &before_.r, &before_.taken, &room_.moved}) {
+    v->setZero(unknowns);
+  }
+  prescribed_ = way_ = VectorXd::Zero(contact_.tool ? 3 : points);
   room_.gap = room_.at = VectorXd::Zero(points);
-  room_.load = room_.u = VectorXf::Zero(unknowns);
-  room_.points = VectorXf::Zero(points);
-  dual_.u = dual_.load = MatrixXd::Zero(unknowns, 3);
+  moved_ = before_.moved = room_.u = VectorXf::Zero(unknowns);
+  room_.load = VectorXf::Zero(unknowns);
+  room_.points = pressed_forces_ = VectorXf::Zero(points);
+  pressed_points_.reserve(contact_.points.size());
+  room_.changed.resize(Index(zone_.size()));
+  room_.places.reserve(Index(kFew));
+  dual_.u = MatrixXd::Zero(unknowns, 3);
   SampleZone(green);
   Condense(green);
   RefreshDual();
@@ -54,7 +78,6 @@ void ZonePart::SampleZone(const NearGreen& green) {
   SpreadNodes(green.positions(), zone_.nodes, kSamples, &samples_.nodes);
   samples_.weights =
       SampleWeights(PositionsOf(green, samples_.nodes), PositionsOf(green, zone_.nodes));
-  sampled_load_ = VectorXd::Zero(samples_.unknowns());
   dual_.sampled_load = MatrixXd::Zero(samples_.unknowns(), 3);
 }
 
@@ -84,59 +107,127 @@ void ZonePart::Condense(NearGreen& green) {
 }
 
 void ZonePart::RefreshDual() noexcept {
-  const MatrixXd forces = forces_->DualForces();
+  dual_.forces = forces_->DualForces();
+  VectorXd sampled(samples_.unknowns());
   for (int c = 0; c < 3; ++c) {
-    room_.gap = forces.col(c);
+    room_.gap = dual_.forces.col(c);
     room_.points = room_.gap.cast<float>();
     MatrixTimes(columns_, room_.points, &room_.u);
     dual_.u.col(c) = room_.u.cast<double>();
     room_.moved.setZero();
     SpreadForces(contact_, room_.gap, &room_.moved);
-    dual_.load.col(c) = room_.moved;
-    samples_.SampleForces(room_.moved, &sampled_load_);
-    dual_.sampled_load.col(c) = sampled_load_;
+    samples_.SampleForces(room_.moved, &sampled);
+    dual_.sampled_load.col(c) = sampled;
   }
-  samples_.SampleForces(load_, &sampled_load_);
+}
+
+void ZonePart::SetPressed() noexcept {
+  const VectorXd& forces = forces_->forces();
+  pressed_points_.clear();
+  for (int p = 0; 3 * p < forces.size(); ++p) {
+    if (!forces.segment<3>(3 * p).isZero(0)) pressed_points_.push_back(p);
+  }
+  pressed_forces_ = forces.cast<float>();
 }
 
 void ZonePart::Reset() {
-  for (VectorXd* v : {&u_, &load_, &r_, &mixed_, &sampled_load_}) v->setZero();
-  Restart();
+  for (VectorXd* v :
+       {&u_, &load_, &r_, &taken_, &next_, &before_.r, &before_.taken, &prescribed_, &way_}) {
+    v->setZero();
+  }
+  moved_.setZero();
+  before_.moved.setZero();
+  mixer_.Reset();
   forces_->Reset();
-  lack_ = change_ = 0;
+  SetPressed();
+  steps_ = few_ = 0;
+  lack_ = last_ = 0;
+  smallest_jacobian_ = 1;
 }
 
-// E lambda less what the tetrahedra resist.
-void ZonePart::SetLoad() noexcept {
-  load_ = -mixed_;
-  SpreadForces(contact_, forces_->forces(), &load_);
-  samples_.SampleForces(load_, &sampled_load_);
+// Along the way of before: r follows what is prescribed, and with r as taken goes what it moves.
+void ZonePart::Begin(const VectorXd& prescribed) noexcept {
+  const double before = way_.squaredNorm(), ahead = way_.dot(prescribed - prescribed_);
+  const double share = before > 0 ? std::clamp(ahead / before, -1.0, 1.0) : 0;
+  way_ = prescribed - prescribed_;
+  prescribed_ = prescribed;
+  next_ = r_ + share * (r_ - before_.r);
+  before_.r = r_;
+  Extrapolate(share, &taken_, &before_.taken);
+  Extrapolate(static_cast<float>(share), &moved_, &before_.moved);
+  mixer_.Reset();
+  steps_ = 0;
 }
 
-void ZonePart::Step(const VectorXd& prescribed, const VectorXd& others) noexcept {
-  const Vector3d before = Force();
-  if (!restarted_) mixer_.Advance(r_, &mixed_);
-  restarted_ = false;
-  is_alone_ = others.isZero(0);
-  room_.load = mixed_.cast<float>();
-  TransposedTimes(columns_, room_.load, &room_.points);
-  TakePoints(contact_, others, &room_.at);
-  room_.at -= room_.points.cast<double>();  // without forces
+void ZonePart::TakeLoads(bool all) noexcept {
+  if (steps_ > 0) next_ = r_;
+  if (!all && ++few_ < kMostFew) {
+    TakeMostChanged();
+    return;
+  }
+  few_ = 0;
+  if (steps_ > 0) {
+    mixer_.Advance(r_, &taken_);
+  } else {
+    taken_ = next_;
+  }
+  room_.load = taken_.cast<float>();
+  MatrixTimes(green_, room_.load, &moved_);
+}
+
+// By what the change does to the force.
+void ZonePart::TakeMostChanged() noexcept {
+  const double least = std::pow(kUnseen, 2) * Force().squaredNorm();
+  auto end = room_.changed.begin();
+  for (int n = 0; n < zone_.size(); ++n) {
+    const double change = (next_.segment<3>(3 * n) - taken_.segment<3>(3 * n)).squaredNorm();
+    const double seen = change * dual_.u.middleRows<3>(3 * n).squaredNorm();
+    if (seen > least) *end++ = {seen, n};
+  }
+  if (end - room_.changed.begin() > kFew) {
+    const auto last = room_.changed.begin() + kFew;
+    std::nth_element(room_.changed.begin(), last, end, std::greater<>());
+    end = last;
+  }
+  room_.places.clear();
+  for (auto at = room_.changed.begin(); at != end; ++at) {
+    const int n = at->second;
+    const Vector3d change = next_.segment<3>(3 * n) - taken_.segment<3>(3 * n);
+    room_.load.segment<3>(3 * n) = change.cast<float>();
+    taken_.segment<3>(3 * n) = next_.segment<3>(3 * n);
+    room_.places.push_back(n);
+  }
+  AddPlaces(green_, room_.places, room_.load, &moved_);
+}
+
+void ZonePart::Press(const VectorXd& at_others) noexcept {
+  TakePoints(contact_, moved_, &room_.at);
+  room_.at = at_others - room_.at;  // without forces
   TakePoints(contact_, u_, &room_.gap);
-  forces_->Solve(prescribed, room_.gap, room_.at);
-  SetLoad();
-  room_.load = load_.cast<float>();
-  MatrixTimes(green_, room_.load, &room_.u);
-  u_ = room_.u.cast<double>() + others;
-  r_.setZero();
-  tets_.AddNonlinearForce(u_.data(), r_.data());
-  change_ = (Force() - before).norm();
-  lack_ = (dual_.u.transpose() * (r_ - mixed_)).norm();
+  forces_->Solve(prescribed_, room_.gap, room_.at);
+  SetPressed();
 }
 
+void ZonePart::Move(const VectorXd& others) noexcept {
+  const Vector3d before = last_force_;
+  last_force_ = Force();
+  last_ = (last_force_ - before).norm();
+  room_.u.setZero();
+  AddPlaces(columns_, pressed_points_, pressed_forces_, &room_.u);
+  u_ = (room_.u - moved_).cast<double>() + others;
+  load_ = -taken_;
+  SpreadForces(contact_, forces_->forces(), &load_);
+  r_.setZero();
+  smallest_jacobian_ = tets_.AddNonlinearForce(u_.data(), r_.data());
+  lack_ = (dual_.u.transpose() * (r_ - taken_)).norm();
+  ++steps_;
+}
+
+// The first step of a tool does not tell what the next one changes.
 double ZonePart::Remaining() const {
-  const bool alone = is_alone_ && forces_->tool() == nullptr;
-  return std::max(kSlowness * lack_, alone ? 0 : change_);
+  if (forces_->tool() == nullptr) return kSlowness * lack_;
+  if (steps_ < 2) return std::numeric_limits<double>::infinity();
+  return std::max(kSlowness * lack_, last_);
 }
 
 Vector3d ZonePart::MeanDisplacement() const {
@@ -162,11 +253,13 @@ void ZonePart::Accept() noexcept {
   forces_->Accept(room_.at);
 }
 
-void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number, VectorXd u) {
-  u_ = std::move(u);
-  r_.setZero();
-  tets_.AddNonlinearForce(u_.data(), r_.data());
-  Restart();
+void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number,
+                         const VectorXd& others) {
+  taken_.setZero();
+  for (int n = 0; n < zone_.size(); ++n) {
+    const int old = number[Index(n)];
+    if (old >= 0) taken_.segment<3>(3 * n) = other.taken_.segment<3>(3 * old);
+  }
   std::vector<int> point_of(other.zone_.nodes.size(), -1), points;
   for (std::size_t p = 0; p < other.contact_.points.size(); ++p) {
     point_of[Index(other.contact_.points[p].front().first)] = static_cast<int>(p);
@@ -176,7 +269,14 @@ void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number, 
     points.push_back(node < 0 ? -1 : point_of[Index(node)]);
   }
   forces_->TakeState(*other.forces_, points);
-  SetLoad();
+  SetPressed();
+  if (other.prescribed_.size() == prescribed_.size()) prescribed_ = other.prescribed_;
+  room_.load = taken_.cast<float>();
+  MatrixTimes(green_, room_.load, &moved_);
+  Move(others);
+  before_.r = next_ = r_;
+  before_.taken = taken_;
+  before_.moved = moved_;
 }
 
 }  // namespace palpate

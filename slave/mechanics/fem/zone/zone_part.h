@@ -7,15 +7,17 @@
 // G: Green's functions of the whole linear body between the zone's nodes (near_green.h); E: the
 // weights of the contact's points; lambda: their forces, prescribed, found from prescribed
 // displacements, or those of a rigid tool (tool_contact.h); u_others: what other zones do.
-// It is Newton's method with the tangent at rest, condensed exactly onto the zone; the iteration in
-// r is accelerated (fixed_point_mixer.h), so that no tangent is ever factorised. What an iteration
-// still lacks is known from the dual solution z = G E (E^T G E)^-1: the force lacks z . (r' - r).
+// It is Newton's method with the tangent at rest, condensed exactly onto the zone. A step takes r
+// over, either at all nodes and accelerated (fixed_point_mixer.h), or at the few nodes where it has
+// changed most; finds lambda; moves the nodes. What a step still lacks is known from the dual
+// solution z = G E (E^T G E)^-1: the force lacks z . (r' - r).
 //
 // Nondimensional. Sources: initial loads, Zienkiewicz, Valliappan and King, Int. J. Numer. Meth.
 // Eng. 1, 1969; global-local split, Gendre, Allix, Gosselet and Comte, Comput. Mech. 44, 2009.
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,33 +33,34 @@ namespace palpate {
 
 class ZonePart {
  public:
-  // By a unit motion of the contact along each axis, or by a unit load with the other sign:
-  // displacement of the zone's nodes, loads on them, loads on the samples.
+  // By a unit motion of the contact along each axis, or by a unit load with the other sign: forces
+  // on its points, the same on the samples, displacement of the zone's nodes.
   struct Dual {
-    Eigen::MatrixXd u, load, sampled_load;
+    Eigen::MatrixXd forces, sampled_load, u;
   };
   // The columns of the zone's nodes are ready. Throws std::runtime_error: they do not reach.
   ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact);
 
   void Reset();
-  // One step of the iteration towards the prescribed displacements or under the prescribed forces,
-  // three numbers per point, or with the tool moved by the first three. `others`: displacement of
-  // the zone's nodes by other zones. Does not allocate.
-  void Step(const Eigen::VectorXd& prescribed, const Eigen::VectorXd& others) noexcept;
-  // What is prescribed has changed: earlier steps do not tell how to go on.
-  void Restart() {
-    mixer_.Reset();
-    mixed_ = r_;
-    restarted_ = true;
-  }
+  // Something else is prescribed from now on, three numbers per point, or the displacement of the
+  // tool. What r will be is extrapolated from the last two states. Does not allocate.
+  void Begin(const Eigen::VectorXd& prescribed) noexcept;
+  // A step: the zone takes its loads, then the contact is pressed, then the zone is moved. `all`:
+  // at all nodes. `at_others`, `others`: displacement by other zones, of the points and of the
+  // zone's nodes. None allocates.
+  void TakeLoads(bool all) noexcept;
+  void Press(const Eigen::VectorXd& at_others) noexcept;
+  void Move(const Eigen::VectorXd& others) noexcept;
 
   [[nodiscard]] const Zone& zone() const { return zone_; }
   [[nodiscard]] const ZoneContact& contact() const { return contact_; }
   [[nodiscard]] const Eigen::VectorXd& u() const { return u_; }
-  // E lambda - r: the load on the linear body.
+  // E lambda - r: the load on the linear body; r as it was taken.
   [[nodiscard]] const Eigen::VectorXd& load() const { return load_; }
-  // The same, as forces on the samples of the zone.
-  [[nodiscard]] const Eigen::VectorXd& sampled_load() const { return sampled_load_; }
+  [[nodiscard]] const Eigen::VectorXd& taken() const { return taken_; }
+  // The points on which a force acts; three numbers per point, those of others are anything.
+  [[nodiscard]] const std::vector<int>& pressed_points() const { return pressed_points_; }
+  [[nodiscard]] const Eigen::VectorXf& pressed_forces() const { return pressed_forces_; }
   [[nodiscard]] FieldSamples& samples() { return samples_; }
   [[nodiscard]] const FieldSamples& samples() const { return samples_; }
   [[nodiscard]] const ContactForces& contact_forces() const { return *forces_; }
@@ -67,9 +70,8 @@ class ZonePart {
   // What further steps will change the force by about, or a load's displacement.
   [[nodiscard]] double Remaining() const;
   [[nodiscard]] bool IsFinite() const { return u_.allFinite() && load_.allFinite(); }
-  [[nodiscard]] double SmallestJacobian() const noexcept {
-    return tets_.SmallestJacobian(u_.data());
-  }
+  // Smallest det F of the zone.
+  [[nodiscard]] double smallest_jacobian() const { return smallest_jacobian_; }
 
   // Finds the dual problem of the present state of a tool's points.
   void RefreshDual() noexcept;
@@ -78,14 +80,16 @@ class ZonePart {
   void HeldLoad(const Eigen::VectorXd& moved, Eigen::VectorXd* load) noexcept;
   // The state is accepted: see ToolContact::Accept.
   void Accept() noexcept;
-  // From a zone at another place, whose node `number[n]` is this one's n, -1: none; `u` has the
-  // displacement of all nodes.
-  void TakeState(const ZonePart& other, const std::vector<int>& number, Eigen::VectorXd u);
+  // From a zone at another place, whose node `number[n]` is this one's n, -1: none. `others` as in
+  // Move.
+  void TakeState(const ZonePart& other, const std::vector<int>& number,
+                 const Eigen::VectorXd& others);
 
  private:
   void SampleZone(const NearGreen& green);
   void Condense(NearGreen& green);
-  void SetLoad() noexcept;
+  void TakeMostChanged() noexcept;
+  void SetPressed() noexcept;
 
   Zone zone_;
   ZoneContact contact_;
@@ -95,15 +99,28 @@ class ZonePart {
   std::unique_ptr<ContactForces> forces_;
   Dual dual_;
   FixedPointMixer mixer_;
-  Eigen::VectorXd u_, load_, sampled_load_;
-  Eigen::VectorXd r_, mixed_;  // of the present displacement; what it was found with
+  Eigen::VectorXd prescribed_, way_;  // now; since the state before
+  Eigen::VectorXd u_, load_;
+  Eigen::VectorXd r_, taken_, next_;  // of the present displacement; taken over; to be taken
+  Eigen::VectorXf moved_;             // G r as taken
+  struct {
+    Eigen::VectorXd r, taken;
+    Eigen::VectorXf moved;
+  } before_;  // at the state before
+  std::vector<int> pressed_points_;
+  Eigen::VectorXf pressed_forces_;
   struct {
     Eigen::VectorXd gap, at, moved;
     Eigen::VectorXf load, u, points;
+    std::vector<std::pair<double, int>> changed;
+    std::vector<int> places;
   } room_;
-  bool restarted_ = true, is_alone_ = true;
-  double lack_ = 0;    // of the force
-  double change_ = 0;  // of the force, by the last step
+  int steps_ = 0;    // since what is prescribed has changed
+  int few_ = 0;      // steps since all of r was taken
+  double lack_ = 0;  // of the force
+  Eigen::Vector3d last_force_{0, 0, 0};
+  double last_ = 0;  // change of the force by the last step
+  double smallest_jacobian_ = 1;
 };
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 // Contacts on one body, each in its own zone, and the error of their forces.
 //
-// The zones know each other through the linear body (transfer.h): the load of one moves the nodes
-// of those near it, and, as forces on a few samples, the samples of the others (field_samples.h).
+// The zones know each other through the linear body (zone_coupling.h).
 // What is linear outside all zones and should not be gives the error (outside_error.h).
 #pragma once
 
@@ -13,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/zone/outside_error.h"
+#include "slave/mechanics/fem/zone/zone_coupling.h"
 #include "slave/mechanics/fem/zone/zone_part.h"
 
 namespace palpate {
@@ -41,15 +41,19 @@ class ZoneSet {
   // See ZonePart.
   void Accept() noexcept;
   void RefreshDuals() noexcept;
-  void Restart();
-  // One step of every zone, one after the other; what is prescribed per zone (ZonePart::Step). Does
-  // not allocate.
-  void Step(std::span<const Eigen::VectorXd> prescribed) noexcept;
-  // Finds the errors of the present state: of contacts whose load has changed much, of the others
-  // in turn, one per call at most. Nondimensional. Does not allocate.
-  void EstimateErrors() noexcept;
-  [[nodiscard]] const OutsideError& error(int contact) const {
-    return *members_[static_cast<std::size_t>(contact)].outside;
+  // Something else is prescribed, per zone. Does not allocate.
+  void Begin(std::span<const Eigen::VectorXd> prescribed) noexcept;
+  // One step of every zone: all of their loads, or what has changed most. The contacts are pressed
+  // until they agree. Does not allocate.
+  void Step(bool all) noexcept;
+  // What further steps will change a contact's force by about, or a load's displacement.
+  [[nodiscard]] double Remaining(int contact) const;
+  // Goes on with the estimates of the contacts' errors, in turn; a first one is completed.
+  // Nondimensional. Does not allocate but where a zone is new.
+  void EstimateErrors();
+  // Of the last estimate: true value minus value, to first order.
+  [[nodiscard]] const Eigen::Vector3d& error(int contact) const {
+    return members_[static_cast<std::size_t>(contact)].outside->error();
   }
   // What the error's size is expected to stay below: that of the surroundings, and what the errors
   // of the other contacts' forces do to this one.
@@ -69,24 +73,37 @@ class ZoneSet {
  private:
   struct Source {
     std::size_t from = 0;
-    bool near = false;  // from every node to every node, else from samples to samples
-    Transfer transfer;
+    ZoneCoupling coupling;
     double gain = 0;  // of this contact's force by a force of the other one
+    double news = 0;  // change of this contact's force by the last loads that were shared
   };
   struct Member {
     std::unique_ptr<ZonePart> part;
-    std::unique_ptr<OutsideError> outside;
     std::vector<Source> sources;
-    double estimated_at = 0;          // size of the load at the last estimate
-    Eigen::VectorXd samples, others;  // displacement by other zones: of the samples, of the zone
+    std::unique_ptr<OutsideError> outside;
+    double estimated_at = 0, estimating_at = 0;  // sizes of the load at estimates
+    double first_order = 0, second_order = 0;    // of the last estimate
+    Eigen::VectorXd shared;  // load of the tetrahedra on the samples, as the others know it
+    // Displacement by other zones: of the samples by such loads, of the points by them and by all.
+    Eigen::VectorXd samples, at_shared, at_others;
+    Eigen::VectorXd others;         // of the zone's nodes, by all
+    FieldSamples at_points;         // the samples for the points alone
+    Eigen::VectorXf room, at_room;  // of the nodes, of the points
+    Eigen::VectorXf sample_room;
+    Eigen::VectorXd all_samples;
   };
   std::unique_ptr<ZonePart> MakePart(std::size_t contact);
   void Connect();
   void Couple(std::size_t to);
-  [[nodiscard]] Eigen::VectorXd DisplacementAt(const std::vector<int>& nodes, std::size_t contact);
   void FindGains();
-  [[nodiscard]] static double OwnBound(const Member& member);
+  void ShareAll() noexcept;
+  void Share(std::size_t from) noexcept;
+  void TakeShared(Member* member) noexcept;
+  void PressAll() noexcept;
   void TakeOthers(Member* member) noexcept;
+  void EstimateOne(std::size_t contact);
+  bool Advance(std::size_t contact);
+  [[nodiscard]] static double OwnBound(const Member& member);
 
   NearGreen& green_;
   const SolidMesh& mesh_;
@@ -95,7 +112,10 @@ class ZoneSet {
   std::vector<Touch> touches_;
   std::vector<char> taken_;  // tetrahedra of zones
   std::vector<Member> members_;
-  std::size_t turn_ = 0;  // whose error is estimated next
+  std::size_t turn_ = 0;                // whose error is estimated
+  std::size_t next_share_ = 0;          // whose loads are shared next
+  double unsettled_ = 0;                // change of a force by the last press
+  Eigen::VectorXd difference_, moved_;  // of samples
 };
 
 }  // namespace palpate

@@ -133,7 +133,7 @@ std::string_view ZoneTouches::Make(const Contact& contact, const ContactPlace& a
   }
   const bool held =
       std::ranges::any_of(touch->nodes, [&](int node) { return IsAnyHeld(held_[Index(node)]); });
-  return held ? "a contact touches fixed nodes" : "";
+  return held && !touch->contact.loaded ? "a contact touches fixed nodes" : "";
 }
 
 std::optional<ZoneSet::Touch> ZoneTouches::Follow(const Contact& contact, const ToolContact& tool,

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slave/mechanics/mesh_resolution.h"
 #include "tests/slave/mechanics/zone/pressed_slab.h"
 
 namespace palpate {
@@ -141,6 +142,26 @@ TEST(FemZoneLimits, ABodyThatBendsFarIsFlaggedOrItsErrorIsBounded) {
     EXPECT_LE(error, 0.05 * expected[0].force_O.norm());
   }
   EXPECT_NE(Ask(zone, {Moved({0.07, 0.04, 0.02}, {0, 0, -0.03})})[0].validity, Validity::kValid);
+}
+
+// How the body bends is learned once per place: the flag is that of a model that learned it anew.
+TEST(FemZoneLimits, ANearbyContactBendsTheBodyAlike) {
+  Slab slab(12, 0.4);
+  slab.mesh = MeshBox({0.12, 0.03, 0.01}, {24, 6, 2});
+  slab.held.clear();
+  for (const Vector3d& p : slab.mesh.nodes)
+    slab.held.push_back({p.x() == 0, p.x() == 0, p.x() == 0});
+  FemZoneModel zone(slab.mesh, slab.held, kModulus, slab.nu, {});
+  bool bends = false;
+  for (const double x : {0.005, 0.03, 0.06, 0.1}) {
+    Ask(zone, {Moved({x, 0.015, 0.01}, {0, 0, -1e-5}, 0.015)});
+    const Contact beside = Moved({x + 0.0035, 0.015, 0.01}, {0, 0, -1e-5}, 0.015);
+    FemZoneModel fresh(slab.mesh, slab.held, kModulus, slab.nu, {});
+    const auto got = Ask(zone, {beside}), expected = Ask(fresh, {beside});
+    EXPECT_EQ(got[0].doubt, expected[0].doubt) << x;
+    bends = bends || got[0].doubt == kStiffInBending;
+  }
+  EXPECT_TRUE(bends);
 }
 
 TEST_F(FemZone, BadContactsFailWithAReason) {

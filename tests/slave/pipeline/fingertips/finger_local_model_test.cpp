@@ -1,8 +1,11 @@
 #include "slave/pipeline/fingertips/finger_local_model.h"
 
+#include <filesystem>
 #include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 #include "tests/support/stop_after.h"
@@ -54,7 +57,29 @@ TEST_F(FingerLocalModelTest, TheBodyStopsWhileItIsMade) {
   }
 }
 
-constexpr double kDepth = 2e-3;  // [m]
+// A sample cannot wait for Green's functions. Beyond 400 nodes of the surface they are computed
+// when they are first needed: those of the first touch are needed before.
+TEST_F(FingerLocalModelTest, WhatTheFirstTouchNeedsIsComputedBeforehand) {
+  const auto cache =
+      std::filesystem::temp_directory_path() / ("first-touch-" + std::to_string(getpid()));
+  Scene scene = CubeScene("patch: 12 mm, " + kAbove, "kind: fem-zone");
+  std::get<BoxGeometry>(scene.object.geometry).cells = {10, 10, 10};
+  const auto body = MakeTactileBody(scene);
+  scene.model.cache = cache;
+  const auto kept = MakeTactileBody(scene);
+  std::filesystem::remove_all(cache);
+  const auto under = body->contact->Find({0.02, 0.02, 0.047}, 0.1);
+  ASSERT_TRUE(under);
+  EXPECT_TRUE(body->stiffness->Knows(under->triangle));
+  const auto far = body->contact->Find({0.002, 0.002, 0.047}, 0.1);
+  ASSERT_TRUE(far);
+  EXPECT_FALSE(body->stiffness->Knows(far->triangle));
+  // With a folder for it, the whole surface is prepared for a contact of the fingertip's width.
+  EXPECT_GT(kept->info().memory_bytes, 3 * body->info().memory_bytes / 2);
+}
+
+constexpr double kDepth = 2e-3;      // [m]
+constexpr double kFullDepth = 5e-3;  // [m], of scenes that tell none
 
 // Reference: the force felt itself. Half a second is ten learning times: e^-10 = 5e-5 is left.
 TEST_F(FingerLocalModelTest, TheRenderedForceBecomesTheOneFelt) {
@@ -62,6 +87,27 @@ TEST_F(FingerLocalModelTest, TheRenderedForceBecomesTheOneFelt) {
   ASSERT_GT(modelled, 0);
   EXPECT_NEAR(Learnt(kDepth, 1.7 * modelled, 0, 50), 1.7, 1e-4);
   EXPECT_NEAR(model_.force.z() + kDepth * model_.stiffness(2, 2), 1.7 * modelled, 1e-4 * modelled);
+}
+
+// Reference: the force felt itself, which leans by a tenth. Five learning times leave e^-5 =
+// 0.7 % of that. What pulls sideways is a spring's, too: symmetric.
+TEST_F(FingerLocalModelTest, TheRenderedForceLeansAsTheOneFelt) {
+  const double along = Modelled(kDepth);
+  const Vector3d felt = along * Vector3d(0.1, -0.05, 1);
+  for (int i = 0; i < 100 * kFullDepth / kDepth; ++i) {
+    touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true,
+                  FingerLocalModel::FeltForce{felt, 0}, &model_);
+  }
+  const Vector3d rendered = model_.force + model_.stiffness * Vector3d(0, 0, kDepth);
+  EXPECT_LT((rendered - felt).norm(), 0.01 * felt.norm());
+  EXPECT_EQ(model_.stiffness, model_.stiffness.transpose().eval());
+  EXPECT_TRUE(touch_.HasOutgrownPatch());
+  SurfacePatch patch;
+  ASSERT_TRUE(touch_.MakePatch(*body_, Isometry3d::Identity(), Pressed(kDepth), &patch));
+  EXPECT_FALSE(touch_.HasOutgrownPatch());
+  touch_.Forget();
+  touch_.Update(*body_, Isometry3d::Identity(), Pressed(kDepth), true, std::nullopt, &model_);
+  EXPECT_LT(std::abs(model_.stiffness(0, 2)), 0.01 * model_.stiffness(2, 2));
 }
 
 TEST_F(FingerLocalModelTest, AForceThatDrownsInItsErrorHasNoSay) {
