@@ -50,7 +50,7 @@ ZoneCoupling::ZoneCoupling(NearGreen& green, const ZonePart& to, const ZonePart&
 }
 
 void ZoneCoupling::Add(const MatrixXf& columns, VectorXf* u) const noexcept {
-  AddPlaces(columns, from_->pressed_points(), from_->pressed_forces(), u);
+  AddPlaces(columns, from_->pressed().points, from_->pressed().forces, u);
 }
 
 double ZoneCoupling::Gain(const ZonePart& to) const {

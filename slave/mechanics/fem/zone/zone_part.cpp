@@ -1,8 +1,6 @@
 #include "slave/mechanics/fem/zone/zone_part.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <stdexcept>
 
@@ -22,13 +20,6 @@ using Eigen::VectorXf;
 constexpr double kSlowness = 3;
 constexpr int kContactSamples = 24;  // of a zone, on the contact
 constexpr int kSamples = 64;         // of a zone
-// Nodes whose load is taken over in a step of few [nodes]. [tuned: bench_zone: p99_us]
-constexpr int kFew = 64;
-// What a change that waits would do to the force, by the force: that of all nodes of a zone
-// together is a tenth of what steps may lack [-]. [derived: 2e-3 / 10 / sqrt(250) / 3]
-constexpr double kUnseen = 4e-6;
-// Steps of few after which the rounding of single precision is removed: sqrt(1000) times 1e-7.
-constexpr int kMostFew = 1000;
 
 std::vector<Vector3d> PositionsOf(const NearGreen& green, std::span<const int> nodes) {
   std::vector<Vector3d> positions;
@@ -36,33 +27,19 @@ std::vector<Vector3d> PositionsOf(const NearGreen& green, std::span<const int> n
   return positions;
 }
 
-// By a share of its change since `before`, which becomes what it was.
-template <class Scalar, class Vector>
-void Extrapolate(Scalar share, Vector* now, Vector* before) {
-  before->swap(*now);
-  *now = *before + share * (*before - *now);
-}
-
 }  // namespace
 
 ZonePart::ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact)
     : zone_(std::move(zone)),
       contact_(std::move(contact)),
-      tets_(zone_.corners, PositionsOf(green, zone_.nodes), nu, zone_.moduli),
-      mixer_(3 * zone_.size()) {
+      tets_(zone_.corners, PositionsOf(green, zone_.nodes), nu, zone_.moduli) {
   const int unknowns = 3 * zone_.size(), points = contact_.unknowns();
-  for (VectorXd* v :
-       {&u_, &load_, &r_, &taken_, &next_, &before_.r, &before_.taken, &room_.moved}) {
-    v->setZero(unknowns);
-  }
+  u_ = load_ = room_.moved = VectorXd::Zero(unknowns);
   prescribed_ = way_ = VectorXd::Zero(contact_.tool ? 3 : points);
   room_.gap = room_.at = VectorXd::Zero(points);
-  moved_ = before_.moved = room_.u = VectorXf::Zero(unknowns);
-  room_.load = VectorXf::Zero(unknowns);
-  room_.points = pressed_forces_ = VectorXf::Zero(points);
-  pressed_points_.reserve(contact_.points.size());
-  room_.changed.resize(Index(zone_.size()));
-  room_.places.reserve(Index(kFew));
+  room_.u = VectorXf::Zero(unknowns);
+  room_.points = pressed_.forces = VectorXf::Zero(points);
+  pressed_.points.reserve(contact_.points.size());
   dual_.u = MatrixXd::Zero(unknowns, 3);
   SampleZone(green);
   Condense(green);
@@ -82,15 +59,18 @@ void ZonePart::SampleZone(const NearGreen& green) {
 }
 
 void ZonePart::Condense(NearGreen& green) {
-  if (!green.Gather(zone_.nodes, zone_.nodes, &green_)) {
+  Eigen::MatrixXf gathered;
+  if (!green.Gather(zone_.nodes, zone_.nodes, &gathered)) {
     throw std::runtime_error("a zone beyond the reach of its Green's functions");
   }
+  loads_ = std::make_unique<ZoneLoads>(3 * zone_.size(), std::move(gathered));
+  const Eigen::MatrixXf& own = loads_->green();
   const int points = contact_.unknowns();
-  columns_.setZero(green_.rows(), points);
+  columns_.setZero(own.rows(), points);
   MatrixXd compliance = MatrixXd::Zero(points, points);
   for (int k = 0; k < points; ++k) {
     for (const auto& [node, weight] : contact_.points[Index(k / 3)]) {
-      columns_.col(k) += static_cast<float>(weight) * green_.col(3 * node + k % 3);
+      columns_.col(k) += static_cast<float>(weight) * own.col(3 * node + k % 3);
     }
   }
   for (int k = 0; k < points; ++k) {
@@ -123,85 +103,40 @@ void ZonePart::RefreshDual() noexcept {
 
 void ZonePart::SetPressed() noexcept {
   const VectorXd& forces = forces_->forces();
-  pressed_points_.clear();
+  pressed_.points.clear();
   for (int p = 0; 3 * p < forces.size(); ++p) {
-    if (!forces.segment<3>(3 * p).isZero(0)) pressed_points_.push_back(p);
+    if (!forces.segment<3>(3 * p).isZero(0)) pressed_.points.push_back(p);
   }
-  pressed_forces_ = forces.cast<float>();
+  pressed_.forces = forces.cast<float>();
 }
 
 void ZonePart::Reset() {
-  for (VectorXd* v :
-       {&u_, &load_, &r_, &taken_, &next_, &before_.r, &before_.taken, &prescribed_, &way_}) {
-    v->setZero();
-  }
-  moved_.setZero();
-  before_.moved.setZero();
-  mixer_.Reset();
+  for (VectorXd* v : {&u_, &load_, &prescribed_, &way_}) v->setZero();
+  loads_->Reset();
   forces_->Reset();
   SetPressed();
-  steps_ = few_ = 0;
-  lack_ = last_ = 0;
-  smallest_jacobian_ = 1;
+  step_ = {};
 }
 
-// Along the way of before: r follows what is prescribed, and with r as taken goes what it moves.
+// Along the way of before, which r follows.
 void ZonePart::Begin(const VectorXd& prescribed) noexcept {
   const double before = way_.squaredNorm(), ahead = way_.dot(prescribed - prescribed_);
-  const double share = before > 0 ? std::clamp(ahead / before, -1.0, 1.0) : 0;
+  loads_->Begin(before > 0 ? std::clamp(ahead / before, -1.0, 1.0) : 0);
   way_ = prescribed - prescribed_;
   prescribed_ = prescribed;
-  next_ = r_ + share * (r_ - before_.r);
-  before_.r = r_;
-  Extrapolate(share, &taken_, &before_.taken);
-  Extrapolate(static_cast<float>(share), &moved_, &before_.moved);
-  mixer_.Reset();
-  steps_ = 0;
+  step_.count = 0;
 }
 
 void ZonePart::TakeLoads(bool all) noexcept {
-  if (steps_ > 0) next_ = r_;
-  if (!all && ++few_ < kMostFew) {
-    TakeMostChanged();
-    return;
-  }
-  few_ = 0;
-  if (steps_ > 0) {
-    mixer_.Advance(r_, &taken_);
+  if (all) {
+    loads_->TakeAll();
   } else {
-    taken_ = next_;
+    loads_->TakeMostChanged(dual_.u, Force().norm());
   }
-  room_.load = taken_.cast<float>();
-  MatrixTimes(green_, room_.load, &moved_);
-}
-
-// By what the change does to the force.
-void ZonePart::TakeMostChanged() noexcept {
-  const double least = std::pow(kUnseen, 2) * Force().squaredNorm();
-  auto end = room_.changed.begin();
-  for (int n = 0; n < zone_.size(); ++n) {
-    const double change = (next_.segment<3>(3 * n) - taken_.segment<3>(3 * n)).squaredNorm();
-    const double seen = change * dual_.u.middleRows<3>(3 * n).squaredNorm();
-    if (seen > least) *end++ = {seen, n};
-  }
-  if (end - room_.changed.begin() > kFew) {
-    const auto last = room_.changed.begin() + kFew;
-    std::nth_element(room_.changed.begin(), last, end, std::greater<>());
-    end = last;
-  }
-  room_.places.clear();
-  for (auto at = room_.changed.begin(); at != end; ++at) {
-    const int n = at->second;
-    const Vector3d change = next_.segment<3>(3 * n) - taken_.segment<3>(3 * n);
-    room_.load.segment<3>(3 * n) = change.cast<float>();
-    taken_.segment<3>(3 * n) = next_.segment<3>(3 * n);
-    room_.places.push_back(n);
-  }
-  AddPlaces(green_, room_.places, room_.load, &moved_);
 }
 
 void ZonePart::Press(const VectorXd& at_others) noexcept {
-  TakePoints(contact_, moved_, &room_.at);
+  TakePoints(contact_, loads_->moved(), &room_.at);
   room_.at = at_others - room_.at;  // without forces
   TakePoints(contact_, u_, &room_.gap);
   forces_->Solve(prescribed_, room_.gap, room_.at);
@@ -209,25 +144,24 @@ void ZonePart::Press(const VectorXd& at_others) noexcept {
 }
 
 void ZonePart::Move(const VectorXd& others) noexcept {
-  const Vector3d before = last_force_;
-  last_force_ = Force();
-  last_ = (last_force_ - before).norm();
+  step_.change = (Force() - step_.force).norm();
+  step_.force = Force();
   room_.u.setZero();
-  AddPlaces(columns_, pressed_points_, pressed_forces_, &room_.u);
-  u_ = (room_.u - moved_).cast<double>() + others;
-  load_ = -taken_;
+  AddPlaces(columns_, pressed_.points, pressed_.forces, &room_.u);
+  u_ = (room_.u - loads_->moved()).cast<double>() + others;
+  load_ = -loads_->taken();
   SpreadForces(contact_, forces_->forces(), &load_);
-  r_.setZero();
-  smallest_jacobian_ = tets_.AddNonlinearForce(u_.data(), r_.data());
-  lack_ = (dual_.u.transpose() * (r_ - taken_)).norm();
-  ++steps_;
+  loads_->r().setZero();
+  step_.smallest_jacobian = tets_.AddNonlinearForce(u_.data(), loads_->r().data());
+  step_.lack = (dual_.u.transpose() * (loads_->r() - loads_->taken())).norm();
+  ++step_.count;
 }
 
 // The first step of a tool does not tell what the next one changes.
 double ZonePart::Remaining() const {
-  if (forces_->tool() == nullptr) return kSlowness * lack_;
-  if (steps_ < 2) return std::numeric_limits<double>::infinity();
-  return std::max(kSlowness * lack_, last_);
+  if (forces_->tool() == nullptr) return kSlowness * step_.lack;
+  if (step_.count < 2) return std::numeric_limits<double>::infinity();
+  return std::max(kSlowness * step_.lack, step_.change);
 }
 
 Vector3d ZonePart::MeanDisplacement() const {
@@ -255,10 +189,10 @@ void ZonePart::Accept() noexcept {
 
 void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number,
                          const VectorXd& others) {
-  taken_.setZero();
+  VectorXd taken = VectorXd::Zero(u_.size());
   for (int n = 0; n < zone_.size(); ++n) {
     const int old = number[Index(n)];
-    if (old >= 0) taken_.segment<3>(3 * n) = other.taken_.segment<3>(3 * old);
+    if (old >= 0) taken.segment<3>(3 * n) = other.taken().segment<3>(3 * old);
   }
   std::vector<int> point_of(other.zone_.nodes.size(), -1), points;
   for (std::size_t p = 0; p < other.contact_.points.size(); ++p) {
@@ -271,12 +205,9 @@ void ZonePart::TakeState(const ZonePart& other, const std::vector<int>& number,
   forces_->TakeState(*other.forces_, points);
   SetPressed();
   if (other.prescribed_.size() == prescribed_.size()) prescribed_ = other.prescribed_;
-  room_.load = taken_.cast<float>();
-  MatrixTimes(green_, room_.load, &moved_);
+  loads_->SetTaken(taken);
   Move(others);
-  before_.r = next_ = r_;
-  before_.taken = taken_;
-  before_.moved = moved_;
+  loads_->SetTaken(taken);  // with the zone's r
 }
 
 }  // namespace palpate

@@ -8,26 +8,24 @@
 // weights of the contact's points; lambda: their forces, prescribed, found from prescribed
 // displacements, or those of a rigid tool (tool_contact.h); u_others: what other zones do.
 // It is Newton's method with the tangent at rest, condensed exactly onto the zone. A step takes r
-// over, either at all nodes and accelerated (fixed_point_mixer.h), or at the few nodes where it has
-// changed most; finds lambda; moves the nodes. What a step still lacks is known from the dual
-// solution z = G E (E^T G E)^-1: the force lacks z . (r' - r).
+// over (zone_loads.h), finds lambda and moves the nodes. What a step still lacks is known from the
+// dual solution z = G E (E^T G E)^-1: the force lacks z . (r' - r).
 //
 // Nondimensional. Sources: initial loads, Zienkiewicz, Valliappan and King, Int. J. Numer. Meth.
 // Eng. 1, 1969; global-local split, Gendre, Allix, Gosselet and Comte, Comput. Mech. 44, 2009.
 #pragma once
 
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/zone/field_samples.h"
-#include "slave/mechanics/fem/zone/fixed_point_mixer.h"
 #include "slave/mechanics/fem/zone/near_green.h"
 #include "slave/mechanics/fem/zone/neo_hookean_tets.h"
 #include "slave/mechanics/fem/zone/zone.h"
 #include "slave/mechanics/fem/zone/zone_contact.h"
+#include "slave/mechanics/fem/zone/zone_loads.h"
 
 namespace palpate {
 
@@ -37,6 +35,11 @@ class ZonePart {
   // on its points, the same on the samples, displacement of the zone's nodes.
   struct Dual {
     Eigen::MatrixXd forces, sampled_load, u;
+  };
+  // The points on which a force acts; three numbers per point, those of others are anything.
+  struct Pressed {
+    std::vector<int> points;
+    Eigen::VectorXf forces;
   };
   // The columns of the zone's nodes are ready. Throws std::runtime_error: they do not reach.
   ZonePart(NearGreen& green, Zone zone, double nu, ZoneContact contact);
@@ -57,10 +60,8 @@ class ZonePart {
   [[nodiscard]] const Eigen::VectorXd& u() const { return u_; }
   // E lambda - r: the load on the linear body; r as it was taken.
   [[nodiscard]] const Eigen::VectorXd& load() const { return load_; }
-  [[nodiscard]] const Eigen::VectorXd& taken() const { return taken_; }
-  // The points on which a force acts; three numbers per point, those of others are anything.
-  [[nodiscard]] const std::vector<int>& pressed_points() const { return pressed_points_; }
-  [[nodiscard]] const Eigen::VectorXf& pressed_forces() const { return pressed_forces_; }
+  [[nodiscard]] const Eigen::VectorXd& taken() const { return loads_->taken(); }
+  [[nodiscard]] const Pressed& pressed() const { return pressed_; }
   [[nodiscard]] FieldSamples& samples() { return samples_; }
   [[nodiscard]] const FieldSamples& samples() const { return samples_; }
   [[nodiscard]] const ContactForces& contact_forces() const { return *forces_; }
@@ -71,7 +72,7 @@ class ZonePart {
   [[nodiscard]] double Remaining() const;
   [[nodiscard]] bool IsFinite() const { return u_.allFinite() && load_.allFinite(); }
   // Smallest det F of the zone.
-  [[nodiscard]] double smallest_jacobian() const { return smallest_jacobian_; }
+  [[nodiscard]] double smallest_jacobian() const { return step_.smallest_jacobian; }
 
   // Finds the dual problem of the present state of a tool's points.
   void RefreshDual() noexcept;
@@ -88,39 +89,30 @@ class ZonePart {
  private:
   void SampleZone(const NearGreen& green);
   void Condense(NearGreen& green);
-  void TakeMostChanged() noexcept;
   void SetPressed() noexcept;
 
   Zone zone_;
   ZoneContact contact_;
   NeoHookeanTets tets_;
   FieldSamples samples_;
-  Eigen::MatrixXf green_, columns_;  // G, G E
+  std::unique_ptr<ZoneLoads> loads_;
+  Eigen::MatrixXf columns_;  // G E
   std::unique_ptr<ContactForces> forces_;
+  Pressed pressed_;
   Dual dual_;
-  FixedPointMixer mixer_;
   Eigen::VectorXd prescribed_, way_;  // now; since the state before
   Eigen::VectorXd u_, load_;
-  Eigen::VectorXd r_, taken_, next_;  // of the present displacement; taken over; to be taken
-  Eigen::VectorXf moved_;             // G r as taken
-  struct {
-    Eigen::VectorXd r, taken;
-    Eigen::VectorXf moved;
-  } before_;  // at the state before
-  std::vector<int> pressed_points_;
-  Eigen::VectorXf pressed_forces_;
   struct {
     Eigen::VectorXd gap, at, moved;
-    Eigen::VectorXf load, u, points;
-    std::vector<std::pair<double, int>> changed;
-    std::vector<int> places;
+    Eigen::VectorXf u, points;
   } room_;
-  int steps_ = 0;    // since what is prescribed has changed
-  int few_ = 0;      // steps since all of r was taken
-  double lack_ = 0;  // of the force
-  Eigen::Vector3d last_force_{0, 0, 0};
-  double last_ = 0;  // change of the force by the last step
-  double smallest_jacobian_ = 1;
+  struct LastStep {
+    int count = 0;    // since what is prescribed has changed
+    double lack = 0;  // of the force
+    double change = 0;
+    Eigen::Vector3d force{0, 0, 0};
+    double smallest_jacobian = 1;
+  } step_;
 };
 
 }  // namespace palpate
