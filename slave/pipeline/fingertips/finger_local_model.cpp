@@ -26,10 +26,12 @@ constexpr double kLearningTime = 0.05;
 // [s], of the felt force's say in its lean, at the full depth; less deep, it has less of a say.
 // [tuned: TheRenderedForceLeansAsTheOneFelt]
 constexpr double kLeanTime = 0.2;
-constexpr double kMostLean = 0.5;  // beyond it no spring has this stiffness [-]
+// Beyond it no spring has this stiffness [-]. [by definition]
+constexpr double kMostLean = 0.5;
 // Of the force, a third of what a hand notices [-]. [derived: Weber fraction of 0.1]
 constexpr double kTurned = 0.03;
-constexpr double kStandsOut = 3;  // sigmas, of a force that tells its direction [-]
+// Of a force that tells its direction [sigmas]. [by definition]
+constexpr double kStandsOut = 3;
 
 }  // namespace
 

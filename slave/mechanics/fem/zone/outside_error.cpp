@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/zone/matrix_times.h"
+#include "slave/mechanics/fem/zone/near/matrix_times.h"
 
 namespace palpate {
 namespace {

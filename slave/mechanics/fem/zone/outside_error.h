@@ -16,7 +16,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/zone/transfer.h"
+#include "slave/mechanics/fem/zone/near/transfer.h"
 #include "slave/mechanics/fem/zone/zone_part.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/zone/matrix_times.h"
+#include "slave/mechanics/fem/zone/near/matrix_times.h"
 
 namespace palpate {
 

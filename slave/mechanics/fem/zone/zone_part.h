@@ -20,8 +20,8 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/zone/field_samples.h"
-#include "slave/mechanics/fem/zone/near_green.h"
+#include "slave/mechanics/fem/zone/near/field_samples.h"
+#include "slave/mechanics/fem/zone/near/near_green.h"
 #include "slave/mechanics/fem/zone/neo_hookean_tets.h"
 #include "slave/mechanics/fem/zone/zone.h"
 #include "slave/mechanics/fem/zone/zone_contact.h"

@@ -1,5 +1,5 @@
 // Green's functions between near nodes against whole solutions of the same body.
-#include "slave/mechanics/fem/zone/near_green.h"
+#include "slave/mechanics/fem/zone/near/near_green.h"
 
 #include <filesystem>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "slave/mechanics/fem/zone/matrix_times.h"
+#include "slave/mechanics/fem/zone/near/matrix_times.h"
 
 #include <array>
 

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/zone/near_green.h"
+#include "slave/mechanics/fem/zone/near/near_green.h"
 
 namespace palpate {
 

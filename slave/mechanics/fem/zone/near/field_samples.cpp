@@ -1,4 +1,4 @@
-#include "slave/mechanics/fem/zone/field_samples.h"
+#include "slave/mechanics/fem/zone/near/field_samples.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "slave/mechanics/fem/zone/near_green.h"
+#include "slave/mechanics/fem/zone/near/near_green.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/zone/field_samples.h"
+#include "slave/mechanics/fem/zone/near/field_samples.h"
 
 namespace palpate {
 namespace {

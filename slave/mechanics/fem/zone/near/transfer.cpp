@@ -1,10 +1,10 @@
-#include "slave/mechanics/fem/zone/transfer.h"
+#include "slave/mechanics/fem/zone/near/transfer.h"
 
 #include <vector>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/zone/field_samples.h"
-#include "slave/mechanics/fem/zone/matrix_times.h"
+#include "slave/mechanics/fem/zone/near/field_samples.h"
+#include "slave/mechanics/fem/zone/near/matrix_times.h"
 
 namespace palpate {
 
