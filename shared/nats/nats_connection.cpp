@@ -159,7 +159,7 @@ struct NatsConnection::Parts {
   OnNews on_news;
   Owned<natsOptions> options;
   std::chrono::steady_clock::time_point due{};  // of the next attempt
-  std::mutex mutex;  // guards the next three members
+  std::mutex mutex;                             // guards the next three members
   std::condition_variable finished;
   std::size_t running = 0;     // connections and subscriptions whose last callback is to come
   std::string told;            // the last news
