@@ -17,7 +17,7 @@ from programs import BARE, BLOCK, MASTER, OUT, ROOT, SLAVE, Slave, deep, run
 SCENES = ROOT / "deploy/scenes"
 HERE = pathlib.Path(__file__).resolve().parent / "recordings"
 KILLS = int(os.environ.get("PALPATE_KILLS", 20))
-AT_ONCE = 10
+AT_ONCE = 4
 
 
 def reader():
@@ -206,7 +206,7 @@ class Recordings(unittest.TestCase):
                         late.append(f"{moment - seen['last']['/master/tick']:.2f} s")
                     length = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
                     self.assertGreater(seen["topics"]["/master/tick"], 0.1 * 1000 * length)
-        # Ten masters at once may stall one of them on a small machine; a writer that keeps too little would lose it in most.
+        # Masters may stall each other on a small machine; a writer that keeps too little would lose it in most.
         self.assertLessEqual(len(late), KILLS // 20, f"seed {seed}: {late}")
 
     def test_what_is_no_recording_is_refused(self):
