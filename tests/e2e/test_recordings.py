@@ -175,7 +175,6 @@ class Recordings(unittest.TestCase):
     def test_a_master_killed_at_any_moment_loses_the_last_second_at_most(self):
         seed = random.randrange(1 << 32)
         chance = random.Random(seed)
-        late = []
         with Slave(BLOCK, *overrides("model.elements=60")) as slave:
             for first in range(0, KILLS, AT_ONCE):
                 victims = []
@@ -202,12 +201,9 @@ class Recordings(unittest.TestCase):
                         told = re.findall(r"^ *([\d.]+) s ", file.with_suffix(".said").read_text(), re.MULTILINE)
                         self.assertFalse([t for t in told if float(t) > 1], f"seed {seed}: nothing was kept of a second and more")
                         continue
-                    if seen["last"]["/master/tick"] <= moment - 1:
-                        late.append(f"{moment - seen['last']['/master/tick']:.2f} s")
+                    self.assertGreater(seen["last"]["/master/tick"], moment - 1, f"seed {seed}")
                     length = seen["last"]["/master/tick"] - seen["first"]["/master/tick"]
                     self.assertGreater(seen["topics"]["/master/tick"], 0.1 * 1000 * length)
-        # Masters may stall each other on a small machine; a writer that keeps too little would lose it in most.
-        self.assertLessEqual(len(late), KILLS // 20, f"seed {seed}: {late}")
 
     def test_what_is_no_recording_is_refused(self):
         file = self.out / "none.mcap"

@@ -20,7 +20,6 @@ class ZoneLoads {
   [[nodiscard]] const Eigen::MatrixXf& green() const { return green_; }
   // At the present displacement, set by the caller; as taken over; G times that.
   [[nodiscard]] Eigen::VectorXd& r() { return r_; }
-  [[nodiscard]] const Eigen::VectorXd& r() const { return r_; }
   [[nodiscard]] const Eigen::VectorXd& taken() const { return taken_; }
   [[nodiscard]] const Eigen::VectorXf& moved() const { return moved_; }
 
