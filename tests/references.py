@@ -97,7 +97,7 @@ FILES = {
     "contour.csv": "0,0\n0.02,0\n0.02,0.02\n0,0.02\n", "dots.csv": "x,y\n0,0\n0.01,0\n0,0.01\n-0.012,0\n",
     "rig.yaml": "%YAML:1.0\n---\n" + "".join(f"{side}:\n   image_width: 640\n   image_height: 480\n" for side in ("left", "right")),
     **{name: "" for name in ("lens.yaml", "tip.png", "film.mp4", "film2.mp4", "left_00.png", "right_00.png", "recording.csv",
-                             "electrodes.csv", "poses.csv", "localiser.json")}}
+                             "electrodes.csv", "poses.csv")}}
 
 
 def write_scenes(folder):

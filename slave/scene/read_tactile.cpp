@@ -52,19 +52,13 @@ int ReadRest(Section& section, int fallback) {
   return fallback;
 }
 
-// A word, or the path of a fitted localiser.
-std::string ReadLocalise(Section& section, const SceneContext& context,
-                         const std::string& fallback) {
-  constexpr std::array kWords{"auto", "paper", "polarity-free", "pressure-weighted"};
-  constexpr const char* kAccepted =
-      "auto or paper or polarity-free or pressure-weighted, or a fitted localiser's .json file";
+std::string ReadLocalise(Section& section, const std::string& fallback) {
+  constexpr std::array kWords{"auto", "paper", "pressure-weighted"};
+  constexpr const char* kAccepted = "auto, paper or pressure-weighted";
   const std::string text = section.Text("localise", kAccepted, fallback);
   if (std::ranges::find(kWords, text) != kWords.end()) return text;
-  if (std::filesystem::path(text).extension() != ".json") {
-    section.Refuse("localise", kAccepted);
-    return fallback;
-  }
-  return ReadExistingFile(section, "localise", context).string();
+  section.Refuse("localise", kAccepted);
+  return fallback;
 }
 
 void RequireName(const Section& section, std::string_view key, std::string_view name) {
@@ -123,7 +117,7 @@ Finger ReadOnlyFinger(Section& tactile) {
   return finger;
 }
 
-// Of what is counted there is no per cent.
+// Refuses a percentage, which has no meaning for a count.
 void RefusePercent(Section& section, std::string_view key, const Rule& counts) {
   const DocumentNode* node = section.Has(key) ? section.node()->Find(key) : nullptr;
   if (node == nullptr || !node->text.ends_with('%')) return;
@@ -131,23 +125,15 @@ void RefusePercent(Section& section, std::string_view key, const Rule& counts) {
 }
 
 void ReadMeasures(Section& section, Tactile* tactile) {
-  const Rule counts = Between(Dimension::kNumber, 1e-6, 1e6, "> 0 counts (1e-6 to 1e6)");
+  const Rule counts = Between(Dimension::kNumber, 1e-6, 200, "> 0 counts (1e-6 to 200)");
   tactile->rate = section.Number("rate", Between(Dimension::kFrequency, 1, 1e4, "1 Hz to 10 kHz"),
                                  tactile->rate);
   tactile->threshold = section.Number("threshold", counts, tactile->threshold);
-  tactile->full_scale = section.Number("full_scale", counts, tactile->full_scale);
   RefusePercent(section, "threshold", counts);
-  RefusePercent(section, "full_scale", counts);
-  if (!(tactile->full_scale > tactile->threshold)) {
-    section.Refuse(section.Has("full_scale") ? "full_scale" : "threshold",
-                   "a threshold below full_scale");
-  }
   tactile->finger_radius = section.Number(
       "radius", Between(Dimension::kLength, 1e-3, 0.05, "1 mm to 50 mm"), tactile->finger_radius);
   tactile->pose_tolerance = section.Number(
       "pose_tolerance", Between(Dimension::kAngle, 0, 0.5, "0 to 28 deg"), tactile->pose_tolerance);
-  tactile->gate = section.Number(
-      "gate", Between(Dimension::kLength, kSmallest, 1, "> 0 (1e-15 to 1 m)"), tactile->gate);
   tactile->patch =
       section.Number("patch", Between(Dimension::kLength, 0, 1, "0 to 1 m"), tactile->patch);
 }
@@ -155,7 +141,6 @@ void ReadMeasures(Section& section, Tactile* tactile) {
 void ReadWays(Section& section, Tactile* tactile) {
   tactile->hold = section.OneOf<Tactile::Hold>(
       "hold", {{"force", Tactile::Hold::kForce}, {"displacement", Tactile::Hold::kDisplacement}});
-  tactile->carries_state = section.OneOf<bool>("state", {{"windowed", false}, {"carried", true}});
 }
 
 }  // namespace
@@ -173,7 +158,7 @@ std::optional<Tactile> ReadTactile(Section& sense, const SceneContext& context) 
   if (tactile.fingers.empty()) tactile.fingers.emplace_back();  // after a mistake
   tactile.network = ReadNetwork(section, context);
   tactile.rest_samples = ReadRest(section, tactile.rest_samples);
-  tactile.localise = ReadLocalise(section, context, tactile.localise);
+  tactile.localise = ReadLocalise(section, tactile.localise);
   tactile.electrodes = ReadExistingFile(section, "electrodes", context);
   ReadMeasures(section, &tactile);
   ReadWays(section, &tactile);

@@ -23,7 +23,7 @@ WindowForce::WindowForce(const Tactile& tactile, const ForceNetwork* network) {
   network_ = network->info();
   if (!(network_.sigma.norm() > 0)) network_.sigma = kPaperSigma;
   outputs_.resize(static_cast<std::size_t>(network_.outputs));
-  estimate_ = tactile.carries_state ? network->CarryingState() : network->Windowed();
+  estimate_ = network->Windowed();
 }
 
 void WindowForce::Reset() noexcept {

@@ -64,9 +64,9 @@ void Report(benchmark::State& state, double seconds, int lanes) {
   state.counters["ratio"] = each / ProductSeconds(lanes);
 }
 
-void RunEstimate(benchmark::State& state, const RandomNetwork& network, bool carry) {
+void RunEstimate(benchmark::State& state, const RandomNetwork& network) {
   const auto made = MakeForceNetwork(network.info, network.weights);
-  const auto estimate = carry ? made->CarryingState() : made->Windowed();
+  const auto estimate = made->Windowed();
   const auto& signals = Signals();
   std::array<double, 4> outputs{};
   std::size_t t = 0;
@@ -75,14 +75,14 @@ void RunEstimate(benchmark::State& state, const RandomNetwork& network, bool car
     estimate->Push(signals[t++ % signals.size()], outputs);
     benchmark::DoNotOptimize(outputs.data());
   }
-  Report(state, Now() - start, carry || network.weights.lstm.empty() ? 1 : kWindow);
+  Report(state, Now() - start, network.weights.lstm.empty() ? 1 : kWindow);
   estimate->Reset();
   double error = 0;
   const std::span<const TactileSignals> samples(signals);
   for (std::size_t k = 0; k < 200; ++k) {
     if (!estimate->Push(samples[k], outputs)) continue;
     const auto window = static_cast<std::size_t>(network.info.window);
-    const auto seen = carry ? samples.first(k + 1) : samples.subspan(k + 1 - window, window);
+    const auto seen = samples.subspan(k + 1 - window, window);
     const auto expected = ReferenceOutputs(network.info, network.weights, seen);
     for (std::size_t i = 0; i < outputs.size(); ++i) {
       error = std::max(error, std::abs(outputs[i] - expected[i]));
@@ -93,14 +93,10 @@ void RunEstimate(benchmark::State& state, const RandomNetwork& network, bool car
 
 // Exactly the last 50 samples, for every sample.
 void Windowed(benchmark::State& state) {
-  RunEstimate(state, Network("rnn_21"), false);
-}
-// The state carried on: another function.
-void Carried(benchmark::State& state) {
-  RunEstimate(state, Network("rnn_21"), true);
+  RunEstimate(state, Network("rnn_21"));
 }
 void FeedForward(benchmark::State& state) {
-  RunEstimate(state, Network("dnn_21"), false);
+  RunEstimate(state, Network("dnn_21"));
 }
 
 // The windows of Windowed by each instruction set that this machine has.
@@ -121,7 +117,6 @@ void Kernel(benchmark::State& state) {
 }
 
 BENCHMARK(Windowed);
-BENCHMARK(Carried);
 BENCHMARK(FeedForward);
 BENCHMARK(Kernel)->DenseRange(0, 2);
 

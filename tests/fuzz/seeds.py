@@ -139,10 +139,7 @@ def networks(folder):
     write(folder, "network", "dense", json.dumps({"palpate_force_network": 1, "architecture": "dnn_19", "activation": "tanh",
                                                   "dense": [layer], "gain": 1, "sigma": [0.1, 0.1, 0.1]}), 0)
     write(folder, "network", "tensors", json.dumps({"dense/kernel": {"shape": [2, 1], "data": [1, 2]}}), 1)
-    write(folder, "network", "localiser", json.dumps({"format": "palpate localiser 1", "rotation": [[1, 0, 0], [0, 1, 0],
-                                                      [0, 0, 1]], "width": 0.1, "ridge": 0.1, "samples": 9}), 2)
-    dictionary(folder, "network", strings_of("slave/tactile/network/*_file.cpp", "slave/tactile/network/network_weights.cpp",
-                                             "slave/tactile/localise/localiser_file.cpp"))
+    dictionary(folder, "network", strings_of("slave/tactile/network/*_file.cpp", "slave/tactile/network/network_weights.cpp"))
 
     def field(number, content):
         return bytes([number << 3 | 2]) + (bytes([len(content)]) if len(content) < 128 else

@@ -55,8 +55,7 @@ void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
     return;
   }
   const NetworkInfo& info = network->info();
-  PrintLine("network", fmt::format("{}, window of {} samples, {}{}", info.architecture, info.window,
-                                   tactile.carries_state ? "carried state" : "exact windows",
+  PrintLine("network", fmt::format("{}, window of {} samples{}", info.architecture, info.window,
                                    info.origin.empty() ? "" : "; " + info.origin));
   PrintLine("range",
             info.learnt_force > 0
@@ -94,11 +93,11 @@ void PrintChecks(const Scene& scene, const ForceNetwork* network) {
 
 void PrintPlaces(const Scene& scene, const Localiser& localiser) {
   const Tactile& tactile = *scene.sense.Find<Tactile>();
-  PrintLine("localiser",
-            fmt::format("{}, threshold {:g} counts, full scale {:g}; electrodes {}",
-                        localiser.name(), tactile.threshold, tactile.full_scale,
-                        tactile.electrodes.empty() ? "of the simulated fingertip"
-                                                   : "from " + tactile.electrodes.string()));
+  PrintLine(
+      "localiser",
+      fmt::format("{}, threshold {:g} counts; electrodes {}", localiser.name(), tactile.threshold,
+                  tactile.electrodes.empty() ? "of the simulated fingertip"
+                                             : "from " + tactile.electrodes.string()));
   if (!MeetsObject(scene)) return;
   PrintLine("poses", fmt::format("sigma {:.2g} deg about each axis: {:.1f} % of a force",
                                  tactile.pose_tolerance * 180 / std::numbers::pi,

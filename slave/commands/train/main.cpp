@@ -9,8 +9,8 @@ void AddOptions(CLI::App* command, TrainOptions* options) {
   command->add_option("DATA", options->data, "Recordings, or `simulated`; see below")->required();
   command->add_option(
       "--network", options->networks,
-      "One or more of rnn_21 (default), rnn_19, dnn_21, dnn_19, tnn_21, tnn_19; all "
-      "(the first four); or localiser");
+      "One or more of rnn_21 (default), rnn_19, dnn_21, dnn_19, tnn_21, tnn_19; or all "
+      "(the first four)");
   Add(command, "--out", &options->out, "DIR", "Folder for network.json and training.csv")
       ->required();
   command->add_option("--test", options->test, "Test on these recordings, not on a fifth of DATA");
@@ -31,14 +31,6 @@ void AddOptions(CLI::App* command, TrainOptions* options) {
   AddShown(command, "--threads", &options->training.threads,
            "Number of threads; it does not change the result");
   AddShown(command, "--presses", &options->presses, "Number of contacts that `simulated` makes");
-  Add(command, "--electrodes", &options->electrodes, "FILE",
-      "Required for localiser: file with rows NAME,x,y,z,nx,ny,nz in mm, or simulated");
-  command->add_option("--contact-pdc", options->contact_pdc,
-                      "For localiser: pressure pdc above which a sample is in contact [counts]; "
-                      "default: estimated from the data");
-  AddShown(command, "--normals", &options->normals,
-           "For localiser: axes of nx,ny,nz in the fingertip frame, for example -x,y,-z; "
-           "auto estimates them");
 }
 
 }  // namespace

@@ -12,8 +12,6 @@
 namespace palpate {
 namespace {
 
-constexpr std::string_view kLocaliser = "localiser";
-
 // Without repetitions, `all` spelt out.
 std::vector<std::string> Architectures(const std::vector<std::string>& networks) {
   std::vector<std::string> chosen;
@@ -23,18 +21,14 @@ std::vector<std::string> Architectures(const std::vector<std::string>& networks)
   for (const std::string& name : networks) {
     if (name == "all") {
       for (const char* each : {"dnn_19", "dnn_21", "rnn_19", "rnn_21"}) add(each);
-    } else if (InputsOf(name) > 0 || name == kLocaliser) {
+    } else if (InputsOf(name) > 0) {
       add(name);
     } else {
       throw std::invalid_argument("--network " + name + ": accepted is " +
-                                  std::string(kArchitectures) + ", all or localiser");
+                                  std::string(kArchitectures) + " or all");
     }
   }
   if (chosen.empty()) chosen.emplace_back("rnn_21");
-  if (chosen.size() > 1 && std::ranges::find(chosen, kLocaliser) != chosen.end()) {
-    throw std::invalid_argument(
-        "--network localiser: accepted is without other networks, because its data differ");
-  }
   return chosen;
 }
 
@@ -53,8 +47,7 @@ void Check(const TrainOptions& o) {
 }
 
 void RequireOtherThanInputs(const TrainOptions& options) {
-  std::vector<std::filesystem::path> inputs{options.electrodes, options.from,
-                                            options.from / kNetworkFileName};
+  std::vector<std::filesystem::path> inputs{options.from, options.from / kNetworkFileName};
   for (const auto* arguments : {&options.data, &options.test}) {
     for (const std::string& argument : *arguments) {
       const DataArgument data = ParseDataArgument(argument);
@@ -64,7 +57,7 @@ void RequireOtherThanInputs(const TrainOptions& options) {
   std::vector<std::filesystem::path> folders{options.out};
   for (const std::string& network : options.networks) folders.push_back(options.out / network);
   for (const auto& folder : folders) {
-    RequireOtherThan("--out", folder, {"training.csv", kNetworkFileName, "localiser.json"}, inputs);
+    RequireOtherThan("--out", folder, {"training.csv", kNetworkFileName}, inputs);
   }
 }
 
@@ -89,8 +82,7 @@ Examples:
   palpate-slave train simulated --network all --out build/fingertip
   palpate-slave train day1.csv day2.csv+wrench2.csv --finger rf --out build/rf
   palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --finger rf --out build/rf
-  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --from authors-network --finger rf --out build/gain
-  palpate-slave train normals.csv --network localiser --electrodes layout.csv --contact-pdc 2440 --out build/localiser)";
+  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --from authors-network --finger rf --out build/gain)";
 
 int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   Check(options);
@@ -99,7 +91,6 @@ int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   RequireOtherThanInputs(chosen);
   MakeWritable(options.out);
   if (!options.from.empty()) return TrainForceGain(chosen);
-  if (chosen.networks.front() == kLocaliser) return TrainLocaliser(chosen);
   return TrainForceNetworks(chosen, stop);
 }
 

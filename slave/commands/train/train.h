@@ -1,10 +1,9 @@
-// `palpate-slave train`: networks that turn a fingertip's signals into force, one gain that fits a
-// known network to another fingertip, and localisers.
+// `palpate-slave train`: networks that turn a fingertip's signals into force, and one gain that
+// fits a known network to another fingertip.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -16,7 +15,7 @@ namespace palpate {
 struct TrainOptions {
   std::vector<std::string> data;      // see DataArgument; or `simulated`
   std::vector<std::string> test;      // the same; empty: a fifth of the data
-  std::vector<std::string> networks;  // rnn_21 (empty), others of kArchitectures, all | localiser
+  std::vector<std::string> networks;  // rnn_21 (empty), others of kArchitectures, all
   std::filesystem::path out;          // folder, created if missing
   std::filesystem::path from;         // a known network: only its gain is fitted
   std::string finger;                 // of recordings with several
@@ -25,9 +24,6 @@ struct TrainOptions {
   ForceTrainingOptions training;      // all but architecture, descent and seed
   std::int64_t seed = 1;              // >= 0
   int presses = 1500;                 // of `simulated`
-  std::filesystem::path electrodes;   // localiser: layout file, or `simulated`; required
-  std::optional<double> contact_pdc;  // localiser: contact is above it [counts]
-  std::string normals = "auto";       // localiser: axes of nx, ny, nz in frame F
 };
 
 extern const char* const kTrainHelp;  // text of --help below the options

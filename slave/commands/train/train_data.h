@@ -40,9 +40,6 @@ int TrainForceNetworks(const TrainOptions& options, const std::stop_token& stop)
 // Fits the gain of the known network options.from. As RunTrain.
 int TrainForceGain(const TrainOptions& options);
 
-// Fits a localiser to measured contact normals. As RunTrain; writes DIR/localiser.json.
-int TrainLocaliser(const TrainOptions& options);
-
 struct TestedNetwork {
   std::string architecture;
   ForceErrors errors;

@@ -72,12 +72,6 @@ TactileSenses LoadSenses(const Scene& scene) {
                       "trained",
                       scene.file.string(), tactile.rate, rate, tactile.network.string()));
     }
-    if (tactile.carries_state && !senses.network->HasState()) {
-      throw std::invalid_argument(
-          fmt::format("{}: sense.tactile.state = carried: accepted is windowed for {}, which has "
-                      "no state",
-                      scene.file.string(), tactile.network.string()));
-    }
     RequireSignals(tactile, *senses.network);
   }
   const ElectrodeLayout layout = NamingTheKey(scene, "electrodes", [&] {

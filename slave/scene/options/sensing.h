@@ -75,22 +75,21 @@ struct Finger {
 // Tactile fingertips (paper B).
 struct Tactile {
   enum class Source : std::uint8_t { kRecording, kStream, kSimulated } source = Source::kRecording;
-  std::filesystem::path file;     // file of the recording
-  std::filesystem::path poses;    // CSV of fingertip poses; empty: they follow the manipulator
-  double rate = 100;              // rate of the samples [Hz]
-  std::vector<Finger> fingers;    // 1 to 5; the operator moves the first
-  std::filesystem::path network;  // folder or .onnx file; empty: forces are unknown
-  bool carries_state =
-      false;              // the network keeps its state between samples instead of an exact window
-  int rest_samples = 50;  // number of samples whose mean is the baseline
+  std::filesystem::path file;        // file of the recording
+  std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the manipulator
+  double rate = 100;                 // rate of the samples [Hz]
+  std::vector<Finger> fingers;       // 1 to 5; the operator moves the first
+  std::filesystem::path network;     // folder or .onnx file; empty: forces are unknown
+  int rest_samples = 50;             // number of samples whose mean is the baseline
   std::filesystem::path electrodes;  // layout file; empty: layout of the simulated fingertip
-  std::string localise = "auto";     // auto, paper, polarity-free, pressure-weighted, or a file
+  std::string localise = "auto";     // auto, paper or pressure-weighted
   double threshold = 5;              // smallest change of an active electrode [counts]
-  double full_scale = 200;           // change of intensity 1 [counts]
+  double full_scale = 200;           // change of full intensity, for `paper` [counts]; no key
   double finger_radius = 7e-3;       // radius of sphere and cylinder of the fingertip [m]
   double pose_tolerance = 0.035;     // one sigma of a finger's pose about each axis [rad]
-  double gate = 0.01;  // largest distance from the surface at which a finger is in contact [m]
-  double patch = 0;    // diameter of the contact [m]; 0: a point
+  double gate =
+      0.01;  // largest distance from the surface at which a finger is in contact [m]; no key
+  double patch = 0;  // diameter of the contact [m]; 0: a point
   enum class Hold : std::uint8_t { kForce, kDisplacement } hold = Hold::kForce;
 };
 // A depth camera, real or virtual, that measures the object's shape. D: z forward, x right, y down.

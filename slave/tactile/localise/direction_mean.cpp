@@ -76,17 +76,6 @@ Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& fl
   return intensities;
 }
 
-Intensities PolarityFree(const TactileSignals& change, const SignalFlaws& flaws, double threshold,
-                         double full_scale) noexcept {
-  Intensities intensities;
-  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    const double moved = std::abs(BeyondPressure(change, i));
-    const double share = std::min(moved / (2 * full_scale), 1.0);
-    if (moved > threshold && !flaws.dead[i]) intensities.Set(i, share * share);
-  }
-  return intensities;
-}
-
 DirectionMean::DirectionMean(const ElectrodeLayout& layout, double radius) : surface_{radius} {
   for (std::size_t i = 0; i < kElectrodeCount; ++i) {
     const auto p_F = surface_.Project(layout.p_F[i]);

@@ -63,14 +63,9 @@ struct Intensities {
   }
 };
 
-// Active: x_i < -threshold; intensity |x_i| [counts]. Dead electrodes are not used, here and below.
+// Active: x_i < -threshold; intensity |x_i| [counts]. Dead electrodes are not used.
 Intensities PressureWeighted(const TactileSignals& change, const SignalFlaws& flaws,
                              double threshold) noexcept;
-
-// Active: |x_i| > threshold, in either direction; intensity (|x_i| / (2 full_scale))^2, at most 1.
-// The square reduces the weight of the many electrodes that rise a little.
-Intensities PolarityFree(const TactileSignals& change, const SignalFlaws& flaws, double threshold,
-                         double full_scale) noexcept;
 
 // A contact from intensities by averaging directions: an improved form of the paper's equations (1)
 // to (4). Every electrode is first projected on the finger's surface (equation 4), and what is

@@ -5,12 +5,10 @@
 #include <cassert>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
 #include <numbers>
 #include <stdexcept>
 
 #include "slave/tactile/localise/direction_mean.h"
-#include "slave/tactile/localise/fitted_localiser.h"
 
 namespace palpate {
 namespace {
@@ -19,11 +17,9 @@ namespace {
 // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kSigmaAngle = 10.5 * std::numbers::pi / 180;
 
-// Angles within which 68 % of the presses on a plate are (contact_direction_test.cpp). With
-// pressure-weighted intensities it falls as the noise of a mean does with what is counted.
+// Angle within which 68 % of the presses on a plate are (contact_direction_test.cpp): it falls as
+// the noise of a mean does with what is counted.
 constexpr double kDegree = std::numbers::pi / 180;  // [rad] [by definition]
-constexpr double kPolarityFreeSigma =
-    8.4 * kDegree;                                  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kSigmaOfOneCount = 200 * kDegree;  // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kLeastSigma = 4 * kDegree;         // [rad] [tuned: SigmaHoldsTwoThirdsOfThePlaces]
 constexpr double kLargestSigma = 30 * kDegree;
@@ -35,7 +31,7 @@ double PressureWeightedSigma(double counts) noexcept {
 // Paper B, equations (1) to (4), as the paper and its authors' code compute them. Active are the
 // electrodes that fell by more than the threshold; intensity is how far, over full scale, at most
 // 1. Flawed also where all of several active electrodes are beyond full scale: their intensities
-// tell nothing any more.
+// are no longer informative.
 class PaperLocaliser final : public Localiser {
  public:
   PaperLocaliser(const Tactile& tactile, const ElectrodeLayout& layout)
@@ -77,56 +73,32 @@ class PaperLocaliser final : public Localiser {
   double threshold_, full_scale_;  // [counts]
 };
 
-// Formulas of ours: DirectionMean with the intensities of PressureWeighted or PolarityFree.
-class DirectionLocaliser final : public Localiser {
+// DirectionMean with the intensities of PressureWeighted.
+class PressureWeightedLocaliser final : public Localiser {
  public:
-  enum class Weighting : std::uint8_t { kPressureWeighted, kPolarityFree };
-  DirectionLocaliser(const Tactile& tactile, const ElectrodeLayout& layout, Weighting weighting)
+  PressureWeightedLocaliser(const Tactile& tactile, const ElectrodeLayout& layout)
       : mean_(layout, tactile.finger_radius),
         check_(layout, tactile.threshold),
-        weighting_(weighting),
-        threshold_(tactile.threshold),
-        full_scale_(tactile.full_scale) {}
+        threshold_(tactile.threshold) {}
 
   [[nodiscard]] TouchPlace Locate(const TactileSignals& change,
                                   const FingerReading& raw) const noexcept override {
     const SignalFlaws flaws = check_.Check(change, raw);
     if (!flaws.finite) return NoPlace(TouchPlace::Status::kFailed);
-    const bool is_polarity_free = weighting_ == Weighting::kPolarityFree;
-    const Intensities intensities = is_polarity_free
-                                        ? PolarityFree(change, flaws, threshold_, full_scale_)
-                                        : PressureWeighted(change, flaws, threshold_);
+    const Intensities intensities = PressureWeighted(change, flaws, threshold_);
     if (intensities.active == 0) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
     const auto direction = mean_.Mean(intensities);
     if (!direction) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
-    const double sigma =
-        is_polarity_free ? kPolarityFreeSigma : PressureWeightedSigma(intensities.total);
-    return FoundPlace(mean_.surface(), mean_.PlaceOf(*direction), sigma, flaws.any(),
-                      intensities.active);
+    return FoundPlace(mean_.surface(), mean_.PlaceOf(*direction),
+                      PressureWeightedSigma(intensities.total), flaws.any(), intensities.active);
   }
-  [[nodiscard]] std::string_view name() const override {
-    return weighting_ == Weighting::kPolarityFree ? "polarity-free" : "pressure-weighted";
-  }
+  [[nodiscard]] std::string_view name() const override { return "pressure-weighted"; }
 
  private:
   DirectionMean mean_;
   SignalCheck check_;
-  Weighting weighting_;
-  double threshold_, full_scale_;  // [counts]
+  double threshold_;  // [counts]
 };
-
-bool NamesFile(const std::string& localise) {
-  const std::filesystem::path path(localise);
-  return path.has_extension() || path.has_parent_path();
-}
-
-std::unique_ptr<Localiser> FromFile(const std::filesystem::path& file, double finger_radius) {
-  try {
-    return MakeFittedLocaliser(ReadLocaliser(file), finger_radius);
-  } catch (const std::invalid_argument& wrong) {
-    throw std::runtime_error(file.string() + ": " + wrong.what());
-  }
-}
 
 }  // namespace
 
@@ -153,19 +125,12 @@ std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
 }
 
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout) {
-  using Weighting = DirectionLocaliser::Weighting;
   const std::string& name = tactile.localise;
   if (name == "paper") return std::make_unique<PaperLocaliser>(tactile, layout);
   if (name == "auto" || name == "pressure-weighted") {
-    return std::make_unique<DirectionLocaliser>(tactile, layout, Weighting::kPressureWeighted);
+    return std::make_unique<PressureWeightedLocaliser>(tactile, layout);
   }
-  if (name == "polarity-free") {
-    return std::make_unique<DirectionLocaliser>(tactile, layout, Weighting::kPolarityFree);
-  }
-  if (NamesFile(name)) return FromFile(name, tactile.finger_radius);
-  throw std::invalid_argument("localise = " + name +
-                              ": accepted is auto, paper, polarity-free, pressure-weighted or the "
-                              "file of a fitted localiser");
+  throw std::invalid_argument("localise = " + name + ": expected auto, paper or pressure-weighted");
 }
 
 }  // namespace palpate

@@ -46,14 +46,12 @@ class Localiser {
   // Allocation-free.
   [[nodiscard]] virtual TouchPlace Locate(const TactileSignals& change,
                                           const FingerReading& raw) const noexcept = 0;
-  // Name, for example `polarity-free`.
+  // Name, for example `pressure-weighted`.
   [[nodiscard]] virtual std::string_view name() const = 0;
 };
 
-// The variant of `tactile.localise`, with its thresholds; `auto` is the best of the formula
-// variants, pressure-weighted. A fitted file contains its own layout and threshold. Throws
-// std::runtime_error: an unusable fitted file; std::invalid_argument: an unknown name, an electrode
-// on the finger's axis.
+// The variant of `tactile.localise`, with its thresholds; `auto` is pressure-weighted, which errs
+// least. Throws std::invalid_argument: an unknown name, an electrode on the finger's axis.
 std::unique_ptr<Localiser> MakeLocaliser(const Tactile& tactile, const ElectrodeLayout& layout);
 
 // Shared output of the localisers.

@@ -55,11 +55,6 @@ class ForceNetwork {
   // The network evaluated over exactly the last `window` samples, from a state of zero; tnn_*: over
   // all since Reset, from the `window`-th on.
   [[nodiscard]] virtual std::unique_ptr<ForceEstimate> Windowed() const = 0;
-  // Whether there is a state to carry on.
-  [[nodiscard]] virtual bool HasState() const { return false; }
-  // The state is carried on from sample to sample instead: cheaper, and another function. Networks
-  // without a state: the same as Windowed.
-  [[nodiscard]] virtual std::unique_ptr<ForceEstimate> CarryingState() const = 0;
 };
 
 // Loads a folder with palpate's `network.json`, a folder in the layout of the authors' weights

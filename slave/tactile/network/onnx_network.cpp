@@ -378,7 +378,6 @@ class OnnxNetwork final : public ForceNetwork {
     const Silence silence;
     return std::make_unique<OnnxEstimate>(model_);
   }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override { return Windowed(); }
 
  private:
   NetworkInfo info_;

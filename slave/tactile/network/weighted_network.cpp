@@ -99,14 +99,12 @@ struct RecurrentParts {
   DenseStack head;
 };
 
-// Windowed: a lane for each window that a sample belongs to, begun anew when its window is over.
-// Carrying the state on: a single lane that is never begun anew.
+// A lane for each window that a sample belongs to, restarted when its window is over.
 class LstmEstimate final : public ForceEstimate {
  public:
-  LstmEstimate(std::shared_ptr<const RecurrentParts> parts, bool windowed)
+  explicit LstmEstimate(std::shared_ptr<const RecurrentParts> parts)
       : parts_(std::move(parts)),
-        windowed_(windowed),
-        lane_count_(windowed ? parts_->window : 1),
+        lane_count_(parts_->window),
         lanes_(parts_->plan, lane_count_),
         h_(static_cast<std::size_t>(parts_->plan->layers().back().units)),
         scratch_(parts_->head.scratch_size()) {}
@@ -121,7 +119,7 @@ class LstmEstimate final : public ForceEstimate {
       Reset();
       return false;
     }
-    if (windowed_) lanes_.Restart(oldest_);
+    lanes_.Restart(oldest_);
     lanes_.Step(change);
     oldest_ = (oldest_ + 1) % lane_count_;
     seen_ = std::min(seen_ + 1, parts_->window);
@@ -132,12 +130,11 @@ class LstmEstimate final : public ForceEstimate {
 
  private:
   std::shared_ptr<const RecurrentParts> parts_;
-  bool windowed_;
   int lane_count_;
   LstmLanes lanes_;
   std::vector<double> h_, scratch_;
   int seen_ = 0;    // at most a window
-  int oldest_ = 0;  // the lane that began first: the next to begin anew
+  int oldest_ = 0;  // the lane that began first, which restarts next
 };
 
 struct FeedForwardParts {
@@ -148,7 +145,7 @@ struct FeedForwardParts {
 // Without memory: every sample is a window.
 class FeedForwardEstimate final : public ForceEstimate {
  public:
-  FeedForwardEstimate(std::shared_ptr<const FeedForwardParts> parts, bool /*windowed*/)
+  explicit FeedForwardEstimate(std::shared_ptr<const FeedForwardParts> parts)
       : parts_(std::move(parts)), x_(parts_->mean.size()), scratch_(parts_->stack.scratch_size()) {}
 
   void Reset() noexcept override {}
@@ -175,7 +172,7 @@ struct TracedParts {
 // Carries its traces on from where the window began; the window is what they need to settle.
 class TracedEstimate final : public ForceEstimate {
  public:
-  TracedEstimate(std::shared_ptr<const TracedParts> parts, bool /*windowed*/)
+  explicit TracedEstimate(std::shared_ptr<const TracedParts> parts)
       : parts_(std::move(parts)),
         traces_(parts_->scale.size(), parts_->rate),
         now_(parts_->scale.size()),
@@ -221,11 +218,7 @@ class WeightedNetwork final : public ForceNetwork {
 
   [[nodiscard]] const NetworkInfo& info() const override { return info_; }
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
-    return std::make_unique<Estimate>(parts_, true);
-  }
-  [[nodiscard]] bool HasState() const override { return std::is_same_v<Parts, RecurrentParts>; }
-  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override {
-    return std::make_unique<Estimate>(parts_, false);
+    return std::make_unique<Estimate>(parts_);
   }
 
  private:

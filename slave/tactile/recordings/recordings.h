@@ -49,18 +49,4 @@ std::vector<LabelledRecording> ReadRecordedForces(const DataArgument& data,
 // True where both contain the same instants of the same file.
 bool Overlap(const LabelledRecording& a, const LabelledRecording& b);
 
-// The samples in contact, in their order.
-struct ContactNormals {
-  std::vector<TactileSignals> change;    // counts minus rest
-  std::vector<Eigen::Vector3d> normals;  // unit, as in the file
-  double contact_pdc = 0;                // contact is above it [counts]
-};
-
-// Columns nx, ny, nz in addition to a finger's electrodes and pdc. Contact: pdc above
-// `contact_pdc`; if absent, above its level at rest (the second percentile) by a twentieth of its
-// range. Baseline: medians of all rows without contact, in the slice or not. Throws
-// std::runtime_error naming file (and line) and the error.
-ContactNormals ReadContactNormals(const DataArgument& data, const std::string& finger,
-                                  std::optional<double> contact_pdc);
-
 }  // namespace palpate

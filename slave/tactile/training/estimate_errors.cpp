@@ -11,7 +11,6 @@
 #include <Eigen/LU>
 
 #include "shared/statistics/robust.h"
-#include "slave/tactile/localise/fitted_localiser.h"
 
 namespace palpate {
 namespace {
@@ -85,32 +84,6 @@ void CompareSizes(std::span<const Eigen::Vector3f> estimated,
   }
   if (at_rest > 0) errors->at_rest = std::sqrt(squares_at_rest / static_cast<double>(at_rest));
   errors->law = in_contact.law();
-}
-
-using Normals = std::vector<Eigen::Vector3d>;
-
-double MedianAngle(const Normals& found, const Normals& measured, const Eigen::Matrix3d& R) {
-  std::vector<double> angles;
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    const Eigen::Vector3d n = R * found[k];
-    angles.push_back(std::atan2(n.cross(measured[k]).norm(), n.dot(measured[k])));
-  }
-  return MedianOf(angles);
-}
-
-std::vector<Eigen::Matrix3d> AllAxes() {
-  std::vector<Eigen::Matrix3d> all;
-  std::array<int, 3> order{0, 1, 2};
-  do {
-    for (int signs = 0; signs < 8; ++signs) {
-      Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
-      for (int row = 0; row < 3; ++row) {
-        axes(row, order[static_cast<std::size_t>(row)]) = (signs >> row) % 2 == 0 ? 1 : -1;
-      }
-      all.push_back(axes);
-    }
-  } while (std::ranges::next_permutation(order).found);
-  return all;
 }
 
 }  // namespace
@@ -197,53 +170,6 @@ double FitForceGain(std::span<const Eigen::Vector3f> estimated,
         "object");
   }
   return gain;
-}
-
-NormalErrors CompareNormals(const Localiser& localiser, std::span<const TactileSignals> changes,
-                            std::span<const Eigen::Vector3d> normals_F) {
-  Normals found, measured;
-  for (std::size_t k = 0; k < changes.size(); ++k) {
-    const TouchPlace place = localiser.Locate(changes[k], FingerReading{});
-    if (!place.usable()) continue;
-    found.push_back(place.n_F);
-    measured.push_back(normals_F[k]);
-  }
-  NormalErrors errors;
-  errors.found = found.size();
-  if (found.empty()) return errors;
-  errors.median = MedianAngle(found, measured, Eigen::Matrix3d::Identity());
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (std::size_t k = 0; k < found.size(); ++k) sum += measured[k] * found[k].transpose();
-  errors.aligned_median = MedianAngle(found, measured, BestRotation(sum));
-  return errors;
-}
-
-std::string AxesText(const Eigen::Matrix3d& axes) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    if (row > 0) text += ',';
-    Eigen::Index column = 0;
-    axes.row(row).cwiseAbs().maxCoeff(&column);
-    if (axes(row, column) < 0) text += '-';
-    text += "xyz"[column];
-  }
-  return text;
-}
-
-Eigen::Matrix3d ParseAxes(const std::string& text) {
-  for (const Eigen::Matrix3d& axes : AllAxes()) {
-    if (AxesText(axes) == text) return axes;
-  }
-  throw std::invalid_argument(text + ": accepted is three different axes such as x,y,z or -x,y,-z");
-}
-
-Eigen::Matrix3d NearestAxes(const Eigen::Matrix3d& rotation) {
-  Eigen::Matrix3d nearest = Eigen::Matrix3d::Identity();
-  for (const Eigen::Matrix3d& axes : AllAxes()) {
-    const bool nearer = axes.cwiseProduct(rotation).sum() > nearest.cwiseProduct(rotation).sum();
-    if (axes.determinant() > 0 && nearer) nearest = axes;
-  }
-  return nearest;
 }
 
 }  // namespace palpate

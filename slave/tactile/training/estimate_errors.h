@@ -1,5 +1,4 @@
-// Errors of networks and localisers on recordings with known forces or contact normals (paper B,
-// table I).
+// Errors of networks on recordings with known forces (paper B, table I).
 #pragma once
 
 #include <cmath>
@@ -10,7 +9,6 @@
 
 #include <Eigen/Core>
 
-#include "slave/tactile/localise/localiser.h"
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/recordings/labelled_recording.h"
 #include "slave/tactile/signals/rest_values.h"
@@ -71,27 +69,5 @@ ForceErrors CompareForces(std::span<const Eigen::Vector3f> estimated,
 // or not positive (for example the force of the object on the fingertip).
 double FitForceGain(std::span<const Eigen::Vector3f> estimated,
                     std::span<const Eigen::Vector3f> measured);
-
-// How good found contact normals are.
-struct NormalErrors {
-  std::size_t found = 0;  // number of samples with a contact point; others are not used
-  double median = 0;      // angle between found and measured normals [rad]
-  // The same after the best common rotation of all found normals: the part that is not due to
-  // misaligned axes of the measurement.
-  double aligned_median = 0;
-};
-
-// `normals_F`: measured, unit, one per sample. No sample with a contact point: found is 0.
-NormalErrors CompareNormals(const Localiser& localiser, std::span<const TactileSignals> changes,
-                            std::span<const Eigen::Vector3d> normals_F);
-
-// Axes of the measured normals in the fingertip's frame, for example `-x,y,-z`: x of frame F is
-// minus the measured x, and so on. Throws std::invalid_argument: not three different axes, each
-// with or without a sign.
-Eigen::Matrix3d ParseAxes(const std::string& text);
-std::string AxesText(const Eigen::Matrix3d& axes);
-
-// The rotation by quarter turns that is nearest to `rotation`.
-Eigen::Matrix3d NearestAxes(const Eigen::Matrix3d& rotation);
 
 }  // namespace palpate

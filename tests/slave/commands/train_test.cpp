@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/tactile/localise/electrode_layout.h"
-#include "slave/tactile/localise/fitted_localiser.h"
 #include "slave/tactile/network/network_file.h"
 #include "tests/support/paths.h"
 
@@ -141,10 +140,6 @@ TEST_F(TrainCommandTest, WhatCannotBeUsedIsSaid) {
   };
   using O = TrainOptions;
   EXPECT_THAT(complaint([](O* o) { o->networks = {"rnn_20"}; }), HasSubstr("rnn_20"));
-  EXPECT_THAT(complaint([](O* o) {
-                o->networks = {"rnn_21", "localiser"};
-              }),
-              HasSubstr("without other networks"));
   EXPECT_THAT(complaint([](O* o) { o->optimiser = "momentum"; }), HasSubstr("adam or sgd"));
   EXPECT_THAT(complaint([](O* o) { o->rest = 0; }), HasSubstr("--rest 0"));
   EXPECT_THAT(complaint([](O* o) { o->presses = 0; }), HasSubstr("--presses 0"));
@@ -170,107 +165,6 @@ TEST_F(TrainCommandTest, WritesOverNothingItReads) {
 TEST_F(TrainCommandTest, AFolderThatCannotBeWrittenIsSaidBeforeTraining) {
   options_.out = Write("file", "in the way") + "/out";
   EXPECT_THAT(Complaint<std::runtime_error>(), HasSubstr("--out"));
-}
-
-// Signals of the formula's own making: the electrodes under the contact fall with the cosine of
-// the angle to its normal, which the recording gives in axes turned half about y.
-std::string NormalsRecording() {
-  const ElectrodeLayout layout = SimulatedLayout(7e-3);
-  std::ostringstream text;
-  text << "rel_time_s,pdc";
-  for (int e = 1; e <= kElectrodeCount; ++e) text << ",E" << e;
-  text << ",nx,ny,nz\n";
-  for (int i = 0; i < 600; ++i) {
-    const bool touching = i % 60 >= 20;
-    const double along = 0.6 * std::sin(0.037 * i), across = 0.7 * std::cos(0.023 * i);
-    const Eigen::Vector3d n = Eigen::Vector3d(0.4 + along, across, -1).normalized();
-    text << 0.01 * i << "," << (touching ? 2600 : 2400);
-    for (const Eigen::Vector3d& e : layout.n_F) {
-      const double cosine = std::max(e.dot(n), 0.0);
-      text << "," << 3000 - (touching ? std::round(300 * std::pow(cosine, 6)) : 0.0);
-    }
-    text << "," << -n.x() << "," << n.y() << "," << -n.z() << "\n";
-  }
-  return text.str();
-}
-
-TEST_F(TrainCommandTest, LocalisersAreFittedInTheFingertipsFrame) {
-  options_.data = {Write("normals.csv", NormalsRecording())};
-  options_.networks = {"localiser"};
-  options_.electrodes = "simulated";
-  const std::string printed = Run();
-  EXPECT_THAT(printed, HasSubstr("400 samples in contact"));
-  EXPECT_THAT(printed, HasSubstr("-x,y,-z"));
-  const LocaliserWeights weights = ReadLocaliser(options_.out / "localiser.json");
-  EXPECT_LT(weights.median_error, 0.15);
-}
-
-TEST_F(TrainCommandTest, LocaliserDataThatCannotBeUsedIsSaid) {
-  options_.networks = {"localiser"};
-  options_.electrodes = "simulated";
-  const std::string good = NormalsRecording();
-  options_.data = {Write("a.csv", good)};
-  options_.normals = "x,y,y";
-  EXPECT_THAT(Complaint(), HasSubstr("x,y,y"));
-  options_.normals = "auto";
-  options_.contact_pdc = 5000;
-  EXPECT_THAT(Complaint(), HasSubstr("in contact"));
-  options_.contact_pdc = 100;
-  EXPECT_THAT(Complaint(), HasSubstr("without contact"));
-  options_.contact_pdc.reset();
-  std::string other = good;
-  other.replace(other.find(",nx"), 3, ",mx");
-  options_.data = {Write("b.csv", other)};
-  EXPECT_THAT(Complaint(), HasSubstr("nx, ny, nz"));
-}
-
-TEST_F(TrainCommandTest, ALocaliserIsNotFittedToElectrodesThatNobodyNamed) {
-  options_.data = {Write("normals.csv", NormalsRecording())};
-  options_.networks = {"localiser"};
-  EXPECT_THAT(Complaint(), HasSubstr("--electrodes simulated"));
-  EXPECT_FALSE(std::filesystem::exists(options_.out / "localiser.json"));
-}
-
-// Normals mirrored, which no rotation makes good.
-TEST_F(TrainCommandTest, ALocaliserThatLearnsNonsenseIsNotWritten) {
-  options_.networks = {"localiser"};
-  options_.data = {Write("normals.csv", NormalsRecording())};
-  options_.electrodes = "simulated";
-  options_.normals = "x,y,-z";
-  EXPECT_THAT(Complaint(), HasSubstr("nothing written"));
-  EXPECT_FALSE(std::filesystem::exists(options_.out / "localiser.json"));
-}
-
-TEST_F(TrainCommandTest, OfSeveralLocaliserRecordingsTheUsableOnesAreTaken) {
-  options_.networks = {"localiser"};
-  options_.electrodes = "simulated";
-  const std::string good = Write("normals.csv", NormalsRecording());
-  const std::string bad = Write("bad.csv", "t,E1\n0,1\n");
-  options_.data = {bad, good};
-  testing::internal::CaptureStderr();
-  EXPECT_THAT(Run(), HasSubstr("400 samples in contact"));
-  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("warning: not used: " + bad));
-  options_.data = {bad, Write("worse.csv", "")};
-  EXPECT_THAT(Complaint(), testing::AllOf(HasSubstr("bad.csv"), HasSubstr("worse.csv")));
-}
-
-TEST_F(TrainCommandTest, ALocaliserTestWithoutAContactIsNoTest) {
-  options_.networks = {"localiser"};
-  options_.electrodes = "simulated";
-  options_.data = {Write("normals.csv", NormalsRecording())};
-  options_.test = {Write("other.csv", NormalsRecording()) + "@0:0.1"};
-  EXPECT_THAT(Complaint(), HasSubstr("other.csv@0:0.1: no sample in contact"));
-  // Contacts by pdc, of which no electrode tells anything.
-  std::string silent = "rel_time_s,pdc";
-  for (int e = 1; e <= kElectrodeCount; ++e) silent += ",E" + std::to_string(e);
-  silent += ",nx,ny,nz\n";
-  for (int i = 0; i < 200; ++i) {
-    silent += std::to_string(0.01 * i) + (i % 20 < 10 ? ",2400" : ",2440");
-    for (int e = 1; e <= kElectrodeCount; ++e) silent += i % 20 < 10 ? ",3000" : ",3100";
-    silent += ",0,0,1\n";
-  }
-  options_.test = {Write("silent.csv", silent)};
-  EXPECT_THAT(Complaint(), HasSubstr("test recordings: no contact found in any of 100 samples"));
 }
 
 // A press every 1.2 s: the force is -amplitude |sin| while E1 to E19 fall with it, or `wrong`ly.
@@ -373,22 +267,6 @@ TEST_F(RealFoamTest, TrainedOnTheFirstPressTheSecondIsTracked) {
     options_.networks = {network};
     EXPECT_GE(Last(Run(), "correlation "), 0.95) << network;
   }
-}
-
-// README of the recording: after one rotation the paper's formula gives 7.9 degrees.
-TEST_F(RealFoamTest, ALocaliserFittedOnOneHalfIsGoodOnTheOther) {
-  options_.finger.clear();
-  options_.data = {std::string(kData) + "biotac_contact_direction/trial1.csv"};
-  options_.electrodes = std::string(kData) + "seed001_biotac_lstm/biotac_electrodes_pose.csv";
-  options_.networks = {"localiser"};
-  options_.contact_pdc = 2440;
-  const std::string printed = Run();
-  const std::size_t second = printed.find("second half fitted");
-  const auto aligned = [](const std::string& line) {
-    return std::stod(line.substr(line.find("deg, ") + 5));
-  };
-  EXPECT_LE(aligned(printed.substr(printed.find("first half fitted"))), 5.5);
-  EXPECT_LE(aligned(printed.substr(second)), 5.5);
 }
 
 }  // namespace

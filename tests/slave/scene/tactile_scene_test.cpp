@@ -72,13 +72,10 @@ TEST_F(TactileSceneTest, TheContractsKeysAreEnough) {
   EXPECT_EQ(tactile.fingers[0].name, "rf");
   EXPECT_FALSE(tactile.fingers[0].has_pose);
   EXPECT_EQ(tactile.rate, 100);
-  EXPECT_FALSE(tactile.carries_state);
   EXPECT_TRUE(tactile.electrodes.empty());
   EXPECT_EQ(tactile.localise, "auto");
   EXPECT_EQ(tactile.threshold, 5);
-  EXPECT_EQ(tactile.full_scale, 200);
   EXPECT_DOUBLE_EQ(tactile.finger_radius, 7e-3);
-  EXPECT_DOUBLE_EQ(tactile.gate, 0.01);
   EXPECT_DOUBLE_EQ(tactile.pose_tolerance, 0.035);
   EXPECT_EQ(tactile.patch, 0);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kForce);
@@ -91,9 +88,8 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   const Scene scene = Load(Tactile8(
       "source: rh_tactile.csv, finger: th, pose: {translation: [0, 0, 50 mm], rotation: [0, 0, 90 "
       "deg]}, network: net, rest: first 7, rate: 0.2 kHz, electrodes: layout.csv, localise: "
-      "fitted.json, threshold: 3, full_scale: 150, radius: 6 mm, gate: 5 mm, pose_tolerance: 1 "
-      "deg, "
-      "patch: 8 mm, hold: displacement, state: carried, poses: poses.csv"));
+      "paper, threshold: 3, radius: 6 mm, pose_tolerance: 1 deg, patch: 8 mm, hold: displacement, "
+      "poses: poses.csv"));
   const Tactile& tactile = *scene.sense.Find<Tactile>();
   const Finger& finger = tactile.fingers.at(0);
   EXPECT_EQ(finger.name, "th");
@@ -103,15 +99,12 @@ TEST_F(TactileSceneTest, EveryKeyIsRead) {
   EXPECT_EQ(tactile.rest_samples, 7);
   EXPECT_DOUBLE_EQ(tactile.rate, 200);
   EXPECT_EQ(tactile.electrodes, folder_.path() / "layout.csv");
-  EXPECT_EQ(tactile.localise, (folder_.path() / "fitted.json").string());
+  EXPECT_EQ(tactile.localise, "paper");
   EXPECT_EQ(tactile.threshold, 3);
-  EXPECT_EQ(tactile.full_scale, 150);
   EXPECT_DOUBLE_EQ(tactile.finger_radius, 6e-3);
-  EXPECT_DOUBLE_EQ(tactile.gate, 5e-3);
   EXPECT_NEAR(tactile.pose_tolerance, 0.0174533, 1e-7);
   EXPECT_DOUBLE_EQ(tactile.patch, 8e-3);
   EXPECT_EQ(tactile.hold, Tactile::Hold::kDisplacement);
-  EXPECT_TRUE(tactile.carries_state);
   EXPECT_EQ(tactile.poses, folder_.path() / "poses.csv");
 }
 
@@ -247,19 +240,15 @@ const BadTactile kBad[] = {
      "sense.tactile.poses = none.csv: accepted is a file that exists"},
     {"PosesOfAStream", "source: stream, poses: poses.csv",
      "sense.tactile.poses = poses.csv: accepted is nothing here: only a recording"},
-    {"NoSuchFit", "source: stream, localise: none.json",
-     "sense.tactile.localise = none.json: accepted is a file that exists"},
-    {"NoSuchWay", "source: stream, localise: polarity",
-     "sense.tactile.localise = polarity: accepted is auto or paper or polarity-free or"},
+    {"NoSuchLocaliser", "source: stream, localise: polarity-free",
+     "sense.tactile.localise = polarity-free: accepted is auto, paper or pressure-weighted"},
     {"UnknownKey", "source: stream, treshold: 5",
      "sense.tactile.treshold = 5: accepted is `threshold` (nearest)"},
     {"NoThreshold", "source: stream, threshold: 0", "sense.tactile.threshold = 0: accepted is a"},
-    {"NegativeScale", "source: stream, full_scale: -200", "sense.tactile.full_scale = -200: accep"},
     {"ThinFinger", "source: stream, radius: 0.5 mm",
      "sense.tactile.radius = 0.5 mm: accepted is a length in m mm um nm km, 1 mm to 50 mm"},
     {"ThickFinger", "source: stream, radius: 51 mm", "sense.tactile.radius = 51 mm: accepted is a"},
     {"RadiusInNewtons", "source: stream, radius: 7 N", "sense.tactile.radius = 7 N: accepted is a"},
-    {"NoGate", "source: stream, gate: 0 mm", "sense.tactile.gate = 0 mm: accepted is a length"},
     {"PosesThatNobodyKnows", "source: stream, pose_tolerance: 60 deg",
      "sense.tactile.pose_tolerance = 60 deg: accepted is an angle in rad deg, 0 to 28 deg"},
     {"NegativePatch", "source: stream, patch: -1 mm", "sense.tactile.patch = -1 mm: accepted is a"},
@@ -272,8 +261,6 @@ const BadTactile kBad[] = {
     {"RestOfHalves", "source: stream, rest: first 1.5", "sense.tactile.rest = first 1.5: accepted"},
     {"NoSuchHold", "source: stream, hold: still",
      "sense.tactile.hold = still: accepted is force or displacement"},
-    {"NoSuchState", "source: stream, state: full",
-     "sense.tactile.state = full: accepted is windowed or carried"},
     {"FingerAndFingers", "source: stream, finger: rf, fingers: {rf: {}}",
      "sense.tactile.finger = rf: accepted is nothing with `fingers`"},
     {"PoseBesideFingers", "source: stream, pose: {}, fingers: {rf: {}}",
@@ -317,13 +304,11 @@ TEST_F(TactileSceneTest, HomeIsSaidByThePoseAlone) {
                         "that contains the pad"));
 }
 
-TEST_F(TactileSceneTest, CountsAreNoPerCentAndTheThresholdLiesBelowTheFullScale) {
+TEST_F(TactileSceneTest, AThresholdInPercentOrBeyondFullIntensityIsRefused) {
   EXPECT_THAT(MistakesOf(Tactile8("source: stream, threshold: 500 %")),
               HasSubstr("sense.tactile.threshold = 500 %: accepted is a plain number"));
-  EXPECT_THAT(MistakesOf(Tactile8("source: stream, threshold: 50, full_scale: 50")),
-              HasSubstr("sense.tactile.full_scale = 50: accepted is a threshold below full_scale"));
   EXPECT_THAT(MistakesOf(Tactile8("source: stream, threshold: 300")),
-              HasSubstr("sense.tactile.threshold = 300: accepted is a threshold below full_scale"));
+              HasSubstr("sense.tactile.threshold = 300: accepted is"));
 }
 
 TEST_F(TactileSceneTest, ASceneSensesInOneWay) {

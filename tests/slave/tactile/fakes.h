@@ -29,10 +29,6 @@ class MeanNetwork final : public ForceNetwork {
   [[nodiscard]] std::unique_ptr<ForceEstimate> Windowed() const override {
     return std::make_unique<Estimate>(info_.window);
   }
-  // The sum of all samples so far instead.
-  [[nodiscard]] std::unique_ptr<ForceEstimate> CarryingState() const override {
-    return std::make_unique<Estimate>(0);
-  }
 
  private:
   class Estimate final : public ForceEstimate {

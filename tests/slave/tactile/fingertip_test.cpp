@@ -279,7 +279,7 @@ TEST_F(FingertipTest, AForceThatLeapsIsLessSureThanOneThatGoesOnAsItDid) {
 // Silent from the start at either end of the converter: nothing seems to touch, which is not known.
 TEST_F(FingertipTest, SaturatedElectrodesAreFlaggedWithoutAContactToo) {
   for (const float end : {0.0F, 4095.0F}) {
-    for (const char* variant : {"auto", "polarity-free", "paper"}) {
+    for (const char* variant : {"auto", "paper"}) {
       Tactile tactile = Options();
       tactile.localise = variant;
       const auto localiser = MakeLocaliser(tactile, SimulatedLayout(7e-3));
@@ -349,16 +349,6 @@ TEST_F(FingertipTest, WithoutANetworkTheElectrodesDecideAndTheForceIsUnknown) {
   EXPECT_TRUE(touch.touching);
   EXPECT_FALSE(touch.force_F.has_value());
   EXPECT_EQ(touch.validity, Validity::kFailed);
-}
-
-TEST_F(FingertipTest, ACarriedStateIsAnotherFunctionAndNeedsNoWindow) {
-  Tactile tactile = Options();
-  tactile.carries_state = true;
-  CheckedFingertip fingertip(tactile, &network_, localiser_);
-  for (int i = 0; i < 5; ++i) fingertip.Estimate(ReadingOf(kNothing, false), false);
-  EXPECT_TRUE(fingertip.touch().force_F.has_value());
-  for (int i = 0; i < 20; ++i) fingertip.Estimate(ReadingOf({0, 0, -0.1}, true), false);
-  EXPECT_NEAR(fingertip.touch().force_F->z(), -20 * 0.1, 1e-5);
 }
 
 TEST_F(FingertipTest, AfterAResetRestValuesAreTakenAnew) {

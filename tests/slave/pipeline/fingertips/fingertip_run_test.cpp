@@ -86,7 +86,7 @@ TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess
 
 // Without a network no force is told, so none is compared: an error that is not known, not zero.
 TEST_F(FingertipRunTest, WhereNoForceIsToldItsErrorIsNull) {
-  const Scene scene = Load("source: simulated, rate: 100 Hz, localise: polarity-free");
+  const Scene scene = Load("source: simulated, rate: 100 Hz");
   std::stop_source stop;
   const auto progress = [&](std::uint64_t done) {
     if (done == 5) stop.request_stop();

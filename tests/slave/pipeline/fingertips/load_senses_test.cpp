@@ -57,36 +57,8 @@ TEST(LoadSensesTest, FilesThatCannotBeUsedNameTheirKey) {
   EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
   EXPECT_NE(ComplaintOf(scene).find("sense.tactile.electrodes: "), std::string::npos);
   scene.sense.Find<Tactile>()->electrodes.clear();
-  scene.sense.Find<Tactile>()->localise = (scratch.path() / "none.json").string();
+  scene.sense.Find<Tactile>()->localise = "none";
   EXPECT_THROW(LoadSenses(scene), std::invalid_argument);
-}
-
-TEST(LoadSensesTest, ANetworkWithoutAStateCarriesNone) {
-  const Scratch scratch;
-  Scene scene = CubeScene(kAbove);
-  Tactile& tactile = *scene.sense.Find<Tactile>();
-  tactile.carries_state = true;
-  NetworkInfo info;
-  info.architecture = "rnn_19";
-  info.inputs = 19;
-  info.outputs = 3;
-  info.window = 50;
-  NetworkWeights weights;
-  weights.LeaveUnscaled(info.inputs, info.outputs);
-  weights.lstm = {{WeightMatrix::Zero(19 + 2, 4 * 2), Eigen::VectorXf::Zero(4 * 2)}};
-  weights.dense = {{WeightMatrix::Zero(2, 3), Eigen::VectorXf::Zero(3)}};
-  WriteForceNetwork(scratch.path() / "recurrent", info, weights);
-  tactile.network = scratch.path() / "recurrent";
-  EXPECT_EQ(ComplaintOf(scene), "");
-  info.architecture = "dnn_19";
-  info.window = 1;
-  weights.lstm.clear();
-  weights.dense = {{WeightMatrix::Zero(19, 3), Eigen::VectorXf::Zero(3)}};
-  WriteForceNetwork(scratch.path() / "dense", info, weights);
-  tactile.network = scratch.path() / "dense";
-  EXPECT_NE(ComplaintOf(scene).find("sense.tactile.state = carried: accepted is windowed"),
-            std::string::npos)
-      << ComplaintOf(scene);
 }
 
 }  // namespace

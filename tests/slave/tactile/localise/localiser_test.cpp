@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/tactile/localise/electrode_layout.h"
-#include "slave/tactile/localise/fitted_localiser.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/scratch.h"
 
@@ -25,22 +24,10 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kRest = 3000;
 constexpr std::size_t kPdc = kElectrodeCount + 1;
 
-// A fitted localiser that knows nothing yet: the formula, turned by nothing.
-LocaliserWeights Untaught(const ElectrodeLayout& layout) {
-  LocaliserWeights weights;
-  weights.layout = layout;
-  weights.centres =
-      Eigen::Matrix<double, kElectrodeCount, Eigen::Dynamic>::Zero(kElectrodeCount, 1);
-  weights.corrections = Eigen::Matrix3Xd::Zero(3, 1);
-  weights.sigma_angle = 0.1;
-  return weights;
-}
-
 // All kinds of localisers, on the simulated layout.
 class LocaliserTest : public ::testing::TestWithParam<std::string> {
  protected:
   [[nodiscard]] std::unique_ptr<Localiser> Make(const ElectrodeLayout& layout) const {
-    if (GetParam() == "fitted") return MakeFittedLocaliser(Untaught(layout), 7e-3);
     Tactile tactile;
     tactile.localise = GetParam();
     return MakeLocaliser(tactile, layout);
@@ -154,7 +141,7 @@ TEST_P(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {
   change[6] = 0;
   const TouchPlace place = Locate(change);
   EXPECT_EQ(place.status, Status::kFlawed);
-  EXPECT_LT((place.p_F - sound).norm(), GetParam() == "polarity-free" ? 1e-3 : 1e-15);
+  EXPECT_LT((place.p_F - sound).norm(), 1e-15);
 }
 
 TEST_P(LocaliserTest, AllocatesNothing) {
@@ -168,8 +155,7 @@ TEST_P(LocaliserTest, AllocatesNothing) {
   EXPECT_EQ(AllocationCount(), before);
 }
 
-INSTANTIATE_TEST_SUITE_P(Variants, LocaliserTest,
-                         ::testing::Values("paper", "polarity-free", "pressure-weighted", "fitted"),
+INSTANTIATE_TEST_SUITE_P(Variants, LocaliserTest, ::testing::Values("paper", "pressure-weighted"),
                          [](const auto& variant) {
                            std::string name = variant.param;
                            std::erase(name, '-');
@@ -185,8 +171,6 @@ TEST(MakeLocaliserTest, RefusesWhatItDoesNotKnow) {
   const ElectrodeLayout layout = SimulatedLayout(7e-3);
   tactile.localise = "best";
   EXPECT_THROW(MakeLocaliser(tactile, layout), std::invalid_argument);
-  tactile.localise = "absent/localiser.json";
-  EXPECT_THROW(MakeLocaliser(tactile, layout), std::runtime_error);
 }
 
 // A soft contact: pressure rises, all electrodes rise with it, least under the finger's side at +y.

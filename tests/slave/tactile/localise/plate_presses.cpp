@@ -141,14 +141,6 @@ std::optional<ElectrodeLayout> Layout() {
   return ReadElectrodeLayout(file);
 }
 
-Presses Part(const Presses& all, std::size_t begin, std::size_t end) {
-  const auto part = [&](const auto& v) {
-    return std::remove_cvref_t<decltype(v)>(v.begin() + static_cast<std::ptrdiff_t>(begin),
-                                            v.begin() + static_cast<std::ptrdiff_t>(end));
-  };
-  return {part(all.change), part(all.raw), part(all.normal_F)};
-}
-
 double Errors::Quantile(double share) const {
   return degrees.at(static_cast<std::size_t>(share * static_cast<double>(degrees.size() - 1)));
 }

@@ -26,8 +26,6 @@ std::optional<Presses> ReadSoftPress();
 // The authors' electrodes. nullopt where the data are absent.
 std::optional<ElectrodeLayout> Layout();
 
-Presses Part(const Presses& all, std::size_t begin, std::size_t end);
-
 struct Errors {
   std::vector<double> degrees;   // rising, of the rows where a place was found
   std::vector<double> of_sigma;  // rising, error over the place's own sigma

@@ -140,19 +140,6 @@ TEST_F(AuthorsNetworkTest, OtherSignalsAreEvaluatedAsExactly) {
   }
 }
 
-// The state carried on is another function: on this recording tens of millinewtons apart.
-TEST_F(AuthorsNetworkTest, CarryingTheStateOnIsAnotherFunction) {
-  const auto network = LoadForceNetwork(kModels / "biotac_rnn21");
-  const auto windowed = network->Windowed(), carrying = network->CarryingState();
-  double apart = 0;
-  std::array<double, 4> exact{}, carried{};
-  for (const auto& sample : Recording()) {
-    if (!windowed->Push(sample, exact) || !carrying->Push(sample, carried)) continue;
-    apart = std::max(apart, std::abs(exact[2] - carried[2]));
-  }
-  EXPECT_GT(apart, 0.02);  // [N]
-}
-
 // The other model is no fingertip's, but its tensors are read as they are.
 TEST_F(AuthorsNetworkTest, AModelWithThirteenInputsIsReadButNoFingertip) {
   const auto dir = kModels / "force_sensor_rnn13_20";

@@ -104,31 +104,6 @@ TEST(LstmNetworkTest, ANetworkOfZerosGivesItsOutputMeanExactly) {
   }
 }
 
-// Reference: the formulas over all samples since the start, tolerance as above.
-TEST(CarryingStateTest, GoesOnFromTheFirstSample) {
-  const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 11);
-  const auto made = MakeForceNetwork(network.info, network.weights);
-  const auto carrying = made->CarryingState(), windowed = made->Windowed();
-  const auto samples = RandomSignals(150, 150, 12);
-  double apart = 0;
-  for (std::size_t t = 0; t < samples.size(); ++t) {
-    Outputs carried{}, exact{};
-    ASSERT_EQ(carrying->Push(samples[t], carried), t >= 49);
-    windowed->Push(samples[t], exact);
-    if (t < 49) continue;
-    const auto expected =
-        ReferenceOutputs(network.info, network.weights, Samples(samples).first(t + 1));
-    for (std::size_t k = 0; k < expected.size(); ++k) {
-      ASSERT_NEAR(carried[k], expected[k], 1e-9) << "sample " << t;
-      if (t == 49) {
-        ASSERT_NEAR(carried[k], exact[k], 1e-12) << "the first window is the same";
-      }
-      apart = std::max(apart, std::abs(carried[k] - exact[k]));
-    }
-  }
-  EXPECT_GT(apart, 1e-6) << "then it is another function";
-}
-
 // A window with a bad sample in it would be silent garbage: it starts anew.
 TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
   const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 13);
@@ -136,25 +111,23 @@ TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
   const auto samples = RandomSignals(130, 150, 14);
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    for (const bool carry : {false, true}) {
-      const auto estimate = carry ? made->CarryingState() : made->Windowed();
-      const auto fresh = carry ? made->CarryingState() : made->Windowed();
-      Outputs outputs{}, expected{};
-      for (std::size_t t = 0; t < 70; ++t) estimate->Push(samples[t], outputs);
-      TactileSignals broken = samples[70];
-      broken[18] = bad;
-      EXPECT_FALSE(estimate->Push(broken, outputs));
-      for (std::size_t t = 71; t < 130; ++t) {
-        const bool full = estimate->Push(samples[t], outputs);
-        ASSERT_EQ(full, t >= 71 + 49);
-        ASSERT_EQ(fresh->Push(samples[t], expected), full);
-        if (full) {
-          ASSERT_EQ(outputs, expected) << "as if it began here";
-        }
+    const auto estimate = made->Windowed();
+    const auto fresh = made->Windowed();
+    Outputs outputs{}, expected{};
+    for (std::size_t t = 0; t < 70; ++t) estimate->Push(samples[t], outputs);
+    TactileSignals broken = samples[70];
+    broken[18] = bad;
+    EXPECT_FALSE(estimate->Push(broken, outputs));
+    for (std::size_t t = 71; t < 130; ++t) {
+      const bool full = estimate->Push(samples[t], outputs);
+      ASSERT_EQ(full, t >= 71 + 49);
+      ASSERT_EQ(fresh->Push(samples[t], expected), full);
+      if (full) {
+        ASSERT_EQ(outputs, expected) << "as if it began here";
       }
-      estimate->Reset();
-      EXPECT_FALSE(estimate->Push(samples[0], outputs));
     }
+    estimate->Reset();
+    EXPECT_FALSE(estimate->Push(samples[0], outputs));
   }
 }
 
@@ -189,15 +162,12 @@ TEST(LstmNetworkTest, HugeWeightsAndSamplesGiveFiniteOutputsOrNone) {
 TEST(LstmNetworkTest, PushingAllocatesNothing) {
   const RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 19);
   const auto made = MakeForceNetwork(network.info, network.weights);
-  const auto windowed = made->Windowed(), carrying = made->CarryingState();
+  const auto windowed = made->Windowed();
   auto samples = RandomSignals(300, 150, 20);
   samples[200][3] = std::numeric_limits<float>::quiet_NaN();
   Outputs outputs{};
   const long before = AllocationCount();
-  for (const auto& sample : samples) {
-    windowed->Push(sample, outputs);
-    carrying->Push(sample, outputs);
-  }
+  for (const auto& sample : samples) windowed->Push(sample, outputs);
   windowed->Reset();
   EXPECT_EQ(AllocationCount(), before);
 }

@@ -190,12 +190,6 @@ TEST(OnnxNetworkTest, AGemmThatWouldBeComputedOtherwiseIsRefused) {
   }
 }
 
-TEST(OnnxNetworkTest, ThereIsNoStateToCarry) {
-  const Scratch scratch;
-  EXPECT_FALSE(
-      LoadForceNetwork(scratch.Write("model.onnx", TwoLayers(21).Model({1, 21})))->HasState());
-}
-
 // OpenCV would divide by zero.
 TEST(OnnxNetworkTest, WeightsWithoutTheirDataAreRefused) {
   TwoLayers layers(21);
