@@ -134,9 +134,12 @@ SlaveStatus LiveSlave::Status() const {
 }
 
 void LiveSlave::Reset() {
+  const std::uint64_t stops = port_.stops();
   if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
+  const std::scoped_lock lock(stop_mutex_);
   stop_record_.End();
-  port_.Reset();
+  if (port_.Reset(stops)) return;
+  throw std::logic_error("another emergency stop arrived during the reset: it remains");
 }
 
 void LiveSlave::ReinitializeTracking() {
@@ -145,9 +148,10 @@ void LiveSlave::ReinitializeTracking() {
 }
 
 void LiveSlave::EmergencyStop(const std::string& reason) {
-  const bool is_news = port_.view().phase != Phase::kEstop;
-  port_.EmergencyStop();
-  if (!is_news) return;
+  port_.EmergencyStop();  // at once: the record may wait for the disk
+  const std::scoped_lock lock(stop_mutex_);
+  const bool was_reset = port_.view().phase != Phase::kEstop;
+  if (was_reset || stop_record_.is_active()) return;
   const std::string trouble = stop_record_.Begin(reason);
   if (!trouble.empty()) newest_.RaiseAlarm(trouble);
 }

@@ -90,6 +90,7 @@ class LiveSlave final : public Slave {
   const std::unique_ptr<SensingPipeline> sense_;
   OperatorPort port_;
   LatestEstimate newest_;
+  std::mutex stop_mutex_;  // makes record and release of an emergency stop one decision
   StopRecord stop_record_;
 
   // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.

@@ -228,16 +228,24 @@ void OperatorPort::AwaitOperator(const std::stop_token& stop) {
 void OperatorPort::EmergencyStop() noexcept {
   const std::lock_guard lock(mutex_);
   engaged_ = false;
+  ++stops_;
   Stand(Phase::kEstop);
   events_.Add(Event::kEstop);
 }
 
-void OperatorPort::Reset() noexcept {
+std::uint64_t OperatorPort::stops() const {
   const std::lock_guard lock(mutex_);
-  if (view_.phase != Phase::kEstop) return;
+  return stops_;
+}
+
+bool OperatorPort::Reset(std::uint64_t stops) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (stops != stops_) return false;
+  if (view_.phase != Phase::kEstop) return true;
   view_.phase = operating_ ? Phase::kHold : Phase::kReady;
   needs_new_epoch_ = true;
   manipulator_.Hold();
+  return true;
 }
 
 void OperatorPort::SetScales(std::optional<double> position_scale,

@@ -77,7 +77,7 @@ bool StopRecord::KeepIn(const std::filesystem::path& folder) {
     return false;
   }
   const std::scoped_lock lock(mutex_);
-  stands_ = true;
+  is_active_ = true;
   reason_ = KeptReason(file_);
   reason_ += reason_.empty() ? "from before the start" : ", from before the start";
   since_ = WrittenAt(file_);
@@ -93,7 +93,7 @@ std::string StopRecord::Begin(const std::string& reason) noexcept {
     spdlog::warn("emergency stop: {}", shown);
     {
       const std::scoped_lock lock(mutex_);
-      stands_ = true;
+      is_active_ = true;
       reason_ = shown;
       since_ = Clock::now();
     }
@@ -119,7 +119,7 @@ void StopRecord::KeepTrying(const std::stop_token& stop) {
       KeepFile(file_, Reason() + "\n");
       is_kept_ = true;
       spdlog::warn("the emergency stop is now saved: {}", file_.string());
-    } catch (const std::exception&) {  // it was told, and is tried again
+    } catch (const std::exception&) {  // it was reported, and is tried again
     }
   }
 }
@@ -129,7 +129,12 @@ void StopRecord::End() {
   if (!file_.empty()) std::filesystem::remove(file_);
   is_kept_ = true;
   const std::scoped_lock lock(mutex_);
-  stands_ = false;
+  is_active_ = false;
+}
+
+bool StopRecord::is_active() const {
+  const std::scoped_lock lock(mutex_);
+  return is_active_;
 }
 
 std::string StopRecord::Reason() const {
@@ -139,7 +144,7 @@ std::string StopRecord::Reason() const {
 
 std::string StopRecord::Words() const {
   const std::scoped_lock lock(mutex_);
-  if (!stands_) return {};
+  if (!is_active_) return {};
   return "emergency stop for " + Span(Clock::now() - since_) +
          (reason_.empty() ? "" : ": " + reason_);
 }

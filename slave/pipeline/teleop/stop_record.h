@@ -23,6 +23,7 @@ class StopRecord {
   // Throws std::filesystem::filesystem_error: the file stays, and so does the stop.
   void End();
   void set_again(std::chrono::milliseconds again) noexcept { again_ = again; }
+  [[nodiscard]] bool is_active() const;
   // `emergency stop for 12 s: by the operator`; empty: none.
   [[nodiscard]] std::string Words() const;
 
@@ -38,7 +39,7 @@ class StopRecord {
   bool is_kept_ = true;
   std::condition_variable_any changed_;
   mutable std::mutex mutex_;  // never locked longer; guards the members below
-  bool stands_ = false;
+  bool is_active_ = false;
   std::string reason_;
   Clock::time_point since_{};
   std::jthread trying_;  // sleeps until saving has failed

@@ -103,7 +103,7 @@ class Sequence {
         is_open_ = false;
         return;
       case 2:
-        port_.Reset();
+        port_.Reset(port_.stops());
         Demand(port_.view().phase != Phase::kEstop, "a stop that stays");
         rules_.is_stopped = false;
         return;

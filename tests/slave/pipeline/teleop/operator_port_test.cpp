@@ -307,7 +307,7 @@ TEST_F(OperatorPortTest, TheEmergencyStopIsTheArmsOwn) {
   port_.EndOperating();
   port_.BeginOperating();
   EXPECT_TRUE(arm_.stopped) << "whoever comes and goes, it stays stopped";
-  port_.Reset();
+  port_.Reset(port_.stops());
   EXPECT_FALSE(arm_.stopped);
 }
 
@@ -376,12 +376,23 @@ TEST_F(OperatorPortTest, TheEmergencyStopIsLatchedUntilReset) {
   Send(Next({0, -0.1, 0}, true, 1));
   EXPECT_EQ(port_.view().phase, Phase::kEstop);
   EXPECT_EQ(arm_.Tip(), tip);
-  port_.Reset();
+  port_.Reset(port_.stops());
   Send(Next({0, -0.1, 0}, true, 1));
   EXPECT_EQ(arm_.Tip(), tip) << "after a reset the operator engages anew";
   Send(Next({0, -0.1, 0}, true, 2));
   EXPECT_EQ(port_.view().phase, Phase::kFollowing);
   EXPECT_LT((arm_.Tip() - tip).norm(), 1e-15);
+}
+
+// A reset first removes the record of the stop, which may wait for the disk.
+TEST_F(OperatorPortTest, AStopThatArrivesDuringAResetRemains) {
+  port_.EmergencyStop();
+  const std::uint64_t stops = port_.stops();
+  port_.EmergencyStop();
+  EXPECT_FALSE(port_.Reset(stops));
+  EXPECT_EQ(port_.view().phase, Phase::kEstop);
+  EXPECT_TRUE(port_.Reset(port_.stops()));
+  EXPECT_NE(port_.view().phase, Phase::kEstop);
 }
 
 TEST_F(OperatorPortTest, ANewLeaseStartsWithTheToolStanding) {
@@ -664,7 +675,7 @@ TEST_F(RetreatTest, TheEmergencyStopEndsIt) {
   guarded_->EmergencyStop();
   arm_.moves = true;
   Watch(0.1, heavy_);
-  guarded_->Reset();
+  guarded_->Reset(guarded_->stops());
   Watch(0.1, heavy_);
   EXPECT_NEAR(Out(), 0, 1e-4);
 }
