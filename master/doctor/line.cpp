@@ -209,8 +209,10 @@ LinkStats TryDatagrams(SlaveLink::Options options, double seconds) {
   link.Start(&states, &commands, &settings);
   const Time begin = Clock::now();
   LinkStats stats;
+  OperatorCommand disengaged;
   while (stats.states_by_datagram == 0 && SecondsBetween(begin, Clock::now()) < patience) {
-    commands.Put({});  // a disengaged command
+    ++disengaged.sequence;
+    commands.Put(disengaged);
     std::this_thread::sleep_for(kLook);
     stats = link.stats();
   }

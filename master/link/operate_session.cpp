@@ -24,14 +24,12 @@ void RoundTrips::Restart() {
   const std::scoped_lock lock(mutex_);
   offset_ = {};
   state_sequence_ = command_sequence_ = 0;
-  echo_.reset();
   newest_ = 0;
 }
 
 double RoundTrips::Arrived(const SlaveState& state, Time received_at) {
   const std::scoped_lock lock(mutex_);
   state_sequence_ = state.sequence;
-  echo_ = state.sent_at;
   if (state.echo && state.command_sequence != command_sequence_) {  // one trip per command
     command_sequence_ = state.command_sequence;
     const Time taken_at = state.sent_at - Seconds(state.echo_delay);  // slave's clock
@@ -50,10 +48,11 @@ double RoundTrips::Arrived(const SlaveState& state, Time received_at) {
   return offset;
 }
 
-void RoundTrips::FillEcho(OperatorCommand* command) const {
+void RoundTrips::DropOtherEcho(OperatorCommand* command) const {
   const std::scoped_lock lock(mutex_);
-  command->state_sequence = state_sequence_;
-  command->echo = echo_;
+  if (command->state_sequence <= state_sequence_) return;
+  command->state_sequence = 0;
+  command->echo.reset();
 }
 
 double RoundTrips::newest() const {
@@ -114,10 +113,10 @@ void OperateSession::SendCommands(Stream* stream, const std::stop_token& stop) {
     std::this_thread::sleep_until(Clock::ToSteady(wake));
     const Time now = Clock::now();
     if (now - wake > kCommandPeriod) wake = now;  // skip missed periods
-    if (!MayGoOn(now)) return;
+    if (!MayGoOn(now)) break;
     SendNewest(stream);
   }
-  writer_.reset();
+  writer_.reset();  // its thread uses the stream and the line of datagrams
   stream->WritesDone();
 }
 
@@ -134,11 +133,10 @@ void OperateSession::SendNewest(Stream* stream) {
   const OperatorCommand* newest = with_.commands.Take();
   if (newest == nullptr) return;
   OperatorCommand command = *newest;
-  command.sequence = ++commands_;
-  with_.trips.FillEcho(&command);
+  with_.trips.DropOtherEcho(&command);
   command.sent_at = Clock::now();
   ToProto(command, &message_);
-  if (commands_ == 1) {
+  if (!std::exchange(is_introduced_, true)) {
     message_.set_operator_name(operator_name_);
     message_.set_datagrams(datagrams_requested_);
   }

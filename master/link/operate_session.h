@@ -75,7 +75,7 @@ class NewestWriter {
   std::jthread thread_;  // last: it uses all of the above
 };
 
-// Round trips and clock offset from the echoes in states, and the echo of the next command.
+// Round trips and clock offset from the echoes in states, and the echo in commands.
 // Thread-safe, but not for the haptic loop.
 class RoundTrips {
  public:
@@ -84,8 +84,9 @@ class RoundTrips {
   // Adds a state received at `received_at`, master's clock. Returns slave's minus master's clock
   // [s].
   double Arrived(const SlaveState& state, Time received_at);
-  // Fills `state_sequence` and `echo` of a command before it is sent.
-  void FillEcho(OperatorCommand* command) const;
+  // Removes `state_sequence` and `echo` of a command if they are of a state that this stream has
+  // not sent. Otherwise they are those of the haptic loop: the state that it used.
+  void DropOtherEcho(OperatorCommand* command) const;
 
   // Times of all streams [us]. Those across both clocks use the offset known at that moment.
   struct Times {
@@ -104,7 +105,6 @@ class RoundTrips {
   double newest_ = 0;  // [s]
   ClockOffset offset_;
   std::uint64_t state_sequence_ = 0, command_sequence_ = 0;
-  std::optional<Time> echo_;
 };
 
 class OperateSession {
@@ -171,7 +171,7 @@ class OperateSession {
   std::atomic<Time> heard_at_{Clock::now()};  // arrival of the last valid state
   std::atomic<bool> silent_{false}, expired_{false};
   std::atomic<WallTime> trusted_until_{WallTime::max()};  // expiry of the slave's certificate
-  std::uint64_t commands_ = 0;  // used by the sender only, like the next two
+  bool is_introduced_ = false;  // used by the sender only, like the next two
   v1::OperatorCommand message_;
   std::optional<NewestWriter<v1::OperatorCommand, Stream>> writer_;  // set while datagrams are used
   std::uint64_t stream_sequence_ = 0;                                // used by the reader only

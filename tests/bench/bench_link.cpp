@@ -141,6 +141,7 @@ class PalpateLink {
     SlaveLink link(options);
     link.Start(&states, &commands, &settings);
     Samples samples;
+    OperatorCommand command;
     Time newest{};
     for (auto wake = Clock::now(); samples.size() < kPerBlock; wake += kPeriod) {
       std::this_thread::sleep_until(Clock::ToSteady(wake));
@@ -148,7 +149,8 @@ class PalpateLink {
         newest = state->state.sensed_at;
         samples.push_back(1e6 * SecondsBetween(newest, state->received_at));
       }
-      commands.Put({});
+      ++command.sequence;
+      commands.Put(command);
       slave_.TakeSample();
     }
     return samples;

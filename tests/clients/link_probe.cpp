@@ -23,8 +23,10 @@ int main(int argc, char** argv) {
     palpate::SlaveLink link(options);
     const palpate::RemoteScene scene = link.Connect();
     link.Start(&states, &commands, &settings);
+    palpate::OperatorCommand command;
     for (int tick = 0; tick < 1000; ++tick) {
-      commands.Put({});
+      ++command.sequence;
+      commands.Put(command);
       states.Take();
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

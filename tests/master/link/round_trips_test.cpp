@@ -55,19 +55,18 @@ TEST(RoundTripsTest, RepeatedStatesOfOneCommandAreOneTrip) {
   EXPECT_EQ(trips.times().rtt.count(), 1U);
 }
 
-TEST(RoundTripsTest, ACommandEchoesTheNewestStateOfItsOwnStream) {
+TEST(RoundTripsTest, ACommandEchoesNoStateOfAnotherStream) {
   RoundTrips trips;
-  OperatorCommand command;
-  trips.FillEcho(&command);
-  EXPECT_EQ(command.state_sequence, 0U);
-  EXPECT_FALSE(command.echo.has_value());
   const Exchange exchange(3);
   trips.Arrived(exchange.state, exchange.received_at);
-  trips.FillEcho(&command);
-  EXPECT_EQ(command.state_sequence, 3U);
+  OperatorCommand command;
+  command.state_sequence = 2;  // the state that the loop used, not the newest one
+  command.echo = exchange.state.sent_at;
+  trips.DropOtherEcho(&command);
+  EXPECT_EQ(command.state_sequence, 2U);
   EXPECT_EQ(command.echo, exchange.state.sent_at);
   trips.Restart();
-  trips.FillEcho(&command);
+  trips.DropOtherEcho(&command);
   EXPECT_EQ(command.state_sequence, 0U);
   EXPECT_FALSE(command.echo.has_value());
 }

@@ -43,6 +43,7 @@ class Loop {
   LatestValue<OperatorCommand> commands;
   LatestValue<RemoteSettings> settings;
   OperatorCommand command;
+  bool rejects_states = false;
   ReceivedState newest;
   Events told;
 
@@ -50,10 +51,14 @@ class Loop {
   bool Until(const Condition& condition) {
     return Eventually([&] {
       if (condition()) return true;
+      ++command.sequence;
       commands.Put(command);
       if (const ReceivedState* taken = states.Take()) {
         newest = *taken;
         told.Add(taken->state.events);
+        if (rejects_states) return false;
+        command.state_sequence = newest.state.sequence;
+        command.echo = newest.state.sent_at;
       }
       return false;
     });
@@ -136,17 +141,29 @@ TEST_F(SlaveLinkTest, ItsConnectionsAreMadeFitForLongLines) {
   }));
 }
 
-TEST_F(SlaveLinkTest, TheLinkFillsSequenceStampAndEcho) {
+// A stop is confirmed by the sequence of the command that carried it: the loop's.
+TEST_F(SlaveLinkTest, CommandsKeepTheSequenceAndEchoOfTheLoop) {
+  loop_.command.sequence = 1000;
   StartedLink link(To(server_->address()), loop_);
   ASSERT_TRUE(loop_.Until([&] { return slave_.commands().size() > 20; }));
   const auto commands = slave_.commands();
-  EXPECT_EQ(commands.front().sequence, 1U);
+  EXPECT_GT(commands.front().sequence, 1000U);
   for (std::size_t i = 1; i < commands.size(); ++i) {
-    EXPECT_EQ(commands[i].sequence, i + 1);
+    EXPECT_GT(commands[i].sequence, commands[i - 1].sequence);
     EXPECT_GT(commands[i].sent_at, commands[i - 1].sent_at);
   }
   EXPECT_GT(commands.back().state_sequence, 0U);
   EXPECT_TRUE(commands.back().echo.has_value());
+}
+
+// The slave holds the tool when the operator has used no newer state for 100 ms.
+TEST_F(SlaveLinkTest, StatesThatTheLoopRejectsAreNotReportedAsUsed) {
+  loop_.rejects_states = true;
+  StartedLink link(To(server_->address()), loop_);
+  ASSERT_TRUE(loop_.Until(
+      [&] { return loop_.newest.state.sequence > 3 && slave_.commands().size() > 20; }));
+  EXPECT_EQ(slave_.commands().back().state_sequence, 0U);
+  EXPECT_FALSE(slave_.commands().back().echo.has_value());
 }
 
 // Both ends share one clock here, so the true offset is zero. Tolerance: half a round trip
