@@ -126,6 +126,11 @@ void OutputBlend::Go(Target target, double duration) noexcept {
   elapsed_ = 0;
 }
 
+void OutputBlend::Drop() noexcept {
+  sent_.setZero();
+  Go(Target::kZero, 0);
+}
+
 Eigen::Vector3d OutputBlend::Wanted(const Eigen::Vector3d& rendered, double dt) noexcept {
   elapsed_ += dt;
   Eigen::Vector3d wanted(0, 0, 0);

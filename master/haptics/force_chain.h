@@ -176,6 +176,8 @@ class OutputBlend {
   // Starts a transition from the last sent force to `target`, of `duration` [s] >= 0. Real-time
   // safe.
   void Go(Target target, double duration) noexcept;
+  // The force is zero from now on, at once: the device has dropped it. Real-time safe.
+  void Drop() noexcept;
   // The force of the transition, `dt` [s] after the last call [N]. Real-time safe.
   Eigen::Vector3d Wanted(const Eigen::Vector3d& rendered, double dt) noexcept;
   // The force to send [N] toward `wanted`. The slew limit uses `dt` [s], but at most one tick.

@@ -149,6 +149,8 @@ Eigen::Vector3d HapticLoop::Tick(const DeviceReading& raw, Time now) noexcept {
   reading.engaged = reading.engaged && !record_.clutched;
   passivity_.Observe(reading.p_M, sent_, dt);
   StepMachine(now, reading.engaged);
+  // The device dropped its force, and a fade would start from a force that it no longer has.
+  if (record_.chain.reasons.Has(Reason::kBadDevice)) output_.Drop();
   const OperatorState state = machine_.state();
   const bool follows = state == OperatorState::kFollowing || state == OperatorState::kHold;
   const DeviceReading command = motion_.Command(

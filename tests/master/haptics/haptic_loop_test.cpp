@@ -109,6 +109,20 @@ TEST_F(HapticLoopTest, SilenceHoldsTenMillisecondsThenFadesToZeroInForty) {
   EXPECT_EQ(at(52), 0) << "80 ms after the last state, and the two ticks of measuring it";
 }
 
+// A device drops its force at a fault. A loop that faded from its own last force would give it
+// back.
+TEST_F(HapticLoopTest, AfterADeviceFaultTheForceIsZeroUntilANewEngagement) {
+  ASSERT_NEAR(puppet_.felt.y(), 1, 1e-12);
+  puppet_.reading.status.fault = DeviceFault::kSilent;
+  puppet_.reading.engaged = false;
+  const auto is_zero = [&](const TickRecord&) { ASSERT_EQ(puppet_.felt.norm(), 0); };
+  rig_.Run(puppet_, 0.003, is_zero);
+  puppet_.reading.status.fault = DeviceFault::kNone;
+  rig_.Run(puppet_, 0.2, is_zero);
+  rig_.Engage(puppet_, 0.1);
+  EXPECT_NEAR(puppet_.felt.y(), 1, 0.05);
+}
+
 TEST_F(HapticLoopTest, FreshStatesWithin250MillisecondsBlendBackIn) {
   rig_.slave.silent = true;
   rig_.Run(puppet_, 0.150);
