@@ -53,6 +53,18 @@ class AwaitedSense final : public SensingPipeline {
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
     return Made() ? Made()->LocalModelAt(p_S_tip) : LocalModel{};
   }
+  bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
+    return Made() && Made()->MakePatch(p_S_tip, patch);
+  }
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept override {
+    return Made() && Made()->HasOutgrownPatch();
+  }
+  void LearnLaw(PatchLaw* law) noexcept override {
+    if (Made()) Made()->LearnLaw(law);
+  }
+  [[nodiscard]] SurfaceMotion motion() const noexcept override {
+    return Made() ? Made()->motion() : SurfaceMotion{};
+  }
   BoundaryShape Shape(bool nodal_forces) override {
     return Made() ? Made()->Shape(nodal_forces) : BoundaryShape{};
   }
@@ -79,6 +91,7 @@ class AwaitedSense final : public SensingPipeline {
       const SimulatedEnvironment* environment) override {
     return Made() ? Made()->OpenOfflineReport(environment) : nullptr;
   }
+  [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return &inbox_; }
   [[nodiscard]] Time sensed_at() const override { return inbox_.taken_at(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override {

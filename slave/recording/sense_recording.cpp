@@ -65,6 +65,10 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
     Put([&](v1::SenseStep* step) { ToProto(p_S_tip, step->mutable_patch_at()); });
     return sense_->MakePatch(p_S_tip, patch);
   }
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept override {
+    return sense_->HasOutgrownPatch();
+  }
+  [[nodiscard]] SurfaceMotion motion() const noexcept override { return sense_->motion(); }
   void LearnLaw(PatchLaw* law) noexcept override {
     Put([](v1::SenseStep* step) { step->mutable_law(); });
     sense_->LearnLaw(law);

@@ -114,6 +114,8 @@ struct SenseInfo {
 // One line each, as `serve` and `process` print it.
 std::vector<std::string> Introduction(const SenseInfo& info);
 
+// No function has a default: a wrapper that forgets one does not compile.
+//
 // One thread acquires, processes and estimates. Every other call may come from another thread, but
 // not at the same time as each other or Estimate. Only Prepare may run beside anything.
 class SensingPipeline {
@@ -128,33 +130,29 @@ class SensingPipeline {
   virtual bool Acquire(const std::stop_token& stop) = 0;
   // The long part that is independent of other threads: finds in the sample what the estimate
   // needs.
-  virtual void Process() noexcept {}
+  virtual void Process() noexcept = 0;
   // Estimate from the acquired sample. `p_S_tip`: tip position from the encoders at its arrival
   // [m]. Allocation-free after the first ones; unknown values are flagged.
   virtual const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept = 0;
   // Why the model's last estimate is extrapolated, one clause with static lifetime; empty: it is
   // not, or unknown.
-  [[nodiscard]] virtual std::string_view doubt() const { return {}; }
+  [[nodiscard]] virtual std::string_view doubt() const = 0;
   // The contact that the master renders for a tip at p_S_tip [m] now, between samples too.
   virtual LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept = 0;
   // The surface around a tip at p_S_tip [m] and its compliance, without epoch and revision. False:
   // this sensing has none. It may take milliseconds.
-  virtual bool MakePatch(const Eigen::Vector3d& /*p_S_tip*/, SurfacePatch* /*patch*/) noexcept {
-    return false;
-  }
+  virtual bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept = 0;
   // Whether what was learnt since the last MakePatch would change it perceptibly.
-  [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept { return false; }
-  // The learnt part of it; by default none. Only the known fields of the curve are set.
-  virtual void LearnLaw(PatchLaw* /*law*/) noexcept {}
+  [[nodiscard]] virtual bool HasOutgrownPatch() const noexcept = 0;
+  // The learnt part of it. Only the known fields of the curve are set.
+  virtual void LearnLaw(PatchLaw* law) noexcept = 0;
   // As of the last estimate; patches are of the surface where it was found.
-  [[nodiscard]] virtual SurfaceMotion motion() const noexcept { return {}; }
+  [[nodiscard]] virtual SurfaceMotion motion() const noexcept = 0;
   // As of the last estimate.
   virtual BoundaryShape Shape(bool nodal_forces) = 0;
   // `full_scale`: the largest force that the device can render, at the tool [N]. nullopt: no
   // camera, or no image yet.
-  [[nodiscard]] virtual std::optional<SeenPicture> Picture(double /*full_scale*/) const {
-    return std::nullopt;
-  }
+  [[nodiscard]] virtual std::optional<SeenPicture> Picture(double full_scale) const = 0;
 
   // Builds the parts that depend on changed settings, which may take long; the result may be null.
   // Throws std::invalid_argument naming the key; Interrupted, if `progress` (may be null) requests
@@ -173,13 +171,13 @@ class SensingPipeline {
   virtual std::unique_ptr<OfflineReport> OpenOfflineReport(
       const SimulatedEnvironment* environment) = 0;
   // Receiver of streamed samples; null: none.
-  [[nodiscard]] virtual TactileInbox* inbox() { return nullptr; }
+  [[nodiscard]] virtual TactileInbox* inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual PictureInbox* pictures() { return nullptr; }
+  [[nodiscard]] virtual PictureInbox* pictures() = 0;
   // Time of the acquired sample; for a source without delay the present time. Thread-safe.
-  [[nodiscard]] virtual Time sensed_at() const { return Clock::now(); }
+  [[nodiscard]] virtual Time sensed_at() const = 0;
   // Status of live cameras; nullopt: none. Thread-safe.
-  [[nodiscard]] virtual std::optional<CameraHealth> health() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<CameraHealth> health() const = 0;
 };
 
 // The sensing of the scene. `environment`: the simulated environment, must outlive it; null: the

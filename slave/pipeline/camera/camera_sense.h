@@ -17,11 +17,15 @@ class CameraSense final : public SensingPipeline {
   CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
 
   bool Acquire(const std::stop_token& stop) override;
+  void Process() noexcept override {}
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
+  [[nodiscard]] std::string_view doubt() const override { return {}; }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_->MakePatch(p_S_tip - motion().offset, patch);
   }
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept override { return false; }
+  void LearnLaw(PatchLaw* /*law*/) noexcept override {}
   [[nodiscard]] SurfaceMotion motion() const noexcept override { return estimator_->motion(); }
   // Vertices of the boundary. Forces of the tool act on the two vertices at the contact point.
   BoundaryShape Shape(bool nodal_forces) override;
@@ -38,6 +42,9 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(
       const SimulatedEnvironment* environment) override;
+  [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
+  [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
+  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Estimator& estimator() const { return *estimator_; }

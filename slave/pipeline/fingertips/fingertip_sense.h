@@ -20,6 +20,7 @@ class FingertipSense final : public SensingPipeline {
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
   bool Acquire(const std::stop_token& stop) override;
+  void Process() noexcept override {}
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override {
     return estimator_.Estimate(next_, p_S_tip, arm_lag_);
   }
@@ -34,6 +35,10 @@ class FingertipSense final : public SensingPipeline {
     return estimator_.HasOutgrownPatch();
   }
   void LearnLaw(PatchLaw* law) noexcept override { estimator_.LearnLaw(law); }
+  [[nodiscard]] SurfaceMotion motion() const noexcept override { return {}; }
+  [[nodiscard]] std::optional<SeenPicture> Picture(double /*full_scale*/) const override {
+    return std::nullopt;
+  }
   BoundaryShape Shape(bool nodal_forces) override { return estimator_.Shape(nodal_forces); }
   [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
                                                        Progress* progress) const override {
@@ -46,6 +51,9 @@ class FingertipSense final : public SensingPipeline {
   std::unique_ptr<OfflineReport> OpenOfflineReport(
       const SimulatedEnvironment* environment) override;
   [[nodiscard]] TactileInbox* inbox() override;
+  [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
+  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
+  [[nodiscard]] std::optional<CameraHealth> health() const override { return std::nullopt; }
 
   [[nodiscard]] const TactileEstimator& estimator() const { return estimator_; }
   [[nodiscard]] const Scene& scene() const { return scene_; }

@@ -64,9 +64,11 @@ class PointsSense final : public SensingPipeline {
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_ && estimator_->MakePatch(p_S_tip, patch);
   }
+  [[nodiscard]] bool HasOutgrownPatch() const noexcept override { return false; }
   void LearnLaw(PatchLaw* law) noexcept override {
     if (estimator_) estimator_->LearnLaw(law);
   }
+  [[nodiscard]] SurfaceMotion motion() const noexcept override { return {}; }
   // Triangles of the model's surface; without force estimation those of the scene's mesh, moved as
   // a rigid body.
   BoundaryShape Shape(bool nodal_forces) override;
@@ -85,6 +87,9 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(
       const SimulatedEnvironment* environment) override;
+  [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
+  [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
+  [[nodiscard]] Time sensed_at() const override { return Clock::now(); }
   [[nodiscard]] std::optional<CameraHealth> health() const override { return source_->health(); }
 
   [[nodiscard]] const Scene& scene() const { return scene_; }

@@ -126,7 +126,17 @@ class WallSense final : public SensingPipeline {
   }
   void LearnLaw(PatchLaw* law) noexcept override { law->ratios.fill(ratio); }
 
+  bool HasOutgrownPatch() const noexcept override { return false; }
+  SurfaceMotion motion() const noexcept override { return {}; }
+
   bool Acquire(const std::stop_token&) override { return false; }
+  void Process() noexcept override {}
+  std::string_view doubt() const override { return {}; }
+  std::optional<SeenPicture> Picture(double) const override { return std::nullopt; }
+  TactileInbox* inbox() override { return nullptr; }
+  PictureInbox* pictures() override { return nullptr; }
+  Time sensed_at() const override { return Clock::now(); }
+  std::optional<CameraHealth> health() const override { return std::nullopt; }
   const ContactEstimate& Estimate(const Vector3d&) noexcept override { return felt_; }
   LocalModel LocalModelAt(const Vector3d&) noexcept override { return {}; }
   BoundaryShape Shape(bool) override { return {}; }
