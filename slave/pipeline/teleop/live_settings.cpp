@@ -72,12 +72,11 @@ double LiveSettings::FullScale() const {
   return scene_.operator_options.force_limit / port_->transform().force_scale;
 }
 
-void LiveSettings::Rebuild(const Scene& changed, Progress* progress) {
-  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, progress);  // takes its time
-  RefuseUnlessFree();  // somebody may have begun meanwhile
+std::unique_ptr<PreparedModel> LiveSettings::Prepare(const Scene& changed,
+                                                     Progress* progress) const {
+  std::unique_ptr<PreparedModel> prepared = sense_->Prepare(changed, progress);
   ReportProgress(progress, "ready", 1);
-  const std::scoped_lock lock(*sense_mutex_, mutex_);
-  Adopt(changed, std::move(prepared));
+  return prepared;
 }
 
 // Under *sense_mutex_ and mutex_.
@@ -135,9 +134,11 @@ void LiveSettings::SetModel(const ModelChange& change, Progress* progress) {
   RefuseUnlessFree();
   RefuseLongMaking(change.elements);
   Scene changed = scene();
-  changed.model = Changed(changed.model, change, info_.changeable);
-  Rebuild(changed, progress);
-  const std::lock_guard lock(mutex_);
+  changed.model = Changed(changed.model, change, info().changeable);
+  std::unique_ptr<PreparedModel> prepared = Prepare(changed, progress);
+  const std::scoped_lock lock(*sense_mutex_, mutex_);
+  RefuseUnlessFree();  // an operator may have engaged meanwhile
+  Adopt(changed, std::move(prepared));
   info_.reason = "set by SetModel";
   ++revision_;
 }
@@ -146,17 +147,23 @@ void LiveSettings::SetParameters(const ParameterChange& change, Progress* progre
   CheckRanges(change);
   const std::lock_guard one_at_a_time(change_mutex_);
   RefuseUnlessFree();
-  if (change.young_modulus) {  // first, since it alone may fail
-    Scene changed = scene();
+  Scene changed = scene();
+  std::unique_ptr<PreparedModel> prepared;
+  if (change.young_modulus) {
     changed.object.material.young_modulus = *change.young_modulus;
-    Rebuild(changed, progress);
+    prepared = Prepare(changed, progress);
   }
+  if (change.force_limit) changed.operator_options.force_limit = *change.force_limit;
+  // All or nothing: what may fail comes before the first change.
+  const std::scoped_lock lock(*sense_mutex_, mutex_);
+  RefuseUnlessFree();  // an operator may have engaged meanwhile
   if (change.position_scale || change.force_scale) {
     port_->SetScales(change.position_scale, change.force_scale);
   }
-  if (change.force_limit) {
-    const std::lock_guard lock(mutex_);
-    scene_.operator_options.force_limit = *change.force_limit;
+  if (change.young_modulus) {
+    Adopt(changed, std::move(prepared));
+  } else {
+    scene_ = changed;
   }
   ++revision_;
 }

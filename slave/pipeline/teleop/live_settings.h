@@ -53,7 +53,8 @@ class LiveSettings {
   std::string RechooseModel(double depth, const ModelChooser& choose, const std::stop_token& stop);
 
  private:
-  void Rebuild(const Scene& changed, Progress* progress);
+  [[nodiscard]] std::unique_ptr<PreparedModel> Prepare(const Scene& changed,
+                                                       Progress* progress) const;
   void Adopt(const Scene& changed, std::unique_ptr<PreparedModel> prepared);
   // False: not now. Settings of another revision drop it.
   bool TryAdopt(const Scene& changed, std::uint32_t revision,

@@ -317,6 +317,37 @@ TEST_F(CameraSenseTest, AChangeThatIsStoppedHasChangedNothing) {
   EXPECT_FALSE(slave_->TakeEvents().Has(Event::kModelChanged));
 }
 
+// Engages the operator when the changed model is ready.
+class EngageWhenReady final : public Progress {
+ public:
+  explicit EngageWhenReady(std::function<void()> engage) : engage_(std::move(engage)) {}
+  void Expect(const PrecomputeCost&) override {}
+  bool Report(std::string_view stage, double) override {
+    if (stage == "ready") engage_();
+    return true;
+  }
+
+ private:
+  std::function<void()> engage_;
+};
+
+TEST_F(CameraSenseTest, SettingsChangeAsAWholeOrNotAtAllBesideAnEngagement) {
+  const SlaveDescription before = slave_->Describe();
+  EngageWhenReady engage([&] {
+    slave_->BeginOperating();
+    ++epoch_;
+    Until(Follows);
+  });
+  EXPECT_THROW(slave_->SetParameters({.force_scale = 2, .young_modulus = 1e4}, &engage),
+               std::logic_error);
+  const SlaveDescription now = slave_->Describe();
+  EXPECT_EQ(now.scene.object.material.young_modulus, before.scene.object.material.young_modulus);
+  EXPECT_EQ(now.scene.operator_options.transform.force_scale,
+            before.scene.operator_options.transform.force_scale);
+  EXPECT_EQ(now.settings_revision, before.settings_revision);
+  EXPECT_FALSE(slave_->TakeEvents().Has(Event::kModelChanged));
+}
+
 // While a large model is made, the states go on: an operator must not lose the link to it.
 TEST_F(CameraSenseTest, StatesGoOnWhileAModelIsMade) {
   std::atomic<bool> made{false};
