@@ -24,6 +24,15 @@ constexpr auto kEnds = std::chrono::seconds(3);          // a thread that is ask
 constexpr auto kAnswers = std::chrono::seconds(5);       // a stream that is opened
 constexpr double kNoPair = 1;                            // [s] without one is told
 
+// Empty: there is no image any more. An exception of the library counts as a camera that is gone.
+cv::Mat NextOf(Film* film) {
+  try {
+    return film != nullptr ? film->Next() : cv::Mat();
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
 struct Taken {
   cv::Mat picture;
   Time at{};
@@ -137,7 +146,7 @@ bool LiveCameras::State::HasEnded(std::size_t eye) {
 void LiveCameras::State::WatchOpened(std::size_t eye, std::unique_ptr<Film> film,
                                      const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    cv::Mat picture = film ? film->Next() : cv::Mat();
+    cv::Mat picture = NextOf(film.get());
     if (!picture.empty()) {
       Put(eye, std::move(picture), Clock::now());
       continue;

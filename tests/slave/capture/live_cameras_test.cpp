@@ -36,6 +36,8 @@ class FakeCamera {
     changed_.notify_all();
   }
   void Unplug() { Show(kUnplugged); }
+  // The library throws for the next image.
+  void Break() { Show(kBroken); }
   void PlugIn() {
     const std::lock_guard lock(mutex_);
     is_there_ = true;
@@ -49,7 +51,7 @@ class FakeCamera {
   }
 
  private:
-  static constexpr int kUnplugged = -1;
+  static constexpr int kUnplugged = -1, kBroken = -2;
 
   class Pictures final : public Film {
    public:
@@ -63,6 +65,7 @@ class FakeCamera {
       }
       const int level = camera_.shown_.front();
       camera_.shown_.pop_front();
+      if (level == kBroken) throw cv::Exception(-1, "damaged image", "Next", "camera", 1);
       if (level == kUnplugged) camera_.is_there_ = false;
       return level == kUnplugged ? cv::Mat()
                                  : cv::Mat(camera_.size_, type_, cv::Scalar::all(level));
@@ -166,6 +169,17 @@ TEST(LiveCamerasTest, OneThatIsUnpluggedComesBackByItself) {
   camera.Show(2);
   EXPECT_EQ(LevelOf(source->Next({})->image), 2);
   EXPECT_EQ(source->health()->trouble, "");
+}
+
+TEST(LiveCamerasTest, AnExceptionOfTheLibraryIsAReconnection) {
+  FakeCamera camera;
+  const auto source = FramesOf({camera.Input("camera 0")}, {});
+  const Ending ending({&camera});
+  camera.Show(1);
+  ASSERT_TRUE(source->Next({}));
+  camera.Break();
+  camera.Show(2);
+  EXPECT_EQ(LevelOf(source->Next({})->image), 2);
 }
 
 TEST(LiveCamerasTest, PicturesOfAnotherSizeThanTheScenesAreRefusedAtOnce) {
