@@ -204,8 +204,9 @@ const std::vector<TrackedWindow>& SsdTracker::Track(const cv::Mat& picture) noex
     if (!Follow(window, memories_[i])) Lose(i);
   }
   int searches = kSearchesPerPicture;
+  const std::size_t first = next_search_;
   for (std::size_t n = 0; n < windows_.size(); ++n) {
-    const std::size_t i = (next_search_ + n) % windows_.size();
+    const std::size_t i = (first + n) % windows_.size();
     if (windows_[i].seen() || windows_[i].state == WindowState::kNoTexture) continue;
     windows_[i].state = WindowState::kLost;
     ++memories_[i].lost_for;
