@@ -135,13 +135,14 @@ TEST(DhdThreadTest, AHangingTransferEndsForceAndEngagementAndNotTheTicks) {
     drive.Run(std::chrono::hours(1), stop, &stats);
     drive.Stop();
   });
+  // The device must be read once with an open switch before it can engage.
+  EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kNone; }));
   fake.press(0, 1, 0);
   EXPECT_TRUE(Eventually([&] { return engaged.load(); }));
   double force[3] = {};
   EXPECT_TRUE(Eventually([&] { return fake.last_force(force) == 1 && force[1] > 0.9; }));
   fake.set_option("transfer", "1000");
-  EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kSilent; }));
-  EXPECT_FALSE(engaged);
+  EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kSilent && !engaged; }));
   fake.set_option("transfer", "0");
   EXPECT_TRUE(Eventually([&] { return fault == DeviceFault::kNone; }));
   EXPECT_FALSE(engaged) << "the switch was never opened";
