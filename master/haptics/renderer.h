@@ -103,8 +103,8 @@ class DelayedLinear {
 // `local` has three levels, and changes between them within tens of milliseconds:
 //
 //   patch   the surface around the contact (PatchRender), where the tool is on one
-//   plane   the plane of the states (LocalContact): outside the patch, and with slaves without
-//   patches hold    the newest force, while the model is worse (RenderFallbackSelector)
+//   plane   the plane of the states (LocalContact): outside the patch, or without patches
+//   hold    the newest force, while the model is worse (RenderFallbackSelector)
 class Renderer {
  public:
   // `stiffest`: largest rendered stiffness, at the tool [N/m].
