@@ -38,7 +38,7 @@ int Samples(double seconds, double rate) {
 Fingertip::Fingertip(const Tactile& tactile, const ForceNetwork* network,
                      const Localiser& localiser)
     : localiser_(&localiser),
-      force_(tactile, network),
+      force_(network),
       baseline_(tactile.rest_samples, tactile.rate),
       stuck_(std::max(2, Samples(kStandsStill, tactile.rate))),
       miss_patience_(Samples(kMissing, tactile.rate)),

@@ -18,7 +18,7 @@ constexpr double kUsualScatter = 0.5;  // of the misfit of one sample
 
 }  // namespace
 
-WindowForce::WindowForce(const Tactile& tactile, const ForceNetwork* network) {
+WindowForce::WindowForce(const ForceNetwork* network) {
   if (network == nullptr) return;
   network_ = network->info();
   if (!(network_.sigma.norm() > 0)) network_.sigma = kPaperSigma;

@@ -20,7 +20,7 @@ class WindowForce {
   static constexpr double kBriskly = 0.3;
 
   // `network` null: forces are unknown. It must outlive this object.
-  WindowForce(const Tactile& tactile, const ForceNetwork* network);
+  explicit WindowForce(const ForceNetwork* network);
 
   // The next sample starts a new window.
   void Reset() noexcept;

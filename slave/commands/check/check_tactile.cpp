@@ -48,8 +48,7 @@ void PrintFingers(const Scene& scene) {
                         tactile.rest_samples / tactile.rate));
 }
 
-void PrintNetwork(const Scene& scene, const ForceNetwork* network) {
-  const Tactile& tactile = *scene.sense.Find<Tactile>();
+void PrintNetwork(const ForceNetwork* network) {
   if (network == nullptr) {
     PrintLine("network", "none: the force is unknown and the object is not deformed");
     return;
@@ -166,7 +165,7 @@ void CheckTactile(const Scene& scene) {
   }
   TactileEstimator estimator(scene);
   PrintFingers(scene);
-  PrintNetwork(scene, estimator.network());
+  PrintNetwork(estimator.network());
   PrintChecks(scene, estimator.network());
   PrintPlaces(scene, estimator.localiser());
   PrintPace(scene, estimator);

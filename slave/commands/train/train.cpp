@@ -1,97 +1,70 @@
 #include "slave/commands/train/train.h"
 
-#include <algorithm>
+#include <cstdio>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
+#include "shared/text/csv.h"
 #include "shared/text/text.h"
-#include "slave/commands/train/train_data.h"
-#include "slave/tactile/network/network_file.h"
-#include "slave/tactile/network/network_weights.h"
-#include "slave/tactile/recordings/recordings.h"
+#include "slave/commands/progress_bar.h"
+#include "slave/site/fingertips/simulated_presses.h"
 
 namespace palpate {
 namespace {
 
-// Without repetitions, `all` spelt out.
-std::vector<std::string> Architectures(const std::vector<std::string>& networks) {
-  std::vector<std::string> chosen;
-  const auto add = [&](const std::string& name) {
-    if (std::ranges::find(chosen, name) == chosen.end()) chosen.push_back(name);
-  };
-  for (const std::string& name : networks) {
-    if (name == "all") {
-      for (const char* each : {"dnn_19", "dnn_21", "rnn_19", "rnn_21"}) add(each);
-    } else if (InputsOf(name) > 0) {
-      add(name);
-    } else {
-      throw std::invalid_argument("--network " + name + ": accepted is " +
-                                  std::string(kArchitectures) + " or all");
-    }
+constexpr int kDigits = 9;  // single precision
+
+std::string Csv(const SimulatedStart& start) {
+  std::string text = "t";
+  for (int i = 1; i <= kElectrodeCount; ++i) text += fmt::format(",E{}", i);
+  text += ",pac0,pdc,fx,fy,fz\n";
+  for (std::size_t i = 0; i < start.readings.size(); ++i) {
+    const FingerReading& reading = start.readings[i];
+    AppendNumber(&text, static_cast<double>(i) / kPressRate, kDigits);
+    const auto append = [&](double value) {
+      text += ',';
+      AppendNumber(&text, value, kDigits);
+    };
+    for (const float electrode : reading.electrodes) append(static_cast<double>(electrode));
+    append(static_cast<double>(reading.pac));
+    append(static_cast<double>(reading.pdc));
+    for (const double component : start.force[i]) append(component);
+    text += '\n';
   }
-  if (chosen.empty()) chosen.emplace_back("rnn_21");
-  return chosen;
+  return text;
 }
 
-void Check(const TrainOptions& o) {
-  if (o.data.empty()) throw std::invalid_argument("train: no DATA");
-  const auto require = [](bool usable, const std::string& given, const char* accepted) {
-    if (!usable) throw std::invalid_argument(given + ": accepted is " + accepted);
-  };
-  require(o.optimiser == "adam" || o.optimiser == "sgd", "--optimiser " + o.optimiser,
-          "adam or sgd");
-  require(o.seed >= 0, "--seed " + std::to_string(o.seed), "0 or more");
-  require(o.rest >= 1, "--rest " + std::to_string(o.rest), "1 or more");
-  require(o.presses >= 1, "--presses " + std::to_string(o.presses), "1 or more");
-  RefuseRepetitions(o.data);
-  RefuseRepetitions(o.test);
-}
-
-void RequireOtherThanInputs(const TrainOptions& options) {
-  std::vector<std::filesystem::path> inputs{options.from, options.from / kNetworkFileName};
-  for (const auto* arguments : {&options.data, &options.test}) {
-    for (const std::string& argument : *arguments) {
-      const DataArgument data = ParseDataArgument(argument);
-      inputs.insert(inputs.end(), {data.tactile, data.wrench});
-    }
+void Check(const TrainOptions& options) {
+  if (options.data != "simulated") {
+    throw std::invalid_argument(options.data +
+                                ": expected simulated. Networks are trained by `python3 -m "
+                                "palpate.train`, see deploy/guides/own-fingertip.md");
   }
-  std::vector<std::filesystem::path> folders{options.out};
-  for (const std::string& network : options.networks) folders.push_back(options.out / network);
-  for (const auto& folder : folders) {
-    RequireOtherThan("--out", folder, {"training.csv", kNetworkFileName}, inputs);
+  if (options.seed < 0) {
+    throw std::invalid_argument(fmt::format("--seed {}: expected 0 or more", options.seed));
   }
 }
 
 }  // namespace
 
-const char* const kTrainHelp = R"(DATA is one of
-  TACTILE.csv              with force columns fx,fy,fz (or fx_N,fy_N,fz_N) [N]
-  TACTILE.csv+WRENCH.csv   force from a second file, interpolated to the tactile times
-  simulated                contacts of the simulated fingertip, 0 to 5 N
-A file may end with @FROM:TO to use these seconds only. The force is that of the fingertip on the
-object, in the fingertip frame: x points to the tip and a contact on the pad has fz < 0. A force
-sensor under the object measures this force if it is aligned with that frame. The baseline is the
-mean of a recording's first samples. The force offset is the mean of its first half second. Start
-every recording without contact.
-
-A fifth of the contacts is used for the test. A fifth of the others is used for validation. With
-five or more recordings the split is by whole recordings, otherwise by whole contacts. Every window
-lies inside its slice. With --from only a gain is fitted. Its slices must begin and end without
-contact, because it uses the rest before and after each contact.
-
-Examples:
-  palpate-slave train simulated --network all --out build/fingertip
-  palpate-slave train day1.csv day2.csv+wrench2.csv --finger rf --out build/rf
-  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --finger rf --out build/rf
-  palpate-slave train rec.csv+wrench.csv@0:9.5 --test rec.csv+wrench.csv@9.5:15 --from authors-network --finger rf --out build/gain)";
+const char* const kTrainHelp = R"(Example:
+  palpate-slave train simulated --out build/presses
+  python3 -m palpate.train build/presses --network all --out build/fingertip)";
 
 int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   Check(options);
-  TrainOptions chosen = options;
-  chosen.networks = Architectures(options.networks);
-  RequireOtherThanInputs(chosen);
-  MakeWritable(options.out);
-  if (!options.from.empty()) return TrainForceGain(chosen);
-  return TrainForceNetworks(chosen, stop);
+  const SimulatedPresses presses{.presses = options.presses,
+                                 .seed = static_cast<std::uint64_t>(options.seed)};
+  const int starts = CountStarts(presses);
+  std::filesystem::create_directories(options.out);
+  ProgressBar bar("train", stop);
+  for (int start = 0; start < starts; ++start) {
+    if (!bar.Report("simulated contacts", static_cast<double>(start) / starts)) return 1;
+    WriteWholeFile(options.out / fmt::format("start{:05}.csv", start + 1),
+                   Csv(SimulateStart(presses, start)));
+  }
+  return 0;
 }
 
 }  // namespace palpate

@@ -1,35 +1,27 @@
-// `palpate-slave train`: networks that turn a fingertip's signals into force, and one gain that
-// fits a known network to another fingertip.
+// `palpate-slave train simulated`: contacts of the simulated fingertip as CSV files, from which
+// `python3 -m palpate.train` trains a force network.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <stop_token>
 #include <string>
-#include <vector>
-
-#include "slave/tactile/training/force_trainer.h"
 
 namespace palpate {
 
 struct TrainOptions {
-  std::vector<std::string> data;      // see DataArgument; or `simulated`
-  std::vector<std::string> test;      // the same; empty: a fifth of the data
-  std::vector<std::string> networks;  // rnn_21 (empty), others of kArchitectures, all
-  std::filesystem::path out;          // folder, created if missing
-  std::filesystem::path from;         // a known network: only its gain is fitted
-  std::string finger;                 // of recordings with several
-  int rest = 50;                      // samples whose mean is the rest value
-  std::string optimiser = "adam";     // or sgd
-  ForceTrainingOptions training;      // all but architecture, descent and seed
-  std::int64_t seed = 1;              // >= 0
-  int presses = 1500;                 // of `simulated`
+  std::string data;           // simulated
+  std::filesystem::path out;  // folder, created if missing
+  std::int64_t seed = 1;      // >= 0
+  int presses = 1500;         // >= 1
 };
 
 extern const char* const kTrainHelp;  // text of --help below the options
 
-// 0: trained, or stopped with a result (the files contain it); 1: no result, or not written. Throws
-// std::invalid_argument for unusable options and data, and exceptions of writing.
+// Writes DIR/start00001.csv and so on, one file per start of the fingertip, with the columns t [s],
+// E1 to E19, pac0, pdc [counts] and fx, fy, fz, the force of the fingertip on the object in frame F
+// [N]. 0: all written; 1: stopped. Throws std::invalid_argument for unusable options and
+// std::runtime_error naming a file that cannot be written.
 int RunTrain(const TrainOptions& options, const std::stop_token& stop);
 
 }  // namespace palpate

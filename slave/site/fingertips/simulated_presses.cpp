@@ -5,23 +5,21 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
-#include <string>
 
 #include "slave/site/fingertips/simulated_fingertip.h"
-#include "slave/tactile/localise/electrode_layout.h"
 
 namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPeriod = 0.01;      // [s]
-constexpr double kRadius = 7e-3;      // of the fingertip [m]
-constexpr double kSideways = 1.2;     // furthest place from the pad's middle [rad]
-constexpr double kUpwards = 1.3;      // furthest place towards the tip [rad]
-constexpr double kBackwards = 14e-3;  // furthest place behind the tip's sphere [m]
-constexpr double kSoftest = 2e3;      // objects' modulus E / (1 - nu^2): foam [Pa]
-constexpr double kHardest = 1e7;      // hard rubber; the skin itself yields more [Pa]
+constexpr double kPeriod = 1 / kPressRate;  // [s]
+constexpr double kRadius = 7e-3;            // of the fingertip [m]
+constexpr double kSideways = 1.2;           // furthest place from the pad's middle [rad]
+constexpr double kUpwards = 1.3;            // furthest place towards the tip [rad]
+constexpr double kBackwards = 14e-3;        // furthest place behind the tip's sphere [m]
+constexpr double kSoftest = 2e3;            // objects' modulus E / (1 - nu^2): foam [Pa]
+constexpr double kHardest = 1e7;            // hard rubber; the skin itself yields more [Pa]
 constexpr double kWidestProbe = 3e-3, kWidestContact = 12e-3;  // radii [m]
 constexpr double kFlattest = 2.2;   // as wide as on a flat object a fingertip lies, to a sphere's
 constexpr double kLonger = 1.5;     // that, where it lies on its pad as long as it is
@@ -111,71 +109,44 @@ class Press {
   Wave roll_, level_, along_, across_;
 };
 
-// What a start is recorded with.
-class Recorder {
- public:
-  Recorder(std::uint32_t seed, int rest_samples) : fingertip_(seed), rest_(rest_samples) {}
-
-  void Take(const FingertipLoad* load) {
-    readings_.push_back(fingertip_.Sample(load, kPeriod));
-    rest_.Take(readings_.back());
-    recording_.t.push_back(kPeriod * static_cast<double>(recording_.t.size()));
-    recording_.force.push_back(load == nullptr ? Eigen::Vector3f(0, 0, 0)
-                                               : Eigen::Vector3f(-load->f_F.cast<float>()));
-  }
-  LabelledRecording Finish(std::string name) {
-    recording_.name = std::move(name);
-    for (const FingerReading& reading : readings_) {
-      recording_.change.push_back(rest_.Change(reading));
-    }
-    recording_.end = recording_.t.size();
-    return std::move(recording_);
-  }
-
- private:
-  SimulatedFingertip fingertip_;
-  RestValues rest_;
-  std::vector<FingerReading> readings_;
-  LabelledRecording recording_;
-};
-
 int Samples(double seconds) {
   return static_cast<int>(std::lround(seconds / kPeriod));
 }
 
-LabelledRecording SimulateStart(const SimulatedPresses& options, int start, int presses) {
-  // Every start has dice of its own: more presses leave the earlier ones as they are.
+}  // namespace
+
+int CountStarts(const SimulatedPresses& options) {
+  if (options.presses < 1 || options.per_start < 1 || options.rest_samples < 1 ||
+      !(options.largest_force > 0)) {
+    throw std::invalid_argument(
+        "simulated contacts: expected 1 or more contacts, 1 or more per start, 1 or more rest "
+        "samples, a largest force > 0");
+  }
+  return (options.presses + options.per_start - 1) / options.per_start;
+}
+
+SimulatedStart SimulateStart(const SimulatedPresses& options, int start) {
+  // Every start has random numbers of its own: more presses leave the earlier ones as they are.
   const std::uint64_t seed = options.seed * 1'000'003 + static_cast<std::uint64_t>(start);
   Dice dice(seed);
-  Recorder recorder(static_cast<std::uint32_t>(seed ^ (seed >> 32)), options.rest_samples);
-  for (int i = 0; i < options.rest_samples + 20; ++i) recorder.Take(nullptr);
+  SimulatedFingertip fingertip(static_cast<std::uint32_t>(seed ^ (seed >> 32)));
+  SimulatedStart recorded;
+  const auto record = [&](const FingertipLoad* load) {
+    recorded.readings.push_back(fingertip.Sample(load, kPeriod));
+    recorded.force.push_back(load == nullptr ? Vector3d(0, 0, 0) : Vector3d(-load->f_F));
+  };
+  for (int i = 0; i < options.rest_samples + 20; ++i) record(nullptr);
+  const int presses = std::min(options.per_start, options.presses - start * options.per_start);
   for (int k = 0; k < presses; ++k) {
     const Press press(options.largest_force, &dice);
     for (int i = 0; i < Samples(press.duration()); ++i) {
       const FingertipLoad load = press.At(kPeriod * i);
-      recorder.Take(&load);
+      record(&load);
     }
     const int pause = Samples(dice.Between(0.6, 2));
-    for (int i = 0; i < pause; ++i) recorder.Take(nullptr);
+    for (int i = 0; i < pause; ++i) record(nullptr);
   }
-  return recorder.Finish("simulated start " + std::to_string(start + 1));
-}
-
-}  // namespace
-
-std::vector<LabelledRecording> SimulatePresses(const SimulatedPresses& options) {
-  if (options.presses < 1 || options.per_start < 1 || options.rest_samples < 1 ||
-      !(options.largest_force > 0)) {
-    throw std::invalid_argument(
-        "simulated contacts: accepted are 1 or more contacts, 1 or more per start, 1 or more rest "
-        "samples, a largest force > 0");
-  }
-  std::vector<LabelledRecording> recordings;
-  for (int done = 0; done < options.presses; done += options.per_start) {
-    recordings.push_back(SimulateStart(options, static_cast<int>(recordings.size()),
-                                       std::min(options.per_start, options.presses - done)));
-  }
-  return recordings;
+  return recorded;
 }
 
 }  // namespace palpate

@@ -1,0 +1,432 @@
+"""Recordings of a fingertip with measured forces: reading, contacts, and their split."""
+from __future__ import annotations
+
+import csv
+import dataclasses
+import math
+import pathlib
+import re
+from typing import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Windows = npt.NDArray[np.int64]  # n x 2: recording and last sample
+
+RATE = 100.0  # of the networks' samples [Hz]
+ELECTRODES = tuple(f"E{i}" for i in range(1, 20))
+SIGNALS = (*ELECTRODES, "pac0", "pdc")
+WINDOW = 50  # samples
+
+TIME_COLUMNS = ("rel_time_s", "time_s", "t", "time", "timestamp")
+FORCE_COLUMNS = (("fx", "fy", "fz"), ("fx_N", "fy_N", "fz_N"))
+LARGEST_FORCE_GAP = 0.1  # longer gaps of a force sensor are not interpolated [s]
+OFFSET_TIME = 0.5  # mean force of this time is the force sensor's offset [s]
+LARGEST_GAP = 3  # periods; a longer step is a gap
+SAME_PERIOD = 0.1  # relative difference up to which samples are used unchanged
+
+CONTACT_SHARE = 0.05  # contact: force above this share of the largest one
+PAUSE = 0.5  # shorter pauses belong to the contact [s]
+SHORTEST_CONTACT = 0.1  # shorter contacts are spikes of the force sensor [s]
+SET_ASIDE = 0.2
+ENOUGH_RECORDINGS = 5
+SHORTEST_PART = 60  # samples: a window of 50 and a few more
+
+
+class InputError(ValueError):
+    """Data that cannot be used; the message names the file and the reason."""
+
+
+@dataclasses.dataclass(frozen=True)
+class DataArgument:
+    """TACTILE.csv[+WRENCH.csv][@FROM:TO]"""
+    text: str
+    tactile: pathlib.Path
+    wrench: pathlib.Path | None = None
+    start: float = -math.inf  # [s], of the tactile file's clock
+    end: float = math.inf
+
+    @property
+    def name(self) -> str:
+        """The argument without folders."""
+        text = self.tactile.name + (f"+{self.wrench.name}" if self.wrench else "")
+        sliced = math.isfinite(self.start) or math.isfinite(self.end)
+        return text + (self.text[self.text.rindex("@"):] if sliced else "")
+
+
+@dataclasses.dataclass
+class Recording:
+    """One fingertip without a gap at RATE. `change`: counts minus baseline, n x 21; `force`: of the fingertip on the
+    object, frame F, n x 3 [N]. Windows may begin before the selected samples [begin, end)."""
+    name: str
+    file: pathlib.Path
+    t: Array
+    change: Array
+    force: Array
+    begin: int = 0
+    end: int = 0
+    missing: str = ""  # pac0 or pdc where the file lacks it; that signal reads 0
+
+
+@dataclasses.dataclass(frozen=True)
+class Stretch:
+    """Samples [begin, end) of a recording, usually one contact. Windows begin at `look_back` or later."""
+    recording: int
+    begin: int
+    end: int
+    look_back: int
+
+
+@dataclasses.dataclass
+class Split:
+    train: list[Stretch]
+    validation: list[Stretch]
+    test: list[Stretch]
+    how: str
+
+
+class Table:
+    """A CSV file with one header row. Lines that begin with # are comments."""
+
+    def __init__(self, file: pathlib.Path) -> None:
+        self.file = file
+        self.lines: list[int] = []  # of the rows
+        self.names: list[str] = []
+        self.rows: list[list[str]] = []
+        try:
+            with open(file, newline="", encoding="utf-8-sig") as stream:
+                for number, row in enumerate(csv.reader(stream), 1):
+                    if not any(cell.strip() for cell in row) or row[0].lstrip().startswith("#"):
+                        continue
+                    if not self.names:
+                        self.names = [cell.strip() for cell in row]
+                        continue
+                    if len(row) != len(self.names):
+                        raise InputError(f"{file}:{number}: {len(row)} columns, expected {len(self.names)} as in the header")
+                    self.rows.append(row)
+                    self.lines.append(number)
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            raise InputError(f"{file}: cannot be read: {error}") from error
+        if not self.rows:
+            raise InputError(f"{file}: no samples: expected a header and one row or more")
+
+    def find(self, *names: str) -> int | None:
+        """Index of the first of these columns that exists."""
+        return next((self.names.index(name) for name in names if name in self.names), None)
+
+    def numbers(self, column: int) -> Array:
+        values = np.empty(len(self.rows))
+        for i, row in enumerate(self.rows):
+            try:
+                values[i] = float(row[column])
+            except ValueError:
+                values[i] = math.nan
+            if not math.isfinite(values[i]):
+                raise InputError(f"{self.file}:{self.lines[i]}: {self.names[column]} = {row[column] or 'nothing'}: "
+                                 "expected a finite number")
+        return values
+
+    def times(self) -> Array:
+        column = self.find(*TIME_COLUMNS)
+        if column is None:
+            raise InputError(f"{self.file}: no time: expected a column {', '.join(TIME_COLUMNS)} [s]")
+        t = self.numbers(column)
+        falls = np.flatnonzero(np.diff(t) < 0)
+        if len(falls):
+            raise InputError(f"{self.file}:{self.lines[int(falls[0]) + 1]}: the time decreases")
+        return t
+
+
+def parse_argument(text: str) -> DataArgument:
+    """Raises InputError: an invalid slice, an empty name."""
+    files, start, end = text, -math.inf, math.inf
+    if "@" in files and not pathlib.Path(files).exists():
+        files, _, window = files.rpartition("@")
+        match = re.fullmatch(r"([^:]*):([^:]*)", window)
+        try:
+            if not match:
+                raise ValueError
+            start, end = (float(part) if part else default for part, default in zip(match.groups(), (start, end)))
+            if not start < end:
+                raise ValueError
+        except ValueError:
+            raise InputError(f"{text}: @{window}: expected @FROM:TO in seconds, FROM < TO") from None
+    tactile, plus, wrench = (files, "", "") if pathlib.Path(files).exists() else files.partition("+")
+    if not tactile or (plus and not wrench):
+        raise InputError(f"{text}: expected TACTILE.csv, TACTILE.csv+WRENCH.csv, either with @FROM:TO, or a folder")
+    return DataArgument(text, pathlib.Path(tactile), pathlib.Path(wrench) if wrench else None, start, end)
+
+
+def parse_arguments(texts: Sequence[str]) -> list[DataArgument]:
+    """A folder stands for its CSV files in alphabetical order."""
+    arguments: list[DataArgument] = []
+    for text in texts:
+        if pathlib.Path(text).is_dir():
+            files = sorted(pathlib.Path(text).glob("*.csv"))
+            if not files:
+                raise InputError(f"{text}: a folder without CSV files")
+            arguments += [DataArgument(str(file), file) for file in files]
+        else:
+            arguments.append(parse_argument(text))
+    return arguments
+
+
+def refuse_repetitions(arguments: Sequence[DataArgument]) -> None:
+    """Raises InputError where two arguments contain the same samples, which would count twice."""
+    seen: dict[pathlib.Path, list[DataArgument]] = {}
+    for argument in arguments:
+        for other in seen.setdefault(argument.tactile.resolve(), []):
+            if argument.start < other.end and other.start < argument.end:
+                raise InputError(f"{other.text} and {argument.text} share samples: expected each sample once")
+        seen[argument.tactile.resolve()].append(argument)
+
+
+def fingers_of(table: Table) -> list[str]:
+    """Prefixes of the fingers in a table; an empty one for electrodes without a prefix."""
+    prefixes = [re.sub(r"(E|ele)1$", "", name) for name in table.names if re.search(r"(^|_)(E|ele)1$", name)]
+    return list(dict.fromkeys(prefixes))
+
+
+def _signals(table: Table, finger: str) -> tuple[Array, str]:
+    """n x 21 counts and the name of a missing pressure column."""
+    prefixes = fingers_of(table)
+    if finger:
+        prefixes = [prefix for prefix in prefixes if prefix in ("", finger + "_")]
+    if not prefixes:
+        raise InputError(f"{table.file}: no electrodes E1 to E19" + (f" of finger {finger}" if finger else ""))
+    if len(prefixes) > 1:
+        raise InputError(f"{table.file}: several fingers: choose one with --finger: "
+                         + ", ".join(prefix.rstrip("_") for prefix in prefixes))
+    prefix, missing = prefixes[0], ""
+    counts = np.zeros((len(table.rows), len(SIGNALS)))
+    for i, signal in enumerate(SIGNALS):
+        other = signal.replace("E", "ele") if signal.startswith("E") else {"pac0": "pac1"}.get(signal, signal)
+        column = table.find(prefix + signal, prefix + other)
+        if column is not None:
+            counts[:, i] = table.numbers(column)
+        elif signal in ELECTRODES:
+            raise InputError(f"{table.file}: no column {prefix}{signal}")
+        else:
+            missing = missing or prefix + signal
+    return counts, missing
+
+
+class ForceCurve:
+    """What a force sensor recorded, less the mean of its first half second."""
+
+    def __init__(self, table: Table) -> None:
+        self.t, first = np.unique(table.times(), return_index=True)
+        for names in FORCE_COLUMNS:
+            columns = [table.find(name) for name in names]
+            if None not in columns:
+                force = np.stack([table.numbers(c) for c in columns if c is not None], axis=1)[first]
+                self.force = force - force[self.t - self.t[0] < OFFSET_TIME].mean(axis=0)
+                return
+        raise InputError(f"{table.file}: no force columns: expected fx, fy, fz or fx_N, fy_N, fz_N [N], "
+                         "or a file with them: TACTILE.csv+WRENCH.csv")
+
+    def at(self, t: Array) -> Array:
+        """n x 3 [N]; NaN before the first sample, after the last one and in gaps."""
+        force = np.stack([np.interp(t, self.t, self.force[:, k]) for k in range(3)], axis=1)
+        after = np.clip(np.searchsorted(self.t, t), 0, len(self.t) - 1)
+        before = np.maximum(after - 1, 0)
+        between = self.t[after] != t
+        unknown = (t < self.t[0]) | (t > self.t[-1]) | (between & (self.t[after] - self.t[before] > LARGEST_FORCE_GAP))
+        force[unknown] = math.nan
+        return force
+
+
+def _instants(file: pathlib.Path, t: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Times of the samples at RATE, and which of them come after a gap."""
+    steps = np.diff(t)
+    period = float(np.median(steps)) if len(steps) else 1 / RATE
+    if period > 4 / RATE:
+        raise InputError(f"{file}: a sample every {period:.3g} s: expected at most {4 / RATE:.3g} s")
+    step = period if abs(period - 1 / RATE) <= SAME_PERIOD / RATE else 1 / RATE
+    largest = LARGEST_GAP * max(period, 1 / RATE)
+    cuts = [0, *(int(i) + 1 for i in np.flatnonzero(steps > largest)), len(t)]
+    times: list[Array] = []
+    for begin, end in zip(cuts, cuts[1:]):
+        if step == period:
+            whole = [t[begin:begin + 1]]
+            for i in range(begin + 1, end):
+                # A late stamp is followed by one that seems early: nothing is missing then.
+                around = t[min(i + 1, end - 1)] - t[max(i - 2, begin)]
+                count = min(i + 1, end - 1) - max(i - 2, begin)
+                missing = min(round(steps[i - 1] / period) - 1, round(around / period) - count)
+                whole.append(np.linspace(t[i - 1], t[i], max(missing, 0) + 2)[1:])
+            times.append(np.concatenate(whole))
+        else:
+            times.append(np.arange(t[begin], t[end - 1] + 1e-9, step))
+    after_gap = np.concatenate([np.arange(len(part)) == 0 for part in times])
+    return np.concatenate(times), after_gap
+
+
+def read_recording(data: DataArgument, finger: str, rest_samples: int) -> list[Recording]:
+    """One recording, or more where it has gaps or the force is unknown for a while."""
+    table = Table(data.tactile)
+    times = table.times()
+    counts, missing = _signals(table, finger)
+    unique, first = np.unique(times, return_index=True)
+    counts = counts[first]
+    curve = ForceCurve(table if data.wrench is None else Table(data.wrench))
+    t, after_gap = _instants(data.tactile, unique)
+    if len(t) < rest_samples:
+        raise InputError(f"{data.tactile}: {len(t)} samples: too few for a baseline from the first {rest_samples}")
+    signals = np.stack([np.interp(t, unique, counts[:, k]) for k in range(counts.shape[1])], axis=1)
+    change = signals - signals[:rest_samples].mean(axis=0)
+    force = curve.at(t)
+    known = np.isfinite(force).all(axis=1)
+    if not known.any():
+        raise InputError(f"{data.text}: the force's times and the samples' do not overlap")
+    starts = known & (after_gap | ~np.concatenate([[False], known[:-1]]))
+    part = np.where(known, np.cumsum(starts), 0)
+    recordings = []
+    for k in range(1, int(part.max()) + 1):
+        rows = part == k
+        begin, end = np.searchsorted(t[rows], (data.start, data.end))
+        if begin < end:
+            recordings.append(Recording(data.text, data.tactile, t[rows], change[rows], force[rows], int(begin), int(end),
+                                        missing))
+    if not recordings:
+        raise InputError(f"{data.text}: no samples between these times: the recording has {t[0]:g} to {t[-1]:g} s")
+    return recordings
+
+
+def read_recordings(arguments: Sequence[DataArgument], finger: str, rest_samples: int) -> list[Recording]:
+    return [recording for data in arguments for recording in read_recording(data, finger, rest_samples)]
+
+
+def _contacts(recording: Recording, threshold: float) -> list[tuple[int, int]]:
+    contacts: list[tuple[int, int]] = []
+    size = np.linalg.norm(recording.force, axis=1)
+    for i in range(recording.begin, recording.end):
+        if not size[i] > threshold:
+            continue
+        if contacts and recording.t[i] - recording.t[contacts[-1][1] - 1] < PAUSE:
+            contacts[-1] = (contacts[-1][0], i + 1)
+        else:
+            contacts.append((i, i + 1))
+    return [(a, b) for a, b in contacts if recording.t[b - 1] - recording.t[a] >= SHORTEST_CONTACT]
+
+
+def find_contacts(recordings: Sequence[Recording]) -> list[Stretch]:
+    """Stretches of contact, each with half of the quiet time around it."""
+    largest = max((float(np.linalg.norm(r.force[r.begin:r.end], axis=1).max()) for r in recordings), default=0.0)
+    stretches: list[Stretch] = []
+    for k, r in enumerate(recordings):
+        contacts = _contacts(r, CONTACT_SHARE * largest)
+        begin = r.begin
+        for i, (_, end) in enumerate(contacts):
+            until = (end + contacts[i + 1][0]) // 2 if i + 1 < len(contacts) else r.end
+            stretches.append(Stretch(k, begin, until, begin))
+            begin = until
+    return stretches
+
+
+class MersenneTwister64:
+    """std::mt19937_64: the same seed selects the same contacts as earlier versions did."""
+
+    def __init__(self, seed: int) -> None:
+        self.state = [seed % 2**64]
+        for i in range(1, 312):
+            last = self.state[-1]
+            self.state.append((6364136223846793005 * (last ^ (last >> 62)) + i) % 2**64)
+        self.at = 312
+
+    def __call__(self) -> int:
+        if self.at == 312:
+            for i in range(312):
+                x = (self.state[i] & 0xFFFFFFFF80000000) | (self.state[(i + 1) % 312] & 0x7FFFFFFF)
+                self.state[i] = self.state[(i + 156) % 312] ^ (x >> 1) ^ (0xB5026F5AA96619E9 if x & 1 else 0)
+            self.at = 0
+        x = self.state[self.at]
+        self.at += 1
+        x ^= (x >> 29) & 0x5555555555555555
+        x ^= (x << 17) & 0x71D67FFFEDA60000
+        x ^= (x << 37) & 0xFFF7EEE000000000
+        return x ^ (x >> 43)
+
+
+def _take_fifth(units: list[list[Stretch]]) -> list[Stretch]:
+    wanted = max(1, math.floor(SET_ASIDE * len(units) + 0.5))
+    return [stretch for _ in range(wanted) for stretch in units.pop()]
+
+
+def _take_parts(stretches: list[Stretch]) -> tuple[list[Stretch], list[Stretch]]:
+    """Parts of every stretch, and the rest, which does not look back into them."""
+    taken, left = [], []
+    for s in stretches:
+        tenth = (s.end - s.begin) // 10
+        cuts = [(3, 4), (6, 7)] if tenth >= SHORTEST_PART else [(4, 6)] if 2 * tenth >= SHORTEST_PART else []
+        begin, look_back = s.begin, s.look_back
+        for first, last in cuts:
+            left.append(Stretch(s.recording, begin, s.begin + first * tenth, look_back))
+            taken.append(Stretch(s.recording, s.begin + first * tenth, s.begin + last * tenth, s.begin + first * tenth))
+            begin = look_back = s.begin + last * tenth
+        left.append(Stretch(s.recording, begin, s.end, look_back))
+    return taken, left
+
+
+def split_contacts(recordings: Sequence[Recording], test_is_apart: bool, seed: int) -> Split:
+    """The split of the paper (IV.A): 80 % for training and 20 % for the test, a fifth of the first for validation; by whole
+    recordings if there are five or more, otherwise by whole contacts. Raises InputError: no contact."""
+    contacts = find_contacts(recordings)
+    if not contacts:
+        raise InputError("the recordings contain no contact")
+    by_recording = len({c.recording for c in contacts}) >= ENOUGH_RECORDINGS
+    units: list[list[Stretch]] = []
+    for contact in contacts:
+        if by_recording and units and units[-1][0].recording == contact.recording:
+            units[-1].append(contact)
+        else:
+            units.append([contact])
+    random = MersenneTwister64(seed)
+    for i in range(len(units), 1, -1):
+        k = random() % i
+        units[i - 1], units[k] = units[k], units[i - 1]
+
+    def count(n: int) -> str:
+        return f"{n} {'recording' if by_recording else 'contact'}{'' if n == 1 else 's'}"
+
+    test: list[Stretch] = []
+    test_text = "a separate set"
+    test_by_unit = not test_is_apart and len(units) > 1
+    if test_by_unit:
+        before = len(units)
+        test = _take_fifth(units)
+        test_text = count(before - len(units))
+    validate_by_unit = len(units) >= 3
+    validation: list[Stretch] = []
+    validation_text = "parts of the same"
+    if validate_by_unit:
+        before = len(units)
+        validation = _take_fifth(units)
+        validation_text = count(before - len(units))
+    left = len(units)
+    train = [stretch for unit in units for stretch in unit]
+    if not test_by_unit and not test_is_apart:
+        test, train = _take_parts(train)
+        test_text = "parts of the same contact (there is only one: the errors are too small)"
+    if not validate_by_unit:
+        validation, train = _take_parts(train)
+    how = (f"by whole {'recordings' if by_recording else 'contacts'}: train {count(left)}, validation {validation_text}, "
+           f"test {test_text}")
+    return Split(train, validation, test, how)
+
+
+def windows_of(stretches: Sequence[Stretch], steps: int) -> Windows:
+    """n x 2: recording and last sample of every window of `steps` samples that ends in one of the stretches."""
+    parts = [np.zeros((0, 2), np.int64)]
+    for s in stretches:
+        last = np.arange(max(s.begin, s.look_back + steps - 1), s.end)
+        parts.append(np.stack([np.full(len(last), s.recording), last], axis=1))
+    return np.concatenate(parts)
+
+
+def last_samples(recordings: Sequence[Recording], windows: Windows) -> tuple[Array, Array]:
+    """Signals (n x 21) and forces (n x 3) at the ends of the windows."""
+    offsets = np.cumsum([0, *(len(r.t) for r in recordings)])
+    rows = offsets[windows[:, 0]] + windows[:, 1]
+    return np.concatenate([r.change for r in recordings])[rows], np.concatenate([r.force for r in recordings])[rows]
