@@ -136,15 +136,13 @@ endfunction()
 # label `slow`: `tests/run.sh --full` alone runs them. SANITIZE: parses or speaks, so that every
 # `tests/run.sh` runs it under the address and undefined-behaviour sanitizers too; with `--full` they run everything.
 # FULL: of what no session runs on (simulated worlds, training, identification, reports of studies), of model kinds whose
-# answers test_reference holds, or long sweeps: built and run by `--full`, and where the room that they mirror, or of a library that they link, is in PALPATE_CHANGED. THREADS: runs
-# threads, which `--full` has the thread sanitizer watch. RACES: so does every `tests/run.sh`.
+# answers test_reference holds, or long sweeps: built and run by `--full`. THREADS: runs threads, which `--full` has the thread sanitizer watch. RACES: so does every `tests/run.sh`.
 # COMPUTES: its own code, or templates of libraries in it, takes longer to run at -O0 than to compile at -O1.
 # PALPATE_SANITIZED_APART: tests with SANITIZE or RACES are left out here, because the sanitizers' builds run them.
 # PALPATE_SANITIZE_TESTS off: what tests call is watched, their own code is not.
 function(palpate_test name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "FULL;SANITIZE;THREADS;RACES;COMPUTES" "TIMEOUT;SLOW" "SOURCES;APART;LINKS;LABELS")
-  palpate_is_wanted("${ARG_LINKS}" wanted)
-  if((PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE AND (ARG_SANITIZE OR ARG_RACES)) OR (ARG_FULL AND NOT wanted))
+  if((PALPATE_SANITIZED_APART AND NOT PALPATE_SANITIZE AND (ARG_SANITIZE OR ARG_RACES)) OR (ARG_FULL AND NOT PALPATE_FULL_TESTS))
     return()
   endif()
   palpate_units(${name} units SOURCES ${ARG_SOURCES} APART ${ARG_APART})
@@ -183,25 +181,6 @@ function(palpate_test name)
   else()
     palpate_test_entry(${name} ${name} "" ${ARG_TIMEOUT} "${ARG_LABELS}")
   endif()
-endfunction()
-
-# palpate_is_wanted(LINKS OUT): whether a FULL test of this folder that links LINKS is built.
-function(palpate_is_wanted links out)
-  file(RELATIVE_PATH rooms ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
-  foreach(link IN LISTS links)
-    if(TARGET ${link})
-      get_target_property(folder ${link} SOURCE_DIR)
-      file(RELATIVE_PATH room ${CMAKE_SOURCE_DIR} ${folder})
-      list(APPEND rooms ${room})
-    endif()
-  endforeach()
-  set(wanted ${PALPATE_FULL_TESTS})
-  foreach(room IN LISTS rooms)
-    if(room IN_LIST PALPATE_CHANGED)
-      set(wanted ON)
-    endif()
-  endforeach()
-  set(${out} ${wanted} PARENT_SCOPE)
 endfunction()
 
 function(palpate_test_entry entry program filter timeout labels)

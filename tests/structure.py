@@ -1,15 +1,10 @@
 #!/usr/bin/env python3
 """Counts of the code's structure: lines, folders, classes, constants, and the path of an image.
 
-structure.py            prints the table; exit 1 where a count is above its budget
-structure.py --tighten  lowers the budgets in structure.json to what was counted; it raises none
-structure.py --list     also prints every place behind a count that is above its target
-structure.py --self-test  checks the rules for evidence
+structure.py         prints the counts
+structure.py --list  also prints the places behind them
 
-A count that has reached its target may rise up to it. One that has not may not rise above its budget in
-structure.json. A commit that raises a budget says why in a line of its message that begins with "Budget:". All commits
-since tests/since.sh are examined.
-Needs universal-ctags; without it: exit 77.
+Needs universal-ctags.
 """
 import collections
 import functools
@@ -22,23 +17,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-BUDGETS = pathlib.Path(__file__).with_suffix(".json")
 PRODUCT = ("shared", "slave", "master")
-TARGETS = {
-    "product lines": 108000,
-    "test lines": 80000,
-    "sources above 450 lines": 0,
-    "classes above 45 members and methods": 0,
-    "cycles between folders": 0,
-    "constants of estimators and checks": 411,
-    "constants without evidence": 0,
-    "files on the path of an image": 15,
-    "sources in the largest folder": 30,
-    "files of at most 40 lines [%]": 22,
-    "lines of a function, median": 8,
-    "lines of a function, nine of ten": 25,
-    "types defined twice": 0,
-}
 MOST_LINES, MOST_PARTS = 450, 45
 TEST_SUFFIXES = (".h", ".cpp", ".py", ".mjs", ".js", ".sh")
 # Code that runs once per sample: estimators and checks.
@@ -171,16 +150,6 @@ def has_evidence(comment):
     return bool(UNIT.search(comment))
 
 
-def self_test():
-    good = ("[px]. [tuned: undisturbed]", "[-] [derived: one pixel]", "[by definition]", "[tuned: skew_test, late] [s]",
-            "[N] [recorded: membrane_press_rgbd, its third press]")
-    bad = ("", "[px]", "[tuned: undisturbed]", "[px]. [tuned: no such row]", "[N] [recorded: 300 N/m once]", "[px] [derived: ]",
-           "[px] [guessed: a number]")
-    wrong = [text for text in good if not has_evidence(text)] + [text for text in bad if has_evidence(text)]
-    print("self-test:", "; ".join(wrong) or "good")
-    return 1 if wrong else 0
-
-
 def constants(files):
     """Names of numeric constants, and those whose comment, before or beside them, holds no evidence."""
     names, bare = [], []
@@ -245,54 +214,14 @@ def measure():
     return table | {name: (count, []) for name, count in sorted(modules.items()) if not name.endswith((".h", ".cpp"))}
 
 
-def git(*words):
-    return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True).stdout
-
-
-def unexplained():
-    """Budgets that a commit raised above all its parents without a line "Budget: ..." in its message. None: no history."""
-    base = subprocess.run([ROOT / "tests/since.sh"], capture_output=True, text=True).stdout.strip()
-    if not base:
-        return None
-    found = []
-    for line in git("log", "--format=%H %P", f"{base}..HEAD", "--", "tests/structure.json").splitlines():
-        commit, *parents = line.split()
-        before = [json.loads(git("show", f"{parent}:tests/structure.json") or "{}") for parent in parents]
-        now = json.loads(git("show", f"{commit}:tests/structure.json") or "{}")
-        if "\nBudget:" not in git("log", "-1", "--format=%B", commit):
-            found += [f"{commit[:8]}: {name}" for name, budget in now.items()
-                      if before and budget > max(one.get(name, budget) for one in before)]
-    return found
-
-
 def main():
-    if "--self-test" in sys.argv:
-        return self_test()
     if not shutil.which("ctags"):
-        print("skipped: universal-ctags is missing (apt-get install universal-ctags)")
-        return 77
-    budgets = json.loads(read(BUDGETS)) if BUDGETS.exists() else {}
-    counted = measure()
-    bad = False
-    for name, (count, places) in counted.items():
-        most = max(TARGETS.get(name, 0), budgets.get(name, 0))
-        verdict = "good" if name in TARGETS and count <= TARGETS[name] else "within budget" if count <= most else "ABOVE"
-        bad = bad or verdict == "ABOVE"
-        print(f"{name:38} {count:>8} target {TARGETS.get(name, ''):>6} budget {budgets.get(name, ''):>6}  {verdict}")
-        if verdict == "ABOVE" or "--list" in sys.argv and verdict != "good":
+        sys.exit("structure.py: universal-ctags is missing: apt-get install universal-ctags")
+    for name, (count, places) in measure().items():
+        print(f"{name:38} {count:>8}")
+        if "--list" in sys.argv:
             print(*(f"    {place}" for place in places), sep="\n", end="\n" if places else "")
-    raised = unexplained()
-    if raised is None:
-        print("without history: raised budgets are not examined")
-    for name in raised or []:
-        bad = True
-        print(f"{name}: its budget rose: accepted with a line 'Budget: REASON' in the commit's message")
-    if "--tighten" in sys.argv:
-        still = {name: min(count, budgets.get(name, count)) for name, (count, _) in counted.items()
-                 if count > TARGETS.get(name, 0)}
-        BUDGETS.write_text(json.dumps(still, indent=1) + "\n")
-    return 1 if bad else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

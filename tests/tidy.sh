@@ -5,7 +5,9 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v clang-tidy >/dev/null || { echo "tidy.sh: clang-tidy is missing: apt-get install clang-tidy" >&2; exit 1; }
 
-base=${1:-$(tests/since.sh)}
+base=${1:-$(git merge-base HEAD origin/main 2>/dev/null || true)}
+[ "$base" != "$(git rev-parse HEAD)" ] || base=
+[ -n "$base" ] || base=$(git rev-parse -q --verify HEAD~1 || true)
 [ -n "$base" ] || { echo "there is no earlier commit: no source was checked"; exit 0; }
 mapfile -t files < <(git diff --numstat --no-renames --diff-filter=d "$base" -- 'shared/*.cpp' 'slave/*.cpp' 'master/*.cpp' |
   sort -rn | cut -f 3)  # what was changed most comes first

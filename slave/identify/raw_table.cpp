@@ -11,42 +11,152 @@
 namespace palpate::identify {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, double>, 21> kUnits{
-    {{"pa", 1},    {"kpa", 1e3}, {"mpa", 1e6}, {"gpa", 1e9}, {"n/mm2", 1e6}, {"n/mm^2", 1e6},
-     {"n/m2", 1},  {"n", 1},     {"mn", 1e-3}, {"kn", 1e3},  {"m", 1},       {"mm", 1e-3},
-     {"um", 1e-6}, {"cm", 1e-2}, {"s", 1},     {"ms", 1e-3}, {"min", 60},    {"%", 0.01},
-     {"-", 1},     {"1", 1},     {"mm/mm", 1}}};
+struct Unit {
+  std::string_view name;
+  Quantity quantity;
+  double to_si;
+};
+constexpr double kGravity = 9.80665;             // standard gravity [m/s^2]
+constexpr double kInch = 0.0254;                 // [m]
+constexpr double kPoundForce = 4.4482216152605;  // [N]
+constexpr double kPsi = kPoundForce / (kInch * kInch);
 
-std::optional<double> UnitOf(std::string_view word) {
-  if (Trimmed(word) == "mPa") return 1e-3;  // the two whose first letter's size matters
-  if (Trimmed(word) == "MN") return 1e6;
-  std::string small(Trimmed(word));
+// In small letters; see UnitOf for those whose first letter's size matters.
+constexpr std::array kUnits{
+    Unit{"pa", Quantity::kStress, 1},
+    Unit{"kpa", Quantity::kStress, 1e3},
+    Unit{"mpa", Quantity::kStress, 1e6},
+    Unit{"gpa", Quantity::kStress, 1e9},
+    Unit{"n/mm2", Quantity::kStress, 1e6},
+    Unit{"n/mm^2", Quantity::kStress, 1e6},
+    Unit{"n/cm2", Quantity::kStress, 1e4},
+    Unit{"n/m2", Quantity::kStress, 1},
+    Unit{"n/m^2", Quantity::kStress, 1},
+    Unit{"kn/m2", Quantity::kStress, 1e3},
+    Unit{"bar", Quantity::kStress, 1e5},
+    Unit{"mbar", Quantity::kStress, 1e2},
+    Unit{"psi", Quantity::kStress, kPsi},
+    Unit{"ksi", Quantity::kStress, 1e3 * kPsi},
+    Unit{"kgf/cm2", Quantity::kStress, 1e4 * kGravity},
+    Unit{"kgf/mm2", Quantity::kStress, 1e6 * kGravity},
+    Unit{"n", Quantity::kForce, 1},
+    Unit{"mn", Quantity::kForce, 1e-3},
+    Unit{"un", Quantity::kForce, 1e-6},
+    Unit{"kn", Quantity::kForce, 1e3},
+    Unit{"lbf", Quantity::kForce, kPoundForce},
+    Unit{"kgf", Quantity::kForce, kGravity},
+    Unit{"kp", Quantity::kForce, kGravity},
+    Unit{"gf", Quantity::kForce, 1e-3 * kGravity},
+    Unit{"m", Quantity::kLength, 1},
+    Unit{"cm", Quantity::kLength, 1e-2},
+    Unit{"mm", Quantity::kLength, 1e-3},
+    Unit{"um", Quantity::kLength, 1e-6},
+    Unit{"nm", Quantity::kLength, 1e-9},
+    Unit{"in", Quantity::kLength, kInch},
+    Unit{"inch", Quantity::kLength, kInch},
+    Unit{"s", Quantity::kTime, 1},
+    Unit{"sec", Quantity::kTime, 1},
+    Unit{"ms", Quantity::kTime, 1e-3},
+    Unit{"min", Quantity::kTime, 60},
+    Unit{"h", Quantity::kTime, 3600},
+    Unit{"%", Quantity::kNumber, 0.01},
+    Unit{"percent", Quantity::kNumber, 0.01},
+    Unit{"-", Quantity::kNumber, 1},
+    Unit{"1", Quantity::kNumber, 1},
+    Unit{"mm/mm", Quantity::kNumber, 1},
+    Unit{"m/m", Quantity::kNumber, 1},
+    Unit{"in/in", Quantity::kNumber, 1},
+};
+
+std::string Lower(std::string_view text) {
+  std::string small(text);
   std::ranges::transform(small, small.begin(), [](unsigned char c) { return std::tolower(c); });
-  for (const auto& [name, factor] : kUnits) {
-    if (name == small) return factor;
-  }
-  return std::nullopt;
+  return small;
 }
 
-// `Load (N)`, `Strain [-]`, `P_MPa`.
-RawColumn ColumnOf(std::string_view title) {
-  RawColumn column{std::string(title), std::string(title), std::nullopt};
-  const auto cut = [&](std::size_t at, std::string_view unit) {
-    column.to_si = UnitOf(unit);
-    if (column.to_si) column.name.resize(at);
-  };
-  const std::size_t open = title.find_first_of("([");
-  if (open != std::string_view::npos) {
-    const std::size_t close = std::min(title.find_first_of(")]", open), title.size());
-    cut(open, title.substr(open + 1, close - open - 1));
-  } else if (const std::size_t bar = title.rfind('_'); bar != std::string_view::npos) {
+// The micro sign and the Greek letter, in UTF-8 and in Latin-1, are written as u.
+std::string WithPlainMicro(std::string_view text) {
+  std::string plain(text);
+  for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"}) {
+    for (std::size_t at; (at = plain.find(micro)) != std::string::npos;) {
+      plain.replace(at, micro.size(), "u");
+    }
+  }
+  return plain;
+}
+
+std::optional<Unit> UnitOf(std::string_view word) {
+  const std::string plain = WithPlainMicro(Trimmed(word));
+  if (plain == "mPa") return Unit{"mPa", Quantity::kStress, 1e-3};
+  if (plain == "MN") return Unit{"MN", Quantity::kForce, 1e6};
+  const auto* found = std::ranges::find(kUnits, Lower(plain), &Unit::name);
+  if (found == kUnits.end()) return std::nullopt;
+  return *found;
+}
+
+// Brackets hold units, but also words such as in `Strain (Extension) (%)`.
+bool IsQualifier(std::string_view text) {
+  constexpr std::array<std::string_view, 5> kShort{"true", "eng", "nom", "raw", "avg"};
+  const bool letters = std::ranges::all_of(
+      text, [](unsigned char c) { return std::isalpha(c) != 0 || c == ' ' || c >= 0x80; });
+  return letters && (text.size() > 5 || std::ranges::count(kShort, Lower(text)) > 0);
+}
+
+void TakeUnit(const Unit& unit, RawColumn* column) {
+  column->to_si = unit.to_si;
+  column->quantity = unit.quantity;
+  column->unknown_unit.clear();
+}
+
+// `Load (N)`, `Strain (Extension) (%)`, `Strain [-]`. Removes the brackets of units from the name.
+void TakeBrackets(RawColumn* column) {
+  std::size_t from = 0;
+  for (;;) {
+    const std::size_t open = column->name.find_first_of("([", from);
+    if (open == std::string::npos) return;
+    const std::size_t close =
+        std::min(column->name.find_first_of(")]", open), column->name.size() - 1);
+    const std::string inside(
+        Trimmed(std::string_view(column->name).substr(open + 1, close - open - 1)));
+    from = close + 1;
+    if (const auto unit = UnitOf(inside)) {
+      TakeUnit(*unit, column);
+    } else if (IsQualifier(inside)) {
+      continue;
+    } else if (!column->to_si) {
+      column->unknown_unit = inside;
+    }
+    column->name.erase(open, close - open + 1);
+    from = open;
+  }
+}
+
+// `Force / N`, `Stress, psi`, `P_MPa`, `Kraft in N`.
+void TakeSuffix(RawColumn* column) {
+  for (const std::string_view mark : {"/", ",", "_", " in "}) {
+    const std::size_t at = column->name.rfind(mark);
+    if (at == std::string::npos || at == 0) continue;
+    const std::string suffix(Trimmed(std::string_view(column->name).substr(at + mark.size())));
     // `stretch_1` is the first, not one without unit.
-    if (title.substr(bar + 1) != "1") cut(bar, title.substr(bar + 1));
+    const auto unit = suffix == "1" ? std::nullopt : UnitOf(suffix);
+    const bool needs_unit = mark == "/" || mark == ",";
+    if (!unit && !needs_unit) continue;
+    if (unit) {
+      TakeUnit(*unit, column);
+    } else {
+      column->unknown_unit = suffix;
+    }
+    column->name.resize(at);
+    return;
   }
-  std::string name;
-  for (const char c : Trimmed(column.name)) {
-    name += c == '_' ? ' ' : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
+}
+
+RawColumn ColumnOf(std::string_view title) {
+  RawColumn column{std::string(title), std::string(title), std::nullopt, std::nullopt, {}};
+  TakeBrackets(&column);
+  if (!column.to_si && column.unknown_unit.empty()) TakeSuffix(&column);
+  std::string name = Lower(Trimmed(column.name));
+  std::ranges::replace(name, '_', ' ');
   column.name = name;
   return column;
 }
@@ -89,6 +199,22 @@ void AddRow(const CsvLines& lines, RawTable* table) {
 
 }  // namespace
 
+std::string InWords(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::kNumber:
+      return "a number without dimension (%, mm/mm or no unit)";
+    case Quantity::kLength:
+      return "a length in m cm mm um nm in";
+    case Quantity::kForce:
+      return "a force in N mN uN kN lbf kgf gf";
+    case Quantity::kStress:
+      return "a stress in Pa kPa MPa GPa N/mm2 N/cm2 bar psi ksi";
+    case Quantity::kTime:
+      return "a time in s ms min h";
+  }
+  return {};
+}
+
 std::optional<std::size_t> RawTable::Find(std::initializer_list<std::string_view> names) const {
   for (const std::string_view name : names) {
     const auto found = std::ranges::find(columns, name, &RawColumn::name);
@@ -105,6 +231,15 @@ std::size_t RawTable::Named(const std::string& title) const {
                      Titles());
   }
   return static_cast<std::size_t>(found - columns.begin());
+}
+
+double RawTable::ToSi(std::size_t column, Quantity quantity, double without) const {
+  const RawColumn& own = columns[column];
+  if (!own.unknown_unit.empty() || (own.quantity && *own.quantity != quantity)) {
+    throw InputError(Formatted("%s: column %s: expected %s", file.c_str(), Shown(own.title).c_str(),
+                               InWords(quantity).c_str()));
+  }
+  return own.to_si.value_or(without);
 }
 
 std::string RawTable::Titles() const {

@@ -1,6 +1,7 @@
 // The numbers of a CSV table below whatever remarks, its columns by name and unit.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -10,10 +11,16 @@
 
 namespace palpate::identify {
 
+enum class Quantity : std::uint8_t { kNumber, kLength, kForce, kStress, kTime };
+// `a length in m mm um ...`, with the units that are understood.
+std::string InWords(Quantity quantity);
+
 struct RawColumn {
-  std::string title;            // unchanged text
-  std::string name;             // small letters, without the unit
-  std::optional<double> to_si;  // factor of the unit it names; nullopt: it names none
+  std::string title;                 // unchanged text
+  std::string name;                  // small letters, without the unit
+  std::optional<double> to_si;       // factor of the unit it names; nullopt: it names none
+  std::optional<Quantity> quantity;  // quantity of that unit
+  std::string unknown_unit;          // what stands where a unit does and is not understood
 };
 
 struct RawTable {
@@ -28,6 +35,9 @@ struct RawTable {
   // The column with this title or name. Throws InputError naming those there are.
   [[nodiscard]] std::size_t Named(const std::string& title) const;
   [[nodiscard]] std::string Titles() const;
+  // Factor to SI of a column that holds `quantity`; `without`: that of a column without a unit.
+  // Throws InputError naming the column: a unit of another quantity, or one that is not understood.
+  [[nodiscard]] double ToSi(std::size_t column, Quantity quantity, double without) const;
 };
 
 // The header is the last line with a word before the first line of numbers. Throws InputError

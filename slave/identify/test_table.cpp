@@ -55,12 +55,35 @@ bool HasSizes(const Specimen& specimen) {
   return specimen.height && (specimen.area || specimen.diameter);
 }
 
+constexpr std::initializer_list<std::string_view> kDisplacements = {
+    "displacement", "compression", "extension", "indentation", "travel", "depth", "crosshead"};
+
 std::optional<Abscissa> FindDisplacement(const RawTable& table) {
-  if (const auto c = table.Find({"displacement", "compression", "extension", "indentation",
-                                 "travel", "depth", "crosshead"})) {
-    return Abscissa{*c, Measure::kDisplacement};
-  }
+  if (const auto c = table.Find(kDisplacements)) return Abscissa{*c, Measure::kDisplacement};
   return std::nullopt;
+}
+
+// What a column holds: its unit decides, then its name.
+Measure MeasureOf(const RawTable& table, std::size_t c, bool shear) {
+  const RawColumn& column = table.columns[c];
+  const auto has = [&](std::string_view word) {
+    return column.name.find(word) != std::string::npos;
+  };
+  if (has("strain") && (has("true") || has("log") || has("hencky"))) {
+    throw InputError(table.file.string() + ": column " + Shown(column.title) +
+                     ": expected engineering strain (change of length over length at rest) or "
+                     "stretch, not true strain");
+  }
+  if (column.quantity == Quantity::kLength) {
+    if (has("strain") || has("stretch"))
+      static_cast<void>(table.ToSi(c, Quantity::kNumber, 1));  // refuses it
+    return Measure::kDisplacement;
+  }
+  if (has("strain") || has("dehnung") || has("stauchung") || shear) return Measure::kStrain;
+  if (has("stretch") || has("lambda") || column.name == "f11") return Measure::kStretch;
+  if (column.quantity == Quantity::kNumber) return Measure::kStrain;
+  const bool is_length = std::ranges::any_of(kDisplacements, has);
+  return is_length ? Measure::kDisplacement : Measure::kStretch;
 }
 
 std::optional<Ordinate> FindForce(const RawTable& table) {
@@ -71,10 +94,7 @@ std::optional<Ordinate> FindForce(const RawTable& table) {
 Abscissa FindAbscissa(const RawTable& table, const Specimen& specimen, bool shear) {
   if (!specimen.abscissa.empty()) {
     const std::size_t c = table.Named(specimen.abscissa);
-    const std::string& name = table.columns[c].name;
-    const bool strain = name.find("strain") != std::string::npos || shear;
-    const bool length = table.columns[c].to_si && name.find("str") == std::string::npos;
-    return {c, strain ? Measure::kStrain : length ? Measure::kDisplacement : Measure::kStretch};
+    return {c, MeasureOf(table, c, shear)};
   }
   if (HasSizes(specimen) && FindForce(table)) {
     if (const auto found = FindDisplacement(table)) return *found;
@@ -102,7 +122,15 @@ Ordinate FindOrdinate(const RawTable& table, const Specimen& specimen, bool shea
     const std::size_t c = table.Named(specimen.ordinate);
     const std::string& name = table.columns[c].name;
     const auto has = [&](std::string_view word) { return name.find(word) != std::string::npos; };
-    if (has("force") || has("load")) return {c, Load::kForce};
+    const auto quantity = table.columns[c].quantity;
+    const bool named_force = has("force") || has("load");
+    if (quantity ? quantity == Quantity::kForce : named_force) {
+      if (has("stress"))
+        static_cast<void>(table.ToSi(c, Quantity::kStress, 1));  // refuses a stress in N
+      return {c, Load::kForce};
+    }
+    if (named_force)
+      static_cast<void>(table.ToSi(c, Quantity::kForce, 1));  // refuses a force in Pa
     return {c, has("true") || has("cauchy") || has("sigma") ? Load::kCauchy : Load::kNominal};
   }
   if (HasSizes(specimen)) {
@@ -126,15 +154,19 @@ Ordinate FindOrdinate(const RawTable& table, const Specimen& specimen, bool shea
                    table.Titles());
 }
 
-double StressFactor(const RawColumn& column, Load load, const Specimen& specimen) {
-  if (load == Load::kForce) return column.to_si.value_or(1) / AreaOf(specimen);
-  return column.to_si.value_or(specimen.stress_unit.value_or(1));
+double StressFactor(const RawTable& table, std::size_t column, Load load,
+                    const Specimen& specimen) {
+  if (load == Load::kForce) return table.ToSi(column, Quantity::kForce, 1) / AreaOf(specimen);
+  return table.ToSi(column, Quantity::kStress, specimen.stress_unit.value_or(1));
 }
 
 // Strain of the first kind: stretch - 1, or amount of shear.
-double StrainFactor(const RawColumn& column, Measure measure, const Specimen& specimen) {
-  if (measure == Measure::kDisplacement) return column.to_si.value_or(1) / HeightOf(specimen);
-  return column.to_si.value_or(1);
+double StrainFactor(const RawTable& table, std::size_t column, Measure measure,
+                    const Specimen& specimen) {
+  if (measure == Measure::kDisplacement) {
+    return table.ToSi(column, Quantity::kLength, 1) / HeightOf(specimen);
+  }
+  return table.ToSi(column, Quantity::kNumber, 1);
 }
 
 TestKind KindOf(const TableRequest& request) {
@@ -156,7 +188,7 @@ TestKind KindOf(const TableRequest& request) {
       "relaxation or press");
 }
 
-// Machines tell a compression with either sign: it shortens, and its stress presses.
+// Machines report a compression with either sign: it shortens, and its stress presses.
 void MakeCompressive(MaterialTest* test) {
   double strain = 0, stress = 0;
   for (const TestRow& row : test->rows) {
@@ -255,7 +287,7 @@ MaterialTest ReadTensor(const RawTable& table, const Specimen& specimen) {
           table.rows[i][*F[c]];
       if (!measured(c)) continue;
       row.measured.push_back(table.rows[i][*S[c]] *
-                             StressFactor(table.columns[*S[c]], Load::kNominal, specimen));
+                             StressFactor(table, *S[c], Load::kNominal, specimen));
     }
     if (!(row.F.determinant() > 1e-6)) FailAt(table, i, "det F: accepted is above 0");
     CheckRow(table, i, test, row);
@@ -298,8 +330,8 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
                      ": biaxial needs the second stretch: accepted is a column stretch_2, or "
                      "biaxial:RATIO=FILE, with the ratio of the second strain to the first");
   }
-  const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
-  const double stress = StressFactor(table.columns[y.column], y.load, specimen);
+  const double by = StrainFactor(table, x.column, x.measure, specimen);
+  const double stress = StressFactor(table, y.column, y.load, specimen);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const std::vector<double>& cells = table.rows[i];
     const double strain =
@@ -312,7 +344,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
     row.measured = {stress * cells[y.column]};
     if (second) {
       row.measured.push_back(cells[*second] *
-                             StressFactor(table.columns[*second], Load::kNominal, specimen));
+                             StressFactor(table, *second, Load::kNominal, specimen));
     }
     AddRow(table, i, row, &test);
   }
@@ -329,15 +361,15 @@ RelaxationTable ReadRelaxation(const TableRequest& request, const Specimen& spec
   }
   const Abscissa x = FindAbscissa(table, specimen, true);
   const Ordinate y = FindOrdinate(table, specimen, true);
-  const double by = StrainFactor(table.columns[x.column], x.measure, specimen);
-  const double stress = StressFactor(table.columns[y.column], y.load, specimen);
+  const double by = StrainFactor(table, x.column, x.measure, specimen);
+  const double stress = StressFactor(table, y.column, y.load, specimen);
   const std::string& words = table.columns[x.column].name;
   RelaxationTable relaxation{.name = table.file.stem().string()};
   relaxation.shear =
       words.find("shear") != std::string::npos || words.find("gamma") != std::string::npos;
   const bool stretch = words.starts_with("stretch") || words.starts_with("lambda");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const double t = table.rows[i][*time] * table.columns[*time].to_si.value_or(1);
+    const double t = table.rows[i][*time] * table.ToSi(*time, Quantity::kTime, 1);
     if (i > 0 && t < relaxation.time.back()) FailAt(table, i, "the time decreases");
     relaxation.time.push_back(t);
     relaxation.strain.push_back(by * table.rows[i][x.column] - (stretch ? 1 : 0));

@@ -90,14 +90,14 @@ class PlantedLinks(unittest.TestCase):
         self.assertFalse((self.folder / "nowhere").exists())
 
     def test_the_offline_commands_of_a_slave(self):
-        results = "study.csv", "study.json", "study.svg", "answers.csv", "field.vtu", "network.json", "training.csv"
+        results = "study.csv", "study.json", "study.svg", "answers.csv", "field.vtu", "start00001.csv"
         self.plant(*results)
         contacts = self.folder / "contacts.csv"
         contacts.write_text("case,x,y,dx,dy\n1,0.044,0.088,0,-0.002\n")
         self.finish(SLAVE, "study", BLOCK, "--out", self.out, "--budget", "1")
         self.finish(SLAVE, "solve", BLOCK, "--contacts", contacts, "--out", self.out / "answers.csv", "--field",
                     self.out / "field.vtu")
-        self.finish(SLAVE, "train", "simulated", "--presses", "30", "--epochs", "1", "--out", self.out)
+        self.finish(SLAVE, "train", "simulated", "--presses", "5", "--out", self.out)
         self.check(*results)
 
     def test_what_a_slave_keeps_of_a_decision(self):

@@ -61,8 +61,8 @@ int RunTrain(const TrainOptions& options, const std::stop_token& stop) {
   ProgressBar bar("train", stop);
   for (int start = 0; start < starts; ++start) {
     if (!bar.Report("simulated contacts", static_cast<double>(start) / starts)) return 1;
-    WriteWholeFile(options.out / fmt::format("start{:05}.csv", start + 1),
-                   Csv(SimulateStart(presses, start)));
+    ReplaceFile(options.out / fmt::format("start{:05}.csv", start + 1),
+                Csv(SimulateStart(presses, start)));
   }
   return 0;
 }

@@ -57,6 +57,63 @@ TEST(TestTable, UnitsStandBehindNames) {
   EXPECT_DOUBLE_EQ(percent.rows[3].measured[0], 3e3);
 }
 
+// Factors: NIST SP 811, 1 psi = 6894.757 Pa, 1 lbf = 4.448222 N, 1 kgf = 9.80665 N.
+TEST(TestTable, UnitsOfOtherSystemsAreConverted) {
+  const auto stress = [](const std::string& header, const Specimen& specimen = {}) {
+    return Read("tension", header + "\n0,0\n0.1,1\n0.2,2\n0.3,3\n", specimen).rows[3].measured[0];
+  };
+  const Specimen sizes{.area = 1e-4, .height = 1};
+  EXPECT_NEAR(stress("Strain,Stress (psi)"), 3 * 6894.757, 0.01);
+  EXPECT_NEAR(stress("Extension (m),Load (lbf)", sizes), 3 * 4.448222e4, 0.1);
+  EXPECT_NEAR(stress("extension_m,force_kgf", sizes), 3 * 9.80665e4, 0.1);
+  EXPECT_NEAR(stress("Extension / m,Force / gf", sizes), 3 * 9.80665e1, 1e-3);
+  const Specimen inches{.area = 1e-4, .height = 0.0254};
+  const MaterialTest inch =
+      Read("tension", "Extension (in),Load (N)\n0,0\n0.1,1\n0.2,2\n0.3,3\n", inches);
+  EXPECT_NEAR(inch.rows[3].abscissa, 1.3, 1e-12);
+  for (const char* micro : {"\xC2\xB5m", "\xCE\xBCm", "\xB5m", "um"}) {
+    const MaterialTest test =
+        Read("tension", std::string("Extension (") + micro + "),Load (N)\n0,0\n1,1\n2,2\n3,3\n",
+             {.area = 1e-4, .height = 10e-6});
+    EXPECT_NEAR(test.rows[3].abscissa, 1.3, 1e-9) << micro;
+  }
+}
+
+TEST(TestTable, TheUnitTellsWhatAColumnIsAndAllBracketsCount) {
+  Specimen specimen{.area = 1e-4, .height = 0.01};
+  specimen.abscissa = "Standardweg [mm]";
+  specimen.ordinate = "Standardkraft [N]";
+  const MaterialTest german =
+      Read("tension", "Standardweg [mm],Standardkraft [N]\n0,0\n1,1\n2,2\n3,3\n", specimen);
+  EXPECT_DOUBLE_EQ(german.rows[3].abscissa, 1.3);
+  EXPECT_DOUBLE_EQ(german.rows[3].measured[0], 3e4);
+  Specimen named;
+  named.abscissa = "Tensile strain (Extension) (%)";
+  const MaterialTest two = Read("tension",
+                                "Tensile strain (Extension) (%),Stress (MPa)\n"
+                                "0,0\n10,1\n20,2\n30,3\n",
+                                named);
+  EXPECT_DOUBLE_EQ(two.rows[3].abscissa, 1.3);
+}
+
+TEST(TestTable, UnitsThatAreUnknownOrContradictTheNameAreRefused) {
+  const std::string rows = "\n0,0\n0.1,1\n0.2,2\n0.3,3\n";
+  EXPECT_THAT(Complaint("tension", "strain,stress (kips/in2)" + rows),
+              HasSubstr("column stress (kips/in2): expected a stress in Pa"));
+  EXPECT_THAT(Complaint("tension", "strain,stress (N)" + rows),
+              HasSubstr("column stress (N): expected a stress"));
+  EXPECT_THAT(Complaint("tension", "strain (mm),stress" + rows),
+              HasSubstr("column strain (mm): expected a number without dimension"));
+  Specimen specimen;
+  specimen.ordinate = "force (MPa)";
+  EXPECT_THAT(Complaint("tension", "strain,force (MPa)" + rows, specimen),
+              HasSubstr("column force (MPa): expected a force"));
+  specimen = {};
+  specimen.abscissa = "True strain";
+  EXPECT_THAT(Complaint("tension", "True strain,stress (kPa)" + rows, specimen),
+              HasSubstr("column True strain: expected engineering strain"));
+}
+
 TEST(TestTable, TrueStressAndTensorsAreKnownByTheirColumns) {
   EXPECT_TRUE(Read("tension", "stretch,sigma11\n1,0\n1.1,1\n1.2,2\n1.3,3\n").cauchy);
   const std::string header =

@@ -111,13 +111,13 @@ TEST_F(FingertipRunTest, EveryFingertipHasARowPerSample) {
   for (int i = 0; i < 100; ++i) {
     csv << 0.01 * i;
     for (int f = 0; f < 2; ++f) {
-      for (int e = 0; e < 21; ++e) csv << ',' << (f == 0 && i > 60 && e < 10 ? 3040 : 3000);
+      for (int e = 0; e < 21; ++e) csv << ',' << (f == 0 && i > 60 && e < 10 ? 2960 : 3000);
     }
     csv << '\n';
   }
   csv.close();
   const Scene scene = Load(
-      "source: two.csv, rest: first 20, localise: polarity-free, fingers: {ff: {pose: "
+      "source: two.csv, rest: first 20, fingers: {ff: {pose: "
       "{translation: [100 mm, 20 mm, 46 "
       "mm]}}, "
       "th: {pose: {translation: [50 mm, 20 mm, 60 mm]}, motion: stands}}");

@@ -162,7 +162,9 @@ TEST(TactileEstimatorTest, TheAnswerTurnsWithObjectAndFingertip) {
 
 // Places lie on the deformed surface: a finger that goes in farther than the gate keeps its place.
 TEST(TactileEstimatorTest, ADeepPressKeepsItsPlace) {
-  Touching t(CubeScene(kAbove + ", gate: 3 mm"));
+  Scene scene = CubeScene(kAbove);
+  scene.sense.Find<Tactile>()->gate = 3e-3;
+  Touching t(scene);
   for (int mm = 1; mm <= 10; ++mm) {
     const ContactEstimate& felt = t.Press({0, 0, -0.035 * mm}, {0, 0, -1e-3 * mm});
     ASSERT_TRUE(t.estimator.finger(0).p_S_contact.has_value()) << mm << " mm";
