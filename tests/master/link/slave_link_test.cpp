@@ -218,7 +218,7 @@ TEST_F(SlaveLinkTest, AfterTheSlaveCameBackTheLinkIsThereAgain) {
   EXPECT_EQ(link.stats().reconnects, 1U);
   EXPECT_EQ(link.stats().trouble, "");
   ASSERT_TRUE(loop_.Until([&] { return !next.commands().empty(); }));
-  EXPECT_EQ(next.commands().front().sequence, 1U);
+  EXPECT_GT(next.commands().front().sequence, 1U) << "the loop goes on counting";
   link.Stop();
   server_.reset();
 }
