@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -19,6 +20,7 @@
 
 #include "master/session/session.h"
 #include "master/station/live_station.h"
+#include "master/station/task_queue.h"
 #include "master/trials/trial_runner.h"
 #include "master/view/console.h"
 #include "master/view/shape_watch.h"
@@ -267,21 +269,27 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   ShapeWatch shape(told, scene, a.shapes, console.live());
   if (recorder) recorder->AddOnlooker(&options.see_tick);
+  // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
+  constexpr int kNoAnswer = -1;
+  std::atomic<int> was_reset{kNoAnswer};
+  TaskQueue calls;
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
       [&] { return g_stop.load() || line->link.denied() || (trials && trials->is_over()); },
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
-          const bool done = line->link.Reset();
-          if (!a.terminal)
-            console.Print(done ? "the emergency stop was reset"
-                               : "the slave did not reset the stop: try again");
+          calls.Submit([&](const std::stop_token&) { was_reset = line->link.Reset(); });
+        }
+        if (const int done = was_reset.exchange(kNoAnswer); done != kNoAnswer && !a.terminal) {
+          console.Print(done != 0 ? "the emergency stop was reset"
+                                  : "the slave did not reset the stop: try again");
         }
         if (!a.terminal) console.Show(status, shape.newest().get());
         if (station) station->Update(status);
         shape.Update(status);
         health->seen.Update(status);
       });
+  line->link.EndCalls();
   station.reset();
   std::this_thread::sleep_for(kLastWords);
   line->link.Stop();

@@ -120,6 +120,8 @@ Eigen::Vector3d PassivityControl::Afford(const Eigen::Vector3d& f_M, const Eigen
 }
 
 void OutputBlend::Go(Target target, double duration) noexcept {
+  const bool ends_earlier = duration_ - elapsed_ <= duration;
+  if (target == Target::kZero && target_ == Target::kZero && ends_earlier) return;
   target_ = target;
   from_ = sent_;
   duration_ = duration;

@@ -173,8 +173,8 @@ class OutputBlend {
     kRendered,  // the rendered force
     kFrozen,    // the force sent at the start
   };
-  // Starts a transition from the last sent force to `target`, of `duration` [s] >= 0. Real-time
-  // safe.
+  // Starts a transition from the last sent force to `target`, of `duration` [s] >= 0. A transition
+  // to zero that ends earlier continues. Real-time safe.
   void Go(Target target, double duration) noexcept;
   // The force is zero from now on, at once: the device has dropped it. Real-time safe.
   void Drop() noexcept;

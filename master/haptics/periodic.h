@@ -50,8 +50,8 @@ void RunPeriodically(Clock::duration length, const std::stop_token& stop, Period
 // Locks the memory of the process. Returns the reason if that fails, else an empty string.
 std::string LockMemory();
 
-// Three empty timer loops with the settings of the haptic loop. They measure what this machine
-// misses without any work. The haptic loop is compared with their median.
+// Three empty timer loops beside the haptic loop, just below its priority. They measure what this
+// machine misses without any work. The haptic loop is compared with their median.
 class BareLoops {
  public:
   static constexpr std::size_t kCount = 3;

@@ -1,9 +1,9 @@
 #include "master/link/slave_link.h"
 
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -16,6 +16,7 @@
 #include "master/link/operate_session.h"
 #include "master/link/remote_scene.h"
 #include "shared/link/loopback.h"
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/link/tcp_line.h"
 #include "shared/link/thread_priority.h"
 #include "shared/text/text.h"
@@ -69,6 +70,42 @@ std::string Refusal(const grpc::Status& status) {
   const std::string words = WordsOf(status);
   return words.empty() ? "rejected without a reason" : words;
 }
+
+// The running calls, so that the end of the link does not wait for their deadlines.
+class RunningCalls {
+ public:
+  // A call during its scope.
+  class Scope {
+   public:
+    Scope(RunningCalls* calls, grpc::ClientContext* context) : calls_(calls), context_(context) {
+      const std::scoped_lock lock(calls_->mutex_);
+      calls_->running_.insert(context_);
+      if (calls_->is_over_) context_->TryCancel();
+    }
+    ~Scope() {
+      const std::scoped_lock lock(calls_->mutex_);
+      calls_->running_.erase(context_);
+    }
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+   private:
+    RunningCalls* calls_;
+    grpc::ClientContext* context_;
+  };
+
+  // Cancels all calls, later ones too.
+  void End() {
+    const std::scoped_lock lock(mutex_);
+    is_over_ = true;
+    for (grpc::ClientContext* call : running_) call->TryCancel();
+  }
+
+ private:
+  std::mutex mutex_;  // guards what follows
+  std::set<grpc::ClientContext*> running_;
+  bool is_over_ = false;
+};
 
 }  // namespace
 
@@ -125,9 +162,10 @@ struct SlaveLink::Parts {
   std::atomic<std::uint32_t> read_revision{0};
   std::atomic<bool> rereads{false}, denied{false};
   std::atomic<bool> commands_stop{false};  // the newest one that was sent
+  RunningCalls calls;
 
-  mutable std::mutex mutex;  // guards what follows
-  std::condition_variable changed;
+  mutable PriorityInheritanceMutex mutex;  // guards what follows
+  PriorityInheritanceCondition changed;
   OperateSession* session = nullptr;
   grpc::ClientContext* stop_call = nullptr;  // under way
   bool stopping = false, was_connected = false;
@@ -147,6 +185,8 @@ grpc::Status SlaveLink::Parts::RequestScene(RemoteScene* scene, bool waits, mill
   grpc::ClientContext for_scene, for_capabilities;
   SetDeadline(&for_scene, deadline);
   for_scene.set_wait_for_ready(waits);
+  const RunningCalls::Scope scene_runs(&calls, &for_scene);
+  const RunningCalls::Scope capabilities_run(&calls, &for_capabilities);
   grpc::Status status = stub->GetScene(&for_scene, {}, &description);
   if (!status.ok()) return status;
   const Time connected = Clock::now();
@@ -195,19 +235,21 @@ void SlaveLink::Parts::Run(const std::stop_token& stop, LatestValue<ReceivedStat
   MakeThreadRealtime(kLinkPriority);
   Backoff backoff(kFirstRetry, kLongestRetry);
   while (!stop.stop_requested()) {
+    const grpc::Status read = ReadSettings();
+    for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
     OperateSession next(
-        {*stub, *states, *commands, trips, states_received, commands_sent, [this] { Served(); },
-         [this](std::uint32_t revision) { CheckRevision(revision); },
-         [this](const std::string& reason) { Refused(reason); }, options.on_received,
+        {*stub,
+         {*states, *commands, trips, states_received, states_by_datagram, [this] { Served(); },
+          [this](std::uint32_t revision) { CheckRevision(revision); },
+          [this](const std::string& reason) { Refused(reason); }, options.on_received},
+         commands_sent,
+         datagram_at,
          [this](const OperatorCommand& command) {
            commands_stop = command.stop;
            if (options.on_sent) options.on_sent(command);
-         },
-         states_by_datagram, datagram_at},
+         }},
         options.operator_name, call_deadline, longest_round_trip,
         options.datagrams.value_or(!IsLoopback(ParseEndpoint(target).host)));
-    const grpc::Status read = ReadSettings();
-    for (const int line : LinesTo(ParseEndpoint(target).port)) PrepareLine(line);
     const grpc::Status status = read.ok() ? RunSession(&next, stop) : Failed(read);
     if (rereading.joinable()) rereading.join();
     if (next.was_served()) backoff.Reset();
@@ -269,7 +311,8 @@ bool SlaveLink::Parts::IsStopPending() {
 
 bool SlaveLink::Parts::Sleep(milliseconds duration) {
   std::unique_lock lock(mutex);
-  return !changed.wait_for(lock, duration, [this] { return stopping; });
+  const auto due = std::chrono::steady_clock::now() + duration;
+  return !changed.wait_until(lock, due, [this] { return stopping; });
 }
 
 bool SlaveLink::Parts::WaitForConnection(milliseconds duration) {
@@ -333,14 +376,20 @@ void SlaveLink::Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCo
       });
 }
 
+void SlaveLink::EndCalls() {
+  parts_->calls.End();
+}
+
 void SlaveLink::Stop() {
+  EndCalls();
   parts_->thread.request_stop();
   {
     std::unique_lock lock(parts_->mutex);
     parts_->stopping = true;
     parts_->changed.notify_all();
     const auto ended = [this] { return parts_->session == nullptr; };
-    if (!parts_->changed.wait_for(lock, kGrace, ended)) parts_->session->Cancel();
+    const auto due = std::chrono::steady_clock::now() + kGrace;
+    if (!parts_->changed.wait_until(lock, due, ended)) parts_->session->Cancel();
   }
   if (parts_->thread.joinable()) parts_->thread.join();
 }
@@ -398,6 +447,7 @@ bool SlaveLink::Reset() {
   }
   grpc::ClientContext context;
   SetDeadline(&context, parts_->call_deadline);
+  const RunningCalls::Scope runs(&parts_->calls, &context);
   v1::Status reply;
   return parts_->stub->Reset(&context, {}, &reply).ok();
 }
@@ -405,6 +455,7 @@ bool SlaveLink::Reset() {
 std::string SlaveLink::ReinitializeTracking() {
   grpc::ClientContext context;
   SetDeadline(&context, parts_->call_deadline);
+  const RunningCalls::Scope runs(&parts_->calls, &context);
   v1::Status reply;
   return Refusal(parts_->stub->ReinitializeTracking(&context, {}, &reply));
 }
@@ -417,6 +468,7 @@ std::string SlaveLink::SetMapping(const Mapping& mapping) {
   if (mapping.force_scale) request.set_force_scale(*mapping.force_scale);
   if (mapping.force_limit) request.set_force_limit(*mapping.force_limit);
   if (mapping.young_modulus) request.set_young_modulus(*mapping.young_modulus);
+  const RunningCalls::Scope runs(&parts_->calls, &context);
   v1::SettingsReply reply;
   return Refusal(parts_->stub->SetParameters(&context, request, &reply));
 }
@@ -426,6 +478,7 @@ std::string SlaveLink::SetModel(const std::string& kind) {
   context.set_deadline(std::chrono::system_clock::now() + kModelDeadline);
   v1::SetModelRequest request;
   request.set_kind(kind);
+  const RunningCalls::Scope runs(&parts_->calls, &context);
   v1::SettingsReply reply;
   return Refusal(parts_->stub->SetModel(&context, request, &reply));
 }

@@ -84,6 +84,8 @@ class SlaveLink {
   void Start(LatestValue<ReceivedState>* states, LatestValue<OperatorCommand>* commands,
              LatestValue<RemoteSettings>* settings);
   void Stop();
+  // Cancels running and later calls, except EmergencyStop. Thread-safe. Stop calls it.
+  void EndCalls();
   [[nodiscard]] LinkStats stats() const;  // thread-safe
   // The slave does not permit this identity to operate, so that a retry is useless. Thread-safe.
   [[nodiscard]] bool denied() const;

@@ -255,7 +255,7 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   report.realtime = LockMemory();
   const Time begin = Clock::now();
   const auto length = Seconds(options.duration > 0 ? options.duration : kForever);
-  BareLoops bare(length, kHapticPriority);
+  BareLoops bare(length, kBarePriority);
   std::atomic<bool> done{false};
   std::string refused;  // read after the join
   std::jthread haptic([&](const std::stop_token& stop) {

@@ -18,10 +18,6 @@ class LatestValue {
     slots_[write_] = value;
     write_ = middle_.exchange(write_ | kFresh, std::memory_order_acq_rel) & kIndex;
   }
-  // Writer: whether the last value has not been taken yet.
-  [[nodiscard]] bool untaken() const noexcept {
-    return (middle_.load(std::memory_order_relaxed) & kFresh) != 0;
-  }
   // Reader: the newest value not yet taken, or nullptr. Valid until the next Take.
   const T* Take() noexcept {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return nullptr;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ctime>
 #include <mutex>
+#include <stop_token>
 #include <system_error>
 
 #include <pthread.h>
@@ -47,6 +48,9 @@ class PriorityInheritanceCondition {
   PriorityInheritanceCondition(const PriorityInheritanceCondition&) = delete;
   PriorityInheritanceCondition& operator=(const PriorityInheritanceCondition&) = delete;
 
+  // `done` and notifications use the lock's mutex. The waits with a stop token also end when a stop
+  // is requested; they release the lock before they return and take it again, so that only one
+  // thread may make `done` false.
   void notify_one() noexcept { pthread_cond_signal(&condition_); }
   void notify_all() noexcept { pthread_cond_broadcast(&condition_); }
   // What `done` says at the end: false after `due` only.
@@ -64,8 +68,48 @@ class PriorityInheritanceCondition {
     }
     return true;
   }
+  // What `done` says at the end: false after the stop only.
+  template <class Predicate>
+  bool wait(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop,
+            const Predicate& done) {
+    return WithStop(lock, stop, [&] {
+      while (!done() && !stop.stop_requested()) {
+        pthread_cond_wait(&condition_, lock.mutex()->native_handle());
+      }
+      return done();
+    });
+  }
+  // The same, or false after `due`.
+  template <class Predicate>
+  bool wait_until(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop,
+                  std::chrono::steady_clock::time_point due, const Predicate& done) {
+    return WithStop(lock, stop, [&] {
+      wait_until(lock, due, [&] { return done() || stop.stop_requested(); });
+      return done();
+    });
+  }
 
  private:
+  // The callback locks the mutex, so it is neither made nor removed while this thread holds it.
+  template <class Wait>
+  bool WithStop(std::unique_lock<PriorityInheritanceMutex>& lock, const std::stop_token& stop,
+                const Wait& wait) {
+    PriorityInheritanceMutex* const mutex = lock.mutex();
+    lock.unlock();
+    bool is_done = false;
+    {
+      const std::stop_callback on_stop(stop, [this, mutex] {
+        const std::scoped_lock locked(*mutex);
+        notify_all();
+      });
+      lock.lock();
+      is_done = wait();
+      lock.unlock();
+    }
+    lock.lock();
+    return is_done;
+  }
+
   pthread_cond_t condition_;
 };
 

@@ -142,7 +142,8 @@ void Recording::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     {
       std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, stop, kNap, [] { return false; });
+      changed_.wait_until(lock, stop, std::chrono::steady_clock::now() + kNap,
+                          [] { return false; });
       batch.swap(queue_);
     }
     Drain(&batch);

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -19,6 +18,7 @@
 
 #include <google/protobuf/message.h>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "shared/recording/mcap_bytes.h"
 #include "shared/recording/mcap_writer.h"
 #include "shared/state/clock.h"
@@ -126,8 +126,8 @@ class Recording {
   std::string broken_;                                    // why the next part could not begin
   std::unique_ptr<McapWriter> writer_;
 
-  mutable std::mutex mutex_;  // guards what follows
-  std::condition_variable_any changed_;
+  mutable PriorityInheritanceMutex mutex_;  // guards what follows
+  PriorityInheritanceCondition changed_;    // nothing notifies it: it ends a wait at a stop
   std::deque<Waiting> queue_;
   std::size_t waiting_ = 0;  // [bytes]
   Stats stats_;

@@ -66,10 +66,14 @@ std::optional<std::string> OperatorLease::WhyNot(const std::string& name) const 
 }
 
 bool OperatorLease::Command(Ticket ticket, const v1::OperatorCommand& message) {
-  const std::scoped_lock lock(mutex_);
+  std::unique_lock lock(mutex_);
   if (ticket != holder_.ticket) return true;
   if (message.stop()) {
-    slave_.EmergencyStop("by the operator, " + DescribeHolder());
+    const std::string reason = "by the operator, " + DescribeHolder();
+    lock.unlock();  // the record of a stop may wait for the disk
+    slave_.EmergencyStop(reason);
+    lock.lock();
+    if (ticket != holder_.ticket) return true;
   }
   if (holder_.name.empty()) holder_.name = Presentable(message.operator_name(), kLongestName);
   std::string reason;

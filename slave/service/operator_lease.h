@@ -106,7 +106,7 @@ class OperatorLease {
   const Clock::duration silence_;
   const OnRoundTrip on_round_trip_;
   mutable PriorityInheritanceMutex
-      mutex_;  // guards everything below and the order of calls to slave_
+      mutex_;  // guards everything below and the order of calls to slave_, emergency stops excepted
   Holder holder_;
   Period reserved_, barred_;
   Ticket last_ticket_ = 0;

@@ -20,9 +20,6 @@ class Observer final : public StateReader {
 
 }  // namespace
 
-Publisher::Publisher(Slave& slave)
-    : slave_(slave), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
-
 Publisher::~Publisher() {
   Stop();
 }
@@ -52,6 +49,10 @@ void Publisher::Flag(Event event) {
   flagged_.Add(event);
 }
 
+void Publisher::Start() {
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+}
+
 void Publisher::Stop() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
@@ -69,13 +70,8 @@ void Publisher::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const bool sensed = slave_.WaitForNewer(sensed_at_, kPatience);
     const Time due = Clock::now() + kShortestGap;
-    const bool is_read = CollectReaders();
-    if (is_read) {
-      Publish();
-    } else {
-      AwaitReaders(stop);
-    }
-    readers_.clear();
+    const bool is_read = Publish(Clock::now());
+    if (!is_read) AwaitReaders(stop);
     if (sensed && is_read) std::this_thread::sleep_until(Clock::ToSteady(due));
   }
 }
@@ -101,8 +97,9 @@ void Publisher::AwaitReaders(const std::stop_token& stop) {
   slave_.SetWatched(true);
 }
 
-void Publisher::Publish() {
-  SlaveState state = slave_.Compose(Clock::now());
+bool Publisher::Publish(Time now) {
+  if (!CollectReaders()) return false;
+  SlaveState state = slave_.Compose(now);
   state.sequence = ++sequence_;
   state.events = slave_.TakeEvents();
   {
@@ -112,6 +109,8 @@ void Publisher::Publish() {
   }
   sensed_at_ = state.sensed_at;
   for (const auto& reader : readers_) reader->Offer(state);
+  readers_.clear();
+  return true;
 }
 
 }  // namespace palpate

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -35,7 +34,7 @@ class Publisher {
   static constexpr double kStateRate = 200;
 
   // `slave` outlives the publisher.
-  explicit Publisher(Slave& slave);
+  explicit Publisher(Slave& slave) : slave_(slave) {}
   ~Publisher();
 
   // The mailbox of a new observer; releasing it ends the subscription.
@@ -46,6 +45,11 @@ class Publisher {
   // Adds `event` to the next state of every reader.
   void Flag(Event event);
 
+  // Publishes on a separate thread from now on.
+  void Start();
+  // Composes a state as of `now` and passes it to every reader; false: there is none. The thread
+  // calls it.
+  bool Publish(Time now);
   // Closes all present and future readers, and joins the thread. Idempotent.
   void Stop();
 
@@ -55,15 +59,14 @@ class Publisher {
   bool CollectReaders();
   // Sleeps, and lets the slave idle, until there is a reader.
   void AwaitReaders(const std::stop_token& stop);
-  void Publish();
 
   Slave& slave_;
-  std::uint64_t sequence_ = 0;  // used by the thread only, as are readers_ and sensed_at_
+  std::uint64_t sequence_ = 0;  // used by Publish only, as are readers_ and sensed_at_
   std::vector<std::shared_ptr<StateReader>> readers_;
   Time sensed_at_{};
 
   PriorityInheritanceMutex mutex_;  // guards the members below
-  std::condition_variable_any joined_;
+  PriorityInheritanceCondition joined_;
   std::weak_ptr<StateReader> operator_;
   std::vector<std::weak_ptr<StateReader>> observers_;
   Events flagged_;

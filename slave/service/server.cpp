@@ -99,7 +99,9 @@ struct Server::Parts {
         service(slave, publisher,
                 [this](const grpc::ServerContextBase& context, std::optional<double> rate) {
                   DescribeClient(context, rate);
-                }) {}
+                }) {
+    publisher.Start();
+  }
 
   void Build(const std::filesystem::path& tls);
   // A stream began or ended, and its connection may send `rate` [bytes/s]. It is closed when its

@@ -134,12 +134,8 @@ SlaveStatus LiveSlave::Status() const {
 }
 
 void LiveSlave::Reset() {
-  const std::uint64_t stops = port_.stops();
   if (port_.view().phase != Phase::kEstop) return ReinitializeTracking();
-  const std::scoped_lock lock(stop_mutex_);
-  stop_record_.End();
-  if (port_.Reset(stops)) return;
-  throw std::logic_error("another emergency stop arrived during the reset: it remains");
+  stop_control_.Reset();
 }
 
 void LiveSlave::ReinitializeTracking() {
@@ -148,11 +144,7 @@ void LiveSlave::ReinitializeTracking() {
 }
 
 void LiveSlave::EmergencyStop(const std::string& reason) {
-  port_.EmergencyStop();  // at once: the record may wait for the disk
-  const std::scoped_lock lock(stop_mutex_);
-  const bool was_reset = port_.view().phase != Phase::kEstop;
-  if (was_reset || stop_record_.is_active()) return;
-  const std::string trouble = stop_record_.Begin(reason);
+  const std::string trouble = stop_control_.Stop(reason);
   if (!trouble.empty()) newest_.RaiseAlarm(trouble);
 }
 

@@ -24,6 +24,7 @@
 #include "slave/pipeline/teleop/model_validity_monitor.h"
 #include "slave/pipeline/teleop/operator_port.h"
 #include "slave/pipeline/teleop/slave.h"
+#include "slave/pipeline/teleop/stop_control.h"
 #include "slave/pipeline/teleop/stop_record.h"
 #include "slave/site/environment/simulated_environment.h"
 
@@ -90,8 +91,8 @@ class LiveSlave final : public Slave {
   const std::unique_ptr<SensingPipeline> sense_;
   OperatorPort port_;
   LatestEstimate newest_;
-  std::mutex stop_mutex_;  // makes record and release of an emergency stop one decision
   StopRecord stop_record_;
+  StopControl stop_control_{port_, stop_record_};
 
   // With priority inheritance: a request for a shape locks it for its duration, and sensing waits.
   mutable PriorityInheritanceMutex sense_mutex_;

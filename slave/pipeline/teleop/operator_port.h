@@ -2,7 +2,6 @@
 // and emergency stop.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -98,7 +97,7 @@ class OperatorPort {
   const ManipulatorOptions limits_;
   const double dead_after_;
   mutable PriorityInheritanceMutex mutex_;  // guards everything below
-  std::condition_variable_any begun_;
+  PriorityInheritanceCondition begun_;
   TeleopTransform transform_;
   Eigen::Vector3d eyes_minus_encoders_ = Eigen::Vector3d::Zero();
   OperatorView view_;

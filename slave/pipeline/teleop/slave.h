@@ -88,7 +88,7 @@ class Slave {
 
   // Whether a client reads states; true until set. Without one the slave may idle, and is awake
   // again when SetWatched(true) returns. One caller (the publisher).
-  virtual void SetWatched(bool /*is_watched*/) {}
+  virtual void SetWatched(bool is_watched) = 0;
 
   // --- settings and health. Throw std::invalid_argument (what is accepted) or std::logic_error
   // (not now, why). Builds of a model report to `progress`, if there is one, and throw Interrupted
@@ -110,19 +110,17 @@ class Slave {
 
   // Of the samples after the one of `sensed_at`, the oldest first; of many, the newest.
   // Thread-safe.
-  [[nodiscard]] virtual std::vector<SampleTrace> TracesSince(Time /*sensed_at*/) const {
-    return {};
-  }
+  [[nodiscard]] virtual std::vector<SampleTrace> TracesSince(Time sensed_at) const = 0;
 
   // The present local contact model: kept up to date while it is requested. Null: none.
-  virtual PatchSnapshot Patch() { return {}; }
+  virtual PatchSnapshot Patch() = 0;
 
   // Receiver of streamed tactile samples; null: none.
-  [[nodiscard]] virtual TactileInbox* tactile_inbox() { return nullptr; }
+  [[nodiscard]] virtual TactileInbox* tactile_inbox() = 0;
   // Receiver of streamed images; null: none.
-  [[nodiscard]] virtual PictureInbox* picture_inbox() { return nullptr; }
+  [[nodiscard]] virtual PictureInbox* picture_inbox() = 0;
   // The manipulator that a client drives; null: none.
-  [[nodiscard]] virtual DrivenArm* driven_arm() { return nullptr; }
+  [[nodiscard]] virtual DrivenArm* driven_arm() = 0;
 };
 
 }  // namespace palpate

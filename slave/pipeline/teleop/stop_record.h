@@ -14,6 +14,11 @@ namespace palpate {
 
 class StopRecord {
  public:
+  StopRecord() = default;
+  virtual ~StopRecord() = default;
+  StopRecord(const StopRecord&) = delete;
+  StopRecord& operator=(const StopRecord&) = delete;
+
   // Saved in `folder` from now on. True: a saved stop exists and is active. Throws
   // std::runtime_error: the folder is not writable.
   bool KeepIn(const std::filesystem::path& folder);
@@ -21,7 +26,7 @@ class StopRecord {
   // and saving is retried every `again` until it succeeds or the stop ends.
   std::string Begin(const std::string& reason) noexcept;
   // Throws std::filesystem::filesystem_error: the file stays, and so does the stop.
-  void End();
+  virtual void End();
   void set_again(std::chrono::milliseconds again) noexcept { again_ = again; }
   [[nodiscard]] bool is_active() const;
   // `emergency stop for 12 s: by the operator`; empty: none.

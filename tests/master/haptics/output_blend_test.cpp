@@ -43,6 +43,21 @@ TEST(OutputBlendTest, FreezesWhatWasSentThenFadesItToExactlyZero) {
 }
 
 // Reference: 200 N/s is 0.2 N per millisecond, up and down; longer ticks give no more.
+// Where HOLD fades and the slave's stop or an open clutch comes meanwhile.
+TEST(OutputBlendTest, AFadeThatIsRequestedAgainEndsNoLater) {
+  OutputBlend blend;
+  const Eigen::Vector3d rendered(0, 2, 0);
+  blend.Go(Target::kRendered, 0);
+  Step(&blend, rendered, 0.001);
+  blend.Go(Target::kZero, 0.040);
+  for (int i = 0; i < 39; ++i) {
+    if (i == 20) blend.Go(Target::kZero, 0.040);
+    Step(&blend, rendered, 0.001);
+  }
+  EXPECT_GT(blend.Send(blend.Wanted(rendered, 0), 0.001).norm(), 0);
+  EXPECT_LT(Step(&blend, rendered, 0.0011).norm(), 1e-15);
+}
+
 TEST(OutputBlendTest, ChangesNoFasterThanItsSlewBothWays) {
   OutputBlend blend(200);
   blend.Go(Target::kRendered, 0);

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "master/link/operate_session.h"
+#include "master/link/operate_exchange.h"
 
 namespace palpate {
 namespace {

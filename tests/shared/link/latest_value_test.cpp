@@ -29,15 +29,6 @@ TEST(LatestValueTest, WhatWasTakenStaysWhileNewerOnesCome) {
   EXPECT_EQ(*taken, 1);
 }
 
-TEST(LatestValueTest, TheWriterSeesWhetherTheLastOneWasTaken) {
-  LatestValue<int> value;
-  EXPECT_FALSE(value.untaken());
-  value.Put(1);
-  EXPECT_TRUE(value.untaken());
-  value.Take();
-  EXPECT_FALSE(value.untaken());
-}
-
 // A value is torn when its numbers differ. The sequence seen by the reader only rises and ends at
 // the last one written.
 TEST(LatestValueTest, AReaderNeverSeesATornOrOlderValue) {

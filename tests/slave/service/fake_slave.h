@@ -78,6 +78,8 @@ class FakeSlave : public Slave {
   }
   BoundaryShape Shape(bool nodal_forces) override;
   std::optional<JpegPicture> Picture(bool overlays, int quality) override;
+  void SetWatched(bool /*is_watched*/) override {}
+  PatchSnapshot Patch() override { return {}; }
   TactileInbox* tactile_inbox() override;
   PictureInbox* picture_inbox() override { return pushed_.get(); }
   DrivenArm* driven_arm() override { return arm_.get(); }

@@ -1,4 +1,5 @@
 // The lease by itself, without a network.
+#include <atomic>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -6,6 +7,7 @@
 
 #include "slave/service/operator_lease.h"
 #include "tests/slave/service/service_fixture.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
@@ -49,6 +51,37 @@ TEST_F(LeaseTest, CommandsOfAnOldTicketReachNobody) {
   EXPECT_EQ(slave_.ends(), 1) << "an old ticket released the new lease";
   lease_.Command(current, command);
   EXPECT_EQ(slave_.commands().size(), 1U);
+}
+
+// A slave whose record of a stop waits for the disk, until another client has asked for the holder.
+class SlowlyStoppingSlave final : public FakeSlave {
+ public:
+  void EmergencyStop(const std::string& /*reason*/) override {
+    asking_ = std::jthread([this] {
+      holder_ = lease->holder_name();
+      has_answer_ = true;
+    });
+    answered_meanwhile = Eventually([this] { return has_answer_.load(); });
+  }
+  OperatorLease* lease = nullptr;
+  bool answered_meanwhile = false;
+
+ private:
+  std::atomic<bool> has_answer_{false};
+  std::string holder_;
+  std::jthread asking_;
+};
+
+TEST(SlowStopTest, NobodyWaitsForTheDiskWhileAStopIsRecorded) {
+  SlowlyStoppingSlave slave;
+  OperatorLease lease(slave, kSilence);
+  slave.lease = &lease;
+  const auto answer = lease.RequestTicket("a", "Ada", [](const std::string&) {});
+  v1::OperatorCommand command;
+  command.set_sequence(1);
+  command.set_stop(true);
+  lease.Command(std::get<OperatorLease::Ticket>(answer), command);
+  EXPECT_TRUE(slave.answered_meanwhile);
 }
 
 TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {

@@ -1,0 +1,102 @@
+// A slave whose operator port, estimate and emergency stop are the real ones. Its object is a soft
+// wall below y = 0, its tool goes to its target at once. Time is what the test says it is.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "slave/pipeline/teleop/latest_estimate.h"
+#include "slave/pipeline/teleop/operator_port.h"
+#include "slave/pipeline/teleop/stop_control.h"
+#include "slave/pipeline/teleop/stop_record.h"
+#include "tests/slave/service/fake_slave.h"
+
+namespace palpate {
+
+// Thread-safe.
+class InstantTool final : public Manipulator {
+ public:
+  bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
+  void Hold() noexcept override {}
+  [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
+  [[nodiscard]] bool at_limit() const noexcept override { return false; }
+  [[nodiscard]] bool carries_tool() const noexcept override { return true; }
+
+ private:
+  mutable std::mutex mutex_;
+  Eigen::Vector3d p_S_tip_{0, 1e-3, 0};
+};
+
+// A record whose removal can take a while: `during_end` runs in it.
+class SlowStopRecord final : public StopRecord {
+ public:
+  void End() override;
+  std::function<void()> during_end;  // empty: nothing happens
+};
+
+class JoinedSlave final : public FakeSlave {
+ public:
+  static constexpr double kStiffness = 500;  // of the wall [N/m]
+  struct Scales {
+    double position = 1, force = 1;
+    bool operator==(const Scales&) const = default;
+  };
+
+  // `clock`: the slave's.
+  explicit JoinedSlave(std::function<Time()> clock);
+
+  // --- for tests.
+  // Estimates the contact at the present tip. `force`: what is estimated [N]; nullopt: the true
+  // one.
+  void Sense(std::optional<double> force = {});
+  // The watchdog's work.
+  void Watch();
+  // Emergency stops and resets that begin; a stop is open until a later reset succeeds.
+  [[nodiscard]] bool has_open_stop() const;
+  [[nodiscard]] bool is_stop_recorded() const { return record_.is_active(); }
+  [[nodiscard]] OperatorView view() const { return port_.view(); }
+  [[nodiscard]] CommandCounts counts() const { return port_.counts(); }
+  // Settings of a revision.
+  [[nodiscard]] Scales ScalesOf(std::uint32_t revision) const;
+  [[nodiscard]] std::uint32_t revision() const;
+  [[nodiscard]] TeleopTransform transform() const { return port_.transform(); }
+  // The next reset: another stop arrives while the record is removed.
+  void StopDuringNextReset();
+
+  // --- Slave.
+  void BeginOperating() override { port_.BeginOperating(); }
+  bool Command(const OperatorCommand& command) noexcept override;
+  void EndOperating() override { port_.EndOperating(); }
+  SlaveState Compose(Time now) override;
+  Events TakeEvents() override { return port_.TakeEvents(); }
+  bool WaitForNewer(Time sensed_at, std::chrono::milliseconds patience) override {
+    return newest_.WaitForNewer(sensed_at, patience);
+  }
+  [[nodiscard]] SlaveDescription Describe() const override;
+  [[nodiscard]] SlaveStatus Status() const override;
+  void SetParameters(const ParameterChange& change, Progress* progress) override;
+  void Reset() override;
+  void EmergencyStop(const std::string& reason) override;
+
+ private:
+  [[nodiscard]] ContactState ContactNow() const;
+
+  const std::function<Time()> clock_;
+  InstantTool tool_;
+  OperatorPort port_;
+  LatestEstimate newest_;
+  SlowStopRecord record_;
+  StopControl stop_control_{port_, record_};
+  mutable std::mutex mutex_;  // guards what follows
+  std::map<std::uint32_t, Scales> scales_{{1, {}}};
+  std::uint64_t sample_ = 0, stops_ = 0, ended_stops_ = 0;
+  std::jthread other_client_;  // of StopDuringNextReset
+};
+
+}  // namespace palpate
