@@ -36,6 +36,19 @@ struct DeviceGuide {
   double round_trip = 0;  // of the link [s]; set even if `known` is false
 };
 
+// What a device renders and measures. What it does not limit is infinite.
+struct DeviceLimits {
+  static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+
+  double force = kUnlimited;        // of device and master [N]
+  double torque = 0;                // [N m]; 0: not actuated
+  double stiffness = kUnlimited;    // that it renders without buzzing [N/m]
+  double damping = kUnlimited;      // that it renders stably [N s/m]
+  double slew = kUnlimited;         // change of force that it accepts [N/ms]
+  double rate = 0;                  // new readings per second [Hz]; 0: unknown
+  bool senses_orientation = false;  // `q_M` of its readings is measured
+};
+
 class Device {
  public:
   // Timeout of a driver [s]: without a new force it sets the force to zero, because the program may
@@ -51,47 +64,29 @@ class Device {
 
   // Reads the tip at `now`. Real-time safe: no allocation, lock or wait.
   virtual DeviceReading Read(Time now) noexcept = 0;
-  // Renders `force_M` [N], for at most kLetGoAfter. Real-time safe.
-  virtual void WriteForce(const Eigen::Vector3d& force_M) noexcept = 0;
-  // Renders a torque [N m] about the tip as well, where it is actuated. Real-time safe.
+  // Renders a force [N], and a torque [N m] about the tip where it is actuated, for at most
+  // kLetGoAfter. Real-time safe.
   virtual void WriteWrench(const Eigen::Vector3d& force_M,
-                           const Eigen::Vector3d& /*torque_M*/) noexcept {
-    WriteForce(force_M);
+                           const Eigen::Vector3d& torque_M) noexcept = 0;
+  void WriteForce(const Eigen::Vector3d& force_M) noexcept {
+    WriteWrench(force_M, Eigen::Vector3d::Zero());
   }
   // Sets the force to zero at once: the last call of a run. Real-time safe.
-  virtual void DropForce() noexcept { WriteForce(Eigen::Vector3d::Zero()); }
+  virtual void DropForce() noexcept = 0;
   // Sets the position of the surface. Scripted devices use it, real ones ignore it. Real-time safe.
   virtual void Guide(const DeviceGuide& guide) noexcept = 0;
   // The motion is over (a recording has ended). Real-time safe.
   [[nodiscard]] virtual bool finished() const noexcept = 0;
   [[nodiscard]] virtual std::string description() const = 0;
-  [[nodiscard]] virtual double force_limit() const = 0;  // of the device itself [N]
+  [[nodiscard]] virtual DeviceLimits limits() const = 0;
   // Sets the master's limit [N], which can only be lowered.
-  virtual void LowerForceLimit(double /*limit*/) noexcept {}
-  // Largest torque of the device itself [N m]; 0: not actuated.
-  [[nodiscard]] virtual double torque_limit() const { return 0; }
-  // Whether `q_M` of its readings is measured.
-  [[nodiscard]] virtual bool senses_orientation() const { return false; }
-  // Largest stiffness that the device renders without buzzing [N/m].
-  [[nodiscard]] virtual double stiffness_limit() const {
-    return std::numeric_limits<double>::infinity();
-  }
-  // New readings per second [Hz]; 0: unknown.
-  [[nodiscard]] virtual double rate() const { return 0; }
-  // Largest damping that the device renders stably [N s/m].
-  [[nodiscard]] virtual double damping_limit() const {
-    return std::numeric_limits<double>::infinity();
-  }
-  // Largest change of force that the device accepts [N/ms].
-  [[nodiscard]] virtual double slew_limit() const {
-    return std::numeric_limits<double>::infinity();
-  }
+  virtual void LowerForceLimit(double limit) noexcept = 0;
 
   // From now on a thread of the device calls `tick` once per period, where the device has one.
   // False: it has none, and the caller's thread polls. `tick` must stay valid until StopTicks.
-  virtual bool StartTicks(const Tick* /*tick*/) { return false; }
+  virtual bool StartTicks(const Tick* tick) = 0;
   // On return no thread of the device is inside `tick`, nor will be.
-  virtual void StopTicks() {}
+  virtual void StopTicks() = 0;
 };
 
 // Opens the device that `--device` names; `palpate-master devices` lists them. `press_depth` [m]

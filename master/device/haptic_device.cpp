@@ -73,9 +73,11 @@ void HapticDevice::LowerForceLimit(double limit) noexcept {
   if (limit >= 0) limit_ = std::min(limit_, limit);
 }
 
-double HapticDevice::slew_limit() const {
+DeviceLimits HapticDevice::limits() const {
   constexpr double kTicksPerSecond = 1000;
-  return capabilities_.simulated ? Device::slew_limit() : kSlew / kTicksPerSecond;
+  const double slew = capabilities_.simulated ? DeviceLimits::kUnlimited : kSlew / kTicksPerSecond;
+  return {limit_, torque_limit(),     capabilities_.stiffness, capabilities_.damping,
+          slew,   capabilities_.rate, senses_orientation()};
 }
 
 DeviceReading HapticDevice::Read(Time now) noexcept {

@@ -50,9 +50,6 @@ class HapticDevice : public Device {
   DeviceReading Read(Time now) noexcept final;
   // Renders force [N] and torque [N m], within the limits. Real-time safe.
   WriteResult Write(const Eigen::Vector3d& force_M, const Eigen::Vector3d& torque_M) noexcept;
-  void WriteForce(const Eigen::Vector3d& force_M) noexcept final {
-    Write(force_M, Eigen::Vector3d::Zero());
-  }
   void WriteWrench(const Eigen::Vector3d& force_M, const Eigen::Vector3d& torque_M) noexcept final {
     Write(force_M, torque_M);
   }
@@ -60,18 +57,10 @@ class HapticDevice : public Device {
   void LowerForceLimit(double limit) noexcept final;
   void Guide(const DeviceGuide& /*guide*/) noexcept override {}
   [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] double force_limit() const final { return limit_; }
-  [[nodiscard]] double torque_limit() const final {
-    return senses_orientation() && capabilities_.actuated_dof >= kAllAxes ? capabilities_.torque
-                                                                          : 0;
-  }
-  [[nodiscard]] bool senses_orientation() const final {
-    return capabilities_.sensed_dof >= kAllAxes;
-  }
-  [[nodiscard]] double stiffness_limit() const final { return capabilities_.stiffness; }
-  [[nodiscard]] double rate() const final { return capabilities_.rate; }
-  [[nodiscard]] double damping_limit() const final { return capabilities_.damping; }
-  [[nodiscard]] double slew_limit() const final;
+  [[nodiscard]] DeviceLimits limits() const final;
+  // A driver whose device has a thread of its own overrides both.
+  bool StartTicks(const Tick* /*tick*/) override { return false; }
+  void StopTicks() override {}
   [[nodiscard]] const DeviceCapabilities& capabilities() const noexcept { return capabilities_; }
   // Of the last reading.
   [[nodiscard]] const DeviceStatus& status() const noexcept { return status_; }
@@ -95,6 +84,11 @@ class HapticDevice : public Device {
  private:
   static constexpr int kAllAxes = 6;
 
+  [[nodiscard]] bool senses_orientation() const { return capabilities_.sensed_dof >= kAllAxes; }
+  [[nodiscard]] double torque_limit() const {
+    return senses_orientation() && capabilities_.actuated_dof >= kAllAxes ? capabilities_.torque
+                                                                          : 0;
+  }
   void CheckReading(DeviceReading* reading) noexcept;
   [[nodiscard]] bool IsPossible(const DeviceReading& reading) const noexcept;
 

@@ -95,7 +95,7 @@ Finding Allowed(const char* what, const std::string& refused) {
 
 Finding FoundOf(const Device& device) {
   return {Grade::kGood, "device",
-          device.description() + Formatted(", force up to %g N", device.force_limit()), ""};
+          device.description() + Formatted(", force up to %g N", device.limits().force), ""};
 }
 
 Findings Examine(Finding device, const std::optional<SlaveLink::Options>& line, double seconds,

@@ -231,13 +231,14 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
   SpscRing<TickRecord> ring(kRingCapacity);
   HapticLoop::Options limited = options.loop;
   device.LowerForceLimit(limited.force_limit);
-  limited.force_limit = std::min(limited.force_limit, device.force_limit());
-  const RenderedRate rate{device.stiffness_limit(), device.rate(), options.sensor_rate};
+  const DeviceLimits bounds = device.limits();
+  limited.force_limit = std::min(limited.force_limit, bounds.force);
+  const RenderedRate rate{bounds.stiffness, bounds.rate, options.sensor_rate};
   limited.stiffest = std::min(limited.stiffest, StableStiffness(RenderMode::kLocal, rate, 0));
-  limited.most_damping = std::min(limited.most_damping, device.damping_limit());
-  limited.slew_limit = std::min(limited.slew_limit, device.slew_limit());
-  limited.sends_orientation = device.senses_orientation();
-  limited.renders_torque = device.torque_limit() > 0;
+  limited.most_damping = std::min(limited.most_damping, bounds.damping);
+  limited.slew_limit = std::min(limited.slew_limit, bounds.slew);
+  limited.sends_orientation = bounds.senses_orientation;
+  limited.renders_torque = bounds.torque > 0;
   HapticLoop loop(limited,
                   {states, commands, &ring, options.settings, options.patches, options.requests});
 

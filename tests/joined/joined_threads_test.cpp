@@ -13,6 +13,7 @@
 #include "master/link/slave_link.h"
 #include "slave/service/server.h"
 #include "tests/joined/joined_slave.h"
+#include "tests/master/haptics/test_device.h"
 #include "tests/support/dice.h"
 #include "tests/support/eventually.h"
 
@@ -20,7 +21,7 @@ namespace palpate {
 namespace {
 
 // Presses 3 mm deep and back once a second.
-class Hand final : public Device {
+class Hand final : public TestDevice {
  public:
   std::atomic<bool> is_engaged{false}, is_faulty{false};
 
@@ -33,11 +34,6 @@ class Hand final : public Device {
     if (is_faulty) reading.status.fault = DeviceFault::kDriver;
     return reading;
   }
-  void WriteForce(const Eigen::Vector3d& /*force_M*/) noexcept override {}
-  void Guide(const DeviceGuide& /*guide*/) noexcept override {}
-  [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] std::string description() const override { return "hand"; }
-  [[nodiscard]] double force_limit() const override { return 3.3; }
 
  private:
   static constexpr double kDepth = 3e-3;  // [m]

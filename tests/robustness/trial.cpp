@@ -36,6 +36,12 @@ class ReplayedEnvironment final : public SimulatedEnvironment {
     truth.p_S_tip.y() += alteration_.arm_error * stage_.pixel();
     return truth;
   }
+  void SolveAhead() override {}
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Eigen::Vector3d::Zero();
+  }
   [[nodiscard]] std::size_t index() const { return index_; }  // of the sample given last
 
   std::unique_ptr<FrameSource> OpenCamera(const Scene&, const Pace&) override {

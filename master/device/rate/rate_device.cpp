@@ -63,7 +63,7 @@ DeviceReading RateDevice::DoRead(Time now) noexcept {
 
 DeviceOutput RateDevice::DoWrite(const Wrench& wrench) noexcept {
   hand_.ApplyForce(wrench.force);
-  felt_ = std::min(1.0, wrench.force.norm() / force_limit());
+  felt_ = std::min(1.0, wrench.force.norm() / limits().force);
   if (last_) felt_at_ = *last_;
   return DeviceOutput::kOk;
 }

@@ -40,6 +40,18 @@ class SimulatedSite final : public SimulatedEnvironment {
   void SetTime(double t);
   [[nodiscard]] Truth truth() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
+  void SolveAhead() override {}
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Eigen::Vector3d::Zero();
+  }
+  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
+                                                const Pace& /*pace*/) override {
+    return nullptr;
+  }
   std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;
   // Takes an image of the present state, with the scene's lens if there is one, and undistorted as
   // a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from one thread. The same

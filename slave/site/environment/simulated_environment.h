@@ -112,32 +112,23 @@ class SimulatedEnvironment {
   virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
   // Solves the scene's contact before the start of operation; the tool is at home afterwards.
   // Seconds.
-  virtual void SolveAhead() {}
+  virtual void SolveAhead() = 0;
   // Thread-safe, short.
   [[nodiscard]] virtual Truth truth() const = 0;
   // nullopt: nothing moves as a whole. Thread-safe.
-  [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<TargetTruth> target() const = 0;
   // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
-  [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const { return std::nullopt; }
+  [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const = 0;
   // Of the surface's point that rests at p_O [m], frame O; zero where only forces are known.
   // Thread-safe.
-  [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
-    return Eigen::Vector3d::Zero();
-  }
+  [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
 
   // Sources that observe this simulator, which must outlive them; one source at a time, null: this
   // kind does not exist. `scene`: that of the simulator. Throw std::invalid_argument naming the
   // key: there is no script for it.
-  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) {
-    return nullptr;
-  }
-  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) {
-    return nullptr;
-  }
-  virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
-                                                        const Pace& /*pace*/) {
-    return nullptr;
-  }
+  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) = 0;
+  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) = 0;
+  virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) = 0;
 };
 
 // The simulator of the scene; null: it is a real environment. Throws std::invalid_argument naming

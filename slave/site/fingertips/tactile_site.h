@@ -42,6 +42,17 @@ class TactileSite final : public SimulatedEnvironment {
   // Solves the scene's own contact to its full depth; takes as long as this solution.
   void SolveAhead() override;
   [[nodiscard]] Truth truth() const override;
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Eigen::Vector3d::Zero();
+  }
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
   std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) override;
   // Unit vector, frame S, of expected contacts: from the first finger's pad into the object's
   // surface.

@@ -24,11 +24,21 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 // What stands before the cameras; eye 0 is the left one.
-class Stage : public SimulatedEnvironment {
+class Stage {
  public:
-  virtual void SolveEverywhere() {}
-  [[nodiscard]] virtual bool IsSolvedEverywhere() const { return true; }
-  [[nodiscard]] virtual std::uint64_t Waits() const { return 0; }
+  virtual ~Stage() = default;
+  Stage() = default;
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+  // Like those of StereoSite.
+  virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
+  virtual void SolveEverywhere() = 0;
+  [[nodiscard]] virtual bool IsSolvedEverywhere() const = 0;
+  [[nodiscard]] virtual std::uint64_t Waits() const = 0;
+  [[nodiscard]] virtual Truth truth() const = 0;
+  [[nodiscard]] virtual std::optional<TargetTruth> target() const = 0;
+  [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
   // The world as it will be painted from here on, `seconds` after the first pictures.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
@@ -60,6 +70,7 @@ class MembraneStage final : public Stage {
     return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
             now.solved};
   }
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
   [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
     return site::DisplacementOf(membrane_.now().dent, p_O);
   }
@@ -100,9 +111,15 @@ class TargetStage final : public Stage {
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
   }
+  void SolveEverywhere() override {}
+  [[nodiscard]] bool IsSolvedEverywhere() const override { return true; }
+  [[nodiscard]] std::uint64_t Waits() const override { return 0; }
   [[nodiscard]] Truth truth() const override {
     const std::lock_guard lock(mutex_);
     return truth_;
+  }
+  [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Vector3d::Zero();
   }
   [[nodiscard]] std::optional<TargetTruth> target() const override {
     const std::lock_guard lock(mutex_);

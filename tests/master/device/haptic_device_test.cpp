@@ -121,7 +121,7 @@ TEST_F(HapticDeviceTest, WithoutAMeasuredOrientationThereIsNoTorque) {
   DeviceCapabilities own = Capabilities();
   own.sensed_dof = 3;
   Recorded blind(own);
-  EXPECT_EQ(blind.torque_limit(), 0);
+  EXPECT_EQ(blind.limits().torque, 0);
   for (int i = 1; i < 100; ++i) {
     blind.Read(kStart + std::chrono::milliseconds(i));
     blind.Write({0, 0, 0}, {0, 0, 1});

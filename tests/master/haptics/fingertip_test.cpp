@@ -15,6 +15,7 @@
 #include "master/device/sim_hand.h"
 #include "master/haptics/record/tick_summary.h"
 #include "tests/master/haptics/rig.h"
+#include "tests/master/haptics/test_device.h"
 
 namespace palpate {
 namespace {
@@ -134,7 +135,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, SlowStatesTest,
                                           testing::Values(0, 0.010, 0.050, 0.250)));
 
 // A hand that goes in at constant speed from 1 s on.
-class Ramp final : public Device {
+class Ramp final : public TestDevice {
  public:
   explicit Ramp(const Eigen::Vector3d& velocity) : velocity_(velocity) {}
   DeviceReading Read(Time now) noexcept override {
@@ -142,11 +143,6 @@ class Ramp final : public Device {
     const double t = SecondsBetween(begin_, now);
     return {velocity_ * std::max(0.0, t - 1), velocity_ * (t > 1 ? 1 : 0), t > 0.5};
   }
-  void WriteForce(const Eigen::Vector3d&) noexcept override {}
-  void Guide(const DeviceGuide&) noexcept override {}
-  [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] std::string description() const override { return "ramp"; }
-  [[nodiscard]] double force_limit() const override { return 100; }
 
  private:
   Eigen::Vector3d velocity_;

@@ -22,7 +22,7 @@ TEST(LoopMotionTest, MappedAxesChangeNothingForTheOperator) {
   Rig plain(With({})), turned(With(mapped));
   SimHand hand(0.004, 0.02), same(0.004, 0.02);
   // The same hand along the axes of the device.
-  struct Turned final : Device {
+  struct Turned final : TestDevice {
     Turned(SimHand* own, const AxisMap& axes) : hand(own), P(axes.P()) {}
     DeviceReading Read(Time now) noexcept override {
       DeviceReading reading = hand->Read(now);
@@ -30,15 +30,14 @@ TEST(LoopMotionTest, MappedAxesChangeNothingForTheOperator) {
       reading.v_M = P.transpose() * reading.v_M;
       return reading;
     }
-    void WriteForce(const Eigen::Vector3d& force) noexcept override { hand->WriteForce(P * force); }
+    void WriteWrench(const Eigen::Vector3d& force, const Eigen::Vector3d&) noexcept override {
+      hand->WriteForce(P * force);
+    }
     void Guide(const DeviceGuide& guide) noexcept override {
       DeviceGuide in_M = guide;
       in_M.inward_M = P * guide.inward_M;
       hand->Guide(in_M);
     }
-    [[nodiscard]] bool finished() const noexcept override { return false; }
-    [[nodiscard]] std::string description() const override { return "turned"; }
-    [[nodiscard]] double force_limit() const override { return 100; }
     SimHand* hand;
     Eigen::Matrix3d P;
   } device(&same, mapped.axes);

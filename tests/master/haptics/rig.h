@@ -5,23 +5,24 @@
 #include <functional>
 
 #include "master/haptics/haptic_loop.h"
+#include "tests/master/haptics/test_device.h"
 #include "tests/master/haptics/virtual_slave.h"
 
 namespace palpate {
 
 // A device that goes where it is told.
-class Puppet final : public Device {
+class Puppet final : public TestDevice {
  public:
   DeviceReading reading;
   Eigen::Vector3d felt{0, 0, 0};
   DeviceGuide guide;
 
   DeviceReading Read(Time) noexcept override { return reading; }
-  void WriteForce(const Eigen::Vector3d& force_M) noexcept override { felt = force_M; }
+  void WriteWrench(const Eigen::Vector3d& force_M,
+                   const Eigen::Vector3d& /*torque_M*/) noexcept override {
+    felt = force_M;
+  }
   void Guide(const DeviceGuide& told) noexcept override { guide = told; }
-  [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] std::string description() const override { return "puppet"; }
-  [[nodiscard]] double force_limit() const override { return 100; }
 };
 
 // Laws are looked at without the slew limit, which puppets that jump would meet.

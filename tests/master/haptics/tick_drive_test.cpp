@@ -6,19 +6,16 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/master/haptics/test_device.h"
+
 namespace palpate {
 namespace {
 
 // A device whose own thread calls the tick `count` times, a millisecond apart, and then no more.
-class Driven final : public Device {
+class Driven final : public TestDevice {
  public:
   explicit Driven(int count) : count_(count) {}
   DeviceReading Read(Time) noexcept override { return {}; }
-  void WriteForce(const Eigen::Vector3d&) noexcept override {}
-  void Guide(const DeviceGuide&) noexcept override {}
-  [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] std::string description() const override { return "driven"; }
-  [[nodiscard]] double force_limit() const override { return 1; }
   bool StartTicks(const Tick* tick) override {
     thread_ = std::jthread([this, tick](const std::stop_token& stop) {
       for (int i = 0; i < count_ && !stop.stop_requested(); ++i) {
@@ -53,14 +50,9 @@ struct Seen {
 };
 
 TEST(TickDriveTest, WithoutAThreadOfTheDeviceTheCallerTicks) {
-  class Polled final : public Device {
+  class Polled final : public TestDevice {
    public:
     DeviceReading Read(Time) noexcept override { return {}; }
-    void WriteForce(const Eigen::Vector3d&) noexcept override {}
-    void Guide(const DeviceGuide&) noexcept override {}
-    [[nodiscard]] bool finished() const noexcept override { return false; }
-    [[nodiscard]] std::string description() const override { return "polled"; }
-    [[nodiscard]] double force_limit() const override { return 1; }
   } device;
   Seen seen;
   TickDrive drive(device, [&](Time) { return seen.Take(30); });

@@ -15,6 +15,7 @@
 #include "master/recording/session_recording.h"
 #include "master/session/session.h"
 #include "tests/master/haptics/rig.h"
+#include "tests/master/haptics/test_device.h"
 #include "tests/support/eventually.h"
 #include "tests/support/scratch.h"
 
@@ -66,7 +67,7 @@ class Lab {
 };
 
 // A device whose switch is closed, and which opens it twice a second.
-class Tapping final : public Device {
+class Tapping final : public TestDevice {
  public:
   DeviceReading Read(Time now) noexcept override {
     DeviceReading reading;
@@ -74,11 +75,6 @@ class Tapping final : public Device {
     reading.engaged = part > std::chrono::milliseconds(100);
     return reading;
   }
-  void WriteForce(const Eigen::Vector3d& /*force_M*/) noexcept override {}
-  void Guide(const DeviceGuide& /*guide*/) noexcept override {}
-  [[nodiscard]] bool finished() const noexcept override { return false; }
-  [[nodiscard]] std::string description() const override { return "tapping"; }
-  [[nodiscard]] double force_limit() const override { return 100; }
 };
 
 std::vector<std::vector<std::string>> Rows(const std::filesystem::path& file) {

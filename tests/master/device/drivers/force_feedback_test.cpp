@@ -43,7 +43,7 @@ TEST_P(ForceFeedbackTest, TellsItsLimitsAndCalibration) {
   EXPECT_LE(own.continuous_force, own.force);
   EXPECT_GT(own.stiffness, 300);
   EXPECT_EQ(own.actuated_dof, 3);
-  EXPECT_EQ(bench_.device->slew_limit(), 0.2);
+  EXPECT_EQ(bench_.device->limits().slew, 0.2);
 }
 
 // Unplugged at each of `instants` of a press: the force is zero within 25 ms, the reason is told,

@@ -54,6 +54,19 @@ class CarriedSite final : public SimulatedEnvironment {
     truth.p_S_tip += object_;
     return truth;
   }
+  void SolveAhead() override {}
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Eigen::Vector3d::Zero();
+  }
+  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
+                                                const Pace& /*pace*/) override {
+    return nullptr;
+  }
   std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
     return std::make_unique<Source>(*this);
   }
