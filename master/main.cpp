@@ -78,13 +78,13 @@ int Evict(const Arguments& a) {
   }
 }
 
-// Such as `ada@desk, process 4711`: a name that a reconnecting program has and no other.
-std::string NameOfProcess() {
+// Such as `ada@desk`: a program that is started again has the name of the one before, so that the
+// lease stays reserved for it.
+std::string NameOfUser() {
   const passwd* user = getpwuid(getuid());
   std::array<char, HOST_NAME_MAX + 1> host{};
   gethostname(host.data(), host.size() - 1);
-  return std::string(user != nullptr ? user->pw_name : "operator") + "@" + host.data() +
-         ", process " + std::to_string(getpid());
+  return std::string(user != nullptr ? user->pw_name : "operator") + "@" + host.data();
 }
 
 int Main(int argc, char** argv) {
@@ -112,11 +112,11 @@ int Main(int argc, char** argv) {
     if (app.got_subcommand("evict")) return Evict(a);
     if (app.got_subcommand("watch")) {
       CatchSignals();
-      a.watch.name = "palpate-master watch, " + NameOfProcess();
+      a.watch.name = "palpate-master watch, " + NameOfUser();
       return RunWatch(a.watch, [] { return g_stop.load(); });
     }
     CheckBeforehand(a);
-    if (a.link.operator_name.empty()) a.link.operator_name = NameOfProcess();
+    if (a.link.operator_name.empty()) a.link.operator_name = NameOfUser();
     NameCalls(a.link.operator_name);
     if (!a.metrics.empty()) {
       health.page.emplace(a.metrics, a.link.insecure, [&] { return health.seen.Collect(); });

@@ -46,8 +46,10 @@ void TickDrive::Run(Clock::duration length, const std::stop_token& stop,
   wanted_ = true;
   RunPeriodically(length, stop, stats, [this] { return Supervise(); });
   if (!driven_) return;
-  // Of the device's ticks, not of the periods in which this thread looked.
-  const double periods = stats->duration / std::chrono::duration<double>(kHapticPeriod).count();
+  // The device's ticks count, at its own rate, not the periods in which this thread looked.
+  const double usual = 1 / std::chrono::duration<double>(kHapticPeriod).count();
+  const double rate = device_.limits().rate;
+  const double periods = stats->duration * (rate > 0 ? rate : usual);
   stats->ticks = ticks_;
   const auto wanted = static_cast<std::uint64_t>(std::llround(periods));
   stats->missed = wanted > stats->ticks ? wanted - stats->ticks : 0;

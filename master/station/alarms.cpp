@@ -69,7 +69,8 @@ class Alarms {
     } else if (device.force_share < kWhole) {
       Note(Formatted("%s renders %.0f %% of the force.", name.c_str(),
                      100 * static_cast<double>(device.force_share)),
-           "Its service scales forces: look for a force gate, a force scale and other sessions.");
+           "Look for a force gate or a force scale of the device, and for other programs that use "
+           "it.");
     }
   }
   void AddLine() {

@@ -41,6 +41,7 @@ std::string DhdApi::Load(const LibrarySearch& search) {
   library.Bind("dhdSetForceAndTorque", &set_force_and_torque);
   library.Bind("dhdGetStatus", &status);
   library.BindOptional("dhdGetMaxForce", &max_force);
+  library.BindOptional("dhdGetForce", &rendered_force);
   return library.problem();
 }
 

@@ -44,7 +44,9 @@ struct DhdApi {
   int (*set_force)(double, double, double, char) = nullptr;
   int (*set_force_and_torque)(double, double, double, double, double, double, char) = nullptr;
   int (*status)(int*, char) = nullptr;
-  double (*max_force)(char) = nullptr;  // optional: older releases lack it
+  // Optional: older releases lack them.
+  double (*max_force)(char) = nullptr;
+  int (*rendered_force)(double*, double*, double*, char) = nullptr;
 };
 
 // Where libdhd.so may be: `folders`, then $FORCEDIM_SDK, then where the system looks.

@@ -27,6 +27,7 @@ Eigen::Matrix3d RotationToM() {
 }
 
 constexpr double kClosedGap = 0.010;  // a gripper closed to this gap counts as the first button [m]
+constexpr double kLeastCompared = 0.1;  // smaller forces show no scale [N]
 constexpr std::chrono::milliseconds kPeriod(1);
 constexpr int kStatusRoom = 64;  // releases write 12 to 17 numbers
 const std::vector<UsbId> kUsbIds{{0x1451, 0}, {0x0403, 0xcb48}};
@@ -68,6 +69,18 @@ DeviceCapabilities CapabilitiesOf(const DhdApi& api, char id, const std::string&
   own.stiffness = limits.stiffness;
   own.rate = 1000;
   return own;
+}
+
+// A transfer that failed may succeed again, a device that is not there will not.
+DeviceFault FaultOf(int code) {
+  switch (code) {
+    case dhd::kCommunication:
+      return DeviceFault::kSilent;
+    case dhd::kNoDevice:
+      return DeviceFault::kUnplugged;
+    default:
+      return DeviceFault::kDriver;
+  }
 }
 
 std::string LastError(const DhdApi& api) {
@@ -127,8 +140,7 @@ bool DhdDevice::Succeeded(int code) noexcept {
   if (code >= 0) return true;
   if (status_.fault != DeviceFault::kNone) return false;  // the first error is told
   status_.code = own_.api.last_error();
-  const bool gone = status_.code == dhd::kCommunication || status_.code == dhd::kNoDevice;
-  status_.fault = gone ? DeviceFault::kUnplugged : DeviceFault::kDriver;
+  status_.fault = FaultOf(status_.code);
   const char* words = own_.api.last_error_text();
   if (words != nullptr) status_.cause = words;
   return false;
@@ -183,6 +195,7 @@ DeviceReading DhdDevice::Measure(Time now) noexcept {
   ReadMotion(&reading);
   ReadButtons();
   if (status_.fault == DeviceFault::kNone) ReadForceOff();
+  if (status_.fault == DeviceFault::kNone) ReadForceShare();
   if (status_.fault == DeviceFault::kNone && write_failed_) status_ = write_status_;
   if (!reading.repeated) reading.at = now;
   reading.engaged = (status_.buttons & 1U) != 0;
@@ -209,6 +222,15 @@ void DhdDevice::ReadButtons() noexcept {
   double gap = 1;
   if (!own_.has_gripper || !Succeeded(own_.api.gripper_gap(&gap, own_.id))) return;
   if (std::abs(gap) <= kClosedGap) status_.buttons |= 1U;
+}
+
+void DhdDevice::ReadForceShare() noexcept {
+  if (own_.api.rendered_force == nullptr || sent_.norm() < kLeastCompared) return;
+  Eigen::Vector3d rendered(0, 0, 0);
+  if (!Succeeded(own_.api.rendered_force(&rendered.x(), &rendered.y(), &rendered.z(), own_.id))) {
+    return;
+  }
+  status_.force_share = static_cast<float>(rendered.dot(sent_) / sent_.squaredNorm());
 }
 
 // A deliberate press of the first button switches the force on again.
@@ -239,6 +261,7 @@ DeviceOutput DhdDevice::Send(const Wrench& wrench) noexcept {
       capabilities().torque > 0
           ? own_.api.set_force_and_torque(f.x(), f.y(), f.z(), t.x(), t.y(), t.z(), own_.id)
           : own_.api.set_force(f.x(), f.y(), f.z(), own_.id);
+  sent_ = f;
   write_failed_ = !Succeeded(code) || status_.fault != DeviceFault::kNone;
   write_status_ = status_;
   if (write_failed_) return DeviceOutput::kOff;

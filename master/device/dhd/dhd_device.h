@@ -67,6 +67,8 @@ class DhdDevice final : public HapticDevice {
   bool Succeeded(int code) noexcept;
   void ReadMotion(DeviceReading* reading) noexcept;
   void ReadButtons() noexcept;
+  // Compares the force that the device renders with the last one that it accepted.
+  void ReadForceShare() noexcept;
   // Whether the controller has switched the force off, and why.
   void ReadForceOff() noexcept;
   void EnableForce() noexcept;
@@ -85,11 +87,12 @@ class DhdDevice final : public HapticDevice {
   // Of the own thread while it runs.
   DeviceStatus status_;  // of this reading
   DeviceReading last_;
-  bool enabled_ = false;       // the force was enabled
-  bool was_pressed_ = false;   // the first button, at the last reading
-  bool write_failed_ = false;  // the last force was not accepted
-  DeviceStatus write_status_;  // why
-  std::jthread thread_;        // last: it uses the rest
+  bool enabled_ = false;           // the force was enabled
+  bool was_pressed_ = false;       // the first button, at the last reading
+  bool write_failed_ = false;      // the last force was not accepted
+  Eigen::Vector3d sent_{0, 0, 0};  // the last force, frame of the library [N]
+  DeviceStatus write_status_;      // why
+  std::jthread thread_;            // last: it uses the rest
 };
 
 // The row of the table of drivers.

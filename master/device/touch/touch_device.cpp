@@ -91,9 +91,8 @@ DeviceFault FaultOf(unsigned code) {
     case hd::kExceededImpulse:
     case hd::kExceededVelocity:
       return DeviceFault::kForceOff;
-    case hd::kDeviceFault:
-    case hd::kCommunication:
-      return DeviceFault::kUnplugged;
+    case hd::kCommunication:  // may succeed again
+      return DeviceFault::kSilent;
     default:
       return DeviceFault::kDriver;
   }

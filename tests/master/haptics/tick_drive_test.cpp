@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 // A device whose own thread calls the tick `count` times, a millisecond apart, and then no more.
-class Driven final : public TestDevice {
+class Driven : public TestDevice {
  public:
   explicit Driven(int count) : count_(count) {}
   DeviceReading Read(Time) noexcept override { return {}; }
@@ -76,6 +76,22 @@ TEST(TickDriveTest, TheCallerTakesOverFromASilentDevice) {
   EXPECT_FALSE(seen.overlapped);
   EXPECT_EQ(seen.threads.size(), 2U);
   EXPECT_EQ(stats.ticks, 200U);
+}
+
+// A device that ticks 500 times a second misses nothing by not ticking 1000 times.
+TEST(TickDriveTest, TicksAreCountedAtTheRateOfTheDevice) {
+  class Slow final : public Driven {
+   public:
+    using Driven::Driven;
+    [[nodiscard]] DeviceLimits limits() const override { return {.rate = 500}; }
+  } device(1000000);
+  Seen seen;
+  TickDrive drive(device, [&](Time) { return seen.Take(50); });
+  PeriodicStats stats;
+  drive.Run(std::chrono::hours(1), {}, &stats);
+  drive.Stop();
+  const double periods = 500 * stats.duration;
+  EXPECT_NEAR(static_cast<double>(stats.missed), std::max(0.0, periods - 50), 1);
 }
 
 // Between two runs, and after the last, the device's thread finds nothing to do.

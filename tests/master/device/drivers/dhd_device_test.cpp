@@ -62,6 +62,15 @@ TEST_F(DhdDeviceTest, SaturatedMotorsAreShownAndAreNoError) {
   EXPECT_EQ(status().fault, DeviceFault::kDriver) << "a force that was not taken";
 }
 
+TEST_F(DhdDeviceTest, AScaledForceIsReportedWithItsShare) {
+  const std::vector<PressTick> press = SimulatedPress();
+  bench_.Open();
+  bench_.fake.set_option("force_gain", "0.3");
+  bench_.Play(press, 1500);
+  ASSERT_GT(bench_.Made().norm(), 0.1);
+  EXPECT_NEAR(status().force_share, 0.3, 1e-6);
+}
+
 TEST_F(DhdDeviceTest, SingleRepeatedReadingsAreNoFault) {
   bench_.Open();
   Step(10);

@@ -1,3 +1,4 @@
+// `force_gain`: what the motors make of a commanded force.
 // A stand-in for Force Dimension's DHD: one device with the identifier 0, which -1 means too.
 //
 // Compiled with FAKE_MISSING it lacks dhdGetStatus and dhdSetForce; with FAKE_OLD it is
@@ -285,6 +286,10 @@ FAKE_EXPORT int dhdSetForce(double x, double y, double z, char id) {
   return On(__func__, id, [=] { return dhd.Force({x, y, z}, Vector3d::Zero(), 0); });
 }
 #endif
+
+FAKE_EXPORT int dhdGetForce(double* x, double* y, double* z, char id) {
+  return On(__func__, id, [=] { return Put(dhd.motors, x, y, z), 0; });
+}
 
 FAKE_EXPORT int dhdSetForceAndTorque(double x, double y, double z, double tx, double ty, double tz,
                                      char id) {

@@ -59,7 +59,7 @@ struct Dhd : Core {
             {"serial", "1234"},        {"transfer", "0"},     {"tool", "0"},
             {"mass", "0.22"},          {"viscosity", "0.5"},  {"dry", "0.05"},
             {"resolution", "0.00001"}, {"half_x", "0.055"},   {"half_y", "0.08"},
-            {"half_z", "0.08"}};
+            {"half_z", "0.08"},        {"force_gain", "1"}};
   }
   const Model& model() const { return *Found(); }
   const Model* Found() const {
@@ -163,7 +163,7 @@ struct Dhd : Core {
     force_at = time;
     const double most = std::min(limit, model().max_force);
     const bool saturated = f.norm() > most;
-    if (force_on) motors = saturated ? Vector3d(f * (most / f.norm())) : f;
+    if (force_on) motors = Number("force_gain") * (saturated ? Vector3d(f * (most / f.norm())) : f);
     const Vector3d torque = model().wrist ? t : Vector3d(Vector3d::Zero());
     Log({f.x(), f.y(), f.z(), torque.x(), torque.y(), torque.z(), model().gripper ? grip : 0});
     return saturated ? kSaturated : 0;
