@@ -299,7 +299,7 @@ void HapticLoop::StepMachine(Time now, bool engaged) noexcept {
     record_.sensed_age = SecondsBetween(SensedAt(*newest_), now);
     if (newest_->ended) in.state_age = 1e9;
   }
-  if (newest_) stops_.Take(*newest_);
+  if (newest_) stops_.Take(newest_->state);
   in.stop = stops_.is_wanted();
   const OperatorState before = machine_.state();
   const OperatorState after = machine_.Step(in);
@@ -410,7 +410,7 @@ void HapticLoop::PutCommand(const DeviceReading& wanted, Time now) noexcept {
   OperatorCommand command = NextCommand(now);
   if (!holding) command.velocity = wanted.v_M;
   command.engaged = machine_.commands_engaged();
-  stops_.Put(now, &command);
+  stops_.Put(&command);
   if (newest_) {
     command.state_sequence = newest_->state.sequence;
     command.echo = newest_->state.sent_at;

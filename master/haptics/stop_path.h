@@ -30,33 +30,21 @@ class StopRequests {
   [[nodiscard]] bool is_wanted() const noexcept { return asked_ != acted_; }
 
   // Adds the request to the next command.
-  void Put(Time now, OperatorCommand* command) noexcept {
+  void Put(OperatorCommand* command) noexcept {
     const std::uint32_t asked = asked_;
-    if (std::exchange(put_, asked) != asked) {
-      sequence_ = command->sequence;
-      put_at_ = now;
-    }
+    if (std::exchange(put_, asked) != asked) sequence_ = command->sequence;
     command->stop = asked != acted_;
   }
-  // Confirms what the newest state shows. An earlier state may refer to a previous stop that was
-  // reset. A slave that does not count stop commands knows of this one after a round trip.
-  void Take(const ReceivedState& newest) noexcept {
-    const SlaveState& state = newest.state;
-    if (state.phase != Phase::kEstop || put_ == acted_) return;
-    const Time sent_at = state.sent_at - Seconds(newest.clock_offset);
-    if (state.command_sequence >= sequence_ ||
-        SecondsBetween(put_at_, sent_at) > newest.round_trip + kHeard) {
-      Act(put_);
-    }
+  // Confirms what the newest state shows: it follows a command with the request. An earlier state
+  // may refer to a previous stop, which may be reset before the request arrives.
+  void Take(const SlaveState& newest) noexcept {
+    if (newest.phase == Phase::kEstop && newest.command_sequence >= sequence_) Act(put_);
   }
 
  private:
-  static constexpr double kHeard = 0.100;  // in addition to the round trip [s]
-
   std::atomic<std::uint32_t> asked_{0}, acted_{0};
   std::uint32_t put_ = 0;       // put into commands
   std::uint64_t sequence_ = 0;  // of the first command of the last one
-  Time put_at_{};
 };
 
 class StopPath {
