@@ -172,7 +172,8 @@ class CameraOfflineReport final : public OfflineReport {
 }  // namespace
 
 CameraSense::CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
-    : source_(Open(scene, pace, environment)),
+    : scene_(scene),
+      source_(Open(scene, pace, environment)),
       next_(FirstPicture(*source_)),
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
@@ -190,6 +191,8 @@ bool CameraSense::Acquire(const std::stop_token& stop) {
 
 const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noexcept {
   seen_ = next_;
+  p_S_encoders_ = p_S_tip;
+  if (restarting_) Restart();
   std::optional<EncoderReading> said;
   if (arm_lag_) said = {p_S_tip, *arm_lag_, *arm_lag_ <= kReplayedLag};
   const LocalModel last = felt_.local_model;
@@ -199,6 +202,28 @@ const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
   felt_.p_S_contact += offset;
   felt_.local_model = Moved(felt_.local_model, offset, last);
   return felt_;
+}
+
+void CameraSense::Reset() {
+  // A template is searched in the whole image. Else the tip is where it was tracked last.
+  Restarting next{std::nullopt, estimator_->ApparentPose()};
+  if (scene_.sense.Find<TipTracking>()->template_file.empty()) {
+    const TipObservation& tip = estimator_->observation().tip;
+    next.p_S_tip = tip.found ? estimator_->view().ToSlave(tip.p_I) : p_S_encoders_;
+  }
+  restarting_ = next;
+  estimator_->Reset();
+}
+
+void CameraSense::Restart() noexcept {
+  try {
+    Scene scene = scene_;
+    scene.object.X_SO = restarting_->X_SO;
+    estimator_ = std::make_unique<Estimator>(scene, seen_, restarting_->p_S_tip);
+    restarting_.reset();
+  } catch (const std::exception& error) {
+    spdlog::warn("the rest state is not measured again yet: {}", error.what());
+  }
 }
 
 LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
@@ -264,6 +289,7 @@ std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
 void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {
   estimator_->Adopt(std::unique_ptr<TouchModel>(static_cast<TouchModel*>(prepared.release())),
                     changed);
+  scene_ = changed;
 }
 
 SenseInfo CameraSense::info() const {

@@ -35,7 +35,9 @@ class CameraSense final : public SensingPipeline {
     return estimator_->Prepare(changed, progress);
   }
   void Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) override;
-  void Reset() override { estimator_->Reset(); }
+  // With the next image, tip, template and rest edge are measured again. Where that fails, the old
+  // ones stay, and the images after it are tried.
+  void Reset() override;
   // The last estimate, of the object where it is now.
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
   [[nodiscard]] SenseInfo info() const override;
@@ -52,10 +54,22 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] const Frame& frame() const { return seen_; }
 
  private:
+  // Measures the rest state in the last image.
+  void Restart() noexcept;
+
+  Scene scene_;  // with the model in force
   std::unique_ptr<FrameSource> source_;
   Frame next_, seen_;     // acquired; of the last estimate
   bool is_first_ = true;  // next_ is there since the beginning
-  double pixel_;          // [m]
+  // The rest state is to be measured again: where the tip is by the encoders or the last image, and
+  // the object by the last image.
+  struct Restarting {
+    std::optional<Eigen::Vector3d> p_S_tip;
+    Eigen::Isometry3d X_SO;
+  };
+  std::optional<Restarting> restarting_;
+  Eigen::Vector3d p_S_encoders_{0, 0, 0};  // at the last estimate [m]
+  double pixel_;                           // [m]
   Plane plane_;
   std::string reason_;
   std::unique_ptr<Estimator> estimator_;

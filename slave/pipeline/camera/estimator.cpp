@@ -85,6 +85,23 @@ void Estimator::ResumeContact() noexcept {
   ExpectDent(touch_->contact->MoveTip((X_OS * felt_.p_S_tip).head<2>()));
 }
 
+Eigen::Isometry3d Estimator::ApparentPose() const {
+  const Eigen::Isometry3d& X_SO = registration_.X_SO;
+  if (!watch_) return X_SO;
+  const PictureMotion& motion = watch_->sighting().motion;
+  const auto moved = [&](const Eigen::Vector3d& p_S) -> Eigen::Vector2d {
+    return view_.ToSlave(motion.Apply(view_.ToImage(p_S))).head<2>();
+  };
+  const Eigen::Vector3d x_O(touch_->mesh.length_unit, 0, 0);
+  const Eigen::Vector2d origin = moved(X_SO.translation()), x_now = moved(X_SO * x_O) - origin;
+  const Eigen::Vector2d x_rest = (X_SO.linear() * x_O).head<2>();
+  const double turn = std::atan2(x_now.y(), x_now.x()) - std::atan2(x_rest.y(), x_rest.x());
+  Eigen::Isometry3d apparent = X_SO;
+  apparent.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * X_SO.linear();
+  apparent.translation().head<2>() = origin;
+  return apparent;
+}
+
 void Estimator::Reset() noexcept {
   eyes_->Reset();
   touch_->contact->Reset();

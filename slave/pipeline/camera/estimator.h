@@ -71,6 +71,8 @@ class Estimator {
   // Motion of the object since the first image, S; zero if the camera moves, or if the tool
   // position is unknown.
   [[nodiscard]] const SurfaceMotion& motion() const { return agreement_.motion(); }
+  // Pose of the object as the last image shows it, X_SO: a motion of the camera moves it too.
+  [[nodiscard]] Eigen::Isometry3d ApparentPose() const;
   // For the last image; null: the scene tracks no contour, so nothing checks the tip.
   [[nodiscard]] const ObjectSighting* sighting() const {
     return watch_ ? &watch_->sighting() : nullptr;

@@ -62,10 +62,14 @@ void PointGreens::Update(DeformationModel& model, const SurfaceContact& contact,
                  static_cast<Eigen::Index>(nodes_.size()));
     }
   }
+  const double unknowns = 3 * static_cast<double>(std::max<std::size_t>(1, model.info().dof));
+  double work = 0;
   for (std::size_t i = 0; i < rest_.size(); ++i) {
     if (!p_O_rest[i].allFinite() || IsSamePlace(rest_[i], p_O_rest[i])) continue;
-    rest_[i] = p_O_rest[i];
     known_[i] = false;
+    if (work > 0 && work + unknowns > VolumeLimits::kWork) continue;
+    work += unknowns;
+    rest_[i] = p_O_rest[i];
     const auto place = contact.Find(rest_[i], std::numeric_limits<double>::infinity());
     if (!place) continue;
     Contact press{.kind = Contact::Kind::kForce, .p_O = place->p_O, .element = place->triangle};

@@ -23,8 +23,9 @@ class PointGreens {
   // which a node's load is spread [m].
   PointGreens(const SurfaceMesh& surface, double load, double patch);
 
-  // Three Responds per point whose position at rest differs from the last call. A point without a
-  // solution: false from Knows(). Allocates for new points.
+  // Three Responds per point whose position at rest differs from the last call, for as many points
+  // as VolumeLimits::kWork permits; the calls after it continue. A point without a solution yet:
+  // false from Knows(). Allocates if the number of points is new.
   void Update(DeformationModel& model, const SurfaceContact& contact,
               const std::vector<Eigen::Vector3d>& p_O_rest);
   [[nodiscard]] bool Knows(std::size_t point) const { return known_[point]; }
@@ -65,8 +66,8 @@ class TriangleSearch {
   // Keeps a reference to `surface`. `load`, `patch`: see PointGreens.
   TriangleSearch(const SurfaceMesh& surface, double load, double patch);
 
-  // Sets the points for the calls below; new ones need three solutions each. Allocates if their
-  // number is new; may throw std::bad_alloc.
+  // Sets the points for the calls below. New ones are not usable before they are solved, see
+  // PointGreens::Update. Allocates if their number is new; may throw std::bad_alloc.
   void Read(DeformationModel& model, const SurfaceContact& contact,
             const std::vector<SurfacePoint>& points_O);
   // Excludes points beyond the scatter; at least VolumeLimits::kLeastPoints stay.

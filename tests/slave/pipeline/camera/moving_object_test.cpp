@@ -209,6 +209,28 @@ TEST_F(MovingObjectTest, TheMotionIsForetoldOverTheDelay) {
   EXPECT_LT(std::sqrt(foretold), 0.5 * std::sqrt(as_it_was));
 }
 
+// A camera that was pushed by 60 px, about 10 mm. Reference: the site's force.
+TEST_F(MovingObjectTest, AResetMeasuresTheRestStateInAnImageOfTheMovedCamera) {
+  const Vector3d home = scene_.manipulator.home, rest = Vector3d::Zero();
+  const Vector3d pushed(0, 60 * scene_.sense.Find<Camera>()->pixel, 0);
+  for (int i = 0; i < 30; ++i) Step(home, rest);
+  const Vector3d step = pushed / 60;
+  for (int i = 1; i <= 60; ++i) Step(home, rest, i * step);
+  EXPECT_EQ(Step(home, rest, pushed).check, FailedCheck::kCameraMotion);
+  sense_.Reset();
+  Step(home, rest, pushed);
+  Vector3d p_S = home;
+  while (site_.truth().depth < 4e-3) {
+    p_S += 2e-4 * Vector3d(scene_.tool->direction.x(), scene_.tool->direction.y(), 0);
+    Step(p_S, rest, pushed);
+  }
+  const ContactEstimate& pressed = Step(p_S, rest, pushed);
+  EXPECT_EQ(pressed.validity, Validity::kValid) << ToString(pressed.check);
+  ASSERT_TRUE(pressed.force);
+  const Vector3d force = site_.truth().force;
+  EXPECT_LT((*pressed.force - force).norm(), 0.04 * force.norm());
+}
+
 TEST_F(MovingObjectTest, AMotionOfTheCameraMovesNothing) {
   const Vector3d p_S = Lower();
   const double begin = site_.t, peak = site_.truth().force.norm();
