@@ -271,11 +271,10 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
 
 std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
   if (seen_.image.empty()) return std::nullopt;
-  const Observation& seen = estimator_->observation();
   const ContactEstimate& felt = felt_;
-  Overlay overlay{{seen.contour_I.begin(), seen.contour_I.end()},
-                  estimator_->eyes().search_window(),
-                  seen.tip,
+  Overlay overlay{estimator_->shown_contour_I(),
+                  estimator_->shown_window(),
+                  estimator_->shown_tip(),
                   felt.force,
                   {0, 0}};
   if (felt.force) {

@@ -17,7 +17,9 @@ class CameraSense final : public SensingPipeline {
   CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
 
   bool Acquire(const std::stop_token& stop) override;
-  void Process() noexcept override {}
+  void Process() noexcept override {
+    if (!restarting_) estimator_->Look(next_);
+  }
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   [[nodiscard]] std::string_view doubt() const override { return {}; }
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override;

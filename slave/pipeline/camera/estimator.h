@@ -43,8 +43,11 @@ class Estimator {
             std::optional<Eigen::Vector3d> p_S_tip_reported);
   ~Estimator();
 
-  // Never throws; unknown values are flagged. The estimate is relative to the object at rest:
-  // `motion` is the object's motion.
+  // Tracks tip and contour in an image. Touches nothing that the other functions share with
+  // Estimate: other threads may call them meanwhile.
+  void Look(const Frame& frame) noexcept;
+  // Tracks tip and contour unless Look did. Never throws; unknown values are flagged. The estimate
+  // is relative to the object at rest: `motion` is the object's motion.
   const ContactEstimate& Estimate(const Frame& frame,
                                   const std::optional<EncoderReading>& said = {}) noexcept;
   // The plane that the master renders for a tip at p_S_tip [m] now, also between images: before
@@ -78,6 +81,12 @@ class Estimator {
     return watch_ ? &watch_->sighting() : nullptr;
   }
   [[nodiscard]] const StageHistograms& times() const { return times_; }
+  // Shown with the last estimate [px].
+  [[nodiscard]] const std::vector<Eigen::Vector2d>& shown_contour_I() const {
+    return shown_contour_I_;
+  }
+  [[nodiscard]] cv::Rect shown_window() const { return shown_window_; }
+  [[nodiscard]] const TipObservation& shown_tip() const { return shown_tip_; }
 
  private:
   void ResumeContact() noexcept;
@@ -110,8 +119,13 @@ class Estimator {
   Eigen::Vector3d pressed_by_{0, 0, 0};  // displacement there, frame O [m]
   EstimateBuilder rules_;
   PunctureCue cue_;
-  const Observation* observation_ = nullptr;
+  const Observation* observation_ = nullptr;  // in the image of Look
+  std::optional<std::uint64_t> looked_at_;    // sequence number of that image, until its estimate
   ContactEstimate felt_;
+  std::vector<Eigen::Vector2d> shown_contour_I_;
+  cv::Rect shown_window_;
+  TipObservation shown_tip_;
+  double look_us_ = 0;
   StageHistograms times_;
 };
 
