@@ -7,7 +7,6 @@ import random
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 import xml.etree.ElementTree
 
@@ -188,8 +187,13 @@ class Nodule(unittest.TestCase):
             for i in range(750):  # 10 mm down from 3 to 5 s, which is 2.4 mm deep, then held
                 part = min(max((i * 0.01 - 3) / 2, 0), 1)
                 out.write(f"{i * 0.01},0,0,{-0.01004 * part * part * (3 - 2 * part)}\n")
-        with Slave(scene) as slave:
-            time.sleep(1.5)  # the baseline takes the first half second
+        package = load_package()
+        if package is None:
+            self.skipTest("no python3 with grpc and numpy (apt-get install python3-grpcio python3-numpy)")
+        palpate, messages, states = package
+        with Slave(scene) as slave, palpate.connect(slave.address) as connection:
+            status = lambda: connection.stub.GetStatus(messages.GetStatusRequest(), timeout=PATIENCE)
+            self.assertTrue(wait_until(lambda: status().validity == states.VALIDITY_VALID), "the baseline is measured")
             done = run(MASTER, "connect", slave.address, "--device", f"playback:{motion}", "--duration", "7.5", "--log", log)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         with open(log, newline="") as rows:

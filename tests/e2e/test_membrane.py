@@ -8,7 +8,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from programs import IS_DEEP, MASTER, PACKAGE, PATIENCE, ROOT, SLAVE, Slave, deep, run
+from programs import IS_DEEP, MASTER, PACKAGE, PATIENCE, ROOT, SLAVE, Slave, deep, run, wait_until
 
 MEMBRANE = ROOT / "deploy/scenes/rubber-membrane.yaml"
 TARGET = ROOT / "deploy/scenes/heart-target.yaml"
@@ -150,7 +150,13 @@ class TwoEyes(unittest.TestCase):
         with Slave(TARGET) as slave:
             stub = self.client(slave.address)
             stream = stub.WatchState(self.messages.WatchStateRequest(max_rate_hz=100), timeout=PATIENCE)
-            seen = [next(stream) for _ in range(100)]
+            seen, places = [], set()
+
+            def is_followed():
+                seen.append(next(stream))
+                places.add((seen[-1].p_S_tip.x, seen[-1].p_S_tip.y, seen[-1].p_S_tip.z))
+                return len(places) > 10
+            self.assertTrue(wait_until(is_followed), "the place that is followed is told")
             stream.cancel()
             mesh = stub.WatchMesh(self.messages.WatchMeshRequest(), timeout=PATIENCE)
             bodies = [next(mesh) for _ in range(10)]
@@ -158,8 +164,6 @@ class TwoEyes(unittest.TestCase):
         self.assertFalse(any(state.HasField("force") for state in seen))
         self.assertGreater(len(bodies[0].elements), 0)
         self.assertNotEqual(list(bodies[0].positions), list(bodies[-1].positions), "the body moves as a whole")
-        places = {(state.p_S_tip.x, state.p_S_tip.y, state.p_S_tip.z) for state in seen}
-        self.assertGreater(len(places), 10, "the place that is followed is told")
 
 
 if __name__ == "__main__":

@@ -60,10 +60,11 @@ class Observers(unittest.TestCase):
     def test_a_watch_shows_the_force_of_a_contact_and_a_slave_that_is_gone(self):
         with Server() as server, Watch(server, self.folder) as watch:
             with publishing(server) as slave:
+                self.assertTrue(wait_until(watch.newest), "the slave is seen before it is touched")
                 run(MASTER, "connect", slave.address, "--duration", "4").check_returncode()
-                touched = [line for line in watch.seen() if line["force_N"]]
-                self.assertTrue(touched)
-                self.assertEqual({line["phase"] for line in touched} - {"following"}, set())
+                touched = lambda: [line for line in watch.seen() if line["force_N"]]
+                self.assertTrue(wait_until(touched))
+                self.assertEqual({line["phase"] for line in touched()} - {"following"}, set())
             self.assertTrue(wait_until(lambda: watch.newest()["silicone-block"]["validity"] == "silent"))
             self.assertIsNone(watch.newest()["silicone-block"]["force_N"])
             table = run(MASTER, "watch", server.url, "--duration", "0.5")
@@ -76,8 +77,9 @@ class Observers(unittest.TestCase):
                     parsed.ParseFromString(next_message(line)[1])
                 return parsed
 
-            self.assertEqual(message("state", state_pb2.SlaveState()).validity, state_pb2.VALIDITY_VALID)
-            self.assertGreater(message("status", telemetry_pb2.Status()).frames, 0)
+            # The first ones may be of before the first image.
+            self.assertTrue(wait_until(lambda: message("state", state_pb2.SlaveState()).validity == state_pb2.VALIDITY_VALID))
+            self.assertTrue(wait_until(lambda: message("status", telemetry_pb2.Status()).frames > 0))
             mesh = message("mesh", state_pb2.MeshState())  # whoever comes later has the topology, too
             self.assertEqual((len(mesh.elements) // mesh.nodes_per_element, len(mesh.positions)), (180, len(mesh.rest)))
             self.assertTrue(message("image", state_pb2.VideoFrame()).jpeg.startswith(b"\xff\xd8"))

@@ -139,11 +139,12 @@ class Session(unittest.TestCase):
             self.assertEqual((nobody.returncode, nobody.stdout), (1, ""))
             self.assertIn("there is no operator", nobody.stderr)
             report = self.out / "evicted.json"
-            evicted = subprocess.Popen([MASTER, "connect", slave.address, "--name", "Ada", "--duration", "5", "--report", report],
+            evicted = subprocess.Popen([MASTER, "connect", slave.address, "--name", "Ada", "--report", report],
                                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=BARE)
             self.assertTrue(wait_until(lambda: run(*evict).returncode == 0))
             report_of_next, _ = self.connect(slave.address, "--name", "Bob", seconds="2")
             self.assertGreater(report_of_next["states"], 0)
+            evicted.send_signal(signal.SIGINT)
             evicted.communicate(timeout=PATIENCE)
             self.assertIn("evicted", " ".join(json.loads(report.read_text())["trouble"]))
 

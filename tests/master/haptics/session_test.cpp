@@ -2,12 +2,14 @@
 #include "master/session/session.h"
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <thread>
 
 #include <gtest/gtest.h>
 
 #include "tests/master/haptics/rig.h"
+#include "tests/support/eventually.h"
 
 namespace palpate {
 namespace {
@@ -84,12 +86,12 @@ TEST(SessionTest, SeveralFingersAreNamedInViewAndReport) {
   Beside beside(slave);
   Puppet puppet;
   SessionOptions options;
-  options.duration = 0.4;
+  options.duration = std::chrono::duration<double>(kLiveness).count();
   options.finger_names = {"ff"};
   std::vector<NamedFinger> shown;
   const Report report = RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-      [] { return false; }, [&](const Status& status) { shown = status.fingers; });
+      [&] { return shown.size() == 2; }, [&](const Status& status) { shown = status.fingers; });
   ASSERT_EQ(shown.size(), 2U);
   EXPECT_EQ(shown[0].name, "ff");
   EXPECT_EQ(shown[1].name, "finger 2");
@@ -106,12 +108,13 @@ TEST(SessionTest, SaysOnceWhichScaleToLowerForAStiffObject) {
   Beside beside(slave);
   Puppet puppet;
   SessionOptions options;
-  options.duration = 0.4;
+  options.duration = std::chrono::duration<double>(kLiveness).count();
   std::vector<std::string> notices;
   options.notify = [&](const std::string& notice) { notices.push_back(notice); };
+  int looks = 0;  // after the first notice: a second one would come with the next ticks
   RunSession(
       options, puppet, &beside.states, &beside.commands, [] { return LinkStats(); },
-      [] { return false; }, [](const Status&) {});
+      [&] { return !notices.empty() && ++looks > 20; }, [](const Status&) {});
   ASSERT_EQ(notices.size(), 1U);
   EXPECT_NE(notices[0].find("= 5000 N/m at the device, which renders 2000 N/m stably"),
             std::string::npos)

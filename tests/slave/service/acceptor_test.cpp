@@ -86,6 +86,12 @@ class AcceptorTest : public testing::Test {
     getpeername(handed_on_[i], reinterpret_cast<sockaddr*>(&address), &size);
     return "ipv4:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
   }
+  // Describes the first connection and waits until that is applied.
+  void DescribeFirst() {
+    const auto is_applied = std::make_shared<std::atomic<bool>>(false);
+    acceptor_->Describe(PeerOf(0), {.trusted = [is_applied] { return *is_applied = true; }});
+    ASSERT_TRUE(Eventually([&] { return is_applied->load(); }));
+  }
   // As gRPC would.
   void ReadAll() {
     const std::scoped_lock lock(mutex_);
@@ -137,8 +143,7 @@ TEST_F(AcceptorTest, BeyondTheLimitConnectionsAreClosedUntilAPlaceIsFree) {
   Open({.connections = 1});
   auto one = Connect();
   ASSERT_TRUE(HandsOn(1));
-  acceptor_->Describe(PeerOf(0), {});
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // until it is applied
+  DescribeFirst();
   const auto other = Connect();
   EXPECT_TRUE(Eventually([&] { return other->IsClosed(); }));
   EXPECT_EQ(Closed(TurnedAway::kFull), 1U);
@@ -194,8 +199,7 @@ TEST_F(AcceptorTest, AConnectionWithARateOfItsOwnMaySendThat) {
   const auto operating = Connect();
   ASSERT_TRUE(HandsOn(1));
   acceptor_->Describe(PeerOf(0), {.rate = 1e6});
-  acceptor_->Describe(PeerOf(0), {});  // another stream of the connection
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  DescribeFirst();                // another stream of the connection
   for (int i = 0; i < 10; ++i) {  // 100 kB, a tenth of what is lent
     operating->Send(10'000);
     ReadAll();

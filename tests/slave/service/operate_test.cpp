@@ -217,6 +217,8 @@ TEST_F(OperateTest, ALongOperatorNameIsCutAndWithoutControlCharacters) {
 
 TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
   ada.Hold(0);
+  // Events are discarded while nobody reads states.
+  ASSERT_TRUE(ada.ReadUntil([](const auto& s) { return s.command_sequence() == 1; }));
   const auto stub = Connect();
   {
     grpc::ClientContext context;
