@@ -35,16 +35,11 @@ struct ModelKind {
   bool takes_tension = false;   // of a membrane at rest; a flat one also modes
   bool takes_regions = false;   // parts of the object with moduli of their own
   bool takes_relaxation = false;  // moduli that fade in time; accepts step
-  bool has_wall = false;          // a disc's rim filled with a liquid: accepts wall
 };
 
 // `auto` is no kind: ChooseModel names one.
 inline constexpr std::array kModelKinds{
     ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .takes_friction = true},
-    ModelKind{.name = "shell",
-              .object = ObjectClass::kOutline,
-              .linearity = Linearity::kNever,
-              .has_wall = true},
     ModelKind{.name = "plate", .object = ObjectClass::kMembrane},
     ModelKind{.name = "plate-large",
               .object = ObjectClass::kMembrane,

@@ -149,7 +149,17 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
   }
 }
 
+// Kinds that were removed, with what replaces them.
+constexpr std::array<std::pair<std::string_view, const char*>, 1> kFormerKinds{
+    {{"shell", "bem2d for a disc: there is no model of a liquid-filled one"}}};
+
 std::string ReadKind(Section& model) {
+  for (const auto& [name, replacement] : kFormerKinds) {
+    const DocumentNode* node = model.Has("kind") ? model.node()->Find("kind") : nullptr;
+    if (node == nullptr || node->text != name) continue;
+    model.Refuse("kind", replacement);
+    return "auto";
+  }
   using Kind = Section::Choice<std::string_view>;
   std::array<Kind, kModelKinds.size() + 1> kinds{Kind{"auto", "auto"}};
   for (std::size_t i = 0; i < kModelKinds.size(); ++i) {
@@ -166,8 +176,7 @@ ModelKind OptionsOf(std::string_view name) {
           .has_tets = true,
           .iterates = true,
           .takes_friction = true,
-          .takes_tension = true,
-          .has_wall = true};
+          .takes_tension = true};
 }
 
 }  // namespace
@@ -200,9 +209,6 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     options.deadline = model.Number("deadline", Positive(Dimension::kTime), 0.0);
   } else if (model.Has("deadline")) {
     model.Refuse("deadline", "nothing with this kind: use fem-zone");
-  }
-  if (kind.has_wall && (!is_auto || model.Has("wall"))) {
-    options.wall = model.Number("wall", Positive(Dimension::kLength));
   }
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());

@@ -145,24 +145,6 @@ void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
   }
 }
 
-// --- discs filled with a liquid
-void AddShell(const Scene& scene, const CandidateLimits& limits,
-              std::vector<Candidate>* candidates) {
-  constexpr int kFewest = 320;  // that the model takes, see ShellModel
-  const int own = std::max(scene.model.elements, kFewest);
-  for (const int pieces : std::set<int>{own, kFewest, 448, 640, 1280}) {
-    Candidate c = Start(scene, "shell", "shell");
-    c.scene.model.elements = pieces;
-    c.own = pieces == own;
-    c.resolution = std::to_string(pieces) + " pieces";
-    c.element_size = Perimeter(MeshOutline(c.scene, std::nullopt)) / pieces;
-    c.expected_s = 1.0 * pieces / kFewest;  // Newton, for the rows of a table
-    c.dof = 2 * Index(pieces);
-    c.linear = false;
-    if (c.dof <= limits.dense_dof || c.own) candidates->push_back(std::move(c));
-  }
-}
-
 // --- volumes
 Candidate Start(const Division& d, std::string kind, std::string family) {
   Candidate c = Start(d.scene, std::move(kind), std::move(family));
@@ -280,8 +262,6 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
   const Geometry& geometry = scene.object.geometry;
   if (std::holds_alternative<MembraneGeometry>(geometry)) {
     AddMembrane(scene, &candidates);
-  } else if (scene.model.wall > 0) {
-    AddShell(scene, limits, &candidates);
   } else if (IsPlanar(geometry)) {
     AddPlanar(scene, question, limits, &candidates);
   } else {
