@@ -51,11 +51,6 @@ inline constexpr std::array kModelKinds{
               .has_tets = true,
               .iterates = true,
               .takes_regions = true},
-    ModelKind{.name = "fem-hyperelastic",
-              .linearity = Linearity::kNever,
-              .has_tets = true,
-              .iterates = true,
-              .takes_regions = true},
     ModelKind{.name = "fem-green",
               .has_tets = true,
               .takes_friction = true,
@@ -84,6 +79,20 @@ inline ObjectClass ClassOf(const Geometry& geometry) {
   if (std::holds_alternative<DomeGeometry>(geometry)) return ObjectClass::kDome;
   return IsPlanar(geometry) ? ObjectClass::kOutline : ObjectClass::kMembrane;
 }
+// Accepted in place of a kind that was removed; empty: there was no such kind.
+constexpr std::string_view ReplacementOf(std::string_view former_kind) {
+  if (former_kind == "shell") return "bem2d for a disc: there is no model of a liquid-filled one";
+  if (former_kind == "fem-hyperelastic") {
+    return "fem with law: neo-hookean, mooney-rivlin or ogden";
+  }
+  return {};
+}
+// Whether large deflections or strains are part of the model's own formulation.
+inline bool IsLargeDeformation(const ModelOptions& model) {
+  const ModelKind* kind = FindModelKind(model.kind);
+  if (kind == nullptr || kind->bounds_error) return false;
+  return kind->linearity == Linearity::kNever || (kind->iterates && IsHyperelastic(model.fem.law));
+}
 // Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.
 inline bool IsKindFor(ObjectClass object, std::string_view kind) {
   const ModelKind* found = FindModelKind(kind);
@@ -101,7 +110,7 @@ inline std::string KindsFor(ObjectClass object) {
   return words.append(" or ").append(last);
 }
 
-// The kinds with an ability as text: "fem, fem-hyperelastic or fem-green".
+// The kinds with an ability as text: "fem, fem-green or fem-zone".
 inline std::string KindsWith(bool ModelKind::*ability) {
   std::string words;
   std::string_view last;

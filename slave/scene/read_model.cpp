@@ -91,17 +91,12 @@ std::vector<OgdenTerm> ReadTerms(Section& model) {
   return terms;
 }
 
-// Of `fem-hyperelastic` laws of large strains alone.
-void ReadLaw(Section& model, bool large_strains, Fem* fem) {
-  const std::string word =
-      large_strains ? model.OneOf<std::string>("law", {{"neo-hookean", "neo-hookean"},
-                                                       {"mooney-rivlin", "mooney-rivlin"},
-                                                       {"ogden", "ogden"}})
-                    : model.OneOf<std::string>("law", {{"corotational", "corotational"},
-                                                       {"linear", "linear"},
-                                                       {"neo-hookean", "neo-hookean"},
-                                                       {"mooney-rivlin", "mooney-rivlin"},
-                                                       {"ogden", "ogden"}});
+void ReadLaw(Section& model, Fem* fem) {
+  const auto word = model.OneOf<std::string>("law", {{"corotational", "corotational"},
+                                                     {"linear", "linear"},
+                                                     {"neo-hookean", "neo-hookean"},
+                                                     {"mooney-rivlin", "mooney-rivlin"},
+                                                     {"ogden", "ogden"}});
   if (word == "linear") fem->law = Fem::Law::kLinear;
   if (word == "neo-hookean") fem->law = Fem::Law::kNeoHookean;
   if (word == "mooney-rivlin" || word == "ogden") fem->law = Fem::Law::kOgden;
@@ -112,9 +107,9 @@ void ReadLaw(Section& model, bool large_strains, Fem* fem) {
   fem->terms = {{1 - second, 2}, {second, -2}};
 }
 
-void ReadFem(Section& model, bool large_strains, Fem* fem) {
+void ReadFem(Section& model, Fem* fem) {
   ReadElement(model, fem);
-  ReadLaw(model, large_strains, fem);
+  ReadLaw(model, fem);
   fem->tangent = model.OneOf<Fem::Tangent>(
       "tangent", {{"warped", Fem::Tangent::kWarped}, {"exact", Fem::Tangent::kExact}});
   ReadMotion(model, fem);
@@ -149,14 +144,10 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
   }
 }
 
-// Kinds that were removed, with what replaces them.
-constexpr std::array<std::pair<std::string_view, const char*>, 1> kFormerKinds{
-    {{"shell", "bem2d for a disc: there is no model of a liquid-filled one"}}};
-
 std::string ReadKind(Section& model) {
-  for (const auto& [name, replacement] : kFormerKinds) {
-    const DocumentNode* node = model.Has("kind") ? model.node()->Find("kind") : nullptr;
-    if (node == nullptr || node->text != name) continue;
+  const DocumentNode* node = model.Has("kind") ? model.node()->Find("kind") : nullptr;
+  const std::string_view replacement = node != nullptr ? ReplacementOf(node->text) : "";
+  if (!replacement.empty()) {
     model.Refuse("kind", replacement);
     return "auto";
   }
@@ -190,8 +181,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   const bool is_membrane = kind.object == ObjectClass::kMembrane;
   if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
   if (kind.iterates) {
-    ReadFem(model, kind.linearity == Linearity::kNever, &options.fem);
-    if (!is_auto && IsHyperelastic(options.fem.law)) options.kind = "fem-hyperelastic";
+    ReadFem(model, &options.fem);
   } else if (kind.bounds_error) {
     ReadZone(model, &options.fem);
   } else if (kind.has_tets) {

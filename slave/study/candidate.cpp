@@ -1,6 +1,7 @@
 #include "slave/study/candidate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -154,14 +155,18 @@ Candidate Start(const Division& d, std::string kind, std::string family) {
   return c;
 }
 
+const char* NameOf(FemOptions::Law law) {
+  constexpr std::array kNames{"corotational", "linear", "neo-hookean", "ogden"};
+  return kNames[static_cast<std::size_t>(law)];
+}
+
 void AddFem(const Division& d, FemOptions::Element element, FemOptions::Law law, double residual,
             const CandidateLimits& limits, std::vector<Candidate>* candidates) {
   const bool quadratic = element == FemOptions::Element::kTet10;
   const bool hyperelastic = IsHyperelastic(law);
   const bool linear = law == FemOptions::Law::kLinear;
-  const std::string kind = hyperelastic ? "fem-hyperelastic" : "fem";
-  const char* strain = hyperelastic ? "" : linear ? " linear" : " corotational";
-  Candidate c = Start(d, kind, kind + (quadratic ? " tet10" : " tet4") + strain);
+  Candidate c =
+      Start(d, "fem", std::string("fem ") + (quadratic ? "tet10 " : "tet4 ") + NameOf(law));
   c.scene.model.fem.element = element;
   c.scene.model.fem.law = law;
   c.scene.model.fem.time = FemOptions::Time::kStatic;
@@ -273,8 +278,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
     });
   }
   std::erase_if(candidates, [&](const Candidate& c) {
-    const ModelKind& kind = *FindModelKind(c.scene.model.kind);
-    const bool large = c.own && kind.linearity == Linearity::kNever && !kind.bounds_error;
+    const bool large = c.own && IsLargeDeformation(c.scene.model);
     return limits.own && !large && !IsOwn(scene, c);
   });
   std::ranges::stable_sort(candidates, {}, &Candidate::expected_s);

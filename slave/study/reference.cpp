@@ -77,11 +77,6 @@ bool IsMeasured(const StudyRow& row) {
   return kind != nullptr && kind->bounds_error;
 }
 
-bool IsLarge(const StudyRow& row) {
-  const ModelKind* kind = FindModelKind(row.kind);
-  return kind != nullptr && kind->linearity == Linearity::kNever && !kind->bounds_error;
-}
-
 // What two opinions have to differ in to be two: the same elements under another law are not.
 std::string FormulationOf(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
@@ -393,7 +388,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   const double depths = question_.depth / question_.small_depth;
   Estimate stiffening{1, 0};
   for (const auto& [name, members] : families) {
-    if (is_round_ || !IsLarge(*members.front())) continue;
+    if (is_round_ || !IsLargeDeformation(members.front()->model)) continue;
     const Estimate found = Stiffening(members, press, depths);
     if (std::isfinite(found.value)) stiffening = found;
   }
@@ -410,8 +405,9 @@ References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
   for (std::size_t press = 0; press < question_.presses.size(); ++press) {
     references.presses.push_back(FindOne(rows, press));
   }
-  const bool any_large = std::ranges::any_of(
-      rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
+  const bool any_large = std::ranges::any_of(rows, [](const StudyRow& row) {
+    return row.outcome == Outcome::kAnswered && IsLargeDeformation(row.model);
+  });
   if (!any_large) {
     references.remark =
         "no model of large deformation has a solution: the errors do not include its effect";

@@ -43,7 +43,7 @@ double ForceOf(DeformationModel* model, const SurfaceMesh& skin, const Press& pr
 double StiffeningAt(const Scene& scene, const PressSpec& question, const Press& press) {
   constexpr int kSteps = 4;
   Scene large = scene;
-  large.model.kind = "fem-hyperelastic";
+  large.model.kind = "fem";
   large.model.fem.element = FemOptions::Element::kTet10;
   large.model.fem.law = FemOptions::Law::kNeoHookean;
   large.model.range = 1;
