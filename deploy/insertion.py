@@ -7,15 +7,12 @@ insertion.py figures OFFLINE LOG.csv OUT      draws OUT/insertion.svg (images of
                                               and at the target), OUT/force-deformation.svg (paper A, figure 10) and
                                               OUT/force-time.svg (figure 11, from the master's LOG.csv), and prints the
                                               results. Exit 1: the puncture or the target was missed
-insertion.py models SLAVE SCENE OUT           draws OUT/force-models.svg: force over indentation of the solid disc and of
-                                              the fluid-filled shell of the same modulus
 """
 import base64
 import csv
 import json
 import math
 import pathlib
-import subprocess
 import sys
 
 RATE = 100        # rows of a playback [Hz]
@@ -193,38 +190,6 @@ def figures(offline, log_file, out):
     return 0 if good else 1
 
 
-def solve(slave, scene, out, overrides):
-    """Depth [um] and force [mN] of presses opposite to the holder, as far as they are solved."""
-    contacts, answers = out / "presses.csv", out / "pressed.csv"
-    rows = [[i, 0.6e-3, 0, -i * 2e-6, 0, 40e-6] for i in range(1, 61)]
-    with open(contacts, "w", newline="") as file:
-        csv.writer(file).writerows([["case", "x", "y", "dx", "dy", "width"], *rows])
-    words = [word for override in overrides for word in ("--override", override)]
-    done = subprocess.run([slave, "solve", scene, "--contacts", contacts, "--out", answers, *words], capture_output=True,
-                          text=True)
-    if done.returncode not in (0, 1):
-        sys.exit(done.stderr)
-    pressed = [(-1e6 * float(row["dx"]), -1e3 * float(row["fx"])) for row in read(answers) if row["fx"]]
-    contacts.unlink(), answers.unlink()
-    return [(0, 0), *pressed]
-
-
-def models(slave, scene, out):
-    curves = {"solid disc": solve(slave, scene, out, [])}
-    for wall in (2, 5, 10):
-        kind = f"model={{kind: shell, wall: {wall} um, elements: 160, range: 8.4 %}}"
-        curves[f"shell filled with liquid, wall {wall} um"] = solve(slave, scene, out, [kind])
-    for name, points in curves.items():
-        print(f"{name}: " + ", ".join(f"{f:.3g} mN at {d:.0f} um" for d, f in points if d and round(d) % 50 == 0))
-    low = -3  # decades: both differ by more than one
-    high = math.log10(max(f for points in curves.values() for _, f in points)) - low
-    plot = Plot("Force and indentation by model", "indentation [um]", "force [mN], by decades", 122, 1.5 * high,
-                lambda decades: f"1e{decades + low:g}" if decades == int(decades) else "")
-    for (name, points), colour in zip(curves.items(), ("#c33", "#36c", "#393", "#a60")):
-        plot.curve([(d, math.log10(f) - low) for d, f in points if f > 10 ** low], colour, name)
-    plot.write(out / "force-models.svg")
-
-
 def main():
     command, *words = sys.argv[1:] or [""]
     if command == "hand" and len(words) == 3:
@@ -232,9 +197,6 @@ def main():
         return 0
     if command == "figures" and len(words) == 3:
         return figures(*map(pathlib.Path, words))
-    if command == "models" and len(words) == 3:
-        models(words[0], words[1], pathlib.Path(words[2]))
-        return 0
     print(__doc__, file=sys.stderr)
     return 2
 

@@ -140,7 +140,11 @@ constexpr int kFewestElements = 3;  // [-] [derived: a closed outline needs thre
 }
 
 void SetKind(const std::string& kind, const Changeable& accepted, ModelOptions* model) {
-  if (!IsKindFor(*accepted.object, kind)) Refuse("kind = " + kind, KindsFor(*accepted.object));
+  if (!IsKindFor(*accepted.object, kind)) {
+    const std::string_view replacement = ReplacementOf(kind);
+    Refuse("kind = " + kind,
+           replacement.empty() ? KindsFor(*accepted.object) : std::string(replacement));
+  }
   model->kind = kind;
 }
 

@@ -35,16 +35,11 @@ struct ModelKind {
   bool takes_tension = false;   // of a membrane at rest; a flat one also modes
   bool takes_regions = false;   // parts of the object with moduli of their own
   bool takes_relaxation = false;  // moduli that fade in time; accepts step
-  bool has_wall = false;          // a disc's rim filled with a liquid: accepts wall
 };
 
 // `auto` is no kind: ChooseModel names one.
 inline constexpr std::array kModelKinds{
     ModelKind{.name = "bem2d", .object = ObjectClass::kOutline, .takes_friction = true},
-    ModelKind{.name = "shell",
-              .object = ObjectClass::kOutline,
-              .linearity = Linearity::kNever,
-              .has_wall = true},
     ModelKind{.name = "plate", .object = ObjectClass::kMembrane},
     ModelKind{.name = "plate-large",
               .object = ObjectClass::kMembrane,
@@ -53,11 +48,6 @@ inline constexpr std::array kModelKinds{
     ModelKind{.name = "membrane", .object = ObjectClass::kDome, .takes_tension = true},
     ModelKind{.name = "fem",
               .linearity = Linearity::kByLaw,
-              .has_tets = true,
-              .iterates = true,
-              .takes_regions = true},
-    ModelKind{.name = "fem-hyperelastic",
-              .linearity = Linearity::kNever,
               .has_tets = true,
               .iterates = true,
               .takes_regions = true},
@@ -89,6 +79,20 @@ inline ObjectClass ClassOf(const Geometry& geometry) {
   if (std::holds_alternative<DomeGeometry>(geometry)) return ObjectClass::kDome;
   return IsPlanar(geometry) ? ObjectClass::kOutline : ObjectClass::kMembrane;
 }
+// Accepted in place of a kind that was removed; empty: there was no such kind.
+constexpr std::string_view ReplacementOf(std::string_view former_kind) {
+  if (former_kind == "shell") return "bem2d for a disc: there is no model of a liquid-filled one";
+  if (former_kind == "fem-hyperelastic") {
+    return "fem with law: neo-hookean, mooney-rivlin or ogden";
+  }
+  return {};
+}
+// Whether large deflections or strains are part of the model's own formulation.
+inline bool IsLargeDeformation(const ModelOptions& model) {
+  const ModelKind* kind = FindModelKind(model.kind);
+  if (kind == nullptr || kind->bounds_error) return false;
+  return kind->linearity == Linearity::kNever || (kind->iterates && IsHyperelastic(model.fem.law));
+}
 // Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.
 inline bool IsKindFor(ObjectClass object, std::string_view kind) {
   const ModelKind* found = FindModelKind(kind);
@@ -106,7 +110,7 @@ inline std::string KindsFor(ObjectClass object) {
   return words.append(" or ").append(last);
 }
 
-// The kinds with an ability as text: "fem, fem-hyperelastic or fem-green".
+// The kinds with an ability as text: "fem, fem-green or fem-zone".
 inline std::string KindsWith(bool ModelKind::*ability) {
   std::string words;
   std::string_view last;

@@ -91,17 +91,12 @@ std::vector<OgdenTerm> ReadTerms(Section& model) {
   return terms;
 }
 
-// Of `fem-hyperelastic` laws of large strains alone.
-void ReadLaw(Section& model, bool large_strains, Fem* fem) {
-  const std::string word =
-      large_strains ? model.OneOf<std::string>("law", {{"neo-hookean", "neo-hookean"},
-                                                       {"mooney-rivlin", "mooney-rivlin"},
-                                                       {"ogden", "ogden"}})
-                    : model.OneOf<std::string>("law", {{"corotational", "corotational"},
-                                                       {"linear", "linear"},
-                                                       {"neo-hookean", "neo-hookean"},
-                                                       {"mooney-rivlin", "mooney-rivlin"},
-                                                       {"ogden", "ogden"}});
+void ReadLaw(Section& model, Fem* fem) {
+  const auto word = model.OneOf<std::string>("law", {{"corotational", "corotational"},
+                                                     {"linear", "linear"},
+                                                     {"neo-hookean", "neo-hookean"},
+                                                     {"mooney-rivlin", "mooney-rivlin"},
+                                                     {"ogden", "ogden"}});
   if (word == "linear") fem->law = Fem::Law::kLinear;
   if (word == "neo-hookean") fem->law = Fem::Law::kNeoHookean;
   if (word == "mooney-rivlin" || word == "ogden") fem->law = Fem::Law::kOgden;
@@ -112,9 +107,9 @@ void ReadLaw(Section& model, bool large_strains, Fem* fem) {
   fem->terms = {{1 - second, 2}, {second, -2}};
 }
 
-void ReadFem(Section& model, bool large_strains, Fem* fem) {
+void ReadFem(Section& model, Fem* fem) {
   ReadElement(model, fem);
-  ReadLaw(model, large_strains, fem);
+  ReadLaw(model, fem);
   fem->tangent = model.OneOf<Fem::Tangent>(
       "tangent", {{"warped", Fem::Tangent::kWarped}, {"exact", Fem::Tangent::kExact}});
   ReadMotion(model, fem);
@@ -150,6 +145,12 @@ void ReadContact(Section& model, const ModelKind& kind, ModelOptions* options) {
 }
 
 std::string ReadKind(Section& model) {
+  const DocumentNode* node = model.Has("kind") ? model.node()->Find("kind") : nullptr;
+  const std::string_view replacement = node != nullptr ? ReplacementOf(node->text) : "";
+  if (!replacement.empty()) {
+    model.Refuse("kind", replacement);
+    return "auto";
+  }
   using Kind = Section::Choice<std::string_view>;
   std::array<Kind, kModelKinds.size() + 1> kinds{Kind{"auto", "auto"}};
   for (std::size_t i = 0; i < kModelKinds.size(); ++i) {
@@ -166,8 +167,7 @@ ModelKind OptionsOf(std::string_view name) {
           .has_tets = true,
           .iterates = true,
           .takes_friction = true,
-          .takes_tension = true,
-          .has_wall = true};
+          .takes_tension = true};
 }
 
 }  // namespace
@@ -181,8 +181,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   const bool is_membrane = kind.object == ObjectClass::kMembrane;
   if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
   if (kind.iterates) {
-    ReadFem(model, kind.linearity == Linearity::kNever, &options.fem);
-    if (!is_auto && IsHyperelastic(options.fem.law)) options.kind = "fem-hyperelastic";
+    ReadFem(model, &options.fem);
   } else if (kind.bounds_error) {
     ReadZone(model, &options.fem);
   } else if (kind.has_tets) {
@@ -200,9 +199,6 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     options.deadline = model.Number("deadline", Positive(Dimension::kTime), 0.0);
   } else if (model.Has("deadline")) {
     model.Refuse("deadline", "nothing with this kind: use fem-zone");
-  }
-  if (kind.has_wall && (!is_auto || model.Has("wall"))) {
-    options.wall = model.Number("wall", Positive(Dimension::kLength));
   }
   if (kind.has_cache) {
     const std::string folder = model.Text("cache", "a folder", std::string());

@@ -39,7 +39,6 @@ class CrossCheck {
     CheckGeometry();
     CheckHeld();
     CheckKind();
-    CheckShell();
     CheckTool();
     CheckRegions();
     CheckRelaxation();
@@ -110,19 +109,6 @@ class CrossCheck {
     const ObjectClass object = ClassOf(geometry);
     if (!IsKindFor(object, kind)) {
       Refuse("model.kind", KindsFor(object) + kNames[static_cast<std::size_t>(object)]);
-    }
-  }
-
-  // A shell of revolution about the line from what holds it to the tool.
-  void CheckShell() {
-    if (!(scene_.model.wall > 0)) return;
-    const auto* disc = std::get_if<DiscGeometry>(&scene_.object.geometry);
-    const auto& fixed = scene_.object.fixed;
-    const bool is_held = fixed.size() == 1 && std::holds_alternative<FixedArc>(fixed[0].where);
-    if (disc == nullptr || !is_held)
-      Refuse("model.kind", "bem2d, or shell for a disc fixed on an arc");
-    if (disc != nullptr && scene_.model.wall > disc->radius / 20) {
-      Refuse("model.wall", "at most a twentieth of the disc's radius");
     }
   }
 

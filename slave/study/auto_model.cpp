@@ -124,8 +124,7 @@ std::optional<Scene> DecidedBy(StudyResult study, const Scene& scene) {
   if (chosen == study.rows.end()) return std::nullopt;
   decision.meets = chosen->meets_tolerance && chosen->meets_rate && chosen->beyond == 0;
   decision.error = chosen->error.value;
-  const bool is_one_for_all = scene.model.wall > 0;  // a shell's meridian
-  if (study.question.presses.size() < kMany && scene.study_contacts.empty() && !is_one_for_all) {
+  if (study.question.presses.size() < kMany && scene.study_contacts.empty()) {
     decision.reason += "; evaluated where the tool would first touch the object, unknown elsewhere";
   }
   for (const StudyRow& row : study.rows) {
@@ -141,7 +140,7 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
   // From 29 on they bound what nine of ten places stay within (BeyondBound), from 46 on without the
   // worst of them.
   constexpr int kOnOutline = 128, kOnMembrane = 29, kOnSkin = 46;
-  const bool has_own = !scene.study_contacts.empty() || !scene.tool || scene.model.wall > 0;
+  const bool has_own = !scene.study_contacts.empty() || !scene.tool;
   if (has_own || (IsVolume(scene.object.geometry) && !IsQuicklyGraded(scene))) return {};
   const Geometry& geometry = scene.object.geometry;
   const int count = IsPlanar(geometry) ? kOnOutline : IsVolume(geometry) ? kOnSkin : kOnMembrane;
@@ -153,9 +152,9 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
 StudySettings QuickSettings(const Scene& scene, double budget_s) {
   StudySettings settings;
   settings.places = PlacesToDecide(scene);
-  // Tetrahedra at many places take longer than a tool on an outline, a shell's tables longer still.
+  // Tetrahedra at many places take longer than a tool on an outline.
   const bool at_many = IsVolume(scene.object.geometry) && settings.places.size() >= kMany;
-  settings.budget_s = budget_s * (scene.model.wall > 0 ? 3 : at_many ? 2 : 1);
+  settings.budget_s = budget_s * (at_many ? 2 : 1);
   settings.timing_s = 0.01 * budget_s;
   settings.limits = {.dof = 40'000, .dense_dof = 1200, .residuals = false, .families = {}};
   return settings;

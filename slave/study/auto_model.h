@@ -26,7 +26,7 @@ inline constexpr double kQuickBudget = 3;  // [s]
 // decision then says so.
 std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene);
 // A quick study skips expensive models and repetitions; volumes with many contacts get twice the
-// time, shells three times.
+// time.
 StudySettings QuickSettings(const Scene& scene, double budget_s = kQuickBudget);
 // The same after a quick study of about `budget_s` [s]. Throws std::invalid_argument: see AskedOf.
 std::optional<Scene> DecideQuickly(const Scene& scene, const ModelFactory& workshop,

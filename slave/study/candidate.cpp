@@ -1,6 +1,7 @@
 #include "slave/study/candidate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -145,24 +146,6 @@ void AddMembrane(const Scene& scene, std::vector<Candidate>* candidates) {
   }
 }
 
-// --- discs filled with a liquid
-void AddShell(const Scene& scene, const CandidateLimits& limits,
-              std::vector<Candidate>* candidates) {
-  constexpr int kFewest = 320;  // that the model takes, see ShellModel
-  const int own = std::max(scene.model.elements, kFewest);
-  for (const int pieces : std::set<int>{own, kFewest, 448, 640, 1280}) {
-    Candidate c = Start(scene, "shell", "shell");
-    c.scene.model.elements = pieces;
-    c.own = pieces == own;
-    c.resolution = std::to_string(pieces) + " pieces";
-    c.element_size = Perimeter(MeshOutline(c.scene, std::nullopt)) / pieces;
-    c.expected_s = 1.0 * pieces / kFewest;  // Newton, for the rows of a table
-    c.dof = 2 * Index(pieces);
-    c.linear = false;
-    if (c.dof <= limits.dense_dof || c.own) candidates->push_back(std::move(c));
-  }
-}
-
 // --- volumes
 Candidate Start(const Division& d, std::string kind, std::string family) {
   Candidate c = Start(d.scene, std::move(kind), std::move(family));
@@ -172,14 +155,18 @@ Candidate Start(const Division& d, std::string kind, std::string family) {
   return c;
 }
 
+const char* NameOf(FemOptions::Law law) {
+  constexpr std::array kNames{"corotational", "linear", "neo-hookean", "ogden"};
+  return kNames[static_cast<std::size_t>(law)];
+}
+
 void AddFem(const Division& d, FemOptions::Element element, FemOptions::Law law, double residual,
             const CandidateLimits& limits, std::vector<Candidate>* candidates) {
   const bool quadratic = element == FemOptions::Element::kTet10;
   const bool hyperelastic = IsHyperelastic(law);
   const bool linear = law == FemOptions::Law::kLinear;
-  const std::string kind = hyperelastic ? "fem-hyperelastic" : "fem";
-  const char* strain = hyperelastic ? "" : linear ? " linear" : " corotational";
-  Candidate c = Start(d, kind, kind + (quadratic ? " tet10" : " tet4") + strain);
+  Candidate c =
+      Start(d, "fem", std::string("fem ") + (quadratic ? "tet10 " : "tet4 ") + NameOf(law));
   c.scene.model.fem.element = element;
   c.scene.model.fem.law = law;
   c.scene.model.fem.time = FemOptions::Time::kStatic;
@@ -280,8 +267,6 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
   const Geometry& geometry = scene.object.geometry;
   if (std::holds_alternative<MembraneGeometry>(geometry)) {
     AddMembrane(scene, &candidates);
-  } else if (scene.model.wall > 0) {
-    AddShell(scene, limits, &candidates);
   } else if (IsPlanar(geometry)) {
     AddPlanar(scene, question, limits, &candidates);
   } else {
@@ -293,8 +278,7 @@ std::vector<Candidate> CandidatesFor(const Scene& scene, const PressSpec& questi
     });
   }
   std::erase_if(candidates, [&](const Candidate& c) {
-    const ModelKind& kind = *FindModelKind(c.scene.model.kind);
-    const bool large = c.own && kind.linearity == Linearity::kNever && !kind.bounds_error;
+    const bool large = c.own && IsLargeDeformation(c.scene.model);
     return limits.own && !large && !IsOwn(scene, c);
   });
   std::ranges::stable_sort(candidates, {}, &Candidate::expected_s);

@@ -236,9 +236,9 @@ class Trial {
   }
 
   // How the force grows with the width that the mesh gives the tool; NaN: the mesh is too coarse to
-  // tell. Not asked where nothing is to be corrected: a shell solves each width anew.
+  // tell. Not asked where nothing is to be corrected: a plate takes the width as it is.
   double SlopeOf(const Press& press) {
-    if (touch_ || TakesWidthAsItIs(mesh_, options_)) return 0;
+    if (touch_ || TakesWidthAsItIs(mesh_)) return 0;
     const auto seen = [&](double share, const study::Answer& answer) {
       if (press.loaded || answer.takes_width) return share;
       return share * (1 + WidthMismatch(mesh_, options_, press, share * question_.width));

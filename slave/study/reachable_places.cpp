@@ -137,17 +137,6 @@ std::vector<Vector3d> OnMembrane(double radius, const std::vector<double>& share
   return places;
 }
 
-// Elsewhere a shell tells nothing.
-std::vector<Vector3d> OppositeToHolder(const Scene& scene, const std::vector<double>& shares) {
-  const auto* disc = std::get_if<DiscGeometry>(&scene.object.geometry);
-  const auto* held = scene.object.fixed.size() == 1
-                         ? std::get_if<FixedArc>(&scene.object.fixed[0].where)
-                         : nullptr;
-  if (disc == nullptr || held == nullptr) return {};
-  const Vector3d way(std::cos(held->centre), std::sin(held->centre), 0);
-  return std::vector<Vector3d>(shares.size(), -disc->radius * way);
-}
-
 }  // namespace
 
 std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
@@ -156,7 +145,6 @@ std::vector<Vector3d> ReachablePlaces(const Scene& scene, double width,
   if (const auto* membrane = std::get_if<MembraneGeometry>(&geometry)) {
     return OnMembrane(membrane->radius, shares);
   }
-  if (scene.model.wall > 0) return OppositeToHolder(scene, shares);
   return IsPlanar(geometry) ? OnOutline(scene, width, shares) : OnSkin(scene, width, shares);
 }
 

@@ -12,7 +12,7 @@ namespace palpate::study {
 // Points where a tool of `width` [m] fits completely between corners, edges and fixed parts, frame
 // O [m]: one for each of the `shares`, numbers of [0, 1), spread evenly along the boundary or over
 // the surface in the order of its triangles; a share where it does not fit is replaced by another
-// one. For a membrane over all within 0.6 of the radius; for a shell opposite to the holder. Empty:
+// one. For a membrane over all within 0.6 of the radius. Empty:
 // there is no such point. Throws std::invalid_argument: see MeshObject.
 std::vector<Eigen::Vector3d> ReachablePlaces(const Scene& scene, double width,
                                              const std::vector<double>& shares);

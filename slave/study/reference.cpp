@@ -59,12 +59,6 @@ constexpr double kOfLaw = 0.3;    // of its own size: what a plate's law leaves 
 constexpr double kOneMesh = 0.3;  // of its own effect: a nonlinearity known from one mesh only
 constexpr const char* kIndependent = "finite elements";
 
-// A shell's wall bends sharply at the tool's edge: 1.4, 1.0, 0.7 % from its limit with 320, 448,
-// 640 pieces. More than the first two take longer than a quick study has.
-double KnownOrder(const StudyRow& row) {
-  return row.kind == "shell" ? 1 : kUnknown;
-}
-
 struct Limit {
   std::string kind, words;
   Estimate force;
@@ -81,11 +75,6 @@ bool IsLinearAnswer(const StudyRow& row) {
 bool IsMeasured(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
   return kind != nullptr && kind->bounds_error;
-}
-
-bool IsLarge(const StudyRow& row) {
-  const ModelKind* kind = FindModelKind(row.kind);
-  return kind != nullptr && kind->linearity == Linearity::kNever && !kind->bounds_error;
 }
 
 // What two opinions have to differ in to be two: the same elements under another law are not.
@@ -136,7 +125,7 @@ std::optional<Limit> LimitOf(const std::vector<const StudyRow*>& members, std::s
     answers.push_back({row->element_size, a.small.value * std::pow(width, -slope)});
   }
   const double nearest = answers.empty() ? kUnknown : answers.front().value;
-  const Extrapolation limit = Extrapolate(std::move(answers), KnownOrder(finest));
+  const Extrapolation limit = Extrapolate(std::move(answers));
   if (!std::isfinite(limit.limit.value)) return std::nullopt;
   std::string words = finest.family + ", finest " + finest.resolution;
   words += std::isfinite(limit.order) ? Formatted(", extrapolated with order %.2f", limit.order)
@@ -219,7 +208,7 @@ Estimate Stiffening(const std::vector<const StudyRow*>& members, std::size_t pre
   }
   if (ratios.empty()) return {};
   if (members.front()->element_size == 0) return {ratios.back().value, 0};
-  const Estimate limit = Extrapolate(ratios, KnownOrder(*members.front())).limit;
+  const Estimate limit = Extrapolate(ratios).limit;
   if (std::isfinite(limit.value)) return limit;
   return {ratios.back().value, kOneMesh * std::abs(ratios.back().value - 1)};
 }
@@ -300,7 +289,7 @@ std::size_t BeyondBound(std::size_t count) {
 
 std::optional<double> PlanarStiffness(const Scene& scene, const Press& press, double width,
                                       PlanarMesh fineness) {
-  if (!IsPlanar(scene.object.geometry) || scene.model.wall > 0) return std::nullopt;
+  if (!IsPlanar(scene.object.geometry)) return std::nullopt;
   constexpr std::array kMeshes{kRough, kMedium, kFine};
   if (IsTouchedRound(scene)) return std::nullopt;  // no stiffness: its contact grows
   try {
@@ -399,7 +388,7 @@ Reference ReferenceFinder::FindOne(const std::vector<StudyRow>& rows, std::size_
   const double depths = question_.depth / question_.small_depth;
   Estimate stiffening{1, 0};
   for (const auto& [name, members] : families) {
-    if (is_round_ || !IsLarge(*members.front())) continue;
+    if (is_round_ || !IsLargeDeformation(members.front()->model)) continue;
     const Estimate found = Stiffening(members, press, depths);
     if (std::isfinite(found.value)) stiffening = found;
   }
@@ -416,8 +405,9 @@ References ReferenceFinder::Find(const std::vector<StudyRow>& rows) const {
   for (std::size_t press = 0; press < question_.presses.size(); ++press) {
     references.presses.push_back(FindOne(rows, press));
   }
-  const bool any_large = std::ranges::any_of(
-      rows, [](const StudyRow& row) { return row.outcome == Outcome::kAnswered && IsLarge(row); });
+  const bool any_large = std::ranges::any_of(rows, [](const StudyRow& row) {
+    return row.outcome == Outcome::kAnswered && IsLargeDeformation(row.model);
+  });
   if (!any_large) {
     references.remark =
         "no model of large deformation has a solution: the errors do not include its effect";

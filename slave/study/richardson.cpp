@@ -52,12 +52,9 @@ std::optional<double> OrderOf(const Triple& t) {
   return 0.5 * (low + high);
 }
 
-double LimitOf(const MeshAnswer& fine, const MeshAnswer& coarse, double order) {
-  const double ratio = std::pow(coarse.size / fine.size, order);
-  return fine.value + (fine.value - coarse.value) / (ratio - 1);
-}
 double LimitOf(const Triple& t, double order) {
-  return LimitOf(t[0], t[1], order);
+  const double ratio = std::pow(t[1].size / t[0].size, order);
+  return t[0].value + (t[0].value - t[1].value) / (ratio - 1);
 }
 
 double Spread(const Triple& t) {
@@ -78,15 +75,11 @@ void Sort(std::vector<MeshAnswer>* answers) {
 
 }  // namespace
 
-Extrapolation Extrapolate(std::vector<MeshAnswer> answers, double order_of_two) {
+Extrapolation Extrapolate(std::vector<MeshAnswer> answers) {
   Sort(&answers);
   if (answers.size() < 2) return {};
   const MeshAnswer& finest = answers[0];
   const auto triple = TripleFrom(answers, 0);
-  if (!triple && answers[1].size >= kLeastRatio * finest.size && std::isfinite(order_of_two)) {
-    const double limit = LimitOf(finest, answers[1], order_of_two);
-    return {{limit, kBarOfThree * std::abs(limit - finest.value)}, order_of_two};
-  }
   if (!triple) return {{finest.value, std::abs(finest.value - answers[1].value)}, kUnknown};
   const auto order = OrderOf(*triple);
   if (!order) return {{finest.value, Spread(*triple)}, kUnknown};

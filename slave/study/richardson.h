@@ -22,9 +22,8 @@ struct Extrapolation {
 // (h1^p - h2^p) / (h2^p - h3^p)). The error bar is the change of L without the finest result, at
 // least a tenth of the step to the limit and at most all of it; with three sizes only, a third of
 // that step. If no p between 0.3 and 6 fits, L is the finest result and the bar the spread of the
-// three. With two sizes only, p is `order` if known, with the bar as for three; else L is the
-// finest result and the bar the change. Results may come in any order; of equal sizes the last one
-// counts.
-Extrapolation Extrapolate(std::vector<MeshAnswer> answers, double order = kUnknown);
+// three. With two sizes only, L is the finest result and the bar the change. Results may come in
+// any order; of equal sizes the last one counts.
+Extrapolation Extrapolate(std::vector<MeshAnswer> answers);
 
 }  // namespace palpate::study

@@ -59,13 +59,13 @@ bool HasMidnodes(const ModelOptions& model) {
   return kind != nullptr && kind->has_tets && model.fem.element == FemOptions::Element::kTet10;
 }
 
-bool TakesWidthAsItIs(const ObjectMesh& mesh, const ModelOptions& model) {
-  return std::holds_alternative<MembraneDisc>(mesh) || model.wall > 0;
+bool TakesWidthAsItIs(const ObjectMesh& mesh) {
+  return std::holds_alternative<MembraneDisc>(mesh);
 }
 
 double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Press& press,
                      double width) {
-  if (TakesWidthAsItIs(mesh, model)) return 0;
+  if (TakesWidthAsItIs(mesh)) return 0;
   double seen = 0;
   if (const auto* boundary = std::get_if<BoundaryMesh>(&mesh)) {
     seen = PatchLength(*boundary, press, width);

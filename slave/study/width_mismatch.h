@@ -10,8 +10,8 @@ namespace palpate::study {
 // Whether its nodes are in the middles of edges, too.
 bool HasMidnodes(const ModelOptions& model);
 
-// Whether the model takes the tool's width as it is, whatever its mesh: plates and shells.
-bool TakesWidthAsItIs(const ObjectMesh& mesh, const ModelOptions& model);
+// Whether the model takes the tool's width as it is, whatever its mesh: plates.
+bool TakesWidthAsItIs(const ObjectMesh& mesh);
 
 // Relative error of a rigid tool's width on this mesh at `press`: a discrete contact consists of
 // whole elements, triangles or nodes (for fem tet10 also those in the middle of edges). 0 if the

@@ -155,7 +155,7 @@ class Programs(unittest.TestCase):
         self.assertRegex(done.stdout, r"\n  bound +the error of this force is at most [\d.]+ %")
         self.assertNotIn("UNGUARDED", done.stdout)
 
-    # Reference: fem-hyperelastic on the same mesh, through the same command.
+    # Reference: fem with the law neo-hookean on the same mesh, through the same command.
     def test_solve_gives_the_full_models_force_within_the_bound(self):
         contacts = self.out / "contacts.csv"
         contacts.write_text("case,x,y,z,dx,dy,dz\n"
@@ -163,14 +163,14 @@ class Programs(unittest.TestCase):
                             "2,-0.02813100548,0.01802632260,0.06357817462,0,0,-0.003\n"
                             "2,-0.02813100548,-0.02127748995,0.06357817462,0,0,-0.004\n")
         answers = {}
-        for kind in ("fem-zone", "fem-hyperelastic"):
+        for kind in ("fem-zone", "fem"):
             out = self.out / f"{kind}.csv"
-            done = run(SLAVE, "solve", *self.scene, "--override", f"model.kind={kind}", "--contacts", contacts, "--out", out,
+            done = run(SLAVE, "solve", *self.scene, "--override", f"model.kind={kind}", "--override", "model.law=neo-hookean", "--contacts", contacts, "--out", out,
                        timeout=LONG)
             self.assertEqual(done.returncode, 0, done.stderr)
             with open(out, newline="") as rows:
                 answers[kind] = list(csv.DictReader(rows))
-        for zone, full in zip(answers["fem-zone"], answers["fem-hyperelastic"], strict=True):
+        for zone, full in zip(answers["fem-zone"], answers["fem"], strict=True):
             force = [float(full[key]) for key in ("fx", "fy", "fz")]
             error = math.dist(force, [float(zone[key]) for key in ("fx", "fy", "fz")])
             self.assertLess(error, 0.03 * math.hypot(*force))
@@ -183,7 +183,7 @@ class Programs(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         with open(out / "study.csv", newline="") as table:
             rows = {row["family"]: row for row in csv.DictReader(table) if row["resolution"] == "2100 tets"}
-        zone, full = rows["fem-zone"], rows["fem-hyperelastic tet4"]
+        zone, full = rows["fem-zone"], rows["fem tet4 neo-hookean"]
         self.assertEqual((zone["outcome"], full["outcome"]), ("answered", "answered"), zone["reason"])
         self.assertEqual(full["stated_bound"], "")
         # Both have the same mesh: their errors against the reference differ by at most the bound.
@@ -199,7 +199,7 @@ class Programs(unittest.TestCase):
         loads, field, folder = self.out / "loads.csv", self.out / "field.vtu", self.out / "depth"
         folder.mkdir()
         loads.write_text("case,x,y,z,fx,fy,fz\n" + "".join(f"F{i},{place},0,0,{-force}\n" for i, force in enumerate(forces)))
-        done = run(SLAVE, "solve", *self.scene, "--override", "model.kind=fem-hyperelastic", "--loads", loads,
+        done = run(SLAVE, "solve", *self.scene, "--override", "model={kind: fem, law: neo-hookean}", "--loads", loads,
                    "--out", self.out / "moved.csv", "--field", field, timeout=LONG)
         self.assertEqual(done.returncode, 0, done.stderr)
         shapes = [nodes] * 6
@@ -214,8 +214,8 @@ class Programs(unittest.TestCase):
         scene.write_text(text[:text.index("sense:")] + f"sense: {{camera: {camera.KEYS}, points: {{track: surface}}}}\n"
                          "model: {kind: fem-zone, rate: 30 Hz}\n")
         last = {}
-        for kind in ("fem-zone", "fem-hyperelastic"):
-            done = run(SLAVE, "process", scene, *self.scene[1:], "--override", f"model.kind={kind}", "--out", folder / kind,
+        for kind in ("fem-zone", "fem"):
+            done = run(SLAVE, "process", scene, *self.scene[1:], "--override", f"model.kind={kind}", "--override", "model.law=neo-hookean", "--out", folder / kind,
                        timeout=LONG)
             self.assertEqual(done.returncode, 0, done.stderr)
             with open(folder / kind / "states.csv", newline="") as states:
@@ -225,7 +225,7 @@ class Programs(unittest.TestCase):
         print(f"depth images: {force} N, sigma {sigma} N, of {forces[-1]} N")
         self.assertEqual(last["fem-zone"]["validity"], "valid")
         self.assertLess(abs(force["fem-zone"] - forces[-1]), 3 * sigma["fem-zone"])
-        self.assertLess(abs(force["fem-zone"] / force["fem-hyperelastic"] - 1), 0.03)
+        self.assertLess(abs(force["fem-zone"] / force["fem"] - 1), 0.03)
 
     # Reference: the simulator's own neo-Hookean body. The force at the same commanded position counts, so that a machine
     # that does other things too, whose sensing stalls, is not blamed. This mesh does not resolve the fingertip: 5.3 %

@@ -141,18 +141,6 @@ Scene Membrane(Dice* dice) {
   return scene;
 }
 
-Scene Shell(Dice* dice) {
-  const double radius = dice->Decades(0.0005, 0.02);
-  Scene scene = Start(dice, 2 * radius, radius * dice->Between(0.05, 0.2));
-  scene.name = "shell";
-  scene.object.geometry = DiscGeometry{radius, 2 * radius};
-  scene.object.fixed = {{FixedArc{std::numbers::pi, dice->Between(0.3, 0.8)}, {true, true, true}}};
-  scene.manipulator.home = {1.2 * radius, 0, 0};
-  scene.model.plane = Plane::kStrain;
-  scene.model.wall = radius / dice->Decades(30, 150);
-  return scene;
-}
-
 }  // namespace
 
 Scene RandomScene(std::uint32_t seed, const std::filesystem::path& folder) {
@@ -174,15 +162,11 @@ Scene RandomScene(std::uint32_t seed, const std::filesystem::path& folder) {
     case 4:
       scene = Dome(&dice, folder / ("dome-" + std::to_string(seed) + ".vtu"));
       break;
-    case 5:
-      scene = Polygon(&dice);
-      break;
     default:
-      scene = Shell(&dice);
+      scene = Polygon(&dice);
   }
   // Before a camera the slave corrects the force for the shape of the tool.
-  const bool corrects = IsPlanar(scene.object.geometry) && scene.model.wall == 0;
-  if (corrects && dice.Chance(0.5)) {
+  if (IsPlanar(scene.object.geometry) && dice.Chance(0.5)) {
     scene.name += " before a camera";
     scene.sense.Set(CameraOptions{.camera = Camera{}, .tip = TipTracking{}, .contour = {}});
   }

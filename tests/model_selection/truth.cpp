@@ -4,7 +4,6 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/mechanics/shell/fluid_shell.h"
 #include "slave/site/points/membrane/pressed_membrane.h"
 #include "slave/study/reference.h"
 #include "slave/study/volume_stiffness.h"
@@ -44,7 +43,7 @@ double ForceOf(DeformationModel* model, const SurfaceMesh& skin, const Press& pr
 double StiffeningAt(const Scene& scene, const PressSpec& question, const Press& press) {
   constexpr int kSteps = 4;
   Scene large = scene;
-  large.model.kind = "fem-hyperelastic";
+  large.model.kind = "fem";
   large.model.fem.element = FemOptions::Element::kTet10;
   large.model.fem.law = FemOptions::Law::kNeoHookean;
   large.model.range = 1;
@@ -73,30 +72,11 @@ std::vector<double> OnVolume(const Scene& scene, const PressSpec& question) {
   return forces;
 }
 
-double OnShell(const Scene& scene, const PressSpec& question, int pieces) {
-  constexpr int kSteps = 6;
-  FluidShell::Params params;
-  params.radius = std::get<DiscGeometry>(scene.object.geometry).radius;
-  params.wall = scene.model.wall;
-  params.young_modulus = scene.object.material.young_modulus;
-  params.poisson_ratio = scene.object.material.poisson_ratio;
-  params.tool_radius = question.width / 2;
-  params.held_angle = std::get<FixedArc>(scene.object.fixed[0].where).half_angle;
-  params.pieces = pieces;
-  FluidShell shell(params);
-  for (int i = 1; i <= kSteps; ++i) {
-    if (!shell.PressTo(question.depth * i / kSteps)) return kUnknown;
-  }
-  return shell.state().force;
-}
-
 double TrueForce(const Scene& scene, const PressSpec& question, const Press& press) {
   const Geometry& geometry = scene.object.geometry;
   if (std::holds_alternative<MembraneGeometry>(geometry)) {
     return OnSolidMembrane(scene, question, press);
   }
-  if (scene.model.wall > 0)
-    return 2 * OnShell(scene, question, 640) - OnShell(scene, question, 320);
   const auto stiffness =
       study::PlanarStiffness(scene, press, question.width, study::PlanarMesh::kMedium);
   return stiffness.value_or(kUnknown) * question.depth;

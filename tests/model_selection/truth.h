@@ -15,8 +15,7 @@ namespace palpate::model_selection {
 // planar: quadratic finite elements graded towards the tool's ends (PlanarStiffness);
 // membrane: a neo-Hookean solid of cubic hexahedra (PressedMembrane);
 // volume: quadratic tetrahedra, w / 5 and shorter under the tool of width w, times how much
-// stiffer neo-Hookean ones of w / 2 are at the depth than at a small one;
-// shell: its meridian in 640 and 320 pieces, of which the error is of order 1.
+// stiffer neo-Hookean ones of w / 2 are at the depth than at a small one.
 std::vector<double> TrueForces(const Scene& scene, const study::PressSpec& question);
 
 }  // namespace palpate::model_selection

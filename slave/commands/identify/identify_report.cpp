@@ -325,9 +325,7 @@ std::string SceneLines(const LawFit& fit, double specimen_sigma) {
     terms += fmt::format("{}[{:.6g}, {:.6g}]", terms.empty() ? "" : ", ", term.G / G, term.alpha);
   }
   return MaterialLine(2 * (1 + kPoissonOfScene) * G, kPoissonOfScene, sigma) +
-         fmt::format(
-             "  model: {{kind: fem-hyperelastic, law: ogden, terms: [{}], element: tet10}}\n",
-             terms);
+         fmt::format("  model: {{kind: fem, law: ogden, terms: [{}], element: tet10}}\n", terms);
 }
 
 std::string ToWords(const IdentifyReport& report) {

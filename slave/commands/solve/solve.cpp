@@ -136,7 +136,7 @@ Solver Build(const Scene& scene, const ObjectMesh& mesh, const std::filesystem::
              ProgressBar* progress) {
   Solver solver;
   const auto* outline = std::get_if<BoundaryMesh>(&mesh);
-  if (outline != nullptr && !KindOf(scene).has_wall) {
+  if (outline != nullptr) {
     auto planar = MakePlanarModel(scene, *outline, progress);
     if (!field.empty()) solver.field = std::make_unique<PlanarFieldFile>(field, *planar);
     solver.model = std::move(planar);

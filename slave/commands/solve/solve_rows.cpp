@@ -106,8 +106,7 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
 void ReportWidths(const Scene& scene, const std::vector<SolveRow>& rows) {
   const auto points = std::ranges::count_if(
       rows, [](const SolveRow& row) { return row.contact.width == 0 && row.radius == 0; });
-  if (points == 0 || scene.model.wall > 0 ||
-      std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
+  if (points == 0 || std::holds_alternative<MembraneGeometry>(scene.object.geometry)) {
     return;
   }
   std::fprintf(stderr,

@@ -18,7 +18,6 @@
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
 #include "slave/mechanics/relaxation/relaxing_model.h"
-#include "slave/mechanics/shell/shell_model.h"
 
 namespace palpate {
 namespace {
@@ -147,29 +146,6 @@ std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMes
                                       material.poisson_ratio, options, progress);
 }
 
-// The outline is for the eyes; the meridian is divided at least as finely as its 5 % take.
-std::unique_ptr<DeformationModel> MakeShell(const Scene& scene, const BoundaryMesh& mesh) {
-  const auto* disc = std::get_if<DiscGeometry>(&scene.object.geometry);
-  const auto* held = scene.object.fixed.size() == 1
-                         ? std::get_if<FixedArc>(&scene.object.fixed[0].where)
-                         : nullptr;
-  if (disc == nullptr || held == nullptr) {
-    throw std::invalid_argument("model.kind = shell: accepted is a disc fixed on one arc");
-  }
-  const Material& material = scene.object.material;
-  ShellModel::Params params;
-  params.shell = {.radius = disc->radius,
-                  .wall = scene.model.wall,
-                  .young_modulus = material.young_modulus,
-                  .poisson_ratio = material.poisson_ratio,
-                  .held_angle = held->half_angle,
-                  .pieces = std::max(FluidShell::Params().pieces, mesh.size())};
-  params.held_direction = held->centre;
-  params.tool_width = scene.tool ? scene.tool->width : 0;
-  params.range = scene.model.range > 0 ? scene.model.range : kDefaultRange;
-  return std::make_unique<ShellModel>(mesh, params);
-}
-
 }  // namespace
 
 ModelChoice ChooseModel(const Scene& scene) {
@@ -187,11 +163,6 @@ ModelChoice ChooseModel(const Scene& scene) {
   }
   if (IsVolume(geometry)) {
     return {"fem", "volume: corotational finite elements; no study of this scene exists yet"};
-  }
-  if (scene.model.wall > 0) {
-    return {"shell",
-            "a disc filled with a liquid: a shell; a quick study has no time to find its error, "
-            "`study` reports it"};
   }
   return {"bem2d",
           "planar outline: two-dimensional boundary elements; no study of this scene exists yet"};
@@ -250,7 +221,6 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
                                             Progress* progress) {
   const ModelKind& kind = KindOf(scene);
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) {
-    if (kind.has_wall) return MakeShell(scene, *outline);
     if (kind.object == ObjectClass::kOutline) return MakePlanarModel(scene, *outline, progress);
   } else if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
     if (kind.object == ObjectClass::kMembrane) return MakePlateModel(scene, *disc, progress);

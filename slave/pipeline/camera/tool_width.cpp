@@ -47,7 +47,7 @@ double SupportOf(const BoundaryMesh& mesh, const Scene& scene) {
 
 ToolWidth::ToolWidth(const BoundaryMesh& mesh, const Scene& scene)
     : mesh_(&mesh),
-      width_(scene.model.wall > 0 ? 0 : scene.tool->width),
+      width_(scene.tool->width),
       ends_(kEnds[static_cast<std::size_t>(scene.model.order)]),
       support_(width_ > 0 ? SupportOf(mesh, scene) : 0) {}
 

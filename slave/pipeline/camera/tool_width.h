@@ -24,7 +24,7 @@ namespace palpate {
 
 class ToolWidth {
  public:
-  // Keeps a reference to the mesh. With `model.wall` the width is not corrected.
+  // Keeps a reference to the mesh.
   ToolWidth(const BoundaryMesh& mesh, const Scene& scene);
 
   struct Share {

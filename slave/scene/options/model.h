@@ -97,7 +97,6 @@ struct ModelOptions {
   double puncture_depth = 0;  // overshoot that triggers the puncture cue [m]; 0: never
   double puncture_from = 0;   // depth from which the camera checks for a puncture [m]; 0: never
   double prestress = 0;       // tension of a membrane at rest [N/m]
-  double wall = 0;            // wall thickness of a fluid-filled shell [m]
   int refinements = 0;        // number of times each edge of a box or mesh file is halved
   ModelDecision decision;     // set if the kind above was `auto`
 };

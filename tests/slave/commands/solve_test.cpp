@@ -490,14 +490,14 @@ tool: {shape: flat, width: 20 mm}
 model: {kind: fem-zone}
 )";
 
-// Reference: fem-hyperelastic on the same mesh; the bound is the model's own. A load's displacement
-// has one too, and models that know none have no such column.
+// Reference: fem with the law neo-hookean on the same mesh; the bound is the model's own. A load's
+// displacement has one too, and models that know none have no such column.
 TEST_F(SolveTest, AModelThatBoundsItsErrorWritesTheBound) {
   const std::string contacts = std::string(kHeader) +
                                "A,0.038,0.042,0.04,1e-3,0,-5e-3\nB,0.02,0.02,0.04,0,0,-3e-3\n"
                                "B,0.06,0.058,0.04,0,0,-4e-3\n";
   options_.scene = Write("box.yaml", kSoftBox);
-  options_.overrides = {"model.kind=fem-hyperelastic"};
+  options_.overrides = {"model={kind: fem, law: neo-hookean}"};
   const Outcome full = RunContacts(contacts);
   ASSERT_EQ(full.rows.size(), 3U) << full.message;
   EXPECT_EQ(full.rows[0].count("bound"), 0U);

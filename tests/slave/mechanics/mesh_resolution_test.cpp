@@ -28,8 +28,7 @@ const std::vector<Kind>& Kinds() {
       {"fem", "fem"},
       {"fem tet10", "fem", [](FemOptions* o) { o->element = FemOptions::Element::kTet10; }},
       {"fem averaged", "fem", [](FemOptions* o) { o->pressure = FemOptions::Pressure::kAveraged; }},
-      {"fem-hyperelastic", "fem-hyperelastic",
-       [](FemOptions* o) { o->law = FemOptions::Law::kNeoHookean; }},
+      {"fem neo-hookean", "fem", [](FemOptions* o) { o->law = FemOptions::Law::kNeoHookean; }},
       {"fem-green", "fem-green"},
       {"bem3d", "bem3d"}};
   return kinds;

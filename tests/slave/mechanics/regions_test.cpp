@@ -34,12 +34,13 @@ struct Kind {
 const std::vector<Kind> kKinds{{"fem"},
                                {"fem", Law::kLinear},
                                {"fem", Law::kLinear, Element::kTet10},
-                               {"fem-hyperelastic", Law::kNeoHookean},
-                               {"fem-hyperelastic", Law::kNeoHookean, Element::kTet10},
+                               {"fem", Law::kNeoHookean},
+                               {"fem", Law::kNeoHookean, Element::kTet10},
                                {"fem-green"}};
 
 std::string NameOf(const Kind& k) {
   return k.kind + (k.law == Law::kLinear ? " linear" : "") +
+         (k.law == Law::kNeoHookean ? " neo-hookean" : "") +
          (k.element == Element::kTet10 ? " tet10" : "");
 }
 
@@ -100,8 +101,8 @@ TEST(Regions, LayersOfAColumnGiveWayInSeries) {
 // The laws are proportional to E, those of large strains and with a pressure of its own too.
 TEST(Regions, ARegionThatIsTheWholeBodyMultipliesTheForce) {
   std::vector<Kind> kinds = kKinds;
-  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
-  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
+  kinds.push_back({"fem", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
+  kinds.push_back({"fem", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
   kinds.push_back({"fem", Law::kLinear, Element::kTet10, Pressure::kMixed});
   const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
   for (const Kind& kind : kinds) {
@@ -118,8 +119,8 @@ TEST(Regions, ARegionThatIsTheWholeBodyMultipliesTheForce) {
 TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
   const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
   std::vector<Kind> kinds = kKinds;
-  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
-  kinds.push_back({"fem-hyperelastic", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
+  kinds.push_back({"fem", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
+  kinds.push_back({"fem", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
   for (const Kind& kind : kinds) {
     Scene lower = BoxScene(kind, {{0.04, 0.04, 0.02}, {4, 4, 4}}, 0.45), upper = lower;
     lower.object.regions = {Layer(-kFar, 0.01, 3 * kModulus)};
@@ -168,7 +169,7 @@ std::vector<double> Contrast(const Scene& scene) {
 // Reference: the law of large strains on the same mesh, whose force is no superposition. The bound
 // is that of the line, of the contrast less one.
 TEST(Regions, AnInclusionRaisesTheForceAsInTheFullModel) {
-  const auto truth = Contrast(InclusionScene({"fem-hyperelastic", Law::kNeoHookean}));
+  const auto truth = Contrast(InclusionScene({"fem", Law::kNeoHookean}));
   EXPECT_GT(truth.front(), 1.2);
   for (const Kind& kind : {Kind{"fem-green"}, Kind{"fem"}}) {
     const auto contrast = Contrast(InclusionScene(kind));

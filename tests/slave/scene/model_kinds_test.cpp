@@ -23,7 +23,7 @@ TEST(ModelKinds, AnObjectTakesItsOwnKindsAndAuto) {
   EXPECT_FALSE(IsKindFor(ObjectClass::kMembrane, "fem"));
   EXPECT_FALSE(IsKindFor(ObjectClass::kVolume, "bem2d"));
   EXPECT_FALSE(IsKindFor(ObjectClass::kVolume, ""));
-  EXPECT_EQ(KindsFor(ObjectClass::kOutline), "auto, bem2d or shell");
+  EXPECT_EQ(KindsFor(ObjectClass::kOutline), "auto or bem2d");
   EXPECT_EQ(KindsFor(ObjectClass::kMembrane), "auto, plate or plate-large");
 }
 

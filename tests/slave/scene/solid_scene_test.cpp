@@ -75,23 +75,24 @@ TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
   EXPECT_EQ(scene.object.fixed.size(), 1U);
 }
 
-TEST(SolidSceneTest, NeoHookeanIsTheHyperelasticKind) {
-  EXPECT_EQ(Load(SolidScene(kBox, kBottom, "{kind: fem, law: neo-hookean}")).model.kind,
-            "fem-hyperelastic");
-  EXPECT_EQ(Load(SolidScene(kBox, kBottom, "{kind: fem-hyperelastic}")).model.fem.law,
-            FemOptions::Law::kNeoHookean);
+TEST(SolidSceneTest, TheFormerHyperelasticKindIsRefusedWithItsReplacement) {
+  EXPECT_THAT(MistakesOf(SolidScene(kBox, kBottom, "{kind: fem-hyperelastic, law: ogden}")),
+              HasSubstr("model.kind = fem-hyperelastic: accepted is fem with law: neo-hookean, "
+                        "mooney-rivlin or ogden"));
+  const ModelOptions model = Load(SolidScene(kBox, kBottom, "{kind: fem, law: neo-hookean}")).model;
+  EXPECT_EQ(model.kind, "fem");
+  EXPECT_EQ(model.fem.law, FemOptions::Law::kNeoHookean);
 }
 
 TEST(SolidSceneTest, LawsOfRubberAreReadAsOgdensTerms) {
-  const Scene mooney = Load(
-      SolidScene(kBox, kBottom, "{kind: fem-hyperelastic, law: mooney-rivlin, second_share: 0.2}"));
+  const Scene mooney =
+      Load(SolidScene(kBox, kBottom, "{kind: fem, law: mooney-rivlin, second_share: 0.2}"));
   EXPECT_EQ(mooney.model.fem.law, FemOptions::Law::kOgden);
   ASSERT_EQ(mooney.model.fem.terms.size(), 2U);
   EXPECT_EQ(mooney.model.fem.terms[1].share, 0.2);
   EXPECT_EQ(mooney.model.fem.terms[1].exponent, -2);
   const Scene ogden =
       Load(SolidScene(kBox, kBottom, "{kind: fem, law: ogden, terms: [[0.9, 1.3], [0.1, -2.5]]}"));
-  EXPECT_EQ(ogden.model.kind, "fem-hyperelastic");
   EXPECT_EQ(ogden.model.fem.terms[0].exponent, 1.3);
 }
 
@@ -150,7 +151,7 @@ TEST(SolidSceneTest, OnlyFemZoneTakesACapsule) {
   EXPECT_EQ(tool.length, 0.012);
   EXPECT_TRUE(tool.axis_O.isApprox(Eigen::Vector3d::UnitY()));
   constexpr const char* kCapsule = "{shape: capsule, radius: 4 mm, length: 12 mm}";
-  for (const char* kind : {"fem", "fem-hyperelastic", "fem-green", "bem3d", "auto"}) {
+  for (const char* kind : {"fem", "fem-green", "bem3d", "auto"}) {
     EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("capsule needs fem-zone"))
         << kind;
   }
@@ -253,7 +254,7 @@ const Refusal kRefusals[] = {
     {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
      "mesh = absent.node: accepted is a file that can be read"},
     {"PlateOfABox", kBox, kBottom, "{kind: plate}",
-     "model.kind = plate: accepted is auto, fem, fem-hyperelastic, fem-green, fem-zone or bem3d"},
+     "model.kind = plate: accepted is auto, fem, fem-green, fem-zone or bem3d"},
     {"FemOfAMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "", "{kind: fem}",
      "model.kind = fem: accepted is auto, plate or plate-large for a membrane"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
@@ -262,15 +263,14 @@ const Refusal kRefusals[] = {
      "object.fixed.side = bottom: accepted is no side, because this is a volume"},
     {"WrongLaw", kBox, kBottom, "{kind: fem, law: rubber}",
      "model.law = rubber: accepted is corotational or linear or neo-hookean"},
-    {"OgdenWithoutTerms", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden}", "model.terms"},
-    {"OgdenShares", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden, terms: [[0.5, 2]]}",
+    {"OgdenWithoutTerms", kBox, kBottom, "{kind: fem, law: ogden}", "model.terms"},
+    {"OgdenShares", kBox, kBottom, "{kind: fem, law: ogden, terms: [[0.5, 2]]}",
      "one to six terms whose shares add up to 1"},
-    {"OgdenUnstable", kBox, kBottom,
-     "{kind: fem-hyperelastic, law: ogden, terms: [[1.5, 2], [-0.5, -2]]}", "a share (0 to 1)"},
-    {"OgdenExponent", kBox, kBottom, "{kind: fem-hyperelastic, law: ogden, terms: [[1, 0]]}",
+    {"OgdenUnstable", kBox, kBottom, "{kind: fem, law: ogden, terms: [[1.5, 2], [-0.5, -2]]}",
+     "a share (0 to 1)"},
+    {"OgdenExponent", kBox, kBottom, "{kind: fem, law: ogden, terms: [[1, 0]]}",
      "an exponent that is not zero"},
-    {"MooneyWithoutShare", kBox, kBottom, "{kind: fem-hyperelastic, law: mooney-rivlin}",
-     "model.second_share"},
+    {"MooneyWithoutShare", kBox, kBottom, "{kind: fem, law: mooney-rivlin}", "model.second_share"},
     {"DampingInWords", kBox, kBottom, "{kind: fem, damping: much}",
      "model.damping = much: accepted is none or {mass: 1.0 /s, stiffness: 0.01 s}"},
     {"NoStep", kBox, kBottom, "{kind: fem, step: 0 s}", "model.step = 0 s: accepted is a time"},
@@ -337,7 +337,7 @@ TEST(SolidSceneTest, RegionsAreRefusedWithWhatIsAccepted) {
   EXPECT_THAT(MistakesOf(WithRegions("[]")), HasSubstr("object.regions"));
   const std::string layer = "[{layer: {axis: z, from: 0 mm, to: 40 mm}, young_modulus: 1 kPa}]";
   EXPECT_THAT(MistakesOf(WithRegions(layer, "{kind: bem3d}")),
-              HasSubstr("use fem, fem-hyperelastic, fem-green or fem-zone"));
+              HasSubstr("use fem, fem-green or fem-zone"));
   std::string plate = SolidScene("{membrane: {radius: 9 mm, thickness: 0.1 mm}}", "", "{}");
   plate.insert(plate.find("model:"), "  regions: " + layer + "\n");
   EXPECT_THAT(MistakesOf(plate), HasSubstr("only a box or a mesh has regions"));

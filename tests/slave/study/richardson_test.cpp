@@ -87,16 +87,5 @@ TEST(RichardsonTest, OfEqualSizesTheLastAnswerCounts) {
   EXPECT_NEAR(found.limit.value, 1.0, 1e-9);
 }
 
-// f = 10 - h: two sizes tell the limit where the order is known, and no more than the change where
-// it is not.
-TEST(RichardsonTest, OfTwoSizesTheOrderMustBeKnown) {
-  const std::vector<MeshAnswer> two{{2, 8}, {1, 9}};
-  const Extrapolation known = Extrapolate(two, 1), unknown = Extrapolate(two);
-  EXPECT_NEAR(known.limit.value, 10, 1e-12);
-  EXPECT_NEAR(known.limit.bar, 1.0 / 3, 1e-12);
-  EXPECT_EQ(unknown.limit.value, 9);
-  EXPECT_EQ(unknown.limit.bar, 1);
-}
-
 }  // namespace
 }  // namespace palpate::study

@@ -127,10 +127,9 @@ TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
     if (c.family == "fem tet4 linear") own_sizes.insert(c.resolution);
     if (c.family == "fem tet4 corotational") residuals.insert(c.scene.model.fem.residual);
   }
-  EXPECT_THAT(families,
-              testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet4 corotational",
-                                   "fem tet4 linear", "fem-green", "fem-hyperelastic tet10",
-                                   "fem-hyperelastic tet4", "fem-zone"));
+  EXPECT_THAT(families, testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet10 neo-hookean",
+                                             "fem tet4 corotational", "fem tet4 linear",
+                                             "fem tet4 neo-hookean", "fem-green", "fem-zone"));
   EXPECT_THAT(residuals, testing::ElementsAre(1e-9, 1e-6, 1e-3));
   EXPECT_THAT(own_sizes, testing::Contains("6 x 6 x 6 cells"));
   EXPECT_GE(own_sizes.size(), 4U);
@@ -344,7 +343,7 @@ Scene HeldBox() {
 StudyRow AnsweredRow(const std::string& kind, const std::string& family, double size, double small,
                      double full) {
   StudyRow row;
-  row.kind = kind;
+  row.kind = row.model.kind = kind;
   row.family = family;
   row.element_size = size;
   row.linear = FindModelKind(kind)->linearity == Linearity::kAlways;
@@ -364,7 +363,8 @@ TEST(StudyTest, AModelThatBoundsItsErrorIsMeasuredAndMeasuresNone) {
     const double force = 1 + 10 * size;
     rows.push_back(AnsweredRow("fem-green", "fem-green", size, force, force * depths));
   }
-  rows.push_back(AnsweredRow("fem-hyperelastic", "fem-hyperelastic tet4", 0.004, 1, 1.2 * depths));
+  rows.push_back(AnsweredRow("fem", "fem tet4 neo-hookean", 0.004, 1, 1.2 * depths));
+  rows.back().model.fem.law = FemOptions::Law::kNeoHookean;
   const ReferenceFinder finder(scene, question);
   const Reference expected = finder.Find(rows).presses.at(0);
   EXPECT_NEAR(expected.full.value / depths, 1.2, 1e-2);
@@ -390,13 +390,13 @@ TEST(StudyTest, AStatedBoundIsThatOfThePressAtFullDepth) {
   scene.tool->width = 0.02;
   scene.operator_options.press_depth = 0.004;
   CandidateLimits limits{.residuals = false};
-  limits.families = {"fem-hyperelastic tet4", "fem-zone"};
+  limits.families = {"fem tet4 neo-hookean", "fem-zone"};
   const PressSpec question = AskedOf(scene);
   std::map<std::string, StudyRow> rows;
   for (const Candidate& c : CandidatesFor(scene, question, limits)) {
     if (c.own) rows[c.family] = Measure(c, question, RealWorkshop(), nullptr, 0);
   }
-  const StudyRow &zone = rows.at("fem-zone"), &full = rows.at("fem-hyperelastic tet4");
+  const StudyRow &zone = rows.at("fem-zone"), &full = rows.at("fem tet4 neo-hookean");
   ASSERT_EQ(zone.outcome, Outcome::kAnswered) << zone.reason;
   ASSERT_EQ(full.outcome, Outcome::kAnswered) << full.reason;
   const double force = zone.answers.at(0).full.value;

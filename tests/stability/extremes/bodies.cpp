@@ -43,8 +43,7 @@ const std::vector<Family>& Volumes() {
          m->fem.law = Fem::Law::kLinear;
        },
        1e-5},
-      {"fem-hyperelastic", "fem-hyperelastic",
-       [](ModelOptions* m) { m->fem.law = Fem::Law::kNeoHookean; }, 1e-5},
+      {"fem neo-hookean", "fem", [](ModelOptions* m) { m->fem.law = Fem::Law::kNeoHookean; }, 1e-5},
       {"fem-green", "fem-green", {}, 1e-5},
       {"fem-zone", "fem-zone", {}, 1e-5},
       // Constant triangles do not pass the patch test: order one in the edge's length.

@@ -55,7 +55,7 @@ struct Slab {
     scene.model.kind = kind;
     scene.model.range = 10;
     scene.model.fem.residual = 1e-9;
-    if (kind == "fem-hyperelastic") scene.model.fem.law = FemOptions::Law::kNeoHookean;
+    scene.model.fem.law = FemOptions::Law::kNeoHookean;
     return scene;
   }
 };
@@ -82,7 +82,7 @@ void CheckPresses(const Slab& slab, const ObjectMesh& mesh,
                   const std::vector<std::vector<Contact>>& presses, const std::string& axis,
                   const std::string& value) {
   const Family family{"fem-zone press", "fem-zone", {}, 1};
-  const auto full = MakeModel(slab.SceneOf("fem-hyperelastic"), mesh);
+  const auto full = MakeModel(slab.SceneOf("fem"), mesh);
   const auto ask = [&](DeformationModel& model, Validity* worst) {
     double error = 0;
     int valid = 0;

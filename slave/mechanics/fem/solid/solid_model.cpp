@@ -74,7 +74,7 @@ SolidModel::SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Param
 // Factors once where that is what an answer costs least, and measures it.
 void SolidModel::Describe(Progress* progress) {
   keeps_displacements_ = true;
-  info_.kind = IsHyperelastic(params_.options.law) ? "fem-hyperelastic" : "fem";
+  info_.kind = "fem";
   info_.dof = static_cast<std::size_t>(layout_.size());
   info_.elements = mesh_.element_count();
   info_.range = params_.linear() ? params_.range : 0;

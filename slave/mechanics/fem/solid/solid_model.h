@@ -1,4 +1,4 @@
-// `fem` and `fem-hyperelastic` for accuracy: quadrature-based tetrahedra with four or ten nodes,
+// `fem` for accuracy and large strains: quadrature-based tetrahedra with four or ten nodes,
 // constitutive models linear, corotational and stable neo-Hookean, with or without a pressure
 // unknown, static or dynamic. The parts are documented in elastic_body.h, material_law.h,
 // equilibrium.h.

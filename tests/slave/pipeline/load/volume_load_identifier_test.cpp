@@ -19,6 +19,9 @@ using Eigen::Vector3d;
 
 constexpr double kSide = 0.04, kModulus = 4000, kWidth = 0.012, kSigma = 2e-5;
 
+// In place of a kind: `fem` with this law.
+const std::string kNeoHookean = "neo-hookean";
+
 Scene CubeScene(const std::string& kind, int cells) {
   Scene scene;
   scene.name = "cube";
@@ -27,8 +30,8 @@ Scene CubeScene(const std::string& kind, int cells) {
   scene.object.material.poisson_ratio = 0.15;
   scene.object.fixed = {Fixed{FixedPlane{2, 0}}};
   scene.tool = Tool{.width = kWidth};
-  scene.model.kind = kind;
-  if (kind == "fem-hyperelastic") scene.model.fem.law = FemOptions::Law::kNeoHookean;
+  scene.model.kind = kind == kNeoHookean ? "fem" : kind;
+  if (kind == kNeoHookean) scene.model.fem.law = FemOptions::Law::kNeoHookean;
   scene.model.range = 0.2;
   return scene;
 }
@@ -107,7 +110,7 @@ TEST(VolumeLoadIdentifier, FindsALoadThatAnotherMeshCarries) {
 // small strains are off by percents. The full model's sigma is the scatter of the points alone; the
 // bound of the zone's error comes on top.
 TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma) {
-  PressedCube truth("fem-hyperelastic", 6);
+  PressedCube truth(kNeoHookean, 6);
   std::mt19937 random(3);
   const Vector3d p(0.02, 0.02, kSide), force(0, 0, -0.2);
   const auto points = truth.Press(p, force, &random);
@@ -127,7 +130,7 @@ TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma
   model->Respond({&contact, 1}, {&response, 1});
   const double bound =
       std::abs(load.force) * response.displacement_bound / response.displacement_O.norm();
-  const SurfaceLoad full = MakeLoadIdentifier(CubeScene("fem-hyperelastic", 6))->Fit(points);
+  const SurfaceLoad full = MakeLoadIdentifier(CubeScene(kNeoHookean, 6))->Fit(points);
   EXPECT_NEAR((load.p_O - full.p_O).norm(), 0, 2e-4);
   EXPECT_GT(bound, 0.5 * full.sigma_force) << "it counts";
   EXPECT_NEAR(load.sigma_force, std::hypot(full.sigma_force, bound), 0.1 * bound);
