@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <set>
 
 #include <Eigen/Geometry>
@@ -103,6 +104,20 @@ void AddSector(const Vector2d& a, const Vector2d& b, double r, Sector* share) {
 
 }  // namespace
 
+NodeTriangles::NodeTriangles(const SurfaceMesh& surface)
+    : first_(surface.nodes.size() + 1, 0), triangles_(3 * surface.triangles.size()) {
+  for (const auto& triangle : surface.triangles) {
+    for (const int node : triangle) ++first_[static_cast<std::size_t>(node) + 1];
+  }
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  std::vector<int> next(first_);
+  for (int t = 0; t < static_cast<int>(surface.triangles.size()); ++t) {
+    for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
+      triangles_[static_cast<std::size_t>(next[static_cast<std::size_t>(node)]++)] = t;
+    }
+  }
+}
+
 Vector3d Normal(const SurfaceMesh& surface, int triangle) {
   const Corners t = CornersOf(surface, triangle);
   const Vector3d n = (t.b - t.a).cross(t.c - t.a);
@@ -178,8 +193,21 @@ DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const V
   facing.normalize();
   DiscPatch patch;
   std::set<int> nodes;
-  for (int i = 0; i < count; ++i) {
-    if (Normal(surface, i).dot(facing) < kSameSide) continue;
+  const NodeTriangles around(surface);
+  std::vector<bool> is_reached(surface.triangles.size(), false);
+  std::vector<int> searched;
+  const auto reach_around = [&](int t) {
+    for (const int node : surface.triangles[static_cast<std::size_t>(t)]) {
+      for (const int i : around.Of(node)) {
+        if (is_reached[static_cast<std::size_t>(i)]) continue;
+        is_reached[static_cast<std::size_t>(i)] = true;
+        if (Normal(surface, i).dot(facing) >= kSameSide) searched.push_back(i);
+      }
+    }
+  };
+  reach_around(place.triangle);
+  for (std::size_t next = 0; next < searched.size(); ++next) {
+    const int i = searched[next];
     const DiscShare disc = DiscOnTriangle(surface, i, p_O, radius);
     patch.disc.area += disc.area;
     patch.disc.rim += disc.rim;
@@ -189,12 +217,16 @@ DiscPatch PatchAt(const SurfaceMesh& surface, const SurfacePlace& place, const V
       patch.triangles.push_back(i);
       patch.triangle_area += area;
     }
+    bool is_within = disc.area > 0;
     for (const int node : surface.triangles[static_cast<std::size_t>(i)]) {
       if ((surface.nodes[static_cast<std::size_t>(node)] - p_O).norm() > radius) continue;
+      is_within = true;
       nodes.insert(node);
       patch.node_area += area / 3;
     }
+    if (is_within) reach_around(i);
   }
+  std::ranges::sort(patch.triangles);
   if (patch.triangles.empty()) {
     patch.triangles.push_back(place.triangle);
     patch.triangle_area = Area(surface, place.triangle);

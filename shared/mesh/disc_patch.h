@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,6 +31,21 @@ Eigen::Vector3d Normal(const SurfaceMesh& surface, int triangle);
 double Area(const SurfaceMesh& surface, int triangle);
 Eigen::Vector3d Centroid(const SurfaceMesh& surface, int triangle);
 
+// The triangles around each node of a surface.
+class NodeTriangles {
+ public:
+  explicit NodeTriangles(const SurfaceMesh& surface);
+  [[nodiscard]] std::span<const int> Of(int node) const {
+    const auto i = static_cast<std::size_t>(node);
+    return std::span(triangles_)
+        .subspan(static_cast<std::size_t>(first_[i]),
+                 static_cast<std::size_t>(first_[i + 1] - first_[i]));
+  }
+
+ private:
+  std::vector<int> first_, triangles_;
+};
+
 // The part of a disc on a surface, without the part beyond its edges.
 struct DiscShare {
   double area = 0;                 // [m^2]
@@ -42,13 +58,14 @@ DiscShare DiscOnTriangle(const SurfaceMesh& surface, int triangle, const Eigen::
 
 // The patch of a disc of diameter `width` > 0 around `place` at `p_O`: triangles whose centroid,
 // nodes that lie within width / 2 of it (1e-9 relative slack) on triangles that face the same way
-// (within 60 degrees of the mean normal at the place), so that a thin object is touched on one side
-// only. If nothing is that near, `triangles` has the triangle at the point, `nodes` is empty and
-// the weights of the point apply. Indices are in rising order.
+// (within 60 degrees of the mean normal at the place) and are connected with the place through such
+// triangles that the disc meets: a thin object is touched on one side only, and nothing beyond a
+// gap or a step. If nothing is that near, `triangles` has the triangle at the point, `nodes` is
+// empty and the weights of the point apply. Indices are in rising order.
 struct DiscPatch {
   std::vector<int> triangles;  // carry a uniform load, a third of each per node
   std::vector<int> nodes;      // have the same displacement
-  // On all triangles that face the same way [m^2].
+  // On all these triangles [m^2].
   DiscShare disc;
   double node_area = 0;      // a third of each triangle per node of the patch
   double triangle_area = 0;  // area of the triangles of the patch

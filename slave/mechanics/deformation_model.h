@@ -55,9 +55,10 @@ struct ContactResponse {
   // model or the mesh does not resolve how the force is distributed over the contact.
   std::optional<Eigen::Vector3d> moment_O{};
   double moment_sigma = 0;  // one standard deviation of the moment, of the mesh alone [N m]
-  // Of a model that estimates its own error: what the error is expected to stay below, of the force
-  // [N], or of the displacement under a load [m]; the mesh's apart. 0: not estimated.
-  double force_bound = 0, displacement_bound = 0;
+  // Estimated error of the force [N], or of the displacement under a load [m], without the mesh's;
+  // 0: not estimated. Not a bound: of 471 contacts on six bodies the error of `fem-zone` was below
+  // it in 91 %, of single contacts in 86 %, of those flagged valid in 87 %.
+  double force_error = 0, displacement_error = 0;
   bool takes_width = false;  // of a disc as wide as the contact, though the mesh has none such
 };
 

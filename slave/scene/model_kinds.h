@@ -25,15 +25,15 @@ struct ModelKind {
   std::string_view name;  // as in model.kind
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
-  bool on_surface = false;      // of a volume: a closed surface is meshed, not filled
-  bool has_tets = false;        // accepts element, pressure
-  bool iterates = false;        // accepts law, tangent, residual, gravity, time
-  bool takes_friction = false;  // contact: bonded or frictionless; otherwise bonded alone
-  bool shapes_tools = false;    // computes contacts of the tool's shape itself: capsules, friction
-  bool bounds_error = false;    // bounds each answer's error: accepts deadline; no reference
-  bool has_cache = false;       // stores its Green's functions in a folder
-  bool takes_tension = false;   // of a membrane at rest; a flat one also modes
-  bool takes_regions = false;   // parts of the object with moduli of their own
+  bool on_surface = false;       // of a volume: a closed surface is meshed, not filled
+  bool has_tets = false;         // accepts element, pressure
+  bool iterates = false;         // accepts law, tangent, residual, gravity, time
+  bool takes_friction = false;   // contact: bonded or frictionless; otherwise bonded alone
+  bool shapes_tools = false;     // computes contacts of the tool's shape itself: capsules, friction
+  bool estimates_error = false;  // estimates each answer's error: accepts deadline; no reference
+  bool has_cache = false;        // stores its Green's functions in a folder
+  bool takes_tension = false;    // of a membrane at rest; a flat one also modes
+  bool takes_regions = false;    // parts of the object with moduli of their own
   bool takes_relaxation = false;  // moduli that fade in time; accepts step
 };
 
@@ -62,10 +62,9 @@ inline constexpr std::array kModelKinds{
               .has_tets = true,
               .takes_friction = true,
               .shapes_tools = true,
-              .bounds_error = true,
+              .estimates_error = true,
               .has_cache = true,
-              .takes_regions = true,
-              .takes_relaxation = true},
+              .takes_regions = true},
     ModelKind{.name = "bem3d", .on_surface = true, .takes_friction = true, .has_cache = true},
 };
 
@@ -90,7 +89,7 @@ constexpr std::string_view ReplacementOf(std::string_view former_kind) {
 // Whether large deflections or strains are part of the model's own formulation.
 inline bool IsLargeDeformation(const ModelOptions& model) {
   const ModelKind* kind = FindModelKind(model.kind);
-  if (kind == nullptr || kind->bounds_error) return false;
+  if (kind == nullptr || kind->estimates_error) return false;
   return kind->linearity == Linearity::kNever || (kind->iterates && IsHyperelastic(model.fem.law));
 }
 // Whether model.kind may be `kind` for such an object: one of its kinds, or `auto`.

@@ -182,7 +182,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
   if (is_auto || kind.object == ObjectClass::kOutline) ReadPlanar(model, &options);
   if (kind.iterates) {
     ReadFem(model, &options.fem);
-  } else if (kind.bounds_error) {
+  } else if (kind.estimates_error) {
     ReadZone(model, &options.fem);
   } else if (kind.has_tets) {
     ReadElement(model, &options.fem);
@@ -195,7 +195,7 @@ ModelOptions ReadModel(Section& scene, const SceneContext& context) {
     model.Refuse("prestress", "nothing with this kind: use plate-large for tension at rest");
   }
   if (!is_membrane) ReadContact(model, kind, &options);
-  if (kind.bounds_error) {
+  if (kind.estimates_error) {
     options.deadline = model.Number("deadline", Positive(Dimension::kTime), 0.0);
   } else if (model.Has("deadline")) {
     model.Refuse("deadline", "nothing with this kind: use fem-zone");

@@ -110,16 +110,22 @@ class Trial {
   }
 
   // Seconds of single updates: the tool goes deeper and back and, now and then, on to other
-  // elements, which is what the slowest percent shows. The same updates are repeated and the
-  // fastest of each counts, so that what else the machine does is not taken for the model's.
+  // elements, which is what the slowest percent shows. The same updates are repeated three times
+  // and the median of each counts, so that one delay by the machine is not taken for the model's.
   std::vector<double> Updates(const Press& press, double timing_s) {
-    constexpr int kPasses = 3;
-    std::vector<double> seconds = Pass(press, timing_s, kMostRepeats);
-    const bool slow = seconds.size() <= kFewestRepeats;
-    for (int pass = 1; pass < kPasses && !slow; ++pass) {
-      const std::vector<double> again = Pass(press, timing_s, seconds.size());
-      seconds.resize(again.size());
-      for (std::size_t i = 0; i < again.size(); ++i) seconds[i] = std::min(seconds[i], again[i]);
+    constexpr std::size_t kPasses = 3;
+    std::array<std::vector<double>, kPasses> passes{Pass(press, timing_s, kMostRepeats)};
+    if (passes[0].size() <= kFewestRepeats) return passes[0];
+    std::size_t count = passes[0].size();
+    for (std::size_t pass = 1; pass < kPasses; ++pass) {
+      passes[pass] = Pass(press, timing_s, count);
+      count = passes[pass].size();
+    }
+    std::vector<double> seconds(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<double, kPasses> same{passes[0][i], passes[1][i], passes[2][i]};
+      std::ranges::sort(same);
+      seconds[i] = same[1];
     }
     return seconds;
   }
@@ -181,12 +187,12 @@ class Trial {
     const ContactResponse response = Respond(Moved(press, press.p_O, width, depth));
     if (!IsForceKnown(response.validity)) return {};
     return {press.inward_O.dot(response.force_O), response.validity, response.doubt,
-            response.takes_width, BoundOf(response.force_bound, response.force_O.norm())};
+            response.takes_width, BoundOf(response.force_error, response.force_O.norm())};
   }
 
   // Of a model that bounds its error, by the size of what it bounds.
   [[nodiscard]] double BoundOf(double bound, double size) const {
-    return kind_ != nullptr && kind_->bounds_error ? bound / size : kUnknown;
+    return kind_ != nullptr && kind_->estimates_error ? bound / size : kUnknown;
   }
 
   // The load as contacts: where the model makes a region of its own around every contact, it
@@ -217,7 +223,7 @@ class Trial {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!IsForceKnown(responses[i].validity)) return {};
       displacement += points[i].share * press.inward_O.dot(responses[i].displacement_O);
-      bound += std::abs(points[i].share) * responses[i].displacement_bound;
+      bound += std::abs(points[i].share) * responses[i].displacement_error;
       validity = Worse(validity, responses[i].validity);
       if (doubt.empty()) doubt = responses[i].doubt;
     }
@@ -306,7 +312,7 @@ void Try(const Candidate& candidate, const PressSpec& question, const ModelFacto
     row->validity = Worse(row->validity, full.validity);
     row->beyond += full.validity == Validity::kValid ? 0 : 1;
     if (!full.doubt.empty()) row->reason = full.doubt;
-    if (!(row->stated_bound >= full.bound)) row->stated_bound = full.bound;
+    if (!(row->stated_error >= full.bound)) row->stated_error = full.bound;
     if (IsAnswer(row->answers.back().small)) continue;
     row->outcome = Outcome::kFailed;
     const std::string_view why = trial.model().failure();

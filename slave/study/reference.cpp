@@ -74,7 +74,7 @@ bool IsLinearAnswer(const StudyRow& row) {
 // What approximates another model is measured, and measures none.
 bool IsMeasured(const StudyRow& row) {
   const ModelKind* kind = FindModelKind(row.kind);
-  return kind != nullptr && kind->bounds_error;
+  return kind != nullptr && kind->estimates_error;
 }
 
 // What two opinions have to differ in to be two: the same elements under another law are not.

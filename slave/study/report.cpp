@@ -25,8 +25,9 @@ Json ToJson(const Estimate& e) {
 }
 
 Json ToJson(const Answer& answer) {
-  return {
-      {"value", answer.value}, {"validity", ToString(answer.validity)}, {"bound", answer.bound}};
+  return {{"value", answer.value},
+          {"validity", ToString(answer.validity)},
+          {"stated_error", answer.bound}};
 }
 
 Json ToJson(const PressSpec& question) {
@@ -68,7 +69,7 @@ Json ToJson(const StudyRow& row) {
             {"error_small", ToJson(row.error_small)},
             {"deviation", row.deviation},
             {"width_error", row.width_error},
-            {"stated_bound", row.stated_bound},
+            {"stated_error", row.stated_error},
             {"validity", ToString(row.validity)},
             {"update_s", {{"median", row.update_median_s}, {"p99", row.update_p99_s}}},
             {"precompute_s", row.precompute_s},
@@ -118,10 +119,10 @@ std::string Percent(const Estimate& error) {
 std::string BoundsInWords(const std::vector<StudyRow>& rows) {
   std::string lines;
   for (const StudyRow& row : rows) {
-    if (row.outcome != Outcome::kAnswered || !std::isfinite(row.stated_bound)) continue;
+    if (row.outcome != Outcome::kAnswered || !std::isfinite(row.stated_error)) continue;
     lines += "bound: " + row.name() +
              Formatted(": it states an error of at most %.2g %% against its own mesh\n",
-                       100 * row.stated_bound);
+                       100 * row.stated_error);
   }
   return lines;
 }
@@ -171,7 +172,7 @@ std::string ToCsv(const StudyResult& study) {
       "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,error_small_bar,"
       "deviation,width_error,validity,update_median_s,update_p99_s,precompute_s,memory_bytes,"
       "expected_s,on_front,"
-      "meets_tolerance,meets_rate,recommended,reason,stated_bound\n";
+      "meets_tolerance,meets_rate,recommended,reason,stated_error\n";
   for (const StudyRow& row : study.rows) {
     const auto number = [&](double value) {
       AppendNumber(&csv, value, kDigits);
@@ -193,7 +194,7 @@ std::string ToCsv(const StudyResult& study) {
     number(row.expected_s);
     flag(row.on_front), flag(row.meets_tolerance), flag(row.meets_rate), flag(row.recommended);
     csv += Cell(row.reason) + ",";
-    AppendNumber(&csv, row.stated_bound, kDigits);
+    AppendNumber(&csv, row.stated_error, kDigits);
     csv += "\n";
   }
   return csv;

@@ -56,7 +56,7 @@ StudyRow RowFrom(const Json& json) {
                            .width_slope = NumberFrom(answer.at("width_slope"))});
     row.beyond += row.answers.back().full.validity == Validity::kValid ? 0 : 1;
   }
-  row.stated_bound = NumberFrom(json.at("stated_bound"));
+  row.stated_error = NumberFrom(json.at("stated_error"));
   row.precompute_s = NumberFrom(json.at("precompute_s"));
   row.update_median_s = NumberFrom(json.at("update_s").at("median"));
   row.update_p99_s = NumberFrom(json.at("update_s").at("p99"));

@@ -77,7 +77,7 @@ struct StudyRow : Trait {
       kUnknown;  // what nine of ten of all places stay within, with 95 %: BeyondBound [-]
   // The largest bound that the model itself states at full depth, relative [-]; NaN: it states
   // none.
-  double stated_bound = kUnknown;
+  double stated_error = kUnknown;
   double deviation = kUnknown;            // the first of the three alone, at full depth [-]
   double width_error = kUnknown;          // the last of the three alone [-]
   Validity validity = Validity::kFailed;  // at full depth, the worst over the contacts

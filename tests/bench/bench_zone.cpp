@@ -175,9 +175,9 @@ void Press(Bodies& bodies, const std::vector<Contact>& contacts, Tally* tally) {
     const double error = (f - truth).norm();
     tally->error.push_back(error / truth.norm());
     tally->angle.push_back(std::atan2(f.cross(truth).norm(), f.dot(truth)));
-    tally->ratio.push_back(got[i].force_bound / error);
+    tally->ratio.push_back(got[i].force_error / error);
     tally->valid += got[i].validity == Validity::kValid ? 1 : 0;
-    tally->covered += error <= got[i].force_bound ? 1 : 0;
+    tally->covered += error <= got[i].force_error ? 1 : 0;
   }
 }
 

@@ -55,11 +55,11 @@ Solution PrintPress(const Scene& scene, DeformationModel& model) {
       PrintLine("contact",
                 "extrapolated: " + (row.reason.empty() ? std::string(kBeyondRange) : row.reason));
     }
-    if (std::isfinite(row.stated_bound)) {
-      PrintLine("bound", fmt::format("the error of this force is at most {:.2g} %, {:.3g} N, "
+    if (std::isfinite(row.stated_error)) {
+      PrintLine("error", fmt::format("the error of this force is estimated at {:.2g} %, {:.3g} N, "
                                      "against the nonlinear model of the same mesh",
-                                     100 * row.stated_bound,
-                                     row.stated_bound * row.answers.front().full.value));
+                                     100 * row.stated_error,
+                                     row.stated_error * row.answers.front().full.value));
     }
     PrintLine("update",
               fmt::format("{:.3g} us: {} the requested {:g} Hz", 1e6 * row.update_median_s,

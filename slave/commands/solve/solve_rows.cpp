@@ -141,13 +141,13 @@ void ReportFlags(const std::vector<SolveRow>& rows) {
 bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& rows, bool moments) {
   const bool in_time = !rows.empty() && rows.front().t.has_value();
   const auto bound_of = [](const ContactResponse& response) {
-    return std::max(response.force_bound, response.displacement_bound);  // one of both is zero
+    return std::max(response.force_error, response.displacement_error);  // one of both is zero
   };
   const bool bounds =
       std::ranges::any_of(rows, [&](const SolveRow& row) { return bound_of(row.response) > 0; });
   std::ofstream stream(file);
   stream << "case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity" << (in_time ? ",t" : "")
-         << (moments ? ",mx,my,mz" : "") << (bounds ? ",bound\n" : "\n");
+         << (moments ? ",mx,my,mz" : "") << (bounds ? ",error\n" : "\n");
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;

@@ -133,8 +133,7 @@ std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMes
                                      material.poisson_ratio, options, progress);
   const std::optional<double> width = ContactWidth(scene);
   if (!model.cache.empty() && width) zone->PrefetchSurface(*width, progress);
-  if (material.relaxation.empty()) return zone;
-  return std::make_unique<RelaxingModel>(std::move(zone), material.relaxation, model.fem.step);
+  return zone;
 }
 
 std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,

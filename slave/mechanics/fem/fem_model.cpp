@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 using fem::At;
 using fem::NodeVector;
 
-constexpr double kLocks = 0.49;       // Poisson's ratio beyond which tet4 answers are far too stiff
+constexpr double kLocks = 0.49;       // Poisson's ratio from which tet4 answers are far too stiff
 constexpr double kLinearRange = 0.1;  // of the larger side
 constexpr double kBalanced = 1e-6;    // of the loads' sizes
 constexpr double kAbsurd = 1e6;       // larger sides, or E times larger side squared
@@ -158,7 +158,7 @@ void FemModel::Describe(const SolidMesh& mesh) {
       body_.memory_bytes() + (stepper_ ? stepper_->memory_bytes() : equilibrium_->memory_bytes());
   info_.range = params_.range > 0 ? params_.range : Linear(params_.options) ? kLinearRange : 0;
   info_.step = stepper_ ? params_.options.step : 0;
-  if (params_.material.poisson_ratio > kLocks) {
+  if (params_.material.poisson_ratio >= kLocks) {
     remark_ = "linear tetrahedra lock at this Poisson ratio: the model is far too stiff";
   }
   info_.remark.reserve(kTextSize);

@@ -31,33 +31,22 @@ constexpr std::string_view kNoPlace =
 }  // namespace
 
 SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface, std::vector<char> held)
-    : surface_(std::move(surface)), diagonal_(Diagonal(surface_.nodes)), held_(std::move(held)) {
+    : surface_(std::move(surface)),
+      diagonal_(Diagonal(surface_.nodes)),
+      around_(surface_),
+      held_(std::move(held)) {
   const int triangles = static_cast<int>(surface_.triangles.size());
-  first_of_node_.assign(surface_.nodes.size() + 1, 0);
   for (int t = 0; t < triangles; ++t) {
     normals_.push_back(Normal(surface_, t));
     centroids_.push_back(Centroid(surface_, t));
     areas_.push_back(Area(surface_, t));
-    for (const int node : surface_.triangles[Index(t)]) ++first_of_node_[Index(node) + 1];
-  }
-  std::partial_sum(first_of_node_.begin(), first_of_node_.end(), first_of_node_.begin());
-  triangles_of_node_.resize(3 * surface_.triangles.size());
-  std::vector<int> next(first_of_node_);
-  for (int t = 0; t < triangles; ++t) {
-    for (const int node : surface_.triangles[Index(t)]) {
-      triangles_of_node_[Index(next[Index(node)]++)] = t;
-    }
   }
   seen_.assign(surface_.nodes.size(), 0);
   load_.assign(surface_.nodes.size(), 0);
+  reached_.assign(surface_.triangles.size(), 0);
+  searched_.reserve(surface_.triangles.size());
   patch_.nodes.reserve(surface_.nodes.size());
   patch_.triangles.reserve(surface_.triangles.size());
-}
-
-std::span<const int> SurfaceFootprints::TrianglesOf(int node) const {
-  const int first = first_of_node_[Index(node)];
-  return std::span(triangles_of_node_)
-      .subspan(Index(first), Index(first_of_node_[Index(node) + 1] - first));
 }
 
 std::optional<SurfacePlace> SurfaceFootprints::Find(const Contact& contact) const {
@@ -129,24 +118,40 @@ void SurfaceFootprints::FindPatch(const SurfacePlace& place, const Vector3d& p_O
   patch_.triangles.clear();
   patch_.disc = {};
   patch_.node_area = patch_.triangle_area = 0;
-  const int triangles = static_cast<int>(normals_.size());
-  for (int t = 0; t < triangles; ++t) {
-    if (normals_[Index(t)].dot(facing) < kSameSide) continue;
-    const DiscShare disc = DiscOnTriangle(surface_, t, p_O, radius);
-    patch_.disc.area += disc.area;
-    patch_.disc.rim += disc.rim;
-    patch_.disc.first += disc.first;
-    if ((centroids_[Index(t)] - p_O).norm() <= radius) AddTriangle(t);
+  searched_.clear();
+  const auto reach = [&](int t) {
+    if (std::exchange(reached_[Index(t)], patches_) == patches_) return;
+    if (normals_[Index(t)].dot(facing) >= kSameSide) searched_.push_back(t);
+  };
+  const auto reach_around = [&](int t) {
     for (const int node : surface_.triangles[Index(t)]) {
-      if ((surface_.nodes[Index(node)] - p_O).norm() > radius) continue;
-      patch_.node_area += areas_[Index(t)] / 3;
-      if (seen_[Index(node)] == patches_) continue;
-      seen_[Index(node)] = patches_;
-      patch_.nodes.push_back(node);
+      for (const int around : TrianglesOf(node)) reach(around);
     }
+  };
+  reach_around(place.triangle);
+  for (std::size_t next = 0; next < searched_.size(); ++next) {
+    const int t = searched_[next];
+    if (AddShare(t, p_O, radius)) reach_around(t);
   }
   std::ranges::sort(patch_.nodes);
+  std::ranges::sort(patch_.triangles);
   if (patch_.triangles.empty()) AddTriangle(place.triangle);
+}
+
+bool SurfaceFootprints::AddShare(int triangle, const Vector3d& p_O, double radius) {
+  const DiscShare disc = DiscOnTriangle(surface_, triangle, p_O, radius);
+  patch_.disc.area += disc.area;
+  patch_.disc.rim += disc.rim;
+  patch_.disc.first += disc.first;
+  if ((centroids_[Index(triangle)] - p_O).norm() <= radius) AddTriangle(triangle);
+  bool is_within = disc.area > 0;
+  for (const int node : surface_.triangles[Index(triangle)]) {
+    if ((surface_.nodes[Index(node)] - p_O).norm() > radius) continue;
+    is_within = true;
+    patch_.node_area += areas_[Index(triangle)] / 3;
+    if (std::exchange(seen_[Index(node)], patches_) != patches_) patch_.nodes.push_back(node);
+  }
+  return is_within;
 }
 
 void SurfaceFootprints::AddTriangle(int triangle) {

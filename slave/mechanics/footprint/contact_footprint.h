@@ -112,7 +112,11 @@ class SurfaceFootprints {
                                                        const Eigen::Vector3d& p_O) const;
   // Mean of the normals of the triangles there, unit; zero where they cancel.
   [[nodiscard]] Eigen::Vector3d NormalAt(const SurfacePlace& place) const;
-  void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);  // O(N)
+  // From the place over connected triangles that face the same way: a part of the surface beyond a
+  // gap or a step is not touched.
+  void FindPatch(const SurfacePlace& place, const Eigen::Vector3d& p_O, double width);
+  // Adds what of a triangle lies within `radius` of p_O; false: nothing.
+  bool AddShare(int triangle, const Eigen::Vector3d& p_O, double radius);
   // FindPatch, and whether the mesh follows it.
   void FindDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
   bool FindWiderDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
@@ -121,7 +125,7 @@ class SurfaceFootprints {
   // Along the ray from `p_O` into the body [m]; infinite: it meets nothing.
   [[nodiscard]] double ThicknessAt(const SurfacePlace& place, const Eigen::Vector3d& p_O) const;
   void AddTriangle(int triangle);
-  [[nodiscard]] std::span<const int> TrianglesOf(int node) const;
+  [[nodiscard]] std::span<const int> TrianglesOf(int node) const { return around_.Of(node); }
   void ShareAmongNodes(ContactFootprint* footprint);
   template <class PositionOf>
   void SetArms(const Contact& contact, const PositionOf& at, ContactFootprint* footprint) const;
@@ -130,9 +134,11 @@ class SurfaceFootprints {
   double diagonal_ = 0;  // [m]
   std::vector<Eigen::Vector3d> normals_, centroids_;
   std::vector<double> areas_;
-  std::vector<int> first_of_node_, triangles_of_node_;
+  NodeTriangles around_;
   DiscPatch patch_;
-  std::vector<int> seen_;  // per node: the last patch that it is in
+  std::vector<int> seen_;      // per node: the last patch that it is in
+  std::vector<int> reached_;   // per triangle: the last patch whose search came to it
+  std::vector<int> searched_;  // triangles of the present search
   int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls
   std::vector<char> held_;    // empty: nothing is widened

@@ -9,9 +9,10 @@
 //
 // too deep, p where its apex touched first, u how far it has moved since. Places with delta > 0 may
 // touch: they are moved by u_t - delta n (u_t: u across n), the others are free. What would be
-// pulled lets go, until all that touch are pushed (a linear complementarity problem whose stiffness
-// has no positive entry off its diagonal, so what lets go never comes back: Chandrasekaran,
-// Opsearch 7, 1970). Works on any DeformationModel that moves single places.
+// pulled lets go, until all that touch are pushed: a linear complementarity problem. Where the
+// stiffness has no positive entry off its diagonal, what lets go never comes back (Chandrasekaran,
+// Opsearch 7, 1970); a body that bends may press places against the tool again, so those that let
+// go are looked at once more. Works on any DeformationModel that moves single places.
 #pragma once
 
 #include <span>
@@ -52,11 +53,11 @@ class RoundIndenter {
   // `radius` of the tool [m], > 0. Throws std::invalid_argument: another radius, or no place.
   RoundIndenter(std::vector<TouchablePlace> places, double radius, ContactLaw law);
 
-  // Force of the tool on the object and its derivative by the apex's displacement while the same
-  // places are in contact. A tool out of contact has no force; its stiffness is that of the place
-  // nearest to the apex, which is also the only contact of a tool between places. The moment is
-  // about the displaced apex, and unknown with fewer than kFewest places. `model` is queried
-  // several times. `solution`: the places in contact, each with its force.
+  // Force of the tool on the object and its derivative by the apex's displacement at this depth,
+  // while the same places are in contact. A tool out of contact has no force; its stiffness is that
+  // of the place nearest to the apex, which is also the only contact of a tool between places. The
+  // moment is about the displaced apex, and unknown with fewer than kFewest places. `model` is
+  // queried several times. `solution`: the places in contact, each with its force.
   [[nodiscard]] ContactResponse Press(const ToolIndentation& press, DeformationModel* model,
                                       Solution* solution) noexcept;
 
@@ -64,17 +65,21 @@ class RoundIndenter {
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
   [[nodiscard]] bool LetGo(const Eigen::Vector3d& n, const Solution& solution) noexcept;
+  // Whether places that let go are inside the tool: they are in contact again.
+  [[nodiscard]] bool TakeBack(const Eigen::Vector3d& n, DeformationModel* model) noexcept;
   static void SetMoment(const ToolIndentation& press, const Solution& solution,
                         ContactResponse* whole);
-  [[nodiscard]] Eigen::Matrix3d Stiffness(const Eigen::Vector3d& n,
+  [[nodiscard]] Eigen::Matrix3d Stiffness(const ToolIndentation& press,
+                                          const Eigen::Vector3d& force_O,
                                           DeformationModel* model) noexcept;
 
   std::vector<TouchablePlace> places_;
   double radius_;
   ContactLaw law_;
   bool is_planar_ = false;
-  std::vector<Contact> contacts_;
-  std::vector<ContactResponse> responses_;  // to variations of the contacts for the stiffness
+  std::vector<Contact> contacts_, released_;
+  std::vector<Contact> varied_;  // queries beside that of the contacts, and their responses
+  std::vector<ContactResponse> responses_;
 };
 
 // Moment of a round tool's force on the object about `p_O`, with the displaced places [N m] (paper

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <string>
 
+#include "shared/link/priority_inheritance_mutex.h"
 #include "slave/mechanics/linear/mumps_instance.h"
 
 namespace palpate {
@@ -17,7 +19,9 @@ constexpr int kMostRelaxation = 1000;                        // of the estimated
 constexpr int kGivenOrder = 1, kMinimumFill = 2, kPord = 4;  // orders of elimination
 constexpr int kFewNodes = 1000;  // below, minimum fill is as good; PORD ends the process on cliques
 
-std::mutex the_library;
+// One instance of the library at a time. A thread in the background inherits the priority of the
+// sensing that waits for it.
+PriorityInheritanceMutex the_library;
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 // slave/precompute/distributed_factor.h.
 #pragma once
 
-#include <mutex>
 #include <vector>
 
 #include <Eigen/SparseCore>

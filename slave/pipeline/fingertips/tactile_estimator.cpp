@@ -301,7 +301,7 @@ void TactileEstimator::ReportMoment() noexcept {
   const double place_sigma = place.sigma > 0 ? place.sigma : tactile_.patch / 2;
   const double lever = std::max(arm.norm(), felt_.moment->norm() / force);
   // The model's own error, of which it knows the bound, changes the share.
-  const double bound = response->force_bound / modelled * share * response->moment_O->norm();
+  const double bound = response->force_error / modelled * share * response->moment_O->norm();
   felt_.moment_sigma = std::hypot(std::hypot(share * response->moment_sigma, bound),
                                   std::hypot(force * place_sigma, lever * felt_.sigma));
 }

@@ -53,7 +53,7 @@ class VolumeLoadIdentifier final : public LoadIdentifier {
         larger_side_(LargerSide(surface_.nodes)),
         width_(std::max(width, VolumeLimits::kLeastWidth * larger_side_)),
         linear_(IsLinear(scene)),
-        most_bound_(KindOf(scene).bounds_error ? scene.model.tolerance : 0),
+        most_bound_(KindOf(scene).estimates_error ? scene.model.tolerance : 0),
         search_(surface_,
                 VolumeLimits::kLinearLoad * scene.object.material.young_modulus * larger_side_ *
                     larger_side_,
@@ -191,7 +191,7 @@ void VolumeLoadIdentifier::CheckFit(const std::vector<SurfacePoint>& points_O,
   if (range > 0 && std::abs(load->depth) > range * larger_side_) {
     sample.beyond_range = "the deflection is beyond the model's range";
   } else if (most_bound_ > 0 && bound_ > most_bound_) {
-    sample.beyond_range = "the model's bound of its own error exceeds the tolerance";
+    sample.beyond_range = "the model's estimate of its own error exceeds the tolerance";
   } else if (doubt_ == kStiffInBending ||
              (most_bound_ > 0 && !doubt_.empty() && doubt_ != kCoarsePatch)) {
     sample.beyond_range = doubt_;
@@ -238,7 +238,7 @@ bool VolumeLoadIdentifier::Respond(const SurfaceLoad& load) noexcept {
   if (response.validity == Validity::kFailed) return false;
   doubt_ = response.doubt;
   const double moved = response.displacement_O.norm();
-  bound_ = moved > 0 ? response.displacement_bound / moved : 0;
+  bound_ = moved > 0 ? response.displacement_error / moved : 0;
   return true;
 }
 

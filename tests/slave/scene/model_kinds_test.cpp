@@ -38,7 +38,7 @@ TEST(ModelKinds, FactsFitTheObject) {
     EXPECT_EQ(is_volume, kind.on_surface || kind.has_tets) << kind.name;
     EXPECT_TRUE(kind.iterates || kind.linearity != Linearity::kByLaw) << kind.name;
     EXPECT_TRUE(kind.takes_friction || !kind.shapes_tools) << kind.name;
-    EXPECT_TRUE(kind.has_tets || !kind.bounds_error) << kind.name;
+    EXPECT_TRUE(kind.has_tets || !kind.estimates_error) << kind.name;
   }
 }
 

@@ -84,6 +84,12 @@ TEST(SolidSceneTest, TheFormerHyperelasticKindIsRefusedWithItsReplacement) {
   EXPECT_EQ(model.fem.law, FemOptions::Law::kNeoHookean);
 }
 
+// Relaxation superposes answers that do not depend on earlier ones; contacts with friction do.
+TEST(SolidSceneTest, RelaxationIsForGreensFunctionsAlone) {
+  EXPECT_FALSE(FindModelKind("fem-zone")->takes_relaxation);
+  EXPECT_TRUE(FindModelKind("fem-green")->takes_relaxation);
+}
+
 TEST(SolidSceneTest, LawsOfRubberAreReadAsOgdensTerms) {
   const Scene mooney =
       Load(SolidScene(kBox, kBottom, "{kind: fem, law: mooney-rivlin, second_share: 0.2}"));

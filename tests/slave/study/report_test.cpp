@@ -58,7 +58,7 @@ TEST(ReportTest, CsvHasItsDocumentedHeaderAndNumbersThatRoundTrip) {
             "family,kind,resolution,dof,residual,outcome,error,error_bar,error_small,"
             "error_small_bar,deviation,width_error,validity,update_median_s,update_p99_s,"
             "precompute_s,memory_bytes,expected_s,on_front,meets_tolerance,meets_rate,recommended,"
-            "reason,stated_bound");
+            "reason,stated_error");
   const std::size_t columns = Cells(line).size();
   for (const StudyRow& row : study.rows) {
     ASSERT_TRUE(std::getline(csv, line));

@@ -401,10 +401,10 @@ TEST(StudyTest, AStatedBoundIsThatOfThePressAtFullDepth) {
   ASSERT_EQ(full.outcome, Outcome::kAnswered) << full.reason;
   const double force = zone.answers.at(0).full.value;
   const double error = std::abs(full.answers.at(0).full.value - force);
-  EXPECT_LE(error, zone.stated_bound * force);
-  EXPECT_LT(zone.stated_bound, 0.05);
+  EXPECT_LE(error, zone.stated_error * force);
+  EXPECT_LT(zone.stated_error, 0.05);
   EXPECT_EQ(zone.validity, full.validity) << zone.reason;
-  EXPECT_TRUE(std::isnan(full.stated_bound));
+  EXPECT_TRUE(std::isnan(full.stated_error));
 }
 
 // Candidates press as the others do, with a flat disc; a scene of fem-zone has its own.

@@ -67,7 +67,7 @@ double ErrorByBound(const std::vector<ContactResponse>& got,
   for (std::size_t i = 0; i < got.size(); ++i) {
     const double error = (got[i].force_O - expected[i].force_O).norm();
     const double least = kRounding * expected[i].force_O.norm();
-    worst = std::max(worst, error / (got[i].force_bound + least));
+    worst = std::max(worst, error / (got[i].force_error + least));
   }
   return worst;
 }

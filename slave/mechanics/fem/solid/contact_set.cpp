@@ -44,12 +44,15 @@ bool SolidContacts::Find(const Contact& contact, ContactPlace* place) {
   here.p_O /= unit_;
   here.width /= unit_;
   if (contact.width > 0) return FindPatch(here, place);
-  const auto vicinity = FindPlace(mesh_.touch_surface, here.p_O);
-  if (vicinity && vicinity->node >= 0 && contact.element < 0) {
-    if (!used_[Index(vicinity->node)]) return Refuse("a contact's node belongs to no tetrahedron");
-    place->moved.push_back(vicinity->node);
-    place->weights.emplace_back(vicinity->node, 1);
-    return true;
+  if (contact.element < 0) {
+    const auto vicinity = FindPlace(mesh_.touch_surface, here.p_O);
+    if (vicinity && vicinity->node >= 0) {
+      if (!used_[Index(vicinity->node)])
+        return Refuse("a contact's node belongs to no tetrahedron");
+      place->moved.push_back(vicinity->node);
+      place->weights.emplace_back(vicinity->node, 1);
+      return true;
+    }
   }
   if (!footprints_.OnNodes(here, &footprint_).empty()) return false;
   Touch(footprint_.at, place);

@@ -265,7 +265,8 @@ void FemZoneModel::FollowTools(std::span<const Contact> contacts) {
   }
 }
 
-// In increments, each accepted, so that friction follows the way.
+// In increments, each accepted, so that friction follows the way. After the deadline the rest of
+// the way is one increment.
 bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
   double parts = 1;
   for (std::size_t i = 0; i < touches_.size(); ++i) {
@@ -284,7 +285,7 @@ bool FemZoneModel::MoveTools(std::span<const Contact> contacts) {
       prescribed_[i] = moved_[i];
     }
   };
-  for (int k = 1; k < static_cast<int>(parts); ++k) {
+  for (int k = 1; k < static_cast<int>(parts) && !IsLate(); ++k) {
     place(k / parts);
     set_->Begin(prescribed_);
     for (int step = 0; step < kFirstSteps; ++step) set_->Step(true);
@@ -329,7 +330,7 @@ bool FemZoneModel::TryRespond(std::span<const Contact> contacts,
 
 std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactResponse& response) const {
   if (inverted_) return "elements are inside out";
-  if (poisson_ratio_ < 0) return "the error is not bounded at a negative Poisson ratio";
+  if (poisson_ratio_ < 0) return "the error is not estimated at a negative Poisson ratio";
   if (poisson_ratio_ >= kLocks) return "linear tetrahedra lock at this Poisson ratio";
   const ToolContact* tool = ToolOf(static_cast<int>(contact));
   if (tool != nullptr) {
@@ -341,7 +342,7 @@ std::string_view FemZoneModel::DoubtOf(std::size_t contact, const ContactRespons
   }
   const bool loaded = set_->part(static_cast<int>(contact)).contact().loaded;
   const double size = loaded ? response.displacement_O.norm() : response.force_O.norm();
-  const double bound = loaded ? response.displacement_bound : response.force_bound;
+  const double bound = loaded ? response.displacement_error : response.force_error;
   if (!(bound <= options_.tolerance * size)) return kTooNonlinear;
   const Eigen::Array3d work = response.force_O.array() * response.displacement_O.array();
   const double whole = work.abs().sum();
@@ -363,11 +364,11 @@ void FemZoneModel::Fill(std::span<const Contact> contacts, std::span<ContactResp
     if (part.contact().loaded) {
       response.force_O = contacts[i].prescribed_O;
       response.displacement_O = unit_ * part.MeanDisplacement();
-      response.displacement_bound = unit_ * bound;
+      response.displacement_error = unit_ * bound;
     } else {
       response.displacement_O = contacts[i].prescribed_O;
       response.force_O = force_unit * part.Force();
-      response.force_bound = force_unit * bound;
+      response.force_error = force_unit * bound;
     }
     const ContactPlace& place = contacts_.places()[i];
     const auto force_at = [&](std::size_t k) -> Vector3d {

@@ -61,20 +61,24 @@ OutsideError::OutsideError(NearGreen& green, const SolidMesh& mesh, double nu,
   const FieldSamples& samples = own_.samples();
   work_ = held_ = load_ = VectorXd::Zero(samples.unknowns());
   load_f_ = VectorXf::Zero(samples.unknowns());
-  green.Gather(nodes, samples.nodes, &green_);
+  const auto require = [](bool known) {
+    if (!known) throw std::runtime_error("the displacements outside a zone are not known");
+  };
+  require(green.Gather(nodes, samples.nodes, &green_));
   dual_.setZero(u_.size(), 3);
   FindDual();
   const std::span<const int> all = nodes;
-  green.Gather(all.first(rim), own_.zone().nodes, &rim_);
+  require(green.Gather(all.first(rim), own_.zone().nodes, &rim_));
   rim_f_ = VectorXf::Zero(rim_.rows());
   zone_f_ = VectorXf::Zero(rim_.cols());
   Eigen::MatrixXf between;
-  green.Gather(samples.nodes, samples.nodes, &between);
+  require(green.Gather(samples.nodes, samples.nodes, &between));
   MatrixXd compliance = between.cast<double>();
   for (int i = 0; i < compliance.rows(); ++i) {  // held components
     if (compliance(i, i) == 0) compliance(i, i) = 1;
   }
   between_.compute(compliance);
+  require(between_.info() == Eigen::Success);
   for (std::size_t j = 0; j < parts.size(); ++j) {
     if (j == own || nodes.empty()) continue;
     others_.push_back({parts[j], Transfer(green, nodes, parts[j]->samples().nodes),

@@ -48,6 +48,28 @@ TEST(SurfaceFootprints, FindThePatchesThatPatchAtFinds) {
   }
 }
 
+// Two columns of 10 mm, the second 2 mm beside the first and 2 mm lower. The disc is wider than the
+// first: it touches all of that one's top, and nothing of the other.
+TEST(SurfaceFootprints, NothingBeyondAGapIsTouched) {
+  constexpr double kSide = 0.010, kGap = 0.002;
+  const SurfaceMesh column = SurfaceOf(MeshBox(Vector3d::Constant(kSide), {5, 5, 5}));
+  SurfaceMesh both = column;
+  const int count = static_cast<int>(column.nodes.size());
+  for (const Vector3d& p : column.nodes) both.nodes.push_back(p + Vector3d(kSide + kGap, 0, -kGap));
+  for (const auto& t : column.triangles) {
+    both.triangles.push_back({t[0] + count, t[1] + count, t[2] + count});
+  }
+  const Contact contact{.p_O = {kSide / 2, kSide / 2, kSide}, .width = 2.4 * kSide};
+  ContactFootprint found;
+  SurfaceFootprints footprints(both);
+  ASSERT_TRUE(footprints.OnNodes(contact, &found).empty());
+  EXPECT_EQ(found.places.size(), 36U);
+  EXPECT_NEAR(footprints.patch().disc.area, kSide * kSide, 1e-12);
+  const DiscPatch patch = PatchAt(both, found.at, contact.p_O, contact.width);
+  EXPECT_EQ(patch.nodes.size(), 36U);
+  EXPECT_NEAR(patch.triangle_area, kSide * kSide, 1e-12);
+}
+
 TEST(SurfaceFootprints, ANamedTriangleGivesThePlaceThatTheWalkGives) {
   const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
   SurfaceFootprints footprints(surface);

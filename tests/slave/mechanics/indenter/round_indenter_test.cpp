@@ -12,6 +12,7 @@
 
 #include "slave/mechanics/bem/bem2d_model.h"
 #include "slave/mechanics/bem3d/bem3d_model.h"
+#include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
 namespace palpate {
@@ -118,6 +119,38 @@ TEST_F(Block2d, TheStiffnessIsTheForcesSlope) {
     const ContactResponse deeper = tool.Press(At(depth + step), model, &solution);
     const double slope = -(deeper.force_O - here.force_O).y() / step;
     EXPECT_NEAR(here.stiffness_O(1, 1) / slope, 1, 0.03);
+  }
+}
+
+// Reference: the difference of two presses, 4 % of the depth apart, at a quarter of the cube's
+// height; the set that touches changes by a few nodes between them. The tangent at rest is 1.5
+// times that slope for rotating elements, and 0.7 times for a neo-Hookean cube.
+TEST(LargePressTest, TheStiffnessIsTheForcesSlopeAtItsDepth) {
+  constexpr double kSide = 0.04, kRadius = 0.015, kDepth = 0.010, kStep = 0.02 * kDepth;
+  for (const auto law : {FemOptions::Law::kCorotational, FemOptions::Law::kNeoHookean}) {
+    Scene scene;
+    scene.object.geometry = BoxGeometry{Vector3d::Constant(kSide), {8, 8, 8}};
+    scene.object.material.young_modulus = 4000;
+    scene.object.material.poisson_ratio = 0.3;
+    scene.object.fixed = {Fixed{FixedPlane{2, 0}}};
+    scene.model.kind = "fem";
+    scene.model.fem.law = law;
+    scene.model.contact = ContactLaw::kFrictionless;
+    const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+    const auto model = MakeModel(scene, mesh);
+    const SurfaceMesh surface = SurfaceOf(std::get<SolidMesh>(mesh));
+    RoundIndenter tool(TouchableNodes(surface), kRadius, ContactLaw::kFrictionless);
+    Solution solution;
+    const auto press = [&](double depth) {
+      return tool.Press({{kSide / 2, kSide / 2, kSide}, {0, 0, 1}, {0, 0, -depth}}, model.get(),
+                        &solution);
+    };
+    for (double depth = 0.002; depth < kDepth; depth += 0.002) press(depth);
+    const double below = press(kDepth - kStep).force_O.z();
+    const ContactResponse here = press(kDepth);
+    ASSERT_NE(here.validity, Validity::kFailed);
+    const double slope = -(press(kDepth + kStep).force_O.z() - below) / (2 * kStep);
+    EXPECT_NEAR(here.stiffness_O(2, 2) / slope, 1, 0.1);
   }
 }
 

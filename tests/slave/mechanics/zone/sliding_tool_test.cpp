@@ -152,7 +152,7 @@ TEST_P(Rubbing, HasNoStepBeyondItsBoundWhereZonesChange) {
     const std::array<ContactResponse, 2> now{Move(&zone, &contact, way),
                                              Move(&whole, &contact, way)};
     const auto slack = [&](const std::array<ContactResponse, 2>& pair) {
-      return pair[0].force_bound + pair[1].force_bound + kHistory * pair[1].force_O.norm();
+      return pair[0].force_error + pair[1].force_error + kHistory * pair[1].force_O.norm();
     };
     EXPECT_LE((now[0].force_O - now[1].force_O).norm(), slack(now)) << k;
     if (k > 0) {

@@ -106,7 +106,7 @@ TEST(TactileEstimatorTest, TheBoundOfTheModelsErrorEntersTheMomentsSigma) {
       std::hypot(share * response->moment_sigma, force * (place.sigma > 0 ? place.sigma : 0.006),
                  std::max(arm.norm(), felt.moment->norm() / force) * felt.sigma);
   const double bound =
-      share * response->moment_O->norm() * response->force_bound / response->force_O.norm();
+      share * response->moment_O->norm() * response->force_error / response->force_O.norm();
   EXPECT_GT(bound, 1e-4 * others);
   EXPECT_NEAR(felt.moment_sigma / std::hypot(others, bound), 1, 1e-10);
 }

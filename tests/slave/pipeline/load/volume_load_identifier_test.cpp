@@ -129,7 +129,7 @@ TEST(VolumeLoadIdentifier, AZonesForceIsThatOfTheFullModelAndItsBoundEntersSigma
   ContactResponse response;
   model->Respond({&contact, 1}, {&response, 1});
   const double bound =
-      std::abs(load.force) * response.displacement_bound / response.displacement_O.norm();
+      std::abs(load.force) * response.displacement_error / response.displacement_O.norm();
   const SurfaceLoad full = MakeLoadIdentifier(CubeScene(kNeoHookean, 6))->Fit(points);
   EXPECT_NEAR((load.p_O - full.p_O).norm(), 0, 2e-4);
   EXPECT_GT(bound, 0.5 * full.sigma_force) << "it counts";
