@@ -26,8 +26,8 @@ struct ModelKind {
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
   bool on_surface = false;       // of a volume: a closed surface is meshed, not filled
-  bool has_tets = false;         // accepts element, pressure
-  bool iterates = false;         // accepts law, tangent, residual, gravity, time
+  bool has_tets = false;         // accepts element
+  bool iterates = false;         // accepts law, residual, gravity, time
   bool takes_friction = false;   // contact: bonded or frictionless; otherwise bonded alone
   bool shapes_tools = false;     // computes contacts of the tool's shape itself: capsules, friction
   bool estimates_error = false;  // estimates each answer's error: accepts deadline; no reference

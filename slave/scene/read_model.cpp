@@ -48,23 +48,12 @@ void ReadMotion(Section& model, Fem* fem) {
   fem->time = model.OneOf<Fem::Time>(
       "time", {{"static", Fem::Time::kStatic}, {"dynamic", Fem::Time::kDynamic}});
   ReadStep(model, fem);
-  fem->integrator = model.OneOf<Fem::Integrator>(
-      "integrator", {{"implicit-euler", Fem::Integrator::kImplicitEuler},
-                     {"newmark", Fem::Integrator::kNewmark}});
-  fem->newton = model.Integer("newton", 0, 1000, fem->newton);
-  fem->mass = model.OneOf<Fem::Mass>(
-      "mass", {{"consistent", Fem::Mass::kConsistent}, {"lumped", Fem::Mass::kLumped}});
   ReadDamping(model, fem);
 }
 
 void ReadElement(Section& model, Fem* fem) {
   fem->element = model.OneOf<Fem::Element>(
       "element", {{"tet4", Fem::Element::kTet4}, {"tet10", Fem::Element::kTet10}});
-  fem->pressure =
-      model.OneOf<Fem::Pressure>("pressure", {{"auto", Fem::Pressure::kAuto},
-                                              {"displacement", Fem::Pressure::kDisplacement},
-                                              {"averaged", Fem::Pressure::kAveraged},
-                                              {"mixed", Fem::Pressure::kMixed}});
 }
 
 // Shares of the shear modulus at rest with their exponents. None is negative: such a law is stable
@@ -110,8 +99,6 @@ void ReadLaw(Section& model, Fem* fem) {
 void ReadFem(Section& model, Fem* fem) {
   ReadElement(model, fem);
   ReadLaw(model, fem);
-  fem->tangent = model.OneOf<Fem::Tangent>(
-      "tangent", {{"warped", Fem::Tangent::kWarped}, {"exact", Fem::Tangent::kExact}});
   ReadMotion(model, fem);
   fem->residual = model.Number("residual", Between(Dimension::kNumber, 1e-14, 0.1, "1e-14 to 0.1"),
                                fem->residual);

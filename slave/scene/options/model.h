@@ -27,7 +27,8 @@ struct OgdenTerm {
   double share = 1;     // share of the initial shear modulus
   double exponent = 2;  // not 0
 };
-// Options of `fem` and of the models derived from it (contracts, model options).
+// Options of `fem` and of the models derived from it (contracts, model options). No scene sets the
+// integrator, mass, tangent, pressure and newton.
 struct FemOptions {
   enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
   enum class Law : std::uint8_t {

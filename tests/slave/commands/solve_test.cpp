@@ -435,26 +435,6 @@ TEST_F(SolveTest, AHistoryGivesOneRowPerStepAndPlace) {
   EXPECT_LT(Number(outcome, 8, "dz"), Number(outcome, 2, "dz")) << "pressed on and on";
 }
 
-// Reference: inertia alone. In a first step much shorter than any period, u = a h^2 by implicit
-// Euler and u = (a_0 + a_1) h^2 / 4 by the average acceleration: half of it where the load acts
-// from the start, a quarter where it only comes with the step. Tolerance: (omega h)^2 < 1e-5.
-TEST_F(SolveTest, WhatActsAtTheStartCountsInNewmarksFirstStep) {
-  options_.scene = Write("cube.yaml", kCube);
-  for (const char* element : {"tet4", "tet10"}) {
-    const auto first_step = [&](const std::string& integrator, const std::string& at_start) {
-      options_.overrides = {"model.step=1 us", "model.residual=1e-12",
-                            std::string("model.element=") + element,
-                            "model.integrator=" + integrator};
-      options_.loads = Write("loads.csv", "case,x,y,z,fx,fy,fz,t\nA,0.03,0.03,0.06,0,0," +
-                                              at_start + ",0\nA,0.03,0.03,0.06,0,0,-0.01,1e-6\n");
-      return Number(Run(), 0, "dz");
-    };
-    const double euler = first_step("implicit-euler", "-0.01");
-    EXPECT_NEAR(first_step("newmark", "-0.01") / euler, 0.5, 1e-3) << element;
-    EXPECT_NEAR(first_step("newmark", "0") / euler, 0.25, 1e-3) << element;
-  }
-}
-
 TEST_F(SolveTest, AHistoryThatEndsBetweenStepsIsSaid) {
   options_.scene = Write("cube.yaml", kCube);
   options_.loads = Write("loads.csv",

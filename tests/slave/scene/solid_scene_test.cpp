@@ -56,23 +56,26 @@ TEST(SolidSceneTest, FemHasTheContractsDefaults) {
 TEST(SolidSceneTest, FemReadsWhatTheContractNames) {
   const Scene scene = Load(SolidScene(
       kBox, kBottom,
-      "{kind: fem, element: tet10, law: linear, time: dynamic, step: 5 ms, integrator: newmark, "
-      "newton: 3, mass: lumped, tangent: exact, damping: {mass: 1.0 /s, stiffness: 0.01 s}, "
-      "residual: 1e-9, gravity: [0, 0, -9.80665]}"));
+      "{kind: fem, element: tet10, law: linear, time: dynamic, step: 5 ms, damping: {mass: 1.0 /s, "
+      "stiffness: 0.01 s}, residual: 1e-9, gravity: [0, 0, -9.80665]}"));
   const FemOptions& fem = scene.model.fem;
   EXPECT_EQ(fem.element, FemOptions::Element::kTet10);
   EXPECT_EQ(fem.law, FemOptions::Law::kLinear);
   EXPECT_EQ(fem.time, FemOptions::Time::kDynamic);
   EXPECT_EQ(fem.step, 0.005);
-  EXPECT_EQ(fem.integrator, FemOptions::Integrator::kNewmark);
-  EXPECT_EQ(fem.newton, 3);
-  EXPECT_EQ(fem.mass, FemOptions::Mass::kLumped);
-  EXPECT_EQ(fem.tangent, FemOptions::Tangent::kExact);
   EXPECT_EQ(fem.damping_mass, 1.0);
   EXPECT_EQ(fem.damping_stiffness, 0.01);
   EXPECT_EQ(fem.residual, 1e-9);
   EXPECT_EQ(fem.gravity_O, Eigen::Vector3d(0, 0, -9.80665));
   EXPECT_EQ(scene.object.fixed.size(), 1U);
+}
+
+TEST(SolidSceneTest, WhatNoSceneSetsIsAnUnknownKey) {
+  for (const char* key : {"tangent", "integrator", "mass", "newton", "pressure"}) {
+    EXPECT_THAT(MistakesOf(SolidScene(kBox, kBottom, "{kind: fem, " + std::string(key) + ": 1}")),
+                HasSubstr(std::string("model.") + key))
+        << key;
+  }
 }
 
 TEST(SolidSceneTest, TheFormerHyperelasticKindIsRefusedWithItsReplacement) {
