@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the scripted clients of one language against a slave: one operates while the other watches;
+# Runs the scripted clients of one language against a slave: one operates, if the language has such a client, while the other watches;
 # or, with PALPATE_CLIENTS=feed, a driver feeds it tactile samples; with PALPATE_CLIENTS=devices one feeds
 # it pictures and another drives its arm for a second.
 #   run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]
@@ -39,12 +39,11 @@ case $language in
     drive=("$python" "$examples/drive_arm.py" --duration 1 --home 0,0,0)
     ;;
   node)
-    [[ -d ${NODE_PATH:-}/palpate/types ]] || skip "NODE_PATH has no palpate (build_javascript.sh)"
-    operate=(node "$examples/operate.js")
+    command -v npm >/dev/null || skip "no npm"
+    cp "$examples/package.json" "$scratch/"
+    npm install --prefix "$scratch" --no-audit --no-fund --ignore-scripts --silent >&2 || skip "npm could not install the packages"
+    export NODE_PATH=$scratch/node_modules
     watch=(node "$examples/watch.js")
-    feed=(node "$examples/feed_tactile.js")
-    pictures=(node "$examples/feed_pictures.js")
-    drive=(node "$examples/drive_arm.js")
     ;;
   *)
     echo "usage: run_clients.sh python|node SCRATCH_DIR SERVER [ARGUMENT ...]" >&2
@@ -71,6 +70,6 @@ fi
 "${watch[@]}" "$address" &
 watcher=$!
 result=0
-"${operate[@]}" "$address" || result=1
+[[ -z ${operate:-} ]] || "${operate[@]}" "$address" || result=1
 wait "$watcher" || result=1
 exit "$result"

@@ -1,6 +1,6 @@
 """Every example of deploy/examples against a real slave, and what the client libraries promise beyond them.
 
-  test_examples.py Python|JavaScript|Cpp    needs PALPATE_BIN; JavaScript NODE_PATH; Cpp PALPATE_TEST_OUTPUT, PALPATE_BUILD
+  test_examples.py Python|Cpp    needs PALPATE_BIN; Cpp PALPATE_TEST_OUTPUT, PALPATE_BUILD
 """
 import json
 import os
@@ -260,44 +260,6 @@ class Python(Examples):
         wrong = self.out / "wrong.py"
         wrong.write_text("import palpate\n\nwith palpate.connect('a') as slave:\n    slave.operate(5)\n")
         self.assertEqual(run(*check, wrong, env=paths).returncode, 1)
-
-
-class JavaScript(Examples):
-    @classmethod
-    def setUpClass(cls):
-        cls.modules = pathlib.Path(os.environ.get("NODE_PATH", "."))
-        if not (cls.modules / "palpate/types").is_dir():
-            skip("NODE_PATH has no palpate (build_javascript.sh)")
-        cls.environment = {"PATH": os.environ["PATH"], "NODE_PATH": str(cls.modules)}
-
-    def command(self, name):
-        return "node", EXAMPLES / f"{name}.js"
-
-    def test_operating(self):
-        self.check_operating()
-
-    def test_tls(self):
-        self.check_tls()
-
-    def test_feeding(self):
-        self.check_feeding(["640x480"])
-
-    def test_driving(self):
-        self.check_driving("1", HOME)
-
-    def test_types(self):
-        (self.out / "node_modules").symlink_to(self.modules)
-        tsc = self.modules / "palpate/node_modules/typescript/bin/tsc"
-        options = ["--noEmit", "--strict", "--target", "es2022", "--module", "node16", "--moduleResolution", "node16",
-                   "--types", "node", "--typeRoots", self.modules / "palpate/node_modules/@types"]
-        right = ("import * as palpate from 'palpate';\nasync function main() {\n  const slave = palpate.connect('a', {tls: 'b'});\n"
-                 "  for await (const state of slave.states({rate: 10})) {\n    const force: [number, number, number] = state.force;\n"
-                 "    console.log(force, state.message.phase === 'PHASE_READY', (await slave.status()).alarms.length);\n  }\n"
-                 "  const tool = await slave.operate('name');\n  await tool.moveTo([0, 0, 0], 0.01);\n}\nmain();\n")
-        for name, text, code in (("right", right, 0), ("wrong", right.replace("[0, 0, 0], 0.01", "'down'"), 2)):
-            (self.out / f"{name}.ts").write_text(text)
-            done = run("node", tsc, *options, self.out / f"{name}.ts", env=self.environment, cwd=self.out)
-            self.assertEqual(done.returncode, code, done.stdout)
 
 
 class Cpp(Examples):
