@@ -15,7 +15,6 @@
 #include "palpate/v1/teleoperation.grpc.pb.h"
 
 #include "master/commands/arguments.h"
-#include "master/commands/axes_command.h"
 #include "master/commands/devices_command.h"
 #include "master/commands/operate.h"
 #include "master/link/channel.h"
@@ -104,10 +103,6 @@ int Main(int argc, char** argv) {
       return RunDoctor(doctor.options);
     }
     if (app.got_subcommand("devices")) return ListDevices();
-    if (app.got_subcommand("axes")) {
-      CatchSignals();
-      return FindAxes(a.device, [] { return g_stop.load(); });
-    }
     if (app.got_subcommand("replay") || app.got_subcommand("export")) return ReadRecording(app, a);
     if (app.got_subcommand("evict")) return Evict(a);
     if (app.got_subcommand("watch")) {

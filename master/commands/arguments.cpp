@@ -7,7 +7,6 @@
 #include "master/device/device.h"
 #include "master/recording/replay.h"
 #include "master/station/live_station.h"
-#include "master/trials/trial_plan.h"
 #include "master/view/shape_watch.h"
 #include "shared/program/command_line.h"
 #include "shared/program/program.h"
@@ -107,8 +106,7 @@ void DeclareWatch(CLI::App* app, WatchOptions* options) {
 
 void DeclareMotion(CLI::App* connect, Arguments* a) {
   Add(connect, "--axes", &a->axes, "AXES",
-      "The device's axes for right, up and towards the operator, for example --axes=-z,y,x; `axes` "
-      "finds them")
+      "The device's axes for right, up and towards the operator, for example --axes=-z,y,x")
       ->capture_default_str();
   Add(connect, "--clutch-button", &a->clutch_button, "N",
       "Button of the device that opens the clutch while it is held; 0: none")
@@ -132,13 +130,6 @@ void DeclareDevices(CLI::App* app) {
   app->add_subcommand(
          "devices", "List haptic devices: what was searched and found, what is missing, what to do")
       ->footer("Example:\n  palpate-master devices");
-}
-
-void DeclareAxes(CLI::App* app, Arguments* a) {
-  CLI::App* axes = app->add_subcommand(
-      "axes", "Find the axes of a device by moving it to the right, up and forward");
-  axes->footer("Example:\n  palpate-master axes --device haply");
-  Add(axes, "--device", &a->device, "DEVICE", "Haptic device, as for connect")->required();
 }
 
 void DeclareRecordings(CLI::App* app, Arguments* a) {
@@ -177,14 +168,12 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "Examples:\n"
       "  palpate-master connect localhost:50051\n"
       "  palpate-master connect localhost:50051 --duration 20 --report report.json --log log.csv\n"
-      "  palpate-master connect localhost:50051 --shape pinch.svg\n"
+      "  palpate-master connect localhost:50051 --shape pinch.vtu\n"
       "  palpate-master doctor localhost:50051\n"
       "  palpate-master evict localhost:50051 --reason maintenance\n"
       "  palpate-master watch nats://127.0.0.1:4222\n"
       "  palpate-master connect localhost:50051 --device pointer --view\n"
       "  palpate-master devices\n"
-      "  palpate-master axes --device haply\n"
-      "  palpate-master connect localhost:50051 --tui\n"
       "  palpate-master connect localhost:50051 --record session.mcap\n"
       "  palpate-master replay session.mcap --speed 0.5 --from 3\n"
       "  palpate-master replay session.mcap --view\n"
@@ -198,7 +187,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
   Add(connect, "target", &a->link.target, "HOST:PORT", "Address of the slave")->required();
   Add(connect, "--device", &a->device, "DEVICE",
       "sim-hand, playback:FILE.csv (time_s,x,y,z), pointer (mouse, keys or gamepad on the page of "
-      "--view), or touch, dhd, haply, spacemouse, gamepad or keyboard[:option]; see devices")
+      "--view), or touch, dhd, haply, spacemouse or gamepad[:option]; see devices")
       ->capture_default_str();
   connect
       ->add_option("--render", a->render,
@@ -217,12 +206,6 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       ->check(Between(1e-6, 100, "N/ms"))
       ->capture_default_str();
   DeclareMotion(connect, a);
-  Add(connect, "--trials", &a->trials, "FILE.csv",
-      "Run the conditions of this table in random order: label, seconds, and if wanted repeats, "
-      "render, keys of the scene; ticks carry the labels");
-  Add(connect, "--trials-seed", &a->trials_seed, "N",
-      "Seed of the order; the same seed gives the same order")
-      ->capture_default_str();
   Add(connect, "--report", &a->report, "FILE", "Write a summary of the run as JSON");
   Add(connect, "--log", &a->log, "FILE", "Write every tick as CSV");
   Add(connect, "--record", &a->record, "FILE.mcap",
@@ -235,7 +218,7 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
       "Start a new file (FILE-0001.mcap, FILE-0002.mcap) after this many seconds; replay "
       "and export of FILE.mcap read all of them")
       ->check(Between(1, 1e6));
-  Add(connect, "--shape", &a->shapes, "FILE.svg|FILE.vtu",
+  Add(connect, "--shape", &a->shapes, "FILE.vtu",
       "Write the deformed object and the fingertip forces once a second, and FILE-deepest "
       "(largest deflection) at the end; repeatable")
       ->allow_extra_args(false);
@@ -252,14 +235,10 @@ void Declare(CLI::App* app, Arguments* a, DoctorArguments* doctor) {
           "Serve the operator's page, by default at 127.0.0.1 on a free port; beyond "
           "this machine it requires --tls and prints a token")
           ->expected(0, 1);
-  connect->add_flag("--tui", a->terminal,
-                    "Show state, force, link, alarms and keys in the terminal instead of one line");
   connect->callback([a, view] { a->views = view->count() > 0; });
   Add(connect, "--name", &a->link.operator_name, "NAME",
-      "Name of the operator, which the slave shows to other clients; default: user, machine and "
-      "process");
+      "Name of the operator, which the slave shows to other clients; default: user and machine");
   DeclareDevices(app);
-  DeclareAxes(app, a);
   DeclareEvict(app, a);
   DeclareRecordings(app, a);
   DeclareWatch(app, &a->watch);
@@ -288,9 +267,6 @@ void RequireTimely(const std::filesystem::path& certificates) {
 // Checks everything that can fail before anything moves.
 void CheckBeforehand(const Arguments& a) {
   MotionOf(a);
-  if (!a.trials.empty()) ReadTrials(a.trials, a.trials_seed);
-  RequireOtherThan("--log", a.log, std::array{a.trials});
-  RequireOtherThan("--report", a.report, std::array{a.trials});
   RequireTimely(a.link.tls);
   const std::array inputs{PlaybackFile(a.device)};
   RequireOtherThan("--report", a.report, inputs);
@@ -303,10 +279,6 @@ void CheckBeforehand(const Arguments& a) {
   if (a.views) ViewPlace(a.view, a.link.tls);
   if (IsPointer(a) && !a.views) {
     throw std::invalid_argument("--device pointer: accepted is with --view, which serves its page");
-  }
-  if (ReadsTerminal(a) && a.terminal) {
-    throw std::invalid_argument(
-        "--device keyboard: accepted is without --tui, which reads the keys");
   }
   RequireWritable(a.report);
   RequireWritable(a.log);

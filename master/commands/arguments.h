@@ -28,15 +28,13 @@ struct Arguments {
   std::vector<std::string> fixtures;
   double contact_speed = 0;  // [mm/s]; 0: no limit
   int clutch_button = 2;     // from 1; 0: none
-  std::filesystem::path trials;
-  std::uint64_t trials_seed = 1;
   std::filesystem::path report, log, record;
   std::string record_limit = "8 GB";
   double record_part = 0;  // [s]; 0: one file
   std::string reason;      // of evict
   std::string metrics;     // HOST:PORT of the metrics page; empty: none
   std::vector<std::filesystem::path> shapes;
-  bool views = false, replay_views = false, terminal = false;
+  bool views = false, replay_views = false;
   std::string view;  // HOST:PORT; empty: a free loopback port
   ReplayOptions replay;
   SessionExportOptions exported;
@@ -57,11 +55,6 @@ MotionOptions MotionOf(const Arguments& a);
 // Whether `--device pointer` is chosen.
 inline bool IsPointer(const Arguments& a) {
   return a.device == "pointer";
-}
-
-// Whether the device reads the keys of the terminal.
-inline bool ReadsTerminal(const Arguments& a) {
-  return a.device == "keyboard" || a.device.starts_with("keyboard:");
 }
 
 // Whether the device can be made only when the scene is known.

@@ -21,7 +21,6 @@
 #include "master/session/session.h"
 #include "master/station/live_station.h"
 #include "master/station/task_queue.h"
-#include "master/trials/trial_runner.h"
 #include "master/view/console.h"
 #include "master/view/shape_watch.h"
 #include "shared/link/loopback.h"
@@ -127,11 +126,11 @@ SlaveLink::Options LineToExamine(const SlaveLink::Options& line) {
   return watched;
 }
 
-// Null: neither --view nor --tui.
+// Null: no --view.
 std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& scene,
                                          SlaveLink* link, Device* device,
                                          OperatorRequests* requests, ConnectRecorder* recorder) {
-  if (!a.views && !a.terminal) return nullptr;
+  if (!a.views) return nullptr;
   StationHello hello;
   hello.scene = scene;
   hello.target = a.link.target;
@@ -154,10 +153,8 @@ std::unique_ptr<LiveStation> OpenStation(const Arguments& a, const RemoteScene& 
     controls.record = [recorder](bool on) { recorder->Switch(on); };
     controls.recording = [recorder] { return recorder->moment(); };
   }
-  controls.quit = [] { g_stop = true; };
-  LiveStation::Options options{{},       a.link,    hello, dynamic_cast<Pointer*>(device),
-                               requests, a.terminal};
-  if (a.views) options.at = ViewPlace(a.view, a.link.tls);
+  LiveStation::Options options{ViewPlace(a.view, a.link.tls), a.link, hello,
+                               dynamic_cast<Pointer*>(device), requests};
   return std::make_unique<LiveStation>(std::move(options), std::move(controls));
 }
 
@@ -172,10 +169,6 @@ McapMap NoteOf(const Arguments& a, const RemoteScene& scene, const Device& devic
                {"slew_limit_N_per_ms", Formatted("%.9g", a.slew_limit)},
                {"position_scale", Formatted("%.9g", scene.transform.position_scale)},
                {"force_scale", Formatted("%.9g", scene.transform.force_scale)}};
-  if (!a.trials.empty()) {
-    note["trials"] = a.trials.string();
-    note["trials_seed"] = std::to_string(a.trials_seed);
-  }
   return note;
 }
 
@@ -212,7 +205,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   SlaveLink::Options told = a.link;
   told.longest_round_trip = line->link.longest_round_trip();
   std::optional<PatchWatch> patch;
-  if (options.loop.render == RenderMode::kLocal || a.views || a.terminal) {
+  if (options.loop.render == RenderMode::kLocal || a.views) {
     patch.emplace(told, &line->patches);
     options.patches = &line->patches;
     options.patch_stats = [&patch] { return patch->stats(); };
@@ -220,14 +213,6 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   options.emergency = {[] { return g_emergency.exchange(false); },
                        [line] { return line->link.EmergencyStop("by the operator's station"); },
                        [line] { line->link.GiveUpStop(); }};
-  std::optional<TrialRunner> trials;
-  if (!a.trials.empty()) {
-    options.has_trials = true;
-    trials.emplace(
-        ReadTrials(a.trials, a.trials_seed), &requests,
-        TrialRunner::Slave{[line](const SlaveLink::Mapping& m) { return line->link.SetMapping(m); },
-                           [line](const std::string& kind) { return line->link.SetModel(kind); }});
-  }
   options.duration = a.duration;
   options.log = a.log;
   options.sensor_rate = scene.sensor_rate;
@@ -237,7 +222,7 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   }
   auto station = OpenStation(a, scene, &line->link, device.get(), &requests, recorder);
   options.notify = [&](const std::string& notice) {
-    if (!a.terminal) console.Print(notice);
+    console.Print(notice);
     if (station) station->Notify(notice);
   };
   options.see_tick = [&console, &device,
@@ -250,23 +235,14 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
                                        std::string(NextStepOf(tick.device.fault))));
   };
   if (station) {
-    if (a.views) console.Print("view at " + station->address());
-    options.see_tick = [&station, &a, print = options.see_tick](const TickRecord& tick) {
-      if (!a.terminal) print(tick);
+    console.Print("view at " + station->address());
+    options.see_tick = [&station, print = options.see_tick](const TickRecord& tick) {
+      print(tick);
       station->OnTick(tick);
     };
   }
-  if (trials) {
-    options.see_tick = [&trials, &options, see = options.see_tick](const TickRecord& tick) {
-      see(tick);
-      trials->See(tick);
-      for (const std::string& notice : trials->TakeNotices()) options.notify(notice);
-    };
-  }
   std::optional<Keys> keys;
-  if (!a.terminal && !ReadsTerminal(a)) {
-    keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
-  }
+  keys.emplace([] { g_emergency = true; }, [] { g_reset = true; });
   ShapeWatch shape(told, scene, a.shapes, console.live());
   if (recorder) recorder->AddOnlooker(&options.see_tick);
   // A reset may take seconds on a slow line, while this thread must go on reading the ticks.
@@ -275,16 +251,16 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   TaskQueue calls;
   Report report = RunSession(
       options, *device, &line->states, &line->commands, [line] { return line->link.stats(); },
-      [&] { return g_stop.load() || line->link.denied() || (trials && trials->is_over()); },
+      [&] { return g_stop.load() || line->link.denied(); },
       [&](const Status& status) {
         if (g_reset.exchange(false)) {
           calls.Submit([&](const std::stop_token&) { was_reset = line->link.Reset(); });
         }
-        if (const int done = was_reset.exchange(kNoAnswer); done != kNoAnswer && !a.terminal) {
+        if (const int done = was_reset.exchange(kNoAnswer); done != kNoAnswer) {
           console.Print(done != 0 ? "the emergency stop was reset"
                                   : "the slave did not reset the stop: try again");
         }
-        if (!a.terminal) console.Show(status, shape.newest().get());
+        console.Show(status, shape.newest().get());
         if (station) station->Update(status);
         shape.Update(status);
         health->seen.Update(status);
@@ -297,12 +273,6 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
   const bool shapes_written = shape.Finish(&report);
   const bool recorded = !recorder || recorder->Finish(&console, &report);
 
-  const std::string failure = trials ? trials->failure() : std::string();
-  if (trials) {
-    for (const Trial& trial : trials->trials()) report.trials.push_back(trial.condition.label);
-    report.trials_seed = a.trials_seed;
-  }
-  if (!failure.empty()) report.trouble.push_back(failure);
   report.scene = scene.name;
   report.model = scene.model;
   console.Print(FormatSummary(report));
@@ -312,10 +282,8 @@ int Operate(const Arguments& a, Line* line, std::unique_ptr<Device> device,
     const std::string& why = report.link.trouble;
     console.Print("failed: the slave never sent a state" + (why.empty() ? why : ": " + why));
   }
-  if (!failure.empty()) console.Print("failed: " + failure);
-  return report.log_failed || never_served || !failure.empty() || !shapes_written || !recorded
-             ? EXIT_FAILURE
-             : EXIT_SUCCESS;
+  return report.log_failed || never_served || !shapes_written || !recorded ? EXIT_FAILURE
+                                                                           : EXIT_SUCCESS;
 }
 
 void CatchSignals() {

@@ -173,9 +173,7 @@ void HapticLoop::TakeRequests() noexcept {
   const OperatorRequests& requests = *slots_.requests;
   options_.force_limit = std::min(options_.force_limit, requests.force_limit.load());
   record_.marks = requests.marks;
-  // In this order: the label changes only while the clutch is open.
-  if (const TrialLabel* trial = requests.trial) record_.trial = *trial;
-  record_.clutched = requests.clutched || requests.between_trials;
+  record_.clutched = requests.clutched;
   if (!machine_.commands_engaged()) renderer_.set_mode(requests.render);
   tare_.Request(requests.tares.load());
 }

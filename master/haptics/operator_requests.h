@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "master/haptics/render_mode.h"
-#include "master/haptics/trial_label.h"
 
 namespace palpate {
 
@@ -19,9 +18,7 @@ struct OperatorRequests {
   // Disengages regardless of the device's switch. When it ends, a closed switch begins a new
   // engagement.
   std::atomic<bool> clutched{false};
-  std::atomic<bool> between_trials{false};        // does the same
-  std::atomic<const TrialLabel*> trial{nullptr};  // outlives the session; null: no trials
-  std::atomic<RenderMode> render;                 // becomes active while disengaged
+  std::atomic<RenderMode> render;  // becomes active while disengaged
   // Acts at once, and only if it is below the present limit [N], > 0.
   std::atomic<double> force_limit{std::numeric_limits<double>::infinity()};
   static_assert(std::atomic<double>::is_always_lock_free);

@@ -11,7 +11,6 @@
 #include "master/haptics/operator_machine.h"
 #include "master/haptics/render_mode.h"
 #include "master/haptics/tare.h"
-#include "master/haptics/trial_label.h"
 #include "shared/state/clock.h"
 #include "shared/state/slave_state.h"
 
@@ -42,7 +41,6 @@ struct TickRecord {
   std::uint32_t marks = 0;         // events that the operator marked so far
   RenderMode render = RenderMode::kLocal;
   bool clutched = false;  // the clutch is open
-  TrialLabel trial;
   TareState tare_state = TareState::kNone;
   Eigen::Vector3d tare{0, 0, 0};  // tare subtracted from the slave's force, S [N]
   // Sample time and sending time of the newest state, slave's clock.

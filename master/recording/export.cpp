@@ -179,10 +179,10 @@ class MeshFiles {
 
 class SessionExport {
  public:
-  SessionExport(Time begin, const std::filesystem::path& out, bool has_trials)
+  SessionExport(Time begin, const std::filesystem::path& out)
       : begin_(begin),
         out_(Made(out)),
-        log_(out_ / "log.csv", has_trials),
+        log_(out_ / "log.csv"),
         states_(out_ / "states.csv"),
         arrays_(Made(out_ / "numpy")),
         picture_t_(NpyFile::Of<double>(out_ / "numpy" / "picture_t.npy", 1)),
@@ -252,7 +252,7 @@ class SessionExport {
 ExportCounts ExportSession(const std::filesystem::path& file, const std::filesystem::path& out,
                            const std::stop_token& stop) {
   const Replay replay(file);
-  SessionExport session(replay.span().first, out, replay.span().session.contains("trials"));
+  SessionExport session(replay.span().first, out);
   replay.Play(0, 0, session.Feed(), stop);
   ExportCounts counts = session.Finish();
   counts.damage = replay.span().damage;

@@ -174,8 +174,6 @@ void ToProto(const TickRecord& record, v1::ForceTick* message) {
   message->set_marks(record.marks);
   if (std::isfinite(record.energy)) message->set_energy(static_cast<float>(record.energy));
   if (!record.tare.isZero(0)) ToProto(record.tare, message->mutable_tare());
-  message->set_trial(record.trial.number);
-  message->set_trial_label(std::string(record.trial.view()));
   if (!record.torque.isZero(0)) ToProto(record.torque, message->mutable_torque());
   if (!record.has_truth) return;
   ToProto(record.truth, message->mutable_true_force());
@@ -212,7 +210,6 @@ TickRecord FromProto(const v1::ForceTick& message, Time at) {
   record.energy = message.has_energy() ? message.energy() : std::nan("");
   record.tare = FiniteOrZero(message.tare());
   record.torque = FiniteOrZero(message.torque());
-  record.trial = MakeTrialLabel(message.trial(), message.trial_label());
   record.has_truth = message.has_true_force() && message.has_true_at();
   if (!record.has_truth) return record;
   std::string reason;

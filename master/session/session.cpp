@@ -213,9 +213,6 @@ std::string ToJson(const Report& report) {
   json["model"] = report.model;
   json["device"] = report.device;
   json["realtime"] = report.realtime;
-  if (!report.trials.empty()) {
-    json["trials"] = {{"seed", report.trials_seed}, {"order", report.trials}};
-  }
   json["trouble"] = report.trouble;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -243,14 +240,11 @@ Report RunSession(const SessionOptions& options, Device& device, LatestValue<Rec
                   {states, commands, &ring, options.settings, options.patches, options.requests});
 
   StiffnessNotice stiffness(rate, loop.motion().contact_stiffness());
-  Recorder recorder(
-      &ring, options.log,
-      [&](const TickRecord& tick) {
-        const std::string notice = stiffness.Check(tick);
-        if (!notice.empty() && options.notify) options.notify(notice);
-        if (options.see_tick) options.see_tick(tick);
-      },
-      options.has_trials);
+  Recorder recorder(&ring, options.log, [&](const TickRecord& tick) {
+    const std::string notice = stiffness.Check(tick);
+    if (!notice.empty() && options.notify) options.notify(notice);
+    if (options.see_tick) options.see_tick(tick);
+  });
 
   Report report;
   report.realtime = LockMemory();

@@ -56,9 +56,7 @@ struct Report {
   std::map<std::string, double> seconds_in;            // operator state: time in it
   std::map<std::string, std::uint64_t> reasons;        // reason: ticks
   std::vector<std::string> trouble;                    // problems, as text
-  std::vector<std::string> trials;                     // labels in their order; empty: none
-  std::uint64_t trials_seed = 0;
-  bool log_failed = false;  // rows are missing
+  bool log_failed = false;                             // rows are missing
 
   [[nodiscard]] double rate() const {
     return duration > 0 ? static_cast<double>(ticks) / duration : 0;
@@ -104,7 +102,6 @@ struct SessionOptions {
   double duration = 0;        // [s]; 0: until stopped, or until the device's motion is over
   std::filesystem::path log;  // empty: none
   const OperatorRequests* requests = nullptr;  // must outlive the run; null: no requests
-  bool has_trials = false;                     // the log has their columns
   double sensor_rate = 0;                      // of the slave [Hz]; 0: unknown
   // Called with sentences for the operator on the calling thread; may be empty.
   std::function<void(const std::string&)> notify;

@@ -1,4 +1,4 @@
-// Alarms with the next step, for page and terminal.
+// Alarms with the next step, for the page.
 #pragma once
 
 #include <cstdint>

@@ -16,7 +16,6 @@
 #include "master/station/server/page_files.h"
 #include "master/station/server/page_server.h"
 #include "master/station/task_queue.h"
-#include "master/station/terminal.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -29,7 +28,6 @@ constexpr double kMeshError = 1e-4;           // of the object: a tenth of a pix
 constexpr double kFrozen = 1;                 // an older image is frozen [s]
 constexpr double kFrozenPeriods = 3;          // the same in sensor periods, for slow sensors [-]
 constexpr double kTraceShown = 1;             // of a tick a while ago [s]
-constexpr std::uint64_t kTerminal = 0;        // a command that no page sent
 
 // Streams that the slave sends only while a page is open.
 struct Views {
@@ -97,7 +95,6 @@ struct LiveStation::Parts {
   void PutMoment();
   // Of the newest tick whose sample's trace has come.
   std::optional<HandTrace> TraceNow(const TickDigest::Moment& moment);
-  void PutTerminal(const StationMoment& moment);
   // Time since the image is frozen [s]; 0: not frozen, or no image.
   double PutPicture(const TickDigest::Moment& ticks);
   void PutShape(const TickDigest::Moment& ticks);
@@ -105,9 +102,8 @@ struct LiveStation::Parts {
   // When the slave sensed, on the session's clock [s].
   [[nodiscard]] double SinceBegin(const TickDigest::Moment& ticks, Time sensed_at) const;
 
-  // Executes a command of a page, or of a key (kTerminal). Returns the answer.
+  // Executes a command of a page. Returns the answer.
   std::string Do(std::uint64_t page, const PageCommand& asked);
-  void Strike(char key);
   void OnPageLeft(std::uint64_t page);
   // Empty, or what to answer.
   std::string Point(std::uint64_t page, const PointerCommand& command);
@@ -129,9 +125,8 @@ struct LiveStation::Parts {
   TickDigest ticks;
   EventLog event_log;
   SlaveStatusPoller poller;
-  mutable std::mutex mutex;  // guards these three
+  mutable std::mutex mutex;  // guards these two
   Status status;
-  StationMoment on_screen;
   SlaveLink::Mapping waiting;
   PointerControlLock lead;  // the server's thread
   // What the editor alone uses.
@@ -144,16 +139,15 @@ struct LiveStation::Parts {
 
   std::atomic<bool> examines{false};
   TaskQueue tasks, doctor;
-  std::unique_ptr<PageServer> server;  // null: no page
-  std::unique_ptr<Terminal> terminal;  // null: no terminal
-  std::jthread editor;                 // last: it uses all of the above
+  std::unique_ptr<PageServer> server;
+  std::jthread editor;  // last: it uses all of the above
 };
 
 void LiveStation::Parts::Run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    page_views.Update(server && server->pages() > 0, options.line);
+    page_views.Update(server->pages() > 0, options.line);
     PutMoment();
-    if (server) server->Notify();
+    server->Notify();
     std::this_thread::sleep_for(kFrame);
   }
 }
@@ -195,7 +189,6 @@ void LiveStation::Parts::PutMoment() {
   }
   LeaveOutOld(&moment);
   board.Put(Topic::kStatus, StatusJson(moment));
-  if (terminal) PutTerminal(moment);
 }
 
 std::optional<HandTrace> LiveStation::Parts::TraceNow(const TickDigest::Moment& moment) {
@@ -204,25 +197,6 @@ std::optional<HandTrace> LiveStation::Parts::TraceNow(const TickDigest::Moment& 
   if (newest) trace = newest;
   if (trace && moment.t - trace->t > kTraceShown) trace.reset();
   return trace;
-}
-
-void LiveStation::Parts::PutTerminal(const StationMoment& moment) {
-  const Terminal::Size size = terminal->size();
-  terminal->Show(
-      TerminalText(options.hello, moment, said, {size.columns, size.rows, terminal->has_colour()}));
-  const std::scoped_lock lock(mutex);
-  on_screen = moment;
-}
-
-void LiveStation::Parts::Strike(char key) {
-  std::optional<PageCommand> command;
-  {
-    const std::scoped_lock lock(mutex);
-    command = CommandOfKey(key, on_screen);
-  }
-  if (!command) return controls.quit();
-  const std::string refused = Do(kTerminal, *command);
-  if (!refused.empty()) Log(true, "nothing is recorded: connect --record FILE.mcap");
 }
 
 double LiveStation::Parts::SinceBegin(const TickDigest::Moment& moment, Time sensed_at) const {
@@ -258,8 +232,7 @@ std::string LiveStation::Parts::Do(std::uint64_t page, const PageCommand& asked)
   std::string answer;
   std::visit(Match{[&](const StopCommand&) {
                      controls.stop();
-                     Log(true, page == kTerminal ? "emergency stop from the terminal"
-                                                 : "emergency stop from the page");
+                     Log(true, "emergency stop from the page");
                    },
                    [&](const ResetCommand&) { Reset(); },
                    [&](const PingCommand& command) { answer = PongJson(command.at); },
@@ -383,25 +356,20 @@ void LiveStation::Parts::Log(bool is_trouble, std::string text) {
 LiveStation::LiveStation(Options options, Controls controls)
     : parts_(std::make_unique<Parts>(std::move(options), std::move(controls))) {
   Parts* parts = parts_.get();
-  if (parts->options.at) {
-    parts->server = std::make_unique<PageServer>(
-        parts->options.at->endpoint, &parts->board,
-        PageServer::Listener{[parts](std::uint64_t page, std::string_view said) {
-                               return parts->Do(page, ReadPageCommand(said));
-                             },
-                             [parts](std::uint64_t page) { parts->OnPageLeft(page); }},
-        parts->options.at->access);
-  }
-  if (parts->options.terminal) {
-    parts->terminal = std::make_unique<Terminal>([parts](char key) { parts->Strike(key); });
-  }
+  parts->server = std::make_unique<PageServer>(
+      parts->options.at.endpoint, &parts->board,
+      PageServer::Listener{[parts](std::uint64_t page, std::string_view said) {
+                             return parts->Do(page, ReadPageCommand(said));
+                           },
+                           [parts](std::uint64_t page) { parts->OnPageLeft(page); }},
+      parts->options.at.access);
   parts->editor = std::jthread([parts](const std::stop_token& stop) { parts->Run(stop); });
 }
 
 LiveStation::~LiveStation() = default;
 
 std::string LiveStation::address() const {
-  return parts_->server ? parts_->server->address() : std::string();
+  return parts_->server->address();
 }
 
 void LiveStation::OnTick(const TickRecord& tick) {

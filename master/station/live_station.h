@@ -1,4 +1,4 @@
-// Page and terminal view of a running session: collects data of haptic loop and slave, shows them
+// Page of a running session: collects data of haptic loop and slave, shows them
 // 30 times a second, and executes commands of pages and keys. It receives ticks on the session's
 // slow thread.
 #pragma once
@@ -19,12 +19,11 @@ namespace palpate {
 class LiveStation {
  public:
   struct Options {
-    std::optional<PagePlace> at;  // address of the page; empty: no page
-    SlaveLink::Options line;      // to the slave
+    PagePlace at;             // address of the page
+    SlaveLink::Options line;  // to the slave
     StationHello hello;
     Pointer* pointer = nullptr;  // must outlive this object; null: the page cannot move the tool
     OperatorRequests* requests = nullptr;  // must outlive this object
-    bool terminal = false;                 // show the terminal view on the standard output
   };
   // Actions that pages and keys may trigger. Called on threads of the station.
   struct Controls {
@@ -37,7 +36,6 @@ class LiveStation {
     // Runs the doctor; takes seconds, or until it is stopped.
     std::function<Findings(const std::stop_token&)> examine;
     std::function<void(bool on)> record = {};         // empty: no recording
-    std::function<void()> quit = {};                  // key of the terminal
     std::function<RecordingMoment()> recording = {};  // empty: no recording
   };
 

@@ -7,7 +7,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include "master/view/shape_layers.h"
+#include "master/view/finger_words.h"
 #include "shared/text/text.h"
 
 namespace palpate {

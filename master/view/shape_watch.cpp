@@ -4,14 +4,36 @@
 #include <stdexcept>
 #include <utility>
 
-#include "master/view/shape_layers.h"
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/files/vtu_writer.h"
 #include "shared/text/text.h"
 
 namespace palpate {
 namespace {
 
-constexpr std::string_view kPicture = ".svg", kMesh = ".vtu";
+// The known force of the finger on the object, S [N]; zero: unknown.
+Eigen::Vector3d PressOf(const FingerState& finger) {
+  const bool known = finger.in_contact && IsForceKnown(finger);
+  return known ? Eigen::Vector3d(-finger.force->cast<double>()) : Eigen::Vector3d(0, 0, 0);
+}
+
+// Present position of the contact point of `finger`, S [m]: it moves with the surface. For a free
+// finger it is the position of the finger.
+Eigen::Vector3d PlaceNow(const FingerState& finger, const RemoteMesh& mesh) {
+  const Eigen::Vector3d place = finger.p_S_contact.cast<double>();
+  const SurfaceMesh& rest = mesh.topology->surface;
+  if (!finger.in_contact || rest.triangles.empty()) return place;
+  const auto found = FindPlace(rest, place);
+  if (!found || found->triangle < 0) return place;
+  Eigen::Vector3d moved(0, 0, 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto node =
+        static_cast<std::size_t>(rest.triangles[static_cast<std::size_t>(found->triangle)][i]);
+    moved +=
+        found->weights[static_cast<Eigen::Index>(i)] * (mesh.positions[node] - rest.nodes[node]);
+  }
+  return place + moved;
+}
 
 void Append(const std::vector<Eigen::Vector3d>& vectors, PointArray* array) {
   for (const Eigen::Vector3d& v : vectors) {
@@ -48,19 +70,13 @@ VtuGrid GridOf(const ShapeMoment& moment) {
 }  // namespace
 
 void CheckShapeFile(const std::filesystem::path& file) {
-  if (file.extension() == kPicture || file.extension() == kMesh) return;
+  if (file.extension() == ".vtu") return;
   throw std::invalid_argument("--shape = " + file.string() +
-                              ": accepted is a name that ends in .svg (an image) or .vtu (a mesh "
-                              "for ParaView)");
-}
-
-bool NeedsNodalForces(const std::filesystem::path& file) {
-  return file.extension() == kMesh;
+                              ": accepted is a name that ends in .vtu (a mesh for ParaView)");
 }
 
 bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file) {
-  return TryReplace(file, file.extension() == kMesh ? ToVtu(GridOf(moment), VtuForm::kAppended)
-                                                    : DrawShape(moment));
+  return TryReplace(file, ToVtu(GridOf(moment), VtuForm::kAppended));
 }
 
 std::filesystem::path DeepestFile(const std::filesystem::path& file) {
@@ -69,13 +85,10 @@ std::filesystem::path DeepestFile(const std::filesystem::path& file) {
   return deepest;
 }
 
-ShapeFile::ShapeFile(std::filesystem::path file, std::string scene,
-                     std::vector<Eigen::Vector3d> homes,
+ShapeFile::ShapeFile(std::filesystem::path file,
                      std::function<std::shared_ptr<const RemoteMesh>()> newest)
     : file_(std::move(file)), newest_(std::move(newest)) {
   CheckShapeFile(file_);
-  moment_.scene = std::move(scene);
-  moment_.homes = std::move(homes);
   thread_ = std::jthread([this] { Run(); });
 }
 
@@ -83,9 +96,8 @@ ShapeFile::~ShapeFile() {
   Finish();
 }
 
-void ShapeFile::Update(double t, std::vector<NamedFinger> fingers) {
+void ShapeFile::Update(std::vector<NamedFinger> fingers) {
   const std::scoped_lock lock(mutex_);
-  moment_.t = t;
   moment_.fingers = std::move(fingers);
 }
 
@@ -129,13 +141,11 @@ ShapeWatch::ShapeWatch(const SlaveLink::Options& link, const RemoteScene& scene,
                        const std::vector<std::filesystem::path>& files, bool table) {
   if (files.empty() && !(table && !scene.fingertips.empty())) return;
   MeshWatch::Options options;
-  options.nodal_forces = std::any_of(files.begin(), files.end(), NeedsNodalForces);
+  options.nodal_forces = !files.empty();
   meshes_ = std::make_unique<MeshWatch>(link, options);
-  std::vector<Eigen::Vector3d> homes;
-  for (const RemoteFingertip& tip : scene.fingertips) homes.push_back(tip.p_S_home);
   for (const auto& file : files) {
-    files_.push_back(std::make_unique<ShapeFile>(
-        file, scene.name, homes, [meshes = meshes_.get()] { return meshes->newest(); }));
+    files_.push_back(
+        std::make_unique<ShapeFile>(file, [meshes = meshes_.get()] { return meshes->newest(); }));
   }
 }
 
@@ -144,7 +154,7 @@ std::shared_ptr<const RemoteMesh> ShapeWatch::newest() const {
 }
 
 void ShapeWatch::Update(const Status& status) {
-  for (const auto& file : files_) file->Update(status.t, status.fingers);
+  for (const auto& file : files_) file->Update(status.fingers);
 }
 
 bool ShapeWatch::Finish(Report* report) {

@@ -12,23 +12,25 @@
 
 #include "master/link/mesh_watch.h"
 #include "master/session/session.h"
-#include "master/view/shape_picture.h"
 
 namespace palpate {
 
-// Checks the name of a shape file. Throws std::invalid_argument unless it ends in .svg (a drawing)
-// or .vtu (a mesh for ParaView).
+// The deformed object and the forces of the fingertips at one moment.
+struct ShapeMoment {
+  std::shared_ptr<const RemoteMesh> mesh;  // null: none
+  std::vector<NamedFinger> fingers;
+};
+
+// Checks the name of a shape file. Throws std::invalid_argument unless it ends in .vtu (a mesh for
+// ParaView).
 void CheckShapeFile(const std::filesystem::path& file);
 
-// Whether the format contains nodal forces.
-bool NeedsNodalForces(const std::filesystem::path& file);
-
-// Writes the whole file or nothing: the drawing of DrawShape (.svg), or an unstructured grid
-// (.vtu). The grid contains the deformed surface with `displacement` and, if known, `nodal_force`.
-// Each finger is a vertex with `finger_force`. False: it cannot be written.
+// Writes the whole file or nothing: an unstructured grid of the deformed surface with
+// `displacement` and, if known, `nodal_force`. Each finger is a vertex with `finger_force`. False:
+// it cannot be written.
 bool WriteShape(const ShapeMoment& moment, const std::filesystem::path& file);
 
-// File of the largest deflection: `pinch.svg` -> `pinch-deepest.svg`.
+// File of the largest deflection: `pinch.vtu` -> `pinch-deepest.vtu`.
 std::filesystem::path DeepestFile(const std::filesystem::path& file);
 
 class ShapeFile {
@@ -36,13 +38,12 @@ class ShapeFile {
   static constexpr std::chrono::milliseconds kPeriod{1000};  // shortest period between two writes
 
   // `newest` returns the newest mesh, or null. It is called on the writer's thread and must outlive
-  // this object. `scene` and `homes` are those of ShapeMoment. Throws like CheckShapeFile.
-  ShapeFile(std::filesystem::path file, std::string scene, std::vector<Eigen::Vector3d> homes,
-            std::function<std::shared_ptr<const RemoteMesh>()> newest);
+  // this object. Throws like CheckShapeFile.
+  ShapeFile(std::filesystem::path file, std::function<std::shared_ptr<const RemoteMesh>()> newest);
   ~ShapeFile();
 
   // Sets the present forces of the fingers. Returns at once.
-  void Update(double t, std::vector<NamedFinger> fingers);
+  void Update(std::vector<NamedFinger> fingers);
   // Writes the last moment and the one of the largest deflection, and ends. Returns the reason if a
   // file is missing, else an empty string.
   std::string Finish();

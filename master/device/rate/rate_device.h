@@ -1,4 +1,4 @@
-// Devices that command a velocity and have no force: SpaceMouse, gamepad, keyboard. The intent
+// Devices that command a velocity and have no force: SpaceMouse, gamepad. The intent
 // moves at the commanded velocity, and the device follows it through the arm model, so that it lags
 // behind under force. A source is polled on a thread of its own.
 #pragma once

@@ -5,7 +5,6 @@
 #include "master/device/dhd/dhd_device.h"
 #include "master/device/gamepad/gamepad_source.h"
 #include "master/device/haply/haply_device.h"
-#include "master/device/keyboard/keyboard_source.h"
 #include "master/device/spacemouse/spacemouse_source.h"
 #include "master/device/touch/touch_device.h"
 
@@ -13,7 +12,7 @@ namespace palpate {
 
 std::span<const Driver> Drivers() {
   static const std::array drivers{TouchDriver(),      DhdDriver(),     HaplyDriver(),
-                                  SpaceMouseDriver(), GamepadDriver(), KeyboardDriver()};
+                                  SpaceMouseDriver(), GamepadDriver()};
   return drivers;
 }
 

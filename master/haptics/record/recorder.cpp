@@ -31,14 +31,13 @@ constexpr std::size_t kMostRows = 1 << 16;  // unflushed rows [bytes]
 
 }  // namespace
 
-TickLog::TickLog(const std::filesystem::path& file, bool has_trials)
-    : file_(file), out_(file, std::ios::trunc), has_trials_(has_trials) {
+TickLog::TickLog(const std::filesystem::path& file) : file_(file), out_(file, std::ios::trunc) {
   rows_ = "t,state";
   for (const char* name :
        {"p_M", "p_S", "estimated", "local", "scaled", "passive", "limited", "sent", "true"}) {
     for (const char* axis : {"_x", "_y", "_z"}) rows_.append(",").append(name).append(axis);
   }
-  rows_.append(has_trials ? ",age_s,reason,trial,label\n" : ",age_s,reason\n");
+  rows_.append(",age_s,reason\n");
   Flush();
   if (!trouble_.empty()) throw std::runtime_error(trouble_);
 }
@@ -60,10 +59,6 @@ void TickLog::Add(double t, const TickRecord& record, const std::optional<Eigen:
   rows_.append(",").append(ToString(chain.reasons));
   if (std::exchange(marks_, record.marks) != record.marks) {
     rows_.append(chain.reasons.empty() ? "mark" : "+mark");
-  }
-  if (has_trials_) {
-    rows_.append(",").append(std::to_string(record.trial.number)).append(",");
-    rows_.append(record.trial.view());
   }
   rows_.append("\n");
   if (rows_.size() > kMostRows) Flush();
@@ -100,10 +95,9 @@ void TruthTrack::DropBefore(Time t) {
   while (samples_.size() > 1 && samples_[1].at <= t) samples_.pop_front();
 }
 
-Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker,
-                   bool has_trials)
+Recorder::Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker)
     : ring_(ring), onlooker_(std::move(onlooker)) {
-  if (!log.empty()) log_ = std::make_unique<TickLog>(log, has_trials);
+  if (!log.empty()) log_ = std::make_unique<TickLog>(log);
 }
 
 void Recorder::Drain(Time now) {

@@ -23,13 +23,13 @@ namespace palpate {
 //
 //   t,state,p_M_*,p_S_*,estimated_*,local_*,scaled_*,passive_*,limited_*,sent_*,true_*,age_s,reason
 //
-// and `trial,label` at the end with trials. `*` stands for x, y, z. SI units; unknown values are
+// `*` stands for x, y, z. SI units; unknown values are
 // empty. `reason` has reasons joined by `+`, and `mark` in the tick of a mark. About 0.2 MB per
 // second.
 class TickLog {
  public:
   // Overwrites the file. Throws std::runtime_error if it cannot write.
-  explicit TickLog(const std::filesystem::path& file, bool has_trials = false);
+  explicit TickLog(const std::filesystem::path& file);
   // `t` [s] since the run began.
   void Add(double t, const TickRecord& record, const std::optional<Eigen::Vector3d>& truth);
   // Writes complete rows to the file.
@@ -40,7 +40,6 @@ class TickLog {
  private:
   std::filesystem::path file_;
   std::ofstream out_;
-  bool has_trials_;
   std::string rows_;         // not yet flushed
   std::uint32_t marks_ = 0;  // so far
   std::string trouble_;
@@ -77,8 +76,7 @@ class Recorder {
   using Onlooker = std::function<void(const TickRecord&)>;
 
   // `log` and `onlooker` may be empty. Throws std::runtime_error if the log cannot be written.
-  Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker = {},
-           bool has_trials = false);
+  Recorder(SpscRing<TickRecord>* ring, const std::filesystem::path& log, Onlooker onlooker = {});
 
   // Reads the ring and completes ticks whose wait has ended at `now`.
   void Drain(Time now);

@@ -30,10 +30,6 @@ std::vector<std::string> ActsInWords(const TickRecord& before, const TickRecord&
   for (auto mark = before.marks; mark < now.marks; ++mark) {
     lines.push_back("mark " + std::to_string(mark + 1));
   }
-  if (now.trial.number != before.trial.number) {
-    lines.push_back("trial " + std::to_string(now.trial.number) + ": " +
-                    std::string(now.trial.view()));
-  }
   if (now.clutched != before.clutched) {
     lines.emplace_back(now.clutched ? "the clutch is open: the operator is disengaged"
                                     : "the clutch is closed: the operator may engage");

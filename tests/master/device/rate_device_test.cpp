@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "master/device/gamepad/gamepad_source.h"
-#include "master/device/keyboard/keyboard_source.h"
 
 namespace palpate {
 namespace {
@@ -102,42 +101,6 @@ TEST(SpeedOfTest, ReadsMillimetresPerSecond) {
   for (const char* text : {"0", "-1", "201", "nan", "fast"}) {
     EXPECT_THROW(SpeedOf("gamepad", text), std::invalid_argument) << text;
   }
-}
-
-void Press(KeyboardState* keys, std::string_view bytes, double t) {
-  keys->Take(bytes.data(), bytes.size(), At(t));
-}
-
-TEST(KeyboardStateTest, EngagesWithEAndMovesForAMomentPerKey) {
-  KeyboardState keys;
-  Press(&keys, "\x1b[C", 0);
-  EXPECT_FALSE(keys.At(At(0.01)).engaged);
-  Press(&keys, "e", 0);
-  Press(&keys, "\x1b[A\x1b[6~", 0);
-  const RateInput moving = keys.At(At(0.05));
-  EXPECT_TRUE(moving.engaged);
-  EXPECT_EQ(moving.share, Eigen::Vector3d(1, 1, 1));
-  EXPECT_EQ(keys.At(At(0.07)).share.norm(), 0);
-  Press(&keys, "\x1bOD", 1);
-  EXPECT_EQ(keys.At(At(1)).share, Eigen::Vector3d(-1, 0, 0));
-  Press(&keys, "E", 1);
-  EXPECT_FALSE(keys.At(At(1)).engaged);
-  EXPECT_FALSE(keys.TakeStop());
-}
-
-TEST(KeyboardStateTest, AnyOtherKeyStopsAndDisengages) {
-  for (const std::string_view bytes : {" ", "x", "\n", "\x1b", "\x1b[Z", "1"}) {
-    KeyboardState keys;
-    Press(&keys, "e", 0);
-    Press(&keys, bytes, 0);
-    EXPECT_FALSE(keys.At(At(0)).engaged);
-    EXPECT_TRUE(keys.TakeStop());
-    EXPECT_FALSE(keys.TakeStop()) << "once";
-  }
-  KeyboardState keys;
-  Press(&keys, "r", 0);
-  EXPECT_TRUE(keys.TakeReset());
-  EXPECT_FALSE(keys.TakeStop());
 }
 
 // Reference: at most one command in 50 ms, one in 100 ms while it lasts, and a zero at the end.

@@ -53,7 +53,6 @@ TickRecord AnyTick(std::mt19937* random, int i) {
   if (i % 9 == 0) tick.tare = AnyVector(random);
   tick.energy = 1e-3 * i;
   if (i % 8 == 0) tick.torque = AnyVector(random);
-  tick.trial = MakeTrialLabel(static_cast<std::uint32_t>(i / 40), i < 40 ? "" : "soft");
   tick.has_truth = i % 6 == 0;
   if (!tick.has_truth) return tick;
   tick.truth = AnyVector(random);
@@ -86,8 +85,6 @@ void ExpectSame(const TickRecord& read, const TickRecord& told) {
   EXPECT_EQ(read.marks, told.marks);
   ExpectNear(read.tare, told.tare);
   ExpectNear(read.torque, told.torque);
-  EXPECT_EQ(read.trial.number, told.trial.number);
-  EXPECT_EQ(read.trial.view(), told.trial.view());
   EXPECT_FLOAT_EQ(static_cast<float>(read.energy), static_cast<float>(told.energy));
   EXPECT_EQ(read.has_truth, told.has_truth);
   ExpectNear(read.truth, told.truth);

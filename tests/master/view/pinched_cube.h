@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include "master/view/shape_picture.h"
+#include "master/view/shape_watch.h"
 
 namespace palpate {
 
@@ -40,12 +40,8 @@ inline ShapeMoment PinchedCube(double depth, double turn = 0) {
   second.p_S_contact = (R * right).cast<float>();
   second.force = (R * Eigen::Vector3d(0.40, 0, 0.03)).cast<float>();
   ShapeMoment moment;
-  moment.scene = "foam-cube";
-  moment.t = 12.34;
   moment.mesh = std::make_shared<const RemoteMesh>(std::move(mesh));
   moment.fingers = {{"ff", first}, {"th", second}};
-  moment.homes = {R * (left - Eigen::Vector3d(0.02, 0, 0)),
-                  R * (right + Eigen::Vector3d(0.02, 0, 0))};
   return moment;
 }
 
