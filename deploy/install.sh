@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [mpi] [training] [view] [page] [studies] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [training] [view] [page] [studies] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, and the browser of its tests
 #   studies: tools that run shards of a study   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
@@ -20,7 +20,6 @@ insertion=(python3)                   # motion and figures of the embryo demo
 training=(python3-torch python3-scipy python3-numpy python3-grpcio python3-protobuf)  # python3 -m palpate.train
 clouds=(libpcl-dev)                   # palpate-slave evaluate
 studies=(parallel snakemake)          # deploy/studies; snakemake takes 0.7 GB
-mpi=(openmpi-bin libopenmpi-dev libscalapack-openmpi-dev libmumps-dev)  # palpate-precompute
 # A newer node from elsewhere conflicts with Debian's: installed only where there is none.
 want_npm() {
   command -v node >/dev/null || packages+=(nodejs)
@@ -36,10 +35,9 @@ for part in "$@"; do
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
     studies) packages+=("${studies[@]}") ;;
-    mpi) packages+=("${mpi[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${mpi[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
+      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
                  clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf iproute2 git openssl universal-ctags chromium
                  nats-server parallel)
       want_npm ;;
@@ -47,7 +45,7 @@ for part in "$@"; do
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, mpi, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

@@ -478,7 +478,6 @@ def argument_text(text):
 OPTIONS_INTRO = """# Options
 
 `palpate-slave` observes and computes; `palpate-master` renders. The tables follow the `--help` texts of the built programs.
-`palpate-precompute` runs under `mpirun`; it is built where [MPI is installed](guides/precompute-large-models.md).
 Every command also accepts `--help`, and all programs accept `--version`. Exit codes: 0 done, 1 failed, 2 unusable arguments or scene.
 
 """
@@ -491,22 +490,13 @@ def options_section(title, told):
     return text + (f"\n```text\n{told.notes}\n```\n" if told.notes else "")
 
 
-def optional_section(program):
-    """Of a program that is not built everywhere: where it is not, the section stays as it is."""
-    if (BIN / program).exists():
-        return options_section(program, parse_help(help_of(program)))
-    found = re.search(rf"^\n## {program}\n.*?(?=^\n## |\Z)", OPTIONS_FILE.read_text(), re.DOTALL | re.MULTILINE)
-    return found[0] if found else ""
-
-
 def options_text():
     text, titles = "", []
     for program in ("palpate-slave", "palpate-master"):
         for command in parse_help(help_of(program)).commands:
             titles.append(f"{program} {command}")
             text += options_section(titles[-1], parse_help(help_of(program, command)))
-    text += optional_section("palpate-precompute")
-    return MARK + OPTIONS_INTRO + contents([*titles, "palpate-precompute"]) + text
+    return MARK + OPTIONS_INTRO + contents(titles) + text
 
 
 # ---- writing and checking

@@ -110,29 +110,14 @@ RigidTool ToolOf(const Scene& scene) {
           .axis_O = tool.axis_O};
 }
 
-// Of the tool or of fingertips [m]; nullopt: unknown.
-std::optional<double> ContactWidth(const Scene& scene) {
-  if (scene.tool) return scene.tool->width;
-  const auto* tactile = scene.sense.Find<Tactile>();
-  return tactile != nullptr ? std::optional(tactile->patch) : std::nullopt;
-}
-
 // With a folder for it, everything that contacts of the scene's width need is computed beforehand.
 std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMesh& mesh,
                                               Progress* progress) {
   const ModelOptions& model = scene.model;
-  const FemZoneModel::Options options{.tolerance = model.tolerance,
-                                      .contact = model.contact,
-                                      .friction = model.friction,
-                                      .tool = ToolOf(scene),
-                                      .deadline = model.deadline,
-                                      .cache = model.cache};
-  const Material& material = scene.object.material;
-  auto zone =
-      std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
-                                     material.poisson_ratio, options, progress);
+  auto zone = MakeZoneModel(scene, mesh, progress);
   const std::optional<double> width = ContactWidth(scene);
   if (!model.cache.empty() && width) zone->PrefetchSurface(*width, progress);
+  const Material& material = scene.object.material;
   if (material.relaxation.empty()) return zone;
   return std::make_unique<RelaxingModel>(std::move(zone), material.relaxation, model.fem.step);
 }
@@ -147,6 +132,26 @@ std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMes
 }
 
 }  // namespace
+
+std::optional<double> ContactWidth(const Scene& scene) {
+  if (scene.tool) return scene.tool->width;
+  const auto* tactile = scene.sense.Find<Tactile>();
+  return tactile != nullptr ? std::optional(tactile->patch) : std::nullopt;
+}
+
+std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh& mesh,
+                                            Progress* progress) {
+  const ModelOptions& model = scene.model;
+  const FemZoneModel::Options options{.tolerance = model.tolerance,
+                                      .contact = model.contact,
+                                      .friction = model.friction,
+                                      .tool = ToolOf(scene),
+                                      .deadline = model.deadline,
+                                      .cache = model.cache};
+  const Material& material = scene.object.material;
+  return std::make_unique<FemZoneModel>(mesh, HeldTetNodes(scene, mesh), material.young_modulus,
+                                        material.poisson_ratio, options, progress);
+}
 
 ModelChoice ChooseModel(const Scene& scene) {
   const std::string& decided = scene.model.decision.reason;

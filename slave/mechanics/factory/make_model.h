@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "shared/text/progress.h"
@@ -14,6 +15,7 @@
 namespace palpate {
 
 class Bem2dModel;
+class FemZoneModel;
 class PlateSurface;
 
 struct ModelChoice {
@@ -37,6 +39,12 @@ std::unique_ptr<Bem2dModel> MakePlanarModel(const Scene& scene, const BoundaryMe
                                             Progress* progress = nullptr);
 std::unique_ptr<PlateSurface> MakePlateModel(const Scene& scene, const MembraneDisc& disc,
                                              Progress* progress = nullptr);
+
+// fem-zone without its Green's functions.
+std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh& mesh,
+                                            Progress* progress);
+// Of the tool or of fingertips [m]; nullopt: unknown.
+std::optional<double> ContactWidth(const Scene& scene);
 
 // What the models with Green's functions take from a scene. A triangle is held where its three
 // nodes are; so are nodes that belong to no tetrahedron, which have no stiffness of their own.

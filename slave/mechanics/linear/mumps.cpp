@@ -2,29 +2,61 @@
 
 #include <algorithm>
 #include <array>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <string>
 
-#include "slave/mechanics/linear/mumps_instance.h"
+#include <dmumps_c.h>
 
 namespace palpate {
 namespace {
 
 constexpr int kOutOfMemory = -13, kNotPositive = -10;
-constexpr std::array kTooSmall{-8, -9, -17, -20};            // workspaces and buffers
-constexpr int kMostRelaxation = 1000;                        // of the estimated workspace [%]
-constexpr int kGivenOrder = 1, kMinimumFill = 2, kPord = 4;  // orders of elimination
+constexpr std::array kTooSmall{-8, -9, -17, -20};  // workspaces and buffers
+constexpr int kMostRelaxation = 1000;              // of the estimated workspace [%]
+constexpr int kRelaxation = 30;                    // the same, to begin with [%]
+constexpr int kMinimumFill = 2, kPord = 4;         // orders of elimination
 constexpr int kFewNodes = 1000;  // below, minimum fill is as good; PORD ends the process on cliques
 
 std::mutex the_library;
 
 }  // namespace
 
-Mumps::Mumps(int symmetry, int communicator) {
+// One problem of MUMPS.
+struct Mumps {
+  static constexpr int kPositiveDefinite = 1, kSymmetric = 2;
+
+  DMUMPS_STRUC_C data{};
+  std::vector<int> rows, columns;  // counted from one
+  std::vector<double> values;
+
+  explicit Mumps(int symmetry);
+  ~Mumps() { Run(-2); }
+  Mumps(const Mumps&) = delete;
+  Mumps& operator=(const Mumps&) = delete;
+
+  int& Control(int number) { return data.icntl[number - 1]; }
+  [[nodiscard]] int Info(int number) const { return data.infog[number - 1]; }
+  int Run(int job);
+  void Add(int row, int column) {
+    rows.push_back(row + 1);
+    columns.push_back(column + 1);
+  }
+  void Add(const Eigen::SparseMatrix<double>& lower);
+  // Of the entries added. Throws: see SpdFactor.
+  void Analyse(int order);
+  void FactoriseDefinite();
+  // In place.
+  void Solve(double* right_sides, int count);
+  void Require(int outcome) const;
+};
+
+Mumps::Mumps(int symmetry) {
+  constexpr int kWorld = -987654;  // MPI_COMM_WORLD, also of the sequential library
   data.par = 1;
   data.sym = symmetry;
-  data.comm_fortran = communicator;
+  data.comm_fortran = kWorld;
   Run(-1);
   for (const int silent : {1, 2, 3, 4}) Control(silent) = 0;
 }
@@ -45,36 +77,18 @@ void Mumps::Add(const Eigen::SparseMatrix<double>& lower) {
   }
 }
 
-void Mumps::EliminateAs(const std::vector<int>& order) {
-  positions.resize(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    positions[static_cast<std::size_t>(order[k])] = static_cast<int>(k) + 1;
-  }
-  data.perm_in = positions.data();
-  Control(7) = kGivenOrder;
-}
-
-void Mumps::Analyse(int order, bool distributed) {
-  const auto count = static_cast<MUMPS_INT8>(rows.size());
+void Mumps::Analyse(int order) {
   data.n = order;
-  if (distributed) {
-    Control(18) = 3;
-    data.nnz_loc = count;
-    data.irn_loc = rows.data();
-    data.jcn_loc = columns.data();
-    data.a_loc = values.data();
-  } else {
-    data.nnz = count;
-    data.irn = rows.data();
-    data.jcn = columns.data();
-    data.a = values.data();
-  }
+  data.nnz = static_cast<MUMPS_INT8>(rows.size());
+  data.irn = rows.data();
+  data.jcn = columns.data();
+  data.a = values.data();
   Require(Run(1));
 }
 
-void Mumps::FactoriseDefinite(int relaxation) {
+void Mumps::FactoriseDefinite() {
   int outcome = 0;
-  for (Control(14) = relaxation; Control(14) <= kMostRelaxation; Control(14) *= 2) {
+  for (Control(14) = kRelaxation; Control(14) <= kMostRelaxation; Control(14) *= 2) {
     outcome = Run(2);
     if (std::ranges::find(kTooSmall, outcome) == kTooSmall.end()) break;
   }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <stdexcept>
 #include <system_error>
 
 #include "shared/text/text.h"
@@ -78,6 +79,11 @@ void ColumnCache::Save(int number, std::span<const double> values) const {
            std::fwrite(values.data(), sizeof(double), values.size(), file) == values.size();
   };
   static_cast<void>(TryReplace(FileOf(number), write, Links::kReplace));  // else computed again
+}
+
+void ColumnCache::Keep(int number, std::span<const double> values) const {
+  Save(number, values);
+  if (!Has(number)) throw std::runtime_error("cannot write to the cache " + folder_.string());
 }
 
 }  // namespace palpate

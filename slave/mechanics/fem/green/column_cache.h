@@ -1,6 +1,7 @@
 // Blocks of numbers on disk, recognised by a hash of what they depend on.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -35,6 +36,8 @@ class ColumnCache {
   // The file is there; its contents are looked at by Load only.
   [[nodiscard]] bool Has(int number) const;
   void Save(int number, std::span<const double> values) const;
+  // The same. Throws std::runtime_error: the folder cannot be written.
+  void Keep(int number, std::span<const double> values) const;
   [[nodiscard]] bool enabled() const { return !folder_.empty(); }
 
  private:
@@ -44,6 +47,14 @@ class ColumnCache {
 
   std::filesystem::path folder_;
   std::uint64_t hash_ = 0;
+};
+
+// Every `step`-th block of those that a cache needs, from number `first` on.
+struct CacheShare {
+  std::size_t first = 0, step = 1;
+};
+struct CacheFilling {
+  std::size_t groups = 0, computed = 0;  // of the share
 };
 
 }  // namespace palpate

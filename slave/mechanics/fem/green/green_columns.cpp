@@ -18,6 +18,14 @@ PrecomputeCost ExpectedCost(int order) {
   return {2.5 * n * n + 0.3 * n, bytes};
 }
 
+void SolveGroup(const GreenGroups& layout, int group, int order, SpdFactor* factor,
+                std::span<double> values) {
+  Eigen::MatrixXd columns(order, GreenGroups::kColumns);
+  layout.SetLoads(group, columns);
+  factor->Solve(columns.data(), GreenGroups::kColumns);
+  layout.TakeSurface(group, columns, values);
+}
+
 }  // namespace
 
 GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
@@ -70,10 +78,7 @@ const double* GreenColumns::Compute(int place) {
 }
 
 void GreenColumns::ComputeGroup(int group, std::span<double> values) {
-  Eigen::MatrixXd columns(order(), GreenGroups::kColumns);
-  layout_.SetLoads(group, columns);
-  Factor().Solve(columns.data(), GreenGroups::kColumns);
-  layout_.TakeSurface(group, columns, values);
+  SolveGroup(layout_, group, order(), &Factor(), values);
   ++groups_computed_;
 }
 
@@ -123,6 +128,37 @@ void GreenColumns::Spread(const Eigen::Ref<const Eigen::VectorXd>& x,
       if (row >= 0) (*u)[n][c] = x[row];
     }
   }
+}
+
+CacheFilling FillColumnCache(TetStiffness stiffness, const SurfaceMesh& surface,
+                             const std::filesystem::path& cache, const CacheShare& share,
+                             Progress* progress) {
+  const GreenGroups layout(std::move(stiffness.row), stiffness.inputs, surface);
+  const ColumnCache kept = layout.Cache(cache);
+  CacheFilling filling;
+  std::vector<int> missing;
+  std::vector<double> values;
+  for (std::size_t g = share.first; g < Index(layout.groups()); g += share.step) {
+    const int group = static_cast<int>(g);
+    values.resize(layout.values(group));
+    if (!kept.Load(group, values)) missing.push_back(group);
+    ++filling.groups;
+  }
+  if (missing.empty()) return filling;
+  const int order = static_cast<int>(stiffness.lower.rows());
+  if (progress != nullptr) progress->Expect(ExpectedCost(order));
+  ReportProgress(progress, "factorising stiffness", 0);
+  SpdFactor factor(stiffness.lower);
+  for (const int group : missing) {
+    ReportProgress(progress, "Green's functions",
+                   static_cast<double>(filling.computed) / static_cast<double>(missing.size()));
+    values.resize(layout.values(group));
+    SolveGroup(layout, group, order, &factor, values);
+    kept.Keep(group, values);
+    ++filling.computed;
+  }
+  ReportProgress(progress, "Green's functions", 1);
+  return filling;
 }
 
 }  // namespace palpate

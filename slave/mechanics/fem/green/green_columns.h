@@ -84,4 +84,11 @@ class GreenColumns final : public Compliance {
   int groups_computed_ = 0;
 };
 
+// Computes a share of the groups of columns that GreenColumns keeps in the folder `cache`, without
+// those that are there. Factorises only if one is missing. Throws as GreenColumns;
+// std::runtime_error: the folder cannot be written.
+CacheFilling FillColumnCache(TetStiffness stiffness, const SurfaceMesh& surface,
+                             const std::filesystem::path& cache, const CacheShare& share,
+                             Progress* progress);
+
 }  // namespace palpate

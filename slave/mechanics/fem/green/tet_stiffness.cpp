@@ -15,7 +15,6 @@
 #include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/fem/green/column_cache.h"
-#include "slave/mechanics/linear/nested_dissection.h"
 #include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate {
@@ -148,12 +147,11 @@ void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
   }
 }
 
-// Zeros where elements of `range` join free components; rows rise in every column.
-Eigen::SparseMatrix<double> LowerPattern(const Elements& elements, const TetRange& range,
+// Zeros where elements join free components; rows rise in every column.
+Eigen::SparseMatrix<double> LowerPattern(const Elements& elements,
                                          const std::vector<std::array<int, 3>>& row, int order) {
   std::vector<std::vector<int>> neighbours(row.size());
-  for (std::size_t t = range.begin; t < range.end; ++t) {
-    const auto& nodes = elements.nodes[t];
+  for (const auto& nodes : elements.nodes) {
     for (std::size_t a = 0; a < elements.per_element; ++a) {
       for (std::size_t b = 0; b < elements.per_element; ++b) {
         if (nodes[b] >= nodes[a]) neighbours[Index(nodes[a])].push_back(nodes[b]);
@@ -223,7 +221,7 @@ std::uint64_t HashOf(const SolidMesh& mesh, const HeldNodes& held, double nu, Te
 }  // namespace
 
 TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, double nu,
-                                  TetElement element, TetRange range) {
+                                  TetElement element) {
   if (!(nu > -1 && nu <= kLargestNu)) {
     RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.499 (linear tetrahedra lock beyond)");
   }
@@ -232,15 +230,14 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
   RequireVolumes(mesh, kSmallestVolume);
   RequireSupported(mesh, held);
   const Elements elements = Number(mesh, held, element);
-  range.end = std::min(range.end, elements.nodes.size());
   TetStiffness stiffness;
   stiffness.inputs = HashOf(mesh, held, nu, element);
   stiffness.length_unit = LargerSide(mesh.nodes);
   const int order = NumberRows(elements, &stiffness.row);
-  stiffness.lower = LowerPattern(elements, range, stiffness.row, order);
+  stiffness.lower = LowerPattern(elements, stiffness.row, order);
   const Lame body{nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)};
   Stiffness k;
-  for (std::size_t t = range.begin; t < range.end; ++t) {
+  for (std::size_t t = 0; t < elements.nodes.size(); ++t) {
     const auto& nodes = elements.nodes[t];
     std::array<Vector3d, 4> p;
     for (std::size_t v = 0; v < 4; ++v) {
@@ -252,39 +249,6 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
     Scatter(k, nodes, elements.per_element, stiffness.row, &stiffness.lower);
   }
   return stiffness;
-}
-
-std::vector<int> DissectedRows(const SolidMesh& mesh, const HeldNodes& held, TetElement element) {
-  const Elements elements = Number(mesh, held, element);
-  std::vector<std::array<int, 3>> row;
-  NumberRows(elements, &row);
-  std::vector<Vector3d> points = mesh.nodes;
-  points.resize(row.size());
-  std::vector<std::vector<int>> neighbours(row.size());
-  for (const auto& nodes : elements.nodes) {
-    const auto used = std::span(nodes).first(elements.per_element);
-    for (const int a : used)
-      neighbours[Index(a)].insert(neighbours[Index(a)].end(), used.begin(), used.end());
-    for (std::size_t e = 4; e < used.size(); ++e) {
-      const auto& [a, b] = kTetEdges[e - 4];
-      points[Index(nodes[e])] =
-          (points[Index(nodes[Index(a)])] + points[Index(nodes[Index(b)])]) / 2;
-    }
-  }
-  fem::NodeGraph graph{{0}, {}};
-  for (auto& list : neighbours) {
-    std::ranges::sort(list);
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    graph.column.insert(graph.column.end(), list.begin(), list.end());
-    graph.begin.push_back(static_cast<int>(graph.column.size()));
-  }
-  std::vector<int> order;
-  for (const int node : fem::Dissect(graph, points).order) {
-    for (const int r : row[Index(node)]) {
-      if (r >= 0) order.push_back(r);
-    }
-  }
-  return order;
 }
 
 }  // namespace palpate

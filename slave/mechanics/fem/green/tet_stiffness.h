@@ -31,20 +31,11 @@ struct TetStiffness {
   std::uint64_t inputs = 0;             // hash of all that it was assembled from
 };
 
-// The tetrahedra [begin, end) of those of a mesh.
-struct TetRange {
-  std::size_t begin = 0, end = SIZE_MAX;  // an end beyond the last is the last
-};
-
 // `held`: per node of the mesh and component; a middle is fixed where both ends are. Throws
 // std::invalid_argument: counts that do not fit, a tetrahedron without positive volume or with a
 // node that does not exist, nu not in (-1, 0.499], supports that leave a part of the body free to
-// move. `range`: `lower` is the share of these tetrahedra; all else is that of the whole body.
+// move.
 TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, double nu,
-                                  TetElement element, TetRange range = {});
-
-// The rows of its stiffness in an order of elimination that keeps factors sparse and halves the
-// body again and again (see Dissect), so that the parts can be factorised at the same time.
-std::vector<int> DissectedRows(const SolidMesh& mesh, const HeldNodes& held, TetElement element);
+                                  TetElement element);
 
 }  // namespace palpate

@@ -106,6 +106,12 @@ bool FemZoneModel::PrefetchSurface(double width, Progress* progress) {
   return all;
 }
 
+CacheFilling FemZoneModel::FillCache(double width, const CacheShare& share, Progress* progress) {
+  const ZoneTouches::Cover cover = touches_at_.CoverOf(width);
+  return green_.FillCache(cover.nodes, ZoneSet::ReachOf(cover.radius, cover.extent) / unit_, share,
+                          progress);
+}
+
 void FemZoneModel::Prefetch(std::span<const Contact> contacts) {
   try {
     if (!PrepareSet(contacts)) contacts_.Forget();

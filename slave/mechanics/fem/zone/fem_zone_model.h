@@ -51,6 +51,9 @@ class FemZoneModel final : public DeformationModel {
   // Those of every zone that a contact of `width` [m] can need, anywhere. False: the memory limit
   // is reached. Throws Interrupted; what was finished stays, on disk too.
   bool PrefetchSurface(double width, Progress* progress = nullptr);
+  // Keeps a share of the same in `Options::cache`, and none in memory. Throws Interrupted;
+  // std::runtime_error: the folder cannot be written.
+  CacheFilling FillCache(double width, const CacheShare& share, Progress* progress);
 
  private:
   // How soft in bending the body is along each axis, under a contact with a zone of this radius.

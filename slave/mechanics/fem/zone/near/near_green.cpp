@@ -58,6 +58,10 @@ float NumberAt(const std::int8_t* number, int bytes) {
   return value;
 }
 
+double RoundedReach(double least) {
+  return std::pow(kStep, std::ceil(std::log(least) / std::log(kStep)));
+}
+
 std::size_t InDoubles(std::size_t bytes) {
   return (bytes + sizeof(double) - 1) / sizeof(double);
 }
@@ -168,14 +172,19 @@ MatrixXd NearGreen::Solve(const MatrixXd& forces) {
   return u;
 }
 
-bool NearGreen::Prepare(std::span<const int> nodes, double least, Progress* progress) {
-  const double reach = std::pow(kStep, std::ceil(std::log(least) / std::log(kStep)));
+std::vector<int> NearGreen::GroupsToCompute(std::span<const int> nodes, double least) const {
   std::vector<int> groups;
   for (const int node : nodes) {
     if (!IsReady(node, least)) groups.push_back(GroupOf(node));
   }
   std::ranges::sort(groups);
   groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
+  return groups;
+}
+
+bool NearGreen::Prepare(std::span<const int> nodes, double least, Progress* progress) {
+  const double reach = RoundedReach(least);
+  const std::vector<int> groups = GroupsToCompute(nodes, least);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     ReportProgress(progress, "Green's functions",
                    static_cast<double>(i) / static_cast<double>(groups.size()));
@@ -208,7 +217,27 @@ void NearGreen::Group::Add(Tile tile) {
   tiles.push_back(tile);
 }
 
-void NearGreen::ComputeGroup(int group, double reach) {
+CacheFilling NearGreen::FillCache(std::span<const int> nodes, double least, const CacheShare& share,
+                                  Progress* progress) {
+  const double reach = RoundedReach(least);
+  const ColumnCache cache = CacheFor(reach);
+  const std::vector<int> groups = GroupsToCompute(nodes, least);
+  CacheFilling filling;
+  for (std::size_t i = share.first; i < groups.size(); i += share.step) {
+    ReportProgress(progress, "Green's functions",
+                   static_cast<double>(i) / static_cast<double>(groups.size()));
+    ++filling.groups;
+    Group made = EmptyGroup(groups[i], reach);
+    if (Load(groups[i], &made)) continue;
+    SolveGroup(groups[i], &made);
+    cache.Keep(groups[i], Packed(made));
+    ++filling.computed;
+  }
+  ReportProgress(progress, "Green's functions", 1);
+  return filling;
+}
+
+NearGreen::Group NearGreen::EmptyGroup(int group, double reach) const {
   Group made;
   made.reach = reach;
   for (int a = -AnchorTiles(); a < 0; ++a) made.Add({.group = a});
@@ -219,9 +248,14 @@ void NearGreen::ComputeGroup(int group, double reach) {
     if (gap > 1) continue;
     made.Add({.group = other, .bytes = gap < kThreeBytes ? 3 : 2});
   }
+  return made;
+}
+
+void NearGreen::ComputeGroup(int group, double reach) {
+  Group made = EmptyGroup(group, reach);
   if (!Load(group, &made)) {
     SolveGroup(group, &made);
-    Save(group, made);
+    if (!cache_.empty()) CacheFor(reach).Save(group, Packed(made));
   }
   Keep(group, made);
 }
@@ -305,13 +339,12 @@ bool NearGreen::Load(int group, Group* made) const {
 }
 
 // All tiles, whichever group keeps them, so that any groups can be loaded without others.
-void NearGreen::Save(int group, const Group& made) const {
-  if (cache_.empty()) return;
+std::vector<double> NearGreen::Packed(const Group& made) {
   const std::size_t bytes = made.numbers.size();
   std::vector<double> values(InDoubles(bytes), 0);
   std::memcpy(values.data(), made.numbers.data(), bytes);
   for (const Tile& tile : made.tiles) values.push_back(tile.step);
-  CacheFor(made.reach).Save(group, values);
+  return values;
 }
 
 std::vector<NearGreen::Bucket> NearGreen::Buckets(std::span<const int> nodes) const {

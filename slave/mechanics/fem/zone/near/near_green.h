@@ -40,6 +40,10 @@ class NearGreen {
   // within `reach`, rounded up to one of few values. False: the memory limit is reached. Throws
   // Interrupted, std::bad_alloc; what was finished stays, on disk too.
   bool Prepare(std::span<const int> nodes, double reach, Progress* progress = nullptr);
+  // Keeps a share of the groups of these nodes on disk, and none in memory; what is there is not
+  // computed again. Throws Interrupted; std::runtime_error: the folder cannot be written.
+  CacheFilling FillCache(std::span<const int> nodes, double reach, const CacheShare& share,
+                         Progress* progress);
   // Asking for it costs no solution.
   [[nodiscard]] bool IsReady(int node, double reach) const {
     return groups_[static_cast<std::size_t>(GroupOf(node))].reach >= reach;
@@ -100,13 +104,17 @@ class NearGreen {
   [[nodiscard]] std::span<const int> NodesOf(int group) const;
   void Interpolate(int node);
   [[nodiscard]] double Gap(int a, int b) const;
+  [[nodiscard]] std::vector<int> GroupsToCompute(std::span<const int> nodes, double reach) const;
+  // With the tiles of a group and without their numbers.
+  [[nodiscard]] Group EmptyGroup(int group, double reach) const;
   void ComputeGroup(int group, double reach);
   void SolveGroup(int group, Group* made);
   void Fill(const Eigen::MatrixXd& x, Tile* tile, std::int8_t* numbers) const;
   void Keep(int group, const Group& made);
   [[nodiscard]] ColumnCache CacheFor(double reach) const;
   bool Load(int group, Group* made) const;
-  void Save(int group, const Group& made) const;
+  // As the cache keeps it.
+  [[nodiscard]] static std::vector<double> Packed(const Group& made);
   [[nodiscard]] std::vector<Bucket> Buckets(std::span<const int> nodes) const;
   bool GatherTile(const Bucket& to, const Bucket& from, Eigen::MatrixXf* G) const;
   bool GatherFar(std::span<const Bucket* const> to, const Bucket& from, Eigen::MatrixXf* G) const;

@@ -1,0 +1,24 @@
+// `palpate-slave precompute`: fills the cache of Green's functions (`model.cache`) of `fem-green`
+// and `fem-zone`, whole or in shards.
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+struct PrecomputeOptions {
+  std::filesystem::path scene;
+  std::vector<std::string> overrides;  // key.path=value
+  std::string shard = "1/1";           // i/n: every n-th group of columns from the i-th on
+};
+
+// Groups that the cache has are not computed again, damaged ones are. Several processes may fill
+// one folder. Returns 0. Throws SceneError; std::invalid_argument: another kind of model, no cache,
+// no width of a contact (fem-zone), a body that is not held; std::runtime_error: the cache cannot
+// be written; Interrupted.
+int RunPrecompute(const PrecomputeOptions& options, const std::stop_token& stop);
+
+}  // namespace palpate
