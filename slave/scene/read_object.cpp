@@ -123,8 +123,9 @@ double ReadUnit(Section& geometry) {
 // `mesh`, `unit` and `resolution` stand side by side in `geometry`.
 MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   constexpr const char* kAccepted =
-      "a file that can be read: .veg .node .ele .msh .vtu, or a surface .stl .ply";
-  constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".vtu", ".stl", ".ply"};
+      "a file that can be read: .veg .node .ele .msh, or a surface .stl .ply; meshio converts "
+      "others";
+  constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".stl", ".ply"};
   const std::string name = geometry.Text("mesh", kAccepted);
   const Rule length = Positive(Dimension::kLength);
   MeshFileGeometry mesh{context.folder / name, ReadUnit(geometry),

@@ -79,24 +79,9 @@ def meshes(folder):
     write(folder, "mesh", "4.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
           f"$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n{lines(NODES)}$EndNodes\n"
           "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n", 2)
-    vtu = ('<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"{}><UnstructuredGrid>'
-           '<Piece NumberOfPoints="4" NumberOfCells="1"><Points><DataArray type="Float32" NumberOfComponents="3" '
-           'format="{}">{}</DataArray></Points><Cells>'
-           '<DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3</DataArray>'
-           '<DataArray type="Int32" Name="offsets" format="ascii">4</DataArray>'
-           '<DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>')
-    write(folder, "mesh", "ascii.vtu", vtu.format("", "ascii", lines(NODES)), 3)
-    points = b"".join(struct.pack("<3f", *p) for p in NODES)
-    import base64
-    plain = base64.b64encode(struct.pack("<I", len(points)) + points).decode()
-    write(folder, "mesh", "base64.vtu", vtu.format("", "binary", plain), 3)
-    packed = zlib.compress(points)
-    header = base64.b64encode(struct.pack("<4I", 1, len(points), 0, len(packed))).decode()
-    write(folder, "mesh", "zlib.vtu", vtu.format(' compressor="vtkZLibDataCompressor"', "binary",
-                                                  header + base64.b64encode(packed).decode()), 3)
     write(folder, "mesh", "a.veg", f"*VERTICES\n4 3 0 0\n{numbered(NODES)}*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n"
-          "*MATERIAL A\nENU, 1000, 1e5, 0.45\n*REGION\nallElements, A\n", 4)
-    write(folder, "mesh", "a.node", f"4 3 0 0\n{numbered(NODES)}%%\n1 4 0\n1 1 2 3 4\n", 5)
+          "*MATERIAL A\nENU, 1000, 1e5, 0.45\n*REGION\nallElements, A\n", 3)
+    write(folder, "mesh", "a.node", f"4 3 0 0\n{numbered(NODES)}%%\n1 4 0\n1 1 2 3 4\n", 4)
     dictionary(folder, "mesh", strings_of("shared/mesh/files/*.cpp") | {"%%\n", "1e308", "2147483647", "-1"})
 
 

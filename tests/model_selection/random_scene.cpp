@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "shared/mesh/files/vtu_writer.h"
+#include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/solid_mesh.h"
 #include "tests/support/dice.h"
 
@@ -123,7 +123,7 @@ Scene Dome(Dice* dice, const std::filesystem::path& file) {
       p[k] = radius * q[k] * std::sqrt(1 - a / 2 - b / 2 + a * b / 3);
     }
   }
-  WriteVtu(file, {.points = mesh.nodes, .tets = mesh.tets}, VtuForm::kAppended);
+  WriteGmsh(file, mesh);
   scene.object.geometry = MeshFileGeometry{file};
   return scene;
 }
@@ -160,7 +160,7 @@ Scene RandomScene(std::uint32_t seed, const std::filesystem::path& folder) {
       scene = Disc(&dice);
       break;
     case 4:
-      scene = Dome(&dice, folder / ("dome-" + std::to_string(seed) + ".vtu"));
+      scene = Dome(&dice, folder / ("dome-" + std::to_string(seed) + ".msh"));
       break;
     default:
       scene = Polygon(&dice);

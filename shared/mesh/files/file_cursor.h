@@ -52,13 +52,6 @@ class FileCursor : public SourcePlace {
   [[nodiscard]] std::string_view rest() const { return text().substr(position_); }
   [[nodiscard]] std::size_t position() const { return position_; }
   void Seek(std::size_t position);
-  // Sets the start of the next value, for messages.
-  void Mark(std::size_t position) { mark_ = position; }
-  [[noreturn]] void RefuseAt(std::size_t position, const std::string& what,
-                             const std::string& accepted) {
-    Mark(position);
-    Refuse(what, accepted);
-  }
   void set_form(NumberForm form) { form_ = form; }
   [[nodiscard]] NumberForm form() const { return form_; }
 

@@ -51,11 +51,10 @@ bool WriteGmsh2(const std::filesystem::path& file, const std::vector<Eigen::Vect
 }
 
 using Reader = MeshFile (*)(const std::filesystem::path&, double);
-constexpr std::array<std::pair<std::string_view, Reader>, 7> kReaders{{{".veg", ReadVega},
+constexpr std::array<std::pair<std::string_view, Reader>, 6> kReaders{{{".veg", ReadVega},
                                                                        {".node", ReadTetgen},
                                                                        {".ele", ReadTetgen},
                                                                        {".msh", ReadGmsh},
-                                                                       {".vtu", ReadVtu},
                                                                        {".stl", ReadStl},
                                                                        {".ply", ReadPly}}};
 
@@ -80,8 +79,8 @@ MeshFile ReadMeshFile(const std::filesystem::path& file, double unit) {
     if (extension == known) return read(file, unit);
   }
   throw std::invalid_argument(file.string() +
-                              ": unknown kind of file: accepted is .veg .node .ele .msh .vtu, for "
-                              "a surface .stl .ply .msh .vtu");
+                              ": unknown kind of file: accepted is .veg .node .ele .msh, for a "
+                              "surface .stl .ply .msh; meshio converts others");
 }
 
 }  // namespace palpate

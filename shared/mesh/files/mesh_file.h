@@ -1,5 +1,5 @@
-// Meshes from files and back: volumes as Vega .veg, TetGen .node/.ele, Gmsh .msh, VTK .vtu;
-// surfaces as STL and PLY, or as .msh and .vtu of triangles.
+// Meshes from files and back: volumes as Vega .veg, TetGen .node/.ele, Gmsh .msh; surfaces
+// as STL and PLY, or as .msh of triangles.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +31,6 @@ struct MeshFile {
 //   .veg         *INCLUDE followed; *REGION and *SET passed over; one ENU material is kept
 //   .node, .ele  one names the other; numbered from 0 or 1
 //   .msh         Gmsh 2.2 and 4.1, ASCII and binary of either byte order
-//   .vtu         ASCII, base64 and appended data, plain or compressed by zlib
 //   .stl         ASCII and binary; equal corners become one node
 //   .ply         ASCII and binary of either byte order; vertices at the same place become one node
 //

@@ -12,7 +12,6 @@ namespace palpate {
 MeshFile ReadTetgen(const std::filesystem::path& file, double unit);  // .node or .ele
 MeshFile ReadVega(const std::filesystem::path& file, double unit);
 MeshFile ReadGmsh(const std::filesystem::path& file, double unit);
-MeshFile ReadVtu(const std::filesystem::path& file, double unit);
 MeshFile ReadStl(const std::filesystem::path& file, double unit);
 MeshFile ReadPly(const std::filesystem::path& file, double unit);
 

@@ -54,7 +54,7 @@ struct MeshFileGeometry {
   std::filesystem::path file;
   double unit = 1;        // length of one unit of the file [m]
   double resolution = 0;  // edge of the tetrahedra that fill a surface [m]; 0: chosen by the mesher
-};                        // .veg .node/.ele .msh .vtu; a surface: .stl .ply
+};                        // .veg .node/.ele .msh; a surface: .stl .ply
 using Geometry = std::variant<RectangleGeometry, DiscGeometry, PolygonGeometry, ContourFileGeometry,
                               ImageContourGeometry, MembraneGeometry, BoxGeometry, MeshFileGeometry,
                               DomeGeometry>;

@@ -5,20 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <zlib.h>
-
 #include "tests/shared/mesh/files/sample_files.h"
 
 namespace palpate::samples {
-
-inline std::string Deflated(const std::string& data) {
-  uLongf size = compressBound(static_cast<uLong>(data.size()));
-  std::string packed(size, '\0');
-  compress(reinterpret_cast<Bytef*>(packed.data()), &size,
-           reinterpret_cast<const Bytef*>(data.data()), static_cast<uLong>(data.size()));
-  packed.resize(size);
-  return packed;
-}
 
 struct Sample {
   std::string name;  // what is special about it
@@ -33,27 +22,14 @@ struct Sample {
 // Of Pair(). TetGen's two files are not among them.
 inline std::vector<Sample> Solids() {
   const SolidMesh mesh = Pair();
-  std::vector<Sample> samples{{"vega from 0", "a.veg", Veg(mesh, 0)},
-                              {"vega from 1", "b.veg", Veg(mesh, 1)},
-                              {"gmsh 2 text", "c.msh", Gmsh2Text(mesh)},
-                              {"gmsh 2 little", "d.msh", Gmsh2Binary(mesh, true)},
-                              {"gmsh 2 big", "e.msh", Gmsh2Binary(mesh, false)},
-                              {"gmsh 4 text", "f.msh", Gmsh4Text(mesh)},
-                              {"gmsh 4 little", "g.msh", Gmsh4Binary(mesh, true)},
-                              {"gmsh 4 big", "h.msh", Gmsh4Binary(mesh, false)}};
-  int number = 0;
-  for (const VtuCode code :
-       {VtuCode::kAscii, VtuCode::kBase64, VtuCode::kRaw, VtuCode::kAppendedBase64}) {
-    for (const bool wide : {false, true}) {
-      for (const bool packed : {false, true}) {
-        const bool little = number % 3 != 2;
-        const std::string name = "vtu " + std::to_string(number++);
-        samples.push_back(
-            {name, "v.vtu", VtuSample(code, little, wide, packed ? Deflated : nullptr).File(mesh)});
-      }
-    }
-  }
-  return samples;
+  return {{"vega from 0", "a.veg", Veg(mesh, 0)},
+          {"vega from 1", "b.veg", Veg(mesh, 1)},
+          {"gmsh 2 text", "c.msh", Gmsh2Text(mesh)},
+          {"gmsh 2 little", "d.msh", Gmsh2Binary(mesh, true)},
+          {"gmsh 2 big", "e.msh", Gmsh2Binary(mesh, false)},
+          {"gmsh 4 text", "f.msh", Gmsh4Text(mesh)},
+          {"gmsh 4 little", "g.msh", Gmsh4Binary(mesh, true)},
+          {"gmsh 4 big", "h.msh", Gmsh4Binary(mesh, false)}};
 }
 
 // Of Tetrahedron().

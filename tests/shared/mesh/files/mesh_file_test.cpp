@@ -158,16 +158,5 @@ TEST_F(MeshFileTest, MergesAPlysVerticesAtTheSamePlace) {
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("8 vertices coincide with others")));
 }
 
-TEST_F(MeshFileTest, JoinsThePiecesOfAVtu) {
-  std::string file =
-      samples::VtuSample(samples::VtuCode::kAscii, true, false, nullptr).File(samples::Pair());
-  const std::size_t begin = file.find("<Piece"), end = file.find("</UnstructuredGrid>");
-  file.insert(begin, file.substr(begin, end - begin));
-  const auto mesh = std::get<SolidMesh>(ReadMeshFile(Write("a.vtu", file), 1).mesh);
-  EXPECT_EQ(mesh.nodes.size(), 10U);
-  EXPECT_THAT(mesh.tets, ElementsAre(ElementsAre(0, 1, 2, 3), ElementsAre(0, 2, 1, 4),
-                                     ElementsAre(5, 6, 7, 8), ElementsAre(5, 7, 6, 9)));
-}
-
 }  // namespace
 }  // namespace palpate
