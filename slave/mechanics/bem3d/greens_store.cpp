@@ -36,41 +36,17 @@ std::uint64_t Mixed(std::uint64_t hash, std::uint64_t word) {
   return hash ^ hash >> 32U;
 }
 
-std::uint64_t Begun(std::uint64_t tag, std::uint64_t count) {
-  return Mixed(tag + 1, count);
-}
-
-std::uint64_t Continued(std::uint64_t hash, std::span<const double> values) {
+std::uint64_t Checksum(std::uint64_t tag, std::span<const double> values) {
+  std::uint64_t hash = Mixed(tag + 1, values.size());
   for (const double value : values) hash = Mixed(hash, std::bit_cast<std::uint64_t>(value));
   return hash;
 }
 
-std::uint64_t Checksum(std::uint64_t tag, std::span<const double> values) {
-  return Continued(Begun(tag, values.size()), values);
-}
-
-// The head with the checksum last: an interrupted section is not a sound one.
-bool WriteSection(std::FILE* file, std::uint64_t tag, const GreensStore::Pieces& pieces) {
-  SectionHead head{kMagic, tag, pieces.count, 0};
-  const long begin = std::ftell(file);
-  const auto write_head = [&] { return std::fwrite(&head, sizeof head, 1, file) == 1; };
-  if (begin < 0 || !write_head()) return false;
-  head.checksum = Begun(tag, pieces.count);
-  for (std::size_t left = pieces.count; left > 0;) {
-    const std::span<const double> values = pieces.next();
-    if (values.empty() || values.size() > left) return false;
-    if (std::fwrite(values.data(), sizeof(double), values.size(), file) != values.size()) {
-      return false;
-    }
-    head.checksum = Continued(head.checksum, values);
-    left -= values.size();
-  }
-  return std::fseek(file, begin, SEEK_SET) == 0 && write_head() &&
-         std::fseek(file, 0, SEEK_END) == 0 && std::fflush(file) == 0;
-}
-
-GreensStore::Pieces Whole(std::span<const double> values) {
-  return {values.size(), [values] { return values; }};
+bool WriteSection(std::FILE* file, std::uint64_t tag, std::span<const double> values) {
+  const SectionHead head{kMagic, tag, values.size(), Checksum(tag, values)};
+  return std::fwrite(&head, sizeof head, 1, file) == 1 &&
+         std::fwrite(values.data(), sizeof(double), values.size(), file) == values.size() &&
+         std::fflush(file) == 0;
 }
 
 // Bytes from here to the end: nothing larger is asked of memory than the file can fill.
@@ -93,24 +69,6 @@ std::optional<std::vector<double>> ReadSection(std::FILE* file, std::uint64_t ta
     return std::nullopt;
   }
   return values;
-}
-
-// Whether a sound section of `count` numbers follows; moves behind it.
-bool CheckSection(std::FILE* file, std::uint64_t tag, std::size_t count) {
-  constexpr std::size_t kPiece = 1 << 17;
-  SectionHead head;
-  if (std::fread(&head, sizeof head, 1, file) != 1) return false;
-  if (head.magic != kMagic || head.tag != tag || head.count != count) return false;
-  std::uint64_t hash = Begun(tag, count);
-  std::vector<double> values(std::min(count, kPiece));
-  for (std::size_t left = count; left > 0; left -= values.size()) {
-    values.resize(std::min(left, kPiece));
-    if (std::fread(values.data(), sizeof(double), values.size(), file) != values.size()) {
-      return false;
-    }
-    hash = Continued(hash, values);
-  }
-  return hash == head.checksum;
 }
 
 std::string Hexadecimal(std::uint64_t hash) {
@@ -145,55 +103,31 @@ std::optional<GreensData> GreensStore::Load() const {
   return GreensData{std::move(*blocks), std::move(*reactions), condition->front()};
 }
 
-bool GreensStore::Has(std::size_t blocks, std::size_t reactions) const {
-  const File file(folder_.empty() ? nullptr : std::fopen(result_.c_str(), "rb"));
-  if (!file) return false;
-  const auto check = [&](Part part, std::size_t count) {
-    return CheckSection(file.get(), Tag(part, 0), count);
-  };
-  return ReadSection(file.get(), Tag(Part::kInputs, 0)) == inputs_ &&
-         check(Part::kBlocks, blocks) && check(Part::kReactions, reactions) &&
-         check(Part::kCondition, 1) && Remaining(file.get()) == 0;
-}
-
 std::optional<std::vector<double>> GreensStore::Resume(Part part, int index) {
   if (!OpenLog() || !resuming_) return std::nullopt;
   const long here = std::ftell(log_.get());
   auto values = ReadSection(log_.get(), Tag(part, index));
   if (!values) ForgetRest(here);
-  if (values) kept_[Tag(part, index)] = here;
   return values;
-}
-
-std::optional<std::vector<double>> GreensStore::Again(Part part, int index) {
-  const auto found = kept_.find(Tag(part, index));
-  if (found == kept_.end() || !log_) return std::nullopt;
-  if (std::fseek(log_.get(), found->second, SEEK_SET) != 0) return std::nullopt;
-  return ReadSection(log_.get(), found->first);
 }
 
 void GreensStore::Keep(Part part, int index, std::span<const double> values) {
   if (!OpenLog()) return;
   if (resuming_) ForgetRest(std::ftell(log_.get()));
   if (!log_) return;
-  kept_[Tag(part, index)] = std::ftell(log_.get());
-  if (WriteSection(log_.get(), Tag(part, index), Whole(values))) return;
+  if (WriteSection(log_.get(), Tag(part, index), values)) return;
   CannotWrite();
   log_.reset();
 }
 
 void GreensStore::Finish(const GreensData& data) {
-  Finish(Whole(data.blocks), Whole(data.reactions), data.condition);
-}
-
-void GreensStore::Finish(const Pieces& blocks, const Pieces& reactions, double condition) {
   if (!OpenLog()) return;
   const auto write = [&](std::FILE* file) {
-    const auto put = [&](Part part, const Pieces& values) {
+    const auto put = [&](Part part, std::span<const double> values) {
       return WriteSection(file, Tag(part, 0), values);
     };
-    return put(Part::kInputs, Whole(inputs_)) && put(Part::kBlocks, blocks) &&
-           put(Part::kReactions, reactions) && put(Part::kCondition, Whole({&condition, 1})) &&
+    return put(Part::kInputs, inputs_) && put(Part::kBlocks, data.blocks) &&
+           put(Part::kReactions, data.reactions) && put(Part::kCondition, {&data.condition, 1}) &&
            ::fsync(::fileno(file)) == 0;
   };
   if (!TryReplace(result_, write, Links::kReplace)) return CannotWrite();  // the parts stay

@@ -10,8 +10,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -36,23 +34,13 @@ class GreensStore {
 
   // The finished result; nullopt: none, or not a sound one.
   [[nodiscard]] std::optional<GreensData> Load() const;
-  // Whether Load would find one of these sizes; without its memory.
-  [[nodiscard]] bool Has(std::size_t blocks, std::size_t reactions) const;
 
   // The next part of an interrupted computation, in the order in which they were kept; nullopt: no
   // more, what follows is forgotten.
   std::optional<std::vector<double>> Resume(Part part, int index);
   // Keeps a part at once.
   void Keep(Part part, int index, std::span<const double> values);
-  // A part that was resumed or kept, again. Only between the last of them and Finish.
-  std::optional<std::vector<double>> Again(Part part, int index);
-  // Numbers that are larger than memory: each call of `next` gives some more; too few are an error.
-  struct Pieces {
-    std::size_t count = 0;  // of all together
-    std::function<std::span<const double>()> next;
-  };
   // Writes the result under another name, renames it, and forgets the parts. See GreensData.
-  void Finish(const Pieces& blocks, const Pieces& reactions, double condition);
   void Finish(const GreensData& data);
 
   // What went wrong with keeping, one clause; empty: nothing.
@@ -71,9 +59,8 @@ class GreensStore {
   std::filesystem::path folder_, result_, log_path_;
   std::vector<double> inputs_;
   File log_;
-  std::map<std::uint64_t, long> kept_;  // where each part begins in the log
-  bool tried_ = false;                  // to open the log
-  bool resuming_ = false;               // parts may follow in the log
+  bool tried_ = false;     // to open the log
+  bool resuming_ = false;  // parts may follow in the log
   std::string remark_;
 };
 

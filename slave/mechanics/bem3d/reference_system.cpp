@@ -185,18 +185,12 @@ MatrixXd ReferenceSystem::MeanMotions() const {
 
 MatrixXd ReferenceSystem::Loads(int begin, int end) const {
   MatrixXd loads = MatrixXd::Zero(order(), 3 * Eigen::Index{end - begin});
-  loads.topRows(3 * Eigen::Index{triangles()}) = LoadRows(begin, end, 0, triangles());
-  return loads;
-}
-
-MatrixXd ReferenceSystem::LoadRows(int begin, int end, int first, int last) const {
-  MatrixXd loads = MatrixXd::Zero(3 * Eigen::Index{last - first}, 3 * Eigen::Index{end - begin});
   for (int j = begin; j < end; ++j) {
     const double traction = 1 / surface_.elements[Index(j)].area;
-    for (int i = first; i < last; ++i) {
+    for (int i = 0; i < triangles(); ++i) {
       const Eigen::Matrix3d spread = traction * Blocks(i, j).of_traction;
       for (int c = 0; c < 3; ++c) {
-        if (!held(j, c)) loads.block<3, 1>(3 * (i - first), 3 * (j - begin) + c) = spread.col(c);
+        if (!held(j, c)) loads.block<3, 1>(3 * i, 3 * (j - begin) + c) = spread.col(c);
       }
     }
   }

@@ -49,8 +49,6 @@ class ReferenceSystem {
   // -Abar_0 by a unit force, spread evenly, along each component of the triangles [begin, end):
   // three columns each, zero where it is fixed.
   [[nodiscard]] Eigen::MatrixXd Loads(int begin, int end) const;
-  // Its rows of the triangles [first, last).
-  [[nodiscard]] Eigen::MatrixXd LoadRows(int begin, int end, int first, int last) const;
 
   // The corners of a triangle, counted as in CornerFit, and what the displacements at the centroids
   // come to in one.

@@ -54,11 +54,6 @@ void FlipByte(const fs::path& path, std::uintmax_t at) {
   file.put(static_cast<char>(byte ^ 0x10));
 }
 
-std::string BytesOf(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 // Reference: the computation itself, bit for bit.
 TEST_F(GreensStoreTest, WhatIsReadIsWhatWasComputed) {
   const auto computed = Make();
@@ -106,42 +101,6 @@ TEST_F(GreensStoreTest, ShortLongAndForeignFilesAreIgnoredAndWrittenAnew) {
   std::ofstream(path) << "something else altogether, and long enough to hold a head of a section";
   EXPECT_FALSE(Make().from_cache());
   EXPECT_TRUE(Make().from_cache());
-}
-
-// What palpate-precompute does, which never has all numbers at once. Reference: the file of the
-// same numbers as a whole, byte for byte.
-TEST_F(GreensStoreTest, APiecewiseResultIsTheSameFile) {
-  const GreensData data{{1, 2, 3, 4, 5, 6, 7}, {8, 9, 10}, 11};
-  GreensStore whole(folder_, {0.5});
-  whole.Finish(data);
-  const std::string expected = BytesOf(Files().at(0));
-  EXPECT_TRUE(whole.Has(7, 3));
-  EXPECT_FALSE(whole.Has(6, 4));
-  FlipByte(Files()[0], 100);
-  EXPECT_FALSE(whole.Has(7, 3));
-
-  GreensStore parts(folder_, {0.5});
-  for (int k = 0; k < 4; ++k) {
-    parts.Keep(GreensStore::Part::kColumns, k,
-               std::vector<double>(data.blocks.begin() + 2 * k,
-                                   data.blocks.begin() + std::min(2 * k + 2, 7)));
-  }
-  std::vector<double> piece;
-  const auto next = [&, k = 0]() mutable -> std::span<const double> {
-    piece = parts.Again(GreensStore::Part::kColumns, k++).value();
-    return piece;
-  };
-  EXPECT_FALSE(parts.Again(GreensStore::Part::kFactor, 0).has_value());
-  parts.Finish({7, next}, {3, [&] { return std::span(data.reactions); }}, data.condition);
-  EXPECT_EQ(parts.remark(), "");
-  EXPECT_EQ(Files().size(), 1U);
-  EXPECT_EQ(BytesOf(Files()[0]), expected);
-
-  GreensStore fewer(folder_, {0.25});
-  fewer.Finish({7, [] { return std::span<const double>(); }}, {0, {}}, 1);
-  EXPECT_NE(fewer.remark(), "");
-  EXPECT_FALSE(fewer.Has(7, 0));
-  EXPECT_EQ(Files().size(), 2U) << "the parts stay";
 }
 
 // Stops when a stage has come so far.
