@@ -62,22 +62,13 @@ void ReadGuards(Section& section, ManipulatorOptions* options) {
 void ReadArm(Section& section, ManipulatorOptions* options) {
   using Source = ManipulatorOptions::Source;
   options->source = section.OneOf<Source>(
-      "source",
-      {{"simulated", Source::kSimulated}, {"stream", Source::kStream}, {"mp285", Source::kMp285}});
-  const bool is_simulated = options->source == Source::kSimulated;
+      "source", {{"simulated", Source::kSimulated}, {"stream", Source::kStream}});
   if (section.Has("silence")) {
     options->silence = section.Number(
         "silence", Between(Dimension::kTime, 0.01, 0.1, "10 to 100 ms"), options->silence);
     if (options->source != Source::kStream) {
       section.Refuse("silence", "nothing here: it applies to `source: stream` only");
     }
-  }
-  constexpr const char* kPort = "the serial port of the micromanipulator, for example /dev/ttyUSB0";
-  if (options->source == Source::kMp285) {
-    options->port = section.Text("port", kPort);
-  } else if (section.Has("port")) {
-    section.Refuse("port", std::string("nothing with ") +
-                               (is_simulated ? "a simulated" : "a streamed") + " manipulator");
   }
 }
 

@@ -5,7 +5,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "slave/commands/check/check.h"
-#include "slave/manipulator/mp285.h"
 #include "slave/pipeline/teleop/image_latency_estimator.h"
 
 namespace palpate {
@@ -66,21 +65,10 @@ void PrintArm(const Scene& scene) {
   using Source = ManipulatorOptions::Source;
   const ManipulatorOptions& arm = scene.manipulator;
   if (arm.source == Source::kSimulated) return PrintLine("manipulator", "simulated");
-  if (arm.source == Source::kStream) {
-    return PrintLine(
-        "manipulator",
-        fmt::format("driven by a client (DriveTool); a fault is raised after {:.3g} ms of silence",
-                    1e3 * arm.silence));
-  }
-  std::error_code none;
-  const bool is_there = std::filesystem::exists(arm.port, none);
-  const Eigen::Vector3d& home = arm.home;
-  PrintLine("manipulator",
-            fmt::format("Sutter MP-285 or MP-225 on {}{}, steps of {}, travel {}; its position at "
-                        "the start is taken as ({}, {}, {})",
-                        arm.port, is_there ? "" : " (NOT FOUND)", LengthInWords(Mp285::kStep),
-                        LengthInWords(Mp285::kStep * Mp285::kTravel), LengthInWords(home.x()),
-                        LengthInWords(home.y()), LengthInWords(home.z())));
+  PrintLine(
+      "manipulator",
+      fmt::format("driven by a client (DriveTool); a fault is raised after {:.3g} ms of silence",
+                  1e3 * arm.silence));
 }
 
 bool IsLive(const Eye& eye) {

@@ -26,10 +26,8 @@ struct OperatorOptions {
 struct ManipulatorOptions {
   enum class Source : std::uint8_t {
     kSimulated,
-    kStream,  // DriveTool
-    kMp285    // Sutter MP-285 or MP-225 on a serial port
+    kStream  // DriveTool
   } source = Source::kSimulated;
-  std::string port;               // serial port of kMp285, for example /dev/ttyUSB0
   double silence = 0.040;         // longest time between reports of a driver; more is a fault [s]
   Eigen::Vector3d home{0, 0, 0};  // tool tip at the start, S [m]
   double max_speed = 0.05;        // largest tool speed [m/s]

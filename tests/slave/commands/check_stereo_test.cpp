@@ -186,9 +186,6 @@ TEST_F(CheckFilesTest, WhatIsPluggedInIsNamed) {
       AllOf(HasSubstr("image pairs from a driver (FeedPictures), 30 Hz"),
             HasSubstr("are more than 5 ms apart are not paired"),
             HasSubstr("driven by a client (DriveTool); a fault is raised after 60 ms of silence")));
-  EXPECT_THAT(said("source: stream", "mp285, port: /dev/no-such-line"),
-              HasSubstr("Sutter MP-285 or MP-225 on /dev/no-such-line (NOT FOUND), steps of 62.5 "
-                        "nm, travel 25 mm; its position at the start is taken as ("));
 }
 
 TEST(CheckCameraTest, WhatIsPluggedInIsNamed) {
