@@ -151,7 +151,8 @@ void DeclareRecordings(CLI::App* app, Arguments* a) {
   AddTls(replay, &a->link.tls);
   replay->callback([a, view] { a->replay_views = view->count() > 0; });
   CLI::App* exported = app->add_subcommand(
-      "export", "Write a recording as CSV tables, NumPy arrays, images and VTU meshes");
+      "export",
+      "Write images and VTU meshes of a recording; palpate.export in Python writes the rest");
   exported->footer("Example:\n  palpate-master export session.mcap --out session");
   Add(exported, "file", &a->exported.file, "FILE.mcap", "Recording of connect --record")
       ->required();

@@ -92,9 +92,7 @@ int ViewReplay(const ReplayOptions& options, const PagePlace& at, const std::sto
 int RunExport(const SessionExportOptions& options, const std::stop_token& stop) {
   const ExportCounts counts = ExportSession(options.file, options.out, stop);
   Console console = Console::Standard();
-  console.Print(Formatted("%llu ticks, %llu states, %llu images, %llu meshes",
-                          static_cast<unsigned long long>(counts.ticks),
-                          static_cast<unsigned long long>(counts.states),
+  console.Print(Formatted("%llu images, %llu meshes",
                           static_cast<unsigned long long>(counts.pictures),
                           static_cast<unsigned long long>(counts.meshes)));
   if (!counts.damage.empty()) console.Print("incomplete: " + counts.damage);

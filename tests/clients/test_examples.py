@@ -131,11 +131,12 @@ class Python(Examples):
         error = live["force"][contact, 1] - live["true_force"][contact, 1]
         self.assertGreater(contact.sum(), 20)
         self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * live["true_force"][:, 1].max())
-        # Reference: what the programs export of the same files.
+        # Reference: the arrays that are exported of the same files.
         self.run_example("record", recording, self.out / "read.npz")
-        for program, file in ((MASTER, recording), (SLAVE, self.out / "slave.mcap")):
-            done = run(program, "export", file, "--out", file.with_suffix(""))
-            self.assertEqual(done.returncode, 0, done.stderr)
+        from palpate.export import export
+        for file in (recording, self.out / "slave.mcap"):
+            ticks, states = export(file, file.with_suffix(""))
+            self.assertGreater(states, 100)
         arrays = palpate.read_recording(recording)
         np.testing.assert_array_equal(arrays.sent, np.load(self.out / "session/numpy/force.npy"))
         np.testing.assert_allclose(arrays.device, np.load(self.out / "session/numpy/p_M.npy"), rtol=0, atol=0)

@@ -145,8 +145,7 @@ int RunProcess(const ProcessOptions& options, const std::stop_token& stop) {
 int RunExportRecording(const RecordingExport& options, const std::stop_token& stop) {
   const RecordingCounts counts =
       Reading([&] { return ExportRecording(options.file, options.out, stop); });
-  fmt::print("{} states, {} images, {} tactile samples\n", counts.states, counts.pictures,
-             counts.tactile);
+  fmt::print("{} images\n", counts.pictures);
   if (!counts.damage.empty()) fmt::print("incomplete: {}\n", counts.damage);
   fmt::print("written: {}\n", options.out.string());
   return 0;

@@ -12,7 +12,6 @@
 #include "palpate/v1/recording.pb.h"
 #include "palpate/v1/teleoperation.pb.h"
 
-#include "master/recording/export.h"
 #include "master/recording/replay.h"
 #include "shared/text/text.h"
 #include "tests/support/scratch.h"
@@ -242,35 +241,6 @@ TEST_F(SessionRecordingTest, ARecordingWithoutTicksIsRefusedWithWhatIsAccepted) 
   { SessionRecording recording({.file = file_}); }
   EXPECT_THAT(Thrown<InputError>([&] { const Replay replay(file_); }),
               HasSubstr("accepted is a master's recording (connect --record)"));
-}
-
-TEST_F(SessionRecordingTest, ExportHasARowPerTickWithSigmaAndValidity) {
-  Record(300);
-  const ExportCounts counts = ExportSession(file_, folder_ / "out", {});
-  EXPECT_EQ(counts.ticks, 300U);
-  EXPECT_EQ(counts.states, 100U);
-  constexpr std::size_t kHeader = 128;
-  const auto array = [&](const char* name) {
-    return ReadWholeFile(folder_ / "out" / "numpy" / name, 1 << 20, "a test's file")
-        .substr(kHeader);
-  };
-  const std::string force = array("force.npy"), validity = array("validity.npy"),
-                    sigma = array("sigma.npy");
-  ASSERT_EQ(force.size(), 300 * 3 * sizeof(double));
-  ASSERT_EQ(validity.size(), 300U);
-  double third[3], known = 0, unknown = 0;
-  std::memcpy(third, force.data() + 2 * sizeof third, sizeof third);
-  ExpectNear({third[0], third[1], third[2]}, told_[2].chain.sent);
-  EXPECT_EQ(validity[2], v1::VALIDITY_EXTRAPOLATED);
-  std::memcpy(&known, sigma.data() + 2 * sizeof known, sizeof known);
-  std::memcpy(&unknown, sigma.data() + 5 * sizeof unknown, sizeof unknown);
-  EXPECT_EQ(known, 0.25);
-  EXPECT_TRUE(std::isnan(unknown));
-  std::ifstream log(folder_ / "out" / "log.csv");
-  std::string line;
-  int lines = 0;
-  while (std::getline(log, line)) ++lines;
-  EXPECT_EQ(lines, 301);
 }
 
 }  // namespace

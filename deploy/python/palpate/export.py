@@ -1,0 +1,150 @@
+"""Writes a recording as NumPy arrays and CSV: python3 -m palpate.export FILE.mcap OUT
+
+Of a master's recording: one entry per tick in OUT/numpy (t, p_M, p_S, force, estimated, sigma, validity, check, phase,
+reasons, state_sequence, age, sensed_age, marks), the same as OUT/ticks.csv, and OUT/states.csv with a row per received state.
+Of a slave's recording: one entry per state (t, sample, p_S_tip, force, sigma, moment, moment_sigma, validity, check), the
+same as OUT/states.csv, and with fingertips tactile (t, then 19 electrodes, dynamic and static pressure of each).
+SI units; t [s] since the first entry. Unknown numbers are NaN, in CSV empty. Images and meshes: `palpate-master export` and
+`palpate-slave export`.
+"""
+from __future__ import annotations
+
+import argparse
+import csv
+import pathlib
+import sys
+from typing import Any
+
+import numpy as np
+
+from palpate.recording import messages
+from palpate.state import vector
+from palpate.v1 import recording_pb2, state_pb2
+
+Columns = dict[str, list[Any]]
+UNKNOWN = (np.nan, np.nan, np.nan)
+ELECTRODES = 19
+
+
+def export(file: pathlib.Path, out: pathlib.Path) -> tuple[int, int]:
+    """Writes the arrays and tables; returns the numbers of ticks and of states. Raises ValueError: no recording."""
+    ticks, states, sensed = Columns(), Columns(), Columns()
+    tactile: list[list[float]] = []
+    by_sequence: dict[int, state_pb2.SlaveState] = {}
+    first = None
+    for topic, t, data in messages(file):
+        first = t if first is None else first
+        if topic == "/slave/state":
+            state = state_pb2.SlaveState.FromString(data)
+            by_sequence[state.sequence] = state
+            _add(states, _of_state(t - first, state))
+        elif topic == "/master/tick":
+            tick = recording_pb2.ForceTick.FromString(data)
+            _add(ticks, _of_tick(t - first, tick, by_sequence.get(tick.state_sequence)))
+        elif topic == "/slave/sense":
+            step = recording_pb2.SenseStep.FromString(data)
+            kind = step.WhichOneof("step")
+            if kind == "estimate":
+                _add(sensed, _of_estimate(step.estimate.felt))
+            elif kind == "tactile":
+                tactile.append(_of_tactile(step.tactile))
+    (out / "numpy").mkdir(parents=True, exist_ok=True)
+    if ticks:
+        _save(out / "numpy", ticks)
+        _write(out / "ticks.csv", ticks)
+        if states:
+            _write(out / "states.csv", states)
+    else:
+        if sensed:
+            begin = min([sensed["t"][0]] + [row[0] for row in tactile[:1]])
+            sensed["t"] = [t - begin for t in sensed["t"]]
+            _save(out / "numpy", sensed)
+            _write(out / "states.csv", sensed)
+            for row in tactile:
+                row[0] -= begin
+        if tactile:
+            width = max(len(row) for row in tactile)
+            np.save(out / "numpy/tactile.npy", np.array([row + [np.nan] * (width - len(row)) for row in tactile]))
+    return len(ticks.get("t", [])), len((states or sensed).get("t", []))
+
+
+def _add(columns: Columns, row: dict[str, Any]) -> None:
+    for name, value in row.items():
+        columns.setdefault(name, []).append(value)
+
+
+def _force(message: Any) -> Any:
+    return vector(message.force) if message.HasField("force") else np.array(UNKNOWN)
+
+
+def _of_state(t: float, state: state_pb2.SlaveState) -> dict[str, Any]:
+    true = vector(state.true_force) if state.HasField("true_force") else np.array(UNKNOWN)
+    return {"t": t, "sequence": state.sequence, "tip": vector(state.p_S_tip), "f": _force(state),
+            "sigma": state.sigma if state.HasField("force") else np.nan, "validity": np.uint8(state.validity),
+            "check": np.uint8(state.check), "true_f": true}
+
+
+def _of_tick(t: float, tick: recording_pb2.ForceTick, state: state_pb2.SlaveState | None) -> dict[str, Any]:
+    known = tick.HasField("estimated")
+    reasons = sum(1 << (int(reason) - 1) for reason in tick.reasons)
+    return {"t": t, "p_M": vector(tick.p_M), "p_S": vector(tick.p_S), "force": vector(tick.sent),
+            "estimated": vector(tick.estimated) if known else np.array(UNKNOWN),
+            "sigma": state.sigma if known and state is not None else np.nan,
+            "validity": np.uint8(state.validity if state is not None else 0),
+            "check": np.uint8(state.check if state is not None else 0), "phase": np.uint8(tick.phase),
+            "reasons": np.uint64(reasons), "state_sequence": np.uint64(tick.state_sequence),
+            "age": tick.state_age if tick.HasField("state_age") else np.nan,
+            "sensed_age": tick.sensed_age if tick.HasField("sensed_age") else np.nan, "marks": np.uint64(tick.marks)}
+
+
+def _of_estimate(felt: recording_pb2.FeltState) -> dict[str, Any]:
+    has_moment = felt.HasField("moment")
+    return {"t": 1e-9 * felt.sensed_at_ns, "sample": np.uint64(felt.sample), "p_S_tip": vector(felt.p_S_tip),
+            "force": _force(felt), "sigma": felt.sigma if felt.HasField("force") else np.nan,
+            "moment": vector(felt.moment) if has_moment else np.array(UNKNOWN),
+            "moment_sigma": felt.moment_sigma if has_moment else np.nan, "validity": np.uint8(felt.validity),
+            "check": np.uint8(felt.check)}
+
+
+def _of_tactile(frame: Any) -> list[float]:
+    row = [1e-9 * frame.sensed_at_ns]
+    last = max((i for i, finger in enumerate(frame.fingers) if finger.present), default=0)
+    for finger in frame.fingers[:last + 1]:
+        row += [*finger.electrodes, finger.pac, finger.pdc] if finger.present else [np.nan] * (ELECTRODES + 2)
+    return row
+
+
+def _save(folder: pathlib.Path, columns: Columns) -> None:
+    for name, values in columns.items():
+        np.save(folder / f"{name}.npy", np.array(values))
+
+
+def _write(path: pathlib.Path, columns: Columns) -> None:
+    header: list[str] = []
+    cells: list[list[str]] = []
+    for name, values in columns.items():
+        array = np.array(values)
+        parts = array.T if array.ndim == 2 else [array]
+        header += [f"{name}_{axis}" for axis in "xyz"] if array.ndim == 2 else [name]
+        cells += [["" if part.dtype.kind == "f" and np.isnan(x) else f"{x:.9g}" if part.dtype.kind == "f" else str(x)
+                   for x in part] for part in parts]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([header, *zip(*cells)])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="palpate.export", description="Writes a recording as NumPy arrays and CSV")
+    parser.add_argument("file", type=pathlib.Path, metavar="FILE.mcap")
+    parser.add_argument("out", type=pathlib.Path, metavar="OUT")
+    arguments = parser.parse_args()
+    try:
+        ticks, states = export(arguments.file, arguments.out)
+    except (ValueError, OSError) as error:
+        print(f"palpate.export: {error}", file=sys.stderr)
+        return 2
+    print(f"{ticks} ticks, {states} states")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
