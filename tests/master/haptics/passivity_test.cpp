@@ -96,6 +96,15 @@ TEST_F(PassivityControlTest, AForceIsAffordedByWhatTheHandPutIn) {
               1e-12);
 }
 
+// Pushed 1 mm out by 0.3 N there is a debt of 0.3 mJ. A force that falls to 0.1 N pays 0.1 mJ of it
+// with half of its fall times the way: what is left is below the 0.25 mJ that are not damped.
+TEST_F(PassivityControlTest, WhatAFallingForcePaysIsNotDampedAsWell) {
+  port.Observe({0, 0, 0}, {0, 0, 0}, kTick);
+  port.Observe({0.001, 0, 0}, {0.3, 0, 0}, kTick);
+  EXPECT_EQ(port.Apply({0.1, 0, 0}, {1, 0, 0}, kTick).x(), 0.1);
+  EXPECT_LT(port.Apply({0.3, 0, 0}, {1, 0, 0}, kTick).x(), 0.3);
+}
+
 // Whose force turns away from where it drives the hand has less of the slew limit to fall there.
 TEST_F(PassivityControlTest, WhatIsHeldUnpaidFallsFirst) {
   port.Observe({0, 0, 0}, {3, 0, 0}, kTick);

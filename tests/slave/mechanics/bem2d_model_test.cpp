@@ -331,6 +331,9 @@ TEST(Bem2dModel, FailsOnAbsurdContactsAndRecovers) {
     contact.width = bad;
     ExpectFailure(model, {contact}, "width");
   }
+  Contact aside = bodies::Move(kTop, {0, -1e-3});
+  aside.prescribed_O.z() = 1e-3;
+  ExpectFailure(model, {aside}, "a little out of the plane");
   Contact nowhere = bodies::Move(-1, {0, -1e-3});
   nowhere.p_O = {kNaN, 0, 0};
   ExpectFailure(model, {nowhere}, "place");

@@ -84,6 +84,28 @@ TEST(SlowStopTest, NobodyWaitsForTheDiskWhileAStopIsRecorded) {
   EXPECT_TRUE(slave.answered_meanwhile);
 }
 
+// A slave whose operator is evicted while it records a stop.
+class EvictingSlave final : public FakeSlave {
+ public:
+  void EmergencyStop(const std::string& reason) override {
+    FakeSlave::EmergencyStop(reason);
+    lease->Evict("the lease changes meanwhile");
+  }
+  OperatorLease* lease = nullptr;
+};
+
+TEST(SlowStopTest, ACommandWhoseStopOutlastsItsLeaseDoesNothingElse) {
+  EvictingSlave slave;
+  OperatorLease lease(slave, kSilence);
+  slave.lease = &lease;
+  const auto answer = lease.RequestTicket("a", "Ada", [](const std::string&) {});
+  v1::OperatorCommand command;
+  command.set_sequence(1);
+  command.set_stop(true);
+  EXPECT_TRUE(lease.Command(std::get<OperatorLease::Ticket>(answer), command));
+  EXPECT_TRUE(slave.commands().empty());
+}
+
 TEST_F(LeaseTest, ASilentHolderGivesWayToTheNextWhoAsks) {
   std::string dismissed;
   ASSERT_NE(Take("silent", &dismissed), 0U);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <arpa/inet.h>
@@ -16,6 +17,7 @@
 
 #include "master/link/slave_link.h"
 #include "shared/link/latest_value.h"
+#include "shared/text/text.h"
 #include "shared/tls/credentials.h"
 #include "slave/service/roles.h"
 #include "tests/slave/service/service_fixture.h"
@@ -167,6 +169,47 @@ TEST_F(TlsTest, WhoIsRevokedIsCutAndNotHeardAgain) {
   ASSERT_TRUE(Eventually([&] { return slave_.ends() == 1; }));
   EXPECT_EQ(Stop(*As("mallory")), grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(SetParameters(*As("operator")), grpc::StatusCode::OK) << "others are heard";
+  fs::remove(At("slave/crl.pem"));
+}
+
+// What gRPC knows about a peer of this certificate and name.
+class Peer final : public grpc::AuthContext {
+ public:
+  Peer(std::string certificate, std::string name)
+      : certificate_(std::move(certificate)), name_(std::move(name)) {}
+  bool IsPeerAuthenticated() const override { return true; }
+  std::vector<grpc::string_ref> GetPeerIdentity() const override { return {}; }
+  std::string GetPeerIdentityPropertyName() const override { return {}; }
+  std::vector<grpc::string_ref> FindPropertyValues(const std::string& name) const override {
+    if (name == GRPC_X509_PEM_CERT_PROPERTY_NAME) return {certificate_};
+    if (name == GRPC_X509_SAN_PROPERTY_NAME) return {name_};
+    return {};
+  }
+  grpc::AuthPropertyIterator begin() const override { return Nothing(); }
+  grpc::AuthPropertyIterator end() const override { return Nothing(); }
+  void AddProperty(const std::string& /*key*/, const grpc::string_ref& /*value*/) override {}
+  bool SetPeerIdentityPropertyName(const std::string& /*name*/) override { return false; }
+
+ private:
+  struct Nothing : grpc::AuthPropertyIterator {};
+  const std::string certificate_, name_;
+};
+
+// On a connection that was made before the revocation.
+TEST_F(TlsTest, EachCallOfWhoIsRevokedIsRefused) {
+  Certs("operator " + At("ca") + " " + At("trudy") + " trudy");
+  const auto check = RoleCheck(std::make_shared<RevocationList>(At("slave")));
+  Peer trudy(ReadWholeFile(At("trudy") + "/cert.pem", 1 << 16, "a certificate"),
+             "palpate://operator/trudy");
+  const auto answer = [&] {
+    grpc::AuthMetadataProcessor::OutputMetadata consumed, response;
+    return check
+        ->Process({{":path", "/palpate.v1.Teleoperation/GetScene"}}, &trudy, &consumed, &response)
+        .error_code();
+  };
+  EXPECT_EQ(answer(), grpc::StatusCode::OK);
+  Certs("revoke " + At("ca") + " " + At("trudy/cert.pem") + " " + At("slave"));
+  EXPECT_TRUE(Eventually([&] { return answer() == grpc::StatusCode::UNAUTHENTICATED; }));
   fs::remove(At("slave/crl.pem"));
 }
 
@@ -328,9 +371,11 @@ TEST_F(TlsTest, BeyondThisMachineTlsIsEnough) {
 TEST_F(TlsTest, WhatIsMissingOrOpenToOthersIsNamed) {
   EXPECT_THROW(ChannelTls(At("nowhere")), std::invalid_argument);
   const std::string key = At("admin") + "/key.pem";
-  fs::permissions(key, fs::perms::others_read, fs::perm_options::add);
-  EXPECT_THROW(ChannelTls(At("admin")), std::invalid_argument);
-  fs::permissions(key, fs::perms::others_read, fs::perm_options::remove);
+  for (const auto reader : {fs::perms::group_read, fs::perms::others_read}) {
+    fs::permissions(key, reader, fs::perm_options::add);
+    EXPECT_THROW(ChannelTls(At("admin")), std::invalid_argument);
+    fs::permissions(key, reader, fs::perm_options::remove);
+  }
 }
 
 // gRPC would serve on, and hear nobody.

@@ -89,11 +89,12 @@ TEST(PlateModel, HeldPlacesFeelEachOtherReciprocally) {
   EXPECT_NEAR(at_q / at_p, 1, 1e-11);
   EXPECT_GT(at_q, 0);  // the held place pulls back
 
+  const Vector2d r(0.003, -0.02);
   for (const Contact& first : {Moved(p, 1e-4), Loaded(p, 0.1)}) {
-    const auto now = Query(model, {first, Moved(q, 1e-4)});
+    const auto now = Query(model, {first, Moved(q, 1e-4), Moved(r, 1e-4)});
     auto more = first;
     more.prescribed_O.z() *= 1.001;
-    const auto then = Query(model, {more, Moved(q, 1e-4)});
+    const auto then = Query(model, {more, Moved(q, 1e-4), Moved(r, 1e-4)});
     const double slope = (then[0].force_O.z() - now[0].force_O.z()) /
                          (then[0].displacement_O.z() - now[0].displacement_O.z());
     EXPECT_NEAR(now[0].stiffness_O(2, 2) / slope, 1, 1e-9);

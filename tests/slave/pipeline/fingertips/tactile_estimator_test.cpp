@@ -416,6 +416,26 @@ TEST(TactileEstimatorTest, SamplesThatAreLostNowAndThenLeaveTheForceKnown) {
   }
 }
 
+// The network takes the mean over its window. Where a force grows evenly, samples that are made up
+// for in the right number leave that mean as it is.
+TEST(TactileEstimatorTest, AnEvenlyGrowingForceIsBridgedOverASampleThatDoesNotCome) {
+  const Vector3d way(0, 0, -0.003);
+  Touching whole(CubeScene(kAbove)), holed(CubeScene(kAbove));
+  for (int i = 1; i <= 40; ++i) {
+    for (Touching* t : {&whole, &holed}) {
+      t->hand.forces_F[0] = {0, 0, -0.01 * i};
+      t->hand.active[0] = true;
+    }
+    const ContactEstimate& expected = whole.Estimate(1, way);
+    const TactileFrame frame = holed.hand.Next();
+    if (i % 10 == 7) continue;
+    const ContactEstimate& felt =
+        holed.estimator.Estimate(frame, holed.scene.manipulator.home + way);
+    ASSERT_TRUE(felt.force && expected.force) << i;
+    EXPECT_NEAR(felt.force->z(), expected.force->z(), 1e-6) << i;
+  }
+}
+
 TEST(TactileEstimatorTest, TimesOfMechanicsAreThoseOfSamplesThatTouch) {
   Touching t(CubeScene(kAbove));
   EXPECT_EQ(t.estimator.times().mechanics.count(), 0U);

@@ -224,10 +224,14 @@ TEST_F(OperatorPortTest, ALostCommandLosesNoMotion) {
 TEST_F(OperatorPortTest, AnOlderCommandIsDropped) {
   Send(Next({0, 0, 0}));
   const OperatorCommand old = Next({0, 0.5, 0});
-  Send(Next({0, 0.001, 0}));
+  const OperatorCommand newest = Next({0, 0.001, 0});
+  Send(newest);
   const Vector3d tip = arm_.Tip();
+  const auto taken = port_.counts().taken;
   EXPECT_TRUE(Send(old));
+  EXPECT_TRUE(Send(newest)) << "repeated";
   EXPECT_EQ(arm_.Tip(), tip);
+  EXPECT_EQ(port_.counts().taken, taken);
 }
 
 TEST_F(OperatorPortTest, AnOpenClutchStandsAndClosingItAgainMovesNothing) {
