@@ -94,7 +94,7 @@ class Idle(unittest.TestCase):
         self.assertLess(2 * idle_cpu, busy_cpu)
 
 
-COMMANDS = "study", "train", "identify", "evaluate", "verify", "calibrate"  # programs of their own
+COMMANDS = "study", "precompute", "train", "identify", "evaluate", "verify", "calibrate"  # programs of their own
 
 
 class Parts(unittest.TestCase):
