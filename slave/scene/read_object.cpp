@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>
@@ -132,7 +133,9 @@ MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
                         geometry.Number("resolution", length, 0.0)};
   if (name.empty()) return mesh;
   std::error_code error;
-  const bool is_known = std::ranges::find(kEndings, mesh.file.extension()) != kEndings.end();
+  std::string ending = mesh.file.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool is_known = std::ranges::find(kEndings, ending) != kEndings.end();
   if (!is_known || !std::filesystem::is_regular_file(mesh.file, error)) {
     geometry.Refuse("mesh", kAccepted);
   }

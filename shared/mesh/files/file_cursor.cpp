@@ -79,6 +79,15 @@ FileCursor::FileCursor(std::filesystem::path file) : file_(std::move(file)) {
   } catch (const InputError& error) {
     throw std::invalid_argument(error.what());
   }
+  constexpr std::string_view kUtf8 = "\xEF\xBB\xBF", kUtf16Little = "\xFF\xFE",
+                             kUtf16Big = "\xFE\xFF";
+  if (text_.starts_with(kUtf16Little) || text_.starts_with(kUtf16Big)) {
+    Refuse("text in UTF-16", "UTF-8");
+  }
+  if (text_.starts_with(kUtf8)) text_.erase(0, kUtf8.size());
+  // Old programs end lines of text by CR alone.
+  const bool is_binary = text_.find('\0') != std::string::npos;
+  if (!is_binary && text_.find('\n') == std::string::npos) std::ranges::replace(text_, '\r', '\n');
 }
 
 void FileCursor::Seek(std::size_t position) {
@@ -161,8 +170,9 @@ bool RowReader::Next() {
     fields_ = Split(line);
     if (fields_.empty()) continue;
     if (fields_[0] != "*INCLUDE") return true;
-    if (fields_.size() != 2) Refuse("*INCLUDE", "the name of a file after it");
-    Include(std::string(fields_[1]));
+    if (fields_.size() < 2) Refuse("*INCLUDE", "the name of a file after it");
+    line = Trimmed(line.substr(0, line.find('#')));  // a name may have blanks
+    Include(std::string(Trimmed(line.substr(fields_[0].size()))));
   }
 }
 

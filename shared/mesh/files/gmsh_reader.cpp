@@ -1,6 +1,7 @@
 // Gmsh's .msh, versions 2 and 4.1, ASCII and binary.
 // Source: Gmsh reference manual, "MSH file format" and "MSH file format version 2 (Legacy)".
 #include <array>
+#include <set>
 #include <string>
 
 #include "shared/mesh/files/mesh_builder.h"
@@ -45,6 +46,9 @@ class GmshReader {
   MeshFile Read(double unit) {
     ReadFormat();
     while (!cursor_.AtEnd()) ReadSection();
+    if (has_group_names_ || groups_.size() > 1) {
+      builder_.Remark("physical groups are not used: the whole object has the scene's material");
+    }
     return builder_.Finish(unit);
   }
 
@@ -83,7 +87,14 @@ class GmshReader {
       version_4_ ? ReadNodes4() : ReadNodes2();
     } else if (name == "$Elements") {
       version_4_ ? ReadElements4() : ReadElements2();
+    } else if (name == "$ParametricNodes") {
+      cursor_.Refuse(name, "$Nodes (in Gmsh without Mesh.SaveParametric)");
     } else {
+      if (name == "$PhysicalNames") {
+        has_group_names_ = true;
+      } else if (name != "$Entities" && name != "$Comments") {
+        builder_.Remark("section " + Quoted(name) + " is not used");
+      }
       PassOver("$End" + name.substr(1));
       return;
     }
@@ -148,7 +159,8 @@ class GmshReader {
       for (std::int64_t i = 0; i < block; ++i) {
         if (!text) number = cursor_.Whole<std::int32_t>("element", 0, kMostTag);
         for (std::int64_t t = 0; t < tags; ++t) {
-          cursor_.Whole<std::int32_t>("tag", -kMostTag, kMostTag);
+          const std::int64_t tag = cursor_.Whole<std::int32_t>("tag", -kMostTag, kMostTag);
+          if (t == 0 && kind.use == Use::kTet) groups_.insert(tag);  // the physical one
         }
         ReadCell<std::int32_t>(kind, number);
       }
@@ -193,8 +205,9 @@ class GmshReader {
     SkipRange();
     for (std::size_t b = 0; b < blocks; ++b) {
       cursor_.Whole<std::int32_t>("dimension", 0, 3);
-      cursor_.Whole<std::int32_t>("entity", -kMostTag, kMostTag);
+      const std::int64_t entity = cursor_.Whole<std::int32_t>("entity", -kMostTag, kMostTag);
       const CellKind& kind = Kind();
+      if (kind.use == Use::kTet) groups_.insert(entity);
       const std::int64_t count = BlockCount("elements in block", left);
       for (std::int64_t i = 0; i < count; ++i) {
         ReadCell<std::uint64_t>(kind, cursor_.Whole<std::uint64_t>("element", 0, kMostTag));
@@ -240,6 +253,8 @@ class GmshReader {
   MeshBuilder builder_;
   bool version_4_ = false;
   NumberForm numbers_ = NumberForm::kText;
+  bool has_group_names_ = false;
+  std::set<std::int64_t> groups_;  // of the tetrahedra
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "shared/mesh/files/mesh_builder.h"
 #include "shared/mesh/files/readers.h"
 #include "shared/mesh/node_merger.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -63,7 +64,9 @@ class PlyReader {
  private:
   void ReadHeader() {
     std::string_view line;
-    if (!cursor_.NextLine(&line) || line != "ply") {
+    const bool has_line = cursor_.NextLine(&line);
+    if (line.starts_with("ply\r")) cursor_.Refuse("line ends of CR alone", "LF or CR LF");
+    if (!has_line || (Trimmed(line) != "ply" && Trimmed(line) != "PLY")) {
       cursor_.Refuse("the file does not begin with `ply`", "a PLY file");
     }
     NumberForm form = NumberForm::kText;

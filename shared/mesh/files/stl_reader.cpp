@@ -7,6 +7,7 @@
 #include "shared/mesh/files/mesh_builder.h"
 #include "shared/mesh/files/readers.h"
 #include "shared/mesh/node_merger.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {
@@ -17,28 +18,31 @@ constexpr CellKind kKind{0, 3, CellKind::Use::kTriangle, "triangle"};
 
 using Corners = std::vector<Eigen::Vector3d>;  // three per triangle
 
-// Files of text begin with `solid`, but so do some binary headers: the length decides.
-bool IsBinary(FileCursor* cursor) {
-  if (cursor->text().size() < kHeader + 4) return false;
-  cursor->Seek(kHeader);
-  cursor->set_form(NumberForm::kLittleEndian);
-  const auto count = static_cast<std::uint64_t>(cursor->Whole<std::uint32_t>("", 0, ~0U));
-  if (cursor->text().size() == kHeader + 4 + kTriangle * count) return true;
-  const bool text = cursor->text().starts_with("solid");
-  if (text) {
-    cursor->Seek(0);
-    cursor->set_form(NumberForm::kText);
-    return false;
-  }
-  cursor->Refuse("count of triangles " + std::to_string(count),
-                 std::to_string((cursor->text().size() - kHeader - 4) / kTriangle) +
-                     ", what the file has room for");
+std::string Lower(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+// Some binary headers begin with `solid`, too: text has no zero bytes and a facet or an end.
+bool IsText(std::string_view text) {
+  const std::string begin = Lower(Trimmed(text.substr(0, 10 * kHeader)));
+  return begin.starts_with("solid") && begin.find('\0') == std::string::npos &&
+         (begin.find("facet") != std::string::npos || begin.find("endsolid") != std::string::npos);
 }
 
 Corners ReadBinary(FileCursor* cursor) {
+  cursor->Seek(kHeader);
+  cursor->set_form(NumberForm::kLittleEndian);
+  const std::size_t count = cursor->Count<std::uint32_t>("count of triangles", kTriangle);
+  const std::size_t tail = cursor->rest().size() - kTriangle * count;
+  if (tail >= kTriangle) {
+    cursor->Refuse("count of triangles " + std::to_string(count),
+                   std::to_string(count + tail / kTriangle) + ", as the length of the file says");
+  }
   Corners corners;
-  corners.reserve(3 * (cursor->rest().size() / kTriangle));
-  while (!cursor->rest().empty()) {
+  corners.reserve(3 * count);
+  while (corners.size() < 3 * count) {
     const std::size_t begin = cursor->position();
     cursor->Seek(begin + 12);  // behind the normal, which the corners' order tells too
     for (int i = 0; i < 3; ++i) corners.push_back(cursor->Point<float>());
@@ -49,9 +53,7 @@ Corners ReadBinary(FileCursor* cursor) {
 
 void Expect(FileCursor* cursor, const char* word) {
   const std::string_view found = cursor->Word(word);
-  std::string lower(found);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (lower != word) cursor->Refuse(Quoted(found), std::string("`") + word + "` here");
+  if (Lower(found) != word) cursor->Refuse(Quoted(found), std::string("`") + word + "` here");
 }
 
 Corners ReadText(FileCursor* cursor) {
@@ -60,9 +62,9 @@ Corners ReadText(FileCursor* cursor) {
   std::string_view name;
   cursor->NextLine(&name);
   for (;;) {
-    const std::string_view word = cursor->Word("`facet` or `endsolid`");
-    if (word == "endsolid" || word == "ENDSOLID") break;
-    if (word != "facet" && word != "FACET") cursor->Refuse(Quoted(word), "`facet` or `endsolid`");
+    const std::string word = Lower(cursor->Word("`facet` or `endsolid`"));
+    if (word == "endsolid") break;
+    if (word != "facet") cursor->Refuse(Quoted(word), "`facet` or `endsolid`");
     Expect(cursor, "normal");
     for (int i = 0; i < 3; ++i) cursor->Word("a normal");
     Expect(cursor, "outer");
@@ -83,7 +85,7 @@ Corners ReadText(FileCursor* cursor) {
 
 MeshFile ReadStl(const std::filesystem::path& file, double unit) {
   FileCursor cursor(file);
-  const Corners corners = IsBinary(&cursor) ? ReadBinary(&cursor) : ReadText(&cursor);
+  const Corners corners = IsText(cursor.text()) ? ReadText(&cursor) : ReadBinary(&cursor);
   double largest = 0;
   for (const auto& p : corners) largest = std::max(largest, p.cwiseAbs().maxCoeff());
   MeshBuilder builder(cursor);
