@@ -16,7 +16,6 @@
 
 #include "palpate/v1/recording.pb.h"
 
-#include "shared/recording/npy.h"
 #include "shared/recording/recording_reader.h"
 #include "shared/text/text.h"
 #include "tests/support/scratch.h"
@@ -289,22 +288,6 @@ TEST(RecordLimitTest, IsASizeInPeoplesUnits) {
   for (const char* text : {"", "GB", "-1 GB", "1 XB", "nan", "10", "1e30 TB", "8 GB more"}) {
     EXPECT_THROW(ParseRecordLimit(text), std::invalid_argument) << text;
   }
-}
-
-// The layout is that of numpy.lib.format, version 1.0.
-TEST(NpyFileTest, HasTheHeaderThatNumpyReads) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("npy-test." + std::to_string(getpid()) + ".npy");
-  auto rows = NpyFile::Of<double>(file, 3);
-  const double row[] = {1, 2, 3};
-  for (int i = 0; i < 2; ++i) rows.Add(std::span<const double>(row));
-  rows.Finish();
-  const std::string bytes = ReadWholeFile(file, 1000, "a test's file");
-  std::filesystem::remove(file);
-  ASSERT_EQ(bytes.size(), 128 + 6 * sizeof(double));
-  EXPECT_EQ(bytes.substr(0, 10), std::string("\x93NUMPY\x01\x00\x76\x00", 10));
-  EXPECT_THAT(bytes, HasSubstr("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }"));
-  EXPECT_EQ(bytes[127], '\n');
 }
 
 }  // namespace

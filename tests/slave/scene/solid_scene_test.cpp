@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "slave/scene/model_kinds.h"
 #include "slave/scene/scene_loader.h"
 #include "tests/slave/scene/scene_file.h"
 #include "tests/support/scratch.h"
