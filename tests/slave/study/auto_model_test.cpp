@@ -140,6 +140,7 @@ TEST(AutoModelTest, WhatMovesInTimeOrHasWeightIsLeftToFiniteElements) {
     EXPECT_THAT(decided->model.kind, testing::StartsWith("fem"));
     EXPECT_NE(decided->model.kind, "fem-green");
     EXPECT_EQ(decided->model.fem.time, scene.model.fem.time);
+    EXPECT_EQ(decided->model.fem.gravity_O, scene.model.fem.gravity_O);
     const auto& rejected = decided->model.decision.rejected;
     EXPECT_TRUE(std::ranges::any_of(rejected, [](const RejectedModel& one) {
       return one.why == "is not dynamic" || one.why == "has no gravity";
