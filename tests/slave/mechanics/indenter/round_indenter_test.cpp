@@ -135,6 +135,7 @@ TEST(LargePressTest, TheStiffnessIsTheForcesSlopeAtItsDepth) {
     scene.object.fixed = {Fixed{FixedPlane{2, 0}}};
     scene.model.kind = "fem";
     scene.model.fem.law = law;
+    scene.model.range = 0.5;
     scene.model.contact = ContactLaw::kFrictionless;
     const ObjectMesh mesh = MeshObject(scene, std::nullopt);
     const auto model = MakeModel(scene, mesh);
