@@ -111,6 +111,9 @@ int Main(int argc, char** argv) {
       return RunWatch(a.watch, [] { return g_stop.load(); });
     }
     CheckBeforehand(a);
+    if (FindInvalidUtf8(a.link.operator_name) != std::string::npos) {
+      throw std::invalid_argument("the operator's name: accepted is UTF-8");
+    }
     if (a.link.operator_name.empty()) a.link.operator_name = NameOfUser();
     NameCalls(a.link.operator_name);
     if (!a.metrics.empty()) {
@@ -142,5 +145,8 @@ int Main(int argc, char** argv) {
 }  // namespace palpate
 
 int main(int argc, char** argv) {
-  return palpate::Main(argc, argv);
+  const int code = palpate::Main(argc, argv);
+  if (code != palpate::kDone || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) return code;
+  std::fputs("palpate-master: standard output cannot be written\n", stderr);
+  return palpate::kFailed;
 }

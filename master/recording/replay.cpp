@@ -113,7 +113,7 @@ Replay::Replay(std::filesystem::path file) : file_(std::move(file)) {
   }
   span_.damage = reader.damage();
   if (span_.ticks == 0) {
-    throw InputError(file_.string() +
+    throw InputError((span_.damage.empty() ? file_.string() : span_.damage) +
                      ": contains no tick: accepted is a master's recording (connect --record)");
   }
   const auto session = reader.mcap().notes().find(kSessionNote);

@@ -176,7 +176,12 @@ void McapReader::TakeChunk(std::string_view content) {
   const std::string_view how = fields.Text(), packed = fields.LongBytes();
   if (!fields.ok() || size > kLargestChunk) return Damage("a chunk's header is incomplete");
   auto unpacked = Unpack(packed, how, size);
-  if (!unpacked) return Damage("a chunk cannot be unpacked (" + Shown(how) + ")");
+  if (!unpacked) {
+    const bool is_known = how.empty() || how == "zstd";
+    return Damage(is_known ? "a chunk is damaged"
+                           : "a chunk is compressed with " + Shown(how) +
+                                 ": accepted is zstd or no compression");
+  }
   if (crc != 0 && Crc32(*unpacked) != crc) return Damage("a chunk's checksum is wrong");
   chunk_ = *std::move(unpacked);
   rest_ = chunk_;

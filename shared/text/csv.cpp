@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <system_error>
 #include <utility>
+
+#include "shared/text/column_title.h"
 
 namespace palpate {
 namespace {
@@ -13,14 +16,29 @@ namespace {
 constexpr std::size_t kLongestLine = 1 << 16;  // [bytes]
 constexpr int kMostLines = 10'000'000;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr std::string_view kUtf16Little = "\xFF\xFE", kUtf16Big = "\xFE\xFF";
 
-void Split(std::string_view line, std::vector<std::string_view>* cells) {
-  cells->clear();
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    cells->push_back(Trimmed(line.substr(begin, end - begin)));
-    begin = end + 1;
+void AppendUtf8(unsigned code, std::string* text) {
+  const auto byte = [&](unsigned value) { *text += static_cast<char>(value); };
+  if (code < 0x80) return byte(code);
+  if (code < 0x800) {
+    byte(0xC0U | code >> 6U);
+  } else if (code < 0x10000) {
+    byte(0xE0U | code >> 12U), byte(0x80U | (code >> 6U & 0x3FU));
+  } else {
+    byte(0xF0U | code >> 18U), byte(0x80U | (code >> 12U & 0x3FU));
+    byte(0x80U | (code >> 6U & 0x3FU));
   }
+  byte(0x80U | (code & 0x3FU));
+}
+
+// A cell with a decimal comma as one with a point; nullopt: it is no such number.
+std::optional<std::string> WithPoint(std::string_view cell) {
+  const std::size_t comma = cell.find(',');
+  if (comma == std::string_view::npos) return std::nullopt;
+  std::string point(cell);
+  point[comma] = '.';
+  return ParseFinite(point) ? std::optional(point) : std::nullopt;
 }
 
 std::string Names(std::span<const CsvTable::Column> columns) {
@@ -44,31 +62,185 @@ void AppendNumber(std::string* text, double value, int digits) {
 }
 
 CsvLines::CsvLines(const std::filesystem::path& file, char comment)
-    : file_(file), stream_(file, std::ios::binary), line_(kLongestLine), comment_(comment) {
+    : file_(file), stream_(file, std::ios::binary), comment_(comment) {
   std::error_code error;
   if (!stream_ || std::filesystem::is_directory(file, error)) {
     throw InputError(file.string() + ": cannot be read: accepted is a CSV file");
+  }
+  Fill();
+  ChooseDialect();
+}
+
+bool CsvLines::Fill() {
+  std::string block(kLongestLine, '\0');
+  const bool is_first = at_ == 0 && buffer_.empty() && odd_.empty();
+  stream_.read(block.data(), static_cast<std::streamsize>(block.size()));
+  block.resize(static_cast<std::size_t>(stream_.gcount()));
+  if (stream_.bad()) Fail("cannot be read");
+  if (block.empty()) return false;
+  buffer_.erase(0, at_);
+  at_ = 0;
+  std::string_view rest = block;
+  if (is_first && rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
+  if (is_first && (rest.starts_with(kUtf16Little) || rest.starts_with(kUtf16Big))) {
+    encoding_ = rest.starts_with(kUtf16Big) ? Encoding::kUtf16Big : Encoding::kUtf16Little;
+    rest.remove_prefix(kUtf16Little.size());
+  }
+  Decode(rest);
+  return true;
+}
+
+void CsvLines::Decode(std::string_view block) {
+  if (encoding_ == Encoding::kBytes) {
+    buffer_.append(block);
+    return;
+  }
+  odd_.append(block);
+  const auto unit = [&](std::size_t i) {
+    const auto first = static_cast<unsigned char>(odd_[i]);
+    const auto second = static_cast<unsigned char>(odd_[i + 1]);
+    return encoding_ == Encoding::kUtf16Big ? first << 8U | second : second << 8U | first;
+  };
+  std::size_t i = 0;
+  while (i + 1 < odd_.size()) {
+    unsigned code = static_cast<unsigned>(unit(i));
+    if ((code & 0xFC00U) == 0xD800U) {  // the first half of a pair
+      if (i + 3 >= odd_.size()) break;
+      code = 0x10000U + ((code & 0x3FFU) << 10U) + (static_cast<unsigned>(unit(i + 2)) & 0x3FFU);
+      i += 2;
+    }
+    AppendUtf8(code, &buffer_);
+    i += 2;
+  }
+  odd_.erase(0, i);
+}
+
+// The separator that gives most numbers; without any number, one that is there. A comma comes last,
+// since it may be in names and in numbers.
+void CsvLines::ChooseDialect() {
+  const std::string_view head = buffer_;
+  if (head.find('\n') == std::string_view::npos) line_end_ = '\r';
+  std::size_t most = 0;
+  for (const char separator : {'\t', ';', ','}) {
+    std::size_t numbers = 0, cells = 0;
+    for (std::size_t begin = 0; begin < head.size();) {
+      const std::size_t end = std::min(head.find(line_end_, begin), head.size());
+      const std::string_view line = Trimmed(head.substr(begin, end - begin));
+      begin = end + 1;
+      if (line.empty() || (comment_ != 0 && line.front() == comment_)) continue;
+      if (end == head.size() && end >= kLongestLine) continue;  // it may go on
+      try {
+        Split(line, separator);
+      } catch (const InputError&) {
+        continue;
+      }
+      if (cells_.size() < 2) continue;
+      cells += cells_.size();
+      for (const std::string_view cell : cells_) {
+        const bool is_number = ParseFinite(cell) || (separator != ',' && WithPoint(cell));
+        numbers += is_number ? 1 : 0;
+      }
+    }
+    // Numbers count more than names; these decide for a header alone.
+    const std::size_t score = 1000 * numbers + std::min<std::size_t>(cells, 999);
+    if (score <= most) continue;
+    most = score;
+    separator_ = separator;
+  }
+  cells_.clear();
+}
+
+// Cells between separators; quotes around one hide separators, two inside are one.
+void CsvLines::Split(std::string_view line, char separator) {
+  cells_.clear();
+  unquoted_.clear();
+  unquoted_.reserve(line.size());  // cells stay where they are
+  for (std::size_t begin = 0; begin <= line.size();) {
+    const std::size_t first = line.find_first_not_of(' ', begin);
+    if (first == std::string_view::npos || line[first] != '"') {
+      const std::size_t end = std::min(line.find(separator, begin), line.size());
+      cells_.push_back(Trimmed(line.substr(begin, end - begin)));
+      begin = end + 1;
+      continue;
+    }
+    const std::size_t from = unquoted_.size();
+    std::size_t at = first + 1;
+    for (; at < line.size(); ++at) {
+      if (line[at] == '"' && ++at < line.size() && line[at] == '"') {
+        unquoted_ += '"';
+      } else if (line[at - 1] == '"' && at > first + 1) {
+        break;
+      } else {
+        unquoted_ += line[at];
+      }
+    }
+    const std::size_t end = std::min(line.find_first_not_of(' ', at), line.size());
+    const bool is_closed = at <= line.size() && line[at - 1] == '"' && at > first + 1;
+    if (!is_closed || (end < line.size() && line[end] != separator)) {
+      Fail("a quote that is not closed, or text behind it: accepted is \"...\" around a cell");
+    }
+    cells_.push_back(Trimmed(std::string_view(unquoted_).substr(from)));
+    begin = end + 1;
+  }
+}
+
+// A decimal comma becomes a point.
+void CsvLines::TakeCommas() {
+  const auto refuse_mixed = [&](std::string_view cell) {
+    if (has_comma_ && has_point_) {
+      Fail(Shown(cell) +
+           ": decimal commas and decimal points in one table: accepted is one of them");
+    }
+  };
+  for (std::string_view& cell : cells_) {
+    if (cell.find('.') != std::string_view::npos && separator_ != ',' && ParseFinite(cell)) {
+      has_point_ = true;
+      refuse_mixed(cell);
+    }
+    const auto point = WithPoint(cell);
+    if (!point) continue;
+    if (separator_ == ',') {
+      Fail(Shown(cell) +
+           ": a comma in a number: accepted is a decimal point where commas separate");
+    }
+    has_comma_ = true;
+    refuse_mixed(cell);
+    // In place, in whichever of both buffers it is.
+    *const_cast<char*>(cell.data() + cell.find(',')) = '.';
   }
 }
 
 bool CsvLines::Next() {
   do {
-    stream_.getline(line_.data(), static_cast<std::streamsize>(line_.size()));
-    auto length = static_cast<std::size_t>(stream_.gcount());
-    if (length == 0 && stream_.eof()) return false;
-    ++number_;
-    if (stream_.bad()) Fail("cannot be read");
-    if (stream_.fail()) Fail("a line of 64 KiB or more: accepted is a CSV file");
-    if (number_ > kMostLines) Fail("more than ten million lines: accepted is a shorter file");
-    if (!stream_.eof()) --length;  // the line's end counts, but is not stored
-    text_ = {line_.data(), length};
-    if (number_ == 1 && text_.starts_with(kByteOrderMark)) {
-      text_.remove_prefix(kByteOrderMark.size());
+    std::size_t end = buffer_.find(line_end_, at_);
+    while (end == std::string::npos && buffer_.size() - at_ < kLongestLine && Fill()) {
+      end = buffer_.find(line_end_, at_);
     }
-    text_ = Trimmed(text_);
+    if (at_ >= buffer_.size()) return false;
+    ++number_;
+    const std::size_t length = std::min(end, buffer_.size()) - at_;
+    if (length + 1 >= kLongestLine) Fail("a line of 64 KiB or more: accepted is a CSV file");
+    if (number_ > kMostLines) Fail("more than ten million lines: accepted is a shorter file");
+    const std::string_view raw = std::string_view(buffer_).substr(at_, length);
+    line_.clear();
+    if (FindInvalidUtf8(raw) == std::string_view::npos) {
+      line_ = raw;
+    } else {  // Latin-1
+      for (const char c : raw) AppendUtf8(static_cast<unsigned char>(c), &line_);
+    }
+    at_ = std::min(at_ + length + 1, buffer_.size());
+    text_ = Trimmed(line_);
   } while (text_.empty() || (comment_ != 0 && text_.front() == comment_));
-  Split(text_, &cells_);
+  // A tab at the line's beginning is behind an empty cell.
+  Split(separator_ == '\t' ? std::string_view(line_).substr(0, line_.find_last_not_of('\r') + 1)
+                           : text_,
+        separator_);
+  TakeCommas();
   return true;
+}
+
+void CsvLines::DropEmptyEnd(std::size_t count) {
+  while (cells_.size() > count && cells_.back().empty()) cells_.pop_back();
 }
 
 void CsvLines::Fail(const std::string& what, int line) const {
@@ -80,59 +252,50 @@ std::string CsvLines::Located(const std::string& what, int line) const {
   return file_.string() + ":" + std::to_string(number) + ": " + what;
 }
 
-std::optional<std::size_t> CsvBelowHeader::Find(std::string_view column) const {
-  const auto found = std::ranges::find(header_, column);
-  if (found == header_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header_.begin());
+CsvTable::CsvTable(const std::filesystem::path& file, std::vector<Column> columns, Header header)
+    : CsvLines(file, columns.empty() || header == Header::kOptional ? '#' : 0),
+      columns_(std::move(columns)) {
+  if (CsvLines::Next()) {
+    TakeHeader(header);
+  } else if (columns_.empty()) {
+    Fail("empty: accepted is a CSV file with a header row");
+  }  // else Next complains
 }
 
-void CsvBelowHeader::RequireAllCells() const {
-  if (cells().size() == header_.size()) return;
-  Fail(std::to_string(cells().size()) + " cells: accepted is " + std::to_string(header_.size()) +
-       ", as in the header");
-}
-
-CsvRows::CsvRows(const std::filesystem::path& file) : CsvBelowHeader(file) {
-  if (!CsvLines::Next()) Fail("empty: accepted is a CSV file with a header row");
-  if (cells().size() > 1 && cells().back().empty()) DropLastCell();
-  for (const std::string_view name : cells()) {
-    if (Find(name)) Fail("column " + Shown(name) + " appears twice: accepted is once");
-    header_.emplace_back(name);
+void CsvTable::TakeHeader(Header header) {
+  DropEmptyEnd(1);
+  const auto is_number = [](std::string_view cell) { return ParseFinite(cell).has_value(); };
+  if (header == Header::kOptional && std::ranges::any_of(cells(), is_number)) {
+    is_row_ = true;
+    for (const auto& [name, required] : columns_) header_.emplace_back(name);
+    to_si_.assign(header_.size(), 1);
+    return;
   }
-}
-
-bool CsvRows::Next() {
-  if (!CsvLines::Next()) return false;
-  if (cells().size() == header_.size() + 1 && cells().back().empty()) DropLastCell();
-  RequireAllCells();
-  return true;
-}
-
-double CsvRows::Number(std::size_t column, double limit) const {
-  const auto value = ParseFinite(Text(column));
-  if (!value || std::abs(*value) > limit) Refuse(column, "a finite number");
-  return *value;
-}
-
-std::string CsvRows::Complaint(std::size_t column, const std::string& accepted) const {
-  return Located(Shown(header_[column]) + " = " + Shown(Text(column)) + ": accepted is " +
-                 accepted);
-}
-
-void CsvRows::Refuse(std::size_t column, const std::string& accepted) const {
-  throw InputError(Complaint(column, accepted));
-}
-
-CsvTable::CsvTable(const std::filesystem::path& file, std::vector<Column> columns)
-    : CsvBelowHeader(file, 0), columns_(std::move(columns)) {
-  if (!CsvLines::Next()) return;  // Next complains
-  for (const std::string_view name : cells()) {
-    const bool is_repeated = std::ranges::find(header_, name) != header_.end();
-    header_.emplace_back(name);
-    if (!is_repeated && std::ranges::find(columns_, name, &Column::name) != columns_.end())
-      continue;
-    Fail("column = " + Shown(name) + (is_repeated ? " again" : "") + ": accepted is " +
-         Names(columns_));
+  for (const std::string_view title : cells()) {
+    const bool is_known = std::ranges::find(columns_, title, &Column::name) != columns_.end();
+    const ColumnTitle parts = is_known ? ColumnTitle{std::string(title)} : SplitTitle(title);
+    if (!parts.unknown_unit.empty() && !columns_.empty()) {
+      Fail("column " + Shown(title) + ": unit " + Shown(parts.unknown_unit) +
+           " is not understood: accepted is " + InWords(Quantity::kLength) + ", " +
+           InWords(Quantity::kForce) + " or " + InWords(Quantity::kTime));
+    }
+    const bool is_plain = !parts.to_si;
+    std::string name = is_plain ? std::string(title) : parts.name;
+    if (header == Header::kOptional) {
+      for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    const bool is_repeated = !name.empty() && Find(name);
+    if (is_repeated && columns_.empty()) {
+      Fail("column " + Shown(name) + " appears twice: accepted is once");
+    }
+    const bool is_wanted = columns_.empty() || header == Header::kOptional || name.empty() ||
+                           std::ranges::find(columns_, name, &Column::name) != columns_.end();
+    if (is_repeated || !is_wanted) {
+      Fail("column = " + Shown(title) + (is_repeated ? " again" : "") + ": accepted is " +
+           Names(columns_));
+    }
+    header_.push_back(name);
+    to_si_.push_back(parts.to_si.value_or(1));
   }
   for (const auto& [name, required] : columns_) {
     if (!required || Has(name)) continue;
@@ -140,20 +303,40 @@ CsvTable::CsvTable(const std::filesystem::path& file, std::vector<Column> column
   }
 }
 
-bool CsvTable::Next() {
-  if (CsvLines::Next()) {
-    RequireAllCells();
-    is_empty_ = false;
-    return true;
+// Takes the units if this is such a row: no number, and a unit of some column.
+bool CsvTable::IsRowOfUnits() {
+  bool has_unit = false;
+  std::vector<double> to_si = to_si_;
+  for (std::size_t i = 0; i < cells().size(); ++i) {
+    if (cells()[i].empty()) continue;
+    const auto unit = FindUnit(cells()[i]);
+    if (!unit) return false;
+    has_unit = has_unit || (!ParseFinite(cells()[i]) && unit->name != "-");
+    to_si[i] = unit->to_si;
   }
-  if (!is_empty_) return false;
-  Fail("no rows: accepted is a header " + Names(columns_) + " and one row or more", number() + 1);
+  if (has_unit) to_si_ = std::move(to_si);
+  return has_unit;
 }
 
-std::string CsvTable::Text(std::string_view column) const {
-  const auto place = Find(column);
-  if (!place || cells()[*place].empty()) Refuse(column, "a name");
-  return std::string(cells()[*place]);
+bool CsvTable::Next() {
+  if (!std::exchange(is_row_, false) && !CsvLines::Next()) {
+    if (!is_empty_ || columns_.empty()) return false;
+    Fail("no rows: accepted is a header " + Names(columns_) + " and one row or more", number() + 1);
+  }
+  DropEmptyEnd(header_.size());
+  if (cells().size() != header_.size()) {
+    Fail(std::to_string(cells().size()) + " cells: accepted is " + std::to_string(header_.size()) +
+         ", as in the header");
+  }
+  if (is_empty_ && IsRowOfUnits()) return Next();
+  is_empty_ = false;
+  return true;
+}
+
+std::optional<std::size_t> CsvTable::Find(std::string_view column) const {
+  const auto found = std::ranges::find(header_, column);
+  if (found == header_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header_.begin());
 }
 
 bool CsvTable::IsAbsent(std::string_view column) const {
@@ -161,20 +344,37 @@ bool CsvTable::IsAbsent(std::string_view column) const {
   return !place || cells()[*place].empty();
 }
 
+std::string CsvTable::Text(std::string_view column) const {
+  if (IsAbsent(column)) Refuse(column, "a name");
+  return std::string(cells()[*Find(column)]);
+}
+
+double CsvTable::Number(std::size_t column, double limit) const {
+  const auto value = ParseFinite(Text(column));
+  if (!value || !(std::abs(*value) <= limit)) Refuse(column, "a finite number");
+  return to_si_[column] * *value;
+}
+
 double CsvTable::Number(std::string_view column) const {
   const auto place = Find(column);
   if (!place) return 0;
-  const std::string_view cell = cells()[*place];
-  if (cell.empty() && !std::ranges::find(columns_, column, &Column::name)->required) return 0;
-  const auto value = ParseFinite(cell);
-  if (!value) Refuse(column, "a finite number");
-  return *value;
+  const auto known = std::ranges::find(columns_, column, &Column::name);
+  if (cells()[*place].empty() && known != columns_.end() && !known->required) return 0;
+  return Number(*place);
+}
+
+std::string CsvTable::Complaint(std::size_t column, const std::string& accepted) const {
+  return Located(Shown(header_[column]) + " = " + Shown(Text(column)) + ": accepted is " +
+                 accepted);
+}
+
+void CsvTable::Refuse(std::size_t column, const std::string& accepted) const {
+  throw InputError(Complaint(column, accepted));
 }
 
 void CsvTable::Refuse(std::string_view column, std::string_view accepted) const {
-  const auto place = Find(column);
-  Fail(std::string(column) + " = " + (place ? Shown(cells()[*place]) : "") + ": accepted is " +
-       std::string(accepted));
+  if (const auto place = Find(column)) Refuse(*place, std::string(accepted));
+  Fail(std::string(column) + " = : accepted is " + std::string(accepted));
 }
 
 }  // namespace palpate

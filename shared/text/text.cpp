@@ -107,6 +107,35 @@ std::string Shown(std::string_view text, std::size_t most) {
   return shown;
 }
 
+std::size_t FindInvalidUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = LengthOfFirst(text.substr(at));
+    if (length == 0) return at;
+    at += length;
+  }
+  return std::string_view::npos;
+}
+
+std::string CodesIn(std::string_view text) {
+  constexpr int kMost = 3;
+  std::string codes;
+  for (int count = 0; !text.empty() && count < kMost;) {
+    const std::size_t length = std::max<std::size_t>(LengthOfFirst(text), 1);
+    if (length > 1) {
+      const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+      unsigned code = byte(0) & (0xFFU >> (length + 1));
+      for (std::size_t i = 1; i < length; ++i) code = code << 6U | (byte(i) & 0x3FU);
+      const std::string name = Formatted("U+%04X", code);
+      if (codes.find(name) == std::string::npos) {
+        codes.append(codes.empty() ? " (has " : ", ").append(name);
+        ++count;
+      }
+    }
+    text.remove_prefix(length);
+  }
+  return codes.empty() ? codes : codes + ")";
+}
+
 std::string Presentable(std::string_view text, std::size_t most) {
   std::string shown;
   for (std::size_t count = 0; !text.empty() && count < most; ++count) {

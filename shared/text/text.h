@@ -69,6 +69,11 @@ __attribute__((format(printf, 1, 2))) std::string Formatted(const char* format, 
 // Printable form of `text`: at most `most` bytes of whole characters, then `...`. Control
 // characters and invalid UTF-8 become `?`.
 std::string Shown(std::string_view text, std::size_t most = 60);
+// Offset of the first byte that is no UTF-8; npos: all is.
+std::size_t FindInvalidUtf8(std::string_view text);
+// The characters beyond ASCII as ` (has U+00A0, U+0430)`, at most three: many look like ASCII.
+// Empty: there are none.
+std::string CodesIn(std::string_view text);
 // The first `most` UTF-8 characters of untrusted `text`, safe for a terminal, log or message.
 // Control characters (C0, C1) and direction marks become blanks.
 std::string Presentable(std::string_view text, std::size_t most);

@@ -21,7 +21,7 @@ constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
 constexpr std::array kNumbers{"x", "y", "z", "qw", "qx", "qy", "qz"};
 using NumberColumns = std::array<std::size_t, kNumbers.size()>;
 
-NumberColumns FindNumbers(const CsvRows& rows) {
+NumberColumns FindNumbers(const CsvTable& rows) {
   NumberColumns columns{};
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto found = rows.Find(kNumbers[i]);
@@ -34,7 +34,7 @@ NumberColumns FindNumbers(const CsvRows& rows) {
   return columns;
 }
 
-Eigen::Isometry3d ReadPose(const CsvRows& rows, const NumberColumns& columns) {
+Eigen::Isometry3d ReadPose(const CsvTable& rows, const NumberColumns& columns) {
   std::array<double, kNumbers.size()> v{};
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i], kFarthest);
   const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
@@ -120,7 +120,7 @@ class RecordedTactile final : public TactileSource {
 FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers,
                          double hold)
     : file_(file), hold_(hold) {
-  CsvRows rows(file);
+  CsvTable rows(file);
   const std::size_t time = FindTimeColumn(rows);
   const NumberColumns columns = FindNumbers(rows);
   const auto name = rows.Find("finger");
@@ -130,7 +130,6 @@ FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Fi
       if (name && rows.Text(*name) != finger.name) continue;
       auto& poses = poses_[finger.name];
       const double t = ReadTime(rows, time, poses.empty() ? nullptr : &poses.back().t);
-      if (!poses.empty() && t == poses.back().t) continue;
       poses.push_back({t, X_SF});
     }
   }

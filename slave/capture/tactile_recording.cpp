@@ -39,7 +39,7 @@ int ElectrodeNumber(std::string_view name) {
 }
 
 // The prefixes of all columns that name an electrode, in the file's order.
-std::vector<std::string> PrefixesIn(const CsvRows& rows) {
+std::vector<std::string> PrefixesIn(const CsvTable& rows) {
   std::vector<std::string> prefixes;
   for (const std::string& name : rows.header()) {
     const std::size_t begin = name.rfind('_') + 1;  // 0 where there is none
@@ -56,7 +56,7 @@ std::string NameOf(std::string_view prefix) {
 
 // The prefixes of the fingers wanted. A file of one finger without a name holds whichever is
 // wanted.
-std::vector<std::string> ChoosePrefixes(const CsvRows& rows, std::span<const std::string> wanted) {
+std::vector<std::string> ChoosePrefixes(const CsvTable& rows, std::span<const std::string> wanted) {
   auto prefixes = PrefixesIn(rows);
   if (prefixes.empty())
     rows.Fail("no electrodes: accepted are columns E1 to E19 or NAME_E1 to NAME_E19");
@@ -76,7 +76,7 @@ std::vector<std::string> ChoosePrefixes(const CsvRows& rows, std::span<const std
   return chosen;
 }
 
-FingerColumns FindFinger(const CsvRows& rows, const std::string& prefix) {
+FingerColumns FindFinger(const CsvTable& rows, const std::string& prefix) {
   FingerColumns columns;
   columns.prefix = prefix;
   const auto find = [&](int electrode) {
@@ -104,7 +104,7 @@ FingerColumns FindFinger(const CsvRows& rows, const std::string& prefix) {
   return columns;
 }
 
-std::vector<FingerColumns> FindFingers(const CsvRows& rows, std::span<const std::string> wanted) {
+std::vector<FingerColumns> FindFingers(const CsvTable& rows, std::span<const std::string> wanted) {
   std::vector<FingerColumns> fingers;
   for (const std::string& prefix : ChoosePrefixes(rows, wanted)) {
     fingers.push_back(FindFinger(rows, prefix));
@@ -116,7 +116,7 @@ RecordedFinger Described(const FingerColumns& columns) {
   return {NameOf(columns.prefix), columns.pac.has_value(), columns.pdc.has_value(), {}};
 }
 
-FingerReading ReadSample(const CsvRows& rows, const FingerColumns& columns) {
+FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
   const auto counts = [&](std::size_t column) {
     return static_cast<float>(rows.Number(column, kMostCounts));
   };
@@ -133,7 +133,7 @@ FingerReading ReadSample(const CsvRows& rows, const FingerColumns& columns) {
 // Columns that are neither time nor of the fingers read, as long as all their cells are numbers.
 class OtherColumns {
  public:
-  OtherColumns(const CsvRows& rows, std::size_t time, const std::vector<FingerColumns>& fingers)
+  OtherColumns(const CsvTable& rows, std::size_t time, const std::vector<FingerColumns>& fingers)
       : is_kept_(rows.header().size(), true), values_(rows.header().size()) {
     is_kept_[time] = false;
     for (const FingerColumns& finger : fingers) {
@@ -142,19 +142,19 @@ class OtherColumns {
       if (finger.pdc) is_kept_[*finger.pdc] = false;
     }
   }
-  void Take(const CsvRows& rows) {
+  void Take(const CsvTable& rows) {
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
       if (!is_kept_[i]) continue;
       const auto value = ParseFinite(rows.Text(i));
       is_kept_[i] = value.has_value();
       if (value) {
-        values_[i].push_back(std::clamp(*value, -kMostOther, kMostOther));
+        values_[i].push_back(std::clamp(rows.to_si(i) * *value, -kMostOther, kMostOther));
       } else {
         refused_.emplace(rows.header()[i], rows.Complaint(i, "a finite number"));
       }
     }
   }
-  void Release(const CsvRows& rows, TactileRecording* recording) {
+  void Release(const CsvTable& rows, TactileRecording* recording) {
     for (std::size_t i = 0; i < is_kept_.size(); ++i) {
       if (is_kept_[i]) recording->others.emplace(rows.header()[i], std::move(values_[i]));
     }
@@ -179,7 +179,7 @@ std::string RecordedFinger::MissingColumn() const {
 
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
                                                std::span<const std::string> wanted) {
-  const CsvRows rows(file);
+  const CsvTable rows(file);
   std::vector<RecordedFinger> fingers;
   for (const FingerColumns& columns : FindFingers(rows, wanted)) {
     fingers.push_back(Described(columns));
@@ -189,7 +189,7 @@ std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file
 
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted) {
-  CsvRows rows(file);
+  CsvTable rows(file);
   const std::size_t time = FindTimeColumn(rows);
   TactileRecording recording;
   const std::vector<FingerColumns> fingers = FindFingers(rows, wanted);
@@ -197,7 +197,6 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
   OtherColumns others(rows, time, fingers);
   while (rows.Next()) {
     const double t = ReadTime(rows, time, recording.t.empty() ? nullptr : &recording.t.back());
-    if (!recording.t.empty() && t == recording.t.back()) continue;
     recording.t.push_back(t);
     for (std::size_t i = 0; i < fingers.size(); ++i) {
       recording.fingers[i].samples.push_back(ReadSample(rows, fingers[i]));
@@ -209,20 +208,21 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
   return recording;
 }
 
-std::size_t FindTimeColumn(const CsvRows& rows) {
+std::size_t FindTimeColumn(const CsvTable& rows) {
   for (const char* name : kNames) {
     if (const auto column = rows.Find(name)) return *column;
   }
   rows.Fail("no time: accepted is a column rel_time_s, time_s, t, time or timestamp [s]");
 }
 
-double ReadTime(const CsvRows& rows, std::size_t column, const double* before) {
-  const auto t = ParseFinite(rows.Text(column));
-  if (!t || std::abs(*t) > kLatest) rows.Refuse(column, "a time in seconds");
-  if (before != nullptr && *t < *before) {
-    rows.Refuse(column, "a time that does not decrease, from " + std::to_string(*before) + " on");
+double ReadTime(const CsvTable& rows, std::size_t column, const double* before) {
+  const auto number = ParseFinite(rows.Text(column));
+  const double t = number ? rows.to_si(column) * *number : 0;
+  if (!number || std::abs(t) > kLatest) rows.Refuse(column, "a time in seconds");
+  if (before != nullptr && t <= *before) {
+    rows.Refuse(column, "a time that increases from row to row, after " + std::to_string(*before));
   }
-  return *t;
+  return t;
 }
 
 }  // namespace palpate

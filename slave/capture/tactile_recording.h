@@ -18,7 +18,7 @@
 
 namespace palpate {
 
-class CsvRows;
+class CsvTable;
 
 struct RecordedFinger {
   std::string name;  // empty where the file has one finger without a name
@@ -40,7 +40,7 @@ struct TactileRecording {
 // and `pac1` are accepted too. One header row; lines that begin with # are comments. `wanted`: the
 // fingers to read, empty: all. Throws std::runtime_error `file:line: ...`: unreadable, a finger or
 // an electrode missing (which), a row with more or fewer columns than the header, not a finite
-// number, a time that decreases.
+// number, a time that does not increase.
 TactileRecording ReadTactileRecording(const std::filesystem::path& file,
                                       std::span<const std::string> wanted);
 
@@ -64,13 +64,12 @@ std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool pac
 // Where recorded fingertips were: a CSV file of columns `t,finger,x,y,z,qw,qx,qy,qz`: time on the
 // recording's clock [s] (or another of its names), finger as the scene calls it (without the
 // column: all fingers), origin of F in S [m], rotation of F in S as a quaternion of length one to 1
-// %. Rows of fingers that the scene does not have are passed over, and of two at the same time the
-// second.
+// %. Rows of fingers that the scene does not have are passed over.
 class FingerPoses {
  public:
   // Throws std::runtime_error `file:line: ...`: unreadable, a column missing, not a finite number,
-  // not a unit quaternion, a finger's time that decreases, no pose of any of `fingers`. `hold`:
-  // validity of the first pose before its time and of the last one after it [s].
+  // not a unit quaternion, a finger's time that does not increase, no pose of any of `fingers`.
+  // `hold`: validity of the first pose before its time and of the last one after it [s].
   FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers, double hold);
 
   // X_SF of `finger` at `t` [s]: between two poses linear in position and spherically linear in
@@ -91,11 +90,11 @@ class FingerPoses {
 
 // Which column of a recording is its clock: `rel_time_s`, `time_s`, `t`, `time` or `timestamp`, the
 // first that is there. Throws std::runtime_error `file:line: ...`: none is.
-std::size_t FindTimeColumn(const CsvRows& rows);
+std::size_t FindTimeColumn(const CsvTable& rows);
 
-// The time of this row [s]. Throws: no time in seconds, or earlier than `*before` (null: the first
-// row).
-double ReadTime(const CsvRows& rows, std::size_t column, const double* before);
+// The time of this row [s]. Throws: no time in seconds, or not later than `*before` (null: the
+// first row).
+double ReadTime(const CsvTable& rows, std::size_t column, const double* before);
 
 // When a frame of a recording is due, and between which of its samples it lies.
 struct TactileInstant {

@@ -110,7 +110,10 @@ void LogWithoutWaiting() {
 
 int ExitCode(const std::function<int()>& command) {
   try {
-    return command();
+    const int code = command();
+    if (code != 0 || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) return code;
+    std::fputs("palpate-slave: standard output cannot be written\n", stderr);
+    return kFailed;
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return kUnusable;

@@ -14,6 +14,7 @@
 #include "shared/program/program.h"
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/scene/decided_model.h"
 #include "slave/study/auto_model.h"
@@ -100,6 +101,7 @@ std::filesystem::path CacheFolder() {
 Scene LoadRunningScene(const std::filesystem::path& file, const std::vector<std::string>& overrides,
                        SceneUse use, const std::stop_token& stop) {
   Scene scene = LoadScene(file, overrides, use);
+  LogRemarks(scene);
   if (scene.model.kind != "auto" || !study::CanStudy(scene) || !EstimatesForce(scene)) return scene;
   // `solve` answers for the model as it is, a session as its sensing uses it.
   SenseOptions sense = scene.sense;

@@ -36,6 +36,7 @@ struct MaterialTest {
   bool cauchy = false;                          // true stress; else nominal (first Piola-Kirchhoff)
   std::vector<std::pair<int, int>> components;  // of the stress that were measured
   std::vector<TestRow> rows;
+  std::vector<std::string> remarks;  // on its table, a sentence each
   double end_factor = 1;  // factor by which bonded ends stiffen the specimen, see bonded_cylinder.h
 
   [[nodiscard]] double Peak() const;  // largest size of a measured stress [Pa]

@@ -1,7 +1,6 @@
 // The numbers of a CSV table below whatever remarks, its columns by name and unit.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <optional>
@@ -9,18 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include "shared/text/column_title.h"
+
 namespace palpate::identify {
 
-enum class Quantity : std::uint8_t { kNumber, kLength, kForce, kStress, kTime };
-// `a length in m mm um ...`, with the units that are understood.
-std::string InWords(Quantity quantity);
-
-struct RawColumn {
-  std::string title;                 // unchanged text
-  std::string name;                  // small letters, without the unit
-  std::optional<double> to_si;       // factor of the unit it names; nullopt: it names none
-  std::optional<Quantity> quantity;  // quantity of that unit
-  std::string unknown_unit;          // what stands where a unit does and is not understood
+struct RawColumn : ColumnTitle {
+  std::string title;  // unchanged text
 };
 
 struct RawTable {

@@ -210,7 +210,9 @@ void CheckRow(const RawTable& table, std::size_t i, const MaterialTest& test, co
   if (!possible) {
     FailAt(table, i,
            Formatted("%s = %g: accepted is %s", shear ? "amount of shear" : "stretch", row.abscissa,
-                     shear ? "-50 to 50" : "0.02 to 50"));
+                     shear ? "-50 to 50"
+                           : "0.02 to 50; is the strain in percent? Then write its "
+                             "unit %"));
   }
   for (const double stress : row.measured) {
     if (!(std::abs(stress) < kMostStress)) FailAt(table, i, "a stress beyond 1e13 Pa");
@@ -252,6 +254,42 @@ void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test)
   }
   test->end_factor =
       BondedCylinderFactor(*specimen.diameter / *specimen.height, specimen.poisson_ratio);
+}
+
+// How a test begins, and a strain that looks like percent: a remark each.
+void AddRemarks(const RawTable& table, const Abscissa& x, MaterialTest* test) {
+  constexpr double kContact = 0.01, kSlack = 0.05, kPreload = 0.05, kAtRest = 0.01;
+  const bool is_shear = test->kind == TestKind::kShear;
+  const auto strain_of = [&](const TestRow& row) {
+    return std::abs(is_shear ? row.abscissa : row.abscissa - 1);
+  };
+  const auto add = [&](const char* format, double value) {
+    test->remarks.push_back(test->name + ": " + Formatted(format, 100 * value));
+  };
+  if (test->rows.empty()) return;
+  const double largest = strain_of(*std::ranges::max_element(test->rows, {}, strain_of));
+  const double peak = test->Peak();
+  const auto loaded = std::ranges::find_if(test->rows, [&](const TestRow& row) {
+    return std::abs(row.measured.front()) > kContact * peak;
+  });
+  const TestRow& first = test->rows.front();
+  if (loaded - test->rows.begin() >= 3) {
+    const double toe = strain_of(*std::prev(loaded)) - strain_of(first);
+    if (std::abs(toe) > kSlack * largest) {
+      add("no load up to %.3g %% strain: probably slack before contact; the strain counts from "
+          "contact",
+          strain_of(*std::prev(loaded)));
+    }
+  }
+  if (std::abs(first.measured.front()) > kPreload * peak && strain_of(first) < kAtRest * largest) {
+    add("the load at rest is %.3g %% of the largest: a preload or an offset, which is not taken "
+        "off",
+        std::abs(first.measured.front()) / peak);
+  }
+  if (x.measure == Measure::kStrain && !table.columns[x.column].to_si && largest > 1) {
+    add("strains up to %.4g %% in a column without a unit: if these are percent, write the unit %%",
+        largest);
+  }
 }
 
 bool InRange(const Specimen& specimen, double strain) {
@@ -349,6 +387,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
     AddRow(table, i, row, &test);
   }
   if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
+  AddRemarks(table, x, &test);
   Finish(table, specimen, &test);
   return test;
 }

@@ -245,6 +245,13 @@ SurfaceMesh SurfaceOf(const ObjectMesh& mesh) {
   return surface ? *surface : SurfaceMesh();
 }
 
+double SizeOf(const ObjectMesh& mesh) {
+  if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) return 2 * outline->length_unit;
+  if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) return 2 * disc->radius;
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  return Diagonal(solid != nullptr ? solid->nodes : std::get<SurfaceMesh>(mesh).nodes);
+}
+
 TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) skin_ = SurfaceOf(*solid);
 }

@@ -37,6 +37,9 @@ BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen)
 // The surface of a volume or of a closed surface; empty for others.
 SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
 
+// A length that no contact on the object is wider than [m]: the diagonal, or twice the larger side.
+double SizeOf(const ObjectMesh& mesh);
+
 // Where contacts of an object are possible (contracts, `solve`).
 class TouchableSurface {
  public:

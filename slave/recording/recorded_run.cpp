@@ -101,8 +101,8 @@ class Again {
     run_.damage = samples_.gap().empty() ? steps_.damage() : samples_.gap();
     run_.scene = scene_.name;
     if (run_.differences.states == 0) {
-      throw InputError(
-          "this recording contains no estimate: accepted is a recording with a sample");
+      throw InputError((run_.damage.empty() ? "this recording" : run_.damage) +
+                       ": contains no estimate: accepted is a recording with a sample");
     }
     WriteSummary();
     return std::move(run_);

@@ -88,7 +88,7 @@ RecordedBeginning::RecordedBeginning(const std::filesystem::path& file) {
   const auto& notes = reader.mcap().notes();
   const auto found = notes.find(kSenseNote);
   if (found == notes.end()) {
-    throw InputError(file.string() +
+    throw InputError((reader.damage().empty() ? file.string() : reader.damage()) +
                      ": contains no sensing: accepted is a recording by a slave (serve --record)");
   }
   note = found->second;

@@ -1,10 +1,8 @@
 #include "slave/scene/contour_file.h"
 
 #include <cstddef>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <system_error>
 
 #include "shared/text/csv.h"
@@ -13,25 +11,11 @@ namespace palpate {
 namespace {
 
 constexpr std::size_t kMostPoints = 4000;  // as many elements a model may have
-constexpr std::size_t kLongestQuote = 12;  // the file may be anything that can be read
-
-std::optional<Eigen::Vector2d> ParseRow(const std::vector<std::string_view>& cells) {
-  if (cells.size() < 2) return std::nullopt;
-  const auto x = ParseFinite(cells[0]), y = ParseFinite(cells[1]);
-  if (!x || !y) return std::nullopt;
-  return Eigen::Vector2d(*x, *y);
-}
 
 std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
   std::vector<Eigen::Vector2d> points;
-  CsvLines lines(file);
-  while (lines.Next()) {
-    if (const auto point = ParseRow(lines.cells())) {
-      points.push_back(*point);
-    } else if (lines.number() > 1) {
-      lines.Fail(Shown(lines.text(), kLongestQuote) + ": accepted is two numbers x,y [m]");
-    }
-  }
+  CsvTable table(file, {{"x"}, {"y"}}, CsvTable::Header::kOptional);
+  while (table.Next()) points.emplace_back(table.Number("x"), table.Number("y"));
   return points;
 }
 

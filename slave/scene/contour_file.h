@@ -8,10 +8,10 @@
 
 namespace palpate {
 
-// Reads rows `x,y` [m] of a CSV, after a header row if the first row is not numbers; further
-// columns, empty rows and # comments are ignored. Throws std::invalid_argument as
-// `file:line: row: accepted is ...`: unreadable, larger than 1 MiB, a row that is not numbers,
-// fewer than 3 or more than 4000 points.
+// Reads the columns x and y [m, or the unit in their titles] of a table by name, or the two of one
+// without a header; empty rows and # comments are ignored.
+// Throws std::invalid_argument as `file:line: row: accepted is ...`: unreadable, larger than 1 MiB,
+// a row that is not numbers, fewer than 3 or more than 4000 points.
 std::vector<Eigen::Vector2d> ReadContourFile(const std::filesystem::path& file);
 
 }  // namespace palpate

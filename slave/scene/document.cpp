@@ -14,6 +14,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include "shared/text/text.h"
 #include "slave/scene/units.h"
 
 namespace palpate {
@@ -33,6 +34,10 @@ DocumentNode EmptyMap() {
   DocumentNode map;
   map.kind = Kind::kMap;
   return map;
+}
+
+bool IsDigit(char c) {
+  return c >= '0' && c <= '9';
 }
 
 // The value as it might stand in the file, on one line.
@@ -119,6 +124,12 @@ class Copier {
         mistakes_->AddGeneral(line, "a key is not a plain word: accepted is `key: value`");
         continue;
       }
+      if (entry.second.IsNull() && !key.Scalar().empty() && IsDigit(key.Scalar()[0])) {
+        mistakes_->AddGeneral(
+            line,
+            "`," + key.Scalar() + "`: a decimal comma: accepted is a decimal point, 127.5 kPa");
+        continue;
+      }
       DocumentNode child = CopyChild(entry.second, Counted(key.Scalar()), depth);
       child.line = line;
       if (const auto [first, is_new] = lines.try_emplace(child.key, line); !is_new) {
@@ -136,6 +147,39 @@ class Copier {
   int values_ = 0;
   std::size_t text_ = 0;  // [bytes]
 };
+
+// `127,5 kPa`, or a list that such a comma has split, `[40, 5 mm]`.
+bool HasDecimalComma(const DocumentNode& node) {
+  const auto begins = [](const std::string& text) { return !text.empty() && IsDigit(text[0]); };
+  if (node.kind == Kind::kScalar) {
+    const std::size_t comma = node.text.find(',');
+    return comma > 0 && comma + 1 < node.text.size() && IsDigit(node.text[comma - 1]) &&
+           IsDigit(node.text[comma + 1]);
+  }
+  for (std::size_t i = 1; node.kind == Kind::kList && i < node.children.size(); ++i) {
+    const std::string &first = node.children[i - 1].text, &second = node.children[i].text;
+    const bool has_unit = second.find_first_of(" mkMGNPu") != std::string::npos;
+    if (!first.empty() && std::ranges::all_of(first, IsDigit) && begins(second) && has_unit) {
+      return true;
+    }
+  }
+  return false;
+}
+constexpr std::string_view kPoint = " (decimal comma: accepted is a decimal point)";
+
+// What in the text is no YAML, where that is a tab or a character that looks like another one.
+std::string HintAt(const std::string& text, int line) {
+  std::istringstream lines(text);
+  std::string one;
+  for (int number = 1; std::getline(lines, one); ++number) {
+    const std::size_t content = one.find_first_not_of(" \t");
+    if (one.substr(0, content).find('\t') != std::string::npos) {
+      return "; line " + std::to_string(number) + " begins with a tab: accepted are blanks";
+    }
+    if (number >= line) return CodesIn(one);
+  }
+  return {};
+}
 
 // Control characters other than tab and line ends stand in no text.
 bool IsText(const std::string& bytes) {
@@ -161,6 +205,20 @@ std::optional<std::string> ReadText(const std::filesystem::path& file, Mistakes*
   std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   if (!stream) {
     mistakes->AddGeneral(0, "cannot be read");
+    return std::nullopt;
+  }
+  const bool is_utf16 =
+      bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.find('\0') < 2;
+  if (is_utf16) {
+    mistakes->AddGeneral(0, "text in UTF-16: accepted is UTF-8");
+    return std::nullopt;
+  }
+  if (const std::size_t at = FindInvalidUtf8(bytes); at != std::string::npos && IsText(bytes)) {
+    const auto line =
+        std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+    mistakes->AddGeneral(static_cast<int>(line) + 1,
+                         Formatted("byte 0x%02X is not UTF-8: accepted is a scene in UTF-8",
+                                   static_cast<unsigned char>(bytes[at])));
     return std::nullopt;
   }
   if (!IsText(bytes)) {
@@ -214,7 +272,8 @@ DocumentNode Parse(const std::string& text, Mistakes* mistakes) {
                                   : "not a scene: accepted is a map of name, object, model, ...");
     }
   } catch (const YAML::Exception& error) {
-    mistakes->AddGeneral(error.mark.line + 1, "not YAML: " + error.msg);
+    mistakes->AddGeneral(error.mark.line + 1,
+                         "not YAML: " + error.msg + HintAt(text, error.mark.line + 1));
   } catch (const std::length_error& error) {
     mistakes->AddGeneral(0, error.what());
   }
@@ -238,8 +297,8 @@ DocumentNode* Descend(DocumentNode* node, const std::string& segment) {
 void Override(const std::string& pair, DocumentNode* root, Mistakes* mistakes) {
   const auto equals = pair.find('=');
   const std::string path = pair.substr(0, equals);
-  if (equals == std::string::npos || path.empty()) {
-    mistakes->AddOverride(pair, "key.path=value");
+  if (equals == std::string::npos || path.empty() || FindInvalidUtf8(pair) != std::string::npos) {
+    mistakes->AddOverride(pair, "key.path=value in UTF-8");
     return;
   }
   const auto refuse = [&](const std::string& accepted) {
@@ -295,7 +354,10 @@ void Mistakes::AddAt(const DocumentNode& node, std::string what) {
 
 void Mistakes::Add(const DocumentNode& node, std::string_view path, std::string_view accepted) {
   std::string what = Shortened(path, kLongestPath);
-  what.append(" = ").append(Shortened(Quote(node))).append(": accepted is ").append(accepted);
+  const std::string quoted = Quote(node);
+  what.append(CodesIn(path)).append(" = ").append(Shortened(quoted)).append(CodesIn(quoted));
+  if (HasDecimalComma(node)) what.append(kPoint);
+  what.append(": accepted is ").append(accepted);
   AddAt(node, std::move(what));
 }
 

@@ -33,7 +33,7 @@ FixedArc ReadArc(Section& section, const Geometry& geometry) {
     section.Refuse("arc", "no arc with this geometry: use side, plane or nodes");
   }
   Section arc = section.Open("arc");
-  const double centre = arc.Number("centre", Any(Dimension::kAngle));
+  const double centre = arc.Number("centre", Angle());
   const Rule half = Between(Dimension::kAngle, kSmallest, std::numbers::pi, "> 0, at most 180 deg");
   return {centre, arc.Number("half_angle", half)};
 }

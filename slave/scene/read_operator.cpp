@@ -87,8 +87,7 @@ OperatorOptions ReadOperator(Section& scene, const std::optional<BoundingBox>& b
   transform.force_scale = section.Number("force_scale", Positive(Dimension::kNumber), 1.0);
   options.force_limit =
       section.Number("force_limit", Positive(Dimension::kForce), options.force_limit);
-  transform.R_SM = FixedAxesRotation(
-      section.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero()));
+  transform.R_SM = FixedAxesRotation(section.Vector3("rotation", Angle(), Eigen::Vector3d::Zero()));
   Section press = section.Open("press");
   options.press_told = press.Has("depth");
   options.press_depth = press.Number("depth", depth_rule, options.press_depth);

@@ -27,7 +27,7 @@ PoseParts ReadParts(Section& pose, const Eigen::Isometry3d& fallback) {
   return {pose.Vector3("translation",
                        Between(Dimension::kLength, -kFarthest, kFarthest, "-1 km to 1 km"),
                        fallback.translation()),
-          pose.Vector3("rotation", Any(Dimension::kAngle), Eigen::Vector3d::Zero())};
+          pose.Vector3("rotation", Angle(), Eigen::Vector3d::Zero())};
 }
 
 Eigen::Isometry3d PoseOf(const PoseParts& parts) {

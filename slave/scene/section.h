@@ -40,6 +40,10 @@ constexpr Rule Any(Dimension dimension) {
 constexpr Rule Between(Dimension dimension, double least, double most, std::string_view range) {
   return {dimension, least, most, range};
 }
+// Radians: an angle beyond a full turn is one in degrees without its unit.
+constexpr Rule Angle() {
+  return Between(Dimension::kAngle, -6.2832, 6.2832, "at most 2 pi rad; degrees as 90 deg");
+}
 // "a length > 0 ..., in m mm um nm km".
 std::string AcceptedBy(const Rule& rule);
 

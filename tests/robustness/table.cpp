@@ -49,7 +49,7 @@ void Append(const Row& row, const std::filesystem::path& file) {
 std::vector<Row> ReadRows(const std::filesystem::path& file) {
   std::vector<Row> rows;
   if (!std::filesystem::exists(file)) return rows;
-  CsvRows csv(file);
+  CsvTable csv(file);
   while (csv.Next()) {
     const auto text = [&](const char* column) {
       return std::string(csv.Text(csv.Find(column).value()));

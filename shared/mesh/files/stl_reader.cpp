@@ -24,11 +24,11 @@ std::string Lower(std::string_view text) {
   return lower;
 }
 
-// Some binary headers begin with `solid`, too: text has no zero bytes and a facet or an end.
+// Some binary headers begin with `solid`, too; but the count behind them has a zero byte.
 bool IsText(std::string_view text) {
-  const std::string begin = Lower(Trimmed(text.substr(0, 10 * kHeader)));
-  return begin.starts_with("solid") && begin.find('\0') == std::string::npos &&
-         (begin.find("facet") != std::string::npos || begin.find("endsolid") != std::string::npos);
+  const std::string_view begin = text.substr(0, 2 * kHeader);
+  return Trimmed(text).empty() ||
+         (Lower(Trimmed(begin)).starts_with("solid") && begin.find('\0') == std::string_view::npos);
 }
 
 Corners ReadBinary(FileCursor* cursor) {

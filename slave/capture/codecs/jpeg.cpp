@@ -17,6 +17,8 @@ struct JpegComplaint : jpeg_error_mgr {
   std::jmp_buf leave{};
   char text[JMSG_LENGTH_MAX] = "";  // empty: none
   bool ends_early = false;
+  bool has_one_scan = false;
+  bool has_end = true;  // the marker, without which a picture may be whole all the same
 
   JpegComplaint() {
     jpeg_std_error(this);
@@ -34,18 +36,21 @@ struct JpegComplaint : jpeg_error_mgr {
   void Keep(j_common_ptr codec) {
     if (text[0] != '\0') return;
     format_message(codec, text);
-    ends_early = msg_code == JWRN_JPEG_EOF || msg_code == JERR_INPUT_EOF;
+    ends_early = !has_end || msg_code == JERR_INPUT_EOF;
   }
   [[noreturn]] static void Leave(j_common_ptr codec) {
     Of(codec).Keep(codec);
     std::longjmp(Of(codec).leave, 1);
   }
-  // libjpeg goes on after a warning, with pixels that nobody saw. Bytes between segments and an
-  // unknown colour tag are the two that cost none; some cameras write them.
+  // libjpeg goes on after a warning, with pixels that nobody saw. Bytes between segments, an
+  // unknown colour tag and a missing end marker cost none; some cameras write them. Where pixels
+  // are missing with the marker, another warning follows, unless whole scans are missing.
   static void Note(j_common_ptr codec, int level) {
     JpegComplaint& complaint = Of(codec);
-    const bool harmless =
-        complaint.msg_code == JWRN_EXTRANEOUS_DATA || complaint.msg_code == JWRN_ADOBE_XFORM;
+    const int code = complaint.msg_code;
+    if (level < 0 && code == JWRN_JPEG_EOF) complaint.has_end = false;
+    const bool harmless = code == JWRN_EXTRANEOUS_DATA || code == JWRN_ADOBE_XFORM ||
+                          (code == JWRN_JPEG_EOF && complaint.has_one_scan);
     if (level < 0 && !harmless) complaint.Keep(codec);
   }
 };
@@ -75,6 +80,7 @@ struct JpegReader {
   }
   void ReadPixels(cv::Mat& image) {
     codec.out_color_space = image.channels() == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
+    complaint.has_one_scan = jpeg_has_multiple_scans(&codec) == FALSE;
     jpeg_start_decompress(&codec);
     while (codec.output_scanline < codec.output_height) {
       JSAMPROW row = image.ptr(static_cast<int>(codec.output_scanline));

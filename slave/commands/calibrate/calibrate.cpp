@@ -28,11 +28,11 @@ Board::Pattern PatternOf(const std::string& name) {
                               ": accepted is chessboard, circles or asymmetric-circles");
 }
 
-double Length(const char* option, const std::string& text) {
+double Length(const char* option, const std::string& text, double most) {
   const auto length = ParseQuantity(text, Dimension::kLength);
-  if (!length || !(*length >= 1e-6 && *length <= 10)) {
-    throw std::invalid_argument(fmt::format("{} {}: accepted is {}, 1 um to 10 m", option, text,
-                                            AcceptedUnits(Dimension::kLength)));
+  if (!length || !(*length >= 1e-6 && *length <= most)) {
+    throw std::invalid_argument(fmt::format("{} {}: accepted is {}, 1 um to {:g} m", option, text,
+                                            AcceptedUnits(Dimension::kLength), most));
   }
   return *length;
 }
@@ -61,7 +61,7 @@ Board BoardOf(const CalibrateOptions& options) {
   board.pattern = PatternOf(options.pattern);
   const auto counts = TwoCounts("--board", options.board, 3, 100, "9x6");
   board.columns = counts[0], board.rows = counts[1];
-  board.square = Length("--square", options.square);
+  board.square = Length("--square", options.square, 1);
   return board;
 }
 
@@ -142,6 +142,18 @@ std::vector<TipPlace> ReadTipPlaces(const std::filesystem::path& file) {
   return places;
 }
 
+void WarnOfUnit(const std::vector<TipPlace>& places) {
+  constexpr double kLargest = 2, kSmallest = 2e-5;  // [m]
+  Eigen::AlignedBox3d box;
+  for (const TipPlace& place : places) box.extend(place.p_S);
+  const double span = places.empty() ? 0 : box.sizes().maxCoeff();
+  if (!(span > kLargest) && !(span < kSmallest && span > 0)) return;
+  std::fprintf(stderr,
+               "calibrate: the positions of --register span %.4g m: x, y, z are in metres, these "
+               "look like %s\n",
+               span, span > kLargest ? "millimetres" : "another unit");
+}
+
 struct Registered {
   CameraRegistration registration;
   std::string lines;  // of `sense.camera`
@@ -208,8 +220,13 @@ int RunRegister(const CalibrateOptions& options, const StereoRig* rig,
   } catch (const InputError& error) {
     throw std::invalid_argument(error.what());
   }
+  WarnOfUnit(places);
   const Registered found = RegisterWith(options, rig, lens_file, places);
   std::fputs(Words(found.registration).c_str(), stderr);
+  if (constexpr double kLargestPixel = 5e-3; found.registration.pixel > kLargestPixel) {
+    std::fprintf(stderr, "calibrate: pixel of %.4g mm: larger than 5 mm\n",
+                 1e3 * found.registration.pixel);
+  }
   const bool is_trusted = found.registration.reasons.empty();
   if (!is_trusted && !options.force) {
     std::fputs("calibrate: rejected, no lines are written; --force writes them\n", stderr);
@@ -233,7 +250,7 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
     const StereoRig rig = RigOf(options.rig);
     return RunRegister(options, &rig, options.rig, options.out);
   }
-  const double distance = options.distance.empty() ? 0 : Length("--distance", options.distance);
+  const double distance = options.distance.empty() ? 0 : Length("--distance", options.distance, 10);
   CalibrationReport report = Calibrate(options, stop);
   report.distance = distance;
   report.verdict = EvaluateCalibration(report.question);

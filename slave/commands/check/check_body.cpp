@@ -16,18 +16,13 @@
 namespace palpate {
 namespace {
 
+// Without remarks and warnings, which are logged as the scene is loaded.
 void PrintMeshFile(const MeshFileGeometry& geometry) {
   MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
-  const MeshReport report = std::visit(
+  MeshReport report = std::visit(
       [&](auto& mesh) { return CheckMesh(mesh, file.numbers, geometry.unit != 1); }, file.mesh);
-  for (const auto& remark : file.remarks) PrintLine("file", remark);
+  report.warnings.clear();
   for (const auto& line : Lines(report)) PrintLine("mesh", line);
-  if (file.material) {
-    PrintLine("file", fmt::format("its material (E = {:.4g} Pa, nu = {:g}, {:g} kg/m^3) is not "
-                                  "used; the scene's material is",
-                                  file.material->young_modulus, file.material->poisson_ratio,
-                                  file.material->density));
-  }
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "shared/text/text.h"
 #include "slave/capture/tactile_recording.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/commands/solve/solve_rows.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
@@ -167,6 +168,7 @@ int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   question.measured = study::ReadPcd(options.cloud);
   question.file = options.cloud.filename().string();
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  LogRemarks(scene);
   RequireOtherThanInputs(options, scene);
   question.scene = scene.name;
   question.camera = scene.sense.depth_camera;
@@ -215,6 +217,7 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
         "--contacts, --loads, --at, --colour: accepted is these with --cloud only");
   }
   const Scene scene = LoadScene(options.scene, options.overrides);
+  LogRemarks(scene);
   RequireOtherThanInputs(options, scene);
   std::vector<study::SimulatedObject> objects;
   {

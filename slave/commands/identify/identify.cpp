@@ -10,6 +10,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/identify/identify_report.h"
 #include "slave/commands/progress_bar.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/identify/magnitude.h"
 #include "slave/identify/specimen_spread.h"
 #include "slave/scene/scene_loader.h"
@@ -42,10 +43,11 @@ TableRequest ParseData(const std::string& argument) {
 
 std::optional<double> Quantity(const char* option, const std::string& text, Dimension dimension) {
   if (text.empty()) return std::nullopt;
+  constexpr double kLargest = 2;  // [m]; beyond, these are millimetres without a unit
   const auto value = ParseQuantity(text, dimension);
-  if (!value || !(*value > 0)) {
+  if (!value || !(*value > 0 && *value <= kLargest)) {
     throw std::invalid_argument(std::string(option) + " = " + Shown(text) +
-                                ": accepted is above 0, " + AcceptedUnits(dimension));
+                                ": accepted is above 0, up to 2 m, " + AcceptedUnits(dimension));
   }
   return value;
 }
@@ -59,9 +61,11 @@ std::optional<double> Area(const std::string& text) {
     if (!text.ends_with(unit)) continue;
     const auto number =
         ParseFinite(Trimmed(std::string_view(text).substr(0, text.size() - unit.size())));
-    if (number && *number > 0) return *number * factor;
+    constexpr double kLargest = 4;  // [m^2]
+    if (number && *number > 0 && *number * factor <= kLargest) return *number * factor;
   }
-  throw std::invalid_argument("--area = " + Shown(text) + ": accepted is above 0, in m2 cm2 mm2");
+  throw std::invalid_argument("--area = " + Shown(text) +
+                              ": accepted is above 0, up to 4 m2, in m2 cm2 mm2");
 }
 
 identify::Specimen SpecimenOf(const IdentifyOptions& o) {
@@ -150,6 +154,7 @@ void IdentifyLaws(const Requests& requests, const identify::Specimen& specimen, 
     auto read = ReadOrLeaveOut(identify::ReadTest, request, specimen, report);
     if (!read) continue;
     const identify::MaterialTest& test = report->tests.emplace_back(std::move(*read));
+    report->doubts.insert(report->doubts.end(), test.remarks.begin(), test.remarks.end());
     if (std::string doubt = AgainstIsotropy(test); !doubt.empty()) {
       report->doubts.push_back(std::move(doubt));
     }
@@ -234,11 +239,18 @@ int RunIdentify(const IdentifyOptions& options, const std::stop_token& stop) {
     if (nothing) throw InputError(report.doubts.front());
     if (!requests.press.empty()) {
       const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+      LogRemarks(scene);
       report.press = FitPress(scene, requests.press, options.width, options.fit_poisson, &progress);
+      if (report.press->extrapolated > 0) {
+        report.doubts.push_back(Formatted("%s: %d of %d contacts are beyond the model's range",
+                                          requests.press.c_str(), report.press->extrapolated,
+                                          report.press->presses));
+      }
     }
     if (!requests.pictures.empty()) {
       ReportProgress(&progress, "images", 0);
       const Scene scene = LoadScene(options.scene, options.overrides);
+      LogRemarks(scene);
       report.pictures = FitPictures(scene, requests.pictures, stop);
     }
   }

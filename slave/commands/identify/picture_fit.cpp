@@ -28,7 +28,7 @@ constexpr double kSettled = 1e-3;  // of s, from 1
 using Forces = std::map<std::uint64_t, double>;  // of samples [N]
 
 Forces ReadForces(const std::filesystem::path& file) {
-  CsvRows rows(file);
+  CsvTable rows(file);
   const auto sequence = rows.Find("sequence"), size = rows.Find("force");
   const std::array parts{rows.Find("fx"), rows.Find("fy"), rows.Find("fz")};
   const bool has_parts =

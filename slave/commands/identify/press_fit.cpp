@@ -29,8 +29,13 @@ struct Press {
   std::vector<Vector3d> forces;
 };
 
-std::vector<Press> ReadPresses(const std::filesystem::path& file, double width) {
-  CsvRows rows(file);
+// Only what `solve` would accept.
+std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& scene,
+                               double width) {
+  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
+  const TouchableSurface surface(mesh);
+  const double largest = SizeOf(mesh);
+  CsvTable rows(file);
   const auto column = [&](std::string_view name) {
     if (const auto found = rows.Find(name)) return *found;
     throw InputError(file.string() + ":1: no column " + std::string(name) +
@@ -54,6 +59,12 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, double width) 
                               .width = w ? rows.Number(*w, kLargest) : width,
                               .prescribed_O = read(moves, dz)});
     press.forces.push_back(read(loads, fz));
+    const Contact& contact = press.contacts.back();
+    if (const auto refusal = surface.Refuse(contact.p_O)) rows.Refuse(places[0], *refusal);
+    if (contact.width < 0 || contact.width > largest) {
+      rows.Fail(Formatted("width = %g: accepted is 0 to %.4g m, the size of the object",
+                          contact.width, largest));
+    }
   }
   if (presses.empty())
     throw InputError(file.string() + ": no contact: accepted is one row or more");
@@ -69,11 +80,12 @@ VectorXd Stacked(const std::vector<Press>& presses) {
 }
 
 // Forces of the presses on the scene's object with this nu and the scene's E.
-VectorXd Answer(Scene scene, double nu, const std::vector<Press>& presses, std::string* kind,
+VectorXd Answer(Scene scene, double nu, const std::vector<Press>& presses, PressFit* fit,
                 Progress* progress) {
   scene.object.material.poisson_ratio = nu;
   const auto model = MakeModel(scene, MeshObject(scene, std::nullopt), progress);
-  *kind = model->info().kind;
+  fit->kind = model->info().kind;
+  fit->extrapolated = 0;
   std::vector<double> all;
   std::vector<ContactResponse> responses;
   for (const Press& press : presses) {
@@ -84,6 +96,7 @@ VectorXd Answer(Scene scene, double nu, const std::vector<Press>& presses, std::
       throw std::runtime_error("identify: the model has no solution for a contact: " +
                                std::string(model->failure()));
     }
+    if (responses.front().validity != Validity::kValid) ++fit->extrapolated;
     for (const ContactResponse& r : responses) {
       all.insert(all.end(), r.force_O.begin(), r.force_O.end());
     }
@@ -133,14 +146,14 @@ PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double 
     throw std::invalid_argument(
         "press: accepted is a body without object.regions, whose forces are proportional to E");
   }
-  const std::vector<Press> presses = ReadPresses(file, width);
+  const std::vector<Press> presses = ReadPresses(file, scene, width);
   const VectorXd measured = Stacked(presses);
   if (!(measured.norm() > 0)) throw InputError(file.string() + ": all forces are zero");
   PressFit fit{.poisson_ratio = scene.object.material.poisson_ratio,
                .sought_poisson = seek_poisson,
                .presses = static_cast<int>(presses.size())};
   const auto scale_at = [&](double nu) {
-    return BestScale(Answer(scene, nu, presses, &fit.kind, progress), measured);
+    return BestScale(Answer(scene, nu, presses, &fit, progress), measured);
   };
   const auto misfit = [&](double nu) { return scale_at(nu).misfit; };
   if (seek_poisson) fit.poisson_ratio = SeekPoisson(misfit);

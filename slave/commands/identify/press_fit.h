@@ -17,12 +17,14 @@ struct PressFit {
   double sigma_poisson = 0;  // [-]
   double rms = 0;            // of the forces, over the largest [-]
   int presses = 0;           // cases
+  int extrapolated = 0;      // cases beyond the model's range
   std::string kind;          // of the model
 };
 
 // `file` has rows `case,x,y,z,dx,dy,dz,fx,fy,fz[,width]` as `solve` writes them, frame O, SI; other
-// columns are ignored. `width` [m] applies to rows without one. Throws InputError `file:line: ...`,
-// std::invalid_argument, Interrupted; std::runtime_error: the model has no solution.
+// columns are ignored. A contact that `solve` would refuse is refused. `width` [m] applies to rows
+// without one. Throws InputError `file:line: ...`, std::invalid_argument, Interrupted;
+// std::runtime_error: the model has no solution.
 PressFit FitPress(const Scene& scene, const std::filesystem::path& file, double width,
                   bool seek_poisson, Progress* progress);
 

@@ -29,8 +29,10 @@ constexpr int kDone = 0, kFailed = 1, kUnusable = 2;
 using Case = std::vector<std::size_t>;  // rows
 
 // Cases in the order of their first rows.
-std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows) {
+std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows, bool independent) {
   std::vector<Case> cases;
+  for (std::size_t i = 0; independent && i < rows.size(); ++i) cases.push_back({i});
+  if (independent) return cases;
   std::map<std::string, std::size_t> known;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto [found, is_new] = known.try_emplace(rows[i].case_name, cases.size());
@@ -38,6 +40,16 @@ std::vector<Case> GroupByCase(const std::vector<SolveRow>& rows) {
     cases[found->second].push_back(i);
   }
   return cases;
+}
+
+// A scan with one name for all its rows would be a press at all places at once.
+void ReportTogether(const std::vector<SolveRow>& rows, const std::vector<Case>& cases) {
+  const auto several = std::ranges::find_if(cases, [](const Case& one) { return one.size() > 1; });
+  if (several == cases.end()) return;
+  std::fprintf(stderr,
+               "solve: the rows of a case act together, such as the %zu of case %s; --independent "
+               "computes each row alone\n",
+               several->size(), rows[several->front()].case_name.c_str());
 }
 
 // Answers `contacts` acting together and times it. False: there is no answer.
@@ -189,7 +201,12 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
     rules.shaped_radius = is_round ? scene.tool->radius : 0;
   }
   std::vector<SolveRow> rows = ReadRows(options, mesh, rules);
-  RequireAlone(rows);
+  const std::vector<Case> cases = GroupByCase(rows, options.independent);
+  if (dynamic && options.independent) {
+    throw InputError("--independent: accepted is with a static model, whose rows are no history");
+  }
+  if (!options.independent) RequireAlone(rows);
+  if (!dynamic) ReportTogether(rows, cases);
   std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
   inputs.insert(inputs.end(), {options.contacts, options.loads});
   RequireOtherThan("--out", options.out, inputs);
@@ -206,7 +223,7 @@ int Solve(const SolveOptions& options, const std::stop_token& stop) {
   Solution solution;
   bool all_solved = true;
   try {
-    for (const Case& one : GroupByCase(rows)) {
+    for (const Case& one : cases) {
       const std::string& name = rows[one.front()].case_name;
       const bool solved = dynamic
                               ? SolveInTime(one, rows, model.get(), &progress, &answers, &solution)

@@ -25,7 +25,7 @@ CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool pl
       {value[0]}, {value[1]},  {value[2], !planar}, {"width", false}};
   if (dynamic) columns.push_back({"t", false});
   if (!dynamic && value == kMoved) columns.push_back({"radius", false});
-  return {file, std::move(columns)};
+  return CsvTable(file, std::move(columns));
 }
 
 Eigen::Vector3d Vector(const CsvTable& table, const Axes& axes) {
@@ -48,7 +48,7 @@ void RefuseOtherAxes(const CsvTable& table, const Axes& axes, const ObjectMesh& 
 // Of a round tool, whose width follows from its depth. A model that computes such contacts itself
 // has one tool, that of the scene.
 void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& rules,
-                SolveRow* row) {
+                double largest, SolveRow* row) {
   if (!table.Has("radius")) return;
   row->radius = table.Number("radius");
   if (rules.shaped_radius && row->radius > 0) {
@@ -57,7 +57,9 @@ void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& r
     }
     row->radius = 0;
   }
-  if (row->radius < 0) table.Refuse("radius", "a radius >= 0 [m]");
+  if (row->radius < 0 || row->radius > 10 * largest) {
+    table.Refuse("radius", Formatted("0 to %.4g m, ten times the object", 10 * largest));
+  }
   if (row->radius > 0 && row->contact.width > 0) table.Refuse("width", "0 under a round tool");
   if (row->radius > 0 && std::holds_alternative<MembraneDisc>(mesh)) {
     table.Refuse("radius", "0 on a membrane");
@@ -81,6 +83,7 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
   CsvTable table =
       OpenTable(file, value, std::holds_alternative<BoundaryMesh>(mesh), rules.dynamic);
   const TouchableSurface surface(mesh);
+  const double largest = SizeOf(mesh);
   while (table.Next()) {
     SolveRow row;
     row.case_name = table.Text("case");
@@ -92,8 +95,10 @@ void AppendRows(const std::filesystem::path& file, Contact::Kind kind, const Obj
     const auto refusal = surface.Refuse(row.contact.p_O);
     if (refusal) table.Refuse("x", *refusal);
     row.contact.width = table.Number("width");
-    if (row.contact.width < 0) table.Refuse("width", "a width >= 0 [m]");
-    ReadRadius(table, mesh, rules, &row);
+    if (row.contact.width < 0 || row.contact.width > largest) {
+      table.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
+    }
+    ReadRadius(table, mesh, rules, largest, &row);
     if (row.radius == 0 && table.IsAbsent("width")) row.contact.width = rules.tool_width;
     row.contact.prescribed_O = Vector(table, value);
     RefuseOtherAxes(table, value, mesh, row.contact.prescribed_O);

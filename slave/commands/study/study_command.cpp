@@ -7,6 +7,7 @@
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
+#include "slave/commands/scene_remarks.h"
 #include "slave/commands/study/end_to_end.h"
 #include "slave/commands/study/shards.h"
 #include "slave/scene/scene_loader.h"
@@ -45,6 +46,7 @@ int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
   study::StudySettings settings;
   if (!options.shard.empty()) settings.shard = ParseShard(options.shard);
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);
+  LogRemarks(scene);
   if (!(options.budget > 0)) {
     throw std::invalid_argument("--budget " + std::to_string(options.budget) +
                                 ": accepted is a number of seconds > 0");

@@ -19,34 +19,24 @@ constexpr double kLongestGap = 1;       // between rows of a record [s]
 constexpr std::size_t kStretches = 20;  // of a record, for one finger
 constexpr double kLoadedShare = 0.05;   // of the largest known force
 
-// A table whose empty cells and absent columns are unknown.
-class Table {
- public:
-  explicit Table(const std::filesystem::path& file) : rows_(file) {}
-  bool Next() { return rows_.Next(); }
-  [[nodiscard]] bool Has(std::string_view name) const { return rows_.Find(name).has_value(); }
-  [[nodiscard]] std::string Text(std::string_view name) const {
-    const auto column = rows_.Find(name);
-    return column ? std::string(rows_.Text(*column)) : std::string();
-  }
-  [[nodiscard]] double Number(std::string_view name, double absent = kUnknown) const {
-    const auto column = rows_.Find(name);
-    if (!column || Trimmed(rows_.Text(*column)).empty()) return absent;
-    return rows_.Number(*column, kLargest);
-  }
-  [[nodiscard]] Vector3d Vector(const std::array<std::string_view, 3>& names) const {
-    return {Number(names[0]), Number(names[1]), Number(names[2])};
-  }
-  void RequireColumns(std::initializer_list<std::string_view> names) const {
-    for (const auto name : names) {
-      if (!Has(name)) rows_.Fail("no column " + std::string(name), 1);
-    }
-  }
-  [[noreturn]] void Fail(const std::string& what) const { rows_.Fail(what); }
+// `absent`: of an empty cell or an absent column.
+double NumberOr(const CsvTable& table, std::string_view name, double absent = kUnknown) {
+  return table.IsAbsent(name) ? absent : table.Number(*table.Find(name), kLargest);
+}
 
- private:
-  CsvRows rows_;
-};
+std::string TextOf(const CsvTable& table, std::string_view name) {
+  return table.IsAbsent(name) ? std::string() : table.Text(name);
+}
+
+Vector3d VectorOf(const CsvTable& table, const std::array<std::string_view, 3>& names) {
+  return {NumberOr(table, names[0]), NumberOr(table, names[1]), NumberOr(table, names[2])};
+}
+
+void RequireColumns(const CsvTable& table, std::initializer_list<std::string_view> names) {
+  for (const auto name : names) {
+    if (!table.Has(name)) table.Fail("no column " + std::string(name), 1);
+  }
+}
 
 void Append(std::string* text, double value) {
   AppendNumber(text, value, 9);
@@ -91,19 +81,19 @@ bool IsOn(const ReportedState& state, const std::string& finger, const std::stri
 }  // namespace
 
 std::vector<ReportedState> ReadStates(const std::filesystem::path& file) {
-  Table table(file);
+  CsvTable table(file);
   std::vector<ReportedState> states;
   while (table.Next()) {
-    if (states.empty()) table.RequireColumns({"t", "fx", "fy", "fz", "sigma", "validity"});
-    ReportedState state{.t = table.Number("t"),
-                        .finger = table.Text("finger"),
-                        .p_S_tip = table.Vector({"tip_x", "tip_y", "tip_z"}),
-                        .force = table.Vector({"fx", "fy", "fz"}),
-                        .sigma = table.Number("sigma", 0),
-                        .is_valid = table.Text("validity") == "valid",
-                        .measured = table.Vector({"true_fx", "true_fy", "true_fz"})};
-    const Vector3d contact = table.Vector({"contact_x", "contact_y", "contact_z"});
-    state.depth = table.Has("depth")       ? table.Number("depth")
+    if (states.empty()) RequireColumns(table, {"t", "fx", "fy", "fz", "sigma", "validity"});
+    ReportedState state{.t = NumberOr(table, "t"),
+                        .finger = TextOf(table, "finger"),
+                        .p_S_tip = VectorOf(table, {"tip_x", "tip_y", "tip_z"}),
+                        .force = VectorOf(table, {"fx", "fy", "fz"}),
+                        .sigma = NumberOr(table, "sigma", 0),
+                        .is_valid = TextOf(table, "validity") == "valid",
+                        .measured = VectorOf(table, {"true_fx", "true_fy", "true_fz"})};
+    const Vector3d contact = VectorOf(table, {"contact_x", "contact_y", "contact_z"});
+    state.depth = table.Has("depth")       ? NumberOr(table, "depth")
                   : state.force.norm() > 0 ? (state.p_S_tip - contact).norm()
                                            : kUnknown;
     if (!std::isfinite(state.t)) table.Fail("t is empty: accepted is a time in seconds");
@@ -129,19 +119,19 @@ void WriteStates(const std::vector<ReportedState>& states, const std::filesystem
 }
 
 LoadTable ReadLoads(const std::filesystem::path& file) {
-  Table table(file);
+  CsvTable table(file);
   LoadTable read;
   read.is_record = !table.Has("until");
   while (table.Next()) {
-    if (read.loads.empty()) table.RequireColumns({"t"});
-    const double from = table.Number("t");
+    if (read.loads.empty()) RequireColumns(table, {"t"});
+    const double from = NumberOr(table, "t");
     KnownLoad load{.from = from,
-                   .until = table.Number("until", from),
-                   .finger = table.Text("finger"),
-                   .force = table.Vector({"fx", "fy", "fz"}),
-                   .sigma = table.Number("sigma"),
-                   .p_S_tip = table.Vector({"x", "y", "z"}),
-                   .depth = table.Number("depth")};
+                   .until = NumberOr(table, "until", from),
+                   .finger = TextOf(table, "finger"),
+                   .force = VectorOf(table, {"fx", "fy", "fz"}),
+                   .sigma = NumberOr(table, "sigma"),
+                   .p_S_tip = VectorOf(table, {"x", "y", "z"}),
+                   .depth = NumberOr(table, "depth")};
     if (!std::isfinite(from)) table.Fail("t is empty: accepted is a time in seconds");
     if (!read.is_record && !(load.until > load.from)) {
       table.Fail("until: accepted is a time after t");

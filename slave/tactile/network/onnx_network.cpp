@@ -6,6 +6,9 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -31,9 +34,11 @@ using google::protobuf::UnknownFieldSet;
 namespace field {
 constexpr int kModelGraph = 7;
 constexpr int kGraphNode = 1, kGraphWeights = 5, kGraphInput = 11, kGraphOutput = 12;
-constexpr int kNodeOperator = 4, kNodeAttribute = 5;
-constexpr int kAttributeName = 1, kAttributeFloat = 2, kAttributeInteger = 3;
-constexpr int kTensorExtents = 1, kTensorType = 2, kTensorName = 8, kTensorRaw = 9;
+constexpr int kNodeInput = 1, kNodeOutput = 2, kNodeOperator = 4, kNodeAttribute = 5;
+constexpr int kAttributeName = 1, kAttributeFloat = 2, kAttributeInteger = 3, kAttributeText = 4,
+              kAttributeTensor = 5;
+constexpr int kTensorExtents = 1, kTensorType = 2, kTensorName = 8, kTensorRaw = 9,
+              kTensorLocation = 14;
 constexpr int kValueName = 1, kValueType = 2;
 constexpr int kTypeTensor = 1, kTensorShape = 2, kShapeDimension = 1, kDimensionValue = 1;
 }  // namespace field
@@ -141,6 +146,11 @@ constexpr NumberType kNumberTypes[] = {kFloat,    kDouble,   {6, 5, 4}, {7, 7, 8
 std::string CheckedWeights(const std::string& bytes) {
   const Message tensor(bytes);
   std::string name = tensor.Text(field::kTensorName);
+  if (tensor.Number(field::kTensorLocation) != 0) {
+    throw std::runtime_error("weights " + name +
+                             " are external data (in another file): accepted are weights in the "
+                             "file itself (torch.onnx.export: external_data=False)");
+  }
   double count = 1;
   for (const long extent : tensor.Numbers(field::kTensorExtents)) {
     count *= static_cast<double>(extent);
@@ -163,27 +173,204 @@ std::string CheckedWeights(const std::string& bytes) {
   return name;
 }
 
-// y = alpha A B + beta C: of these factors and of a transposed A the library that runs the model
-// takes no notice, and it wants B transposed. Throws naming what it would get wrong.
-void RefuseOtherGemm(const Message& node) {
-  float alpha = 1, beta = 1;
-  long transA = 0, transB = 0;
+[[noreturn]] void RefuseOperator(const std::string& name, const std::string& what,
+                                 const std::string& accepted) {
+  throw std::runtime_error("operator " + name + ": " + what + ": accepted is " + accepted);
+}
+
+// Operators that OpenCV computes as ONNX defines them, with their attributes. Of most others, and
+// of other values of these attributes, it takes no notice or gives another result.
+struct KnownAttribute {
+  std::string_view name;
+  std::optional<std::string_view> only;  // the value that is computed right; nullopt: any
+  std::string_view absent;               // its value where it is absent
+};
+struct KnownOperator {
+  std::string_view name;
+  std::vector<KnownAttribute> attributes;
+  bool is_same_shape = false;  // one input and output of the same extents
+};
+const std::vector<KnownOperator>& KnownOperators() {
+  static const std::vector<KnownOperator> known{
+      {"Gemm",
+       {{"alpha", "1", "1"}, {"beta", "1", "1"}, {"transA", "0", "0"}, {"transB", "1", "0"}}},
+      {"MatMul", {}},
+      {"Add", {}},
+      {"Sub", {}},
+      {"Mul", {}},
+      {"Div", {}},
+      {"Tanh", {}, true},
+      {"Relu", {}, true},
+      {"Sigmoid", {}, true},
+      {"LeakyRelu", {{"alpha", {}, {}}}, true},
+      {"Elu", {{"alpha", {}, {}}}, true},
+      {"Identity", {}, true},
+      {"Flatten", {{"axis", "1", "1"}}},
+      {"Reshape", {{"allowzero", "0", "0"}}},
+      {"Transpose", {{"perm", {}, {}}}},
+      {"Squeeze", {{"axes", {}, {}}}},
+      {"Unsqueeze", {{"axes", {}, {}}}},
+      {"Slice", {{"axes", {}, {}}, {"starts", {}, {}}, {"ends", {}, {}}}},
+      {"Gather", {{"axis", {}, {}}}},
+      {"Concat", {{"axis", {}, {}}}},
+      {"Constant", {{"value", {}, {}}}},
+      {"LSTM",
+       {{"hidden_size", {}, {}},
+        {"direction", "forward", "forward"},
+        {"layout", "0", "0"},
+        {"input_forget", "0", "0"}}},
+      {"GRU",
+       {{"hidden_size", {}, {}},
+        {"direction", "forward", "forward"},
+        {"layout", "0", "0"},
+        {"linear_before_reset", "1", "0"}}}};
+  return known;
+}
+
+// The value of an attribute in words, for messages and comparisons.
+std::string ValueOf(const Message& attribute) {
+  const std::string text = attribute.Text(field::kAttributeText);
+  if (!text.empty()) return text;
+  const float number = attribute.Float(field::kAttributeFloat);
+  return number != 0 ? fmt::format("{:g}", number)
+                     : std::to_string(attribute.Number(field::kAttributeInteger));
+}
+
+const KnownOperator& RequireKnown(const Message& node) {
+  const std::string name = node.Text(field::kNodeOperator);
+  const auto known = std::ranges::find(KnownOperators(), name, &KnownOperator::name);
+  if (known == KnownOperators().end()) {
+    std::string all;
+    for (const KnownOperator& one : KnownOperators()) {
+      all.append(all.empty() ? "" : " ").append(one.name);
+    }
+    RefuseOperator(name, "is not supported", "one of " + all);
+  }
+  std::map<std::string, std::string> values;
   node.ForEach(field::kNodeAttribute, [&](const std::string& bytes) {
     const Message attribute(bytes);
-    const std::string name = attribute.Text(field::kAttributeName);
-    if (name == "alpha") alpha = attribute.Float(field::kAttributeFloat);
-    if (name == "beta") beta = attribute.Float(field::kAttributeFloat);
-    if (name == "transA") transA = attribute.Number(field::kAttributeInteger);
-    if (name == "transB") transB = attribute.Number(field::kAttributeInteger);
+    values[attribute.Text(field::kAttributeName)] = ValueOf(attribute);
   });
-  const auto refuse = [](const std::string& what, const std::string& accepted) {
-    throw std::runtime_error("operator Gemm: " + what + ": accepted is " + accepted);
-  };
-  if (alpha != 1) refuse(fmt::format("alpha = {:g}", alpha), "alpha = 1");
-  if (beta != 1) refuse(fmt::format("beta = {:g}", beta), "beta = 1");
-  if (transA != 0) refuse(fmt::format("transA = {}", transA), "transA = 0");
-  if (transB != 1) refuse(fmt::format("transB = {}", transB), "transB = 1, or MatMul and Add");
+  for (const KnownAttribute& attribute : known->attributes) {
+    const std::string key(attribute.name);
+    const std::string value = values.contains(key) ? values[key] : std::string(attribute.absent);
+    values.erase(key);
+    if (!attribute.only || value == *attribute.only) continue;
+    RefuseOperator(name, key + " = " + value,
+                   key + " = " + std::string(*attribute.only) +
+                       (name == "Gemm" && key == "transB" ? ", or MatMul and Add" : ""));
+  }
+  if (!values.empty()) {
+    RefuseOperator(name, "attribute " + values.begin()->first + " = " + values.begin()->second,
+                   "none of that name");
+  }
+  return *known;
 }
+
+// Follows the extents of the values from node to node, as far as they are needed: OpenCV repeats a
+// constant along another axis than ONNX where a value has more than two.
+class OperatorCheck {
+ public:
+  explicit OperatorCheck(std::map<std::string, std::vector<long>> constants)
+      : constants_(std::move(constants)) {}
+  void AddInput(const std::string& name, const std::vector<long>& extents) {
+    extents_[name] = extents;
+    if (!extents.empty()) extents_[name].front() = 1;  // the batch
+  }
+
+  void Check(const Message& node) {
+    const KnownOperator& known = RequireKnown(node);
+    name_ = known.name;
+    inputs_.clear();
+    node.ForEach(field::kNodeInput, [&](const std::string& input) { inputs_.push_back(input); });
+    const std::string output = node.Text(field::kNodeOutput);
+    if (name_ == "Constant") {
+      node.ForEach(field::kNodeAttribute, [&](const std::string& bytes) {
+        const Message tensor(Message(bytes).Text(field::kAttributeTensor));
+        constants_[output] = tensor.Numbers(field::kTensorExtents);
+      });
+    } else if (known.is_same_shape) {
+      if (const auto found = extents_.find(Input(0)); found != extents_.end()) {
+        extents_[output] = found->second;
+      }
+    } else if (name_ == "Flatten") {
+      const auto value = extents_.find(Input(0));
+      const bool is_known = value != extents_.end();
+      extents_[output] = {1, is_known ? std::accumulate(value->second.begin(), value->second.end(),
+                                                        1L, std::multiplies<>())
+                                      : 0};
+    } else if (name_ == "Gemm") {
+      const auto factor = constants_.find(Input(1));
+      const bool is_known = factor != constants_.end() && !factor->second.empty();
+      extents_[output] = {1, is_known ? factor->second.front() : 0};
+    } else if (name_ == "MatMul") {
+      CheckMatMul(output);
+    } else if (name_ == "Add" || name_ == "Sub" || name_ == "Mul" || name_ == "Div") {
+      CheckArithmetic(output);
+    } else if (name_ == "LSTM" || name_ == "GRU") {
+      CheckRecurrent();
+    } else if (name_ == "Slice" && !Input(4).empty()) {
+      Refuse("has an input `steps`", "none");
+    }
+  }
+
+ private:
+  [[noreturn]] void Refuse(const std::string& what, const std::string& accepted) const {
+    RefuseOperator(name_, what, accepted);
+  }
+  [[nodiscard]] std::string Input(std::size_t i) const {
+    return i < inputs_.size() ? inputs_[i] : std::string();
+  }
+
+  void CheckMatMul(const std::string& output) {
+    if (constants_.contains(Input(0))) Refuse("a constant before the value", "it behind the value");
+    if (const auto found = extents_.find(Input(0)); found != extents_.end()) {
+      const auto factor = constants_.find(Input(1));
+      const bool is_known = factor != constants_.end() && !factor->second.empty();
+      extents_[output] = found->second;
+      extents_[output].back() = is_known ? factor->second.back() : 0;
+    }
+  }
+
+  void CheckArithmetic(const std::string& output) {
+    const bool is_swapped = constants_.contains(Input(0));
+    if (is_swapped && (name_ == "Sub" || name_ == "Div")) {
+      Refuse("a constant before the value", "it behind the value");
+    }
+    const auto value = extents_.find(Input(is_swapped ? 1 : 0));
+    const bool is_known = value != extents_.end();
+    const auto constant = constants_.find(Input(is_swapped ? 0 : 1));
+    if (constant == constants_.end()) {
+      const auto other = extents_.find(Input(1));
+      const bool is_same = is_known && other != extents_.end() && other->second == value->second &&
+                           std::ranges::find(value->second, 0) == value->second.end();
+      if (!is_same) Refuse("two values of extents that differ or are not known", "equal ones");
+    } else {
+      const std::vector<long>& extents = constant->second;
+      const auto is_one = [](long extent) { return extent == 1; };
+      const bool is_number = std::ranges::all_of(extents, is_one);
+      const bool is_row = is_known && value->second.size() == 2 && !extents.empty() &&
+                          extents.size() <= 2 && extents.back() == value->second.back() &&
+                          std::all_of(extents.begin(), extents.end() - 1, is_one);
+      if (!is_number && !is_row) {
+        Refuse("constant " + constant->first + " on a window or a value of unknown extents",
+               "a single number, or a row [n] on a value [1, n] (Flatten before it)");
+      }
+    }
+    if (is_known) extents_[output] = value->second;
+  }
+
+  void CheckRecurrent() const {
+    if (!Input(4).empty()) Refuse("has an input sequence_lens", "none");
+    if (name_ == "LSTM" && !Input(7).empty()) Refuse("has an input P (peephole weights)", "none");
+    if (name_ == "GRU" && Input(5).empty()) Refuse("has no input initial_h", "one of zeros");
+    if (Input(3).empty()) Refuse("has no input B", "one of zeros");
+  }
+
+  std::map<std::string, std::vector<long>> constants_, extents_;  // 0: not known
+  std::string name_;
+  std::vector<std::string> inputs_;  // of the node
+};
 
 struct OnnxGraph {
   std::vector<OnnxValue> inputs;  // those that are not weights
@@ -191,27 +378,29 @@ struct OnnxGraph {
   std::vector<std::string> operators;  // of the nodes, in their order
 };
 
-// Throws std::runtime_error: the bytes are not an ONNX model; a Gemm with attributes that OpenCV
-// ignores (alpha, beta, transA) or does not support (transB = 0).
+// Throws std::runtime_error: the bytes are not an ONNX model; an operator or attribute that OpenCV
+// does not compute as ONNX defines it, by name.
 OnnxGraph ReadOnnxGraph(std::string_view bytes) {
   const Message model{std::string(bytes)};
   const Message fields(model.Text(field::kModelGraph));
   OnnxGraph graph;
-  std::vector<std::string> weights;
-  fields.ForEach(field::kGraphWeights,
-                 [&](const std::string& tensor) { weights.push_back(CheckedWeights(tensor)); });
-  fields.ForEach(field::kGraphNode, [&](const std::string& node) {
-    const Message fields_of_node(node);
-    graph.operators.push_back(fields_of_node.Text(field::kNodeOperator));
-    if (graph.operators.back() == "Gemm") RefuseOtherGemm(fields_of_node);
+  std::map<std::string, std::vector<long>> weights;
+  fields.ForEach(field::kGraphWeights, [&](const std::string& tensor) {
+    weights[CheckedWeights(tensor)] = Message(tensor).Numbers(field::kTensorExtents);
   });
   fields.ForEach(field::kGraphInput, [&](const std::string& value) {
     OnnxValue input = ReadValue(value);
-    const bool weight = std::find(weights.begin(), weights.end(), input.name) != weights.end();
-    if (!weight) graph.inputs.push_back(std::move(input));
+    if (!weights.contains(input.name)) graph.inputs.push_back(std::move(input));
   });
   fields.ForEach(field::kGraphOutput,
                  [&](const std::string& value) { graph.outputs.push_back(ReadValue(value)); });
+  OperatorCheck check(std::move(weights));
+  for (const OnnxValue& input : graph.inputs) check.AddInput(input.name, input.extents);
+  fields.ForEach(field::kGraphNode, [&](const std::string& node) {
+    const Message fields_of_node(node);
+    graph.operators.push_back(fields_of_node.Text(field::kNodeOperator));
+    check.Check(fields_of_node);
+  });
   if (graph.operators.empty()) throw std::runtime_error("not an ONNX model: it has no graph");
   return graph;
 }

@@ -73,8 +73,8 @@ TEST(CsvLinesTest, ReadsNoLineWithoutEnd) {
   EXPECT_THAT(Thrown<InputError>([] { CsvLines("/nowhere.csv"); }), HasSubstr("cannot be read"));
 }
 
-TEST(CsvRowsTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
-  CsvRows rows(Write("t,x,\n0,+1.5,\n1,\x1b[2J\n1\n"));
+TEST(CsvTableTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
+  CsvTable rows(Write("t,x,\n0,+1.5,\n1,\x1b[2J\n1\n"));
   ASSERT_TRUE(rows.Next());
   EXPECT_EQ(rows.Number(*rows.Find("x"), 2), 1.5);
   EXPECT_THAT(Thrown<InputError>([&] { static_cast<void>(rows.Number(1, 1)); }),
@@ -85,7 +85,7 @@ TEST(CsvRowsTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
                        "a number"));
   EXPECT_THAT(Thrown<InputError>([&] { rows.Next(); }),
               EndsWith(":4: 1 cells: accepted is 2, as in the header"));
-  EXPECT_THAT(Thrown<InputError>([] { CsvRows(Write("a,a\n")); }),
+  EXPECT_THAT(Thrown<InputError>([] { CsvTable(Write("a,a\n")); }),
               HasSubstr("column a appears twice"));
 }
 
@@ -97,6 +97,42 @@ TEST(CsvTableTest, KnowsItsColumnsInAnyOrder) {
   ASSERT_TRUE(table.Next());
   EXPECT_EQ(table.Text("name"), "#B") << "no comment";
   EXPECT_FALSE(table.Next());
+}
+
+// The same row as programs of other people write it. Reference: the row itself.
+TEST(CsvTableTest, ADialectDoesNotChangeTheNumbers) {
+  const std::string utf16 = "\xFF\xFE" + std::string("n\0a\0m\0e\0,\0x\0,\0y\0\r\0\n\0a\0,\0", 30) +
+                            std::string("0\0.\0005\0,\0-\0002\0", 14);
+  for (const std::string& text :
+       {std::string("name,x,y\na,0.5,-2\n"), std::string("name;x;y\r\na;0,5;-2\r\n"),
+        std::string("name\tx\ty\na\t0,5\t-2"), std::string("name,x,y\ra,0.5,-2\r"),
+        std::string("\"name\",\"x\",\"y\"\n\"a\",\"0.5\",\"-2\"\n"),
+        std::string("\xEF\xBB\xBFname,x,y,,\na,0.5,-2,,\n"), std::string(",name,x,y\n0,a,0.5,-2\n"),
+        std::string("\tname\tx\ty\n0\ta\t0.5\t-2\n"), std::string("name,x (mm),y (m)\na,500,-2\n"),
+        std::string("name,x,y\n,mm,m\na,500,-2\n"), std::string("name,x (\xB5m),y\na,500000,-2\n"),
+        utf16}) {
+    CsvTable table(Write(text));
+    ASSERT_TRUE(table.Next()) << text;
+    EXPECT_EQ(table.Text("name"), "a") << text;
+    EXPECT_DOUBLE_EQ(table.Number("x"), 0.5) << text;
+    EXPECT_EQ(table.Number("y"), -2) << text;
+    EXPECT_FALSE(table.Next()) << text;
+  }
+}
+
+TEST(CsvTableTest, ANumberThatMayMeanTwoThingsIsRefused) {
+  const auto refusal = [](const std::string& text) {
+    return Thrown<InputError>([&] {
+      CsvTable table(Write(text), {{"x"}, {"y"}});
+      while (table.Next()) static_cast<void>(table.Number("x"));
+    });
+  };
+  EXPECT_THAT(refusal("x,y\n\"1,5\",2\n"), HasSubstr(":2: 1,5: a comma in a number"));
+  EXPECT_THAT(refusal("x;y\n1,5;0.5\n"), HasSubstr("decimal commas and decimal points"));
+  EXPECT_THAT(refusal("x,y\n1,5,2,5\n"), HasSubstr("4 cells: accepted is 2"));
+  EXPECT_THAT(refusal("x;y\n1.234,5;2\n"), HasSubstr("a finite number"));
+  EXPECT_THAT(refusal("x,y\n\"1,2\n"), HasSubstr("a quote that is not closed"));
+  EXPECT_THAT(refusal("x (furlong),y\n1,2\n"), HasSubstr("unit furlong is not understood"));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -109,13 +110,17 @@ TEST(TactileRecordingTest, TheRelativeClockComesFirst) {
   EXPECT_EQ(recording.others.at("timestamp"), std::vector{15810.0});
 }
 
-TEST(TactileRecordingTest, OfTwoSamplesAtTheSameTimeTheFirstCounts) {
-  const auto recording = Read("t,x," + Electrodes("E") + "\n" + "1,5," + Counts(0) + "\n1,6," +
-                              Counts(50) + "\n2,7," + Counts(100) + "\n");
-  EXPECT_EQ(recording.t, (std::vector<double>{1, 2}));
-  EXPECT_EQ(recording.others.at("x"), (std::vector<double>{5, 7}));
-  EXPECT_FLOAT_EQ(recording.fingers[0].samples[0].electrodes[0], 1);
-  EXPECT_FLOAT_EQ(recording.fingers[0].samples[1].electrodes[0], 101);
+// A time of six digits since 1970 is the same in all rows.
+TEST(TactileRecordingTest, TwoSamplesAtTheSameTimeAreRefused) {
+  const std::string text = "t," + Electrodes("E") + "\n" + "1.73234e+09," + Counts(0) +
+                           "\n1.73234e+09," + Counts(50) + "\n";
+  EXPECT_THAT(Thrown<std::runtime_error>([&] { Read(text); }),
+              HasSubstr(":3: t = 1.73234e+09: accepted is a time that increases from row to row"));
+}
+
+TEST(TactileRecordingTest, AUnitOfTheTimeCounts) {
+  EXPECT_EQ(Read("t (ms)," + Electrodes("E") + "\n" + "250," + Counts(0) + "\n").t,
+            std::vector{0.25});
 }
 
 TEST(TactileRecordingTest, FingersAreToldFromTheHeaderAlone) {

@@ -330,7 +330,7 @@ TEST_F(IdentifyCommand, PicturesAndAKnownForceTellTheModulus) {
   RunOffline(LoadScene(block, {"operator.press={depth: 4 mm, speed: 40 mm/s}"}),
              {.out = out, .frames = true}, {});
   std::string forces = "sequence,fx,fy,fz\n";
-  CsvRows states(out / "states.csv");
+  CsvTable states(out / "states.csv");
   const auto column = [&](const char* name) { return *states.Find(name); };
   while (states.Next()) {
     forces +=

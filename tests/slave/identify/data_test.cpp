@@ -43,7 +43,7 @@ TEST(SiliconeData, ChordModuliAreThePublishedOnes) {
   const path folder = Data("silicone_compression");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
   const Specimen specimen{.height = 0.03, .diameter = 0.05, .bonded = true};
-  CsvRows published(folder / "elastic_modulus_kPa.csv");
+  CsvTable published(folder / "elastic_modulus_kPa.csv");
   int near = 0, all = 0;
   while (published.Next()) {
     const std::string name(published.Text(0));
@@ -69,7 +69,7 @@ TEST(SiliconeData, IntervalsOfOneSpecimenHoldTheOther) {
   const path folder = Data("silicone_compression");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
   std::map<std::string, double> published;
-  CsvRows rows(folder / "elastic_modulus_kPa.csv");
+  CsvTable rows(folder / "elastic_modulus_kPa.csv");
   while (rows.Next()) published[std::string(rows.Text(0))] = rows.Number(1, 1e9);
   const Specimen specimen{.height = 0.03, .diameter = 0.05, .bonded = true};
   struct Pair {

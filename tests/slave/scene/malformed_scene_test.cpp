@@ -260,6 +260,14 @@ const BadFile kBadFiles[] = {
     // The library makes documents of it without end.
     {"CommaAlone", "name: a\n ,b: c\n", "not YAML"},
     {"CommaFirst", " ,a: b", ":1: a second document"},
+    {"NotUtf8", "name: M\xFCller\n", ":1: byte 0xFC is not UTF-8: accepted is a scene in UTF-8"},
+    {"Utf16", std::string("\xFF\xFEn\0a\0", 6), "text in UTF-16: accepted is UTF-8"},
+    {"Tab", "name: a\nobject:\n\tgeometry: 1\n", "line 3 begins with a tab: accepted are blanks"},
+    {"CommaInMap", "name: a\nmodel: {elements: 12,5}\n", ":2: `,5`: a decimal comma"},
+    {"LookAlike",
+     "name: a\nm\xD0\xBE"
+     "del: {}\n",
+     "(has U+043E)"},
     {"Binary", std::string("name: \0\1\2", 9), "not text"},
     {"TooLarge", std::string((1 << 20) + 1, '#'), "at most 1 MiB"},
     {"Deep", "name: " + std::string(100, '[') + std::string(100, ']'), "at most 32 levels"},
@@ -331,7 +339,9 @@ TEST_F(MalformedSceneTest, AContourFileIsReportedWithItsOwnLine) {
   const struct {
     const char* csv;
     const char* message;
-  } kRows[] = {{"x,y\n0,0\n1,zero\n", "outline.csv:3: 1,zero: accepted is two numbers x,y"},
+  } kRows[] = {{"x,y\n0,0\n1,zero\n", "outline.csv:3: y = zero: accepted is a finite number"},
+               {"0,0,0\n1,1,0\n2,1,1\n", "outline.csv:1: 3 cells: accepted is 2"},
+               {"u,v\n0,0\n1,0\n", "outline.csv:1: no column x: accepted is x,y"},
                {"0,0\n1,0\n", "outline.csv: 2 points: accepted is 3 to 4000"},
                {"0,0\n2,2\n2,0\n0,1\n", "cross or touch"}};
   for (const auto& row : kRows) {

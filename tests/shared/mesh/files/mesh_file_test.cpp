@@ -6,6 +6,7 @@
 
 #include "tests/shared/mesh/files/all_samples.h"
 #include "tests/support/scratch.h"
+#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -140,6 +141,33 @@ TEST_F(MeshFileTest, MergesCornersThatDifferByRoundingOnly) {
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).nodes.size(), 4U);
   EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles.size(), 4U);
   EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("1 triangles of no width")));
+}
+
+// Reference: the same triangles in the usual spelling.
+TEST_F(MeshFileTest, TellsAnStlByItsContent) {
+  const std::string text = samples::StlText(samples::Tetrahedron());
+  std::string capitals = text;
+  for (char& c : capitals) c = static_cast<char>(std::toupper(c));
+  std::string returns = text;
+  std::ranges::replace(returns, '\n', '\r');
+  const auto triangles =
+      std::get<SurfaceMesh>(ReadMeshFile(Write("a.stl", text), 1).mesh).triangles;
+  for (const std::string& same : {capitals, "\r\n" + text, "\xEF\xBB\xBF" + text, returns}) {
+    const MeshFile read = ReadMeshFile(Write("A.STL", same), 1);
+    EXPECT_EQ(std::get<SurfaceMesh>(read.mesh).triangles, triangles) << same;
+  }
+}
+
+TEST_F(MeshFileTest, RemarksOnGroupsOfGmshAndRefusesParameters) {
+  std::string text = samples::Gmsh2Text(samples::Pair());
+  const std::size_t nodes = text.find("$Nodes");
+  const std::string names = "$PhysicalNames\n1\n3 1 \"gel\"\n$EndPhysicalNames\n";
+  const MeshFile read =
+      ReadMeshFile(Write("a.msh", text.substr(0, nodes) + names + text.substr(nodes)), 1);
+  EXPECT_THAT(read.remarks, ElementsAre(HasSubstr("physical groups are not used")));
+  text.replace(nodes, 6, "$ParametricNodes");
+  EXPECT_THAT(Thrown<std::invalid_argument>([&] { ReadMeshFile(Write("b.msh", text), 1); }),
+              HasSubstr("$ParametricNodes: accepted is $Nodes"));
 }
 
 // Some writers give every face vertices of its own; the surface would seem open.

@@ -144,7 +144,7 @@ TEST_F(FoamRecording, RestValuesSpreadAsBetweenRealFingers) {
 
 // |force| of a wrench file at the times given, its own first 50 rows removed [N].
 std::vector<double> ForceAt(const std::filesystem::path& file, const std::vector<double>& times) {
-  CsvRows rows(file);
+  CsvTable rows(file);
   const std::array columns{*rows.Find("rel_time_s"), *rows.Find("fx_N"), *rows.Find("fy_N"),
                            *rows.Find("fz_N")};
   std::vector<double> t;

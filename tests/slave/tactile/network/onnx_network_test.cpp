@@ -45,7 +45,9 @@ struct TwoLayers {
                       {"Gemm", {"h", "V", "c"}, "y", {{"transB", 1}}}},
                      {W, b, V, c});
   }
-  [[nodiscard]] std::array<double, 3> Evaluate(const TactileSignals& x) const {
+  [[nodiscard]] std::array<double, 3> Evaluate(
+      const TactileSignals& x,
+      double (*activation)(double) = [](double z) { return std::tanh(z); }) const {
     std::array<double, 3> y{};
     for (std::size_t k = 0; k < 3; ++k) y[k] = static_cast<double>(c.data[k]);
     for (std::size_t j = 0; j < kHidden; ++j) {
@@ -55,7 +57,7 @@ struct TwoLayers {
              static_cast<double>(W.data[j * static_cast<std::size_t>(n) + i]);
       }
       for (std::size_t k = 0; k < 3; ++k) {
-        y[k] += std::tanh(z) * static_cast<double>(V.data[k * kHidden + j]);
+        y[k] += activation(z) * static_cast<double>(V.data[k * kHidden + j]);
       }
     }
     return y;
@@ -138,7 +140,7 @@ TEST(OnnxNetworkTest, AModelOfAWindowTakesItsSamplesInOrder) {
 TEST(OnnxNetworkTest, AnUnknownOperatorIsNamed) {
   testing::internal::CaptureStderr();
   const std::string error = ErrorOf(TwoLayers(21).Model({1, 21}, "Feel"));
-  EXPECT_NE(error.find("model.onnx: operator Feel is not supported by this OpenCV: "),
+  EXPECT_NE(error.find("model.onnx: operator Feel: is not supported: accepted is one of Gemm "),
             std::string::npos)
       << error;
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "the error says it";
@@ -187,6 +189,63 @@ TEST(OnnxNetworkTest, AGemmThatWouldBeComputedOtherwiseIsRefused) {
   for (const auto& attributes : {std::map<std::string, long>{}, {{"transB", 0}}}) {
     EXPECT_THAT(error(attributes, {}),
                 EndsWith("Gemm: transB = 0: accepted is transB = 1, or MatMul and Add"));
+  }
+}
+
+// Each of these OpenCV would compute otherwise than ONNX defines it, or not at all.
+TEST(OnnxNetworkTest, OperatorsThatWouldBeComputedOtherwiseAreNamed) {
+  const OnnxWeights row = Random("k", {19}, 9), W = Random("W", {3, 19 * 19}, 10);
+  const auto window = [&](const std::string& op) {
+    return ErrorOf(OnnxModel({1, 19, 19}, {1, 3},
+                             {{op, {"x", "k"}, "s"},
+                              {"Flatten", {"s"}, "f"},
+                              {"Gemm", {"f", "W"}, "y", {{"transB", 1}}}},
+                             {row, W}));
+  };
+  for (const char* op : {"Add", "Sub", "Mul", "Div"}) {
+    EXPECT_THAT(window(op), HasSubstr(std::string("operator ") + op + ": constant k on a window"));
+  }
+  const auto recurrent = [](const std::string& op, std::vector<std::string> inputs,
+                            std::map<std::string, long> attributes,
+                            std::map<std::string, float> factors) {
+    attributes["hidden_size"] = 3;
+    const long gates = op == "LSTM" ? 4 : 3;
+    return ErrorOf(OnnxModel(
+        {1, 5, 19}, {1, 3},
+        {{op, std::move(inputs), "y", std::move(attributes), std::move(factors)}},
+        {Random("W", {1, 3 * gates, 19}, 1), Random("R", {1, 3 * gates, 3}, 2),
+         Random("B", {1, 6 * gates}, 3), Random("h", {1, 1, 3}, 4), Random("P", {1, 9}, 5)}));
+  };
+  EXPECT_THAT(recurrent("LSTM", {"x", "W", "R", "B"}, {}, {{"clip", 0.5F}}),
+              HasSubstr("operator LSTM: attribute clip = 0.5"));
+  EXPECT_THAT(recurrent("LSTM", {"x", "W", "R", "B", "", "h", "h", "P"}, {}, {}),
+              HasSubstr("operator LSTM: has an input P"));
+  EXPECT_THAT(
+      recurrent("GRU", {"x", "W", "R", "B", "", "h"}, {}, {}),
+      HasSubstr("operator GRU: linear_before_reset = 0: accepted is linear_before_reset = 1"));
+  EXPECT_THAT(recurrent("GRU", {"x", "W", "R", "B"}, {{"linear_before_reset", 1}}, {}),
+              HasSubstr("operator GRU: has no input initial_h"));
+}
+
+// Reference: the formulas of ONNX in double precision. Tolerance as above.
+TEST(OnnxNetworkTest, EveryActivationOnTheListIsItsFormula) {
+  const std::map<std::string, double (*)(double)> formulas{
+      {"Relu", [](double z) { return std::max(z, 0.0); }},
+      {"Sigmoid", [](double z) { return 1 / (1 + std::exp(-z)); }},
+      {"LeakyRelu", [](double z) { return z < 0 ? 0.01 * z : z; }},
+      {"Elu", [](double z) { return z < 0 ? std::exp(z) - 1 : z; }},
+      {"Identity", [](double z) { return z; }}};
+  const Scratch scratch;
+  const TwoLayers layers(19);
+  for (const auto& [name, formula] : formulas) {
+    const auto network = LoadForceNetwork(scratch.Write("model.onnx", layers.Model({1, 19}, name)));
+    const auto estimate = network->Windowed();
+    for (const TactileSignals& sample : RandomSignals(10, 100, 5)) {
+      std::array<double, 3> outputs{};
+      ASSERT_TRUE(estimate->Push(sample, outputs)) << name;
+      const auto expected = layers.Evaluate(sample, formula);
+      for (std::size_t k = 0; k < 3; ++k) ASSERT_NEAR(outputs[k], expected[k], 1e-4) << name;
+    }
   }
 }
 

@@ -1,0 +1,111 @@
+#include "slave/commands/scene_remarks.h"
+
+#include <stdexcept>
+#include <variant>
+
+#include <spdlog/spdlog.h>
+
+#include "shared/mesh/files/mesh_file.h"
+#include "shared/mesh/mesh_check.h"
+#include "slave/scene/words.h"
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using Remarks = std::vector<std::string>;
+
+constexpr double kLargestUsual = 2, kSmallestUsual = 2e-5;  // longest side of an object [m]
+constexpr double kLargestPixel = 5e-3;                      // [m]
+
+// Returns the size along the axes of O.
+Vector3d AddMesh(const MeshFileGeometry& geometry, Remarks* remarks) {
+  MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
+  const MeshReport report = std::visit(
+      [&](auto& mesh) { return CheckMesh(mesh, file.numbers, geometry.unit != 1); }, file.mesh);
+  const auto add = [&](const std::string& remark) {
+    remarks->push_back(geometry.file.string() + ": " + remark);
+  };
+  for (const auto& remark : file.remarks) add(remark);
+  for (const auto& warning : report.warnings) add(warning);
+  if (file.material) {
+    add(fmt::format(
+        "its material (E = {:.4g} Pa, nu = {:g}, {:g} kg/m^3) is not used; the scene's "
+        "material is",
+        file.material->young_modulus, file.material->poisson_ratio, file.material->density));
+  }
+  return report.high_O - report.low_O;
+}
+
+// The size along the axes of O; zero: it is not known yet.
+Vector3d SizeOf(const Geometry& geometry) {
+  if (const auto* box = std::get_if<BoxGeometry>(&geometry)) return box->size;
+  if (const auto* disc = std::get_if<MembraneGeometry>(&geometry)) {
+    return {2 * disc->radius, 2 * disc->radius, disc->thickness};
+  }
+  if (const auto* dome = std::get_if<DomeGeometry>(&geometry)) {
+    return {2 * dome->semi_axes.x(), 2 * dome->semi_axes.y(), dome->inflation};
+  }
+  const auto outer = OutlineOf(geometry).outer;
+  if (outer.empty()) return Vector3d::Zero();
+  Eigen::AlignedBox2d box;
+  for (const auto& p : outer) box.extend(p);
+  return {box.sizes().x(), box.sizes().y(), 0};
+}
+
+void AddSize(const Vector3d& size, Remarks* remarks) {
+  const double longest = size.maxCoeff();
+  if (!(longest > 0) || (longest <= kLargestUsual && longest >= kSmallestUsual)) return;
+  remarks->push_back(fmt::format(
+      "object.geometry is {} x {} large: {}", LengthInWords(size.x()), LengthInWords(size.y()),
+      longest > 1 ? "probably millimetres; a length without a unit is in metres"
+                  : "smaller than a cell; a length without a unit is in metres"));
+}
+
+void AddBaseline(const StereoCameras& cameras, const Object& object, Remarks* remarks) {
+  if (cameras.rig.empty()) return;
+  const double baseline = ReadRig(cameras.rig).baseline();
+  const double distance = (cameras.X_SL.inverse() * object.X_SO.translation()).norm();
+  if (baseline <= distance) return;
+  remarks->push_back(fmt::format(
+      "{}: the baseline of {} is larger than the distance of {} to the object: probably "
+      "millimetres; T of a rig is in metres",
+      cameras.rig.string(), LengthInWords(baseline), LengthInWords(distance)));
+}
+
+}  // namespace
+
+std::vector<std::string> RemarksOn(const Scene& scene) {
+  Remarks remarks;
+  const Geometry& geometry = scene.object.geometry;
+  try {
+    Vector3d size = Vector3d::Zero();
+    if (const auto* mesh = std::get_if<MeshFileGeometry>(&geometry)) {
+      size = AddMesh(*mesh, &remarks);  // which has a remark on its size
+    } else {
+      size = SizeOf(geometry);
+      AddSize(size, &remarks);
+    }
+    if (size.maxCoeff() > 0 && scene.tool && scene.tool->width > size.maxCoeff()) {
+      remarks.push_back(fmt::format("tool.width of {} is wider than the object",
+                                    LengthInWords(scene.tool->width)));
+    }
+    if (const auto* camera = scene.sense.Find<Camera>(); camera && camera->pixel > kLargestPixel) {
+      remarks.push_back(fmt::format("sense.camera.pixel of {} is larger than 5 mm",
+                                    LengthInWords(camera->pixel)));
+    }
+    if (const auto* cameras = scene.sense.Find<StereoCameras>()) {
+      AddBaseline(*cameras, scene.object, &remarks);
+    }
+  } catch (const std::invalid_argument&) {
+  } catch (const std::runtime_error&) {
+  }
+  return remarks;
+}
+
+void LogRemarks(const Scene& scene) {
+  for (const std::string& remark : RemarksOn(scene)) spdlog::warn("{}", remark);
+}
+
+}  // namespace palpate
