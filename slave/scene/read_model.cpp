@@ -138,8 +138,8 @@ std::string ReadKind(Section& model) {
     model.Refuse("kind", replacement);
     return "auto";
   }
-  using Kind = Section::Choice<std::string_view>;
-  std::array<Kind, kModelKinds.size() + 1> kinds{Kind{"auto", "auto"}};
+  using ModelName = Section::Choice<std::string_view>;
+  std::array<ModelName, kModelKinds.size() + 1> kinds{ModelName{"auto", "auto"}};
   for (std::size_t i = 0; i < kModelKinds.size(); ++i) {
     kinds[i + 1] = {kModelKinds[i].name, kModelKinds[i].name};
   }
