@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <system_error>
@@ -273,22 +272,21 @@ void CsvTable::TakeHeader(Header header) {
   }
   for (const std::string_view title : cells()) {
     const bool is_known = std::ranges::find(columns_, title, &Column::name) != columns_.end();
-    const ColumnTitle parts = is_known ? ColumnTitle{std::string(title)} : SplitTitle(title);
-    if (!parts.unknown_unit.empty() && !columns_.empty()) {
+    const bool is_free = header == Header::kOptional;
+    const ColumnTitle parts = is_known  ? ColumnTitle{std::string(title)}
+                              : is_free ? SplitFreeTitle(title)
+                                        : SplitTitle(title);
+    if (!parts.unknown_unit.empty() && !columns_.empty() && !is_free) {
       Fail("column " + Shown(title) + ": unit " + Shown(parts.unknown_unit) +
            " is not understood: accepted is " + InWords(Quantity::kLength) + ", " +
            InWords(Quantity::kForce) + " or " + InWords(Quantity::kTime));
     }
-    const bool is_plain = !parts.to_si;
-    std::string name = is_plain ? std::string(title) : parts.name;
-    if (header == Header::kOptional) {
-      for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
+    const std::string name = parts.to_si || is_free ? parts.name : std::string(title);
     const bool is_repeated = !name.empty() && Find(name);
     if (is_repeated && columns_.empty()) {
       Fail("column " + Shown(name) + " appears twice: accepted is once");
     }
-    const bool is_wanted = columns_.empty() || header == Header::kOptional || name.empty() ||
+    const bool is_wanted = columns_.empty() || is_free || name.empty() ||
                            std::ranges::find(columns_, name, &Column::name) != columns_.end();
     if (is_repeated || !is_wanted) {
       Fail("column = " + Shown(title) + (is_repeated ? " again" : "") + ": accepted is " +

@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kFarthest = 1e6;        // [m]
+constexpr double kFarthest = 10;         // [m]; beyond, these are millimetres
 constexpr double kUnitTolerance = 0.01;  // of a quaternion's length
 
 constexpr std::array kNumbers{"x", "y", "z", "qw", "qx", "qy", "qz"};
@@ -36,7 +36,11 @@ NumberColumns FindNumbers(const CsvTable& rows) {
 
 Eigen::Isometry3d ReadPose(const CsvTable& rows, const NumberColumns& columns) {
   std::array<double, kNumbers.size()> v{};
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i], kFarthest);
+  for (std::size_t i = 0; i < v.size(); ++i) v[i] = rows.Number(columns[i]);
+  if (const double far = Eigen::Vector3d(v[0], v[1], v[2]).cwiseAbs().maxCoeff(); far > kFarthest) {
+    rows.Fail(
+        fmt::format("x,y,z is {:.6g} m from the origin: accepted is up to {:g} m", far, kFarthest));
+  }
   const Eigen::Quaterniond q_SF(v[3], v[4], v[5], v[6]);
   if (!(std::abs(q_SF.norm() - 1) <= kUnitTolerance)) {
     rows.Fail("qw,qx,qy,qz of length " + std::to_string(q_SF.norm()) +

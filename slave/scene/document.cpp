@@ -159,7 +159,8 @@ bool HasDecimalComma(const DocumentNode& node) {
   for (std::size_t i = 1; node.kind == Kind::kList && i < node.children.size(); ++i) {
     const std::string &first = node.children[i - 1].text, &second = node.children[i].text;
     const bool has_unit = second.find_first_of(" mkMGNPu") != std::string::npos;
-    if (!first.empty() && std::ranges::all_of(first, IsDigit) && begins(second) && has_unit) {
+    if (!first.empty() && first[0] != '0' && std::ranges::all_of(first, IsDigit) &&
+        begins(second) && has_unit) {
       return true;
     }
   }
