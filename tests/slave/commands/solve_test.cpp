@@ -259,7 +259,7 @@ TEST_F(SolveTest, SaysWhereAFileIsWrong) {
       {"case,x,y,dx,dy\nA,0.044,0.088,1mm,0\n", "dx = 1mm"},
       {"case,x,y,dx,dy\nA,0.044,0.080,0,0\n",
        "contacts.csv:2: x = 0.044: accepted is a position on"},
-      {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: accepted is a width >= 0"},
+      {"case,x,y,dx,dy,width\nA,0.044,0.088,0,0,-1\n", "width = -1: accepted is 0 to "},
       {"case,x,y,z,dx,dy\nA,0.044,0.088,0.1,0,0\n", "z = 0.1: accepted is 0"},
       {"case,x,y,dx,dy,dz\nA,0.044,0.088,0,0,1e-3\n", "dz = 1e-3: accepted is 0"}};
   for (const auto& [text, message] : mistakes) {
