@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSamePlace = 1e-9;                          // of the diagonal
+constexpr double kSamePlace = 1e-9;                         // of the diagonal
 constexpr double kLargestUsual = 2, kSmallestUsual = 2e-5;  // diagonal [m]
 constexpr std::size_t kMostListed = 5;
 

@@ -11,8 +11,8 @@
 namespace palpate {
 
 std::span<const Driver> Drivers() {
-  static const std::array drivers{TouchDriver(),      DhdDriver(),     HaplyDriver(),
-                                  SpaceMouseDriver(), GamepadDriver()};
+  static const std::array drivers{TouchDriver(), DhdDriver(), HaplyDriver(), SpaceMouseDriver(),
+                                  GamepadDriver()};
   return drivers;
 }
 

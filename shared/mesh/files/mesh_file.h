@@ -36,9 +36,10 @@ struct MeshFile {
 //
 // Of quadratic elements the corners are used. Triangles beside tetrahedra, lines and points are
 // passed over; remarks name sections and groups that are not used. A byte order mark and line ends
-// of CR alone are accepted. Throws std::invalid_argument, `file:line: what: accepted is ...` (`file: byte n` in
-// binary parts): a file that cannot be read, is malformed, cut short, larger than 2 GiB, or names
-// what it does not have; elements that are no tetrahedra; `unit` not positive and finite.
+// of CR alone are accepted. Throws std::invalid_argument, `file:line: what: accepted is ...`
+// (`file: byte n` in binary parts): a file that cannot be read, is malformed, cut short, larger
+// than 2 GiB, or names what it does not have; elements that are no tetrahedra; `unit` not positive
+// and finite.
 MeshFile ReadMeshFile(const std::filesystem::path& file, double unit);
 
 // Gmsh 2.2, ASCII, numbered from 1, in metres; numbers round-trip. Results on meshes: vtu_writer.h.
