@@ -124,9 +124,8 @@ double ReadUnit(Section& geometry) {
 // `mesh`, `unit` and `resolution` stand side by side in `geometry`.
 MeshFileGeometry ReadMeshFile(Section& geometry, const SceneContext& context) {
   constexpr const char* kAccepted =
-      "a file that can be read: .veg .node .ele .msh, or a surface .stl .ply; meshio converts "
-      "other "
-      "formats to these";
+      "a file that can be read: .veg .node .ele .msh, or a surface .stl .ply; other formats are "
+      "converted by meshio";
   constexpr std::array kEndings{".veg", ".node", ".ele", ".msh", ".stl", ".ply"};
   const std::string name = geometry.Text("mesh", kAccepted);
   const Rule length = Positive(Dimension::kLength);

@@ -36,7 +36,7 @@ Validity ValidityFrom(const Json& json) {
 Answer AnswerFrom(const Json& json) {
   return {.value = NumberFrom(json.at("value")),
           .validity = ValidityFrom(json.at("validity")),
-          .bound = NumberFrom(json.at("bound"))};
+          .bound = NumberFrom(json.at("stated_error"))};
 }
 
 StudyRow RowFrom(const Json& json) {

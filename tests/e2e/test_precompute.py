@@ -97,7 +97,9 @@ class Precompute(unittest.TestCase):
         times = {file: file.stat().st_mtime_ns for file in files}
         with Slave(CUBE, *zone):
             pass
-        self.assertEqual(self.contents(cache), whole)
+        # The local model of the fingertips adds groups of its own.
+        served = self.contents(cache)
+        self.assertEqual({name: served.get(name) for name in whole}, whole)
         self.assertEqual([file for file in files if file.stat().st_mtime_ns != times[file]], [files[3]])
 
     def test_slurm_array(self):

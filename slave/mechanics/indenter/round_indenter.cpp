@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -17,17 +18,21 @@ using Eigen::Vector3d;
 // Error of the moment by force times width of the contact over the number of its places [-].
 // [derived: a place too many or too few at the rim, where the pressure is least]
 constexpr double kSpreadByPlaces = 0.5;
-constexpr double kRounding = 1e-9;   // of the radius: a place that just touches
+// Part of the tool's displacement by which a free place may be inside it [-]: less is what the mesh
+// leaves of the pressure at the rim. [derived]
+constexpr double kInside = 0.01;
 constexpr double kMostPulled = 0.3;  // part of the largest pull at which a place lets go
 constexpr std::string_view kTooCoarse =
     "the round tool's contact is smaller than the elements: use more elements there";
 
 constexpr std::string_view kPenetrates =
     "places that let go of the round tool are pressed against it again";
-// Step of the finite difference, relative to the displacement [-]: so large that what a Newton
-// iteration leaves, 1e-6 of the force, changes the quotient by 2e-4, and so small that its
-// curvature does by less than a percent. [derived; round_indenter_test]
-constexpr double kStep = 5e-3;
+// Half the step of the central difference, relative to the displacement [-]: so large that what an
+// iteration leaves, 1e-3 of the force, changes the quotient by a few percent, and so small that its
+// curvature does by less than one. [derived; round_indenter_test]
+constexpr double kStep = 0.03;
+
+const Vector3d kUnknown = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 
 bool IsKnown(std::span<const ContactResponse> responses) {
   return std::ranges::none_of(responses, [](const ContactResponse& part) {
@@ -94,12 +99,16 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationMo
   };
   Gather(press);
   released_.clear();
-  bool may_return = true, penetrates = false;
+  bool was_taken_back = false, penetrates = false;
   while (!contacts_.empty()) {
     if (!solve()) return {};
     if (LetGo(n, *solution)) continue;
-    penetrates = TakeBack(n, model);
-    if (!penetrates || !std::exchange(may_return, false)) break;
+    const std::size_t inside = SortReleased(press, model);
+    penetrates = inside > 0;
+    if (!penetrates || std::exchange(was_taken_back, true)) break;
+    contacts_.insert(contacts_.end(), released_.begin(),
+                     released_.begin() + static_cast<long>(inside));
+    released_.erase(released_.begin(), released_.begin() + static_cast<long>(inside));
   }
   const bool presses = n.dot(press.displacement_O) < 0;
   const auto touched = static_cast<int>(contacts_.size());
@@ -110,7 +119,7 @@ ContactResponse RoundIndenter::Press(const ToolIndentation& press, DeformationMo
   ContactResponse whole;
   whole.displacement_O = press.displacement_O;
   whole.force_O = SumOfForces(solution->responses());
-  whole.stiffness_O = Stiffness(press, whole.force_O, model);
+  whole.stiffness_O = Stiffness(press, model);
   whole.validity = Validity::kValid;
   for (const ContactResponse& part : solution->responses()) {
     if (part.validity > whole.validity) whole.doubt = part.doubt;
@@ -186,8 +195,9 @@ bool RoundIndenter::LetGo(const Vector3d& n, const Solution& solution) noexcept 
   return some;
 }
 
-bool RoundIndenter::TakeBack(const Vector3d& n, DeformationModel* model) noexcept {
-  if (released_.empty()) return false;
+std::size_t RoundIndenter::SortReleased(const ToolIndentation& press,
+                                        DeformationModel* model) noexcept {
+  if (released_.empty()) return 0;
   varied_ = contacts_;
   for (Contact contact : released_) {
     contact.kind = Contact::Kind::kForce;
@@ -196,35 +206,31 @@ bool RoundIndenter::TakeBack(const Vector3d& n, DeformationModel* model) noexcep
   }
   responses_.resize(varied_.size());
   model->Respond(varied_, responses_);
-  if (!IsKnown(responses_)) return false;
-  const double rounding = kRounding * radius_;
-  const std::size_t touching = contacts_.size();
-  std::size_t kept = 0;
+  if (!IsKnown(responses_)) return 0;
+  const double most = kInside * press.displacement_O.norm();
+  std::size_t inside = 0;
   for (std::size_t i = 0; i < released_.size(); ++i) {
-    const Contact& contact = released_[i];
-    const double above = n.dot(responses_[touching + i].displacement_O - contact.prescribed_O);
-    if (above > rounding) {
-      contacts_.push_back(contact);
-    } else {
-      released_[kept++] = contact;
-    }
+    const Eigen::Vector3d& u = responses_[contacts_.size() + i].displacement_O;
+    if (press.normal_O.dot(u - released_[i].prescribed_O) <= most) continue;
+    std::swap(released_[inside++], released_[i]);
   }
-  released_.resize(kept);
-  return contacts_.size() > touching;
+  return inside;
 }
 
-// All that touches is moved further alike, along n alone where nothing rubs.
-Matrix3d RoundIndenter::Stiffness(const ToolIndentation& press, const Vector3d& force_O,
-                                  DeformationModel* model) noexcept {
+// All that touches is moved on and back alike, along n alone where nothing rubs.
+Matrix3d RoundIndenter::Stiffness(const ToolIndentation& press, DeformationModel* model) noexcept {
   const Vector3d& n = press.normal_O;
   const double step = std::max(kStep * press.displacement_O.norm(), 1e-6 * radius_);
   responses_.resize(contacts_.size());
-  const auto force_by = [&](const Vector3d& direction) -> Vector3d {
+  const auto force_at = [&](const Vector3d& moved) -> Vector3d {
     varied_ = contacts_;
-    for (Contact& contact : varied_) contact.prescribed_O += step * direction;
+    for (Contact& contact : varied_) contact.prescribed_O += moved;
     model->Respond(varied_, responses_);
-    if (!IsKnown(responses_)) return Vector3d::Zero();
-    return (SumOfForces(responses_) - force_O) / step;
+    return IsKnown(responses_) ? SumOfForces(responses_) : kUnknown;
+  };
+  const auto force_by = [&](const Vector3d& direction) -> Vector3d {
+    const Vector3d change = force_at(step * direction) - force_at(-step * direction);
+    return change.allFinite() ? Vector3d(change / (2 * step)) : Vector3d::Zero();
   };
   Matrix3d K = Matrix3d::Zero();
   if (law_ == ContactLaw::kFrictionless) {

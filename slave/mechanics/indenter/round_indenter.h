@@ -65,12 +65,12 @@ class RoundIndenter {
   void Gather(const ToolIndentation& press) noexcept;
   void TouchNearest(const ToolIndentation& press, bool presses) noexcept;
   [[nodiscard]] bool LetGo(const Eigen::Vector3d& n, const Solution& solution) noexcept;
-  // Whether places that let go are inside the tool: they are in contact again.
-  [[nodiscard]] bool TakeBack(const Eigen::Vector3d& n, DeformationModel* model) noexcept;
+  // Puts the places that let go and are inside the tool first. Returns their number.
+  [[nodiscard]] std::size_t SortReleased(const ToolIndentation& press,
+                                         DeformationModel* model) noexcept;
   static void SetMoment(const ToolIndentation& press, const Solution& solution,
                         ContactResponse* whole);
   [[nodiscard]] Eigen::Matrix3d Stiffness(const ToolIndentation& press,
-                                          const Eigen::Vector3d& force_O,
                                           DeformationModel* model) noexcept;
 
   std::vector<TouchablePlace> places_;

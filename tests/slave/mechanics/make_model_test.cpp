@@ -48,6 +48,7 @@ TEST(MakeModel, WhatActsAtTheStartCountsInNewmarksFirstStep) {
   scene.model.fem.time = Fem::Time::kDynamic;
   scene.model.fem.step = 1e-6;
   scene.model.fem.residual = 1e-12;
+  scene.model.range = 0.1;
   for (const auto element : {Fem::Element::kTet4, Fem::Element::kTet10}) {
     scene.model.fem.element = element;
     const auto first_step = [&](Fem::Integrator integrator, double at_start) {
