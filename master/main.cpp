@@ -1,5 +1,6 @@
 // palpate-master: the operator's station.
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <climits>
 #include <cstdio>
@@ -146,7 +147,8 @@ int Main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   const int code = palpate::Main(argc, argv);
-  if (code != palpate::kDone || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) return code;
+  // A terminal or a reader that went away is no failure, a full disk is.
+  if (code != palpate::kDone || std::fflush(stdout) == 0 || errno != ENOSPC) return code;
   std::fputs("palpate-master: standard output cannot be written\n", stderr);
   return palpate::kFailed;
 }

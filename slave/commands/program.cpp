@@ -111,7 +111,8 @@ void LogWithoutWaiting() {
 int ExitCode(const std::function<int()>& command) {
   try {
     const int code = command();
-    if (code != 0 || (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)) return code;
+    // A terminal or a reader that went away is no failure, a full disk is.
+    if (code != 0 || std::fflush(stdout) == 0 || errno != ENOSPC) return code;
     std::fputs("palpate-slave: standard output cannot be written\n", stderr);
     return kFailed;
   } catch (const SceneError& e) {

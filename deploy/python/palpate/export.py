@@ -28,7 +28,9 @@ ELECTRODES = 19
 
 def export(file: pathlib.Path, out: pathlib.Path) -> tuple[int, int]:
     """Writes the arrays and tables; returns the numbers of ticks and of states. Raises ValueError: no recording."""
-    ticks, states, sensed = Columns(), Columns(), Columns()
+    ticks: Columns = {}
+    states: Columns = {}
+    sensed: Columns = {}
     tactile: list[list[float]] = []
     by_sequence: dict[int, state_pb2.SlaveState] = {}
     first = None
@@ -124,7 +126,7 @@ def _write(path: pathlib.Path, columns: Columns) -> None:
     cells: list[list[str]] = []
     for name, values in columns.items():
         array = np.array(values)
-        parts = array.T if array.ndim == 2 else [array]
+        parts: Any = array.T if array.ndim == 2 else [array]
         header += [f"{name}_{axis}" for axis in "xyz"] if array.ndim == 2 else [name]
         cells += [["" if part.dtype.kind == "f" and np.isnan(x) else f"{x:.9g}" if part.dtype.kind == "f" else str(x)
                    for x in part] for part in parts]

@@ -62,12 +62,15 @@ def _state(felt: recording_pb2.FeltState) -> state_pb2.SlaveState:
 
 
 def messages(file: str | os.PathLike[str]) -> Iterator[tuple[str, float, bytes]]:
-    """Yields (topic, time [s since 1970], data) of all messages of an MCAP file."""
-    data = pathlib.Path(file).read_bytes()
-    if not data.startswith(MAGIC):
-        raise ValueError(f"{file}: accepted is an MCAP file")
-    topics: dict[int, str] = {}
-    yield from _messages(memoryview(data)[len(MAGIC):], topics)
+    """Yields (topic, time [s since 1970], data) of all messages of an MCAP file, or of its parts `FILE-0001.mcap`, ..."""
+    path = pathlib.Path(file)
+    parts = sorted(path.parent.glob(f"{path.stem}-[0-9][0-9][0-9][0-9]{path.suffix}"))
+    for part in [path] if path.exists() or not parts else parts:
+        data = part.read_bytes()
+        if not data.startswith(MAGIC):
+            raise ValueError(f"{part}: accepted is an MCAP file")
+        topics: dict[int, str] = {}
+        yield from _messages(memoryview(data)[len(MAGIC):], topics)
 
 
 def _messages(data: memoryview, topics: dict[int, str]) -> Iterator[tuple[str, float, bytes]]:

@@ -94,7 +94,8 @@ TEST_F(TouchDeviceTest, ErrorsOfTheServoAreFaultsWithTheirCode) {
   bench_.Open();
   Step(10);
   for (const auto& [code, fault] : {std::pair(0x203, DeviceFault::kForceOff),
-                                    {0x300, DeviceFault::kUnplugged},
+                                    {0x302, DeviceFault::kSilent},
+                                    {0x300, DeviceFault::kDriver},
                                     {0x204, DeviceFault::kDriver}}) {
     bench_.fake.set_error("hdEndFrame", code, 1);
     bench_.Step();
@@ -115,7 +116,7 @@ TEST_F(TouchDeviceTest, AReadingWithAnErrorIsNoPosition) {
   for (const char* function : {"hdGetDoublev", "hdBeginFrame", "hdGetIntegerv"}) {
     bench_.fake.set_error(function, 0x302, 1);
     bench_.Step();
-    EXPECT_EQ(status().fault, DeviceFault::kUnplugged) << function;
+    EXPECT_EQ(status().fault, DeviceFault::kSilent) << function;
     const Eigen::Vector3d& p = bench_.rig.loop.record().p_M;
     EXPECT_NEAR((p - Eigen::Vector3d(0.01, 0.02, 0.03)).norm(), 0, 1e-6) << function;
     Step(10);
