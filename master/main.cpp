@@ -1,6 +1,5 @@
 // palpate-master: the operator's station.
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <climits>
 #include <cstdio>
@@ -22,6 +21,7 @@
 #include "master/link/slave_link.h"
 #include "master/watch/watch.h"
 #include "shared/program/command_line.h"
+#include "shared/program/program.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -147,8 +147,7 @@ int Main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   const int code = palpate::Main(argc, argv);
-  // A terminal or a reader that went away is no failure, a full disk is.
-  if (code != palpate::kDone || std::fflush(stdout) == 0 || errno != ENOSPC) return code;
+  if (code != palpate::kDone || !palpate::OutputIsOnFullDisk()) return code;
   std::fputs("palpate-master: standard output cannot be written\n", stderr);
   return palpate::kFailed;
 }

@@ -19,7 +19,7 @@ from typing import Sequence
 import numpy as np
 import numpy.typing as npt
 import palpate
-import serial
+import serial  # type: ignore[import]
 
 Steps = tuple[int, int, int]
 STEP = 0.0625e-6   # [m]
@@ -92,7 +92,8 @@ class Mp285:
         answer = self.line.read(13)
         if len(answer) != 13:
             raise Fault("no complete answer to the position query")
-        steps: Steps = struct.unpack("<3i", answer[:12])
+        x, y, z = struct.unpack("<3i", answer[:12])
+        steps: Steps = (x, y, z)
         origin = self.known or (0, 0, 0)
         if answer[12:] != b"\r" or any(abs(s) > TRAVEL or abs(s - o) > TRAVEL for s, o in zip(steps, origin)):
             raise Fault("a malformed answer to the position query")

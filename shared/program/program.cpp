@@ -1,5 +1,8 @@
 #include "shared/program/program.h"
 
+#include <cerrno>
+#include <cstdio>
+
 namespace palpate {
 
 namespace fs = std::filesystem;
@@ -11,6 +14,13 @@ fs::path FindPart(std::string_view name) {
     if (fs::is_regular_file(folder / name, error)) return folder / name;
   }
   return {};
+}
+
+bool OutputIsOnFullDisk() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return false;
+  // The reason of an earlier failure is gone: one more line tells.
+  std::clearerr(stdout);
+  return (std::fputc('\n', stdout) == EOF || std::fflush(stdout) != 0) && errno == ENOSPC;
 }
 
 }  // namespace palpate

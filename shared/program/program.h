@@ -1,4 +1,4 @@
-// Version of the running program, and location of its parts.
+// Version of the running program, location of its parts, and its standard output.
 #pragma once
 
 #include <filesystem>
@@ -13,5 +13,9 @@ const char* Version();
 // Finds an optional program or module beside the running program or in ../lib/palpate. Empty: not
 // found.
 std::filesystem::path FindPart(std::string_view name);
+
+// Whether the standard output could not be written because the disk is full. A terminal or a reader
+// that went away is no failure.
+bool OutputIsOnFullDisk();
 
 }  // namespace palpate

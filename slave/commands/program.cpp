@@ -19,6 +19,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "shared/program/program.h"
 #include "slave/scene/scene_loader.h"
 
 namespace palpate {
@@ -111,8 +112,7 @@ void LogWithoutWaiting() {
 int ExitCode(const std::function<int()>& command) {
   try {
     const int code = command();
-    // A terminal or a reader that went away is no failure, a full disk is.
-    if (code != 0 || std::fflush(stdout) == 0 || errno != ENOSPC) return code;
+    if (code != 0 || !OutputIsOnFullDisk()) return code;
     std::fputs("palpate-slave: standard output cannot be written\n", stderr);
     return kFailed;
   } catch (const SceneError& e) {

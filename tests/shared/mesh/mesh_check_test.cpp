@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 using ::testing::Contains;
-using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
