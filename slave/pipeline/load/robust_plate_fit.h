@@ -58,7 +58,12 @@ class RobustPlateFit {
         tighter_(tighter),
         width_(width),
         fitter_(plate, width, finer),
-        choice_(plate.radius()) {}
+        choice_(plate.radius()) {
+    // Room for the solutions, before the first fit: a fit does not allocate.
+    const Contact none = PlateSurface::DiscContact(Contact::Kind::kForce, {0, 0}, width, 0);
+    plate.Solve({&none, 1}, &coarse_);
+    if (tighter.plate != nullptr) tighter.plate->Solve({&none, 1}, &tight_);
+  }
 
   using Answer = PlateFit;
   // Points in frame O, of which a subset is used; invisible points, points off the plate, not
