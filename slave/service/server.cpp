@@ -34,6 +34,9 @@ constexpr int kHandshakeMs = 15000;
 // [bytes] of commands on their way at most: 500 a second of 128 bytes for 5 s of round trip, with
 // what each is wrapped in.
 constexpr int kCommandWindow = 512 * 1024;
+// [bytes] A driver of images can fill one stream's window before its rate is known, beside what the
+// others send.
+constexpr double kBurst = 2.0 * kCommandWindow;
 constexpr std::chrono::milliseconds kHealthPeriod(50);
 constexpr std::chrono::milliseconds kGrace(300);  // for streams to end by themselves
 
@@ -167,7 +170,7 @@ Server::Server(Slave& slave, const std::string& address, bool insecure,
   MakeWithRealtimeThreads(kReadingPriority, [&] { parts_->Build(tls); });
   if (!parts_->server) throw std::runtime_error("cannot serve on " + address);
   parts_->acceptor.emplace(parts_->endpoint, HandOnTo(parts_->connections.get()),
-                           Acceptor::Limits{});
+                           Acceptor::Limits{.burst = kBurst});
   parts_->endpoint = parts_->acceptor->endpoint();
   parts_->address = ToString(parts_->endpoint);
   parts_->acceptor->Start();

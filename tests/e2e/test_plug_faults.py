@@ -34,10 +34,14 @@ class Faults(Plugged):
         resident = int((root / "statm").read_text().split()[1]) * 4096 / 1e6
         return resident, len(list((root / "fd").iterdir()))
 
+    def wait_for_ready(self):
+        ready = self.ready()
+        self.assertTrue(ready, f"player {self.player.poll()}, driver {self.driver.poll()}\n{self.status()}")
+
     def repeat(self, event, words, driver=()):
         """`event` makes it and gives what ends it. `words`: one of them must be among the alarms."""
         self.plug(driver)
-        self.assertTrue(self.ready(), self.status())
+        self.wait_for_ready()
         log = Log(self.out / "log.csv")
         bare = self.start("/usr/bin/python3", HERE / "bare_loop.py", stdout=subprocess.PIPE)
         master = self.operate(3600)
@@ -57,7 +61,7 @@ class Faults(Plugged):
             undo()
             self.unplug()
             self.plug(driver)
-            self.assertTrue(self.ready(), self.status())
+            self.wait_for_ready()
             costs.append(self.cost())
         self.assertTrue(wait_until(lambda: log.newest_force() > PRESSED), "it goes on")
         master.send_signal(signal.SIGINT)
@@ -120,7 +124,7 @@ class Faults(Plugged):
     def test_arm_floods(self):
         """Reports that come too often are no fault: what is felt goes on, and nothing grows."""
         self.plug((HERE / "bad_driver.py", "flood"))
-        self.assertTrue(self.ready(), self.status())
+        self.wait_for_ready()
         log = Log(self.out / "log.csv")
         self.operate(3600)
         self.assertTrue(wait_until(lambda: log.newest_force() > PRESSED))
@@ -131,7 +135,7 @@ class Faults(Plugged):
         self.assertLess(self.cost()[0], before[0] + 50)
 
 
-CAMERA, ARM = ("no sample from the sensor",), ("arm", "driver")
+CAMERA, ARM = ("no sample from the sensor",), ("arm", "manipulator", "driver")
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -1,6 +1,5 @@
 // What is true of a simulated embryo beside the disc that it is.
 #include <set>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -73,26 +72,6 @@ TEST(EmbryoSiteTest, ItBreaksBetweenTheDepthsAndPushesNoMoreUntilTheToolIsOut) {
   EXPECT_EQ(depths.size(), 6U) << "every insertion breaks at a depth of its own";
 }
 
-// The outline that is seen springs back: the picture of a punctured embryo is that of one at rest
-// but for the tool.
-TEST(EmbryoSiteTest, ThePictureOfAPuncturedEmbryoIsThatOfOneAtRest) {
-  Scene scene = LivingScene();
-  scene.site.noise = 0;
-  scene.site.flicker = 0;
-  scene.site.embryo->debris = 0;
-  scene.site.embryo->defocus = 0;
-  SimulatedSite site(scene);
-  const cv::Mat rest = site.TakePicture();
-  PressTo(site, 45e-6);
-  const cv::Mat pressed = site.TakePicture();
-  PressTo(site, 250e-6);
-  const cv::Mat punctured = site.TakePicture();
-  // The rim beside the tool, 20 um above it: column of x = 0.6 mm.
-  const cv::Rect beside(520 - 25, 240 - 20, 40, 8);
-  EXPECT_GT(cv::norm(rest(beside), pressed(beside), cv::NORM_INF), 30);
-  EXPECT_LT(cv::norm(rest(beside), punctured(beside), cv::NORM_INF), 2);
-}
-
 // What the liquid does to a moving tool, and to a still one.
 TEST(EmbryoSiteTest, TheLiquidDragsTheToolBack) {
   Scene scene = LivingScene();
@@ -104,45 +83,6 @@ TEST(EmbryoSiteTest, TheLiquidDragsTheToolBack) {
   EXPECT_NEAR(site.truth().force.x(), 0.5 * 10e-6 * 60, 1e-9);
   site.TakePicture();
   EXPECT_EQ(site.truth().force.norm(), 0);
-}
-
-TEST(EmbryoSiteTest, TargetsLieInsideByTheSeedAndTheScriptReachesThem) {
-  std::set<double> places;
-  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
-    const Eigen::Vector3d target = site::TargetOf(LivingScene(seed));
-    EXPECT_LT(target.norm(), 0.5 * kRadius);
-    EXPECT_EQ(target, site::TargetOf(LivingScene(seed)));
-    places.insert(target.x());
-  }
-  EXPECT_EQ(places.size(), 20U);
-  const Scene scene = LivingScene(7);
-  SimulatedSite site(scene);
-  const ScriptedPress press(scene);
-  EXPECT_LT((press.Tip(press.hold_begin()) - site.goal().value()).norm(), 1e-9);
-  EXPECT_EQ(SimulatedSite(site::EmbryoScene()).goal(), std::nullopt);
-}
-
-TEST(EmbryoSiteTest, TheSamePicturesForTheSameSeed) {
-  std::vector<cv::Mat> seen;
-  for (const std::uint32_t seed : {3U, 3U, 4U}) {
-    SimulatedSite site(LivingScene(seed));
-    for (int i = 0; i < 5; ++i) seen.push_back(site.TakePicture());
-  }
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(cv::norm(seen[i], seen[5 + i], cv::NORM_INF), 0) << i;
-    EXPECT_GT(cv::norm(seen[i], seen[10 + i], cv::NORM_INF), 0) << i;
-  }
-}
-
-// An outline that only the picture tells the scene, and the site knows.
-TEST(EmbryoSiteTest, AnOutlineFromTheImageIsPlayedWhereTheSiteTellsItsRadius) {
-  Scene scene = LivingScene();
-  scene.object.geometry = ImageContourGeometry{1.2e-3};
-  EXPECT_THROW(SimulatedSite site(scene), std::invalid_argument);
-  scene.site.embryo->radius = kRadius;
-  SimulatedSite site(scene);
-  PressTo(site, 45e-6);
-  EXPECT_GT(site.truth().force.x(), 0.01);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -106,22 +105,6 @@ TEST_P(GradedMeshTest, EveryBoundaryEdgeIsWhollyCoveredInItsDirection) {
   }
 }
 
-TEST_P(GradedMeshTest, NeighboursNameEachOther) {
-  const TriangleMesh mesh = Make();
-  std::size_t free_edges = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const int n : mesh.neighbours[t]) {
-      if (n < 0) {
-        ++free_edges;
-        continue;
-      }
-      const auto& back = mesh.neighbours[static_cast<std::size_t>(n)];
-      EXPECT_TRUE(std::find(back.begin(), back.end(), static_cast<int>(t)) != back.end());
-    }
-  }
-  EXPECT_EQ(free_edges, mesh.boundary.size());
-}
-
 INSTANTIATE_TEST_SUITE_P(
     Domains, GradedMeshTest,
     ::testing::Values(Domain{"Square", {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}}},
@@ -146,22 +129,6 @@ TEST(GradedMesh, EndsInASharpCorner) {
   const TriangleMesh mesh = MakeGradedMesh(input.points, input.segments, {0.1, 0.4, {}});
   EXPECT_NEAR(Area(mesh), 0.5 * std::tan(5 * std::numbers::pi / 180), 1e-12);
   EXPECT_LT(mesh.triangles.size(), 3000u);
-}
-
-TEST(GradedMesh, CrossingOutlineIsRefused) {
-  const Input input = SegmentsOf({"", {{{0, 0}, {1, 1}, {1, 0}, {0, 0.9}}}});
-  EXPECT_THROW(MakeGradedMesh(input.points, input.segments, {0.1, 0.4, {}}), std::runtime_error);
-}
-
-TEST(GradedMesh, CoincidingPointsAreRefused) {
-  const Input input = SegmentsOf({"", {{{0, 0}, {1, 0}, {1, 0}, {0, 1}}}});
-  EXPECT_THROW(MakeGradedMesh(input.points, input.segments, {0.1, 0.4, {}}), std::runtime_error);
-}
-
-TEST(GradedMesh, TooManyPointsAreRefused) {
-  const Input input = SegmentsOf({"", {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}}});
-  EXPECT_THROW(MakeGradedMesh(input.points, input.segments, {0.01, 0.4, {}}, 1000),
-               std::runtime_error);
 }
 
 }  // namespace

@@ -3,12 +3,10 @@
 #include <cmath>
 #include <string>
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/slave/site/camera/site_scenes.h"
 #include "tests/support/references.h"
-#include "tests/support/thrown.h"
 
 namespace palpate::site {
 namespace {
@@ -178,24 +176,6 @@ TEST(TrueBody, EntryIsWhereTheWayFirstCrossesInwards) {
   EXPECT_EQ(entry->normal_O, Eigen::Vector2d(0, 1));
   EXPECT_FALSE(block.Entry({0.03, 0.05}, {0.03, 0.1}).has_value()) << "outwards";
   EXPECT_FALSE(block.Entry({0.1, 0.1}, {0.1, -0.1}).has_value()) << "beside";
-}
-
-std::string Refusal(const Scene& scene) {
-  return Thrown<std::invalid_argument>([&] { const TrueBody body(scene); });
-}
-
-TEST(TrueBody, RefusalsNameTheKey) {
-  Scene scene = BlockScene();
-  scene.object.geometry = ImageContourGeometry{0.01};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object.geometry.contour"));
-  scene = BlockScene();
-  scene.object.fixed.clear();
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object.fixed"));
-  scene.object.fixed = {{FixedNodes{{1, 2}}}};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object.fixed.nodes"));
-  scene = BlockScene();
-  scene.object.X_SO.linear() = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).matrix();
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object.pose.rotation"));
 }
 
 }  // namespace

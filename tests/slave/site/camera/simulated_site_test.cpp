@@ -1,18 +1,10 @@
 #include "slave/site/camera/simulated_site.h"
 
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-#include <string>
-#include <thread>
-
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include "tests/slave/site/camera/site_scenes.h"
 #include "tests/support/references.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -117,86 +109,6 @@ TEST(SimulatedSite, AnIncompressibleEmbryoPushesBack) {
   Carry(site, {0.7e-3, 0, 0}, {0.5e-3, 0, 0});
   EXPECT_GT(site.truth().force.x(), 0.01);
   EXPECT_NEAR(site.truth().force.y() / site.truth().force.x(), 0, 1e-2);
-}
-
-TEST(SimulatedSite, AJumpIntoTheBodyTouchesWhereItEntered) {
-  SimulatedSite site(BlockScene());
-  site.MoveTool({kMiddle, 0.091, 0});
-  site.MoveTool({kMiddle, 0.084, 0});
-  EXPECT_TRUE(site.truth().in_contact);
-  EXPECT_NEAR(site.truth().depth, 0.004, 1e-12);
-}
-
-TEST(SimulatedSite, AJumpThroughTheBodyTouchesNothing) {
-  SimulatedSite site(BlockScene());
-  site.MoveTool({kMiddle, 0.1, 0});
-  site.MoveTool({kMiddle, -0.1, 0});
-  EXPECT_FALSE(site.truth().in_contact);
-}
-
-TEST(SimulatedSite, ATipThatStartsInsideTouchesOnlyAfterItHasComeOut) {
-  Scene scene = BlockScene();
-  scene.manipulator.home = {kMiddle, 0.085, 0};
-  SimulatedSite site(scene);
-  Carry(site, {kMiddle, 0.085, 0}, {kMiddle, 0.080, 0});
-  EXPECT_FALSE(site.truth().in_contact);
-  Carry(site, {kMiddle, 0.080, 0}, {kMiddle, 0.090, 0});
-  Carry(site, {kMiddle, 0.090, 0}, {kMiddle, 0.087, 0});
-  EXPECT_TRUE(site.truth().in_contact);
-}
-
-TEST(SimulatedSite, PlacesThatAreNoneAreIgnored) {
-  SimulatedSite site(BlockScene());
-  const Eigen::Vector3d last(kMiddle, 0.09, 0);
-  site.MoveTool(last);
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
-                           std::numeric_limits<double>::infinity(), 1e300, -1e300}) {
-    site.MoveTool({bad, 0.08, 0});
-    site.MoveTool({kMiddle, bad, 0});
-    EXPECT_EQ(site.truth().p_S_tip, last);
-    EXPECT_FALSE(site.truth().in_contact);
-  }
-  EXPECT_EQ(site.TakePicture().size(), cv::Size(640, 480));
-}
-
-TEST(SimulatedSite, PicturesAreTakenWhileTheToolMoves) {
-  SimulatedSite site(BlockScene());
-  std::jthread mover([&site](const std::stop_token& stop) {
-    for (int k = 0; !stop.stop_requested(); ++k) {
-      site.MoveTool({kMiddle, 0.0885 - 0.004 * std::abs(std::sin(1e-3 * k)), 0});
-    }
-  });
-  for (int k = 0; k < 40; ++k) {
-    ASSERT_EQ(site.TakePicture().type(), CV_8U);
-    ASSERT_TRUE(site.truth().force.allFinite());
-  }
-}
-
-std::string Refusal(const Scene& scene) {
-  return Thrown<std::invalid_argument>([&] { const SimulatedSite site(scene); });
-}
-
-TEST(SimulatedSite, RefusalsNameTheKey) {
-  Scene scene = BlockScene();
-  scene.tool.reset();
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("tool.width"));
-  scene.tool = Tool{.width = 0};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("tool.width"));
-  scene = BlockScene();
-  scene.object.geometry = ImageContourGeometry{0.01};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object.geometry.contour"));
-  scene = BlockScene();
-  scene.sense = {};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("sense.camera"));
-  scene = BlockScene();
-  scene.sense.Find<Camera>()->size = {0, 0};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("sense.camera.size"));
-  scene = BlockScene();
-  scene.sense.Find<Camera>()->pixel = 0;
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("sense.camera.pixel"));
-  scene = BlockScene();
-  scene.object.geometry = PolygonGeometry{{{{0, 0}, {1, 1}, {1, 0}, {0, 0.5}}, {}}, 0.01};
-  EXPECT_THAT(Refusal(scene), ::testing::HasSubstr("object."));
 }
 
 }  // namespace

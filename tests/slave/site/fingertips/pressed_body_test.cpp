@@ -1,6 +1,5 @@
 #include "slave/site/fingertips/pressed_body.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -132,40 +131,6 @@ TEST(PressedBody, AHardLayerSupportsTheRestAsATableDoes) {
   EXPECT_NEAR(layered / thin, 1, 0.02);
 }
 
-TEST(PressedBody, NothingIsLeftInsideTheFinger) {
-  CubePress press({.edge = 2.5e-3, .growth = 0.8});
-  for (double depth = 1e-3; depth < 6.5e-3; depth += 1e-3) ASSERT_TRUE(press.To(depth));
-  const auto u = press.body.Displacements();
-  const RigidFinger finger{.radius = kRadius};
-  Eigen::Isometry3d X_OF = Eigen::Isometry3d::Identity();
-  X_OF.linear() = Eigen::AngleAxisd(0.7, Vector3d::UnitY()).toRotationMatrix();
-  X_OF.translation() = Vector3d(0.03, 0.03, 0.06 + kRadius - 6e-3);
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    EXPECT_GT(finger.Distance(X_OF.inverse() * (press.mesh.nodes[i] + u[i])), -0.05 * kRadius);
-  }
-}
-
-TEST(PressedBody, GoesBackToRestOnReset) {
-  CubePress press({.edge = 4e-3});
-  ASSERT_TRUE(press.To(3e-3));
-  press.body.Reset();
-  EXPECT_FALSE(press.body.TouchOf(0).touching);
-  for (const Vector3d& u : press.body.Displacements()) EXPECT_EQ(u.norm(), 0);
-}
-
-// A finger thrown through the whole cube: whatever is found, numbers stay finite and a refusal
-// leaves the body as it was.
-TEST(PressedBody, AbsurdPressesAreRefusedOrFinite) {
-  CubePress press({.edge = 6e-3});
-  ASSERT_TRUE(press.To(1e-3));
-  const Vector3d before = press.body.TouchOf(0).force_O;
-  if (!press.To(0.2)) {
-    EXPECT_EQ(press.body.TouchOf(0).force_O, before);
-  }
-  EXPECT_TRUE(press.body.TouchOf(0).force_O.allFinite());
-  for (const Vector3d& u : press.body.Displacements()) EXPECT_TRUE(u.allFinite());
-}
-
 TEST(RigidFinger, DistanceIsThatOfSphereAndCylinder) {
   const RigidFinger finger;
   EXPECT_DOUBLE_EQ(finger.Distance({0.010, 0, 0}), 0.003);
@@ -181,51 +146,6 @@ TEST(RigidFinger, PushesOutAlongItsWay) {
   const Vector3d out = finger.PushOut({-0.005, 0.003, -0.001}, {0, 0, -1});
   EXPECT_NEAR((out - Vector3d(-0.005, 0.003, -std::sqrt(49e-6 - 9e-6))).norm(), 0, 1e-12);
   EXPECT_NEAR(finger.Distance(finger.PushOut({0.002, 0.001, 0.001}, Vector3d::Zero())), 0, 1e-12);
-}
-
-// Reference: a sphere's lowest place meets a plane's node at lateral distance e after its gap plus
-// r - sqrt(r^2 - e^2).
-TEST(FingerHand, MeetsTheFirstNodeOnItsWay) {
-  FingerHand hand;
-  hand.approach_O = {0, 0, -1};
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Vector3d(0, 0, 0.012);
-  hand.fingers = {{X, 1}, {X, -1}, {X, 0}};
-  const std::vector<Vector3d> nodes{{0.003, 0, 0}, {0.005, 0.002, 0}};
-  const double way = 0.012 - std::sqrt(49e-6 - 9e-6);
-  EXPECT_NEAR(hand.FirstTouch(0, Vector3d::Zero(), nodes), way, 1e-9);
-  EXPECT_NEAR(hand.FirstTouch(0, {0.003, 0, 0}, nodes), 0.005, 1e-9);
-  EXPECT_TRUE(std::isinf(hand.FirstTouch(0, {0, 0.03, 0}, nodes)));
-  // The opposite one would have to be drawn back through the node: it met it on the other side.
-  EXPECT_LT(hand.FirstTouch(1, Vector3d::Zero(), nodes), -way);
-  EXPECT_TRUE(std::isinf(hand.FirstTouch(2, Vector3d::Zero(), nodes)));
-}
-
-TEST(GradedAxis, MeetsItsFocusesAndIsFineThere) {
-  const SiteResolution resolution;
-  const auto points = GradedAxis({0.2, {0.15, 0.03}, {0.1}}, resolution);
-  EXPECT_EQ(points.front(), 0);
-  EXPECT_EQ(points.back(), 0.2);
-  EXPECT_NE(std::ranges::find(points, 0.1), points.end());
-  for (const double focus : {0.03, 0.15}) {
-    const auto at = std::ranges::find(points, focus);
-    ASSERT_NE(at, points.end());
-    const double edge = kHexahedronDegree * resolution.edge;
-    EXPECT_NEAR(*(at + 1) - *at, edge, 0.2 * edge);
-    EXPECT_NEAR(*at - *(at - 1), edge, 0.2 * edge);
-  }
-  for (std::size_t i = 1; i < points.size(); ++i) EXPECT_GT(points[i], points[i - 1]);
-  EXPECT_LT(points.size(), 60U);
-}
-
-TEST(GradedAxis, TakesAsManyCellsAsAskedWhereverTheFocusLies) {
-  for (const double focus : {-1.0, 0.0, 1e-9, 0.03, 0.1, 0.2 - 1e-9, 0.2, 7.0}) {
-    const auto points = GradedAxis({0.2, {focus}, {0.0, 0.2}}, {}, 23);
-    ASSERT_EQ(points.size(), 24U) << focus;
-    EXPECT_EQ(points.front(), 0);
-    EXPECT_EQ(points.back(), 0.2);
-    for (std::size_t i = 1; i < points.size(); ++i) EXPECT_GT(points[i], points[i - 1]);
-  }
 }
 
 double VolumeOf(const SiteMesh& mesh) {
@@ -260,15 +180,6 @@ TEST(SiteMesh, ElementsFillWhatTheSurfaceEncloses) {
     EXPECT_NEAR(VolumeOf(mesh), size.prod(), 1e-12 * size.prod());
     EXPECT_NEAR(VolumeInside(mesh), size.prod(), 1e-12 * size.prod());
   }
-}
-
-TEST(SiteMesh, TetrahedraAreCubicWhereTheyAreFew) {
-  const SolidMesh tets = MeshBox({1, 1, 1}, {2, 2, 2});  // 48
-  const SiteMesh cubic = MeshTetrahedra(tets, 48 * 16), linear = MeshTetrahedra(tets, 48 * 16 - 1);
-  EXPECT_EQ(cubic.elements.size(), 48U);
-  EXPECT_EQ(cubic.nodes.size(), 7U * 7 * 7);
-  EXPECT_EQ(linear.elements.size(), 48U * 8);
-  EXPECT_EQ(linear.nodes.size(), 5U * 5 * 5);
 }
 
 TEST(SurfaceRays, HitABoxWhereGeometrySays) {

@@ -10,20 +10,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Reference: the inverse of the other function.
-TEST(NestedCircles, KnowThePlaceOfEveryPoint) {
-  for (const double eccentricity : {0.0, 0.3, 0.85}) {
-    const NestedCircles circles{1, 0.1, eccentricity};
-    for (double s = 0.05; s < 2; s += 0.13) {
-      for (double angle = -3.1; angle < 3.1; angle += 0.37) {
-        const auto place = circles.Of(circles.At({s, angle}));
-        EXPECT_NEAR(place.s, s, 1e-12);
-        EXPECT_NEAR(place.angle, angle, 1e-12);
-      }
-    }
-  }
-}
-
 class MembraneFaceTest : public testing::TestWithParam<Vector2d> {
  protected:
   static constexpr double kRadius = 0.039;
@@ -73,12 +59,6 @@ TEST_P(MembraneFaceTest, ShapeFunctionsReproducePlaces) {
       EXPECT_LT((interpolated(p) - p).norm(), 4e-5 * kRadius);
     }
   }
-}
-
-TEST_P(MembraneFaceTest, NothingLiesOutsideTheRim) {
-  MembraneFace::Stencil stencil;
-  EXPECT_FALSE(face_.Find({1.0001 * kRadius, 0}, &stencil));
-  EXPECT_FALSE(face_.Find({std::nan(""), 0}, &stencil));
 }
 
 INSTANTIATE_TEST_SUITE_P(CentreAndBeside, MembraneFaceTest,

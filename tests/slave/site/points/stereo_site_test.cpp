@@ -1,12 +1,7 @@
 #include "slave/site/points/stereo_site.h"
 
-#include <chrono>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <stdexcept>
-#include <string>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +12,6 @@
 #include "slave/site/points/textured_target.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/site/points/membrane_scenes.h"
-#include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
@@ -29,7 +23,6 @@ using site::kCoarse;
 using site::MembraneScene;
 using site::TargetScene;
 using site::WithoutFlaws;
-using testing::HasSubstr;
 
 // Where a tool's tip is over the place p_O, `depth` below the rest plane.
 Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
@@ -271,178 +264,8 @@ TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
   }
 }
 
-// Reference: a press that is read late is the press that was waited for.
-TEST(StereoSite, WhatIsTrueDoesNotDependOnHowFarTheThreadHasCome) {
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 1e-3;
-  StereoSite waited(scene, kCoarse), late(scene, kCoarse);
-  waited.MoveTool(Tip(scene, {0, 0}, 0.35e-3));
-  late.MoveTool(Tip(scene, {0, 0}, 1e-3));
-  late.MoveTool(Tip(scene, {0, 0}, 0.35e-3));
-  EXPECT_EQ(waited.truth().force, late.truth().force);
-  EXPECT_EQ(waited.TrueDisplacement({0.01, 0.01}), late.TrueDisplacement({0.01, 0.01}));
-}
-
 // Where a tool is that slides along x at the manipulator's rate, step by step.
 constexpr double kSlideStep = 8e-3 / 1000;  // 8 mm/s at 1 kHz [m]
-
-// Reference: the definition of ahead. No step waits or is guessed, and the force has no jump: per
-// step it grows by less than 0.1 % (it doubles over 20 mm, so by 0.03 % on average; between
-// neighbouring solved radii it grows by some 5 %).
-TEST(StereoSite, ASlideOverSolvedPressesNeitherWaitsNorJumps) {
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 3e-3;
-  StereoSite site(scene, kCoarse);
-  for (double x = 0; x < 0.0215; x += 1e-3) site.MoveTool(Tip(scene, {x, 0}, 3e-3));
-  const std::uint64_t waits = site.waits();
-  EXPECT_GT(waits, 0U);
-  double before = 0, largest = 0;
-  int guessed = 0;
-  for (double x = 0; x <= 0.02; x += kSlideStep) {
-    site.MoveTool(Tip(scene, {x, 0}, 3e-3), Patience::kNone);
-    const Truth truth = site.truth();
-    guessed += truth.solved ? 0 : 1;
-    const double force = truth.force.norm();
-    if (before > 0) largest = std::max(largest, std::abs(force / before - 1));
-    before = force;
-    site.MoveTool(Tip(scene, {x, 0}, 3e-3));
-    ASSERT_EQ(site.truth().force.norm(), force) << "both ways of moving tell the same";
-  }
-  EXPECT_EQ(guessed, 0);
-  EXPECT_EQ(site.waits(), waits);
-  EXPECT_LT(largest, 1e-3);
-}
-
-// Reference: the same press, waited for. What is guessed has the right sign and order: a press at
-// the centre is half as stiff as one at half the radius.
-TEST(StereoSite, WhereNothingIsSolvedTheToolMovesOnAndTheTruthSaysSo) {
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 1e-3;
-  StereoSite site(scene, kCoarse);
-  site.MoveTool(Tip(scene, {0, 0}, 1e-3));
-  const std::uint64_t waits = site.waits();
-  const Vector3d tip = Tip(scene, {0.02, 0}, 1e-3);
-  site.MoveTool(tip, Patience::kNone);  // 20 mm are beyond what a tool at the centre has solved
-  EXPECT_EQ(site.waits(), waits);
-  const Truth guess = site.truth();
-  EXPECT_FALSE(guess.solved);
-  EXPECT_TRUE(guess.in_contact);
-  EXPECT_EQ(guess.p_S_tip, tip);
-  EXPECT_NEAR(site.TrueDisplacement({0.02, 0}).z(), -1e-3, 2e-5) << "the tool's place is kept";
-  site.MoveTool(tip);
-  EXPECT_EQ(site.waits(), waits + 1);
-  EXPECT_TRUE(site.truth().solved);
-  EXPECT_GT(guess.force.z(), 0.4 * site.truth().force.z());
-  EXPECT_LT(guess.force.z(), site.truth().force.z());
-  site.MoveTool(tip, Patience::kNone);
-  EXPECT_TRUE(site.truth().solved);
-}
-
-// Reference: the press depth of the scene, anywhere the tool can be.
-TEST(StereoSite, PressesEverywhereAreSolvedWhileTheToolRests) {
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 0.2e-3;
-  StereoSite site(scene, kCoarse);
-  site.SolveEverywhere();
-  while (!site.is_solved_everywhere()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  for (double x = 0; x < 0.029; x += 1e-3) {
-    site.MoveTool(Tip(scene, {0, x}, 0.2e-3), Patience::kNone);
-    EXPECT_TRUE(site.truth().solved) << x;
-  }
-  EXPECT_EQ(site.waits(), 0U);
-}
-
-// On its own fine mesh the site has a dozen presses of a second each before it when it is told to
-// go: it must not finish them.
-TEST(StereoSite, ASiteThatIsStillSolvingCanGo) {
-  Scene scene = MembraneScene();
-  StereoSite site(scene);
-  site.SolveEverywhere();
-  site.MoveTool(Tip(scene, {0.02, 0}, 3e-3), Patience::kNone);
-  EXPECT_FALSE(site.truth().solved);
-  EXPECT_FALSE(site.is_solved_everywhere());
-}
-
-TEST(StereoSite, TooDeepAndTooNearTheRimSaySo) {
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 0.5e-3;  // presses are solved to 0.8 mm
-  StereoSite site(scene, kCoarse);
-  site.MoveTool(Tip(scene, {0, 0}, 0.79e-3));
-  EXPECT_TRUE(site.truth().solved);
-  const double force = site.truth().force.norm();
-  site.MoveTool(Tip(scene, {0, 0}, 0.9e-3));
-  EXPECT_FALSE(site.truth().solved);
-  EXPECT_GT(site.truth().force.norm(), force);
-  EXPECT_LT(site.truth().force.norm(), 2 * force);
-  EXPECT_NEAR(site.truth().depth, 0.9e-3, 1e-15);
-  site.MoveTool(Tip(scene, {0.035, 0}, 0.2e-3));
-  EXPECT_TRUE(site.truth().in_contact);
-  EXPECT_FALSE(site.truth().solved);
-  EXPECT_TRUE(std::isfinite(site.truth().force.norm()));
-  site.MoveTool({std::numeric_limits<double>::quiet_NaN(), 0, 0});
-  site.MoveTool({1e300, 0, 0});
-  EXPECT_EQ(site.truth().p_S_tip, Tip(scene, {0.035, 0}, 0.2e-3)) << "no tool is there";
-}
-
-TEST(StereoSite, TheSameCallsGiveTheSamePictures) {
-  Scene scene = MembraneScene();
-  scene.operator_options.press_depth = 0.5e-3;
-  for (const auto track : {PointTracking::Track::kDots, PointTracking::Track::kTexture}) {
-    scene.sense.Find<PointTracking>()->track = track;
-    StereoSite a(scene, kCoarse), b(scene, kCoarse);
-    Scene reseeded = scene;
-    reseeded.site.seed = 2;
-    StereoSite other(reseeded, kCoarse);
-    for (const double depth : {-1e-3, 0.3e-3}) {
-      for (StereoSite* site : {&a, &b, &other}) site->MoveTool(Tip(scene, {0.001, 0}, depth));
-      const StereoPictures of_a = a.TakePictures(), of_b = b.TakePictures();
-      EXPECT_EQ(cv::norm(of_a.left, of_b.left), 0);
-      EXPECT_EQ(cv::norm(of_a.right, of_b.right), 0);
-      EXPECT_GT(cv::norm(of_a.left, other.TakePictures().left), 0) << "another seed";
-    }
-  }
-}
-
-// Reference: the scene's own numbers. Two pictures of a world at rest differ by two draws of the
-// noise; the light falls by `lighting` from the upper left to the lower right corner.
-TEST(StereoSite, NoiseLightAndBlurAreAsTheSceneSays) {
-  Scene scene = MembraneScene();
-  scene.site.flicker = 0;
-  StereoSite site(scene, kCoarse);
-  const StereoPictures first = site.TakePictures(), second = site.TakePictures();
-  for (const auto& [a, b] : {std::pair{first.left, second.left}, {first.left, first.right}}) {
-    cv::Mat x, y;
-    const cv::Rect corner(4, 4, 120, 60);  // plain in both eyes
-    a(corner).convertTo(x, CV_32F);
-    b(corner).convertTo(y, CV_32F);
-    cv::Scalar mean, deviation;
-    cv::meanStdDev(x - y, mean, deviation);
-    // Rounding adds 1 / 12 to the variance of each.
-    EXPECT_NEAR(deviation[0], std::sqrt(2 * (4 + 1.0 / 12)), 0.1);
-    EXPECT_NEAR(mean[0], 0, 0.15);
-  }
-  const auto grey = [&](int x, int y) { return cv::mean(first.left({x, y, 24, 24}))[0]; };
-  EXPECT_NEAR(grey(0, 0) / site::MembraneView::kBeyond, 1, 0.03);
-  EXPECT_NEAR(grey(616, 456) / grey(0, 0), 0.85, 0.03);
-}
-
-TEST(StereoSite, ADotTellsTheBlur) {
-  Scene sharp = WithoutFlaws(MembraneScene()), soft = sharp;
-  soft.site.blur = 0.7;
-  const cv::Mat of_sharp = StereoSite(sharp, kCoarse).TakePictures().left;
-  const cv::Mat of_soft = StereoSite(soft, kCoarse).TakePictures().left;
-  cv::Mat expected;
-  of_sharp.convertTo(expected, CV_32F);
-  cv::GaussianBlur(expected, expected, {7, 7}, 0.7);
-  cv::Mat difference;
-  cv::absdiff(expected, cv::Mat_<float>(of_soft), difference);
-  double worst = 0;
-  cv::minMaxLoc(difference, nullptr, &worst);
-  EXPECT_LT(worst, 1.6) << "rounding twice and the cut of the reference's kernel";
-  cv::absdiff(cv::Mat_<float>(of_sharp), cv::Mat_<float>(of_soft), difference);
-  cv::minMaxLoc(difference, nullptr, &worst);
-  EXPECT_GT(worst, 20);
-}
 
 // Reference: the path of paper C as its formula is printed, with the time of the pictures.
 TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
@@ -520,57 +343,6 @@ TEST(StereoSite, TheMembranesTextureMovesWithIt) {
     EXPECT_LT(there, 6) << p_O.transpose();
     EXPECT_GT(stayed, 2.5 * there) << p_O.transpose();
   }
-}
-
-std::string Refusal(const Scene& scene) {
-  return Thrown<std::invalid_argument>([&] { const StereoSite site(scene, kCoarse); });
-}
-
-TEST(StereoSite, ScenesThatCannotBeSimulatedNameTheKey) {
-  const auto refusal = [](const auto& spoil) {
-    Scene scene = MembraneScene();
-    spoil(scene);
-    return Refusal(scene);
-  };
-  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(refusal([](Scene& s) { s.sense = {}; }), HasSubstr("sense.camera"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Set(PointsOptions{.eyes = DepthPictures{}}); }),
-              HasSubstr("sense.camera"));
-  EXPECT_THAT(refusal([](Scene& s) {
-                s.sense.Find<PointTracking>()->track = PointTracking::Track::kSurface;
-              }),
-              HasSubstr("sense.points.track"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->count = 300; }),
-              HasSubstr("sense.points"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->count = 0; }),
-              HasSubstr("count"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->dot_radius = 0; }),
-              HasSubstr("sense.points.radius"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<PointTracking>()->dot_radius = kNan; }),
-              HasSubstr("sense.points.radius"));
-  EXPECT_THAT(refusal([](Scene& s) { s.tool.reset(); }), HasSubstr("tool.width"));
-  EXPECT_THAT(refusal([](Scene& s) { s.tool->width = 0.1; }), HasSubstr("tool.width"));
-  EXPECT_THAT(refusal([](Scene& s) { s.operator_options.press_depth = 0; }),
-              HasSubstr("operator.press.depth"));
-  EXPECT_THAT(refusal([](Scene& s) { s.object.geometry = BoxGeometry{}; }),
-              HasSubstr("object.geometry"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->focal = 0; }),
-              HasSubstr("focal"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->baseline = 0; }),
-              HasSubstr("baseline"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->baseline = kNan; }),
-              HasSubstr("baseline"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->baseline = 1; }),
-              HasSubstr("baseline"));
-  EXPECT_THAT(refusal([](Scene& s) {
-                s.sense.Find<StereoCameras>()->size = {0, 480};
-              }),
-              HasSubstr("size"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->rate = 0; }),
-              HasSubstr("rate"));
-  EXPECT_THAT(refusal([](Scene& s) { s.sense.Find<StereoCameras>()->X_SL.translation().x() += 1; }),
-              HasSubstr("sense.camera.pose"));
-  EXPECT_EQ(Refusal(MembraneScene()), "");
 }
 
 }  // namespace
