@@ -69,7 +69,7 @@ fi
 [ -d ../shared ] || echo "note: ../shared is missing: tests that need its recordings and reference values are skipped"
 
 step "build"
-build release all
+if [ $tier = full ]; then build release all campaigns; else build release all; fi
 
 step "tests"
 if [ $tier = full ]; then run_ctest release -j"$jobs"; else run_ctest release -j"$jobs" -LE slow; fi

@@ -153,8 +153,8 @@ bool HasDecimalComma(const DocumentNode& node) {
   const auto begins = [](const std::string& text) { return !text.empty() && IsDigit(text[0]); };
   if (node.kind == Kind::kScalar) {
     const std::size_t comma = node.text.find(',');
-    return comma > 0 && comma + 1 < node.text.size() && IsDigit(node.text[comma - 1]) &&
-           IsDigit(node.text[comma + 1]);
+    return comma != std::string::npos && comma > 0 && comma + 1 < node.text.size() &&
+           IsDigit(node.text[comma - 1]) && IsDigit(node.text[comma + 1]);
   }
   for (std::size_t i = 1; node.kind == Kind::kList && i < node.children.size(); ++i) {
     const std::string &first = node.children[i - 1].text, &second = node.children[i].text;

@@ -1,0 +1,27 @@
+// Presses drawn at random, one for each sense: an object, a tool, eyes and a motion that no scene
+// has, and what the sense is told of them, which differs from what is true by as much as the scene
+// says it may.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "tests/campaigns/robustness/case.h"
+#include "tests/campaigns/robustness/stage.h"
+
+namespace palpate::coverage {
+
+struct RandomPress {
+  std::unique_ptr<robustness::Stage> stage;
+  robustness::Alteration alteration;  // the sense is told the nominal modulus
+  double modulus_error = 0;           // true over nominal modulus, less 1 [-]
+  bool is_wide = false;               // goes beyond what the scene's model vouches for
+};
+
+// `sense`: camera, pairs, fingertips. Press `number` of a series: moduli of a series are spread
+// evenly over their distribution, everything else is drawn independently. Throws
+// std::invalid_argument: another sense.
+RandomPress DrawPress(const std::string& sense, std::uint32_t seed, int number);
+
+}  // namespace palpate::coverage

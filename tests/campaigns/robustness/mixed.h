@@ -1,0 +1,17 @@
+// Two alterations at once, drawn at random: what nobody had in mind.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tests/campaigns/robustness/case.h"
+
+namespace palpate::robustness {
+
+// `first`, then `second`. They must not both choose which sample is shown.
+Alteration Both(const Alteration& first, const Alteration& second);
+
+// `count` pairs of `cases`, all different; none may be silently wrong, each may be doubted.
+std::vector<Case> Mixed(const std::vector<Case>& cases, std::size_t count, std::uint64_t seed);
+
+}  // namespace palpate::robustness

@@ -1,0 +1,65 @@
+// What can go wrong with a picture between the world and the eyes: light, things in the way, blur,
+// noise, compression, a camera that moves. Each takes its severity and gives what paints it into
+// pictures of 8 bit grey; the same moment is always painted the same way.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "tests/campaigns/robustness/moment.h"
+
+namespace palpate::robustness {
+
+using Paint = std::function<void(const View&, cv::Mat&)>;
+
+// --- together
+Paint All(std::vector<Paint> paints);  // one after the other
+Paint OnSide(int side, Paint paint);   // of a pair: only there
+Paint From(When when, Paint paint);
+
+// --- light
+Paint Flicker(double strength);  // of the whole picture, +-`strength` [-] from picture to picture
+Paint Vignette(double fall);     // so much darker in the corners [-]
+Paint Gain(double factor);
+Paint Gamma(double exponent);
+// A soft-edged band, `depth` darker [-], across tool and object; it wanders over them.
+Paint Shadow(double depth);
+// Saturated discs of `radius` [px]: at the tool's tip, moving with it; on its shaft, `along` [px]
+// from the tip, moving with it; where the shaft passes it at full depth, standing still.
+Paint GlintOnTip(double radius);
+Paint GlintOnShaft(double radius, double along);
+Paint GlintStanding(double radius, double along);
+
+// --- things in the way
+// A straight wire of `width` [px] across the whole picture, `degrees` from the x axis of the
+// picture, passing the tip's place at full depth at `off` [px] along the shaft.
+Paint Wire(double width, double degrees, double off, double grey = 30);
+// A plain patch over `share` of the tool's width along the whole shaft, moving with it.
+Paint CoveredSide(double share);
+// A plain patch across the shaft, from `from` to `to` [px] beyond the tip's place at full depth;
+// it stands still.
+Paint CoveredPiece(double from, double to);
+// A large smooth blob that comes into the picture and stays; it reaches `reach` [px] beyond the
+// tip's place along the shaft: below 0 it ends before the tip.
+Paint Hand(double reach, When when);
+// Plain discs of `radius` [px] around places of the picture [px].
+Paint Patches(std::vector<Eigen::Vector2d> at_I, double radius, double grey = 200);
+
+// --- blur, noise, compression
+Paint Defocus(double sigma);                      // [px]
+Paint MotionBlur(double length, double degrees);  // [px]
+Paint Noise(double sigma);                        // [grey levels]
+Paint Jpeg(int quality);                          // 1 to 100
+
+// --- the camera moves
+Paint Bump(const Eigen::Vector2d& by, When when);  // the picture is `by` [px] elsewhere
+Paint Shake(double sigma);                         // per axis, anew in each picture [px]
+Paint Drift(const Eigen::Vector2d& by);            // evenly, over the whole run [px]
+Paint Zoom(double factor, When when);              // about the picture's middle
+Paint Turn(double degrees, When when);             // about the picture's middle
+// Barrel (or < 0 pincushion) distortion that nobody told of: so far inwards in the corners [px].
+Paint Barrel(double px);
+
+}  // namespace palpate::robustness

@@ -1,0 +1,64 @@
+// How tables of cases are written: an alteration with the severities it is tried at.
+#pragma once
+
+#include <concepts>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/campaigns/robustness/case.h"
+
+namespace palpate::robustness {
+
+class CaseTable {
+ public:
+  // At the severities of `right` the force stays right; at those of `doubt` it may be doubted.
+  // `make`: severity -> Alteration, or -> Paint.
+  template <typename Make>
+  void Add(const std::string& name, const std::string& unit, std::initializer_list<double> right,
+           std::initializer_list<double> doubt, const Make& make) {
+    for (const double& severity : right) {
+      Append(name, unit, severity, Demand::kRight, make);
+      cases_.back().is_quick = !rarely_ && &severity == right.end() - 1;
+    }
+    for (const double& severity : doubt) {
+      Append(name, unit, severity, Demand::kFlag, make);
+      cases_.back().is_quick = !rarely_ && &severity == doubt.begin();
+    }
+  }
+  // Without a severity.
+  void Add(const std::string& name, Demand demand, Alteration alteration) {
+    cases_.push_back({name, 0, "", demand, std::move(alteration), stage_});
+  }
+
+  // What is added from here on is only for this stage; empty: for all but special ones.
+  void Only(const std::string& stage) { stage_ = stage; }
+  // What is added from here on with a severity is left out of `--quick`; false: is not.
+  void Rarely(bool rarely) { rarely_ = rarely; }
+
+  [[nodiscard]] std::vector<Case> Take() { return std::move(cases_); }
+
+ private:
+  template <typename Make>
+  void Append(const std::string& name, const std::string& unit, double severity, Demand demand,
+              const Make& make) {
+    Alteration alteration;
+    if constexpr (std::convertible_to<decltype(make(severity)), Paint>) {
+      alteration.paint = make(severity);
+    } else {
+      alteration = make(severity);
+    }
+    cases_.push_back({name, severity, unit, demand, std::move(alteration), stage_});
+  }
+
+  std::string stage_;
+  bool rarely_ = false;
+  std::vector<Case> cases_;
+};
+
+// What a table has from damage_cases.cpp.
+void AddCameraDamage(CaseTable* table);
+void AddPairDamage(CaseTable* table);
+
+}  // namespace palpate::robustness

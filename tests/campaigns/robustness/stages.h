@@ -1,0 +1,42 @@
+// The stages' own files share this: scenes as they are shipped, and how a press goes.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "slave/scene/scene.h"
+#include "tests/campaigns/robustness/moment.h"
+#include "tests/campaigns/robustness/stage.h"
+
+namespace palpate::robustness {
+
+using Overrides = std::vector<std::string>;
+Scene Shipped(const std::string& name, const Overrides& overrides);
+
+// How many samples each part of a press has.
+struct Counts {
+  std::size_t rest = 0, in = 0, hold = 0, back = 0, after = 0;
+
+  [[nodiscard]] Script script() const;
+  // Part of the way in that is gone at this sample, 0 to 1.
+  [[nodiscard]] double WayAt(std::size_t index) const;
+};
+
+// One camera; two; depth pictures of the same membrane; fingertips.
+std::unique_ptr<Stage> MakeCameraStage(const std::string& name, Extent extent);
+std::unique_ptr<Stage> MakePairStage(const std::string& name, const Overrides& overrides,
+                                     Extent extent);
+std::unique_ptr<Stage> MakeDepthStage(const std::string& name, Extent extent);
+std::unique_ptr<Stage> MakeTouchStage(const std::string& name, const std::string& scene,
+                                      const Overrides& overrides, Extent extent);
+
+// The same of any scene, with as many samples as `counts`. Depth pictures
+// are of a scene with a pair, which they take the place of.
+std::unique_ptr<Stage> MakeCameraStage(Scene scene, const Counts& counts);
+std::unique_ptr<Stage> MakePairStage(Scene scene, const Counts& counts);
+std::unique_ptr<Stage> MakeDepthStage(Scene scene, const Counts& counts);
+std::unique_ptr<Stage> MakeTouchStage(Scene scene, const Counts& counts);
+
+}  // namespace palpate::robustness

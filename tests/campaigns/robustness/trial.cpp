@@ -1,0 +1,229 @@
+#include "tests/campaigns/robustness/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/offline/offline_report.h"
+#include "slave/site/environment/simulated_environment.h"
+
+namespace palpate::robustness {
+namespace {
+
+constexpr double kContactShare = 0.01;  // of the largest true force
+
+// The samples of a stage once more, altered: a world for whoever senses, and its truth.
+class ReplayedEnvironment final : public SimulatedEnvironment {
+ public:
+  ReplayedEnvironment(Stage& stage, const Alteration& alteration)
+      : stage_(stage),
+        alteration_(alteration),
+        shots_(alteration.object_moves ? stage.Moving(alteration.object_moves) : stage.shots()) {}
+
+  void MoveTool(const Eigen::Vector3d& /*p_S_tip*/, Patience /*patience*/) override {}
+  [[nodiscard]] Truth truth() const override {
+    Truth truth = shots_[index_].truth;
+    truth.p_S_tip.y() += alteration_.arm_error * stage_.pixel();
+    return truth;
+  }
+  void SolveAhead() override {}
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Eigen::Vector3d::Zero();
+  }
+  [[nodiscard]] std::size_t index() const { return index_; }  // of the sample given last
+
+  std::unique_ptr<FrameSource> OpenCamera(const Scene&, const Pace&) override {
+    return std::make_unique<Source<FrameSource, Frame>>(*this, [this] {
+      return Frame{Picture(0), next_, StampOf(index_)};
+    });
+  }
+  std::unique_ptr<StereoSource> OpenPair(const Scene&, const Pace&) override {
+    return std::make_unique<Source<StereoSource, StereoPair>>(*this, [this] {
+      StereoPair pair{Picture(0), Picture(1), next_, StampOf(index_)};
+      const Moment moment{stage_.script(), index_};
+      const bool swapped = alteration_.swapped && IsSo(*alteration_.swapped, moment);
+      if (swapped) std::swap(pair.left, pair.right);
+      return pair;
+    });
+  }
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene&, const Pace&) override {
+    return std::make_unique<Source<TactileSource, TactileFrame>>(*this, [this] {
+      const Moment moment{stage_.script(), index_};
+      TactileFrame frame = shots_[ShownAt(moment)].touch;
+      frame.sequence = next_;
+      frame.sensed_at = StampOf(index_);
+      if (alteration_.touch) alteration_.touch(moment, frame);
+      return frame;
+    });
+  }
+
+ private:
+  template <typename Of, typename Sample>
+  class Source final : public Of {
+   public:
+    Source(ReplayedEnvironment& environment, std::function<Sample()> take)
+        : environment_(environment), take_(std::move(take)) {}
+    std::optional<Sample> Next(const std::stop_token& /*stop*/) override {
+      if (!environment_.Advance()) return std::nullopt;
+      return take_();
+    }
+    [[nodiscard]] std::string description() const override { return "an altered run"; }
+
+   private:
+    ReplayedEnvironment& environment_;
+    std::function<Sample()> take_;
+  };
+
+  bool Advance() {
+    const auto lost = [&] {
+      return alteration_.loses && alteration_.loses({stage_.script(), next_});
+    };
+    while (next_ < shots_.size() && lost()) ++next_;
+    if (next_ == shots_.size()) return false;
+    index_ = next_++;
+    return true;
+  }
+  [[nodiscard]] Time StampOf(std::size_t index) const {
+    return Time{} + Seconds(static_cast<double>(index) / stage_.rate());
+  }
+  [[nodiscard]] std::size_t ShownAt(const Moment& moment) const {
+    return alteration_.shows ? alteration_.shows(moment) : moment.index;
+  }
+  [[nodiscard]] cv::Mat Picture(int side) const {
+    const Moment moment{stage_.script(), index_, side};
+    const Moment shown{moment.script, ShownAt(moment), side};
+    const Shot& shot = shots_[shown.index];
+    cv::Mat picture = (side == 0 ? shot.left : shot.right).clone();
+    if (alteration_.stale && !picture.empty()) {
+      cv::Mat mask(picture.size(), CV_8U, cv::Scalar(0));
+      alteration_.stale(shown, mask);
+      (side == 0 ? shots_.front().left : shots_.front().right).copyTo(picture, mask);
+    }
+    if (alteration_.paint && !picture.empty()) alteration_.paint(stage_.ViewOf(shown), picture);
+    return picture;
+  }
+
+  Stage& stage_;
+  const Alteration& alteration_;
+  std::vector<Shot> shots_;
+  std::size_t index_ = 0, next_ = 0;
+};
+
+// Held against the truth, row by row.
+class Tally {
+ public:
+  // `peak`: the largest true force [N].
+  explicit Tally(double peak) : peak_(peak) {}
+
+  void Add(const StateRow& row, const Eigen::Vector3d& truth) {
+    ++score_.samples;
+    if (row.validity != Validity::kValid) {
+      const bool is_named = row.check != FailedCheck::kNone;
+      ++reasons_[std::string(is_named ? ToString(row.check) : ToString(row.validity))];
+      return;
+    }
+    ++score_.valid;
+    const Eigen::Vector3d force = row.force.value_or(kUnknownVector);
+    const double error = (force - truth).norm() / peak_, sigma = row.sigma / peak_;
+    // So written, a number that is none is silent too.
+    if (!(error <= kSilentShare || error <= kSilentSigmas * sigma)) ++score_.silent;
+    if (std::max(force.norm(), truth.norm()) <= kContactShare * peak_) return;
+    squares_ += error * error;
+    score_.worst = std::max(score_.worst, error);
+    if (sigma > 0) ratios_ += error * error / (sigma * sigma);
+    sigmas_.push_back(sigma);
+  }
+
+  Score Finish() {
+    if (!sigmas_.empty()) {
+      const auto count = static_cast<double>(sigmas_.size());
+      score_.rms = std::sqrt(squares_ / count);
+      score_.z = std::sqrt(ratios_ / count);
+      std::ranges::nth_element(sigmas_, sigmas_.begin() + std::ssize(sigmas_) / 2);
+      score_.sigma = sigmas_[sigmas_.size() / 2];
+    }
+    const auto most =
+        std::ranges::max_element(reasons_, {}, [](const auto& reason) { return reason.second; });
+    if (most != reasons_.end()) score_.why = most->first;
+    return score_;
+  }
+
+ private:
+  double peak_;
+  Score score_;
+  double squares_ = 0, ratios_ = 0;
+  std::vector<double> sigmas_;
+  std::map<std::string, std::size_t> reasons_;
+};
+
+void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d force = row.force.value_or(kUnknownVector);
+  std::fputs(fmt::format("  {:>4} {:<14} {:<14} {:>8.4f} N, true {:>8.4f} N, error {:>8.4f}, sigma "
+                         "{:>7.4f}\n",
+                         index, ToString(row.validity), ToString(row.check), force.norm(),
+                         truth.norm(), (force - truth).norm(), row.sigma)
+                 .c_str(),
+             trace);
+}
+
+}  // namespace
+
+void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
+  Scene told = stage.scene();
+  if (alteration.tell) alteration.tell(told);
+  ReplayedEnvironment environment(stage, alteration);
+  const std::unique_ptr<SensingPipeline> sense =
+      MakeSensingPipeline(told, {.is_live = false}, &environment);
+  const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(nullptr);
+  while (sense->Acquire({})) {
+    const Truth truth = environment.truth();
+    sense->Process();
+    sense->Estimate(truth.p_S_tip);
+    const std::vector<StateRow> rows = offline_report->Add({}, nullptr);
+    if (environment.index() < stage.script().way) continue;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const bool of_finger = stage.sense() == "fingertips";
+      const Eigen::Vector3d& force = of_finger ? truth.fingers[i].force : truth.force;
+      take(environment.index(), rows[i], force);
+    }
+  }
+}
+
+bool Score::Holds(Demand demand) const {
+  if (silent > 0) return false;
+  const double share =
+      static_cast<double>(valid) / static_cast<double>(std::max<std::size_t>(samples, 1));
+  return demand == Demand::kFlag || (rms <= kRightRms && share >= kRightValid && samples > 0);
+}
+
+Score Try(Stage& stage, const Case& tried, std::FILE* trace) {
+  Tally tally(stage.peak());
+  std::string refused;
+  try {
+    Replay(stage, tried.alteration, [&](std::size_t index, const StateRow& row, const auto& truth) {
+      tally.Add(row, truth);
+      if (trace != nullptr) Print(trace, index, row, truth);
+    });
+  } catch (const std::runtime_error& why) {  // the sense says so itself; all else is a mistake
+    refused = why.what();
+  } catch (const std::invalid_argument& why) {
+    refused = why.what();
+  }
+  Score score = tally.Finish();
+  if (!refused.empty()) score.why = "refused: " + refused;
+  return score;
+}
+
+}  // namespace palpate::robustness

@@ -1,0 +1,45 @@
+// One case on one stage: the sense of the scene runs over the altered samples, each estimate is
+// held against the truth.
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "slave/pipeline/offline/offline_report.h"
+#include "tests/campaigns/robustness/case.h"
+#include "tests/campaigns/robustness/stage.h"
+
+namespace palpate::robustness {
+
+// Beyond both an estimate told `valid` is silently wrong.
+inline constexpr double kSilentSigmas = 3;    // of its own
+inline constexpr double kSilentShare = 0.05;  // of the largest true force
+// What kRight demands besides.
+inline constexpr double kRightRms = 0.05;   // of the largest true force, where `valid`
+inline constexpr double kRightValid = 0.8;  // of all samples
+
+// Over the samples after rest, of pinches over each finger.
+struct Score {
+  std::size_t samples = 0, valid = 0, silent = 0;
+  double rms = 0;    // of the force where `valid` and in contact, of the largest true force [-]
+  double worst = 0;  // the largest, likewise [-]
+  double sigma = 0;  // median, of the largest true force, likewise [-]
+  double z = 0;      // rms of error / sigma, likewise [-]
+  std::string why;   // what is most often said where it is not `valid`; `refused: ...` at the start
+
+  [[nodiscard]] bool Holds(Demand demand) const;
+};
+
+// Calls `take` with every estimate after rest: number of its sample, what was told, what was true.
+using Taker =
+    std::function<void(std::size_t index, const StateRow& row, const Eigen::Vector3d& truth)>;
+void Replay(Stage& stage, const Alteration& alteration, const Taker& take);
+
+// `trace`: where each estimate goes, a line; nullptr: nowhere.
+Score Try(Stage& stage, const Case& tried, std::FILE* trace = nullptr);
+
+}  // namespace palpate::robustness
