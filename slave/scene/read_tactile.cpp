@@ -25,15 +25,14 @@ void ReadSource(Section& section, const SceneContext& context, Tactile* tactile)
   }
 }
 
-// A folder, or a file of a network.
+// The folder of a network.
 std::filesystem::path ReadNetwork(Section& section, const SceneContext& context) {
-  const std::string name = section.Text("network", "a folder with a network, or an .onnx file", "");
+  const std::string name = section.Text("network", "a folder with network.json", "");
   if (name.empty()) return {};
   auto network = context.folder / name;
   std::error_code error;
   if (context.use == SceneUse::kFull && !std::filesystem::exists(network, error)) {
-    section.Refuse("network",
-                   "a folder with a network, or an .onnx file; there is no " + network.string());
+    section.Refuse("network", "a folder with network.json; there is no " + network.string());
   }
   return network;
 }

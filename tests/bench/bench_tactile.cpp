@@ -10,7 +10,6 @@
 #include <Eigen/Core>
 #include <benchmark/benchmark.h>
 
-#include "slave/tactile/network/lstm_lanes.h"
 #include "tests/slave/tactile/network/reference_network.h"
 
 namespace palpate {
@@ -99,26 +98,8 @@ void FeedForward(benchmark::State& state) {
   RunEstimate(state, Network("dnn_21"));
 }
 
-// The windows of Windowed by each instruction set that this machine has.
-void Kernel(benchmark::State& state) {
-  const auto kernels = LstmKernels();
-  if (state.range(0) >= static_cast<long>(kernels.size())) return state.SkipWithError("not here");
-  const LstmKernel& kernel = kernels[static_cast<std::size_t>(state.range(0))];
-  LstmLanes lanes(std::make_shared<LstmPlan>(Network("rnn_21").weights, kernel), kWindow);
-  const auto& signals = Signals();
-  std::size_t t = 0;
-  const double start = Now();
-  for (auto _ : state) {
-    lanes.Restart(static_cast<int>(t % kWindow));
-    lanes.Step(signals[t++ % signals.size()]);
-  }
-  Report(state, Now() - start, kWindow);
-  state.SetLabel(kernel.name);
-}
-
 BENCHMARK(Windowed);
 BENCHMARK(FeedForward);
-BENCHMARK(Kernel)->DenseRange(0, 2);
 
 }  // namespace
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// Networks in both layouts of JSON.
+// Force networks.
 #include <stdexcept>
 
 #include "slave/tactile/network/network_file.h"
@@ -6,14 +6,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace palpate;
-  const fuzz::Input input(data, size, 2);
-  fuzz::Write(input.kind == 0 ? kNetworkFileName : kTensorsFileName, input.bytes);
-  fuzz::Try<std::runtime_error>([&] {
-    if (input.kind == 0) {
-      ReadForceNetwork(fuzz::Folder());
-    } else {
-      ImportTensors(fuzz::Folder());
-    }
-  });
+  fuzz::Write(kNetworkFileName, {reinterpret_cast<const char*>(data), size});
+  fuzz::Try<std::runtime_error>([] { ReadForceNetwork(fuzz::Folder()); });
   return 0;
 }

@@ -30,7 +30,7 @@ for target in "${targets[@]}"; do
     -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target-")
   [ -f "build/fuzz/seeds/$target.dict" ] && options+=(-dict="build/fuzz/seeds/$target.dict")
   log=build/fuzz/found/$target.log
-  # OpenCV and ONNX readers keep what they once allocated; leaks of our own are found by the sanitized tests.
+  # OpenCV's readers keep what they once allocated; leaks of our own are found by the sanitized tests.
   nice ./build/fuzz/bin/"fuzz_$target" "${options[@]}" -detect_leaks=0 "$corpus" "build/fuzz/seeds/$target" >"$log" 2>&1 ||
     failed+=("$target")
   grep -E "^(SUMMARY|==.*ERROR|stat::(number_of_executed|peak_rss))|Test unit written" "$log" || true

@@ -122,23 +122,8 @@ def pictures(folder):
 def networks(folder):
     layer = {"kernel": [[0.5] * 2] * 19, "bias": [0.1, 0.2]}
     write(folder, "network", "dense", json.dumps({"palpate_force_network": 1, "architecture": "dnn_19", "activation": "tanh",
-                                                  "dense": [layer], "gain": 1, "sigma": [0.1, 0.1, 0.1]}), 0)
-    write(folder, "network", "tensors", json.dumps({"dense/kernel": {"shape": [2, 1], "data": [1, 2]}}), 1)
+                                                  "dense": [layer], "gain": 1, "sigma": [0.1, 0.1, 0.1]}))
     dictionary(folder, "network", strings_of("slave/tactile/network/*_file.cpp", "slave/tactile/network/network_weights.cpp"))
-
-    def field(number, content):
-        return bytes([number << 3 | 2]) + (bytes([len(content)]) if len(content) < 128 else
-                                           bytes([len(content) & 127 | 128, len(content) >> 7])) + content
-
-    def value(name, *extents):
-        shape = b"".join(field(1, bytes([8, n])) for n in extents)
-        return field(1, name) + field(2, field(1, b"\x08\x01" + field(2, shape)))
-    node = field(1, field(1, b"x") + field(1, b"w") + field(2, b"y") + field(4, b"MatMul"))
-    weights = field(5, bytes([8, 21, 8, 3, 16, 1]) + field(8, b"w") + field(9, bytes(4 * 63)))
-    graph = node + field(2, b"g") + weights + field(11, value(b"x", 1, 21)) + field(12, value(b"y", 1, 3))
-    model = b"\x08\x07" + field(7, graph) + field(8, b"\x10\x0d")
-    write(folder, "onnx", "matmul.onnx", model)
-    dictionary(folder, "onnx", ["MatMul", "Gemm", "Tanh", "Relu", "Add", "LSTM", "Reshape", "Constant", "Squeeze", "Concat"])
 
 
 def rigs(folder):

@@ -79,7 +79,7 @@ struct Tactile {
   std::filesystem::path poses;       // CSV of fingertip poses; empty: they follow the manipulator
   double rate = 100;                 // rate of the samples [Hz]
   std::vector<Finger> fingers;       // 1 to 5; the operator moves the first
-  std::filesystem::path network;     // folder or .onnx file; empty: forces are unknown
+  std::filesystem::path network;     // folder with network.json; empty: forces are unknown
   int rest_samples = 50;             // number of samples whose mean is the baseline
   std::filesystem::path electrodes;  // layout file; empty: layout of the simulated fingertip
   std::string localise = "auto";     // auto, paper or pressure-weighted

@@ -15,7 +15,7 @@ namespace palpate {
 
 // Properties of a network.
 struct NetworkInfo {
-  std::string architecture;  // rnn_21 rnn_19 dnn_21 dnn_19 tnn_21 tnn_19 or onnx
+  std::string architecture;  // rnn_21 rnn_19 dnn_21 dnn_19 tnn_21 tnn_19
   int inputs = 0;            // 21: E1 to E19, pac0, pdc; 19: the electrodes alone
   int window = 1;            // window size in samples, the present one included
   int outputs = 0;    // the first three are the force of the fingertip on the object, frame F [N]
@@ -57,10 +57,9 @@ class ForceNetwork {
   [[nodiscard]] virtual std::unique_ptr<ForceEstimate> Windowed() const = 0;
 };
 
-// Loads a folder with palpate's `network.json`, a folder in the layout of the authors' weights
-// (`tensors.json`), or an ONNX file. Throws std::runtime_error naming the file and the error:
-// missing, unreadable, a tensor of the wrong shape (which, expected), a number that is not finite,
-// an unsupported ONNX operator (its name).
+// Loads a folder with `network.json`. Throws std::runtime_error naming the file and the error:
+// missing, another format, unreadable, a tensor of the wrong shape (which, expected), a number that
+// is not finite.
 std::unique_ptr<ForceNetwork> LoadForceNetwork(const std::filesystem::path& path);
 
 }  // namespace palpate

@@ -1,12 +1,13 @@
 #include "slave/tactile/network/network_file.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -77,53 +78,16 @@ Eigen::VectorXf ReadNumbers(const json& list, const std::string& name) {
   return vector;
 }
 
-// The shortest digits that single precision reads back, half as many as of the same number in
-// double precision.
-json NumbersOf(const Eigen::VectorXf& vector) {
-  json list = json::array();
-  for (const float number : vector) {
-    std::array<char, 32> text;
-    const auto end = std::to_chars(text.begin(), text.end(), number).ptr;
-    double written = 0;
-    std::from_chars(text.begin(), end, written);
-    const bool reads_back =
-        std::abs(written) <= kLargestNumber && static_cast<float>(written) == number;
-    list.push_back(reads_back ? written : static_cast<double>(number));
-  }
-  return list;
-}
-
-using nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr int kVersion = 1;
-
-json RowsOf(const WeightMatrix& matrix) {
-  json rows = json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    rows.push_back(NumbersOf(Eigen::VectorXf(matrix.row(i))));
-  }
-  return rows;
-}
-
-template <typename Layer>
-json LayersOf(const std::vector<Layer>& layers) {
-  json list = json::array();
-  for (const Layer& layer : layers) {
-    list.push_back({{"kernel", RowsOf(layer.kernel)}, {"bias", NumbersOf(layer.bias)}});
-  }
-  return list;
-}
-
-json ScalingOf(const Eigen::VectorXf& mean, const Eigen::VectorXf& scale) {
-  return {{"mean", NumbersOf(mean)}, {"scale", NumbersOf(scale)}};
-}
-
-json TrainingOf(const std::string& text) {
-  json training = json::parse(text, nullptr, false);
-  if (!training.is_object()) throw std::invalid_argument("training summary: not a JSON object");
-  return training;
-}
+constexpr std::array<std::pair<std::string_view, HiddenActivation>, 6> kActivations{
+    {{"tanh", HiddenActivation::kTanh},
+     {"relu", HiddenActivation::kRelu},
+     {"sigmoid", HiddenActivation::kSigmoid},
+     {"elu", HiddenActivation::kElu},
+     {"leaky_relu", HiddenActivation::kLeakyRelu},
+     {"identity", HiddenActivation::kIdentity}}};
 
 WeightMatrix ReadRows(const json& rows, const std::string& name) {
   if (!rows.is_array() || rows.empty()) throw std::runtime_error(name + ": not a list of rows");
@@ -141,17 +105,45 @@ WeightMatrix ReadRows(const json& rows, const std::string& name) {
   return kernel;
 }
 
-template <typename Layer>
-std::vector<Layer> ReadLayers(const json& root, const std::string& key) {
-  std::vector<Layer> layers;
-  if (!root.contains(key)) return layers;
-  if (!root[key].is_array()) throw std::runtime_error(key + ": not a list of layers");
-  for (const json& layer : root[key]) {
-    const std::string name = key + "[" + std::to_string(layers.size()) + "]";
-    layers.push_back({ReadRows(Member(layer, "kernel", name), name + ".kernel"),
-                      ReadNumbers(Member(layer, "bias", name), name + ".bias")});
+HiddenActivation ReadActivation(const json& object, HiddenActivation otherwise) {
+  if (!object.contains("activation")) return otherwise;
+  const std::string word = ReadText(object, "activation");
+  for (const auto& [name, activation] : kActivations) {
+    if (word == name) return activation;
   }
-  return layers;
+  throw std::runtime_error("activation = " + word +
+                           ": accepted is tanh, relu, sigmoid, elu, leaky_relu or identity");
+}
+
+// Calls `read` with each layer of the list `key` and its name; `root` need not contain it.
+template <typename Read>
+void ForLayers(const json& root, const std::string& key, const Read& read) {
+  if (!root.contains(key)) return;
+  if (!root[key].is_array()) throw std::runtime_error(key + ": not a list of layers");
+  for (std::size_t i = 0; i < root[key].size(); ++i) {
+    read(root[key][i], key + "[" + std::to_string(i) + "]");
+  }
+}
+
+void ReadLayers(const json& root, NetworkWeights* weights) {
+  const auto kernel = [](const json& layer, const std::string& name) {
+    return ReadRows(Member(layer, "kernel", name), name + ".kernel");
+  };
+  const auto vector = [](const json& layer, const std::string& name, const char* key) {
+    return ReadNumbers(Member(layer, key, name), name + "." + key);
+  };
+  ForLayers(root, "lstm", [&](const json& layer, const std::string& name) {
+    weights->lstm.push_back({kernel(layer, name), vector(layer, name, "bias")});
+  });
+  ForLayers(root, "gru", [&](const json& layer, const std::string& name) {
+    weights->gru.push_back(
+        {kernel(layer, name), vector(layer, name, "bias"), vector(layer, name, "candidate_bias")});
+  });
+  const HiddenActivation of_all = ReadActivation(root, HiddenActivation::kTanh);
+  ForLayers(root, "dense", [&](const json& layer, const std::string& name) {
+    weights->dense.push_back(
+        {kernel(layer, name), vector(layer, name, "bias"), ReadActivation(layer, of_all)});
+  });
 }
 
 void ReadScaling(const json& root, const std::string& key, Eigen::VectorXf* mean,
@@ -201,17 +193,6 @@ SignalPattern ReadPattern(const json& root) {
   return pattern;
 }
 
-json PatternJson(const SignalPattern& pattern) {
-  json kinds = json::array();
-  for (const SignalPattern::Kind& kind : pattern.kinds) {
-    kinds.push_back({{"share", kind.share},
-                     {"shape", RowsOf(kind.shape.cast<float>())},
-                     {"growing_variance", kind.error.growing},
-                     {"relative_sigma", kind.error.relative}});
-  }
-  return {{"kinds", kinds}, {"force", RowsOf(pattern.force.cast<float>())}};
-}
-
 NetworkInfo ReadInfo(const json& root) {
   NetworkInfo info;
   info.architecture = ReadText(root, "architecture");
@@ -235,14 +216,6 @@ NetworkInfo ReadInfo(const json& root) {
   return info;
 }
 
-HiddenActivation ReadActivation(const json& root) {
-  if (!root.contains("activation")) return HiddenActivation::kTanh;
-  const std::string word = ReadText(root, "activation");
-  if (word == "relu") return HiddenActivation::kRelu;
-  if (word == "tanh") return HiddenActivation::kTanh;
-  throw std::runtime_error("activation = " + word + ": accepted is tanh or relu");
-}
-
 NetworkFile Parse(const json& root) {
   if (ReadCount(root, "palpate_force_network") != kVersion) {
     throw std::runtime_error("palpate_force_network: accepted is " + std::to_string(kVersion));
@@ -253,144 +226,13 @@ NetworkFile Parse(const json& root) {
   weights.LeaveUnscaled(file.info.inputs, file.info.outputs);
   ReadScaling(root, "input", &weights.input_mean, &weights.input_scale);
   ReadScaling(root, "output", &weights.output_mean, &weights.output_scale);
-  weights.lstm = ReadLayers<LstmLayer>(root, "lstm");
-  weights.dense = ReadLayers<DenseLayer>(root, "dense");
-  weights.activation = ReadActivation(root);
-  if (root.contains("training")) file.training = root["training"].dump();
+  ReadLayers(root, &weights);
   const std::string fault = FaultOf(file.info, weights);
   if (!fault.empty()) throw std::runtime_error(fault);
   return file;
 }
 
-json Document(const NetworkInfo& info, const NetworkWeights& weights, const std::string& training) {
-  const bool tanh = weights.activation == HiddenActivation::kTanh;
-  json document = {{"palpate_force_network", kVersion},
-                   {"architecture", info.architecture},
-                   {"inputs", info.inputs},
-                   {"window", info.window},
-                   {"outputs", info.outputs},
-                   {"rate", info.rate},
-                   {"gain", info.gain},
-                   {"sigma", {info.sigma.x(), info.sigma.y(), info.sigma.z()}},
-                   {"rest_sigma", info.rest_sigma},
-                   {"growing_variance", info.error.growing},
-                   {"relative_sigma", info.error.relative},
-                   {"learnt_force", info.learnt_force},
-                   {"origin", info.origin},
-                   {"training", TrainingOf(training)},
-                   {"input", ScalingOf(weights.input_mean, weights.input_scale)},
-                   {"lstm", LayersOf(weights.lstm)},
-                   {"dense", LayersOf(weights.dense)},
-                   {"activation", tanh ? "tanh" : "relu"},
-                   {"output", ScalingOf(weights.output_mean, weights.output_scale)}};
-  if (info.pattern.known()) document["pattern"] = PatternJson(info.pattern);
-  return document;
-}
-
-constexpr int kLargestExtent = 1 << 20;
-constexpr double kLearntForce = 1.0;  // paper B, IV.A [N]
-
-std::string InWords(const std::vector<int>& shape) {
-  std::string words;
-  for (const int extent : shape) words += (words.empty() ? "" : " x ") + std::to_string(extent);
-  return words.empty() ? "a single number" : words;
-}
-
-std::vector<int> ReadShape(const json& list, const std::string& name) {
-  if (!list.is_array()) throw std::runtime_error(name + ": not a list of numbers");
-  std::vector<int> shape;
-  for (const json& extent : list) {
-    const double number = ReadNumber(extent, name);
-    if (!(number >= 1 && number <= kLargestExtent)) {
-      throw std::runtime_error(name + ": accepted are extents from 1 to " +
-                               std::to_string(kLargestExtent));
-    }
-    shape.push_back(static_cast<int>(number));
-  }
-  return shape;
-}
-
-Tensor ReadTensor(const json& value, const std::string& name) {
-  Tensor tensor;
-  tensor.shape = ReadShape(Member(value, "shape", name), name + ".shape");
-  const Eigen::VectorXf data = ReadNumbers(Member(value, "data", name), name + ".data");
-  tensor.data.assign(data.begin(), data.end());
-  double expected = 1;
-  for (const int extent : tensor.shape) expected *= extent;
-  if (static_cast<double>(tensor.data.size()) != expected) {
-    throw std::runtime_error(name + ".data has " + std::to_string(tensor.data.size()) +
-                             " numbers, its shape is " + InWords(tensor.shape));
-  }
-  return tensor;
-}
-
-// The only tensor whose name begins with `layer` and ends with `kind`; nullptr: there is none.
-const Tensor* Find(const Tensors& tensors, const std::string& layer, const std::string& kind) {
-  for (const auto& [name, tensor] : tensors) {
-    if (name.starts_with(layer + "/") && name.ends_with("/" + kind)) return &tensor;
-  }
-  return nullptr;
-}
-
-const Tensor& Require(const Tensors& tensors, const std::string& layer, const std::string& kind,
-                      std::size_t rank) {
-  const Tensor* tensor = Find(tensors, layer, kind);
-  if (!tensor) throw std::runtime_error("tensor " + layer + "/.../" + kind + " is missing");
-  if (tensor->shape.size() != rank) {
-    throw std::runtime_error("tensor " + layer + "/.../" + kind + " is " + InWords(tensor->shape) +
-                             ", expected " + (rank == 2 ? "rows x columns" : "a list"));
-  }
-  return *tensor;
-}
-
-template <typename Layer>
-Layer ReadLayer(const Tensors& tensors, const std::string& layer, const std::string& kernel,
-                const std::string& bias) {
-  const Tensor& matrix = Require(tensors, layer, kernel, 2);
-  const Tensor& vector = Require(tensors, layer, bias, 1);
-  return {Eigen::Map<const WeightMatrix>(matrix.data.data(), matrix.shape[0], matrix.shape[1]),
-          Eigen::Map<const Eigen::VectorXf>(vector.data.data(), vector.shape[0])};
-}
-
-NetworkFile Assemble(const Tensors& tensors) {
-  constexpr int kWindow = 50;
-  NetworkFile file;
-  NetworkWeights& weights = file.weights;
-  for (int k = 1; k == 1 || Find(tensors, "layer" + std::to_string(k), "Matrix"); ++k) {
-    const std::string layer = "layer" + std::to_string(k);
-    weights.lstm.push_back(ReadLayer<LstmLayer>(tensors, layer, "Matrix", "Bias"));
-  }
-  weights.dense.push_back(ReadLayer<DenseLayer>(tensors, "output_layer", "W", "b"));
-  NetworkInfo& info = file.info;
-  info.inputs = static_cast<int>(weights.lstm.front().kernel.rows() - weights.lstm.front().units());
-  info.outputs = static_cast<int>(weights.dense.back().kernel.cols());
-  info.window = kWindow;
-  info.architecture = "rnn_" + std::to_string(info.inputs);
-  info.learnt_force = kLearntForce;
-  info.origin = "weights by the authors of paper B, trained on forces of 0.1 to 1.0 N (IV.A)";
-  if (InputsOf(info.architecture) == 0) {
-    throw std::runtime_error("the network takes " + std::to_string(info.inputs) +
-                             " inputs and gives " + std::to_string(info.outputs) +
-                             " outputs: a fingertip has 21 signals or 19");
-  }
-  weights.LeaveUnscaled(info.inputs, info.outputs);
-  const std::string fault = FaultOf(info, weights);
-  if (!fault.empty()) throw std::runtime_error(fault);
-  return file;
-}
-
 }  // namespace
-
-void WriteForceNetwork(const fs::path& dir, const NetworkInfo& info, const NetworkWeights& weights,
-                       const std::string& training) {
-  const std::string fault = FaultOf(info, weights);
-  if (!fault.empty()) throw std::invalid_argument(fault);
-  const std::string text =
-      Document(info, weights, training).dump(-1, ' ', false, json::error_handler_t::replace);
-  std::error_code error;
-  fs::create_directories(dir, error);
-  ReplaceFile(dir / kNetworkFileName, text + '\n');
-}
 
 NetworkFile ReadForceNetwork(const fs::path& dir) {
   const fs::path file = dir / kNetworkFileName;
@@ -398,37 +240,24 @@ NetworkFile ReadForceNetwork(const fs::path& dir) {
   return NamingFile(file, [&] { return Parse(root); });
 }
 
-std::unique_ptr<ForceNetwork> LoadForceNetwork(const std::filesystem::path& path) {
+std::unique_ptr<ForceNetwork> LoadForceNetwork(const fs::path& path) {
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
+  if (!fs::exists(path, ignored)) {
     throw std::runtime_error(path.string() + ": there is no such file or folder");
   }
-  if (!std::filesystem::is_directory(path, ignored)) return LoadOnnxNetwork(path);
-  const bool own = std::filesystem::exists(path / kNetworkFileName, ignored);
-  if (!own && !std::filesystem::exists(path / kTensorsFileName, ignored)) {
-    throw std::runtime_error(path.string() + ": contains neither " + kNetworkFileName + " nor " +
-                             kTensorsFileName);
+  if (!fs::is_directory(path, ignored)) {
+    throw std::runtime_error(
+        path.string() + ": accepted is a folder with " + kNetworkFileName +
+        "; `python3 -m palpate.convert_network` makes one of a PyTorch module");
   }
-  const NetworkFile file = own ? ReadForceNetwork(path) : ImportTensors(path);
+  if (!fs::exists(path / kNetworkFileName, ignored)) {
+    const bool has_tensors = fs::exists(path / "tensors.json", ignored);
+    throw std::runtime_error(
+        path.string() + ": contains no " + kNetworkFileName +
+        (has_tensors ? "; `python3 -m palpate.convert_network` makes it of tensors.json" : ""));
+  }
+  const NetworkFile file = ReadForceNetwork(path);
   return MakeForceNetwork(file.info, file.weights);
-}
-
-Tensors ReadTensors(const fs::path& file) {
-  const json root = ReadJsonFile(file);
-  return NamingFile(file, [&] {
-    if (!root.is_object()) throw std::runtime_error("not an object of tensors");
-    Tensors tensors;
-    for (const auto& [name, value] : root.items()) {
-      tensors[name] = ReadTensor(value, "tensor " + name);
-    }
-    return tensors;
-  });
-}
-
-NetworkFile ImportTensors(const fs::path& dir) {
-  const fs::path file = dir / kTensorsFileName;
-  const Tensors tensors = ReadTensors(file);
-  return NamingFile(file, [&] { return Assemble(tensors); });
 }
 
 }  // namespace palpate

@@ -233,7 +233,7 @@ const BadTactile kBad[] = {
      "sense.tactile.source = none.csv: accepted is stream, simulated, or a CSV recording; there is "
      "no file"},
     {"NoSuchNetwork", "source: stream, network: none",
-     "sense.tactile.network = none: accepted is a folder with a network, or an .onnx file; there"},
+     "sense.tactile.network = none: accepted is a folder with network.json; there"},
     {"NoSuchLayout", "source: stream, electrodes: none.csv",
      "sense.tactile.electrodes = none.csv: accepted is a file that exists"},
     {"NoSuchPoses", "source: rh_tactile.csv, poses: none.csv",

@@ -363,10 +363,10 @@ def train(recordings: Sequence[Recording], train_windows: Windows, validation_wi
     return network, epochs, best, stopped
 
 
-def _single(values: Array) -> Any:
+def single_precision(values: Array) -> Any:
     """Nested lists of single-precision numbers, written with the digits that they need."""
     if values.ndim > 1:
-        return [_single(row) for row in values]
+        return [single_precision(row) for row in values]
     return [float(str(np.float32(value))) for value in values]
 
 
@@ -376,24 +376,28 @@ def document(network: Network) -> dict[str, Any]:
         "outputs": network.outputs, "rate": network.rate, "gain": network.gain, "sigma": network.sigma.tolist(),
         "rest_sigma": network.rest_sigma, "growing_variance": network.law.growing, "relative_sigma": network.law.relative,
         "learnt_force": network.learnt_force, "origin": network.origin, "training": network.training,
-        "input": {"mean": _single(network.input_mean), "scale": _single(network.input_scale)},
-        "lstm": [{"kernel": _single(kernel), "bias": _single(bias)} for kernel, bias in network.lstm],
-        "dense": [{"kernel": _single(kernel), "bias": _single(bias)} for kernel, bias in network.dense],
+        "input": {"mean": single_precision(network.input_mean), "scale": single_precision(network.input_scale)},
+        "lstm": [{"kernel": single_precision(kernel), "bias": single_precision(bias)} for kernel, bias in network.lstm],
+        "dense": [{"kernel": single_precision(kernel), "bias": single_precision(bias)} for kernel, bias in network.dense],
         "activation": network.activation,
-        "output": {"mean": _single(network.output_mean), "scale": _single(network.output_scale)}}
+        "output": {"mean": single_precision(network.output_mean), "scale": single_precision(network.output_scale)}}
     if network.pattern is not None:
         content["pattern"] = {
-            "kinds": [{"share": kind.share, "shape": _single(kind.shape), "growing_variance": kind.law.growing,
+            "kinds": [{"share": kind.share, "shape": single_precision(kind.shape), "growing_variance": kind.law.growing,
                        "relative_sigma": kind.law.relative} for kind in network.pattern.kinds],
-            "force": _single(network.pattern.force)}
+            "force": single_precision(network.pattern.force)}
     return content
 
 
 def write_network(folder: pathlib.Path, network: Network) -> None:
+    write_document(folder, document(network))
+
+
+def write_document(folder: pathlib.Path, content: dict[str, Any]) -> None:
     """Replaces FOLDER/network.json as a whole."""
     file = folder / NETWORK_FILE
     partial = file.with_suffix(".partial")
-    partial.write_text(json.dumps(document(network), allow_nan=False, separators=(",", ":")) + "\n", encoding="utf-8")
+    partial.write_text(json.dumps(content, allow_nan=False, separators=(",", ":")) + "\n", encoding="utf-8")
     os.replace(partial, file)
 
 
@@ -402,6 +406,8 @@ def read_network(folder: pathlib.Path) -> Network:
     file = folder / NETWORK_FILE
     try:
         root = json.loads(file.read_text(encoding="utf-8"))
+        if root.get("gru") or any("activation" in layer for layer in root["dense"]):
+            raise InputError(f"{file}: a converted network is not trained further: train it in PyTorch, and convert it again")
         pattern = None
         if "pattern" in root:
             kinds = [Kind(k["share"], np.array(k["shape"]), ErrorLaw(k.get("growing_variance", 0), k.get("relative_sigma", 0)))

@@ -8,6 +8,7 @@
 
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
+#include "tests/slave/tactile/network/reference_network.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -59,9 +60,10 @@ class FingertipRunTest : public ::testing::Test {
 TEST_F(FingertipRunTest, TheAuthorsNetworkOnTheAuthorsRecordingComesOutOfProcess) {
   const fs::path recording = kData / "seed001_rf_foam_bar";
   if (!fs::exists(recording)) GTEST_SKIP() << "the real recordings are not here";
+  const auto network = JsonOf(AuthorsNetwork(kData / "seed001_biotac_lstm" / "biotac_rnn21"));
+  std::ofstream(folder_ / "network.json") << network;
   const Scene scene = Load("source: " + (recording / "rh_tactile.csv").string() +
-                           ", finger: rf, rest: first 50, network: " +
-                           (kData / "seed001_biotac_lstm/biotac_rnn21").string());
+                           ", finger: rf, rest: first 50, network: .");
   const OfflineSummary summary = RunOffline(scene, {folder_ / "out"}, {});
   const Rows expected = ReadCsv(recording / "lstm_expected_rf.csv");
   const Rows states = ReadCsv(folder_ / "out" / "states.csv");

@@ -16,9 +16,11 @@ using Outputs = std::array<double, 4>;
 // Reference: the formulas, in double precision here and there; they differ in the order of sums.
 TEST(DenseNetworkTest, EverySampleIsTheReference) {
   for (const char* architecture : {"dnn_21", "dnn_19"}) {
-    for (const auto activation : {HiddenActivation::kTanh, HiddenActivation::kRelu}) {
+    for (const auto activation :
+         {HiddenActivation::kTanh, HiddenActivation::kRelu, HiddenActivation::kSigmoid,
+          HiddenActivation::kElu, HiddenActivation::kLeakyRelu, HiddenActivation::kIdentity}) {
       RandomNetwork network = MakeRandomNetwork(architecture, 33, 0.5f, 1);
-      network.weights.activation = activation;
+      for (DenseLayer& layer : network.weights.dense) layer.activation = activation;
       const auto made = MakeForceNetwork(network.info, network.weights);
       const auto windowed = made->Windowed();
       for (const TactileSignals& sample : RandomSignals(100, 4095, 2)) {
@@ -77,7 +79,7 @@ TEST(DenseNetworkTest, SamplesThatAreNotFiniteGiveNothing) {
 // Eight factors of 1e38 are beyond double precision: what is not finite is no estimate.
 TEST(DenseNetworkTest, OutputsBeyondAllNumbersAreNone) {
   RandomNetwork network = MakeRandomNetwork("dnn_21", 20, 1e38f, 4);
-  network.weights.activation = HiddenActivation::kRelu;
+  for (DenseLayer& layer : network.weights.dense) layer.activation = HiddenActivation::kRelu;
   const DenseLayer hidden = network.weights.dense[1];
   for (int k = 0; k < 8; ++k) network.weights.dense.insert(network.weights.dense.end() - 1, hidden);
   const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();

@@ -1,7 +1,10 @@
 #include "tests/slave/tactile/network/reference_network.h"
 
 #include <cmath>
+#include <fstream>
 #include <string>
+
+#include <nlohmann/json.hpp>
 
 namespace palpate {
 namespace {
@@ -38,6 +41,53 @@ void Step(const LstmLayer& layer, const Vector& x, Vector* c, Vector* h) {
     (*c)[u] = (*c)[u] * Sigmoid(z[2 * n + u] + 1) + Sigmoid(z[u]) * std::tanh(z[n + u]);
     (*h)[u] = std::tanh((*c)[u]) * Sigmoid(z[3 * n + u]);
   }
+}
+
+// One step of a GRU layer.
+void Step(const GruLayer& layer, const Vector& x, Vector* h) {
+  const auto n = static_cast<std::size_t>(layer.units());
+  const auto sum = [&](std::size_t column, const Vector& factors, std::size_t first_row) {
+    double total = 0;
+    for (std::size_t k = 0; k < factors.size(); ++k) {
+      total +=
+          factors[k] * static_cast<double>(layer.kernel(static_cast<Eigen::Index>(first_row + k),
+                                                        static_cast<Eigen::Index>(column)));
+    }
+    return total;
+  };
+  const auto bias = [](const Eigen::VectorXf& values, std::size_t i) {
+    return static_cast<double>(values[static_cast<Eigen::Index>(i)]);
+  };
+  Vector next(n);
+  for (std::size_t u = 0; u < n; ++u) {
+    const auto gate = [&](std::size_t column) {
+      return sum(column, x, 0) + sum(column, *h, x.size()) + bias(layer.bias, column);
+    };
+    const double r = Sigmoid(gate(u)), z = Sigmoid(gate(n + u));
+    const double candidate =
+        std::tanh(sum(2 * n + u, x, 0) + bias(layer.bias, 2 * n + u) +
+                  r * (sum(2 * n + u, *h, x.size()) + bias(layer.candidate_bias, u)));
+    next[u] = (1 - z) * candidate + z * (*h)[u];
+  }
+  *h = next;
+}
+
+double Activated(HiddenActivation activation, double y) {
+  switch (activation) {
+    case HiddenActivation::kTanh:
+      return std::tanh(y);
+    case HiddenActivation::kRelu:
+      return y > 0 ? y : 0;
+    case HiddenActivation::kSigmoid:
+      return Sigmoid(y);
+    case HiddenActivation::kElu:
+      return y > 0 ? y : std::expm1(y);
+    case HiddenActivation::kLeakyRelu:
+      return y > 0 ? y : 0.01 * y;
+    case HiddenActivation::kIdentity:
+      break;
+  }
+  return y;
 }
 
 Vector Dense(const DenseLayer& layer, const Vector& x) {
@@ -78,7 +128,8 @@ Traced TracesOf(const NetworkInfo& info, const NetworkWeights& weights,
 }
 
 Vector InputOf(const NetworkWeights& weights, std::span<const TactileSignals> samples) {
-  return weights.lstm.empty() ? Scaled(weights, samples.back()) : ReferenceState(weights, samples);
+  const bool is_recurrent = !weights.lstm.empty() || !weights.gru.empty();
+  return is_recurrent ? ReferenceState(weights, samples) : Scaled(weights, samples.back());
 }
 
 }  // namespace
@@ -89,10 +140,15 @@ Vector ReferenceState(const NetworkWeights& weights, std::span<const TactileSign
     c.emplace_back(layer.units(), 0.0);
     h.emplace_back(layer.units(), 0.0);
   }
+  for (const GruLayer& layer : weights.gru) h.emplace_back(layer.units(), 0.0);
   for (const TactileSignals& sample : samples) {
     Vector x = Scaled(weights, sample);
     for (std::size_t k = 0; k < weights.lstm.size(); ++k) {
       Step(weights.lstm[k], x, &c[k], &h[k]);
+      x = h[k];
+    }
+    for (std::size_t k = 0; k < weights.gru.size(); ++k) {
+      Step(weights.gru[k], x, &h[k]);
       x = h[k];
     }
   }
@@ -107,10 +163,7 @@ Vector ReferenceOutputs(const NetworkInfo& info, const NetworkWeights& weights,
   for (const DenseLayer& layer : weights.dense) {
     y = Dense(layer, y);
     if (&layer == &weights.dense.back()) break;
-    for (double& value : y) {
-      const bool tanh = weights.activation == HiddenActivation::kTanh;
-      value = tanh ? std::tanh(value) : value > 0 ? value : 0;
-    }
+    for (double& value : y) value = Activated(layer.activation, value);
   }
   for (std::size_t k = 0; k < y.size(); ++k) {
     const auto j = static_cast<Eigen::Index>(k);
@@ -155,6 +208,62 @@ RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, floa
   weights.dense.push_back({WeightMatrix::NullaryExpr(width, info.outputs, number),
                            Eigen::VectorXf::NullaryExpr(info.outputs, number)});
   return made;
+}
+
+nlohmann::json JsonOf(const RandomNetwork& network) {
+  using nlohmann::json;
+  const auto numbers = [](const auto& values) {
+    json list = json::array();
+    for (const float value : values) list.push_back(static_cast<double>(value));
+    return list;
+  };
+  const auto layers = [&](const auto& of_a_kind) {
+    json list = json::array();
+    for (const auto& layer : of_a_kind) {
+      json rows = json::array();
+      for (Eigen::Index i = 0; i < layer.kernel.rows(); ++i) {
+        rows.push_back(numbers(Eigen::VectorXf(layer.kernel.row(i))));
+      }
+      list.push_back({{"kernel", rows}, {"bias", numbers(layer.bias)}});
+    }
+    return list;
+  };
+  const NetworkInfo& info = network.info;
+  const NetworkWeights& weights = network.weights;
+  return {
+      {"palpate_force_network", 1},
+      {"architecture", info.architecture},
+      {"inputs", info.inputs},
+      {"window", info.window},
+      {"outputs", info.outputs},
+      {"rate", info.rate},
+      {"gain", info.gain},
+      {"input", {{"mean", numbers(weights.input_mean)}, {"scale", numbers(weights.input_scale)}}},
+      {"lstm", layers(weights.lstm)},
+      {"dense", layers(weights.dense)},
+      {"output",
+       {{"mean", numbers(weights.output_mean)}, {"scale", numbers(weights.output_scale)}}}};
+}
+
+RandomNetwork AuthorsNetwork(const std::filesystem::path& dir) {
+  std::ifstream stream(dir / "tensors.json");
+  const auto root = nlohmann::json::parse(stream);
+  const auto matrix = [&](const std::string& name) {
+    const auto data = root.at(name).at("data").get<std::vector<float>>();
+    const Eigen::Index rows = root.at(name).at("shape").at(0);
+    return WeightMatrix(Eigen::Map<const WeightMatrix>(
+        data.data(), rows, static_cast<Eigen::Index>(data.size()) / rows));
+  };
+  RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0, 1);
+  network.info.gain = 1;
+  network.weights.LeaveUnscaled(21, 4);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::string layer = "layer" + std::to_string(k + 1);
+    const std::string cell = layer + "/" + layer + "/BasicLSTMCell/Linear/";
+    network.weights.lstm[k] = {matrix(cell + "Matrix"), matrix(cell + "Bias").col(0)};
+  }
+  network.weights.dense = {{matrix("output_layer/W"), matrix("output_layer/b").col(0)}};
+  return network;
 }
 
 std::vector<TactileSignals> RandomSignals(int count, float counts, unsigned seed) {

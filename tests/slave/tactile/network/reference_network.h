@@ -2,9 +2,12 @@
 // one unit at a time: what the networks under test are compared with.
 #pragma once
 
+#include <filesystem>
 #include <random>
 #include <span>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "slave/tactile/network/network_weights.h"
 
@@ -13,7 +16,7 @@ namespace palpate {
 // The outputs after `samples`, from the state of zero.
 std::vector<double> ReferenceOutputs(const NetworkInfo& info, const NetworkWeights& weights,
                                      std::span<const TactileSignals> samples);
-// The last lstm layer's h.
+// The last recurrent layer's h.
 std::vector<double> ReferenceState(const NetworkWeights& weights,
                                    std::span<const TactileSignals> samples);
 
@@ -25,6 +28,12 @@ struct RandomNetwork {
 };
 RandomNetwork MakeRandomNetwork(const std::string& architecture, int units, float size,
                                 unsigned seed);
+
+// Its file.
+nlohmann::json JsonOf(const RandomNetwork& network);
+
+// The weights of paper B's authors in DIR/tensors.json: `{name: {shape, data}}`, data row-major.
+RandomNetwork AuthorsNetwork(const std::filesystem::path& dir);
 
 // Changes as a finger makes them: each signal wanders by up to `counts`.
 std::vector<TactileSignals> RandomSignals(int count, float counts, unsigned seed);

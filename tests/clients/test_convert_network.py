@@ -1,0 +1,111 @@
+"""Conversion of force networks: `python3 -m palpate.convert_network`. Needs the built Python client (PYTHONPATH) and PyTorch."""
+import contextlib
+import io
+import json
+import pathlib
+import sys
+import tempfile
+import unittest
+
+try:
+    import numpy as np
+    import torch
+    from palpate import convert_network
+except ImportError as missing:
+    print(f"skipped: {missing}: deploy/install.sh training")
+    sys.exit(77)
+
+AUTHORS = pathlib.Path(__file__).resolve().parents[3] / "shared/data/seed001_biotac_lstm"
+
+
+class Finger(torch.nn.Module):
+    """Recurrent layers, and a linear layer whose activation is a function of the forward pass."""
+
+    def __init__(self, kind):
+        super().__init__()
+        self.recurrent = kind(21, 8, 2, batch_first=True)
+        self.hidden, self.last = torch.nn.Linear(8, 6), torch.nn.Linear(6, 3)
+
+    def forward(self, x):
+        states, _ = self.recurrent(x)
+        return self.last(torch.relu(self.hidden(states[:, -1])))
+
+
+class ConvertTest(unittest.TestCase):
+    def setUp(self):
+        torch.manual_seed(1)
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def convert(self, source, *arguments):
+        """Exit code, the network or None, and what was printed."""
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            code = convert_network.main([str(source), "--out", str(self.folder / "out"), *arguments])
+        file = self.folder / "out/network.json"
+        return code, json.loads(file.read_text()) if file.exists() else None, printed.getvalue()
+
+    def saved(self, module):
+        torch.save(module, self.folder / "finger.pt")
+        return self.folder / "finger.pt"
+
+    def refusal(self, module, *arguments):
+        code, network, printed = self.convert(self.saved(module), *arguments)
+        self.assertEqual((code, network), (2, None), printed)
+        return printed
+
+    def test_recurrent_modules_become_layers_of_the_same_name(self):
+        for kind, key, gates in ((torch.nn.LSTM, "lstm", 4), (torch.nn.GRU, "gru", 3)):
+            code, network, printed = self.convert(self.saved(Finger(kind)), "--activation", "relu", "--window", "30")
+            self.assertEqual(code, 0, printed)
+            self.assertEqual((network["architecture"], network["window"], len(network[key])), ("rnn_21", 30, 2))
+            self.assertEqual(np.array(network[key][0]["kernel"]).shape, (29, 8 * gates))
+            self.assertEqual(network["dense"][0]["activation"], "relu")
+
+    def test_feed_forward_modules_keep_their_weights_and_activations(self):
+        module = torch.nn.Sequential(torch.nn.Linear(19, 5), torch.nn.ELU(), torch.nn.Dropout(), torch.nn.Linear(5, 4),
+                                     torch.nn.Sigmoid(), torch.nn.Linear(4, 3))
+        code, network, printed = self.convert(self.saved(module), "--input-scale", "100", "--learnt-force", "2")
+        self.assertEqual(code, 0, printed)
+        self.assertEqual([layer.get("activation") for layer in network["dense"]], ["elu", "sigmoid", None])
+        self.assertEqual((network["architecture"], network["window"], network["learnt_force"]), ("dnn_19", 1, 2))
+        self.assertEqual(network["input"]["scale"], [100] * 19)
+        weights = np.array(network["dense"][0]["kernel"], np.float32)
+        np.testing.assert_array_equal(weights, module[0].weight.detach().numpy().T)
+
+    def test_a_forward_pass_with_other_functions_is_found_by_the_comparison(self):
+        self.assertIn("differs from PyTorch", self.refusal(Finger(torch.nn.GRU)))
+
+    def test_what_cannot_be_converted_is_named(self):
+        linear = torch.nn.Linear
+        broken = torch.nn.Sequential(linear(21, 4), torch.nn.Tanh(), linear(4, 3))
+        broken[0].weight.data[2, 1] = float("nan")
+        self.assertIn("0.weight[2, 1] is not a finite number", self.refusal(broken))
+        self.assertIn("takes 17 inputs: a fingertip has 21 signals or 19", self.refusal(torch.nn.Sequential(linear(17, 3))))
+        self.assertIn("1: Softmax is not accepted",
+                      self.refusal(torch.nn.Sequential(linear(21, 4), torch.nn.Softmax(1), linear(4, 3))))
+        self.assertIn("bidirectional = True", self.refusal(torch.nn.Sequential(torch.nn.LSTM(21, 4, bidirectional=True))))
+        self.assertIn("2 outputs: expected 3 or more", self.refusal(torch.nn.Sequential(linear(21, 2))))
+        self.assertIn("--input-scale 1,2: expected one number or 21",
+                      self.refusal(torch.nn.Sequential(linear(21, 3)), "--input-scale", "1,2"))
+        code, _, printed = self.convert(self.folder / "missing.pt")
+        self.assertEqual(code, 2)
+        self.assertIn("missing.pt: cannot be loaded by PyTorch", printed)
+
+    @unittest.skipUnless(AUTHORS.exists(), "needs ../shared/data/seed001_biotac_lstm")
+    def test_the_authors_weights_are_converted_exactly(self):
+        code, network, printed = self.convert(AUTHORS / "biotac_rnn21")
+        self.assertEqual(code, 0, printed)
+        self.assertEqual((network["architecture"], network["window"], network["learnt_force"]), ("rnn_21", 50, 1.0))
+        tensors = json.loads((AUTHORS / "biotac_rnn21/tensors.json").read_text())
+        for k in (1, 2):
+            name = f"layer{k}/layer{k}/BasicLSTMCell/Linear/"
+            for key, tensor in (("kernel", "Matrix"), ("bias", "Bias")):
+                expected = np.array(tensors[name + tensor]["data"], np.float32)
+                np.testing.assert_array_equal(np.array(network["lstm"][k - 1][key], np.float32).ravel(), expected)
+        code, _, printed = self.convert(AUTHORS / "force_sensor_rnn13_20")
+        self.assertEqual(code, 2)
+        self.assertIn("13 inputs", printed)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
