@@ -135,16 +135,6 @@ def rigs(folder):
     dictionary(folder, "rig", strings_of("slave/vision/stereo/rig_file.cpp") | {"!!opencv-matrix", "plumb_bob", "1e-320"})
 
 
-def clouds(folder):
-    head = "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA "
-    write(folder, "cloud", "ascii.pcd", head + "ascii\n0 0 1 0\n1 0 1 0\n")
-    write(folder, "cloud", "binary.pcd", (head + "binary\n").encode() + struct.pack("<8f", *range(8)))
-    packed = bytes([31]) + bytes(32)
-    write(folder, "cloud", "packed.pcd", (head + "binary_compressed\n").encode() + struct.pack("<II", len(packed), 32) +
-          packed)
-    dictionary(folder, "cloud", strings_of("slave/study/clouds/pcd*.cpp") | {"binary_compressed", "VIEWPOINT"})
-
-
 def messages(folder):
     messages = {
         "OperatorCommand": (0, "sequence: 3 epoch: 1 engaged: true p_M { x: 0.01 y: 0.02 z: 0 } sent_at { seconds: 1700000000 }"),
@@ -213,7 +203,7 @@ def main():
         sys.exit("usage: seeds.py FOLDER")
     folder = pathlib.Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    for make in (scenes, meshes, tables, pictures, networks, rigs, clouds, recordings, messages, certificates, sequences):
+    for make in (scenes, meshes, tables, pictures, networks, rigs, recordings, messages, certificates, sequences):
         make(folder)
 
 

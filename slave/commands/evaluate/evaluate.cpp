@@ -154,9 +154,8 @@ void PrintAnswer(const study::MeasuredQuestion& question, const study::MeasuredA
 void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) {
   std::vector<std::filesystem::path> inputs = InputFilesOf(scene);
   inputs.insert(inputs.end(), {options.cloud, options.contacts, options.loads});
-  RequireOtherThan(
-      "--out", options.out,
-      {"report.json", "report.html", "object.pcd", "segmentation.pcd", "simulated.pcd"}, inputs);
+  RequireOtherThan("--out", options.out,
+                   {"report.json", "object.pcd", "segmentation.pcd", "simulated.pcd"}, inputs);
 }
 
 int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
@@ -225,7 +224,7 @@ int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& sto
     objects = Experiments(options, scene, &bar);
   }
   std::filesystem::create_directories(options.out);
-  if (!study::WriteSimulated(objects, *scene.sense.depth_camera, options.leaf, options.out)) {
+  if (!study::WriteSimulated(objects, options.leaf, options.out)) {
     std::fprintf(stderr, "evaluate: %s cannot be written\n", options.out.c_str());
     return 1;
   }

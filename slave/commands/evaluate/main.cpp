@@ -15,8 +15,7 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
   Add(command, "--cloud", &options->cloud, "FILE",
       "Measured points (PCD) in the frame of sense.depth_camera; without it, simulated "
       "contacts and a virtual camera provide them");
-  Add(command, "--out", &options->out, "DIR", "Folder for report.html, report.json and clouds")
-      ->required();
+  Add(command, "--out", &options->out, "DIR", "Folder for report.json and clouds")->required();
   Add(command, "--contacts", &options->contacts, "FILE",
       "Contacts that deform the object: CSV as for solve; default: the end of the "
       "scene's tactile recording, if any");

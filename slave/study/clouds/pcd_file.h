@@ -1,22 +1,12 @@
-// Point clouds in files: PCD, as cameras' drivers and the Point Cloud Library write them.
+// Point clouds in files: PCD, read and written by the Point Cloud Library.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
 
 #include "slave/study/clouds/point_cloud.h"
 
 namespace palpate::study {
-
-// LZF, the compression of PCD files: a sequence of runs. A control byte below 32 is followed by
-// that many and one more literal bytes. Any other gives in its upper three bits the number of
-// repeated bytes, and in its lower five and the next byte their distance (seven: one more byte adds
-// to the length). nullopt: the stream does not make exactly `size` bytes. Allocates no more than
-// `size`.
-std::optional<std::string> DecompressLzf(std::string_view stream, std::size_t size);
 
 // The range of depth cameras: larger values are not measurements.
 inline constexpr double kFarthestPoint = 500;  // [m]
@@ -28,9 +18,8 @@ struct PcdCloud {
 };
 
 // Reads PCD 0.7 and older: ascii, binary and compressed, with fields x, y, z and, if they are
-// there, rgb or rgba and label; a point of an ascii file is a line. Throws std::invalid_argument,
-// which names the file and, where there is one, the line: unreadable, no PCD file, cut off, a line
-// of too few or too many numbers, x, y or z missing or not floating point.
+// there, rgb or rgba and label. Throws std::invalid_argument, which names the file: unreadable, no
+// PCD file, cut off, x, y or z missing or not floating point.
 PcdCloud ReadPcd(const std::filesystem::path& file);
 
 // Writes x, y, z, with colours rgb and with labels label, binary. False: cannot be written.

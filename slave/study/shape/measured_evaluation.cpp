@@ -1,14 +1,14 @@
 #include "slave/study/shape/measured_evaluation.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "shared/text/html_page.h"
 #include "shared/text/text.h"
-#include "slave/study/shape/cloud_picture.h"
 #include "slave/study/shape/score_words.h"
 
 namespace palpate::study {
@@ -67,8 +67,6 @@ void RequireMetres(const MeasuredQuestion& question) {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kTurn = 0.5;  // by which one looks past the leaves [rad]
-
 Json Regions(const MeasuredAnswer& answer) {
   Json regions = Json::array();
   for (std::size_t k = 0; k < answer.segmentation.size.size(); ++k) {
@@ -114,56 +112,19 @@ Json ToJson(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
   return json;
 }
 
-// The pictures are taken from the camera; the cloud is in its frame.
-std::vector<HtmlPage::Figure> Figures(const MeasuredQuestion& question,
-                                      const MeasuredAnswer& answer) {
-  const PointCloud& cloud = question.measured.cloud;
-  const auto here = Eigen::Isometry3d::Identity();
-  const PictureView wide = ViewOf(here, cloud.points);
-  std::vector<HtmlPage::Figure> figures{
-      {PictureOfCloud(wide, cloud), "Points that the camera measured"},
-      {PictureOfRegions(wide, cloud, answer.segmentation),
-       "Regions of the cloud, the largest blue; grey: support and other points"},
-      {PictureOfCloud(ViewOf(here, answer.object.points), answer.object), "The object's points"}};
-  if (!question.camera || answer.simulated_S.empty()) return figures;
-  const Eigen::Isometry3d& X_SD = question.camera->X_SD;
-  std::vector<Eigen::Vector3d> both = answer.measured_S;
-  both.insert(both.end(), answer.simulated_S.begin(), answer.simulated_S.end());
-  const PictureView aside = ViewOf(X_SD, both, kTurn);
-  figures.push_back({PictureOfShapes(aside, answer.measured_S, question.shape.estimate_S,
-                                     question.shape.fingers_S),
-                     "Points of the object (near ones dark) and the mesh of the estimate"});
-  figures.push_back({PictureOfLeaves(aside, answer.measured_S, answer.simulated_S, question.leaf),
-                     "One of the eight octrees of the measured points; simulated points are green "
-                     "inside its leaves, red outside"});
-  return figures;
-}
+using Rgb = std::array<std::uint8_t, 3>;
 
-std::string ToHtml(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
-  HtmlPage page("Shape of " + question.scene + " against " + question.file);
-  if (question.camera) {
-    page.Paragraph("Octree score " + Percent(answer.score.octree) + " at leaves of " +
-                   Millimetres(question.leaf) + ", mean over eight lattices half a leaf apart" +
-                   "; the estimate is " + question.shape.state + ".");
-    page.Table(DistanceHead("distance"),
-               {DistanceRow("measured points to the estimate", answer.score.measured_to_surface),
-                DistanceRow("simulated points to measured", answer.score.simulated_to_measured)});
-  } else {
-    page.Paragraph("Only segmented: the scene has no sense.depth_camera.");
-  }
-  page.Paragraph("The object: " + answer.choice.why + ", " + std::to_string(answer.object.size()) +
-                 " points.");
-  page.Figures(Figures(question, answer));
-  if (!answer.labels.empty()) {
-    page.Heading("Labels of the cloud");
-    std::vector<std::vector<std::string>> rows;
-    for (const LabelScore& row : answer.labels) {
-      rows.push_back({std::to_string(row.label), std::to_string(row.points),
-                      row.region < 0 ? "none" : std::to_string(row.region), LabelWords(row)});
-    }
-    page.Table({"label", "points", "region", "intersection over union"}, rows);
-  }
-  return page.Document();
+// Colours that are distinguishable on white, used cyclically.
+Rgb RegionColour(int region) {
+  constexpr std::array<Rgb, 8> kColours{{{47, 111, 214},
+                                         {47, 158, 98},
+                                         {201, 138, 0},
+                                         {209, 69, 69},
+                                         {130, 80, 190},
+                                         {20, 150, 170},
+                                         {150, 110, 70},
+                                         {220, 110, 170}}};
+  return kColours[static_cast<std::size_t>(region) % kColours.size()];
 }
 
 PointCloud InRegions(const MeasuredQuestion& question, const MeasuredAnswer& answer) {
@@ -210,7 +171,6 @@ MeasuredAnswer Evaluate(const MeasuredQuestion& question) {
 bool WriteMeasured(const MeasuredQuestion& question, const MeasuredAnswer& answer,
                    const std::filesystem::path& folder) {
   bool written = TryWrite(folder / "report.json", ToJson(question, answer).dump(2) + "\n") &&
-                 TryWrite(folder / "report.html", ToHtml(question, answer)) &&
                  WritePcd(folder / "object.pcd", answer.object) &&
                  WritePcd(folder / "segmentation.pcd", InRegions(question, answer));
   if (question.camera) {

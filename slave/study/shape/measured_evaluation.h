@@ -50,7 +50,7 @@ struct MeasuredAnswer {
 // m, which is not in metres.
 MeasuredAnswer Evaluate(const MeasuredQuestion& question);
 
-// Writes report.json, report.html, object.pcd and segmentation.pcd (frame D; `label` is 1 + region,
+// Writes report.json, object.pcd and segmentation.pcd (frame D; `label` is 1 + region,
 // 0: none) and, where something was scored, simulated.pcd (frame D). False: cannot be written.
 bool WriteMeasured(const MeasuredQuestion& question, const MeasuredAnswer& answer,
                    const std::filesystem::path& folder);

@@ -1,8 +1,10 @@
 // References: labels by hand of recorded clouds; scenes of simple shapes whose parts are known.
 #include "slave/study/clouds/segmentation.h"
 
+#include <array>
 #include <filesystem>
 #include <random>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,17 +65,17 @@ class TableScene {
     std::normal_distribution<double> shade(0, 3), along(0, camera_.noise);
     SurfaceMesh all;
     for (const auto& [body, colour] : bodies_) Join(body, &all);
-    std::vector<std::vector<Vector3d>> alone;
-    for (const auto& [body, colour] : bodies_) alone.push_back(ScanSurface(exact, body, {}, 1));
+    using Place = std::array<double, 3>;
+    std::vector<std::set<Place>> alone(bodies_.size());
+    for (std::size_t k = 0; k < bodies_.size(); ++k) {
+      for (const Vector3d& p : ScanSurface(exact, bodies_[k].surface, {}, 1)) {
+        alone[k].insert({p.x(), p.y(), p.z()});
+      }
+    }
     const auto seen = ScanSurface(exact, all, {}, 1);
-    std::vector<std::size_t> at(alone.size(), 0);
     for (const auto& p : seen) {
       for (std::size_t k = 0; k < alone.size(); ++k) {
-        // Both clouds are in the order of the pixels.
-        const auto found =
-            std::find(alone[k].begin() + static_cast<std::ptrdiff_t>(at[k]), alone[k].end(), p);
-        if (found == alone[k].end()) continue;
-        at[k] = static_cast<std::size_t>(found - alone[k].begin());
+        if (!alone[k].contains({p.x(), p.y(), p.z()})) continue;
         const Vector3d p_D = X_DS * p;
         cloud.points.emplace_back(p_D + along(generator) * p_D.normalized());
         Colour colour = bodies_[k].colour;
