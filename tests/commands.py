@@ -221,102 +221,12 @@ def name_of(path):
     return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
 
 
-# ---- self-test
-
-PAGE = """# Page
-```sh
-echo one; value=7
-sleep 300 & sleep 300 &
-```
-- Item:
-  ```bash
-  test "$value" = 7
-  mkdir -p build && echo kept >build/file; test -e build/release/bin/tool
-  cd build
-  ```
-<!-- not run: needs a camera -->
-```sh
-exit 9
-```
-<!-- slow -->
-```sh
-test -e file
-```
-```python
-raise SystemExit(1)
-```
-```sh
-./deploy/demo.sh --view   # again
-```
-<!-- not run: -->
-```sh
-true
-```
-~~~sh
-false | true
-echo not reached
-~~~
-```sh
-exit 3
-```
-"""
-
-
-def expect(actual, expected, what):
-    if actual != expected:
-        raise SystemExit(f"commands.py --self-test: {what}: {actual!r} instead of {expected!r}")
-
-
-def run_page(folder, full, budget=None, page=PAGE):
-    (folder / "root/bin").mkdir(parents=True, exist_ok=True)
-    (folder / "root/bin/tool").touch()
-    scratch = Scratch(folder / "root", folder / "scratch", folder / "root/bin")
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        runner = Runner(scratch, full, budget)
-        runner.run_file("page.md", page)
-        code = runner.summary()
-    return code, printed.getvalue()
-
-
-def self_test():
-    blocks = blocks_of(PAGE)
-    expect([block.line for block in blocks], [3, 8, 14, 18, 24, 28, 31, 35], "lines of blocks")
-    expect(blocks[1].text.splitlines()[0], 'test "$value" = 7', "an indented block")
-    expect(blocks[2].notes, ("not run: needs a camera",), "notes")
-    for text, expected in {"./deploy/demo.sh --view": True, "cd x; ./tests/run.sh": True, "cat deploy/demo.sh.txt": False,
-                           "./deploy/demo.shx": False}.items():
-        expect(bool(OWN_COMMANDS.search(text)), expected, text)
-    with tempfile.TemporaryDirectory() as folder:
-        folder = pathlib.Path(folder)
-        begun = time.monotonic()
-        code, printed = run_page(folder, full=False)
-        expect(code, 1, "a failing block makes it fail")
-        outcomes = re.findall(r"^page.md:(\d+): (\w+)", printed, re.MULTILINE)
-        expect(outcomes, [("3", "passed"), ("8", "passed"), ("14", "skipped"), ("18", "skipped"), ("24", "skipped"),
-                          ("28", "failed"), ("31", "failed"), ("35", "failed")], "outcomes")
-        for part in ("needs a camera", "slow: run with --full", "calls the README's commands", "has no reason",
-                     "exit code 3\n  block:\n    exit 3\n", "2 passed, 3 failed, 3 skipped\n"):
-            expect(part in printed, True, f"{part!r} is printed")
-        expect("not reached\n  output" in printed and "\n    not reached\n" not in printed.split("output:")[1], True, "pipefail")
-        expect(time.monotonic() - begun < 20, True, "processes that are left are killed")
-        code, printed = run_page(folder, full=True, page=PAGE.split("<!-- not run: -->")[0])
-        expect((code, printed.splitlines()[-1]), (0, "3 passed, 0 failed, 2 skipped"), "with --full")
-        code, printed = run_page(folder, full=True, budget=-1, page=PAGE)
-        expect("page.md:3: skipped: the budget of -1 s is used up" in printed, True, "the budget")
-    print("commands.py --self-test: passed")
-    return 0
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", type=pathlib.Path, metavar="FILE")
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--budget", type=float, metavar="SECONDS")
-    parser.add_argument("--self-test", action="store_true")
     options = parser.parse_args()
-    if options.self_test:
-        return self_test()
     if not (BIN / "palpate-slave").exists():
         print(f"skipped: there is no {BIN}/palpate-slave (./deploy/demo.sh builds it, or set PALPATE_BIN)")
         return 77

@@ -333,53 +333,11 @@ def tracked():
     return sorted(path for path in ROOT.rglob("*.md") if not {"build", "node_modules"} & set(path.relative_to(ROOT).parts))
 
 
-# ---- self-test
-
-def expect(actual, expected, what):
-    if actual != expected:
-        raise SystemExit(f"prose.py --self-test: {what}: {actual!r} instead of {expected!r}")
-
-
-def self_test():
-    def split(text):
-        return [sentence.text.translate(SHOWN) for block in parts_of(text).prose for sentence in sentences_of(block)]
-
-    expect(split("One two. Three four! Five?\nSix"), ["One two.", "Three four!", "Five?", "Six"], "full stops end sentences")
-    expect(split("Use a key, e.g. the space bar, i.e. stop. Then 3.5 N in scene.yaml stay."),
-           ["Use a key, e.g. the space bar, i.e. stop.", "Then 3.5 N in scene.yaml stay."], "abbreviations, decimals, file names")
-    expect(split("As in paper A. Papers A and B. By J. Kim, F. Sharifi et al. and others. Next."),
-           ["As in paper A.", "Papers A and B.", "By J. Kim, F. Sharifi et al. and others.", "Next."], "initials")
-    expect(split("It is so. (See there.) And **bold.** End"), ["It is so.", "(See there.)", "And **bold.**", "End"], "closing marks")
-    expect(split("Intro:\n- one\n  goes on\n- two\n\n1. three"), ["Intro:", "one\n  goes on".replace("\n  ", "\n"), "two", "three"], "list items")
-    expect(split("Run `a. b c` and\n[the guide](x.md).\n\n```sh\nnot. this\n```\nAfter.\n"),
-           ["Run a. b c and\nthe guide.", "After."], "code spans, links and fences")
-    expect(split("# Title. More\n\n| a | b |\n|---|---|\n| c. d | e |\n![pic](x.png)\n<!-- no\nno -->\nText."), ["Text."], "what is no prose")
-    expect(split("Para.\n\n    indented code. here\n\n- item\n\n      still item"), ["Para.", "item", "still item"], "indented code")
-    expect(count_words(plain("`a b` [c d](e f) - ![g](h) 3.5 N <br> <https://i.j>")), 7, "words")
-    expect(measure("| a | b |\n|---|---|\n| one `x|y` two | three |\n").cell.text.count(" "), 2, "a bar in a code span ends no cell")
-
-    long = "word " * 41 + "end."
-    lines = [(line, message.split(":")[0]) for line, message in violations("Short.\n\n" * 20 + "It is. " + long, LIMITS)]
-    expect(lines, [(41, "a sentence of 42 words")], "a sentence that is too long is reported with its line")
-    expect([line for line, _ in violations("a. " * 30 + "b " * 20 + ".) " + "c " * 30 + ".", LIMITS)], [1], "the simpler rule counts, too")
-    text = "He let\ngo. `told` [x](told.md) Untold, retold.\n\n```\nanew\n```\n| Two  eyes | Anew |\n# Put right\n"
-    expect([(block.line, block.text.lower()) for block in measure(text).home_made],
-           [(1, "let go"), (7, "two eyes"), (7, "anew"), (8, "put right")], "home-made phrases")
-    cell = "w " * 26
-    expect([line for line, _ in violations(f"a\n\n|b|\n|---|\n|{cell}|", LIMITS)], [5], "a wide table cell")
-    expect([message for _, message in violations("One two three. " * 100, README_LIMITS)],
-           ["300 words of prose: accepted is 700 to 900"], "too few words")
-    expect([line for line, _ in violations(("w " * 19 + ". ") * 3, LIMITS)], [1], "a high average")
-    print("prose.py --self-test: passed")
-    return 0
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", type=pathlib.Path, metavar="FILE")
-    parser.add_argument("--self-test", action="store_true", help="check this script")
     options = parser.parse_args()
-    return self_test() if options.self_test else check(options.files or tracked())
+    return check(options.files or tracked())
 
 
 if __name__ == "__main__":

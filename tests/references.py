@@ -511,71 +511,11 @@ def compare(path, text):
     return False
 
 
-def expect(actual, expected, what):
-    if actual != expected:
-        raise SystemExit(f"references.py --self-test: {what}: {actual!r} instead of {expected!r}")
-
-
-def fails(action, part):
-    try:
-        action()
-    except OutOfDate as error:
-        expect(part in str(error), True, f"{part!r} in {error}")
-    else:
-        expect("no error", part, "an error is reported")
-
-
-def self_test():
-    text = "[A] Intro.\na: The map.\na.b: One.\n  default: none\nnever accepted: a.x\n"
-    meanings = read_meanings(text)
-    expect(meanings.of["a.b"].given, {"default": "none"}, "details")
-    fails(lambda: read_meanings("[A] I.\na: x\na: y\n"), "scene_keys.txt:3")
-    record = {"kind": "number", "accepted": "> 0", "units": ["a length in m mm"], "words": [], "defaults": [0.03],
-              "required": False, "text": None}
-    records = {"a": [record], "a.b": [record], "a.x": [record | {"kind": "has"}]}
-    check_paths(records, meanings)
-    fails(lambda: check_paths(records | {"a.c": [record]}, meanings), "a.c: add its meaning")
-    fails(lambda: check_paths({"a": [record]}, meanings), "no reader asks for it")
-    fails(lambda: check_paths(records | {"a.x": [record]}, meanings), "never accepted")
-    check_words({"a": "f:1", "b": "f:2"}, records, meanings)
-    fails(lambda: check_words({"a": "f:1", "b": "f:2", "new_key": "f:3"}, records, meanings), 'f:3: "new_key"')
-    fails(lambda: check_words({"a": "f:1"}, records, meanings), "no reader has this word")
-    text = 'Read(Section& s) {\n  a = s.Number("a", Any(\n      kB));\n  s.Refuse("x");\n  s.OneOf<int>("b", {});\n}\n'
-    expect(list(questions_in(text)), [(2, 3), (5, 5)], "questions")
-    expect(words_in({"r.cpp": text}), {"a": "slave/scene/r.cpp:2", "x": "slave/scene/r.cpp:4", "b": "slave/scene/r.cpp:5"}, "words")
-    places = {"a": [record | {"place": "/x/r.cpp:3"}], "b": [record | {"place": "/x/r.cpp:5"}]}
-    check_questions({"r.cpp": text}, places)
-    fails(lambda: check_questions({"r.cpp": text}, {"a": places["a"]}), "slave/scene/r.cpp:5: no scene")
-    expect(row_of("a", [record], meanings.of["a"]), ["`a`", "length [m]", "30 mm", "> 0", "The map."], "a row")
-    fails(lambda: row_of("a", [record, record | {"defaults": [1]}], meanings.of["a"]), "more than one default")
-    fails(lambda: row_of("a.b", [record], meanings.of["a.b"]), "the readers have the default 30 mm")
-    told = parse_help(
-        "Runs\nUsage: x\n\nPositionals:\n  file TEXT REQUIRED          A file\n\nOptions:\n  --wait FLOAT:s=10           How long\n"
-        "  --all Excludes: --wait      All\n  --part I/N Excludes: --all  A part\n"
-        "  --slew FLOAT:N/ms=0.2       How fast\n  --slew-limit FLOAT:N/ms=0.2 How fast\n  --view [HOST:PORT]          A page\n  --listen HOST:PORT=127.0.0.1:50051\n                              Where\n"
-        "  --width FLOAT:FLOAT in [0 - 1000]\n                              How wide\n"
-        "  --mode TEXT:{a,b}=a ...\n                              The mode\n\nSubcommands:\n  go                          Goes\n\n"
-        "DATA is\n  one\n\nExamples:\n  x --wait 3   none\n\nExit codes: 0 done.\n")
-    expect([tuple(option) for option in told.options],
-           [("`file`", "text", "required", "A file"), ("`--wait`", "seconds", "`10`", "How long"),
-            ("`--all`", "", "", "All"), ("`--part`", "I/N", "", "A part"),
-            ("`--slew`", "N/ms", "`0.2`", "How fast"), ("`--slew-limit`", "N/ms", "`0.2`", "How fast"),
-            ("`--view`", "HOST:PORT, optional", "", "A page"),
-            ("`--listen`", "HOST:PORT", "`127.0.0.1:50051`", "Where"), ("`--width`", "number from 0 to 1000", "", "How wide"),
-            ("`--mode`", "`a`, `b`, one or more", "`a`", "The mode")], "options")
-    expect((told.description, told.commands, told.notes), ("Runs", ["go"], "DATA is\n  one"), "the rest of a help text")
-    print("references.py --self-test: passed")
-    return 0
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("which", nargs="?", choices=["keys", "options"])
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--self-test", action="store_true")
     given = parser.parse_args()
-    if given.self_test:
-        return self_test()
     good = True
     for name, path, make in (("keys", KEYS_FILE, keys_text), ("options", OPTIONS_FILE, options_text)):
         if given.which not in (None, name):
