@@ -4,7 +4,6 @@
 commands.py [FILE...]   every block that is not slow; without FILE: README.md, deploy/guides/*.md, README.md of the folders
   --full                slow blocks, too
   --budget SECONDS      blocks that would start later than that are skipped
-  --self-test           checks this script
 
 The blocks of one file run in order, each in a bash of its own with `set -euo pipefail`, in a scratch copy of the
 repository. Variables and the working directory carry over to the next block. build/release/bin is PALPATE_BIN

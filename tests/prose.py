@@ -3,7 +3,6 @@
 
 prose.py              checks every tracked *.md file of the repository
 prose.py FILE...      checks these files
-prose.py --self-test  checks this script
 
 Prose is paragraphs and list items. Code blocks, headings, tables, pictures and comments are not counted.
 Prints one line per file, then FILE:LINE: MESSAGE for each violation. Exit 1 if there is any.

@@ -5,7 +5,6 @@ references.py                  writes both
 references.py --check          compares both with what it would write; exit 1 if one is out of date
 references.py ... keys         the scene keys only
 references.py ... options      the options only
-references.py --self-test      checks this script
 
 Types, units, defaults and ranges of keys come from the readers of slave/scene: the program scene_keys runs them on the
 scenes of tests/references/scenes.txt and prints what they ask for. The meanings are in tests/references/scene_keys.txt.

@@ -222,15 +222,6 @@ TEST_F(EvaluateTest, CloudInMillimetresIsRefusedAsOne) {
   refuses(3000);  // farther than any depth camera sees
 }
 
-TEST_F(EvaluateTest, WritesOverNothingItReads) {
-  options_.cloud = Picture({});
-  std::filesystem::create_directories(options_.out);
-  std::filesystem::remove(options_.out / "object.pcd");
-  std::filesystem::create_hard_link(options_.cloud, options_.out / "object.pcd");
-  EXPECT_THAT([&] { RunEvaluate(options_, {}); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("object.pcd: accepted is another")));
-}
-
 TEST_F(EvaluateTest, UnusableArgumentsSayWhatIsAccepted) {
   const auto refuses = [&](EvaluateOptions options, const char* words) {
     EXPECT_THAT([&] { RunEvaluate(options, {}); }, ThrowsMessage<std::exception>(HasSubstr(words)));

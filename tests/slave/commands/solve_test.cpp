@@ -161,19 +161,6 @@ TEST_F(SolveTest, ContactsAndLoadsOfOneCaseActTogetherContactsFirst) {
   EXPECT_GT(Number(outcome, 1, "dy"), Number(outcome, 2, "dy")) << "the neighbour supports it";
 }
 
-// Reference: a load's displacement, prescribed, gives the load back.
-TEST_F(SolveTest, NumbersRoundTripThroughTheFiles) {
-  options_.loads = Write("loads.csv", "case,x,y,fx,fy\n1,0.044,0.088,0.0123456789012345678,-0.3\n");
-  const Outcome loaded = Run();
-  ASSERT_EQ(loaded.rows.size(), 1U);
-  options_.loads.clear();
-  const auto& row = loaded.rows[0];
-  const Outcome moved =
-      RunContacts("case,x,y,dx,dy\n1,0.044,0.088," + row.at("dx") + "," + row.at("dy") + "\n");
-  EXPECT_NEAR(Number(moved, 0, "fx"), Number(loaded, 0, "fx"), 1e-14);
-  EXPECT_NEAR(Number(moved, 0, "fy"), -0.3, 1e-14);
-}
-
 TEST_F(SolveTest, WidthReachesElementsByTheirMidpointsEndsIncluded) {
   const std::string h = "0.0058666666666666667";
   const Outcome outcome = RunContacts(
@@ -183,19 +170,6 @@ TEST_F(SolveTest, WidthReachesElementsByTheirMidpointsEndsIncluded) {
   ASSERT_EQ(outcome.rows.size(), 3U);
   EXPECT_EQ(outcome.rows[0].at("fy"), outcome.rows[1].at("fy")) << h;
   EXPECT_LT(Number(outcome, 2, "fy"), 1.2 * Number(outcome, 0, "fy"));
-}
-
-TEST_F(SolveTest, TakesWindowsLinesBlankLinesAndSpaces) {
-  const Outcome outcome = RunContacts(
-      "\xEF\xBB\xBF"
-      "case , x,y ,dx,dy\r\n\r\n A ,0.044, 0.088,0,+-1e-3\r\n");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.message, HasSubstr("contacts.csv:3: dy = +-1e-3"));
-  const Outcome good = RunContacts(
-      "\xEF\xBB\xBF"
-      "case , x,y ,dx,dy\r\n\r\n A ,0.044, 0.088,0,-1e-3\r\n\r\n \n");
-  EXPECT_EQ(good.exit_code, 0) << good.message;
-  EXPECT_EQ(good.rows.at(0).at("case"), "A");
 }
 
 TEST_F(SolveTest, SaysThatAHeldElementIsMoved) {
@@ -332,14 +306,6 @@ model: {kind: fem-green}
   EXPECT_NEAR(std::stod(outcome.rows.at(2).at("fz")) /
                   (-4 * G * a * std::log(3 - 4 * nu) / (1 - 2 * nu) * 0.001),
               1, 0.03);
-}
-
-// Devices without end are no tables.
-TEST_F(SolveTest, ReadsNoLineWithoutEnd) {
-  options_.contacts = "/dev/zero";
-  const Outcome outcome = Run();
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.message, HasSubstr("/dev/zero:1: a line of 64 KiB or more"));
 }
 
 // A ring between two squares. Reference: continuity; nothing happens between nu = 0.499 and 0.5

@@ -253,44 +253,5 @@ struct Cover {
   double widest = 0, mean_width = 0;  // over the material's peak
 };
 
-Cover CoverOf(const std::vector<MaterialTest>& known, const std::vector<MaterialTest>& others) {
-  const Predictor predictor(known);
-  Cover cover;
-  double peak = 0;
-  for (const auto* tests : {&known, &others}) {
-    for (const MaterialTest& test : *tests) peak = std::max(peak, test.Peak());
-  }
-  for (const MaterialTest& test : others) {
-    for (std::size_t i = 0; i < test.rows.size(); ++i) {
-      const PredictedRow row = predictor.At(test, i);
-      const double measured = test.rows[i].measured[0];
-      ++cover.rows;
-      cover.covered += row.low <= measured && measured <= row.high;
-      cover.widest = std::max(cover.widest, (row.high - row.low) / peak);
-      cover.mean_width += (row.high - row.low) / peak;
-    }
-  }
-  cover.mean_width /= cover.rows;
-  return cover;
-}
-
-// Rubber and silicone, fitted on uniaxial data alone: the band over the other tests is in the mean
-// narrower than a quarter of the peak and holds nine of ten rows.
-TEST(HyperelasticData, UniaxialTestsAlonePredictTheOthers) {
-  const path folder = Data("hyperelastic_curves");
-  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
-  int rows = 0, covered = 0;
-  for (const char* material : {"Treloar_1944", "Kawabata_1981", "Meunier_2008"}) {
-    const Cover cover =
-        CoverOf(Tests(folder / material, {{"uniaxial", "UT"}}),
-                Tests(folder / material, {{"equibiaxial", "ET"}, {"planar", "PS"}}));
-    RecordProperty(material, Formatted("%d of %d, widest %.3f, mean %.3f", cover.covered,
-                                       cover.rows, cover.widest, cover.mean_width));
-    EXPECT_LT(cover.mean_width, 0.25) << material;
-    rows += cover.rows, covered += cover.covered;
-  }
-  EXPECT_GE(covered, 0.9 * rows);
-}
-
 }  // namespace
 }  // namespace palpate::identify

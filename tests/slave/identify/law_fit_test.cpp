@@ -153,26 +153,5 @@ TEST(ChordModulus, SaysWhatALinearModelWouldExceed) {
   EXPECT_NEAR(ChordModulusOf(test)->excess, 6 / 3.833 - 1, 0.01);
 }
 
-// Rubber's other tests lie in the band that uniaxial data alone give, and its mean width
-// is below 40 % of their own peak (a quarter of that of all tests with published rubber,
-// data_test).
-TEST(Predictor, CoversOtherTestsOfRubberFromUniaxialDataAlone) {
-  const HyperLaw rubber{.name = "", .terms = {{3.7e5, 1.7}, {2.2e4, -1.4}}};
-  const Predictor predictor({CurveOf(rubber, TestKind::kUniaxial, 3, 40, 0.003)});
-  for (const TestKind kind : {TestKind::kEquibiaxial, TestKind::kPlanar}) {
-    const MaterialTest test = CurveOf(rubber, kind, kind == TestKind::kPlanar ? 2.8 : 2, 20);
-    const double peak = test.Peak();
-    int covered = 0;
-    double width = 0;
-    for (std::size_t i = 0; i < test.rows.size(); ++i) {
-      const PredictedRow row = predictor.At(test, i);
-      covered += row.low <= test.rows[i].measured[0] && test.rows[i].measured[0] <= row.high;
-      width += (row.high - row.low) / static_cast<double>(test.rows.size());
-    }
-    EXPECT_GE(covered, 19) << NameOf(kind);
-    EXPECT_LT(width, 0.4 * peak) << NameOf(kind);
-  }
-}
-
 }  // namespace
 }  // namespace palpate::identify

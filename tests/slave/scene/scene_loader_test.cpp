@@ -229,12 +229,6 @@ TEST(SceneLoaderTest, AcceptsEverySizeAndStiffness) {
   }
 }
 
-// A decimal comma in the program's locale must not turn 0.35 into 0.
-TEST(SceneLoaderTest, TheLocaleDoesNotMatter) {
-  const DecimalCommaLocale comma;
-  EXPECT_DOUBLE_EQ(Load(SmallScene()).sense.Find<Camera>()->pixel, 0.35e-3);
-}
-
 TEST(SceneLoaderTest, ARoundToolIsTwiceItsRadiusWideUnlessBothAreTold) {
   const Scratch folder;
   const auto tool = [&](const std::string& line) {

@@ -81,12 +81,6 @@ TEST(UnitsTest, NumbersStandAlone) {
   EXPECT_EQ(ParseInteger("99999999999999999999"), std::nullopt);
 }
 
-TEST(UnitsTest, TheLocaleDoesNotMatter) {
-  const DecimalCommaLocale comma;
-  EXPECT_EQ(ParseQuantity("0.35 m", kLength), 0.35);
-  EXPECT_EQ(ParseQuantity("0,35 m", kLength), std::nullopt);
-}
-
 TEST(UnitsTest, MessagesNameTheUnits) {
   EXPECT_EQ(AcceptedUnits(kLength), "a length in m mm um nm km");
   EXPECT_THAT(AcceptedUnits(kNumber), ::testing::HasSubstr("%"));

@@ -53,22 +53,5 @@ TEST(Coverage, SumsToTheArea) {
   EXPECT_NEAR(cv::sum(Cover({0, 0, 40, 40}, {star, hole}))[0], AreaOf(star) - 12, 1e-3);
 }
 
-// The window cuts: what lies inside it is the same as in the whole picture.
-TEST(Coverage, AWindowShowsItsPartOfTheWhole) {
-  const Polygon triangle{{-3.3, 5.1}, {30.2, -4.7}, {17.9, 33.4}};
-  const cv::Mat whole = Cover({0, 0, 24, 24}, {triangle});
-  const cv::Rect window(7, 5, 9, 11);
-  const cv::Mat part = Cover(window, {triangle});
-  EXPECT_LT(cv::norm(whole(window), part, cv::NORM_INF), 1e-5);
-}
-
-TEST(Coverage, HugePolygonsAndEmptyWindowsAreHarmless) {
-  const Polygon huge{{-1e9, -1e9}, {1e9, -1e9}, {1e9, 1e9}, {-1e9, 1e9}};
-  const cv::Mat alpha = Cover({0, 0, 8, 8}, {huge});
-  EXPECT_NEAR(cv::sum(alpha)[0], 64, 1e-4);
-  EXPECT_TRUE(Cover({3, 3, 0, 0}, {huge}).empty());
-  EXPECT_TRUE(WindowAround({{1e12, 1e12}, {2e12, 2e12}, {1e12, 2e12}}, 1, {640, 480}).empty());
-}
-
 }  // namespace
 }  // namespace palpate::site

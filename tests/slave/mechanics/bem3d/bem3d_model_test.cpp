@@ -259,26 +259,6 @@ TEST(Bem3dModel, BigBlockIsAlmostAHalfSpace) {
   }
 }
 
-// Reference: the same contact on a body of another size and stiffness; rounding of the coordinates
-// is all that may differ.
-TEST(Bem3dModel, AnswersScaleWithSizeAndStiffness) {
-  const auto stiffness = [](double size, double E) {
-    const Body body = Block(size, 2);
-    Bem3dModel model(body.mesh, body.held, E, 0.4, {});
-    const int i = Top(body.mesh)[2];
-    const auto response = Answer(&model, {Move(i, {0, 0, -0.01 * size})})[0];
-    EXPECT_EQ(response.validity, Validity::kValid);
-    return response.force_O / (E * size * size);
-  };
-  const Vector3d usual = stiffness(1, 1);
-  for (const double size : {1e-9, 1e-3, 1e3}) {
-    for (const double E : {1.0, 1e6, 1e12}) {
-      EXPECT_LT((stiffness(size, E) - usual).norm(), 1e-11 * usual.norm())
-          << "size " << size << ", E " << E;
-    }
-  }
-}
-
 // Reference: a stable material resists any displacement, at every Poisson ratio.
 TEST(Bem3dModel, StiffnessIsPositiveFromNuMinus09To05) {
   const Body body = Block();

@@ -185,22 +185,6 @@ TEST(InflatedMembrane, GiveUnderALoadConvergesWithTheSquareOfTheMesh) {
   EXPECT_LT(std::abs(fine - middle), 0.01 * fine);
 }
 
-// Reference: units. The same membrane a thousand times larger, with forces to match.
-TEST(InflatedMembrane, SizeAndStiffnessScaleOut) {
-  const auto share = [](double metre, double newton) {
-    const InflatedMembrane membrane(
-        MeshDomedMembrane(Sphere(0.05 * metre), {0, 0, 1}, 0.01 * metre, 8),
-        {.modulus = 1500 * newton / metre, .tension = 300 * newton / metre});
-    return membrane.NormalCompliance()(2, 5) * newton / metre;
-  };
-  const double reference = share(1, 1);
-  for (const double metre : {1e-9, 1e-3, 1e3}) {
-    for (const double newton : {1e-9, 1.0, 1e12}) {
-      EXPECT_NEAR(share(metre, newton) / reference, 1, 1e-9) << metre << " m, " << newton << " N";
-    }
-  }
-}
-
 TEST(InflatedMembrane, WhatCannotBeComputedIsRefusedWithItsReason) {
   const auto refusal =
       [](const std::function<void(MembraneShape*, InflatedMembrane::Params*)>& change) {
