@@ -256,39 +256,76 @@ void Finish(const RawTable& table, const Specimen& specimen, MaterialTest* test)
       BondedCylinderFactor(*specimen.diameter / *specimen.height, specimen.poisson_ratio);
 }
 
-// How a test begins, and a strain that looks like percent: a remark each.
-void AddRemarks(const RawTable& table, const Abscissa& x, MaterialTest* test) {
-  constexpr double kContact = 0.01, kSlack = 0.05, kPreload = 0.05, kAtRest = 0.01;
-  const bool is_shear = test->kind == TestKind::kShear;
-  const auto strain_of = [&](const TestRow& row) {
-    return std::abs(is_shear ? row.abscissa : row.abscissa - 1);
-  };
-  const auto add = [&](const char* format, double value) {
-    test->remarks.push_back(test->name + ": " + Formatted(format, 100 * value));
-  };
-  if (test->rows.empty()) return;
-  const double largest = strain_of(*std::ranges::max_element(test->rows, {}, strain_of));
-  const double peak = test->Peak();
-  const auto loaded = std::ranges::find_if(test->rows, [&](const TestRow& row) {
-    return std::abs(row.measured.front()) > kContact * peak;
-  });
-  const TestRow& first = test->rows.front();
-  if (loaded - test->rows.begin() >= 3) {
-    const double toe = strain_of(*std::prev(loaded)) - strain_of(first);
-    if (std::abs(toe) > kSlack * largest) {
-      add("no load up to %.3g %% strain: probably slack before contact; the strain counts from "
-          "contact",
-          strain_of(*std::prev(loaded)));
-    }
+double StrainOf(const MaterialTest& test, const TestRow& row) {
+  return test.kind == TestKind::kShear ? row.abscissa : row.abscissa - 1;
+}
+
+// Slope of the first stress over the strain of rows `from` to `to`, by least squares.
+double SlopeOf(const MaterialTest& test, std::size_t from, std::size_t to) {
+  double x = 0, y = 0, xx = 0, xy = 0;
+  for (std::size_t i = from; i < to; ++i) {
+    const double strain = StrainOf(test, test.rows[i]), stress = test.rows[i].measured.front();
+    x += strain, y += stress, xx += strain * strain, xy += strain * stress;
   }
-  if (std::abs(first.measured.front()) > kPreload * peak && strain_of(first) < kAtRest * largest) {
-    add("the load at rest is %.3g %% of the largest: a preload or an offset, which is not taken "
-        "off",
-        std::abs(first.measured.front()) / peak);
+  const auto n = static_cast<double>(to - from);
+  const double spread = xx - x * x / n;
+  return spread > 0 ? (xy - x * y / n) / spread : 0;
+}
+
+// Takes off what comes before the specimen is loaded: an offset or preload of the load at rest, and
+// slack, that is rows over which the load does not change. Between its last row and the next ones
+// contact begins where the line through these meets the load at rest.
+void TakeOffBeginning(MaterialTest* test) {
+  constexpr double kContact = 0.01;   // of the largest load: more is loaded
+  constexpr std::size_t kFewest = 3;  // rows of slack
+  constexpr double kFlat = 0.05;      // of the slope behind contact: slack is flatter
+  constexpr double kConcave = 4;      // initial over mean slope of rubber, at most
+  std::vector<TestRow>& rows = test->rows;
+  if (rows.size() < kFewest + kLeastRows) return;
+  const auto stress = [&](std::size_t i) { return rows[i].measured.front(); };
+  const double peak = test->Peak();
+  std::size_t loaded = 0;
+  while (loaded < rows.size() && std::abs(stress(loaded) - stress(0)) <= kContact * peak) ++loaded;
+  const bool has_slack =
+      loaded >= kFewest && loaded + 2 <= rows.size() &&
+      std::abs(SlopeOf(*test, 0, loaded)) < kFlat * std::abs(SlopeOf(*test, loaded, loaded + 2));
+  const double last = std::abs(StrainOf(*test, rows.back()));
+  double at_rest = 0, slack = 0;
+  if (has_slack) {
+    for (std::size_t i = 0; i < loaded; ++i) at_rest += stress(i) / static_cast<double>(loaded);
+    const double before = StrainOf(*test, rows[loaded - 1]), after = StrainOf(*test, rows[loaded]);
+    const double contact = after - (stress(loaded) - at_rest) / SlopeOf(*test, loaded, loaded + 2);
+    slack = std::clamp(contact, std::min(before, after), std::max(before, after));
+    rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(loaded));
+  } else if (std::abs(stress(0)) >
+             peak * (kContact + kConcave * std::abs(StrainOf(*test, rows[0])) / last)) {
+    at_rest = stress(0);
+  }
+  for (TestRow& row : rows) row.abscissa -= slack, row.measured.front() -= at_rest;
+  if (slack != 0) {
+    test->remarks.push_back(test->name + Formatted(": slack of %.3g %% strain before the specimen "
+                                                   "is loaded is taken off",
+                                                   100 * std::abs(slack)));
+  }
+  if (std::abs(at_rest) > kContact * peak) {
+    test->remarks.push_back(
+        test->name + Formatted(": the load at rest, %.3g %% of the largest, is a preload or an "
+                               "offset and is taken off",
+                               100 * std::abs(at_rest) / peak));
+  }
+}
+
+// A strain that looks like percent.
+void AddRemarks(const RawTable& table, const Abscissa& x, MaterialTest* test) {
+  double largest = 0;
+  for (const TestRow& row : test->rows) {
+    largest = std::max(largest, std::abs(StrainOf(*test, row)));
   }
   if (x.measure == Measure::kStrain && !table.columns[x.column].to_si && largest > 1) {
-    add("strains up to %.4g %% in a column without a unit: if these are percent, write the unit %%",
-        largest);
+    test->remarks.push_back(
+        test->name + Formatted(": strains up to %.4g %% in a column without a unit: if these are "
+                               "percent, write the unit %%",
+                               100 * largest));
   }
 }
 
@@ -388,6 +425,7 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   }
   if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
   AddRemarks(table, x, &test);
+  if (specimen.from == 0) TakeOffBeginning(&test);
   Finish(table, specimen, &test);
   return test;
 }

@@ -1,6 +1,8 @@
 // Tables as machines and people write them, and what is wrong with some.
 #include "slave/identify/test_table.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -47,6 +49,52 @@ TEST(TestTable, RemarksUnitsForcesAndSignsOfAMachineAreUnderstood) {
   ASSERT_EQ(test.rows.size(), 4U);
   EXPECT_DOUBLE_EQ(test.rows[3].abscissa, 0.8);
   EXPECT_DOUBLE_EQ(test.rows[3].measured[0], -8 / 4e-4);
+}
+
+// A neo-Hookean specimen of 30 kPa, stretched by up to 50 % in steps of 0.5 %, after `slack` of
+// strain and with `at_rest` of load [Pa] more. Noise: 0.1 % of the largest load, alternating.
+std::string Stretched(double slack, double at_rest) {
+  std::string text = "strain (-),stress (Pa)\n";
+  for (int i = 0; i <= 120; ++i) {
+    const double strain = 0.005 * i, stretch = 1 + std::max(0.0, strain - slack);
+    const double stress = 1e4 * (stretch - 1 / (stretch * stretch)) + at_rest;
+    text += Formatted("%.6g,%.6g\n", strain, stress + (i % 2 == 0 ? 10 : -10));
+  }
+  return text;
+}
+
+// Tolerance: the noise, over the first step, is 0.2 % of strain.
+void ExpectNeoHookean(const MaterialTest& test) {
+  for (const TestRow& row : test.rows) {
+    const double stretch = row.abscissa;
+    if (stretch < 1) continue;
+    EXPECT_NEAR(row.measured[0], 1e4 * (stretch - 1 / (stretch * stretch)), 3e4 * 0.003);
+  }
+}
+
+TEST(TestTable, SlackAndTheLoadAtRestAreTakenOff) {
+  for (const double slack : {0.0, 0.02, 0.1}) {
+    for (const double at_rest : {0.0, 500.0, -1500.0}) {
+      const MaterialTest test = Read("tension", Stretched(slack, at_rest));
+      SCOPED_TRACE(Formatted("slack %g, at rest %g Pa", slack, at_rest));
+      ExpectNeoHookean(test);
+      std::string remarks;
+      for (const std::string& remark : test.remarks) remarks += remark + "\n";
+      EXPECT_EQ(remarks.find("slack of") != std::string::npos, slack > 0) << remarks;
+      EXPECT_EQ(remarks.find("the load at rest") != std::string::npos, at_rest != 0) << remarks;
+    }
+  }
+}
+
+// A foam or a tissue that stiffens is not slack.
+TEST(TestTable, ASoftBeginningIsNoSlack) {
+  std::string text = "strain (-),stress (Pa)\n";
+  for (int i = 0; i <= 100; ++i)
+    text += Formatted("%g,%.8g\n", 0.005 * i, 10 * std::expm1(0.08 * i));
+  const MaterialTest test = Read("tension", text);
+  EXPECT_EQ(test.rows.size(), 101U);
+  EXPECT_EQ(test.rows[0].abscissa, 1);
+  EXPECT_TRUE(test.remarks.empty());
 }
 
 TEST(TestTable, UnitsStandBehindNames) {
