@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t kLongestLine = 1 << 16;  // [bytes]
 constexpr int kMostLines = 10'000'000;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+// Blanks, minus and square as typesetters write them.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypeset{
+    {{"\u00A0", " "}, {"\u202F", " "}, {"\u2212", "-"}, {"\u00B2", "2"}}};
 constexpr std::string_view kUtf16Little = "\xFF\xFE", kUtf16Big = "\xFE\xFF";
 
 void AppendUtf8(unsigned code, std::string* text) {
@@ -228,6 +231,11 @@ bool CsvLines::Next() {
       for (const char c : raw) AppendUtf8(static_cast<unsigned char>(c), &line_);
     }
     at_ = std::min(at_ + length + 1, buffer_.size());
+    for (const auto& [typeset, plain] : kTypeset) {
+      for (std::size_t i = 0; (i = line_.find(typeset, i)) != std::string::npos;) {
+        line_.replace(i, typeset.size(), plain);
+      }
+    }
     text_ = Trimmed(line_);
   } while (text_.empty() || (comment_ != 0 && text_.front() == comment_));
   // A tab at the line's beginning is behind an empty cell.

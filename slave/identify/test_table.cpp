@@ -112,6 +112,9 @@ Abscissa FindAbscissa(const RawTable& table, const Specimen& specimen, bool shea
     return {*c, Measure::kStrain};
   }
   if (const auto found = FindDisplacement(table)) return *found;
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    static_cast<void>(MeasureOf(table, c, shear));  // refuses true strain
+  }
   throw InputError(table.file.string() + ": no deformation: accepted is a column " +
                    (shear ? "shear, gamma or strain" : "stretch, strain or displacement") +
                    ", or --x NAME; there are " + table.Titles());

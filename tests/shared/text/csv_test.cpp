@@ -1,7 +1,6 @@
 #include "shared/text/csv.h"
 
 #include <clocale>
-#include <cmath>
 #include <fstream>
 #include <string>
 
@@ -87,6 +86,12 @@ TEST(CsvTableTest, FindsColumnsAndQuotesNothingThatMovesTheCursor) {
               EndsWith(":4: 1 cells: accepted is 2, as in the header"));
   EXPECT_THAT(Thrown<InputError>([] { CsvTable(Write("a,a\n")); }),
               HasSubstr("column a appears twice"));
+}
+
+TEST(CsvTableTest, TypesetBlanksAndMinusSignsAreThoseOfTheKeyboard) {
+  CsvTable rows(Write("x\u00A0(mm),y\n\u22121.5,2\n"));
+  ASSERT_TRUE(rows.Next());
+  EXPECT_DOUBLE_EQ(rows.Number("x"), -1.5e-3);
 }
 
 TEST(CsvTableTest, KnowsItsColumnsInAnyOrder) {
