@@ -45,7 +45,7 @@ std::optional<std::string> WithPoint(std::string_view cell) {
 
 std::string Names(std::span<const CsvTable::Column> columns) {
   std::string names;
-  for (const auto& [name, required] : columns) {
+  for (const auto& [name, required, quantity] : columns) {
     names.append(names.empty() ? "" : ",").append(required ? "" : "[");
     names.append(name).append(required ? "" : "]");
   }
@@ -274,7 +274,7 @@ void CsvTable::TakeHeader(Header header) {
   const auto is_number = [](std::string_view cell) { return ParseFinite(cell).has_value(); };
   if (header == Header::kOptional && std::ranges::any_of(cells(), is_number)) {
     is_row_ = true;
-    for (const auto& [name, required] : columns_) header_.emplace_back(name);
+    for (const Column& column : columns_) header_.emplace_back(column.name);
     to_si_.assign(header_.size(), 1);
     return;
   }
@@ -297,16 +297,24 @@ void CsvTable::TakeHeader(Header header) {
     const bool is_wanted = columns_.empty() || is_free || name.empty() ||
                            std::ranges::find(columns_, name, &Column::name) != columns_.end();
     if (is_repeated || !is_wanted) {
-      Fail("column = " + Shown(title) + (is_repeated ? " again" : "") + ": accepted is " +
-           Names(columns_));
+      Fail("column = " + Shown(title) + CodesIn(title) + (is_repeated ? " again" : "") +
+           ": accepted is " + Names(columns_));
     }
+    RequireQuantity(name, parts.quantity);
     header_.push_back(name);
     to_si_.push_back(parts.to_si.value_or(1));
   }
-  for (const auto& [name, required] : columns_) {
-    if (!required || Has(name)) continue;
-    Fail("no column " + std::string(name) + ": accepted is " + Names(columns_));
+  for (const Column& column : columns_) {
+    if (!column.required || Has(column.name)) continue;
+    Fail("no column " + std::string(column.name) + ": accepted is " + Names(columns_));
   }
+}
+
+void CsvTable::RequireQuantity(std::string_view name, std::optional<Quantity> unit) const {
+  const auto known = std::ranges::find(columns_, name, &Column::name);
+  if (known == columns_.end() || !known->quantity || !unit || *unit == *known->quantity) return;
+  Fail("column " + Shown(name) + ": a unit of another quantity: expected " +
+       InWords(*known->quantity));
 }
 
 // Takes the units if this is such a row: no number, and a unit of some column.
@@ -318,6 +326,7 @@ bool CsvTable::IsRowOfUnits() {
     const auto unit = FindUnit(cells()[i]);
     if (!unit) return false;
     has_unit = has_unit || (!ParseFinite(cells()[i]) && unit->name != "-");
+    RequireQuantity(header_[i], unit->quantity);
     to_si[i] = unit->to_si;
   }
   if (has_unit) to_si_ = std::move(to_si);

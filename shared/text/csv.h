@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "shared/text/column_title.h"
 #include "shared/text/text.h"
 
 namespace palpate {
@@ -71,13 +72,15 @@ class CsvTable : public CsvLines {
   struct Column {
     std::string_view name;
     bool required = true;
+    std::optional<Quantity> quantity{};  // that its unit must be of; nullopt: any
   };
   // kOptional: a table that begins with a number has the known columns, in their order and all of
   // them; a header may have further ones and capital letters.
   enum class Header { kRequired, kOptional };
   // Reads the header. `columns`: those that are known, in any order, where lines of # are no
   // comments if a header is required; empty: any. Throws InputError if unreadable, empty, or with
-  // an unknown, repeated or missing column or a unit that is not understood.
+  // an unknown, repeated or missing column, or a unit that is not understood or of another
+  // quantity.
   explicit CsvTable(const std::filesystem::path& file, std::vector<Column> columns = {},
                     Header header = Header::kRequired);
 
@@ -105,6 +108,8 @@ class CsvTable : public CsvLines {
 
  private:
   void TakeHeader(Header header);
+  // `unit`: what a title or a cell names for the column `name`.
+  void RequireQuantity(std::string_view name, std::optional<Quantity> unit) const;
   bool IsRowOfUnits();
 
   std::vector<Column> columns_;

@@ -14,7 +14,8 @@ constexpr std::size_t kMostPoints = 4000;  // as many elements a model may have
 
 std::vector<Eigen::Vector2d> ReadPoints(const std::filesystem::path& file) {
   std::vector<Eigen::Vector2d> points;
-  CsvTable table(file, {{"x"}, {"y"}}, CsvTable::Header::kOptional);
+  CsvTable table(file, {{"x", true, Quantity::kLength}, {"y", true, Quantity::kLength}},
+                 CsvTable::Header::kOptional);
   while (table.Next()) points.emplace_back(table.Number("x"), table.Number("y"));
   return points;
 }

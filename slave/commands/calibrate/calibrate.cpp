@@ -126,7 +126,13 @@ CalibrationReport Calibrate(const CalibrateOptions& options, const std::stop_tok
 }
 
 std::vector<TipPlace> ReadTipPlaces(const std::filesystem::path& file) {
-  CsvTable table(file, {{"x"}, {"y"}, {"z"}, {"u"}, {"v"}, {"u_right", false}, {"v_right", false}});
+  CsvTable table(file, {{"x", true, Quantity::kLength},
+                        {"y", true, Quantity::kLength},
+                        {"z", true, Quantity::kLength},
+                        {"u"},
+                        {"v"},
+                        {"u_right", false},
+                        {"v_right", false}});
   if (table.Has("u_right") != table.Has("v_right")) {
     table.Fail("accepted is u_right and v_right, or neither");
   }

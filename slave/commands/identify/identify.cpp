@@ -41,7 +41,7 @@ TableRequest ParseData(const std::string& argument) {
   return request;
 }
 
-std::optional<double> Quantity(const char* option, const std::string& text, Dimension dimension) {
+std::optional<double> SizeOption(const char* option, const std::string& text, Dimension dimension) {
   if (text.empty()) return std::nullopt;
   constexpr double kLargest = 2;  // [m]; beyond, these are millimetres without a unit
   const auto value = ParseQuantity(text, dimension);
@@ -76,8 +76,8 @@ identify::Specimen SpecimenOf(const IdentifyOptions& o) {
     throw std::invalid_argument("--from, --to: accepted is 0 <= from < to, sizes of strain");
   }
   identify::Specimen specimen{.area = Area(o.area),
-                              .height = Quantity("--height", o.height, Dimension::kLength),
-                              .diameter = Quantity("--diameter", o.diameter, Dimension::kLength),
+                              .height = SizeOption("--height", o.height, Dimension::kLength),
+                              .diameter = SizeOption("--diameter", o.diameter, Dimension::kLength),
                               .bonded = o.ends == "bonded",
                               .poisson_ratio = o.poisson_ratio,
                               .abscissa = o.x,

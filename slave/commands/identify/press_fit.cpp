@@ -1,7 +1,6 @@
 #include "slave/commands/identify/press_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -19,7 +18,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kLargest = 1e12;
 constexpr double kLowestPoisson = 0.0, kHighestPoisson = 0.499;
 constexpr int kGolden = 22;            // steps of the search for nu: 3e-5
 constexpr double kPoissonStep = 5e-3;  // for the curvature of the misfit
@@ -35,39 +33,37 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
   const TouchableSurface surface(mesh);
   const double largest = SizeOf(mesh);
-  CsvTable rows(file);
-  const auto column = [&](std::string_view name) {
-    if (const auto found = rows.Find(name)) return *found;
-    throw InputError(file.string() + ":1: no column " + std::string(name) +
-                     ": accepted is case,x,y,z,dx,dy,dz,fx,fy,fz[,width]");
-  };
-  const std::size_t name = column("case");
-  const std::array places{column("x"), column("y")}, moves{column("dx"), column("dy")},
-      loads{column("fx"), column("fy")};
-  const auto z = rows.Find("z"), dz = rows.Find("dz"), fz = rows.Find("fz"), w = rows.Find("width");
+  const auto length = Quantity::kLength, force = Quantity::kForce;
+  CsvTable rows(file, {{"case"},
+                       {"x", true, length},
+                       {"y", true, length},
+                       {"z", false, length},
+                       {"dx", true, length},
+                       {"dy", true, length},
+                       {"dz", false, length},
+                       {"fx", true, force},
+                       {"fy", true, force},
+                       {"fz", false, force},
+                       {"width", false, length}});
   std::vector<Press> presses;
   std::map<std::string, std::size_t, std::less<>> known;
   while (rows.Next()) {
-    const auto read = [&](const std::array<std::size_t, 2>& xy, std::optional<std::size_t> third) {
-      return Vector3d(rows.Number(xy[0], kLargest), rows.Number(xy[1], kLargest),
-                      third ? rows.Number(*third, kLargest) : 0);
+    const auto read = [&](const char* x, const char* y, const char* z) {
+      return Vector3d(rows.Number(x), rows.Number(y), rows.Number(z));
     };
-    const auto [found, is_new] = known.try_emplace(std::string(rows.Text(name)), presses.size());
+    const auto [found, is_new] = known.try_emplace(rows.Text("case"), presses.size());
     if (is_new) presses.emplace_back();
     Press& press = presses[found->second];
-    press.contacts.push_back({.p_O = read(places, z),
-                              .width = w ? rows.Number(*w, kLargest) : width,
-                              .prescribed_O = read(moves, dz)});
-    press.forces.push_back(read(loads, fz));
+    press.contacts.push_back({.p_O = read("x", "y", "z"),
+                              .width = rows.IsAbsent("width") ? width : rows.Number("width"),
+                              .prescribed_O = read("dx", "dy", "dz")});
+    press.forces.push_back(read("fx", "fy", "fz"));
     const Contact& contact = press.contacts.back();
-    if (const auto refusal = surface.Refuse(contact.p_O)) rows.Refuse(places[0], *refusal);
+    if (const auto refusal = surface.Refuse(contact.p_O)) rows.Refuse("x", *refusal);
     if (contact.width < 0 || contact.width > largest) {
-      rows.Fail(Formatted("width = %g: accepted is 0 to %.4g m, the size of the object",
-                          contact.width, largest));
+      rows.Refuse("width", Formatted("0 to %.4g m, the size of the object", largest));
     }
   }
-  if (presses.empty())
-    throw InputError(file.string() + ": no contact: accepted is one row or more");
   return presses;
 }
 

@@ -20,11 +20,18 @@ constexpr Axes kLoaded{"fx", "fy", "fz"};
 
 CsvTable OpenTable(const std::filesystem::path& file, const Axes& value, bool planar,
                    bool dynamic) {
-  std::vector<CsvTable::Column> columns{
-      {"case"},   {kPlace[0]}, {kPlace[1]},         {kPlace[2], !planar},
-      {value[0]}, {value[1]},  {value[2], !planar}, {"width", false}};
-  if (dynamic) columns.push_back({"t", false});
-  if (!dynamic && value == kMoved) columns.push_back({"radius", false});
+  const auto length = Quantity::kLength;
+  const auto prescribed = value == kMoved ? length : Quantity::kForce;
+  std::vector<CsvTable::Column> columns{{"case"},
+                                        {kPlace[0], true, length},
+                                        {kPlace[1], true, length},
+                                        {kPlace[2], !planar, length},
+                                        {value[0], true, prescribed},
+                                        {value[1], true, prescribed},
+                                        {value[2], !planar, prescribed},
+                                        {"width", false, length}};
+  if (dynamic) columns.push_back({"t", false, Quantity::kTime});
+  if (!dynamic && value == kMoved) columns.push_back({"radius", false, length});
   return CsvTable(file, std::move(columns));
 }
 
@@ -64,6 +71,14 @@ void ReadRadius(const CsvTable& table, const ObjectMesh& mesh, const RowRules& r
   if (row->radius > 0 && std::holds_alternative<MembraneDisc>(mesh)) {
     table.Refuse("radius", "0 on a membrane");
   }
+}
+
+// A name as a cell: in quotes where it has a separator or a quote.
+std::string InQuotes(const std::string& name) {
+  if (name.find_first_of(",;\"") == std::string::npos) return name;
+  std::string cell = "\"";
+  for (const char c : name) cell.append(c == '"' ? 2 : 1, c);
+  return cell + '"';
 }
 
 void WriteVector(std::ofstream* stream, const Eigen::Vector3d& v, bool known) {
@@ -156,7 +171,7 @@ bool WriteRows(const std::filesystem::path& file, const std::vector<SolveRow>& r
   for (const auto& row : rows) {
     const bool known = row.response.validity != Validity::kFailed;
     const bool moved = row.contact.kind == Contact::Kind::kDisplacement;
-    stream << row.case_name;
+    stream << InQuotes(row.case_name);
     WriteVector(&stream, row.contact.p_O, true);
     WriteVector(&stream, moved ? row.contact.prescribed_O : row.response.displacement_O,
                 known || moved);

@@ -82,6 +82,9 @@ double Number(const Outcome& outcome, std::size_t row, const std::string& column
 
 TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
+  EXPECT_THAT(RunContacts(std::string(kHeader) + "\"a,b\"," + kMiddle + "\n").text,
+              HasSubstr("\n\"a,b\","))
+      << "a name with a separator is in quotes";
   EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
   EXPECT_THAT(outcome.text,
               testing::StartsWith("case,x,y,z,dx,dy,dz,fx,fy,fz,solve_us,validity\n"));
@@ -224,6 +227,7 @@ TEST_F(SolveTest, SaysWhereAFileIsWrong) {
       {"case,x,y,dx,dy,colour\nA,0,0,0,0,red\n", "contacts.csv:1: column = colour"},
       {"case,x,x,y,dx,dy\nA,0,0,0,0,0\n", "column = x again"},
       {"case,x,y,dx,dy,t\nA,0,0,0,0,1\n", "column = t"},
+      {"case,x (N),y,dx,dy\nA,0,0,0,0\n", "contacts.csv:1: column x: a unit of another quantity"},
       {"case,x,y,dx,dy\n\nA,0.044,0.088,0\n", "contacts.csv:3: 4 cells: accepted is 5"},
       {"case,x,y,dx,dy\nA,0.044,0.088,0,nan\n", "contacts.csv:2: dy = nan: accepted is a finite"},
       {"case,x,y,dx,dy\nA,0.044,0.088,inf,0\n", "dx = inf"},
