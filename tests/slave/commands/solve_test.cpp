@@ -82,8 +82,8 @@ double Number(const Outcome& outcome, std::size_t row, const std::string& column
 
 TEST_F(SolveTest, WritesOneRowPerRowInTheContractsColumns) {
   const Outcome outcome = RunContacts(std::string(kHeader) + "press," + kMiddle + "\n");
-  EXPECT_THAT(RunContacts(std::string(kHeader) + "\"a,b\"," + kMiddle + "\n").text,
-              HasSubstr("\n\"a,b\","))
+  EXPECT_THAT(RunContacts(std::string(kHeader) + "\"a;b\"," + kMiddle + "\n").text,
+              HasSubstr("\n\"a;b\","))
       << "a name with a separator is in quotes";
   EXPECT_EQ(outcome.exit_code, 0) << outcome.message;
   EXPECT_THAT(outcome.text,
