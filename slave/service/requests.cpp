@@ -14,7 +14,6 @@ constexpr double kTraceRate = 10;                                // [Hz]
 constexpr double kMaxStateRate = 1000;                           // [Hz]
 constexpr double kMaxForceLimit = 100;                           // [N]
 constexpr double kMinYoungModulus = 1, kMaxYoungModulus = 1e13;  // [Pa]
-constexpr unsigned kMinElements = 3, kMaxElements = 4000;
 constexpr std::size_t kLongestWord = 40;  // [characters]; no accepted one is longer
 constexpr unsigned kQuality = 80, kMinQuality = 10, kMaxQuality = 100;
 
@@ -106,12 +105,7 @@ ParameterChange ToChange(const v1::SetParametersRequest& request) {
 }
 
 ModelChange ToChange(const v1::SetModelRequest& request) {
-  const unsigned elements = request.elements();
-  if (elements != 0 && (elements < kMinElements || elements > kMaxElements)) {
-    Refuse("elements", std::to_string(elements), "0, or 3 to 4000");
-  }
-  return {Presentable(request.kind(), kLongestWord), static_cast<int>(elements),
-          Presentable(request.plane(), kLongestWord), Presentable(request.contact(), kLongestWord)};
+  return {.kind = Presentable(request.kind(), kLongestWord)};
 }
 
 std::optional<TactileSample> FromProto(const v1::TactileSample& message, std::string* reason) {

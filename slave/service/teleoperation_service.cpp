@@ -107,12 +107,6 @@ grpc::ServerUnaryReactor* TeleoperationService::ReinitializeTracking(
       context, [this] { slave_.ReinitializeTracking(); }, reply);
 }
 
-grpc::ServerUnaryReactor* TeleoperationService::FindAnew(
-    grpc::CallbackServerContext* context, const v1::ReinitializeTrackingRequest* request,
-    v1::Status* reply) {
-  return ReinitializeTracking(context, request, reply);
-}
-
 grpc::ServerUnaryReactor* TeleoperationService::EvictOperator(
     grpc::CallbackServerContext* context, const v1::EvictOperatorRequest* request,
     v1::Status* reply) {

@@ -32,15 +32,13 @@ template <class Base>
 using CalledBack =
     v1::Teleoperation::WithCallbackMethod_Stop<v1::Teleoperation::WithCallbackMethod_Reset<
         v1::Teleoperation::WithCallbackMethod_ReinitializeTracking<
-            v1::Teleoperation::WithCallbackMethod_FindAnew<
-                v1::Teleoperation::WithCallbackMethod_EvictOperator<
-                    v1::Teleoperation::WithCallbackMethod_GetStatus<
-                        v1::Teleoperation::WithCallbackMethod_GetScene<
-                            v1::Teleoperation::WithCallbackMethod_GetCapabilities<
-                                v1::Teleoperation::WithCallbackMethod_FeedTactile<
-                                    v1::Teleoperation::WithCallbackMethod_DriveTool<
-                                        v1::Teleoperation::WithCallbackMethod_Operate<
-                                            Base>>>>>>>>>>>;
+            v1::Teleoperation::WithCallbackMethod_EvictOperator<
+                v1::Teleoperation::WithCallbackMethod_GetStatus<
+                    v1::Teleoperation::WithCallbackMethod_GetScene<
+                        v1::Teleoperation::WithCallbackMethod_GetCapabilities<
+                            v1::Teleoperation::WithCallbackMethod_FeedTactile<
+                                v1::Teleoperation::WithCallbackMethod_DriveTool<
+                                    v1::Teleoperation::WithCallbackMethod_Operate<Base>>>>>>>>>>;
 
 class TeleoperationService final : public CalledBack<v1::Teleoperation::Service> {
  public:
@@ -80,10 +78,6 @@ class TeleoperationService final : public CalledBack<v1::Teleoperation::Service>
   grpc::ServerUnaryReactor* ReinitializeTracking(grpc::CallbackServerContext* context,
                                                  const v1::ReinitializeTrackingRequest* request,
                                                  v1::Status* reply) override;
-  // Deprecated alias of ReinitializeTracking.
-  grpc::ServerUnaryReactor* FindAnew(grpc::CallbackServerContext* context,
-                                     const v1::ReinitializeTrackingRequest* request,
-                                     v1::Status* reply) override;
   grpc::ServerUnaryReactor* EvictOperator(grpc::CallbackServerContext* context,
                                           const v1::EvictOperatorRequest* request,
                                           v1::Status* reply) override;

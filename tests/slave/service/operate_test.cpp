@@ -242,13 +242,6 @@ TEST_F(OperateTest, AnEmergencyStopIsToldAndStaysUntilReset) {
     EXPECT_EQ(slave_.reinitialized(), 1);
     EXPECT_EQ(reply.phase(), v1::PHASE_ESTOP) << "cameras that start again clear no stop";
   }
-  {  // Masters built before the call was renamed.
-    grpc::ClientContext context;
-    v1::Status reply;
-    ASSERT_TRUE(ada.stub().FindAnew(&context, {}, &reply).ok());
-    EXPECT_EQ(slave_.reinitialized(), 2) << "the alias serves the same code";
-    EXPECT_EQ(reply.phase(), v1::PHASE_ESTOP);
-  }
   {
     grpc::ClientContext context;
     v1::Status reply;

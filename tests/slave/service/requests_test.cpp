@@ -71,17 +71,5 @@ TEST(RequestsTest, ImpossibleParametersAreRefused) {
   }
 }
 
-TEST(RequestsTest, ElementsAreZeroOrThreeToFourThousand) {
-  v1::SetModelRequest request;
-  for (const unsigned elements : {0U, 3U, 4000U}) {
-    request.set_elements(elements);
-    EXPECT_EQ(ToChange(request).elements, static_cast<int>(elements));
-  }
-  for (const unsigned elements : {1U, 2U, 4001U, 4'000'000'000U}) {
-    request.set_elements(elements);
-    EXPECT_THROW(ToChange(request), std::invalid_argument) << elements;
-  }
-}
-
 }  // namespace
 }  // namespace palpate
