@@ -85,6 +85,9 @@ class Copier {
         std::string index = std::to_string(node.children.size());
         node.children.push_back(CopyChild(item, std::move(index), depth));
       }
+      if (IsSplitByComma(from)) {
+        mistakes_->Add(node, path_, "a blank behind each comma of a list with units");
+      }
     } else if (from.IsMap()) {
       node.kind = Kind::kMap;
       CopyEntries(from, depth, &node);
@@ -97,6 +100,23 @@ class Copier {
     throw std::length_error("too deep or too large: accepted is at most " +
                             std::to_string(kDeepest) + " levels, " + std::to_string(kMostValues) +
                             " values and 4 MiB of text, aliases spelled out");
+  }
+
+  // Whether `[0,5 mm, 0]` was written, which YAML reads as three values.
+  static bool IsSplitByComma(const YAML::Node& list) {
+    for (std::size_t i = 1; i < list.size(); ++i) {
+      const YAML::Node first = list[i - 1], second = list[i];
+      if (!first.IsScalar() || !second.IsScalar()) return false;
+      const std::string &whole = first.Scalar(), &rest = second.Scalar();
+      const bool has_unit = rest.find_first_of(" mkGMNPu") != std::string::npos;
+      const bool is_number = !whole.empty() && std::ranges::all_of(whole, IsDigit) &&
+                             !rest.empty() && IsDigit(rest[0]);
+      const YAML::Mark at = first.Mark(), next = second.Mark();
+      const bool touches =
+          next.line == at.line && next.column == at.column + static_cast<int>(whole.size()) + 1;
+      if (has_unit && is_number && touches) return true;
+    }
+    return false;
   }
 
   const std::string& Counted(const std::string& text) {

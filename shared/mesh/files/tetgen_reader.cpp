@@ -18,6 +18,20 @@ std::int64_t RowNumber(const RowReader& rows, const char* what, std::int64_t row
   return number;
 }
 
+// The count at `field` of the first line; 0: it has no such field.
+std::size_t DeclaredCount(const RowReader& rows, std::size_t field, const char* what) {
+  if (rows.fields().size() <= field) return 0;
+  return static_cast<std::size_t>(rows.Whole(field, what, 0, FileCursor::kMost));
+}
+
+// A field more or less, such as of a decimal comma, would shift the others.
+void RequireFields(const RowReader& rows, std::size_t expected) {
+  const std::size_t count = rows.fields().size();
+  if (count == expected) return;
+  rows.Refuse(std::to_string(count) + " fields",
+              std::to_string(expected) + ", with the attributes and markers of the first line");
+}
+
 void RequireEnd(RowReader* rows) {
   if (rows->Next()) rows->Refuse(Quoted(rows->fields()[0]), "the end of the file after its rows");
 }
@@ -28,9 +42,13 @@ void ReadNodeTable(RowReader* rows, MeshBuilder* builder) {
   rows->Require("a line `nodes 3 attributes markers`", 2);
   const std::int64_t count = rows->Whole(0, "count of nodes", 1, FileCursor::kMost);
   rows->Whole(1, "dimension", 3, 3);
+  const std::size_t attributes = DeclaredCount(*rows, 2, "count of attributes");
+  const std::size_t further = attributes + DeclaredCount(*rows, 3, "count of markers");
+  if (attributes > 0) builder->Remark("attributes of nodes are not used");
   std::int64_t first = 0;
   for (std::int64_t i = 0; i < count; ++i) {
     rows->Require("a node `number x y z`", 4);
+    RequireFields(*rows, 4 + further);
     const std::int64_t number = RowNumber(*rows, "node", i, &first);
     builder->AddNode(number, {rows->Real(1, "x"), rows->Real(2, "y"), rows->Real(3, "z")});
   }
@@ -43,12 +61,18 @@ void ReadElementTable(RowReader* rows, MeshBuilder* builder) {
   if (corners != 4 && corners != 10) {
     rows->Refuse("nodes per element " + std::to_string(corners), "4 or 10");
   }
+  const std::size_t attributes = DeclaredCount(*rows, 2, "count of attributes");
+  if (attributes > 0) {
+    builder->Remark(
+        "attributes of elements are not used: the whole object has the scene's material");
+  }
   const CellKind kind{0, static_cast<int>(corners), CellKind::Use::kTet, "tetrahedron"};
   std::array<std::int64_t, 10> nodes{};
   const auto used = std::span(nodes).first(static_cast<std::size_t>(corners));
   std::int64_t first = 0;
   for (std::int64_t i = 0; i < count; ++i) {
     rows->Require("an element `number corners`", used.size() + 1);
+    RequireFields(*rows, 1 + used.size() + attributes);
     const std::int64_t number = RowNumber(*rows, "element", i, &first);
     for (std::size_t k = 0; k < used.size(); ++k) {
       used[k] = rows->Whole(k + 1, "node", 0, FileCursor::kMost);

@@ -278,6 +278,8 @@ INSTANTIATE_TEST_SUITE_P(Files, BadFileTest, ::testing::ValuesIn(kBadFiles),
 TEST_F(MalformedSceneTest, CommasAndLookAlikesAreNamed) {
   EXPECT_THAT(MistakesOf(Write("scene.yaml", "model: {elements: 12,5}\n")),
               HasSubstr(":1: `,5`: a decimal comma"));
+  EXPECT_THAT(MistakesOf(Write("scene.yaml", "manipulator: {home: [0,5 mm, 0]}\n")),
+              HasSubstr("home = [0, 5 mm, 0]: accepted is a blank behind each comma"));
   EXPECT_THAT(MistakesOf(Write("scene.yaml",
                                "m\xD0\xBE"
                                "del: {}\n")),

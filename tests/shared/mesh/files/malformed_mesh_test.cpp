@@ -58,6 +58,8 @@ INSTANTIATE_TEST_SUITE_P(
                   ":2: dimension '2': accepted is a whole number from 3 to 3"},
         Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 nan 0\n",
                   ":3: y 'nan': accepted is a finite number"},
+        Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 1 0 0\n",
+                  ":3: 5 fields: accepted is 4, with the attributes and markers of the first line"},
         Malformed{"a.veg", "*VERTICES\n1 3 0 0\n0 0 0 1e400\n",
                   ":3: z '1e400': accepted is a finite number"},
         Malformed{"a.veg", "*VERTICES\n2 3 0 0\n0 0 0 0\n2 0 0 0\n",
