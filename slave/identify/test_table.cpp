@@ -279,14 +279,16 @@ double SlopeOf(const MaterialTest& test, std::size_t from, std::size_t to) {
 // slack, that is rows over which the load does not change. Between its last row and the next ones
 // contact begins where the line through these meets the load at rest.
 void TakeOffBeginning(MaterialTest* test) {
-  constexpr double kContact = 0.01;   // of the largest load: more is loaded
-  constexpr std::size_t kFewest = 3;  // rows of slack
-  constexpr double kFlat = 0.05;      // of the slope behind contact: slack is flatter
-  constexpr double kConcave = 4;      // initial over mean slope of rubber, at most
+  constexpr double kContact = 0.01;    // of the largest load: more is loaded
+  constexpr std::size_t kFewest = 3;   // rows of slack
+  constexpr double kFlat = 0.05;       // of the slope behind contact: slack is flatter
+  constexpr double kMostAtRest = 0.5;  // of the largest load: more is no beginning
+  constexpr double kConcave = 4;       // initial over mean slope of rubber, at most
   std::vector<TestRow>& rows = test->rows;
   if (rows.size() < kFewest + kLeastRows) return;
   const auto stress = [&](std::size_t i) { return rows[i].measured.front(); };
   const double peak = test->Peak();
+  if (std::abs(stress(0)) > kMostAtRest * peak) return;
   std::size_t loaded = 0;
   while (loaded < rows.size() && std::abs(stress(loaded) - stress(0)) <= kContact * peak) ++loaded;
   const bool has_slack =
@@ -316,6 +318,26 @@ void TakeOffBeginning(MaterialTest* test) {
                                "offset and is taken off",
                                100 * std::abs(at_rest) / peak));
   }
+}
+
+// A toe cannot be told from a material that stiffens: both begin softer than they go on.
+void RemarkSoftBeginning(MaterialTest* test) {
+  constexpr double kBeginning = 0.05;  // of the largest strain
+  constexpr double kSofter = 0.7;      // of the slope in the next rows
+  constexpr std::size_t kFewest = 3;   // rows of a slope
+  const double largest = std::abs(StrainOf(*test, test->rows.back()));
+  const auto beginning = std::ranges::count_if(test->rows, [&](const TestRow& row) {
+    return std::abs(StrainOf(*test, row)) <= kBeginning * largest;
+  });
+  const std::size_t rows = std::max(kFewest, static_cast<std::size_t>(beginning));
+  if (test->rows.size() < 3 * rows) return;
+  const double softer = SlopeOf(*test, 0, rows) / SlopeOf(*test, rows, 2 * rows);
+  if (!(softer < kSofter)) return;
+  test->remarks.push_back(
+      test->name + Formatted(": the slope of the first rows is %.2g of that of the next: a toe of "
+                             "the test, or a material that stiffens; the modulus at rest is that "
+                             "of the first rows",
+                             softer));
 }
 
 // A strain that looks like percent.
@@ -428,7 +450,10 @@ MaterialTest ReadTest(const TableRequest& request, const Specimen& specimen) {
   }
   if (request.kind == "compression" && !test.rows.empty()) MakeCompressive(&test);
   AddRemarks(table, x, &test);
-  if (specimen.from == 0) TakeOffBeginning(&test);
+  if (specimen.from == 0 && !test.rows.empty()) {
+    TakeOffBeginning(&test);
+    RemarkSoftBeginning(&test);
+  }
   Finish(table, specimen, &test);
   return test;
 }

@@ -34,17 +34,19 @@ std::vector<Press> ReadPresses(const std::filesystem::path& file, const Scene& s
   const TouchableSurface surface(mesh);
   const double largest = SizeOf(mesh);
   const auto length = Quantity::kLength, force = Quantity::kForce;
-  CsvTable rows(file, {{"case"},
-                       {"x", true, length},
-                       {"y", true, length},
-                       {"z", false, length},
-                       {"dx", true, length},
-                       {"dy", true, length},
-                       {"dz", false, length},
-                       {"fx", true, force},
-                       {"fy", true, force},
-                       {"fz", false, force},
-                       {"width", false, length}});
+  CsvTable rows(file,
+                {{"case"},
+                 {"x", true, length},
+                 {"y", true, length},
+                 {"z", false, length},
+                 {"dx", true, length},
+                 {"dy", true, length},
+                 {"dz", false, length},
+                 {"fx", true, force},
+                 {"fy", true, force},
+                 {"fz", false, force},
+                 {"width", false, length}},
+                CsvTable::Header::kOptional);
   std::vector<Press> presses;
   std::map<std::string, std::size_t, std::less<>> known;
   while (rows.Next()) {
