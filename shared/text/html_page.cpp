@@ -1,7 +1,5 @@
 #include "shared/text/html_page.h"
 
-#include <openssl/evp.h>
-
 #include "shared/text/svg.h"
 
 namespace palpate {
@@ -14,11 +12,8 @@ h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.6em; }
 table { border-collapse: collapse; } th, td { padding: 3px 14px 3px 0; text-align: right; }
 th { border-bottom: 1px solid #8a94a6; color: #5b6576; font-weight: 600; }
 th:first-child, td:first-child { text-align: left; }
-.figures { display: flex; flex-wrap: wrap; gap: 16px; }
-figure { margin: 0; } figure img { width: 640px; max-width: 100%; border: 1px solid #d9dee6; }
-figcaption { color: #5b6576; font-size: 0.9em; }
 @media (prefers-color-scheme: dark) {
-body { color: #e8ecf2; background: #14181f; } th, figcaption { color: #a9b3c2; } }
+body { color: #e8ecf2; background: #14181f; } th { color: #a9b3c2; } }
 )";
 
 }  // namespace
@@ -53,27 +48,8 @@ void HtmlPage::Table(const std::vector<std::string>& head,
   body_ += "</table>\n";
 }
 
-void HtmlPage::Figures(const std::vector<Figure>& figures) {
-  body_ += "<div class=\"figures\">\n";
-  for (const auto& [png, caption] : figures) {
-    body_.append("<figure><img alt=\"").append(XmlEscaped(caption));
-    body_.append("\" src=\"data:image/png;base64,").append(Base64(png)).append("\"/><figcaption>");
-    body_.append(XmlEscaped(caption)).append("</figcaption></figure>\n");
-  }
-  body_ += "</div>\n";
-}
-
 void HtmlPage::Drawing(std::string_view svg) {
   body_.append(svg).append("\n");
-}
-
-std::string Base64(std::string_view bytes) {
-  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');  // with the zero that OpenSSL writes
-  const int length = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                     reinterpret_cast<const unsigned char*>(bytes.data()),
-                                     static_cast<int>(bytes.size()));
-  text.resize(static_cast<std::size_t>(length));
-  return text;
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// A report that opens in any browser and is one file: images are inside.
+// A report that opens in any browser and is one file: drawings are inside.
 #pragma once
 
 #include <string>
@@ -17,12 +17,6 @@ class HtmlPage {
   // `align` left; numbers are aligned right.
   void Table(const std::vector<std::string>& head,
              const std::vector<std::vector<std::string>>& rows);
-  struct Figure {
-    std::string png;  // bytes
-    std::string caption;
-  };
-  // Side by side, as many as fit.
-  void Figures(const std::vector<Figure>& figures);
   // An SVG document as it is.
   void Drawing(std::string_view svg);
 
@@ -31,8 +25,5 @@ class HtmlPage {
  private:
   std::string body_;
 };
-
-// RFC 4648, with padding.
-std::string Base64(std::string_view bytes);
 
 }  // namespace palpate

@@ -99,14 +99,6 @@ void Svg::Polygon(std::span<const Eigen::Vector2d> corners, std::string_view sty
   Close("polygon", tooltip);
 }
 
-void Svg::Face(std::span<const Eigen::Vector2d> corners, std::string_view colour) {
-  Open("polygon", "face");
-  Add("fill", colour);
-  Add("stroke", colour);
-  AddPoints(corners);
-  Close("polygon");
-}
-
 void Svg::Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                     std::string_view style_class) {
   Draw("rect", style_class,
@@ -130,11 +122,6 @@ void Svg::Text(const Eigen::Vector2d& at, std::string_view words, std::string_vi
         "rotate(" + Pixels(degrees) + " " + Pixels(at.x()) + " " + Pixels(at.y()) + ")");
   }
   body_.append(">").append(XmlEscaped(words)).append("</text>\n");
-}
-
-void Svg::BeginGroup(std::string_view style_class) {
-  Open("g", style_class);
-  body_ += ">\n";
 }
 
 }  // namespace palpate

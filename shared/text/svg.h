@@ -27,18 +27,12 @@ class Svg {
   void Polyline(std::span<const Eigen::Vector2d> points, std::string_view style_class);
   void Polygon(std::span<const Eigen::Vector2d> corners, std::string_view style_class,
                std::string_view tooltip = {});
-  // A polygon of class `face` in a CSS colour, with an edge of the same colour to avoid gaps.
-  void Face(std::span<const Eigen::Vector2d> corners, std::string_view colour);
   void Rectangle(const Eigen::Vector2d& corner, const Eigen::Vector2d& size,
                  std::string_view style_class);
   void Circle(const Eigen::Vector2d& centre, double radius, std::string_view style_class,
               std::string_view tooltip = {});
   void Text(const Eigen::Vector2d& at, std::string_view words, std::string_view style_class,
             Anchor anchor = Anchor::kStart, double degrees = 0);
-  // Begins a group with a class, for example with a common opacity.
-  void BeginGroup(std::string_view style_class);
-  void EndGroup() { body_ += "</g>\n"; }
-
   // The complete document. More may be drawn afterwards.
   [[nodiscard]] std::string Document() const { return body_ + "</svg>\n"; }
 

@@ -263,6 +263,12 @@ double StrainOf(const MaterialTest& test, const TestRow& row) {
   return test.kind == TestKind::kShear ? row.abscissa : row.abscissa - 1;
 }
 
+double LargestStrain(const MaterialTest& test) {
+  double largest = 0;
+  for (const TestRow& row : test.rows) largest = std::max(largest, std::abs(StrainOf(test, row)));
+  return largest;
+}
+
 // Slope of the first stress over the strain of rows `from` to `to`, by least squares.
 double SlopeOf(const MaterialTest& test, std::size_t from, std::size_t to) {
   double x = 0, y = 0, xx = 0, xy = 0;
@@ -294,7 +300,7 @@ void TakeOffBeginning(MaterialTest* test) {
   const bool has_slack =
       loaded >= kFewest && loaded + 2 <= rows.size() &&
       std::abs(SlopeOf(*test, 0, loaded)) < kFlat * std::abs(SlopeOf(*test, loaded, loaded + 2));
-  const double last = std::abs(StrainOf(*test, rows.back()));
+  const double largest = LargestStrain(*test);
   double at_rest = 0, slack = 0;
   if (has_slack) {
     for (std::size_t i = 0; i < loaded; ++i) at_rest += stress(i) / static_cast<double>(loaded);
@@ -303,7 +309,7 @@ void TakeOffBeginning(MaterialTest* test) {
     slack = std::clamp(contact, std::min(before, after), std::max(before, after));
     rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(loaded));
   } else if (std::abs(stress(0)) >
-             peak * (kContact + kConcave * std::abs(StrainOf(*test, rows[0])) / last)) {
+             peak * (kContact + kConcave * std::abs(StrainOf(*test, rows[0])) / largest)) {
     at_rest = stress(0);
   }
   for (TestRow& row : rows) row.abscissa -= slack, row.measured.front() -= at_rest;
@@ -320,15 +326,16 @@ void TakeOffBeginning(MaterialTest* test) {
   }
 }
 
-// A toe cannot be told from a material that stiffens: both begin softer than they go on.
+// A toe looks like a material that stiffens: both begin softer than they go on.
 void RemarkSoftBeginning(MaterialTest* test) {
   constexpr double kBeginning = 0.05;  // of the largest strain
   constexpr double kSofter = 0.7;      // of the slope in the next rows
   constexpr std::size_t kFewest = 3;   // rows of a slope
-  const double largest = std::abs(StrainOf(*test, test->rows.back()));
-  const auto beginning = std::ranges::count_if(test->rows, [&](const TestRow& row) {
-    return std::abs(StrainOf(*test, row)) <= kBeginning * largest;
+  const double largest = LargestStrain(*test);
+  const auto behind = std::ranges::find_if(test->rows, [&](const TestRow& row) {
+    return std::abs(StrainOf(*test, row)) > kBeginning * largest;
   });
+  const auto beginning = behind - test->rows.begin();
   const std::size_t rows = std::max(kFewest, static_cast<std::size_t>(beginning));
   if (test->rows.size() < 3 * rows) return;
   const double softer = SlopeOf(*test, 0, rows) / SlopeOf(*test, rows, 2 * rows);
@@ -342,10 +349,7 @@ void RemarkSoftBeginning(MaterialTest* test) {
 
 // A strain that looks like percent.
 void AddRemarks(const RawTable& table, const Abscissa& x, MaterialTest* test) {
-  double largest = 0;
-  for (const TestRow& row : test->rows) {
-    largest = std::max(largest, std::abs(StrainOf(*test, row)));
-  }
+  const double largest = LargestStrain(*test);
   if (x.measure == Measure::kStrain && !table.columns[x.column].to_si && largest > 1) {
     test->remarks.push_back(
         test->name + Formatted(": strains up to %.4g %% in a column without a unit: if these are "

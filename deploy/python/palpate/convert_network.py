@@ -19,12 +19,12 @@ TENSORS_FILE = "tensors.json"
 INPUTS = (21, 19)
 LARGEST_WINDOW = 1000
 WINDOWS = 20  # random windows that are compared
-LEAST_AGREEMENT = 1e-6  # of an output, relative to the largest output of the random windows and 1
+LARGEST_DIFFERENCE = 1e-6  # of an output, relative to 1 + the largest output of the random windows
 AUTHORS_FORCE = 1.0  # largest force that paper B's authors trained on, IV.A [N]
 ACTIVATIONS: dict[type, str] = {torch.nn.Tanh: "tanh", torch.nn.ReLU: "relu", torch.nn.Sigmoid: "sigmoid", torch.nn.ELU: "elu",
                                 torch.nn.LeakyReLU: "leaky_relu", torch.nn.Identity: "identity"}
 PASSED_OVER = (torch.nn.Dropout, torch.nn.Flatten)
-FUNCTIONS: dict[str, Callable[[Array], Any]] = {"tanh": np.tanh, "relu": lambda y: np.maximum(y, 0), "sigmoid": lambda y: 1 / (1 + np.exp(-y)),
+FUNCTIONS: dict[str, Callable[[Array], Any]] = {"tanh": np.tanh, "relu": lambda y: np.maximum(y, 0), "sigmoid": lambda y: sigmoid(y),
              "elu": lambda y: np.where(y > 0, y, np.expm1(np.minimum(y, 0))), "leaky_relu": lambda y: np.where(y > 0, y, 0.01 * y),
              "identity": lambda y: y}
 
@@ -200,7 +200,7 @@ def compare(module: torch.nn.Module, layers: Layers, window: int) -> float:
         raise InputError(f"PyTorch gives {expected.shape[1]} numbers per window, the layers give {got.shape[1]}: "
                          "the forward pass is not the sequence of its layers")
     difference = float(np.abs(got - expected).max())
-    if not difference <= LEAST_AGREEMENT * (1 + np.abs(expected).max()):
+    if not difference <= LARGEST_DIFFERENCE * (1 + np.abs(expected).max()):
         raise InputError(f"the converted network differs from PyTorch by {difference:.3g}: the forward pass is not the sequence "
                          "of its layers, or an activation is a function (--activation)")
     return difference

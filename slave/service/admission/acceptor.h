@@ -30,8 +30,9 @@ inline constexpr std::array<std::string_view, 3> kTurnedAwayNames{"full", "too_m
 class Acceptor {
  public:
   struct Limits {
-    std::size_t connections = 2048;    // fewer where descriptors are few
-    double rate = 1e6, burst = 512e3;  // of all connections together [bytes/s], [bytes]
+    std::size_t connections = 2048;  // fewer where descriptors are few
+    double rate = 1e6;               // of all connections together [bytes/s]
+    double burst = 0;                // of all connections together [bytes]; its owner sets it
   };
   // What the service knows about the client of a connection with a stream.
   struct Client {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -85,7 +86,8 @@ pcl::PCLPointCloud2 ReadBlob(const std::filesystem::path& file) {
       throw Refusal(file, "no PCD header: expected a file of the Point Cloud Library");
     }
     if (!HasRoom(file, blob, form, begin)) {
-      throw Refusal(file, "cut off: expected " + std::to_string(blob.width * blob.height) +
+      throw Refusal(file, "cut off: expected " +
+                              std::to_string(std::uint64_t{blob.width} * blob.height) +
                               " points, as in its header");
     }
     if (reader.read(file.string(), blob, origin, orientation, version) == 0) return blob;
@@ -97,19 +99,36 @@ pcl::PCLPointCloud2 ReadBlob(const std::filesystem::path& file) {
   throw Refusal(file, "damaged or cut off" + library);
 }
 
-double LabelOf(const pcl::PCLPointCloud2& blob, const pcl::PCLPointField& field, std::size_t at) {
+double NumberAt(const pcl::PCLPointCloud2& blob, const pcl::PCLPointField& field, std::size_t at) {
   switch (field.datatype) {
+    case pcl::PCLPointField::INT8:
+      return Load<std::int8_t>(blob, at);
     case pcl::PCLPointField::UINT8:
       return Load<std::uint8_t>(blob, at);
+    case pcl::PCLPointField::INT16:
+      return Load<std::int16_t>(blob, at);
     case pcl::PCLPointField::UINT16:
       return Load<std::uint16_t>(blob, at);
     case pcl::PCLPointField::INT32:
       return Load<std::int32_t>(blob, at);
     case pcl::PCLPointField::UINT32:
       return Load<std::uint32_t>(blob, at);
+    case pcl::PCLPointField::FLOAT64:
+      return Load<double>(blob, at);
     default:
-      return 0;
+      return static_cast<double>(Load<float>(blob, at));
   }
+}
+
+// The field that packs a colour into four bytes; nullptr: none.
+const pcl::PCLPointField* FindColour(const pcl::PCLPointCloud2& blob) {
+  for (const char* name : {"rgb", "rgba"}) {
+    const pcl::PCLPointField* field = Find(blob, name);
+    const bool is_packed = field != nullptr && (field->datatype == pcl::PCLPointField::FLOAT32 ||
+                                                field->datatype == pcl::PCLPointField::UINT32);
+    if (is_packed) return field;
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -118,18 +137,13 @@ PcdCloud ReadPcd(const std::filesystem::path& file) {
   const pcl::PCLPointCloud2 blob = ReadBlob(file);
   const pcl::PCLPointField* axes[3] = {&Coordinate(file, blob, "x"), &Coordinate(file, blob, "y"),
                                        &Coordinate(file, blob, "z")};
-  const pcl::PCLPointField* colour = Find(blob, "rgb");
-  if (colour == nullptr) colour = Find(blob, "rgba");
+  const pcl::PCLPointField* colour = FindColour(blob);
   const pcl::PCLPointField* label = Find(blob, "label");
   PcdCloud read;
   for (std::size_t i = 0; i < blob.data.size() / std::max(1U, blob.point_step); ++i) {
     const std::size_t point = i * blob.point_step;
     Eigen::Vector3d p;
-    for (int k = 0; k < 3; ++k) {
-      const std::size_t at = point + axes[k]->offset;
-      const bool is_double = axes[k]->datatype == pcl::PCLPointField::FLOAT64;
-      p[k] = is_double ? Load<double>(blob, at) : static_cast<double>(Load<float>(blob, at));
-    }
+    for (int k = 0; k < 3; ++k) p[k] = NumberAt(blob, *axes[k], point + axes[k]->offset);
     if (!(p.array().abs() <= kFarthestPoint).all()) {  // so written, NaN is dropped too
       ++read.dropped;
       if (p.allFinite()) ++read.too_far;
@@ -143,8 +157,9 @@ PcdCloud ReadPcd(const std::filesystem::path& file) {
                                     static_cast<std::uint8_t>(rgb)});
     }
     if (label != nullptr) {
-      const double value = LabelOf(blob, *label, point + label->offset);
-      read.cloud.labels.push_back(value < 0 ? 0 : static_cast<std::uint32_t>(value));
+      const double value = NumberAt(blob, *label, point + label->offset);
+      const bool fits = value >= 0 && value <= std::numeric_limits<std::uint32_t>::max();
+      read.cloud.labels.push_back(fits ? static_cast<std::uint32_t>(value) : 0);
     }
   }
   return read;

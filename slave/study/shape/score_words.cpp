@@ -25,15 +25,6 @@ std::string LabelWords(const LabelScore& label) {
   return label.support ? "support" : Percent(label.iou);
 }
 
-std::vector<std::string> DistanceHead(std::string first) {
-  return {std::move(first), "mean", "rms", "95 %", "largest"};
-}
-
-std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances) {
-  return {std::move(name), Millimetres(distances.mean), Millimetres(distances.rms),
-          Millimetres(distances.p95), Millimetres(distances.max)};
-}
-
 Json DistanceJson(const DistanceSummary& distances) {
   return {{"mean", distances.mean},
           {"rms", distances.rms},

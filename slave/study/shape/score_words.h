@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -16,9 +15,6 @@ std::string Percent(double share);
 std::string Millimetres(double length);
 // Intersection over union, or that it is a support.
 std::string LabelWords(const LabelScore& label);
-// A table of distances.
-std::vector<std::string> DistanceHead(std::string first);
-std::vector<std::string> DistanceRow(std::string name, const DistanceSummary& distances);
 // Unknown values are null.
 nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
 nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);

@@ -32,7 +32,6 @@ TEST(SvgTest, EveryShapeIsWellFormedWhateverTheWords) {
   const std::vector<Eigen::Vector2d> corners{{0, 0}, {1, 1}, {1, 0}};
   svg.Polyline(corners, "c");
   svg.Polygon(corners, "c", nasty);
-  svg.Face(corners, nasty);
   svg.Rectangle({1, 2}, {3, 4}, "c");
   svg.Circle({1, 2}, 3, "c", nasty);
   svg.Text({5, 5}, nasty, "c", Svg::Anchor::kEnd, -90);
@@ -53,18 +52,8 @@ TEST(SvgTest, NumbersThatAreNoneAreNotWritten) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::array<Eigen::Vector2d, 3> corners{Eigen::Vector2d(nan, 1), Eigen::Vector2d(1e300, 2),
                                                Eigen::Vector2d(-1e300, 3)};
-  drawing.Face(corners, "#ffffff");
+  drawing.Polyline(corners, "c");
   EXPECT_THAT(drawing.Document(), HasSubstr("points=\"0.0,1.0 100000.0,2.0 -100000.0,3.0\""));
-}
-
-TEST(SvgTest, GroupsAreClosed) {
-  Svg drawing(10, 10, "", "");
-  drawing.BeginGroup("near");
-  drawing.Circle({1, 1}, 2, "ring");
-  drawing.EndGroup();
-  EXPECT_THAT(drawing.Document(),
-              HasSubstr("<g class=\"near\">\n<circle class=\"ring\" cx=\"1.0\" cy=\"1.0\" "
-                        "r=\"2.0\"/>\n</g>\n</svg>\n"));
 }
 
 }  // namespace

@@ -98,6 +98,15 @@ TEST(TestTable, ASoftBeginningIsNoSlack) {
   EXPECT_THAT(test.remarks[0], HasSubstr("the slope of the first rows is 0.6"));
 }
 
+TEST(TestTable, ATestThatIsUnloadedToTheEndKeepsItsBeginning) {
+  std::string text = "strain (-),stress (Pa)\n";
+  for (int i = 0; i <= 40; ++i)
+    text += Formatted("%g,%g\n", 0.01 * std::min(i, 40 - i), 1e3 * std::min(i, 40 - i));
+  const MaterialTest test = Read("tension", text);
+  EXPECT_EQ(test.rows.size(), 41U);
+  EXPECT_TRUE(test.remarks.empty());
+}
+
 TEST(TestTable, UnitsStandBehindNames) {
   const MaterialTest test = Read("tension", "lambda,P_MPa\n1,0\n1.1,0.1\n1.2,0.2\n1.3,0.3\n");
   EXPECT_DOUBLE_EQ(test.rows[3].measured[0], 3e5);

@@ -100,6 +100,14 @@ TEST_F(PcdFileTest, ColourAndLabelMayBeMissing) {
   EXPECT_TRUE(read.cloud.labels.empty());
 }
 
+TEST_F(PcdFileTest, LabelsOfAnyTypeAreReadAndColoursOfFourBytesAlone) {
+  const PcdCloud read = ReadPcd(
+      Write("VERSION 0.7\nFIELDS x y z label rgb\nSIZE 4 4 4 4 1\nTYPE F F F F U\nCOUNT 1 1 1 1 1\n"
+            "WIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3 7 9\n"));
+  EXPECT_EQ(read.cloud.labels, std::vector<std::uint32_t>{7});
+  EXPECT_TRUE(read.cloud.colours.empty());
+}
+
 TEST_F(PcdFileTest, EmptyCloudIsACloud) {
   EXPECT_EQ(ReadPcd(Write(Header("ascii", "0"))).cloud.size(), 0U);
   EXPECT_EQ(ReadPcd(Write(Header("binary", "0"))).cloud.size(), 0U);
