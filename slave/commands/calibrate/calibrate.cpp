@@ -78,7 +78,6 @@ void RequireUsable(const CalibrateOptions& options) {
   require(has_left || registers, "calibrate: accepted is --left, --register, or both");
   require(has_left || options.right.empty(),
           "--right: accepted is with --left; for a single camera use --left");
-  require(has_left || options.drawing.empty(), "--drawing: accepted is with --left");
   require(has_left || options.distance.empty(), "--distance: accepted is with --left");
   require(!has_left || !options.out.empty(), "--left: accepted is with --out, the file to write");
   require(!has_left || options.rig.empty(),
@@ -101,7 +100,6 @@ void RequireOtherThanInputs(const CalibrateOptions& options) {
   };
   add("--left", options.left), add("--right", options.right);
   RequireOtherThan("--out", options.out, inputs);
-  RequireOtherThan("--drawing", options.drawing, inputs);
 }
 
 StereoRig RigOf(const std::filesystem::path& file) {
@@ -250,7 +248,6 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   RequireUsable(options);
   RequireOtherThanInputs(options);
   RequireWritable(options.out);  // found now, not after minutes of work
-  RequireWritable(options.drawing);
   if (options.left.empty()) {
     if (options.rig.empty()) return RunRegister(options, nullptr, {}, options.out);
     const StereoRig rig = RigOf(options.rig);
@@ -261,7 +258,6 @@ int RunCalibrate(const CalibrateOptions& options, const std::stop_token& stop) {
   report.distance = distance;
   report.verdict = EvaluateCalibration(report.question);
   std::fputs(Words(report).c_str(), stdout);
-  if (!options.drawing.empty()) WriteDrawing(options.drawing, report);
   const bool is_trusted = report.verdict.reasons.empty();
   if (!is_trusted && !options.force) {
     std::fprintf(stderr, "calibrate: rejected, %s is not written (--force writes it): %s\n",

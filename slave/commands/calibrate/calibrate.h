@@ -16,7 +16,6 @@ struct CalibrateOptions {
   std::string pattern = "chessboard";  // circles, asymmetric-circles
   std::string distance;                // distance of a plane whose pixel size is printed: 250mm
   std::filesystem::path out;           // rig or lens; of a registration alone: the scene's lines
-  std::filesystem::path drawing;       // SVG; empty: none
   bool force = false;                  // write a rejected calibration too
   std::filesystem::path tip_places;    // CSV x,y,z,u,v[,u_right,v_right]: registers the camera
   std::filesystem::path rig;           // image size for the registration without a board
@@ -27,7 +26,7 @@ struct CalibrateOptions {
 
 inline constexpr const char* kCalibrateHelp = R"(Examples:
   palpate-slave calibrate --left 'left*.jpg' --right 'right*.jpg' --board 9x6 --square 25mm \
-      --out rig.yaml --drawing rig.svg
+      --out rig.yaml
   palpate-slave calibrate --left 'board*.png' --board 9x6 --square 2.5mm --out lens.yaml \
       --distance 250mm
   palpate-slave calibrate --left 'grid*.png' --pattern asymmetric-circles --board 4x11 \

@@ -13,14 +13,11 @@
 namespace palpate {
 namespace {
 
-CalibrationRow RowOf(const BoardPicture& picture, const Board& board) {
+CalibrationRow RowOf(const BoardPicture& picture) {
   CalibrationRow row;
   row.name = picture.name;
   row.why_not = picture.why_not;
-  if (!picture.corners) return row;
-  row.used = true;
-  row.left = *picture.corners;
-  row.pixel = PixelOnBoard(row.left, board);
+  row.used = picture.corners.has_value();
   return row;
 }
 
@@ -86,11 +83,10 @@ MatchedPairs Match(const BoardPictures& left, const BoardPictures& right,
   const auto matches = MatchPictures(left, right);
   for (const auto& [i, j] : matches) {
     const BoardPicture &a = left.pictures[i], &b = right.pictures[j];
-    CalibrationRow row = RowOf(a, report->board);
+    CalibrationRow row = RowOf(a);
     row.right_name = b.name;
     if (a.corners && b.corners) {
-      row.right = *b.corners;
-      out.views.push_back({row.left, row.right});
+      out.views.push_back({*a.corners, *b.corners});
       out.rows.push_back(report->rows.size());
     } else {
       row.used = false;
@@ -122,12 +118,26 @@ void RequireEnough(const MatchedPairs& matched, const CalibrationReport& report)
   throw std::runtime_error(words);
 }
 
+// Size of a pixel on the board [m], from the distance of neighbouring corners.
+double PixelOnBoard(const Corners& corners, const Board& board) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 1; i < corners.size(); ++i) {
+    if (i % static_cast<std::size_t>(board.columns) == 0) continue;
+    sum += std::hypot(corners[i].x - corners[i - 1].x, corners[i].y - corners[i - 1].y);
+    ++count;
+  }
+  return sum > 0 ? board.square * count / sum : 0;
+}
+
 void FillRows(const PairCalibration& pair, const MatchedPairs& matched, CalibrationReport* report) {
   for (std::size_t k = 0; k < pair.used.size(); ++k) {
     CalibrationRow& row = report->rows[matched.rows[pair.used[k]]];
     row.left_px = pair.fit.left_px[k];
     row.right_px = pair.fit.right_px[k];
     row.X_LB = pair.fit.X_LB[k];
+    row.pixel = PixelOnBoard(pair.views[k].left, report->board);
+    row.right_pixel = PixelOnBoard(pair.views[k].right, report->board);
   }
   for (const auto& dropped : pair.dropped) {
     CalibrationRow& row = report->rows[matched.rows[dropped.pair]];
@@ -139,16 +149,16 @@ void FillRows(const PairCalibration& pair, const MatchedPairs& matched, Calibrat
   }
 }
 
-void PutSidesRight(CalibrationReport* report) {
+void ExchangeSides(CalibrationReport* report) {
   std::swap(report->question.coverage[0], report->question.coverage[1]);
+  const Eigen::Isometry3d X_RL = report->rig.X_RL;
+  report->rig = Exchanged(report->rig);
   for (CalibrationRow& row : report->rows) {
     std::swap(row.name, row.right_name);
-    std::swap(row.left, row.right);
     std::swap(row.left_px, row.right_px);
-    row.pixel = PixelOnBoard(row.left, report->board);
-    row.X_LB = report->rig.X_RL * row.X_LB;
+    row.X_LB = X_RL * row.X_LB;
+    std::swap(row.pixel, row.right_pixel);
   }
-  report->rig = Exchanged(report->rig);
   report->notes.emplace_back(
       "left and right are exchanged: the camera given as --left is to the right of the other (or "
       "both are upside down). The rig is written with corrected sides: exchange the images in the "
@@ -163,17 +173,17 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& si
   std::vector<Corners> views;
   std::vector<std::size_t> rows;  // of each view
   for (const BoardPicture& picture : side.pictures) {
-    report.rows.push_back(RowOf(picture, board));
+    report.rows.push_back(RowOf(picture));
     if (!picture.corners) continue;
     views.push_back(*picture.corners);
     rows.push_back(report.rows.size() - 1);
   }
   if (views.size() < 3) {
-    const CalibrationRow& seen = report.rows[rows.front()];
     throw std::runtime_error(fmt::format(
         "{} of {} images show the board: accepted is 3 or more for a lens, 4 or more for one that "
         "can be checked. Pixel size on the board of {}, if the view is perpendicular: {:.5g} mm",
-        views.size(), side.pictures.size(), seen.name, 1e3 * seen.pixel));
+        views.size(), side.pictures.size(), report.rows[rows.front()].name,
+        1e3 * PixelOnBoard(views.front(), board)));
   }
   const CameraCalibration camera = CalibrateCamera(board, views, side.size);
   report.rig.left = camera.fit.lens;
@@ -183,7 +193,8 @@ CalibrationReport CalibrateOneCamera(const Board& board, const BoardPictures& si
     CalibrationRow& row = report.rows[rows[camera.used[k]]];
     row.left_px = camera.fit.view_rms_px[k];
     row.X_LB = camera.fit.X_CB[k];
-    used.push_back(row.left);
+    row.pixel = PixelOnBoard(views[camera.used[k]], board);
+    used.push_back(views[camera.used[k]]);
   }
   for (const auto& dropped : camera.dropped) {
     CalibrationRow& row = report.rows[rows[dropped.view]];
@@ -206,8 +217,8 @@ CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& l
   const MatchedPairs matched = Match(left, right, &report);
   RequireEnough(matched, report);
   const PairCalibration pair = CalibratePair(board, matched.views, {left.size, right.size});
-  FillRows(pair, matched, &report);
   report.rig = pair.fit.rig;
+  FillRows(pair, matched, &report);
   std::vector<Corners> lefts, rights;
   for (const PairView& view : pair.views) {
     lefts.push_back(view.left);
@@ -220,8 +231,9 @@ CalibrationReport CalibrateTwoCameras(const Board& board, const BoardPictures& l
   question.sigma_focal = pair.fit.sigma_focal;
   question.halves = CheckHalves(board, pair.views, report.rig);
   question.coverage = {CoverageOf(lefts, left.size), CoverageOf(rights, right.size)};
-  if (EvaluateCalibration(question).reasons.empty() && AreSidesExchanged(report.rig))
-    PutSidesRight(&report);
+  if (EvaluateCalibration(question).reasons.empty() && AreSidesExchanged(report.rig)) {
+    ExchangeSides(&report);
+  }
   NoteCircles(&report);
   return report;
 }

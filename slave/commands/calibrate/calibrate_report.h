@@ -1,7 +1,6 @@
-// The results of `calibrate` for people: tables, sentences and a drawing.
+// The results of `calibrate` for people: tables and sentences.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -22,9 +21,9 @@ struct CalibrationRow {
   std::string why_not;                                     // where it is not used
   double left_px = 0;                                      // rms
   double right_px = 0;                                     // pairs only
-  double pixel = 0;                                        // on the board [m]
+  double pixel = 0;                                        // on the board, in the left image [m]
+  double right_pixel = 0;                                  // pairs only [m]
   Eigen::Isometry3d X_LB = Eigen::Isometry3d::Identity();  // of the board
-  Corners left, right;                                     // detected corners [px]
 
   [[nodiscard]] std::string full_name() const {
     return right_name.empty() ? name : name + " " + right_name;
@@ -42,17 +41,10 @@ struct CalibrationReport {
   CalibrationVerdict verdict;
 };
 
-// Size of a pixel on the board [m], as its neighbours lie apart.
-double PixelOnBoard(const Corners& corners, const Board& board);
-
 std::string Words(const CalibrationReport& report);
 std::string Words(const CameraRegistration& registration);
 // Position and viewing direction of a camera with z forward.
 std::string StandingWords(const Eigen::Isometry3d& X_SC);
-
-// Draws boards and cameras from above, corners over the images, and residuals. Throws
-// std::runtime_error naming the file.
-void WriteDrawing(const std::filesystem::path& file, const CalibrationReport& report);
 
 // Fits a lens or a rig to the boards in the images and fills the report. Both throw
 // std::runtime_error with a sentence if the images determine none. Images and pairs that contradict

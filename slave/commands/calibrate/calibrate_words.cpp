@@ -82,17 +82,6 @@ std::string HalvesWords(const CalibrationEvidence& question) {
 
 }  // namespace
 
-double PixelOnBoard(const Corners& corners, const Board& board) {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t i = 1; i < corners.size(); ++i) {
-    if (i % static_cast<std::size_t>(board.columns) == 0) continue;
-    sum += std::hypot(corners[i].x - corners[i - 1].x, corners[i].y - corners[i - 1].y);
-    ++count;
-  }
-  return sum > 0 ? board.square * count / sum : 0;
-}
-
 std::string Words(const CalibrationReport& report) {
   std::string words = Table(report);
   words += LensWords(report.is_pair ? "left" : "camera", report.rig.left);

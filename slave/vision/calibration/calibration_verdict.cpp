@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 #include <random>
+#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -133,19 +134,17 @@ HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
   });
 }
 
-void CoverCells(const Corners& corners, const std::array<int, 2>& size,
-                std::set<CoverageCell>* cells) {
-  for (const cv::Point2f& p : corners) {
-    const int i = static_cast<int>(p.x * kCoverageColumns / static_cast<float>(size[0]));
-    const int j = static_cast<int>(p.y * kCoverageRows / static_cast<float>(size[1]));
-    cells->emplace(std::clamp(i, 0, kCoverageColumns - 1), std::clamp(j, 0, kCoverageRows - 1));
-  }
-}
-
 double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size) {
-  std::set<CoverageCell> seen;
-  for (const Corners& view : views) CoverCells(view, size, &seen);
-  return static_cast<double>(seen.size()) / (kCoverageColumns * kCoverageRows);
+  constexpr int kColumns = 8, kRows = 6;
+  std::set<std::pair<int, int>> covered;
+  for (const Corners& view : views) {
+    for (const cv::Point2f& p : view) {
+      const int i = static_cast<int>(p.x * kColumns / static_cast<float>(size[0]));
+      const int j = static_cast<int>(p.y * kRows / static_cast<float>(size[1]));
+      covered.emplace(std::clamp(i, 0, kColumns - 1), std::clamp(j, 0, kRows - 1));
+    }
+  }
+  return static_cast<double>(covered.size()) / (kColumns * kRows);
 }
 
 CalibrationVerdict EvaluateCalibration(const CalibrationEvidence& question) {

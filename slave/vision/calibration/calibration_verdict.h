@@ -3,9 +3,7 @@
 #pragma once
 
 #include <array>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "slave/vision/calibration/pair_calibration.h"
@@ -35,13 +33,7 @@ HalvesCheck CheckHalves(const Board& board, const std::vector<PairView>& pairs,
 HalvesCheck CheckHalves(const Board& board, const std::vector<Corners>& views,
                         const std::array<int, 2>& size, double focal);
 
-// Column and row of a cell of the image.
-constexpr int kCoverageColumns = 8, kCoverageRows = 6;
-using CoverageCell = std::pair<int, int>;
-// Adds the cells in which `corners` lie.
-void CoverCells(const Corners& corners, const std::array<int, 2>& size,
-                std::set<CoverageCell>* cells);
-// Share of the image's cells in which a corner was detected.
+// Share of the 8 x 6 cells of the image in which a corner was detected.
 double CoverageOf(const std::vector<Corners>& views, const std::array<int, 2>& size);
 
 struct CalibrationVerdict {

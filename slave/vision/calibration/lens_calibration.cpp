@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 
 #include <opencv2/calib3d.hpp>
@@ -65,31 +64,6 @@ bool FindCircles(const cv::Mat& grey, const Board& board, std::vector<cv::Point2
   return false;
 }
 
-// The point of `points` at `at`, up to a thousandth of `unit`.
-std::optional<std::size_t> PointAt(const std::vector<cv::Point3f>& points,
-                                   const Eigen::Vector3d& at, double unit) {
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (std::hypot(points[i].x - at.x(), points[i].y - at.y()) < 1e-3 * unit) return i;
-  }
-  return std::nullopt;
-}
-
-// The turn by `quarters` of a right angle about the middle; nullopt: it moves corners elsewhere.
-std::optional<BoardSymmetry> Turned(const Board& board, int quarters) {
-  const cv::Size2d extent = BoardExtent(board);
-  const Eigen::Translation3d to_middle(extent.width / 2, extent.height / 2, 0);
-  const Eigen::AngleAxisd turn(quarters * std::numbers::pi / 2, Eigen::Vector3d::UnitZ());
-  BoardSymmetry symmetry;
-  symmetry.X_BB = to_middle * turn * to_middle.inverse();
-  const std::vector<cv::Point3f> points = BoardPoints(board);
-  for (const cv::Point3f& p : points) {
-    const auto at = PointAt(points, symmetry.X_BB * Eigen::Vector3d(p.x, p.y, p.z), board.square);
-    if (!at) return std::nullopt;
-    symmetry.order.push_back(*at);
-  }
-  return symmetry;
-}
-
 }  // namespace
 
 std::vector<cv::Point3f> BoardPoints(const Board& board) {
@@ -111,19 +85,20 @@ cv::Size2d BoardExtent(const Board& board) {
   return {across * board.square, (board.rows - 1) * board.square};
 }
 
-std::vector<BoardSymmetry> SymmetriesOf(const Board& board) {
-  std::vector<BoardSymmetry> symmetries;
-  for (int quarters = 0; quarters < 4; ++quarters) {
-    if (auto symmetry = Turned(board, quarters)) symmetries.push_back(*std::move(symmetry));
+std::vector<Corners> OrdersOf(const Corners& corners, const Board& board) {
+  std::vector<Corners> orders{corners};
+  const bool is_asymmetric = board.pattern == Board::Pattern::kAsymmetricCircles;
+  if (is_asymmetric && board.rows % 2 != 0) return orders;
+  orders.emplace_back(corners.rbegin(), corners.rend());
+  if (is_asymmetric || board.rows != board.columns) return orders;
+  const auto n = static_cast<std::size_t>(board.columns);
+  Corners turned;
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t i = 0; i < n; ++i) turned.push_back(corners[i * n + n - 1 - j]);
   }
-  return symmetries;
-}
-
-Corners Reordered(const Corners& corners, const BoardSymmetry& symmetry) {
-  Corners out;
-  out.reserve(corners.size());
-  for (const std::size_t i : symmetry.order) out.push_back(corners[i]);
-  return out;
+  orders.push_back(turned);
+  orders.emplace_back(turned.rbegin(), turned.rend());
+  return orders;
 }
 
 cv::Mat BoardGrey(const cv::Mat& picture) {

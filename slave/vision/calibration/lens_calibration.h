@@ -34,15 +34,10 @@ std::vector<cv::Point3f> BoardPoints(const Board& board);
 // Width and height of the points of BoardPoints [m].
 cv::Size2d BoardExtent(const Board& board);
 
-// A rotation of the board about its normal that maps every corner to a corner: a detector cannot
-// distinguish it.
-struct BoardSymmetry {
-  std::vector<std::size_t> order;  // corner i lies where corner order[i] was
-  Eigen::Isometry3d X_BB = Eigen::Isometry3d::Identity();
-};
-// The first is no turn; a square board has four.
-std::vector<BoardSymmetry> SymmetriesOf(const Board& board);
-Corners Reordered(const Corners& corners, const BoardSymmetry& symmetry);
+// The orders of `corners` that a detector cannot distinguish: as given, from the last corner to the
+// first, and on a square board also after a quarter turn. Asymmetric circles with an odd number of
+// rows have one order.
+std::vector<Corners> OrdersOf(const Corners& corners, const Board& board);
 
 // 8 or 16 bit, 1 or 3 channels -> 8 bit grey. Throws std::runtime_error for any other image.
 cv::Mat BoardGrey(const cv::Mat& picture);

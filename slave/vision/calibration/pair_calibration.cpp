@@ -42,73 +42,65 @@ double MissIn(const Lens& lens, const Eigen::Isometry3d& X_RB,
   return std::sqrt(sum / static_cast<double>(board.size()));
 }
 
-// Under one relative pose of the cameras, every pair's miss in the symmetry that fits it best.
+struct BoardPose {
+  Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+  double rms_px = 0;
+};
+// Pose of a board in the frame of one camera with a known lens.
+BoardPose PoseOfBoard(const std::vector<cv::Point3f>& board, const Corners& seen,
+                      const Lens& lens) {
+  cv::Mat rotation, translation;
+  cv::solvePnP(board, seen, CameraMatrixOf(lens), DistortionOf(lens), rotation, translation);
+  const Eigen::Isometry3d X_CB = PoseOf(rotation, translation);
+  return {X_CB, MissIn(lens, X_CB, board, seen)};
+}
+
+// Misses of all pairs under one relative pose of the cameras.
 struct Agreement {
-  std::vector<double> misses;         // [px]
-  std::vector<std::size_t> symmetry;  // of the right board
+  std::vector<double> misses;   // [px]
+  std::vector<PairView> views;  // right corners in the order that misses least
 };
 
-// The relative pose that the larger half of the pairs agrees on best: each pair proposes one for
-// each symmetry.
-class AgreementSearch {
- public:
-  AgreementSearch(const Board& board, const std::vector<PairView>& pairs, const PairSizes& sizes)
-      : points_(BoardPoints(board)),
-        symmetries_(SymmetriesOf(board)),
-        left_(CalibrateLens(board, SidesOf(pairs, &PairView::left), sizes.left)),
-        right_(CalibrateLens(board, SidesOf(pairs, &PairView::right), sizes.right)) {
-    for (const PairView& pair : pairs) {
-      auto& orders = rights_.emplace_back();
-      for (const auto& symmetry : symmetries_) orders.push_back(Reordered(pair.right, symmetry));
-    }
-  }
-
-  [[nodiscard]] Agreement Best() const {
-    Agreement best;
-    for (std::size_t i = 0; i < rights_.size(); ++i) {
-      for (const BoardSymmetry& symmetry : symmetries_) {
-        const Eigen::Isometry3d X_RL = right_.X_CB[i] * symmetry.X_BB * left_.X_CB[i].inverse();
-        Agreement found = Under(X_RL);
-        if (best.misses.empty() ||
-            MedianOf(std::vector(found.misses)) < MedianOf(std::vector(best.misses))) {
-          best = std::move(found);
-        }
-      }
-    }
-    return best;
-  }
-  [[nodiscard]] const Corners& Right(std::size_t pair, std::size_t symmetry) const {
-    return rights_[pair][symmetry];
-  }
-
- private:
-  [[nodiscard]] Agreement Under(const Eigen::Isometry3d& X_RL) const {
+// The relative pose with the least median of the misses (least median of squares): each pair
+// proposes one for each order of its right corners.
+Agreement FindAgreement(const Board& board, const std::vector<PairView>& pairs,
+                        const PairSizes& sizes) {
+  const std::vector<cv::Point3f> points = BoardPoints(board);
+  const LensCalibration left = CalibrateLens(board, SidesOf(pairs, &PairView::left), sizes.left);
+  const LensCalibration right = CalibrateLens(board, SidesOf(pairs, &PairView::right), sizes.right);
+  std::vector<std::vector<Corners>> orders;
+  for (const PairView& pair : pairs) orders.push_back(OrdersOf(pair.right, board));
+  const auto agreement_for = [&](const Eigen::Isometry3d& X_RL) {
     Agreement out;
-    for (std::size_t j = 0; j < rights_.size(); ++j) {
-      const Eigen::Isometry3d X_RB = X_RL * left_.X_CB[j];
+    for (std::size_t j = 0; j < pairs.size(); ++j) {
       double least = HUGE_VAL;
-      std::size_t at = 0;
-      for (std::size_t k = 0; k < symmetries_.size(); ++k) {
-        const double miss = MissIn(right_.lens, X_RB, points_, rights_[j][k]);
-        if (miss < least) least = miss, at = k;
+      const Corners* best = &orders[j].front();
+      for (const Corners& order : orders[j]) {
+        const double miss = MissIn(right.lens, X_RL * left.X_CB[j], points, order);
+        if (miss < least) least = miss, best = &order;
       }
       out.misses.push_back(least);
-      out.symmetry.push_back(at);
+      out.views.push_back({pairs[j].left, *best});
     }
     return out;
+  };
+  Agreement best;
+  double least = HUGE_VAL;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (const Corners& order : orders[i]) {
+      const Eigen::Isometry3d X_RB = PoseOfBoard(points, order, right.lens).X_CB;
+      Agreement found = agreement_for(X_RB * left.X_CB[i].inverse());
+      const double median = MedianOf(std::vector(found.misses));
+      if (best.views.empty() || median < least) least = median, best = std::move(found);
+    }
   }
+  return best;
+}
 
-  std::vector<cv::Point3f> points_;
-  std::vector<BoardSymmetry> symmetries_;
-  LensCalibration left_, right_;
-  std::vector<std::vector<Corners>> rights_;  // of each pair, in the order of each symmetry
-};
-
-// What the others agree on roughly, in one order of corners.
+// Pairs that agree roughly with the others.
 PairCalibration TakeRough(const Board& board, const std::vector<PairView>& pairs,
                           const PairSizes& sizes) {
-  const AgreementSearch search(board, pairs, sizes);
-  const Agreement agreement = search.Best();
+  const Agreement agreement = FindAgreement(board, pairs, sizes);
   const double limit =
       std::min(std::max(kTimesMedian * MedianOf(std::vector(agreement.misses)), kRoughPixels),
                kNoAgreement * sizes.right[0]);
@@ -116,25 +108,12 @@ PairCalibration TakeRough(const Board& board, const std::vector<PairView>& pairs
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (agreement.misses[i] <= limit) {
       out.used.push_back(i);
-      out.views.push_back({pairs[i].left, search.Right(i, agreement.symmetry[i])});
+      out.views.push_back(agreement.views[i]);
     } else {
       out.dropped.push_back({i, agreement.misses[i]});
     }
   }
   return out;
-}
-
-// Of a board seen by one known camera.
-struct BoardPose {
-  Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
-  double rms_px = 0;
-};
-BoardPose PoseOfBoard(const std::vector<cv::Point3f>& board, const Corners& seen,
-                      const Lens& lens) {
-  cv::Mat rotation, translation;
-  cv::solvePnP(board, seen, CameraMatrixOf(lens), DistortionOf(lens), rotation, translation);
-  const Eigen::Isometry3d X_CB = PoseOf(rotation, translation);
-  return {X_CB, MissIn(lens, X_CB, board, seen)};
 }
 
 struct Refined {
@@ -238,8 +217,6 @@ PairFit FitPair(const Board& board, const std::vector<PairView>& pairs, const Pa
     out.rift_px.push_back(std::sqrt(std::max(0.0, 0.5 * (joint * joint - own * own))));
     out.X_LB.push_back(in_left.X_CB);
   }
-  out.left_rms_px = left.rms_px;
-  out.right_rms_px = right.rms_px;
   out.sigma_focal = std::max(left.sigma_focal, right.sigma_focal);
   return out;
 }

@@ -19,8 +19,6 @@ struct PairSizes {
 
 struct PairFit {
   StereoRig rig;                          // with the joint refinement's residual
-  double left_rms_px = 0;                 // of each camera alone
-  double right_rms_px = 0;                //
   double sigma_focal = 0;                 // the larger of both, relative
   std::vector<double> left_px, right_px;  // rms of each pair in the joint refinement
   // Excess residual of each pair with one pose of the board over a separate pose for each image:
@@ -56,7 +54,7 @@ struct PairCalibration {
 // Pairs whose board moved between the exposures, or whose images are of different times, fit each
 // camera but no rigid pair. They are found against the pose that most pairs agree on, then by their
 // excess residual in the joint refinement, and excluded. That pose also determines the order of the
-// right board's corners (BoardSymmetry), so the cameras may be rolled against each other. Throws
+// right board's corners (OrdersOf), so the cameras may be rolled against each other. Throws
 // std::runtime_error with a sentence: fewer than three pairs, or no pose that three agree on.
 PairCalibration CalibratePair(const Board& board, const std::vector<PairView>& pairs,
                               const PairSizes& sizes);

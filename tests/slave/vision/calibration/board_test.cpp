@@ -55,21 +55,29 @@ TEST(BoardTest, ChessboardsAndCirclesAreFoundWhereTheyWereDrawn) {
   EXPECT_THROW(BoardGrey(cv::Mat1f(9, 9)), std::runtime_error);
 }
 
-TEST(BoardTest, TurnsThatLookTheSameAreItsSymmetries) {
-  const auto count = [](Board::Pattern pattern, int columns, int rows) {
-    return SymmetriesOf({pattern, columns, rows, 0.01}).size();
+// Reference: each order is a rotation of the board's points onto themselves.
+TEST(BoardTest, OrdersAreRotationsOfTheBoardOntoItself) {
+  struct Case {
+    Board board;
+    std::size_t count;
   };
-  EXPECT_EQ(count(Board::Pattern::kChessboard, 9, 6), 2U);
-  EXPECT_EQ(count(Board::Pattern::kCircles, 6, 6), 4U);
-  EXPECT_EQ(count(Board::Pattern::kAsymmetricCircles, 4, 11), 1U);
-  const Board board{Board::Pattern::kChessboard, 9, 6, 0.01};
-  for (const BoardSymmetry& symmetry : SymmetriesOf(board)) {
-    const auto points = BoardPoints(board);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const cv::Point3f& to = points[symmetry.order[i]];
-      const Eigen::Vector3d moved =
-          symmetry.X_BB * Eigen::Vector3d(points[i].x, points[i].y, points[i].z);
-      EXPECT_LT((moved - Eigen::Vector3d(to.x, to.y, to.z)).norm(), 1e-8);
+  for (const auto& [board, count] : {Case{{Board::Pattern::kChessboard, 9, 6, 0.01}, 2},
+                                     Case{{Board::Pattern::kCircles, 6, 6, 0.01}, 4},
+                                     Case{{Board::Pattern::kAsymmetricCircles, 4, 10, 0.01}, 2},
+                                     Case{{Board::Pattern::kAsymmetricCircles, 4, 11, 0.01}, 1}}) {
+    Corners points;
+    for (const cv::Point3f& p : BoardPoints(board)) points.emplace_back(p.x, p.y);
+    const auto orders = OrdersOf(points, board);
+    EXPECT_EQ(orders.size(), count);
+    for (const Corners& order : orders) {
+      Eigen::Matrix2Xd from(2, points.size()), to(2, points.size());
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        from.col(static_cast<Eigen::Index>(i)) << points[i].x, points[i].y;
+        to.col(static_cast<Eigen::Index>(i)) << order[i].x, order[i].y;
+      }
+      const Eigen::Matrix3d X = Eigen::umeyama(from, to, false);
+      const Eigen::Matrix2Xd moved = (X * from.colwise().homogeneous()).topRows(2);
+      EXPECT_LT((moved - to).norm(), 1e-6) << board.columns << " x " << board.rows;
     }
   }
 }
@@ -111,9 +119,8 @@ TEST(BoardTest, TiltedCirclesAreFoundAtTheirMiddles) {
     const auto found = FindBoard(DrawCircles(board, kRadius, lens, X_CB), board);
     ASSERT_TRUE(found);
     const auto points = BoardPoints(board);
-    const auto miss = [&](const BoardSymmetry& symmetry) {
+    const auto miss = [&](const Corners& corners) {
       double most = 0;
-      const Corners corners = Reordered(*found, symmetry);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const Eigen::Vector3d p_C = X_CB * Eigen::Vector3d(points[i].x, points[i].y, points[i].z);
         const Eigen::Vector2d middle =
@@ -123,9 +130,7 @@ TEST(BoardTest, TiltedCirclesAreFoundAtTheirMiddles) {
       return most;
     };
     double least = HUGE_VAL;
-    for (const BoardSymmetry& symmetry : SymmetriesOf(board)) {
-      least = std::min(least, miss(symmetry));
-    }
+    for (const Corners& order : OrdersOf(*found, board)) least = std::min(least, miss(order));
     EXPECT_LT(least, 0.15) << board.rows;
   }
 }
