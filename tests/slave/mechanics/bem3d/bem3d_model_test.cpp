@@ -330,28 +330,6 @@ TEST(Bem3dModel, RefusesImpossibleParameters) {
   EXPECT_THROW(Bem3dModel(body.mesh, body.held, 1, 0.3, {.range = 0}), std::invalid_argument);
 }
 
-TEST(Bem3dModel, AllocatesNothingAfterTheFirstAnswers) {
-  const Body body = Block();
-  const Body ball = FreeBall();
-  Bem3dModel held(body.mesh, body.held, 1e3, 0.3, {});
-  Bem3dModel free(ball.mesh, ball.held, 1e3, 0.3, {});
-  const auto top = Top(body.mesh);
-  std::vector<Contact> contacts{Move(top[0], {0, 0, -1e-3}), Move(top[5], {0, 0, -1e-3})};
-  const std::vector<Contact> pulls{Load(0, {0, 0, 0}), Load(1, {0, 0, 0})};
-  std::vector<ContactResponse> responses(2);
-  long before = 0;
-  for (int k = 0; k < 40; ++k) {
-    if (k == 20) before = AllocationCount();
-    contacts[1].element = top[static_cast<std::size_t>(5 + k % 7)];
-    contacts[0].prescribed_O.z() = -1e-4 * k;
-    held.Respond(contacts, responses);
-    ASSERT_EQ(responses[0].validity, Validity::kValid);
-    free.Respond(pulls, responses);
-    ASSERT_EQ(responses[0].validity, Validity::kValid);
-  }
-  EXPECT_EQ(AllocationCount(), before);
-}
-
 TEST(Bem3dModel, SaysWhatItIs) {
   const Body body = Block();
   const Bem3dModel model(body.mesh, body.held, 1e3, 0.3, {});

@@ -72,30 +72,6 @@ TEST(FemModel, PassesThePatchTest) {
   }
 }
 
-// Law: Betti. A load where a displacement was prescribed, as large as what that took, gives the
-// same field: at a node, at a point of a triangle, over a patch of one node's triangles.
-TEST(FemModel, LoadsAndDisplacementsAreTwoSidesOfOneContact) {
-  const SolidMesh mesh = Block();
-  // The last one's triangle has nodes of the floor.
-  for (const Vector3d& place : {Vector3d(0.03, 0.03, 0.06), Vector3d(0.0232, 0.0111, 0.06),
-                                Vector3d(0.06, 0.031, 0.0422), Vector3d(0.06, 0.032, 0.012)}) {
-    for (const bool linear : {true, false}) {
-      const auto params = linear ? solids::Linear(solids::Foam()) : solids::Foam();
-      FemModel pressed(mesh, OnFloor(mesh), params), loaded(mesh, OnFloor(mesh), params);
-      const Vector3d d(0.001, -0.002, -0.003);
-      Solution of_pressed, of_loaded;
-      const auto held = Respond(pressed, {Press(place, 0, d)}, &of_pressed).front();
-      ASSERT_EQ(held.validity, Validity::kValid) << pressed.failure();
-      EXPECT_GT(held.force_O.dot(d), 0);
-      const auto pushed = Respond(loaded, {Load(place, 0, held.force_O)}, &of_loaded).front();
-      EXPECT_LT((pushed.displacement_O - d).norm(), 1e-9 * d.norm());
-      EXPECT_LT(
-          solids::Difference(Displacement(loaded, of_loaded), Displacement(pressed, of_pressed)),
-          1e-9);
-    }
-  }
-}
-
 // At a tenth of a triangle's height above the floor its free node moves ten times as far.
 TEST(FemModel, APointThatLiesMostlyOnASupportIsDoubted) {
   const SolidMesh mesh = Block();

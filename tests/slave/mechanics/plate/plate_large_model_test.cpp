@@ -164,43 +164,6 @@ TEST(PlateLargeModel, IsTheLinearPlateAtSmallDeflection) {
   }
 }
 
-// Reference: one is the other's inverse, to the last Newton step.
-TEST(PlateLargeModel, LoadsAndDisplacementsAreInverse) {
-  PlateLargeModel model(Unit(0.45));
-  const std::vector loads = {Loaded({0.5, 0.1}, 40), Loaded({-0.3, 0.4}, 25, 0.1),
-                             Loaded({0.1, -0.6}, -30, 0.2)};
-  const auto deflected = Query(model, loads);
-  auto moved = loads;
-  for (std::size_t i = 0; i < loads.size(); ++i) {
-    moved[i].kind = Contact::Kind::kDisplacement;
-    moved[i].prescribed_O = deflected[i].displacement_O;
-  }
-  for (const bool rested : {false, true}) {
-    if (rested) model.Reset();
-    const auto held = Query(model, moved);
-    for (std::size_t i = 0; i < loads.size(); ++i) {
-      EXPECT_NEAR(held[i].force_O.z() / loads[i].prescribed_O.z(), 1, 1e-7) << i;
-    }
-  }
-}
-
-// Reference: differences of the force; with another contact that holds, or presses.
-TEST(PlateLargeModel, TheStiffnessIsTheSlopeOfTheForce) {
-  PlateLargeModel model(Unit(0.45));
-  for (const Contact& first : {Moved({0.4, 0.2}, 0.05), Loaded({0.4, 0.2}, 100, 0.1)}) {
-    for (const Contact& other : {Moved({-0.3, 0}, 0.02, 0.1), Loaded({-0.3, 0}, 20)}) {
-      const auto now = Query(model, {first, other});
-      auto more = first, less = first;
-      more.prescribed_O.z() *= 1.0001;
-      less.prescribed_O.z() *= 0.9999;
-      const auto above = Query(model, {more, other}), below = Query(model, {less, other});
-      const double slope = (above[0].force_O.z() - below[0].force_O.z()) /
-                           (above[0].displacement_O.z() - below[0].displacement_O.z());
-      EXPECT_NEAR(now[0].stiffness_O(2, 2) / slope, 1, 1e-5);
-    }
-  }
-}
-
 // Reference: no energy from nowhere: the work around a closed path of two contacts is zero. 64
 // trapezoids per side leave 1e-4 of the work of one side; points, for which force and deflection
 // are conjugate.
@@ -312,21 +275,6 @@ TEST(PlateLargeModel, AnswersOrRefusesWhateverComes) {
     }
   }
   EXPECT_GT(answered, 200);
-}
-
-TEST(PlateLargeModel, RespondsWithoutAllocatingAfterTheFirstCall) {
-  PlateLargeModel model(kRubber);
-  std::vector contacts = {Moved({0.01, 0}, 2e-3, 0.002)};
-  std::vector<ContactResponse> responses(1);
-  model.Respond(contacts, responses);
-  const long before = AllocationCount();
-  for (int i = 0; i < 1000; ++i) {
-    contacts[0].p_O.x() = i % 7 == 0 ? 0 : 0.01 + 1e-6 * i;
-    contacts[0].prescribed_O.z() = i == 500 ? std::nan("") : -2e-3 - 1e-6 * i;
-    model.Respond(contacts, responses);
-  }
-  EXPECT_EQ(AllocationCount(), before);
-  EXPECT_EQ(responses[0].validity, Validity::kValid);
 }
 
 // Reference: linear theory at small loads: an answer divided by its load is the same at every size,

@@ -55,52 +55,6 @@ TEST(PlateModel, TheCentralForceIsThatOfPaperC) {
   }
 }
 
-// Reference: one is the other's inverse.
-TEST(PlateModel, LoadsAndDisplacementsAreInverse) {
-  PlateModel model(kRubber);
-  std::mt19937 random(2);
-  std::uniform_real_distribution<double> unit(0, 1);
-  std::vector<Contact> loads;
-  for (int i = 0; i < 40; ++i) {  // on a spiral, so that no two meet
-    const double r = 0.036 * std::sqrt((i + 0.5) / 40);
-    loads.push_back(Loaded({r * std::cos(2.4 * i), r * std::sin(2.4 * i)}, 1e-3 * unit(random),
-                           i % 2 == 0 ? 0.002 : 0));
-  }
-  const auto deflected = Query(model, loads);
-  auto moved = loads;
-  for (std::size_t i = 0; i < loads.size(); ++i) {
-    EXPECT_EQ(deflected[i].force_O, loads[i].prescribed_O);
-    moved[i].kind = Contact::Kind::kDisplacement;
-    moved[i].prescribed_O = deflected[i].displacement_O;
-  }
-  const auto held = Query(model, moved);
-  for (std::size_t i = 0; i < loads.size(); ++i) {
-    EXPECT_NEAR(held[i].force_O.z(), loads[i].prescribed_O.z(), 1e-9 * 1e-3) << i;
-    EXPECT_EQ(held[i].displacement_O, moved[i].prescribed_O);
-  }
-}
-
-// Reference: Betti's law for points; the stiffness is what one more micrometre costs.
-TEST(PlateModel, HeldPlacesFeelEachOtherReciprocally) {
-  PlateModel model(kRubber);
-  const Vector2d p(0.01, 0.005), q(-0.012, 0.009);
-  const double at_q = Query(model, {Moved(p, 1e-4), Moved(q, 0)})[1].force_O.z();
-  const double at_p = Query(model, {Moved(p, 0), Moved(q, 1e-4)})[0].force_O.z();
-  EXPECT_NEAR(at_q / at_p, 1, 1e-11);
-  EXPECT_GT(at_q, 0);  // the held place pulls back
-
-  const Vector2d r(0.003, -0.02);
-  for (const Contact& first : {Moved(p, 1e-4), Loaded(p, 0.1)}) {
-    const auto now = Query(model, {first, Moved(q, 1e-4), Moved(r, 1e-4)});
-    auto more = first;
-    more.prescribed_O.z() *= 1.001;
-    const auto then = Query(model, {more, Moved(q, 1e-4), Moved(r, 1e-4)});
-    const double slope = (then[0].force_O.z() - now[0].force_O.z()) /
-                         (then[0].displacement_O.z() - now[0].displacement_O.z());
-    EXPECT_NEAR(now[0].stiffness_O(2, 2) / slope, 1, 1e-9);
-  }
-}
-
 TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateModel model(kRubber);
   Solution solution;
@@ -143,33 +97,6 @@ TEST(PlateModel, FailsWithItsReasonAndRecovers) {
   EXPECT_EQ(Query(model, {Moved({0, 0}, 1e-4)})[0].validity, Validity::kValid);
   EXPECT_EQ(model.failure(), "");
   EXPECT_TRUE(Query(model, {}).empty());
-}
-
-TEST(PlateModel, AContactSetThatChangesIsNoticed) {
-  PlateModel model(kRubber), fresh(kRubber);
-  Query(model, {Moved({0, 0}, 1e-4)});
-  for (const auto& contacts :
-       {std::vector{Moved({0.01, 0}, 1e-4)}, std::vector{Moved({0.01, 0}, 1e-4, 0.002)},
-        std::vector{Loaded({0.01, 0}, 1e-4, 0.002)},
-        std::vector{Loaded({0.01, 0}, 1e-4), Moved({-0.01, 0}, 0)}}) {
-    EXPECT_EQ(Query(model, contacts)[0].force_O, Query(fresh, contacts)[0].force_O);
-    EXPECT_EQ(Query(model, contacts)[0].displacement_O, Query(fresh, contacts)[0].displacement_O);
-  }
-}
-
-TEST(PlateModel, RespondsWithoutAllocatingAfterTheFirstCall) {
-  PlateModel model(kRubber);
-  std::vector contacts = {Moved({0.01, 0}, 1e-4), Loaded({-0.01, 0}, 0.1, 0.004)};
-  std::vector<ContactResponse> responses(2);
-  model.Respond(contacts, responses);
-  const long before = AllocationCount();
-  for (int i = 0; i < 10000; ++i) {
-    contacts[0].p_O.x() = 0.01 + 1e-7 * i;
-    contacts[1].prescribed_O.z() = i == 500 ? std::nan("") : i == 600 ? 1e300 : -0.1;
-    model.Respond(contacts, responses);
-  }
-  EXPECT_EQ(AllocationCount(), before);
-  EXPECT_EQ(responses[0].validity, Validity::kValid);
 }
 
 TEST(PlateModel, SaysWhatItIsAndRefusesImpossibleParams) {

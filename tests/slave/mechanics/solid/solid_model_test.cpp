@@ -83,31 +83,6 @@ ContactResponse Answer(SolidModel* model, const Contact& contact) {
   return response;
 }
 
-// What is pushed by f moves by d; what is moved by d takes f: at a vertex, at the middle of an
-// edge, between nodes. With the energy it puts in: W = f d / 2 (linear).
-TEST(SolidModel, MovesAndPushesAreInverse) {
-  const SolidMesh mesh = MeshBox(Vector3d::Constant(kCube), {2, 2, 2});
-  for (const Element element : {Element::kTet4, Element::kTet10}) {
-    for (const Law law : {Law::kLinear, Law::kNeoHookean}) {
-      auto params = Foam(element, law);
-      params.options.residual = 1e-10;
-      SolidModel model(mesh, Bottom(mesh), params);
-      for (const Vector3d& p : {Vector3d(kCube, kCube, kCube), Vector3d(kCube / 4, 0, kCube),
-                                Vector3d(0.3 * kCube, 0.21 * kCube, kCube)}) {
-        const Vector3d force(0.002, 0.001, -0.004);
-        const auto pushed = Answer(&model, Push(p, force));
-        ASSERT_EQ(pushed.validity, Validity::kValid) << model.failure();
-        if (law == Law::kLinear) {
-          EXPECT_NEAR(model.energy() / (0.5 * force.dot(pushed.displacement_O)), 1, 1e-9);
-        }
-        const auto moved = Answer(&model, Move(p, pushed.displacement_O));
-        ASSERT_EQ(moved.validity, Validity::kValid) << model.failure();
-        EXPECT_LT((moved.force_O - force).norm(), 1e-7 * force.norm()) << p.transpose();
-      }
-    }
-  }
-}
-
 // A patch's nodes move alike, middles too, and no others do; its load is spread over its triangles:
 // none on the corners of ten-node elements.
 TEST(SolidModel, PatchesFollowTheContract) {
@@ -194,48 +169,6 @@ TEST(SolidModel, RefusesWhatItCannotDo) {
   EXPECT_THROW(SolidModel(bad, Bottom(bad), Foam(Element::kTet4, Law::kLinear)),
                std::invalid_argument);
   EXPECT_THROW(SolidModel(mesh, {}, Foam(Element::kTet4, Law::kLinear)), std::invalid_argument);
-}
-
-// Bad contacts fail with a reason and leave the model usable.
-TEST(SolidModel, FailsOnBadContactsAndGoesOn) {
-  const SolidMesh mesh = MeshBox({1, 1, 1}, {2, 2, 2});
-  SolidModel model(mesh, Bottom(mesh), Foam(Element::kTet10, Law::kCorotational));
-  const Vector3d top(0.5, 0.5, 1), down(0, 0, -0.01);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto good = Answer(&model, Move(top, down));
-  ASSERT_EQ(good.validity, Validity::kValid) << model.failure();
-  for (const Contact& bad : {Move({nan, 0, 0}, down), Move(top, {nan, 0, 0}),
-                             Push(top, {0, 0, 1e300}), Move(top, down, -1), Move({9, 9, 9}, down),
-                             Move({0, 0, 0}, down), Move(top, {0, 0, 1e9})}) {
-    EXPECT_EQ(Answer(&model, bad).validity, Validity::kFailed);
-    EXPECT_FALSE(model.failure().empty());
-    const auto again = Answer(&model, Move(top, down));
-    EXPECT_LT((again.force_O - good.force_O).norm(), 1e-5 * good.force_O.norm());
-  }
-  const std::vector<Contact> both{Move(top, down), Move(top, down)};
-  std::vector<ContactResponse> responses(2);
-  model.Respond(both, responses);
-  EXPECT_EQ(responses[0].validity, Validity::kFailed);
-}
-
-// The answer does not depend on those before, and after the first one nothing is allocated.
-TEST(SolidModel, WarmStartsChangeNothingAndAllocateNothing) {
-  const SolidMesh mesh = MeshBox({1, 1, 1}, {3, 3, 3});
-  for (const Law law : {Law::kLinear, Law::kNeoHookean}) {
-    auto params = Foam(Element::kTet10, law);
-    params.options.residual = 1e-8;
-    SolidModel model(mesh, Bottom(mesh), params);
-    Contact contact = Move({0.5, 0.5, 1}, {0, 0, -0.02}, 0.5);
-    const auto fresh = Answer(&model, contact);
-    ASSERT_NE(fresh.validity, Validity::kFailed) << model.failure();
-    contact.prescribed_O = {0.05, 0.1, -0.1};
-    const long before = AllocationCount();
-    Answer(&model, contact);
-    contact.prescribed_O = {0, 0, -0.02};
-    const auto again = Answer(&model, contact);
-    EXPECT_EQ(AllocationCount(), before);
-    EXPECT_LT((again.force_O - fresh.force_O).norm(), 1e-6 * fresh.force_O.norm());
-  }
 }
 
 // Beyond the limits of a factor, conjugate gradients give the same to the residual asked for.

@@ -1,0 +1,424 @@
+// What every deformation model owes its callers (deformation_model.h). A kind joins by one line in
+// Kinds().
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/bem/bem2d_model.h"
+#include "slave/mechanics/bem3d/bem3d_model.h"
+#include "slave/mechanics/fem/fem_model.h"
+#include "slave/mechanics/fem/green/fem_green_model.h"
+#include "slave/mechanics/fem/solid/solid_model.h"
+#include "slave/mechanics/fem/zone/fem_zone_model.h"
+#include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/mechanics/plate/plate_model.h"
+#include "tests/slave/mechanics/bem3d/solid_bodies.h"
+#include "tests/slave/mechanics/bodies.h"
+#include "tests/support/allocation_count.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+using Element = FemOptions::Element;
+using Law = FemOptions::Law;
+using Pressure = FemOptions::Pressure;
+using Model = std::unique_ptr<DeformationModel>;
+
+// Two places of contact and a displacement, in body sizes.
+struct Presses {
+  Vector3d p_O, other_p_O, direction;
+  double depth = 0.002;
+};
+const Presses kOnCube{{0.5, 0.5, 1}, {0.25, 0.5, 1}, {0.1, 0.05, -1}};
+const Presses kOnBlock{{0.52, 1, 0}, {0.21, 1, 0}, {0.1, -1, 0}};
+const Presses kOnDisc{{0.05, 0, 0}, {-0.2, 0.1, 0}, {0, 0, -1}, 1e-4};
+
+struct Kind {
+  std::string name;
+  const Presses* presses;
+  bool is_linear;
+  // Relative difference of answers that should be equal: rounding where a factor answers, the
+  // residual of 1e-10 times the condition of these bodies (up to 1e3) where iterations do, and
+  // 1e-4 where a fixed point stops at that change (fem-zone).
+  double tolerance;
+  // A body of this size [m] and Young's modulus [Pa].
+  std::function<Model(double size, double modulus)> make;
+  // Relative difference of a load and a displacement of the same place, and of the works of two
+  // loads, where the discretisation has no symmetric stiffness (collocation).
+  double asymmetry = 0;
+};
+void PrintTo(const Kind& kind, std::ostream* out) {
+  *out << kind.name;
+}
+
+struct Cube {
+  SolidMesh mesh;
+  HeldNodes held;  // its bottom
+};
+Cube MakeCube(double size) {
+  Cube cube{MeshBox({size, size, size}, {4, 4, 4}), {}};
+  for (const Vector3d& p : cube.mesh.nodes) {
+    const bool is_held = p.z() < 1e-6 * size;
+    cube.held.push_back({is_held, is_held, is_held});
+  }
+  return cube;
+}
+
+Kind Bem2d(const char* name, ElementOrder order, Plane plane = Plane::kStress) {
+  return {name,
+          &kOnBlock,
+          true,
+          1e-9,
+          [=](double size, double modulus) -> Model {
+            ReferenceProblem problem = bodies::Block(60, size, 0.4, plane);
+            problem.order = order;
+            return std::make_unique<Bem2dModel>(
+                problem, Bem2dModel::Params{.young_modulus = modulus, .thickness = 0.1 * size});
+          },
+          0.03};
+}
+
+Kind Fem(const char* name, Law law) {
+  return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
+            FemModel::Params params;
+            params.material = {.young_modulus = modulus, .poisson_ratio = 0.3, .density = 0};
+            params.options.law = law;
+            params.options.residual = 1e-10;
+            params.range = 0.1;
+            const Cube cube = MakeCube(size);
+            return std::make_unique<FemModel>(cube.mesh, cube.held, params);
+          }};
+}
+
+Kind Solid(const char* name, Element element, Law law, double nu = 0.3,
+           Pressure pressure = Pressure::kAuto) {
+  return {name, &kOnCube, law == Law::kLinear, 1e-7, [=](double size, double modulus) -> Model {
+            SolidModel::Params params;
+            params.options.element = element;
+            params.options.law = law;
+            params.options.pressure = pressure;
+            params.options.residual = 1e-10;
+            params.young_modulus = modulus;
+            params.poisson_ratio = nu;
+            const Cube cube = MakeCube(size);
+            return std::make_unique<SolidModel>(cube.mesh, cube.held, params);
+          }};
+}
+
+Kind Green(const char* name, TetElement element) {
+  return {name, &kOnCube, true, 1e-9, [=](double size, double modulus) -> Model {
+            const Cube cube = MakeCube(size);
+            return std::make_unique<FemGreenModel>(cube.mesh, cube.held, modulus, 0.3,
+                                                   FemGreenModel::Options{.element = element});
+          }};
+}
+
+Kind Zone() {
+  return {"fem-zone", &kOnCube, false, 1e-4, [](double size, double modulus) -> Model {
+            const Cube cube = MakeCube(size);
+            return std::make_unique<FemZoneModel>(cube.mesh, cube.held, modulus, 0.3,
+                                                  FemZoneModel::Options{});
+          }};
+}
+
+Kind Bem3d() {
+  return {"bem3d",
+          &kOnCube,
+          true,
+          1e-9,
+          [](double size, double modulus) -> Model {
+            const SurfaceMesh mesh = solid_bodies::Box({size, size, size}, {4, 4, 4});
+            const auto held = solid_bodies::HeldWhere(
+                mesh, [&](const Vector3d& p) { return p.z() < 1e-6 * size; });
+            return std::make_unique<Bem3dModel>(mesh, held, modulus, 0.3, Bem3dModel::Options{});
+          },
+          0.03};
+}
+
+Kind Plate() {
+  return {
+      "plate", &kOnDisc, true, 1e-9, [](double size, double modulus) -> Model {
+        return std::make_unique<PlateModel>(PlateModel::Params{size / 2, size / 50, modulus, 0.4});
+      }};
+}
+
+Kind PlateLarge() {
+  return {"plate-large", &kOnDisc, false, 1e-6, [](double size, double modulus) -> Model {
+            return std::make_unique<PlateLargeModel>(
+                PlateLargeModel::Params{size / 2, size / 50, modulus, 0.4});
+          }};
+}
+
+std::vector<Kind> Kinds() {
+  return {
+      Bem2d("bem2d-constant", ElementOrder::kConstant),
+      Bem2d("bem2d-linear", ElementOrder::kLinear),
+      Bem2d("bem2d-quadratic", ElementOrder::kQuadratic, Plane::kStrain),
+      Fem("fem-linear", Law::kLinear),
+      Fem("fem-corotational", Law::kCorotational),
+      Solid("fem-tet10-linear", Element::kTet10, Law::kLinear),
+      Solid("fem-tet10-linear-mixed", Element::kTet10, Law::kLinear, 0.499),
+      Solid("fem-tet10-neo-hookean", Element::kTet10, Law::kNeoHookean),
+      Solid("fem-tet4-neo-hookean", Element::kTet4, Law::kNeoHookean),
+      Solid("fem-tet4-neo-hookean-averaged", Element::kTet4, Law::kNeoHookean, 0.45,
+            Pressure::kAveraged),
+      Green("fem-green-tet4", TetElement::kTet4),
+      Green("fem-green-tet10", TetElement::kTet10),
+      Zone(),
+      Bem3d(),
+      Plate(),
+      PlateLarge(),
+  };
+}
+
+class Conformance : public testing::TestWithParam<Kind> {
+ protected:
+  static constexpr double kSize = 0.06;    // [m]
+  static constexpr double kModulus = 3e4;  // [Pa]
+
+  [[nodiscard]] Model Make(double size = kSize, double modulus = kModulus) const {
+    return GetParam().make(size, modulus);
+  }
+  static Contact At(const Vector3d& place, Contact::Kind kind, const Vector3d& value,
+                    double size = kSize) {
+    return {.kind = kind, .p_O = size * place, .prescribed_O = value};
+  }
+  // A displacement at the first place, `factor` times the usual depth.
+  [[nodiscard]] Contact Move(double factor = 1, double size = kSize) const {
+    const Presses& p = *GetParam().presses;
+    return At(p.p_O, Contact::Kind::kDisplacement, factor * p.depth * size * p.direction, size);
+  }
+  [[nodiscard]] Contact MoveOther(double factor = 1) const {
+    const Presses& p = *GetParam().presses;
+    return At(p.other_p_O, Contact::Kind::kDisplacement, factor * p.depth * kSize * p.direction);
+  }
+  static std::vector<ContactResponse> Answer(DeformationModel& model,
+                                             const std::vector<Contact>& contacts) {
+    std::vector<ContactResponse> responses(contacts.size());
+    model.Respond(contacts, responses);
+    return responses;
+  }
+  static Vector3d ForceOf(DeformationModel& model, const Contact& contact) {
+    return Answer(model, {contact}).front().force_O;
+  }
+  [[nodiscard]] double tolerance() const { return GetParam().tolerance; }
+};
+
+void ExpectNear(const Vector3d& a, const Vector3d& b, double tolerance) {
+  EXPECT_LE((a - b).norm(), tolerance) << a.transpose() << " against " << b.transpose();
+}
+
+TEST_P(Conformance, NoDisplacementNeedsNoForce) {
+  const Model model = Make();
+  const double scale = ForceOf(*model, Move()).norm();
+  const ContactResponse response = Answer(*model, {Move(0)}).front();
+  EXPECT_NE(response.validity, Validity::kFailed);
+  EXPECT_LE(response.force_O.norm(), tolerance() * scale);
+}
+
+TEST_P(Conformance, NoContactIsNoFailure) {
+  const Model model = Make();
+  Solution solution;
+  model->Solve({}, &solution);
+  EXPECT_TRUE(solution.responses().empty());
+  EXPECT_EQ(model->failure(), "");
+  std::vector<Vector3d> u_O;
+  model->Displacements(solution, &u_O);
+  EXPECT_EQ(u_O.size(), model->field_mesh().vertices.size());
+  for (const Vector3d& u : u_O) EXPECT_LE(u.norm(), 1e-12 * kSize);
+}
+
+TEST_P(Conformance, ALoadUndoesWhatADisplacementNeeds) {
+  const Model model = Make();
+  for (const Contact& contact : {Move(), MoveOther()}) {
+    const ContactResponse moved = Answer(*model, {contact}).front();
+    ASSERT_EQ(moved.validity, Validity::kValid) << model->failure() << moved.doubt;
+    EXPECT_GT(moved.force_O.dot(moved.displacement_O), 0);
+    Contact load = contact;
+    load.kind = Contact::Kind::kForce;
+    load.prescribed_O = moved.force_O;
+    const ContactResponse loaded = Answer(*model, {load}).front();
+    ASSERT_EQ(loaded.validity, Validity::kValid) << model->failure();
+    ExpectNear(loaded.force_O, moved.force_O, tolerance() * moved.force_O.norm());
+    ExpectNear(loaded.displacement_O, moved.displacement_O,
+               (10 * tolerance() + GetParam().asymmetry) * moved.displacement_O.norm());
+  }
+}
+
+// Reference: central differences, whose error is that of the second order of a strain of 1e-5.
+TEST_P(Conformance, AStatedStiffnessIsTheDerivativeOfTheForce) {
+  const Model model = Make();
+  const ContactResponse response = Answer(*model, {Move(), MoveOther()}).front();
+  if (response.stiffness_O.isZero(0)) return;  // this kind states none
+  for (const double side : {0.0, 1.0}) {  // along the press, and across it where that has a force
+    Vector3d step = 1e-3 * Move().prescribed_O;
+    if (side > 0) step = Vector3d(step.z(), 0, -step.x());
+    if (side > 0 && response.force_O.head<2>().isZero(0)) continue;
+    Contact more = Move(), less = Move();
+    more.prescribed_O += step, less.prescribed_O -= step;
+    const Vector3d change = Answer(*model, {more, MoveOther()}).front().force_O -
+                            Answer(*model, {less, MoveOther()}).front().force_O;
+    const Vector3d expected = 2 * (response.stiffness_O * step);
+    ExpectNear(change, expected, 1e-3 * expected.norm() + 1e-9 * response.force_O.norm());
+  }
+}
+
+// Betti: the work of one load on the displacements of another is that of the other on its own.
+// Reference of nonlinear kinds: the limit of small loads, to which they tend linearly.
+TEST_P(Conformance, WorksOfTwoLoadsAreReciprocal) {
+  const Model model = Make();
+  const Presses& p = *GetParam().presses;
+  const double small = GetParam().is_linear ? 1 : 1e-2;
+  const Vector3d force = small * ForceOf(*model, Move());
+  const auto load = Contact::Kind::kForce;
+  const auto first = Answer(*model, {At(p.p_O, load, force), At(p.other_p_O, load, {0, 0, 0})});
+  const auto second = Answer(*model, {At(p.p_O, load, {0, 0, 0}), At(p.other_p_O, load, force)});
+  const double work = first[1].displacement_O.dot(force);
+  const double own = first[0].displacement_O.dot(force);
+  EXPECT_NE(second[0].validity, Validity::kFailed) << model->failure();
+  EXPECT_NEAR(second[0].displacement_O.dot(force), work,
+              ((GetParam().is_linear ? 10 * tolerance() : 1e-3) + GetParam().asymmetry) * own);
+}
+
+class LinearConformance : public Conformance {};
+
+TEST_P(LinearConformance, ForcesSuperpose) {
+  const Model model = Make();
+  const auto one = Answer(*model, {Move(), MoveOther(0)});
+  const auto two = Answer(*model, {Move(0), MoveOther(-2)});
+  const auto both = Answer(*model, {Move(), MoveOther(-2)});
+  for (std::size_t i = 0; i < 2; ++i) {
+    ExpectNear(both[i].force_O, one[i].force_O + two[i].force_O,
+               10 * tolerance() * one[0].force_O.norm());
+  }
+}
+
+// Forces scale with modulus and square of the length.
+TEST_P(Conformance, SizeAndModulusAreUnits) {
+  const Model usual = Make();
+  const Vector3d expected = ForceOf(*usual, Move()) / (kModulus * kSize * kSize);
+  for (const auto& [size, modulus] :
+       {std::pair{1e-9, 1.0}, {1e-9, 1e12}, {1e3, 1.0}, {1e3, 1e12}, {1.0, 1e6}}) {
+    const Model model = Make(size, modulus);
+    const ContactResponse response = Answer(*model, {Move(1, size)}).front();
+    EXPECT_EQ(response.validity, Validity::kValid) << size << " m, " << modulus << " Pa";
+    ExpectNear(response.force_O / (modulus * size * size), expected,
+               10 * tolerance() * expected.norm());
+  }
+}
+
+TEST_P(Conformance, OrderAndRepetitionDoNotMatter) {
+  const Model model = Make();
+  const auto once = Answer(*model, {Move(), MoveOther()});
+  const auto again = Answer(*model, {Move(), MoveOther()});
+  const auto exchanged = Answer(*model, {MoveOther(), Move()});
+  const Model fresh = Make();
+  const auto expected = Answer(*fresh, {MoveOther(), Move()});
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double limit = 10 * tolerance() * once[i].force_O.norm();
+    ExpectNear(again[i].force_O, once[i].force_O, limit);
+    ExpectNear(exchanged[1 - i].force_O, once[i].force_O, limit);
+    ExpectNear(exchanged[i].force_O, expected[i].force_O, limit);
+  }
+}
+
+// Finite numbers that are flagged, or a failure; and the next answer is as ever.
+TEST_P(Conformance, AbsurdContactsAreFlaggedAndForgotten) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Model model = Make();
+  const Vector3d expected = ForceOf(*model, Move());
+  std::vector<Contact> absurd;
+  for (const double bad : {kNan, kInfinite, -kInfinite, 1e300}) {
+    for (const auto kind : {Contact::Kind::kDisplacement, Contact::Kind::kForce}) {
+      Contact contact = Move();
+      contact.kind = kind;
+      absurd.push_back(contact), absurd.back().prescribed_O.x() = bad;
+      absurd.push_back(contact), absurd.back().prescribed_O.y() = bad;
+      absurd.push_back(contact), absurd.back().p_O.x() = bad;
+      absurd.push_back(contact), absurd.back().width = bad;
+    }
+  }
+  absurd.push_back(Move()), absurd.back().width = -0.01;
+  absurd.push_back(Move()), absurd.back().element = 1 << 30;
+  absurd.push_back(Move()), absurd.back().element = -7;
+  for (const Contact& contact : absurd) {
+    // An element or a width that a kind does not use cannot be absurd to it.
+    const bool is_value = !contact.prescribed_O.allFinite() || contact.prescribed_O.norm() > 1e9;
+    const ContactResponse response = Answer(*model, {contact}).front();
+    EXPECT_TRUE(response.force_O.allFinite() && response.displacement_O.allFinite());
+    if (is_value) EXPECT_NE(response.validity, Validity::kValid);
+    const ContactResponse next = Answer(*model, {Move()}).front();
+    EXPECT_EQ(next.validity, Validity::kValid) << model->failure();
+    ExpectNear(next.force_O, expected, 10 * tolerance() * expected.norm());
+  }
+}
+
+TEST_P(Conformance, TwoContactsAtOnePlaceFailWithAReason) {
+  const Model model = Make();
+  for (const auto& contacts : {std::vector{Move(), Move()}, std::vector{Move(), Move(2)}}) {
+    EXPECT_EQ(Answer(*model, contacts).front().validity, Validity::kFailed);
+    EXPECT_NE(model->failure(), "");
+  }
+  const ContactResponse next = Answer(*model, {Move()}).front();
+  EXPECT_EQ(next.validity, Validity::kValid);
+  EXPECT_EQ(model->failure(), "");
+}
+
+TEST_P(Conformance, ASolutionKeepsItsFieldWhateverIsAskedNext) {
+  const Model model = Make();
+  Solution solution, other;
+  model->Solve(std::vector{Move()}, &solution);
+  std::vector<Vector3d> before, after;
+  model->Displacements(solution, &before);
+  model->Solve(std::vector{MoveOther(), Move(0)}, &other);
+  model->Displacements(other, &after);
+  model->Displacements(solution, &after);
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    ExpectNear(after[i], before[i], 10 * tolerance() * GetParam().presses->depth * kSize);
+  }
+  model->Displacements({}, &after);
+  EXPECT_EQ(after, std::vector<Vector3d>(before.size(), Vector3d(0, 0, 0)));
+}
+
+TEST_P(Conformance, RepeatedAnswersAllocateNothing) {
+  const Model model = Make();
+  std::vector<Contact> contacts{Move(), MoveOther()};
+  std::vector<ContactResponse> responses(2);
+  for (int k = 0; k < 3; ++k) {
+    contacts[0].prescribed_O *= 1.01;
+    model->Respond(contacts, responses);
+  }
+  const long before = AllocationCount();
+  for (int k = 0; k < 5; ++k) {
+    contacts[0].prescribed_O *= 1.01;
+    model->Respond(contacts, responses);
+  }
+  EXPECT_EQ(AllocationCount(), before);
+}
+
+std::string NameOf(const testing::TestParamInfo<Kind>& tested) {
+  std::string name = tested.param.name;
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+std::vector<Kind> LinearKinds() {
+  std::vector<Kind> kinds = Kinds();
+  std::erase_if(kinds, [](const Kind& kind) { return !kind.is_linear; });
+  return kinds;
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Conformance, testing::ValuesIn(Kinds()), NameOf);
+INSTANTIATE_TEST_SUITE_P(Kinds, LinearConformance, testing::ValuesIn(LinearKinds()), NameOf);
+
+}  // namespace
+}  // namespace palpate
