@@ -145,9 +145,8 @@ class DeformationModel {
   // on earlier ones. With `time: dynamic` a Respond is one time step, and its contacts apply at its
   // end.
   virtual void Reset() {}
-  // What acts at the instant at which the body at rest begins to move, before the first step: the
-  // first acceleration of Newmark's method counts it. Call after Reset; without it nothing but
-  // gravity acts then. What cannot act is ignored here and fails in Respond.
+  // What acts at the instant at which the body at rest begins to relax, before the first step. Call
+  // after Reset. What cannot act is ignored here and fails in Respond.
   virtual void Start(std::span<const Contact> /*contacts*/) {}
   // Completes the precompute for contacts at these positions.
   virtual void Prefetch(std::span<const Contact> /*contacts*/) {}

@@ -135,12 +135,6 @@ PALPATE_DISPATCHED void GatherForces(const int* begin, const int* touching,
   }
 }
 
-Eigen::Matrix3d Cross(const NodeValue& q) {
-  Eigen::Matrix3d m;
-  m << 0, -q.v[2], q.v[1], q.v[2], 0, -q.v[0], -q.v[1], q.v[0], 0;
-  return m;
-}
-
 }  // namespace
 
 FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& params)
@@ -153,7 +147,7 @@ FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& par
       team_(params.threads) {
   pattern_ = MakePattern(GraphOf(static_cast<int>(tree_.order.size()), tets_));
   part_ = PartsOf(tets_, points_.size(), &parts_);
-  FindContributions(params.lumped_mass);
+  FindContributions();
 }
 
 // The nodes that can move in the order of elimination, then the others.
@@ -215,7 +209,7 @@ void FemBody::SortElements() {
   }
 }
 
-void FemBody::FindContributions(bool lumped_mass) {
+void FemBody::FindContributions() {
   const std::size_t blocks = Index(pattern_.blocks());
   std::vector<int> upper_of(blocks, -1);
   for (int i = 0; i < moving(); ++i) {
@@ -240,7 +234,7 @@ void FemBody::FindContributions(bool lumped_mass) {
         const int j = tet[Index(b)];
         if (j >= moving()) continue;
         const int k = pattern_.Find(i, j);
-        const double share = lumped_mass ? (a == b ? 0.25 : 0) : (a == b ? 0.1 : 0.05);
+        const double share = a == b ? 0.1 : 0.05;
         mass_[Index(k)] += share * volume;
         const auto *qa = At(q, 4 * e + a).v, *qb = At(q, 4 * e + b).v;
         isotropic_[Index(k)] += qa[0] * qb[0] + qa[1] * qb[1] + qa[2] * qb[2];
@@ -308,25 +302,6 @@ void FemBody::NodeRotations(NodeVector& rotations) const noexcept {
     }
     Eigen::Map<Eigen::Vector4d>(At(rotations, i).v) = sum.normalized();
   }
-}
-
-void FemBody::AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept {
-  spin_.resize(tets_.size());
-  elements_.SpinStiffness(u, spin_);
-  const NodeVector& q = elements_.corner_gradients();
-  team_.For(static_cast<int>(upper_.size()), [&](int first, int last) {
-    for (int n = first; n < last; ++n) {
-      Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-      for (int c = corners_begin_[Index(n)]; c < corners_begin_[Index(n) + 1]; ++c) {
-        const int a = corners_[2 * Index(c)], b = corners_[2 * Index(c) + 1];
-        sum -= Cross(At(q, a)) * spin_[Index(a / 4)] * Cross(At(q, b));
-      }
-      const int k = upper_[Index(n)], mirror = pattern_.transpose[Index(k)];
-      Eigen::Map<Eigen::Matrix3d>(matrix.block(k)) += factor * sum;
-      if (mirror != k)
-        Eigen::Map<Eigen::Matrix3d>(matrix.block(mirror)) += factor * sum.transpose();
-    }
-  });
 }
 
 std::size_t FemBody::memory_bytes() const {

@@ -22,7 +22,6 @@ class FemBody {
  public:
   struct Params {
     double poisson_ratio = 0;
-    bool lumped_mass = false;
     TetElements::Law law = TetElements::Law::kCorotational;
     int threads = 1;
   };
@@ -63,8 +62,6 @@ class FemBody {
   void AssembleTangent(double mass, double stiffness, BlockMatrix& matrix) noexcept;
   // The mean rotation of a few of each moving node's elements, as a unit quaternion s, x, y, z.
   void NodeRotations(NodeVector& rotations) const noexcept;
-  // Adds factor (K_exact - K) at the displacement last evaluated.
-  void AddSpin(double factor, const NodeVector& u, BlockMatrix& matrix) noexcept;
   void MultiplyMass(const NodeVector& x, NodeVector& y) const noexcept {
     MultiplyScalars(pattern_, mass_, x, y);
   }
@@ -74,7 +71,7 @@ class FemBody {
   void Number(const SolidMesh& mesh, const HeldNodes& held);
   void SortElements();
   [[nodiscard]] double VolumeOf(int element) const;
-  void FindContributions(bool lumped_mass);
+  void FindContributions();
   void FindTouching();
 
   double length_unit_ = 1;
@@ -90,13 +87,12 @@ class FemBody {
   TetElements elements_;
   WorkerTeam team_;
 
-  std::vector<int> upper_;             // blocks at or right of the diagonal
-  std::vector<int> corners_begin_;     // per upper block, in corners_
-  std::vector<int> corners_;           // pairs a, b of one element, in elements_.corner_gradients()
-  NodeGraph touching_;                 // per node: corners of its elements
-  std::vector<double> mass_;           // per block
-  std::vector<double> isotropic_;      // per block: sum mu V g_a . g_b
-  std::vector<Eigen::Matrix3d> spin_;  // per element; sized at the first use
+  std::vector<int> upper_;          // blocks at or right of the diagonal
+  std::vector<int> corners_begin_;  // per upper block, in corners_
+  std::vector<int> corners_;        // pairs a, b of one element, in elements_.corner_gradients()
+  NodeGraph touching_;              // per node: corners of its elements
+  std::vector<double> mass_;        // per block
+  std::vector<double> isotropic_;   // per block: sum mu V g_a . g_b
 };
 
 }  // namespace palpate::fem

@@ -51,7 +51,6 @@ void CheckOptions(const FemOptions& options) {
   if (!options.gravity_O.allFinite()) throw std::invalid_argument("gravity: accepted is finite");
   if (!Dynamic(options)) return;
   RequirePositive("step", options.step);
-  RequireNotNegative("newton", options.newton);
   RequireNotNegative("damping.mass", options.damping_mass);
   RequireNotNegative("damping.stiffness", options.damping_stiffness);
 }
@@ -80,7 +79,7 @@ fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh&
     progress->Expect({5e-6 * elements, static_cast<std::size_t>(1500 * elements)});
   }
   ReportProgress(progress, "numbering nodes", 0);
-  return {params.material.poisson_ratio, params.options.mass == FemOptions::Mass::kLumped,
+  return {params.material.poisson_ratio,
           Linear(params.options) ? fem::TetElements::Law::kLinear
                                  : fem::TetElements::Law::kCorotational,
           params.options.threads};
@@ -118,17 +117,15 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
       u_(Index(body_.size())) {
   ReportProgress(progress, "preparing the solver", 0.6);
   const FemOptions& options = params.options;
-  const bool exact = options.tangent == FemOptions::Tangent::kExact;
   SetGravity();
   if (Dynamic(options)) {
-    stepper_.emplace(body_, fem::TimeStepper::Params{
-                                options.step / time_unit_,
-                                options.integrator == FemOptions::Integrator::kNewmark ? 0.5 : 1.0,
-                                options.newton, options.residual, options.damping_mass * time_unit_,
-                                options.damping_stiffness / time_unit_, exact, Linear(options)});
+    stepper_.emplace(
+        body_, fem::TimeStepper::Params{options.step / time_unit_, options.residual,
+                                        options.damping_mass * time_unit_,
+                                        options.damping_stiffness / time_unit_, Linear(options)});
   } else {
     equilibrium_.emplace(
-        body_, fem::StaticEquilibrium::Params{options.residual, exact, Linear(options), progress});
+        body_, fem::StaticEquilibrium::Params{options.residual, Linear(options), progress});
   }
   Reset();
   Describe(mesh);
@@ -187,17 +184,9 @@ void FemModel::Reset() {
   failure_ = {};
   contacts_.Forget();
   if (stepper_) {
-    stepper_->Reset(gravity_);
+    stepper_->Reset();
   } else {
     equilibrium_->Reset();
-  }
-}
-
-void FemModel::Start(std::span<const Contact> contacts) {
-  if (!stepper_ || !Locate(contacts)) return;
-  f_ext_ = gravity_;
-  if (contacts_.Apply(contacts, length_unit_, force_unit_, constraints_, f_ext_)) {
-    stepper_->Reset(f_ext_);
   }
 }
 

@@ -53,7 +53,6 @@ class FemModel final : public DeformationModel {
            Progress* progress = nullptr);
 
   void Reset() override;
-  void Start(std::span<const Contact> contacts) override;
 
   // Of the last query.
   // relative, reached

@@ -109,7 +109,6 @@ bool StaticEquilibrium::Iterate(const Constraints& constraints, double share) no
     if (!lifted && (size <= aim * asked || (size <= asked && stalled))) return true;
     if (!assembled_ || !params_.linear) {
       body_.AssembleTangent(0, 1, tangent_);
-      if (params_.exact_tangent && !params_.linear) body_.AddSpin(1, u_, tangent_);
       assembled_ = true;
     }
     const double floor = RoundingFloor(tangent_, u_);

@@ -1,5 +1,5 @@
 // Equilibrium of a body at rest: f_int(u) = f_ext among the possible motions, by Newton's method
-// with the warped or the exact tangent and a line search on the potential energy.
+// with the warped tangent and a line search on the potential energy.
 #pragma once
 
 #include "slave/mechanics/fem/constraints.h"
@@ -14,7 +14,6 @@ class StaticEquilibrium {
  public:
   struct Params {
     double residual = 1e-6;  // of the loads' norm, supports' and contacts' reactions counted
-    bool exact_tangent = false;
     bool linear = false;
     Progress* progress = nullptr;  // of searches that take long; may be null, else outlives this
   };

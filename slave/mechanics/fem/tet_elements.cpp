@@ -251,30 +251,4 @@ ElementSummary TetElements::Evaluate(const NodeVector& u, WorkerTeam& team) noex
   return summary;
 }
 
-void TetElements::SpinStiffness(const NodeVector& u,
-                                std::vector<Eigen::Matrix3d>& spin) const noexcept {
-  for (int e = 0; e < count_; ++e) {
-    const TetGroup& group = groups_[Index(e / kLanes)];
-    const int l = e % kLanes;
-    const auto& q = group.quaternion;
-    const Eigen::Matrix3d R =
-        Eigen::Quaterniond(q[0][l], q[1][l], q[2][l], q[3][l]).normalized().toRotationMatrix();
-    Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-    const double* origin = u[Index(group.node[0][Index(l)])].v;
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double* corner = u[Index(group.node[a + 1][Index(l)])].v;
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-          F(i, j) += (corner[i] - origin[i]) * group.gradient[a][Index(j)][l];
-        }
-      }
-    }
-    const Eigen::Matrix3d S = 0.5 * (R.transpose() * F + F.transpose() * R);
-    const Eigen::Matrix3d H = S.trace() * Eigen::Matrix3d::Identity() - S;
-    const double c = lame_.lambda * (S.trace() - 3) - 2 * lame_.mu;
-    const Eigen::Matrix3d N = Eigen::Matrix3d::Identity() + c / lame_.mu * H.inverse();
-    spin[Index(e)] = R * N * R.transpose();
-  }
-}
-
 }  // namespace palpate::fem

@@ -67,9 +67,6 @@ class TetElements {
     const auto& q = group.quaternion;
     return {{q[0][l], q[1][l], q[2][l], q[3][l]}};
   }
-  // N = R (I + c / mu H^-1) R^T, c = lambda tr(E) - 2 mu, H = tr(S) I - S: what the exact tangent
-  // adds to the warped one is sum q_a x (N (q_b x u_b)), up to its sign. One per element.
-  void SpinStiffness(const NodeVector& u, std::vector<Eigen::Matrix3d>& spin) const noexcept;
   [[nodiscard]] std::size_t memory_bytes() const {
     return groups_.size() * sizeof(TetGroup) + 2 * forces_.size() * sizeof(NodeValue);
   }

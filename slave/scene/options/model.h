@@ -28,7 +28,7 @@ struct OgdenTerm {
   double exponent = 2;  // not 0
 };
 // Options of `fem` and of the models derived from it (contracts, model options). No scene sets the
-// integrator, mass, tangent, pressure and newton.
+// pressure.
 struct FemOptions {
   enum class Element : std::uint8_t { kTet4, kTet10 } element = Element::kTet4;
   enum class Law : std::uint8_t {
@@ -39,12 +39,6 @@ struct FemOptions {
   } law = Law::kCorotational;
   std::vector<OgdenTerm> terms;  // terms of kOgden; their shares add up to one
   enum class Time : std::uint8_t { kStatic, kDynamic } time = Time::kStatic;
-  enum class Integrator : std::uint8_t {
-    kImplicitEuler,
-    kNewmark
-  } integrator = Integrator::kImplicitEuler;
-  enum class Mass : std::uint8_t { kConsistent, kLumped } mass = Mass::kConsistent;
-  enum class Tangent : std::uint8_t { kWarped, kExact } tangent = Tangent::kWarped;
   // Treatment of the pressure: from the displacement (locks as nu -> 0.5), averaged over the nodes
   // (tet4), or as a separate unknown (tet10). Auto: displacement for tet4, mixed for tet10 from
   // nu = 0.49 on.
@@ -54,11 +48,10 @@ struct FemOptions {
     kAveraged,
     kMixed
   } pressure = Pressure::kAuto;
-  double step = 0.02;            // time step [s]
-  int newton = 1;                // linear solves per dynamic step; 0: until `residual` is reached
-  double damping_mass = 0;       // Rayleigh damping a [1/s]
-  double damping_stiffness = 0;  // Rayleigh damping b [s]
-  double residual = 1e-6;        // relative residual [-]
+  double step = 0.02;                  // time step [s]
+  double damping_mass = 0;             // Rayleigh damping a [1/s]
+  double damping_stiffness = 0;        // Rayleigh damping b [s]
+  double residual = 1e-6;              // relative residual [-]
   Eigen::Vector3d gravity_O{0, 0, 0};  // [m/s^2]
   int threads = 1;                     // threads of the assembly; they do not change the result
 };

@@ -35,38 +35,6 @@ std::string RefusalOf(const Scene& scene) {
   return Thrown<std::invalid_argument>([&] { MakeModel(scene, MeshOutline(scene, std::nullopt)); });
 }
 
-// Reference: inertia alone. In a first step much shorter than any period, u = a h^2 by implicit
-// Euler and u = (a_0 + a_1) h^2 / 4 by the average acceleration: half of it where the load acts
-// from the start, a quarter where it only comes with the step. Tolerance: (omega h)^2 < 1e-5.
-TEST(MakeModel, WhatActsAtTheStartCountsInNewmarksFirstStep) {
-  using Fem = FemOptions;
-  Scene scene;
-  scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {2, 2, 2}};
-  scene.object.material = {.young_modulus = 3800, .poisson_ratio = 0.15, .density = 45};
-  scene.object.fixed = {Fixed{FixedPlane{2, 0}, {true, true, true}}};
-  scene.model.kind = "fem";
-  scene.model.fem.time = Fem::Time::kDynamic;
-  scene.model.fem.step = 1e-6;
-  scene.model.fem.residual = 1e-12;
-  scene.model.range = 0.1;
-  for (const auto element : {Fem::Element::kTet4, Fem::Element::kTet10}) {
-    scene.model.fem.element = element;
-    const auto first_step = [&](Fem::Integrator integrator, double at_start) {
-      scene.model.fem.integrator = integrator;
-      const auto model = MakeModel(scene, MeshObject(scene, std::nullopt));
-      Contact load{Contact::Kind::kForce, {0.03, 0.03, 0.06}, -1, 0, {0, 0, at_start}};
-      model->Start({&load, 1});
-      load.prescribed_O.z() = -0.01;
-      ContactResponse response;
-      model->Respond({&load, 1}, {&response, 1});
-      return response.displacement_O.z();
-    };
-    const double euler = first_step(Fem::Integrator::kImplicitEuler, -0.01);
-    EXPECT_NEAR(first_step(Fem::Integrator::kNewmark, -0.01) / euler, 0.5, 1e-3);
-    EXPECT_NEAR(first_step(Fem::Integrator::kNewmark, 0) / euler, 0.25, 1e-3);
-  }
-}
-
 // Of the rectangle's 60 elements those along the bottom, the longer side twice as long as the
 // other.
 TEST(HeldVertices, AreTheEndsOfWhatHoldsAnOutlineThePlaneOfAVolumeTheRimOfAMembrane) {

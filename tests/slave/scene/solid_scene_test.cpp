@@ -44,10 +44,6 @@ TEST(SolidSceneTest, FemHasTheContractsDefaults) {
   EXPECT_EQ(fem.element, FemOptions::Element::kTet4);
   EXPECT_EQ(fem.law, FemOptions::Law::kCorotational);
   EXPECT_EQ(fem.time, FemOptions::Time::kStatic);
-  EXPECT_EQ(fem.integrator, FemOptions::Integrator::kImplicitEuler);
-  EXPECT_EQ(fem.mass, FemOptions::Mass::kConsistent);
-  EXPECT_EQ(fem.tangent, FemOptions::Tangent::kWarped);
-  EXPECT_EQ(fem.newton, 1);
   EXPECT_EQ(fem.residual, 1e-6);
   EXPECT_EQ(fem.damping_mass, 0);
   EXPECT_EQ(fem.damping_stiffness, 0);

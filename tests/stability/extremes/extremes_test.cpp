@@ -292,7 +292,6 @@ TEST(Extremes, TimeStepDensityAndModulus) {
           const double at_rest = strain * L;
           scene.model.fem.time = FemOptions::Time::kDynamic;
           scene.model.fem.step = step;
-          scene.model.fem.newton = 0;
           CheckBody(f, "step, density, modulus",
                     Text(step) + " s, " + Text(density) + " kg/m3, " + Text(E) + " Pa", scene,
                     MeshObject(scene, std::nullopt), 2.05,

@@ -285,13 +285,9 @@ SparseMatrix ElasticBody::PressureMass() const {
   return mass;
 }
 
-void ElasticBody::AddMass(double factor, bool lumped, SparseMatrix* matrix) const {
+void ElasticBody::AddMass(double factor, SparseMatrix* matrix) const {
   const int n = mesh_.nodes_per_element;
-  Eigen::MatrixXd products = ShapeProducts(n);
-  if (lumped) {  // in proportion to the diagonal: positive for ten nodes too (Hinton et al. 1976)
-    const VectorXd diagonal = products.diagonal() / products.diagonal().sum();
-    products = diagonal.asDiagonal();
-  }
+  const Eigen::MatrixXd products = ShapeProducts(n);
   for (int e = 0; e < mesh_.element_count(); ++e) {
     const double mass = factor * geometry_[Index(e)].volume;
     const auto entry = [&](int a, int i, int b, int k) {

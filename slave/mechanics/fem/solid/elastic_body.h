@@ -41,7 +41,7 @@ class ElasticBody {
   [[nodiscard]] SparseMatrix PressureMass() const;
 
   // Mass at density one (per L^3), equal for all three components.
-  void AddMass(double factor, bool lumped, SparseMatrix* matrix) const;
+  void AddMass(double factor, SparseMatrix* matrix) const;
   // Integral of every node's shape function, per node: weight, and mean values.
   [[nodiscard]] Eigen::VectorXd NodeVolumes() const;
 

@@ -62,7 +62,7 @@ void Equilibrium::Stiffness(const VectorXd& x, SparseMatrix* matrix) const {
     return;
   }
   *matrix = layout_.pattern();
-  body_.AddTangent(x, options_.warped ? kWarpedTangent : kProjectedTangent, false, matrix);
+  body_.AddTangent(x, options_.one_solve ? kWarpedTangent : kProjectedTangent, false, matrix);
 }
 
 double Equilibrium::Energy(const VectorXd& x) {
@@ -219,7 +219,7 @@ bool Equilibrium::Prepare(Balance* balance, const VectorXd& x, bool first) {
     Weigh(*balance);  // PrepareRows used right_
     return Direction(balance, x, first);
   };
-  if (linear() || options_.warped) return stepped(linear() ? kExactTangent : kWarpedTangent);
+  if (linear() || options_.one_solve) return stepped(linear() ? kExactTangent : kWarpedTangent);
   if (!raised_) removed_ = removed_ > kLeastRemoved ? removed_ / 4 : 0;
   raised_ = false;
   while (!stepped({removed_, false})) {
@@ -328,8 +328,8 @@ bool Equilibrium::KeepsVolume(const VectorXd& x) {
 }
 
 bool Equilibrium::Iterate(Balance* balance, VectorXd* x) {
-  const bool counted = options_.linear_solves > 0 && !linear();
-  const int most = counted ? options_.linear_solves : linear() ? kMostRefinements : kMostSteps;
+  const bool counted = options_.one_solve && !linear();
+  const int most = counted ? 1 : linear() ? kMostRefinements : kMostSteps;
   // Where a step is solved for in part only, further digits are cheap.
   const double goal = linear() && solver_.is_direct()   ? std::min(kTight, options_.residual)
                       : linear() || solver_.is_direct() ? options_.residual

@@ -41,8 +41,9 @@ class Equilibrium {
  public:
   struct Options {
     double residual = 1e-6;  // relative to the largest of loads, reactions and point forces
-    int linear_solves = 0;   // exactly so many without line search; 0: until `residual`
-    bool warped = false;     // the tangent that holds the co-rotational law's rotations
+    // A step of time: one linear solve without line search, with the tangent that holds the
+    // co-rotational law's rotations.
+    bool one_solve = false;
     SymmetricSolver::Limits limits;
     fem::SearchProgress* progress = nullptr;  // of long searches; may be null, else outlives this
   };

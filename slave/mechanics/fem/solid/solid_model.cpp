@@ -105,12 +105,7 @@ void SolidModel::Reset() {
   state_.Rest();
   inverted_ = false;
   statics_.Reset();
-  if (motion_) motion_->Reset(weight_);
-}
-
-void SolidModel::Start(std::span<const Contact> contacts) {
-  if (!motion_ || !Acceptable(contacts)) return;
-  if (PrepareSet(contacts) && Prescribe(contacts)) motion_->Reset(state_.loads);
+  if (motion_) motion_->Reset();
 }
 
 bool SolidModel::locks() const {

@@ -46,7 +46,6 @@ class SolidModel final : public DeformationModel {
              Progress* progress = nullptr);
 
   void Reset() override;
-  void Start(std::span<const Contact> contacts) override;
 
   [[nodiscard]] const ElementMesh& mesh() const { return mesh_; }
   // Of node `node` of mesh(), middles too [m].

@@ -1,5 +1,5 @@
-// Motion of a solid in steps of time: implicit Euler and Newmark's average acceleration (beta =
-// 1/4, gamma = 1/2), damped by D = a M + b K with the tangent K at the start of the step.
+// Motion of a solid in steps of time: implicit Euler, damped by D = a M + b K with the tangent K at
+// the start of the step.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +18,8 @@ class SolidMotion {
   SolidMotion(const FemOptions& options, const BlockLayout& layout, const ElasticBody& body,
               double density, Equilibrium& equilibrium, SolidState& state);
 
-  // At rest; `forces` act at the first instant.
-  void Reset(const Eigen::VectorXd& forces);
+  // At rest.
+  void Reset();
   // The state after one more step under its loads. False: no solution.
   bool Step();
 
@@ -30,20 +30,14 @@ class SolidMotion {
 
  private:
   void Prepare();
-  void Finish();
   [[nodiscard]] bool EnergyGrew();
   [[nodiscard]] bool linear() const { return options_.law == FemOptions::Law::kLinear; }
-  [[nodiscard]] bool newmark() const {
-    return options_.integrator == FemOptions::Integrator::kNewmark;
-  }
 
   FemOptions options_;
   Equilibrium& equilibrium_;
   SolidState& state_;
   SparseMatrix mass_, damping_, inertia_;  // M, D, Q
-  Eigen::VectorXd velocity_, start_, start_velocity_;
-  Eigen::VectorXd start_forces_;  // at the start of a step (Newmark)
-  Eigen::VectorXd change_, product_;
+  Eigen::VectorXd velocity_, start_, product_;
   bool is_prepared_ = false, grew_ = false;
   double start_energy_ = 0;
 };

@@ -71,7 +71,6 @@ SolidParams Checked(const SolidParams& params) {
     RequirePositive("step", o.step);
     RequireNotNegative("damping.mass", o.damping_mass);
     RequireNotNegative("damping.stiffness", o.damping_stiffness);
-    if (o.newton < 0) RefuseValue("newton", o.newton, ">= 0");
   }
   CheckPressure(params);
   return params;
@@ -82,8 +81,7 @@ Equilibrium::Options SolidParams::SolverOptions(fem::SearchProgress* progress) c
   solver.residual = options.residual;
   solver.limits = limits;
   if (dynamic()) {
-    solver.linear_solves = options.newton;
-    solver.warped = options.newton > 0 && options.tangent == FemOptions::Tangent::kWarped;
+    solver.one_solve = true;
     return solver;
   }
   solver.progress = progress;
