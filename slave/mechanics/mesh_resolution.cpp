@@ -6,17 +6,11 @@
 #include <iterator>
 #include <map>
 #include <numbers>
-#include <stdexcept>
-#include <string>
-#include <unordered_map>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include "shared/geometry/index.h"
-#include "shared/mesh/mesh_census.h"
-#include "shared/mesh/mesh_check.h"
 
 namespace palpate {
 namespace {
@@ -57,31 +51,6 @@ double Mean(const std::array<Matrix3d, 4>& strains, const Form& of) {
 
 }  // namespace
 
-void RequireReadable(const SolidMesh& mesh) {
-  MeshReport report;
-  IsReadable(mesh.nodes, mesh.tets, {}, &report);
-  RequireSound(report);
-}
-
-void RequireOnePerNode(const HeldNodes& held, const SolidMesh& mesh) {
-  if (held.size() == mesh.nodes.size()) return;
-  throw std::invalid_argument("fixed nodes = " + std::to_string(held.size()) +
-                              ": accepted is one per node, " + std::to_string(mesh.nodes.size()));
-}
-
-void RequireVolumes(const SolidMesh& mesh, double least) {
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    double longest = 0;
-    for (const auto& [i, j] : kTetEdges) {
-      const int a = mesh.tets[t][Index(i)], b = mesh.tets[t][Index(j)];
-      longest = std::max(longest, (mesh.nodes[Index(a)] - mesh.nodes[Index(b)]).norm());
-    }
-    if (SignedVolume(mesh, static_cast<int>(t)) > least * longest * longest * longest) continue;
-    throw std::invalid_argument("tetrahedron " + std::to_string(t) +
-                                ": accepted is a volume > 0, it is flat or inverted");
-  }
-}
-
 PatchCover CoverOf(const DiscPatch& patch, PatchBasis basis) noexcept {
   if (basis == PatchBasis::kMovedNodes || basis == PatchBasis::kMovedNodes10) {
     return {basis, patch.disc, patch.node_area, static_cast<int>(patch.nodes.size())};
@@ -101,50 +70,28 @@ bool IsPatchCoarse(const PatchCover& cover) noexcept {
   return std::abs(PatchStiffness(cover) - 1) > kMostOff;
 }
 
-StrainResolution::StrainResolution(const SolidMesh& mesh, const HeldNodes& held,
-                                   double poisson_ratio, int nodes)
-    : quadratic_(nodes == 10),
-      corners_(mesh.nodes.size()),
+StrainResolution::StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio)
+    : lame_(LameOf(std::min(poisson_ratio, kMostPoisson))),
+      quadratic_(mesh.nodes_per_element == 10),
+      corners_(Index(mesh.vertex_count)),
       points_(mesh.nodes),
-      strains_(mesh.tets.size()) {
-  const double nu = std::min(poisson_ratio, kMostPoisson);
-  mu_ = 0.5 / (1 + nu);
-  lambda_ = nu / ((1 + nu) * (1 - 2 * nu));
-  elements_.reserve(mesh.tets.size());
-  std::unordered_map<std::uint64_t, int> middles;  // by both ends
-  for (const auto& tet : mesh.tets) {
-    Element element;
-    std::ranges::copy(tet, element.nodes.begin());
-    for (std::size_t e = 0; quadratic_ && e < kTetEdges.size(); ++e) {
-      const auto [i, j] = kTetEdges[e];
-      const auto ends = std::minmax(tet[Index(i)], tet[Index(j)]);
-      const auto key =
-          static_cast<std::uint64_t>(ends.first) << 32 | static_cast<std::uint32_t>(ends.second);
-      const auto [middle, is_new] = middles.try_emplace(key, static_cast<int>(points_.size()));
-      element.nodes[4 + e] = middle->second;
-      if (is_new) {
-        points_.emplace_back((points_[Index(ends.first)] + points_[Index(ends.second)]) / 2);
-      }
-    }
-    Matrix3d sides;
-    for (int a = 0; a < 3; ++a) {
-      sides.row(a) = mesh.nodes[Index(tet[Index(a + 1)])] - mesh.nodes[Index(tet[0])];
-    }
-    element.volume = sides.determinant() / 6;
-    element.gradients.rightCols<3>() = sides.inverse();
-    element.gradients.col(0) = -element.gradients.rightCols<3>().rowwise().sum();
-    element.modulus = mesh.ModulusOf(elements_.size());
-    elements_.push_back(element);
+      elements_(Index(mesh.element_count())),
+      strains_(elements_.size()) {
+  double volume = 0, area = 0;
+  for (int e = 0; e < mesh.element_count(); ++e) {
+    Element& element = elements_[Index(e)];
+    std::ranges::copy(mesh.element(e), element.nodes.begin());
+    element.geometry = GeometryOf(mesh.nodes, mesh.element(e));
+    element.modulus = mesh.ModulusOf(e);
+    volume += element.geometry.volume;
   }
   NumberMeans();
   near_.resize(points_.size());
   touched_.reserve(points_.size());
-  const SurfaceMesh surface = SurfaceOf(mesh);
-  double volume = 0, area = 0;
-  for (const Element& element : elements_) volume += element.volume;
+  const SurfaceMesh& surface = mesh.surface;
   for (int i = 0; i < static_cast<int>(surface.triangles.size()); ++i) area += Area(surface, i);
   thickness_ = 4 * volume / area;
-  slender_ = LargerSide(mesh.nodes) > kSlender * thickness_;
+  slender_ = LargerSide(surface.nodes) > kSlender * thickness_;
   FindBar(mesh.modulus.empty() ? held : HeldNodes{});
 }
 
@@ -156,7 +103,7 @@ void StrainResolution::NumberMeans() {
                                                        static_cast<int>(volume_.size()));
       element.means[a] = found->second;
       if (is_new) volume_.push_back(0);
-      volume_[Index(found->second)] += element.volume;
+      volume_[Index(found->second)] += element.geometry.volume;
     }
   }
   mean_.resize(volume_.size());
@@ -219,7 +166,7 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     strains_[e] = StrainsOf(element, u);
     for (std::size_t a = 0; a < 4; ++a) {
       const auto vertex = Index(element.means[a]);
-      mean_[vertex] += element.volume / volume_[vertex] * strains_[e][a];
+      mean_[vertex] += element.geometry.volume / volume_[vertex] * strains_[e][a];
     }
   }
   MarkContacts(touched);
@@ -237,11 +184,11 @@ double StrainResolution::Softness(std::span<const Vector3d> u, std::span<const i
     Strains step;
     for (std::size_t a = 0; a < 4; ++a) {
       step[a] = mean_[Index(element.means[a])] - strains_[e][a];
-      mean += element.volume / 4 * strains_[e][a];
+      mean += element.geometry.volume / 4 * strains_[e][a];
     }
-    const double weight = element.modulus * element.volume;
+    const double weight = element.modulus * element.geometry.volume;
     energy += weight * Mean(strains_[e], energy_of);
-    volume += element.volume;
+    volume += element.geometry.volume;
     longest = std::max(longest, element.extent);
     const Missing missing{weight * Mean(step, energy_of),
                           element.beam * weight * Mean(strains_[e], restraint_of)};
@@ -277,7 +224,7 @@ void StrainResolution::MarkContacts(std::span<const int> touched) {
 // its own corner and -g_a at others, of 4 l_i l_j 4 g_j at i and 4 g_i at j.
 StrainResolution::Strains StrainResolution::StrainsOf(const Element& element,
                                                       std::span<const Vector3d> u) const noexcept {
-  const auto& g = element.gradients;
+  const auto& g = element.geometry.grad;
   const auto moved = [&](int a) -> const Vector3d& { return u[Index(element.nodes[Index(a)])]; };
   Matrix3d common = Matrix3d::Zero();
   for (int a = 0; a < 4; ++a) {
@@ -301,7 +248,7 @@ StrainResolution::Strains StrainResolution::StrainsOf(const Element& element,
 }
 
 double StrainResolution::TwiceEnergy(const Matrix3d& strain) const noexcept {
-  return 2 * mu_ * strain.squaredNorm() + lambda_ * strain.trace() * strain.trace();
+  return 2 * lame_.mu * strain.squaredNorm() + lame_.lambda * strain.trace() * strain.trace();
 }
 
 // By E. Uniaxial stress along the bar and shear along it have none. All lateral strain restrained:
@@ -313,7 +260,7 @@ double StrainResolution::TwiceRestraint(const Matrix3d& strain) const noexcept {
   const Vector3d sheared = pulled - stretch * along_;
   const double energy =
       TwiceEnergy(strain - sheared * along_.transpose() - along_ * sheared.transpose());
-  const double most = lambda_ + 2 * mu_;
+  const double most = lame_.lambda + 2 * lame_.mu;
   return energy < most * uniaxial ? energy * (energy / uniaxial - 1) : energy * (most - 1);
 }
 

@@ -1,6 +1,6 @@
-// Checks of a mesh: whether it is usable, and fine enough for a contact; otherwise results are
-// extrapolated. Two ways to fail: a contact's disc covers too few pieces, or the tetrahedra do
-// not follow the strain (parts that bend are then too stiff: shear locking).
+// Whether a mesh is fine enough for a contact; otherwise results are extrapolated. Two ways to
+// fail: a contact's disc covers too few pieces, or the tetrahedra do not follow the strain (parts
+// that bend are then too stiff: shear locking).
 #pragma once
 
 #include <array>
@@ -13,19 +13,9 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 
 namespace palpate {
-
-// Corners of a tetrahedron's edges, in the order of their middles.
-inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
-    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
-
-// Requirements of the elements. All throw std::invalid_argument: no tetrahedron, coordinates that
-// are not finite, a node that does not exist; a tetrahedron whose volume is not above `least` of
-// its longest edge cubed; `held` not one entry per node.
-void RequireReadable(const SolidMesh& mesh);
-void RequireVolumes(const SolidMesh& mesh, double least);
-void RequireOnePerNode(const HeldNodes& held, const SolidMesh& mesh);
 
 // The pieces of a mesh that represent a contact's disc.
 enum class PatchBasis : std::uint8_t {
@@ -89,12 +79,9 @@ inline constexpr std::string_view kCoarsePatch =
 // along a, h long, miss (h / 2 L)^2 at least.
 class StrainResolution {
  public:
-  // `nodes`: 4 or 10 per element; the middles of edges are numbered behind the nodes of `mesh`,
-  // element by element in the order of their first appearance (kTetEdges). Poisson's ratio is
-  // limited to 0.49: locking beyond it is reported elsewhere. `held`: per node of `mesh`; empty:
-  // the elements have a pressure of their own, and no bar is looked for.
-  StrainResolution(const SolidMesh& mesh, const HeldNodes& held, double poisson_ratio,
-                   int nodes = 4);
+  // Poisson's ratio is limited to 0.49: locking beyond it is reported elsewhere. `held`: per vertex
+  // of `mesh`; empty: the elements have a pressure of their own, and no bar is looked for.
+  StrainResolution(const TetMesh& mesh, const HeldNodes& held, double poisson_ratio);
 
   // For nodal displacements `u`, middles too, in the mesh's unit of length; `touched`: nodes of
   // contacts. 0 without strain. O(elements); O(nodes) more per node of new contacts.
@@ -106,8 +93,7 @@ class StrainResolution {
   struct Element {
     std::array<int, 10> nodes{};
     std::array<int, 4> means{};  // of the corners, in mean_
-    Eigen::Matrix<double, 3, 4> gradients;
-    double volume = 0;
+    TetGeometry geometry;
     double modulus = 1;
     double extent = 0;  // along the bar [the mesh's unit]
     double beam = 0;    // share of it where the bar is a beam [-]
@@ -121,9 +107,9 @@ class StrainResolution {
   void NumberMeans();
   void MarkContacts(std::span<const int> touched);
 
-  double lambda_, mu_;  // by E
+  Lame lame_;
   bool quadratic_;
-  std::size_t corners_;  // nodes of the mesh
+  std::size_t corners_;  // vertices of the mesh
   bool slender_ = false;
   double thickness_ = 0;                 // [the mesh's unit]
   Eigen::Vector3d along_{0, 0, 0};       // a straight bar's direction; zero: it is none

@@ -53,11 +53,11 @@ void Constraints::Clear() {
   motion_count_ = 0;
 }
 
-bool Constraints::Take(std::span<const int> nodes) {
+bool Constraints::Take(std::span<const PlaceWeight> nodes) {
   Contact& contact = contacts_.emplace_back();
   contact.begin = nodes_.size();
   const int number = static_cast<int>(contacts_.size());
-  for (const int node : nodes) {
+  for (const auto& [node, weight] : nodes) {
     int& taken = taken_by_[Index(node)];
     if (taken != 0 && taken != number) return false;
     taken = number;
@@ -67,9 +67,9 @@ bool Constraints::Take(std::span<const int> nodes) {
   return true;
 }
 
-bool Constraints::HoldNodes(std::span<const int> nodes) {
+bool Constraints::HoldNodes(std::span<const PlaceWeight> nodes) {
   if (!Take(nodes)) return false;
-  for (const int node : nodes) {
+  for (const auto& [node, weight] : nodes) {
     for (std::size_t c = 0; c < 3; ++c) {
       if (At(body_.free(), node).v[c] == 0) contacts_.back().blocked.v[c] = 1;
       At(held_.free, node).v[c] = 0;
@@ -78,15 +78,16 @@ bool Constraints::HoldNodes(std::span<const int> nodes) {
   return true;
 }
 
-bool Constraints::HoldPoint(const std::array<int, 3>& nodes, const Vector3d& weights) {
+bool Constraints::HoldPoint(std::span<const PlaceWeight> nodes) {
   if (!Take(nodes)) return false;
   Contact& contact = contacts_.back();
   HeldComponents::Sum sum;
   for (std::size_t c = 0; c < 3; ++c) {
     double square = 0;
-    for (int a = 0; a < 3; ++a) {
-      sum.node[a] = nodes[Index(a)];
-      sum.weight[a].v[c] = weights[a] * At(body_.free(), nodes[Index(a)]).v[c];
+    for (std::size_t a = 0; a < 3; ++a) {
+      const auto& [node, weight] = nodes[std::min(a, nodes.size() - 1)];
+      sum.node[a] = node;
+      sum.weight[a].v[c] = a < nodes.size() ? weight * At(body_.free(), node).v[c] : 0;
       square += sum.weight[a].v[c] * sum.weight[a].v[c];
     }
     if (square > kNoWeight) continue;
@@ -125,7 +126,7 @@ double Constraints::Lift(const NodeVector& u, double share, NodeVector& lift) co
       const auto [square, value] = Weigh(sum, u, c);
       const double change = (share * contact.target[c] - value) / square;
       largest = std::max(largest, std::abs(change));
-      for (int a = 0; a < 3; ++a) At(lift, sum.node[a]).v[c] = change * sum.weight[a].v[c];
+      for (int a = 0; a < 3; ++a) At(lift, sum.node[a]).v[c] += change * sum.weight[a].v[c];
     }
   }
   RemoveMotions(lift);

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/sparse_cholesky.h"
 
@@ -25,10 +26,10 @@ class Constraints {
   // Back to the supports.
   void Clear();
   // Each adds one contact, numbered from 0. False: a node is fixed by another contact already.
-  // Nodes that move alike.
-  [[nodiscard]] bool HoldNodes(std::span<const int> nodes);
-  // The point sum_k weights[k] u_node[k] of a triangle.
-  [[nodiscard]] bool HoldPoint(const std::array<int, 3>& nodes, const Eigen::Vector3d& weights);
+  // Nodes that move alike, whatever their weights.
+  [[nodiscard]] bool HoldNodes(std::span<const PlaceWeight> nodes);
+  // The weighted mean of at most three nodes.
+  [[nodiscard]] bool HoldPoint(std::span<const PlaceWeight> nodes);
   // Finds the rigid motions that are free. False: more than 24 of them.
   [[nodiscard]] bool FindFreeMotions();
 
@@ -70,7 +71,7 @@ class Constraints {
     NodeValue blocked;  // per component: 1 where supports fix it
   };
 
-  bool Take(std::span<const int> nodes);
+  bool Take(std::span<const PlaceWeight> nodes);
   void ProjectSums(NodeVector& x) const noexcept;
   void RemoveMotions(NodeVector& x) const noexcept;
   [[nodiscard]] Eigen::Matrix<double, 6, 6> HeldMotions(int part, const Eigen::Vector3d& centre,

@@ -10,7 +10,6 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/mesh_census.h"
 #include "slave/mechanics/linear/lanes.h"
-#include "slave/mechanics/mesh_resolution.h"
 
 namespace palpate::fem {
 namespace {
@@ -18,13 +17,8 @@ namespace {
 constexpr std::size_t kMostElements = 4'000'000;
 constexpr std::size_t kRotationsPerNode = 4;
 
-Lame LameOf(double nu) {
-  return {0.5 / (1 + nu), nu / ((1 + nu) * (1 - 2 * nu))};
-}
-
 void Check(const SolidMesh& mesh, const HeldNodes& held) {
-  RequireReadable(mesh);
-  RequireOnePerNode(held, mesh);
+  RequireTets(mesh, held);
   if (mesh.tets.size() <= kMostElements) return;
   throw std::invalid_argument("elements = " + std::to_string(mesh.tets.size()) +
                               ": accepted is 1 to " + std::to_string(kMostElements));
@@ -183,12 +177,6 @@ void FemBody::Number(const SolidMesh& mesh, const HeldNodes& held) {
   }
 }
 
-double FemBody::VolumeOf(int element) const {
-  const auto& [a, b, c, d] = tets_[Index(element)];
-  const Eigen::Vector3d& o = points_[Index(a)];
-  return (points_[Index(b)] - o).cross(points_[Index(c)] - o).dot(points_[Index(d)] - o) / 6;
-}
-
 // By their first node to be eliminated: neighbours in memory are neighbours in space.
 void FemBody::SortElements() {
   mesh_element_.resize(tets_.size());
@@ -201,11 +189,6 @@ void FemBody::SortElements() {
   const auto unsorted = tets_;
   for (std::size_t e = 0; e < tets_.size(); ++e) {
     tets_[e] = unsorted[Index(mesh_element_[e])];
-    const double volume = VolumeOf(static_cast<int>(e));
-    if (volume > 0) continue;
-    throw std::invalid_argument("element " + std::to_string(mesh_element_[e]) +
-                                ": volume = " + std::to_string(volume) +
-                                " of the larger side cubed: accepted is a positive one");
   }
 }
 
@@ -225,7 +208,7 @@ void FemBody::FindContributions() {
   std::vector<std::array<int, 3>> found;  // upper block, corners
   for (int e = 0; e < element_count(); ++e) {
     const auto& tet = tets_[Index(e)];
-    const double volume = VolumeOf(e);
+    const double volume = GeometryOf(points_, tet).volume;
     for (int a = 0; a < 4; ++a) {
       const int i = tet[Index(a)];
       volume_[Index(i)] += volume / 4;

@@ -70,7 +70,6 @@ class FemBody {
  private:
   void Number(const SolidMesh& mesh, const HeldNodes& held);
   void SortElements();
-  [[nodiscard]] double VolumeOf(int element) const;
   void FindContributions();
   void FindTouching();
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "shared/geometry/index.h"
@@ -16,12 +15,9 @@ using Eigen::Vector3d;
 using fem::At;
 using fem::NodeVector;
 
-constexpr double kLocks = 0.49;       // Poisson's ratio from which tet4 answers are far too stiff
 constexpr double kLinearRange = 0.1;  // of the larger side
 constexpr double kBalanced = 1e-6;    // of the loads' sizes
-constexpr double kAbsurd = 1e6;       // larger sides, or E times larger side squared
 constexpr int kRehearsed = 30'000;    // elements
-constexpr std::size_t kTextSize = 240;
 
 bool Dynamic(const FemOptions& options) {
   return options.time == FemOptions::Time::kDynamic;
@@ -69,52 +65,49 @@ void CheckMaterial(const Material& material, const FemOptions& options) {
 }
 
 // All that can be refused is refused before the work starts.
-fem::FemBody::Params BodyParams(const FemModel::Params& params, const SolidMesh& mesh,
-                                Progress* progress) {
-  CheckOptions(params.options);
-  CheckMaterial(params.material, params.options);
+VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
+                                  const FemModel::Params& params, Progress* progress) {
+  const FemOptions& options = params.options;
+  CheckOptions(options);
+  CheckMaterial(params.material, options);
   if (!(params.range >= 0)) RefuseValue("range", params.range, "0 (default) or more");
+  RequireTets(mesh, held);
   if (progress != nullptr) {
     const auto elements = static_cast<double>(mesh.tets.size());
     progress->Expect({5e-6 * elements, static_cast<std::size_t>(1500 * elements)});
   }
   ReportProgress(progress, "numbering nodes", 0);
+  const double length_unit = LargerSide(mesh.nodes);
+  return {.length_unit = length_unit,
+          .force_unit = params.material.young_modulus * length_unit * length_unit,
+          .poisson_ratio = params.material.poisson_ratio,
+          .is_dynamic = Dynamic(options),
+          .weighs = options.gravity_O != Vector3d::Zero(),
+          .range = params.range > 0  ? params.range
+                   : Linear(options) ? kLinearRange
+                                     : 0,
+          .step = Dynamic(options) ? options.step : 0};
+}
+
+fem::FemBody::Params BodyParams(const FemModel::Params& params) {
   return {params.material.poisson_ratio,
           Linear(params.options) ? fem::TetElements::Law::kLinear
                                  : fem::TetElements::Law::kCorotational,
           params.options.threads};
 }
 
-// Numbered and measured as the body is.
-StrainResolution StrainsOf(const SolidMesh& mesh, const HeldNodes& held, const fem::FemBody& body,
-                           double nu) {
-  SolidMesh numbered{body.points(), mesh.tets, mesh.modulus};
-  HeldNodes numbered_held(numbered.nodes.size());
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    const int number = body.Number(static_cast<int>(i));
-    if (number >= 0) numbered_held[Index(number)] = held[i];
-  }
-  for (auto& tet : numbered.tets) {
-    for (int& node : tet) node = body.Number(node);
-  }
-  return {numbered, numbered_held, nu};
-}
-
 }  // namespace
 
 FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
                    Progress* progress)
-    : params_(params),
-      body_(mesh, held, BodyParams(params, mesh, progress)),
-      length_unit_(body_.length_unit()),
-      force_unit_(params.material.young_modulus * length_unit_ * length_unit_),
-      time_unit_(length_unit_ * std::sqrt(params.material.density / params.material.young_modulus)),
+    : VolumeModel(mesh, held, CheckedTraits(mesh, held, params, progress)),
+      params_(params),
+      body_(mesh, held, BodyParams(params)),
+      time_unit_(traits_.length_unit *
+                 std::sqrt(params.material.density / params.material.young_modulus)),
       constraints_(body_),
-      contacts_(mesh, body_),
       gravity_(Index(body_.size())),
-      f_ext_(Index(body_.size())),
-      strain_(StrainsOf(mesh, held, body_, params.material.poisson_ratio)),
-      u_(Index(body_.size())) {
+      f_ext_(Index(body_.size())) {
   ReportProgress(progress, "preparing the solver", 0.6);
   const FemOptions& options = params.options;
   SetGravity();
@@ -128,7 +121,7 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
         body_, fem::StaticEquilibrium::Params{options.residual, Linear(options), progress});
   }
   Reset();
-  Describe(mesh);
+  Describe();
   ReportProgress(progress, "first solution", 0.8);
   Rehearse(mesh);
   NotePrecompute();
@@ -136,31 +129,21 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
 }
 
 void FemModel::SetGravity() {
-  const Vector3d weight = params_.material.density * params_.options.gravity_O * length_unit_ /
-                          params_.material.young_modulus;
+  const Vector3d weight = params_.material.density * params_.options.gravity_O *
+                          traits_.length_unit / params_.material.young_modulus;
   for (int i = 0; i < body_.size(); ++i) {
     for (int c = 0; c < 3; ++c) At(gravity_, i).v[c] = body_.Volume(i) * weight[c];
   }
 }
 
-void FemModel::Describe(const SolidMesh& mesh) {
-  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
-  keeps_displacements_ = true;
-  info_.kind = "fem";
-  info_.elements = static_cast<int>(mesh.tets.size());
+void FemModel::Describe() {
   for (const auto& node : body_.free()) {
     for (const double free : node.v) info_.dof += free > 0 ? 1 : 0;
   }
   info_.memory_bytes =
       body_.memory_bytes() + (stepper_ ? stepper_->memory_bytes() : equilibrium_->memory_bytes());
-  info_.range = params_.range > 0 ? params_.range : Linear(params_.options) ? kLinearRange : 0;
-  info_.step = stepper_ ? params_.options.step : 0;
-  if (params_.material.poisson_ratio >= kLocks) {
-    remark_ = "linear tetrahedra lock at this Poisson ratio: the model is far too stiff";
-  }
-  info_.remark.reserve(kTextSize);
-  failure_text_.reserve(kTextSize);
-  info_.remark = remark_;
+  SetRemark(locks() ? "linear tetrahedra lock at this Poisson ratio: the model is far too stiff"
+                    : "");
 }
 
 // What a moved contact costs, on meshes where that is soon known.
@@ -170,7 +153,7 @@ void FemModel::Rehearse(const SolidMesh& mesh) {
   if (surface.triangles.empty()) return;
   Contact contact{.kind = Contact::Kind::kForce, .p_O = Centroid(surface, 0)};
   contact.prescribed_O =
-      -1e-6 * force_unit_ * Area(surface, 0) / (length_unit_ * length_unit_) * Normal(surface, 0);
+      -1e-6 * params_.material.young_modulus * Area(surface, 0) * Normal(surface, 0);
   ContactResponse response;
   Respond({&contact, 1}, {&response, 1});
   contact.prescribed_O *= 2;
@@ -180,9 +163,7 @@ void FemModel::Rehearse(const SolidMesh& mesh) {
   Reset();
 }
 
-void FemModel::Reset() {
-  failure_ = {};
-  contacts_.Forget();
+void FemModel::Rest() {
   if (stepper_) {
     stepper_->Reset();
   } else {
@@ -190,44 +171,31 @@ void FemModel::Reset() {
   }
 }
 
-bool FemModel::Fail(const char* why, int contact) {
-  std::array<char, 24> which{};
-  if (contact >= 0) std::snprintf(which.data(), which.size(), "contact %d: ", contact);
-  failure_text_.assign(which.data()).append(why);
-  return DeformationModel::Fail(failure_text_);
-}
-
-void FemModel::ComputeResponses(std::span<const Contact> contacts,
-                                std::span<ContactResponse> responses) noexcept {
-  failure_ = {};
-  std::fill(responses.begin(), responses.end(), ContactResponse{});
-  if (contacts.size() != responses.size()) {
-    Fail("the number of responses and contacts must be equal");
-    return;
-  }
-  bool answered = false;
-  try {
-    answered = TryRespond(contacts);
-  } catch (const std::exception& e) {  // out of memory
-    Fail(e.what());
-  }
-  if (!answered) return;
-  RemarkInversion();
-  const auto doubt = FlagReason(contacts);
+bool FemModel::Hold(std::span<const Contact> contacts) {
+  constraints_.Clear();
+  hold_.assign(contacts.size(), -1);
+  int holds = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    responses[k] = ResponseOf(k, contacts[k], doubt);
-  }
-}
-
-bool FemModel::TryRespond(std::span<const Contact> contacts) {
-  if (!Locate(contacts)) return false;
-  f_ext_ = gravity_;
-  if (!contacts_.Apply(contacts, length_unit_, force_unit_, constraints_, f_ext_)) {
-    return Fail("a contact moves fixed nodes");
+    if (contacts[k].kind != Contact::Kind::kDisplacement) continue;
+    hold_[k] = holds++;
+    moved_ = places()[k].nodes;
+    for (PlaceWeight& node : moved_) node.place = body_.Number(node.place);
+    if (!(places()[k].is_point ? constraints_.HoldPoint(moved_) : constraints_.HoldNodes(moved_))) {
+      return Fail("two contacts overlap");
+    }
   }
   if (stepper_) {
-    if (stepper_->Step(f_ext_, constraints_)) return true;
-    return Fail("the time step did not converge");
+    stepper_->Renew();
+    return true;
+  }
+  equilibrium_->Renew();
+  return constraints_.FindFreeMotions() || Fail("more than four parts without fixed nodes");
+}
+
+bool FemModel::SolveUnder(std::span<const Contact> contacts) {
+  if (!Prescribe(contacts)) return Fail("a contact moves fixed nodes");
+  if (stepper_) {
+    return stepper_->Step(f_ext_, constraints_) || Fail("the time step did not converge");
   }
   if (constraints_.Imbalance(f_ext_) > kBalanced) {
     return Fail("the loads do not balance on an object without fixed boundary");
@@ -236,116 +204,31 @@ bool FemModel::TryRespond(std::span<const Contact> contacts) {
   return Fail(equilibrium_->interrupted() ? "interrupted" : "no equilibrium was found");
 }
 
-bool FemModel::Locate(std::span<const Contact> contacts) {
+// False: a contact moves a fixed node.
+bool FemModel::Prescribe(std::span<const Contact> contacts) {
+  f_ext_ = gravity_;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const bool force = contacts[k].kind == Contact::Kind::kForce;
-    const double size = contacts[k].prescribed_O.norm() / (force ? force_unit_ : length_unit_);
-    if (size <= kAbsurd || !std::isfinite(size)) continue;
-    return Fail(force ? "the force is beyond a million times E times the larger side squared"
-                      : "the displacement is beyond a million times the larger side",
-                static_cast<int>(k));
-  }
-  const auto found = contacts_.Update(contacts, constraints_);
-  if (found.refusal != nullptr) {
-    contacts_.Forget();
-    return Fail(found.refusal, found.contact);
-  }
-  if (found.change != fem::ContactSet::Change::kNone) {
-    touched_.clear();
-    for (std::size_t k = 0; k < contacts.size(); ++k) {
-      for (const PlaceWeight& node : contacts_.nodes(k)) touched_.push_back(node.place);
+    const Vector3d& prescribed = contacts[k].prescribed_O;
+    if (hold_[k] >= 0) {
+      if (!constraints_.Move(hold_[k], prescribed / traits_.length_unit)) return false;
+      continue;
+    }
+    for (const auto& [node, weight] : places()[k].nodes) {
+      Eigen::Map<Vector3d>(At(f_ext_, body_.Number(node)).v) +=
+          weight * prescribed / traits_.force_unit;
     }
   }
-  if (found.change != fem::ContactSet::Change::kHolds) return true;
-  if (stepper_) {
-    stepper_->Renew();
-    return true;
-  }
-  equilibrium_->Renew();
-  if (constraints_.FindFreeMotions()) return true;
-  contacts_.Forget();
-  return Fail("more than four parts without fixed nodes");
+  return true;
 }
 
-// Why the last answer is extrapolated; nullopt: it is not, but for single patches.
-std::optional<std::string_view> FemModel::FlagReason(std::span<const Contact> contacts) noexcept {
-  if (summary().inverted > 0) return "elements are inside out";
-  if (params_.material.poisson_ratio >= kLocks)
-    return "linear tetrahedra lock at this Poisson ratio";
-  if (info_.range > 0 && fem::LargestComponent(displacement()) > info_.range) return kBeyondRange;
-  if (stepper_ && stepper_->gained_energy()) return "the time step gained energy";
-  // In equilibrium under nothing, what is left of strain is the residual's.
-  const bool acts = stepper_ || params_.options.gravity_O != Vector3d::Zero() ||
-                    std::ranges::any_of(contacts, [](const Contact& contact) {
-                      return contact.prescribed_O != Vector3d::Zero();
-                    });
-  if (acts && Softness() > kMostSoftness) return kStiffInBending;
-  return std::nullopt;
-}
-
-double FemModel::Softness() noexcept {
-  for (std::size_t i = 0; i < u_.size(); ++i) {
-    const double* u = displacement()[i].v;
-    u_[i] = {u[0], u[1], u[2]};
-  }
-  return strain_.Softness(u_, touched_);
-}
-
-void FemModel::RemarkInversion() {
-  if (summary().inverted == 0) {
-    info_.remark.assign(remark_);
-    return;
-  }
-  std::array<char, kTextSize> text{};
-  std::snprintf(text.data(), text.size(), "%d elements are inside out, the first is %d%s%s",
-                summary().inverted, body_.MeshElement(summary().first_inverted),
-                remark_.empty() ? "" : "; ", remark_.c_str());
-  info_.remark.assign(text.data());
-}
-
-ContactResponse FemModel::ResponseOf(std::size_t k, const Contact& contact,
-                                     std::optional<std::string_view> doubt) const noexcept {
-  ContactResponse response;
-  if (!doubt && contacts_.coarse(k)) doubt = kCoarsePatch;
-  if (!doubt && contacts_.on_support(k)) doubt = kOnSupport;
-  response.validity = doubt ? Validity::kExtrapolated : Validity::kValid;
-  response.doubt = doubt.value_or(std::string_view());
-  const int hold = contacts_.hold(k);
-  if (hold >= 0) {
-    const auto& reaction = stepper_ ? stepper_->reaction() : equilibrium_->reaction();
-    response.force_O = force_unit_ * constraints_.Sum(hold, reaction);
-    response.displacement_O = contact.prescribed_O;
-    SetMoment(
-        contacts_.arms(k), contact.width,
-        [&](std::size_t i) -> Vector3d {
-          const double* force = At(reaction, contacts_.nodes(k)[i].place).v;
-          return force_unit_ * Vector3d(force[0], force[1], force[2]);
-        },
-        &response);
-  } else {
-    response.force_O = contact.prescribed_O;
-    response.displacement_O = length_unit_ * contacts_.Mean(k, displacement());
-    SetMoment(
-        contacts_.arms(k), contact.width,
-        [&](std::size_t i) -> Vector3d {
-          return contacts_.nodes(k)[i].weight * contact.prescribed_O;
-        },
-        &response);
-  }
-  return response;
-}
-
-void FemModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
-  u_O->resize(displacement().size());
-  for (std::size_t i = 0; i < u_O->size(); ++i) {
-    const double* u = At(displacement(), body_.Number(static_cast<int>(i))).v;
-    (*u_O)[i] = length_unit_ * Vector3d(u[0], u[1], u[2]);
-  }
+VolumeModel::Inversion FemModel::FindInversion() const {
+  const fem::ElementSummary& last = summary();
+  return {last.inverted, last.inverted > 0 ? body_.MeshElement(last.first_inverted) : -1};
 }
 
 double FemModel::energy() const {
   const double energy = stepper_ ? stepper_->energy() : equilibrium_->summary().energy;
-  return energy * force_unit_ * length_unit_;
+  return energy * traits_.force_unit * traits_.length_unit;
 }
 
 }  // namespace palpate

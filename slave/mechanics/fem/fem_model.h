@@ -1,41 +1,27 @@
-// `fem` with linear tetrahedra: linear or co-rotational, in equilibrium or in motion.
+// `fem` with linear tetrahedra at small strain in each element: linear or co-rotational, in
+// equilibrium or in motion. Eight elements per instruction.
 //
 // The law is that of Mueller and Gross (2004), paper B [21], with the signed polar rotation
 // (fem/tet_elements.h); equilibria by Newton's method (fem/static_equilibrium.h), motion by
-// implicit Euler or Newmark's average acceleration (fem/time_stepper.h). Linear tetrahedra are
-// first order accurate in stress and lock as nu approaches 0.5.
+// implicit Euler (fem/time_stepper.h). Linear tetrahedra are first order accurate in stress and
+// lock as nu approaches 0.5.
 #pragma once
 
 #include <optional>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
-#include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/contact_set.h"
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/fem/static_equilibrium.h"
 #include "slave/mechanics/fem/time_stepper.h"
-#include "slave/mechanics/mesh_resolution.h"
+#include "slave/mechanics/fem/volume_model.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
-// Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes of
-// its patch, or the weighted point of the triangle there, and reports what that takes; on supports
-// it must be zero and reports the reaction (in motion: its elastic part). In statics an object
-// without fixed boundary takes balanced loads (to 1e-6) and moves without mean displacement and
-// rotation.
-//
-// kExtrapolated: elements inside out (their number is in info().remark), nu > 0.49, the linear law
-// out of range, a step of time that gained energy from nowhere, a mesh too coarse for a patch
-// (mesh_resolution.h) or for a part that bends (mesh_resolution.h). kFailed: contacts that are not
-// finite, overlap or lie nowhere, loads out of balance, no convergence, interruption; failure()
-// says which.
-class FemModel final : public DeformationModel {
+class FemModel final : public VolumeModel {
  public:
   struct Params {
     Material material;   // E > 0 [Pa], -1 < nu < 0.5; a density wherever mass counts
@@ -52,35 +38,40 @@ class FemModel final : public DeformationModel {
   FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
            Progress* progress = nullptr);
 
-  void Reset() override;
-
-  // Of the last query.
-  // relative, reached
+  // Residual reached by the last query, relative.
   [[nodiscard]] double residual() const {
     return stepper_ ? stepper_->last_solve().residual : equilibrium_->residual();
   }
-  [[nodiscard]] double energy() const;                               // elastic and kinetic [J]
-  [[nodiscard]] int inverted() const { return summary().inverted; }  // elements
+  [[nodiscard]] double energy() const;  // elastic and kinetic [J]
+  [[nodiscard]] int inverted() const { return inversion().elements; }
   [[nodiscard]] const fem::TimeStepper* stepper() const { return stepper_ ? &*stepper_ : nullptr; }
 
  private:
-  void ComputeResponses(std::span<const Contact> contacts,
-                        std::span<ContactResponse> responses) noexcept override;
-  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
-  bool TryRespond(std::span<const Contact> contacts);
-  bool Locate(std::span<const Contact> contacts);
-  bool Fail(const char* why, int contact = -1);
+  void Rest() override;
+  bool Hold(std::span<const Contact> contacts) override;
+  bool SolveUnder(std::span<const Contact> contacts) override;
+  [[nodiscard]] Eigen::Vector3d DisplacementAt(int node) const override {
+    return VectorAt(stepper_ ? stepper_->displacement() : equilibrium_->displacement(), node);
+  }
+  [[nodiscard]] Eigen::Vector3d ReactionAt(int node) const override {
+    return VectorAt(reaction(), node);
+  }
+  [[nodiscard]] Eigen::Vector3d PointForce(std::size_t contact) const override {
+    return constraints_.Sum(hold_[contact], reaction());
+  }
+  [[nodiscard]] Inversion FindInversion() const override;
+  [[nodiscard]] bool gained_energy() const override {
+    return stepper_ && stepper_->gained_energy();
+  }
+  bool Prescribe(std::span<const Contact> contacts);
   void SetGravity();
-  void Describe(const SolidMesh& mesh);
+  void Describe();
   void Rehearse(const SolidMesh& mesh);
-  void RemarkInversion();
-  [[nodiscard]] std::optional<std::string_view> FlagReason(
-      std::span<const Contact> contacts) noexcept;
-  [[nodiscard]] double Softness() noexcept;
-  [[nodiscard]] ContactResponse ResponseOf(std::size_t k, const Contact& contact,
-                                           std::optional<std::string_view> doubt) const noexcept;
-  [[nodiscard]] const fem::NodeVector& displacement() const {
-    return stepper_ ? stepper_->displacement() : equilibrium_->displacement();
+  [[nodiscard]] const fem::NodeVector& reaction() const {
+    return stepper_ ? stepper_->reaction() : equilibrium_->reaction();
+  }
+  [[nodiscard]] Eigen::Vector3d VectorAt(const fem::NodeVector& of, int mesh_node) const {
+    return Eigen::Map<const Eigen::Vector3d>(fem::At(of, body_.Number(mesh_node)).v);
   }
   [[nodiscard]] const fem::ElementSummary& summary() const {
     return stepper_ ? stepper_->summary() : equilibrium_->summary();
@@ -88,16 +79,13 @@ class FemModel final : public DeformationModel {
 
   Params params_;
   fem::FemBody body_;
-  double length_unit_, force_unit_, time_unit_;  // [m], [N], [s]
+  double time_unit_;  // [s]
   fem::Constraints constraints_;
-  fem::ContactSet contacts_;
   std::optional<fem::StaticEquilibrium> equilibrium_;
   std::optional<fem::TimeStepper> stepper_;
   fem::NodeVector gravity_, f_ext_;
-  StrainResolution strain_;
-  std::vector<Eigen::Vector3d> u_;  // of the nodes
-  std::vector<int> touched_;
-  std::string remark_, failure_text_;
+  std::vector<int> hold_;           // per contact: its number in constraints_; -1: a load
+  std::vector<PlaceWeight> moved_;  // room: a contact's nodes by their numbers in the body
 };
 
 }  // namespace palpate

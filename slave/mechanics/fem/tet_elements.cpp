@@ -2,9 +2,6 @@
 
 #include <cmath>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
 #include "shared/geometry/index.h"
 #include "slave/mechanics/fem/signed_polar.h"
 
@@ -188,14 +185,6 @@ PALPATE_DISPATCHED void EvaluateGroups(TetGroup* groups, const NodeValue* u, con
   }
 }
 
-Eigen::Matrix3d GradientsOf(const std::vector<Eigen::Vector3d>& nodes,
-                            const std::array<int, 4>& tet, double& volume) {
-  Eigen::Matrix3d edges;
-  for (int a = 0; a < 3; ++a) edges.col(a) = nodes[Index(tet[Index(a) + 1])] - nodes[Index(tet[0])];
-  volume = edges.determinant() / 6;
-  return edges.inverse();
-}
-
 }  // namespace
 
 TetElements::TetElements(const SolidMesh& mesh, const Lame& lame, Law law)
@@ -209,22 +198,17 @@ TetElements::TetElements(const SolidMesh& mesh, const Lame& lame, Law law)
   for (int e = 0; e < count_; ++e) {
     TetGroup& group = groups_[Index(e / kLanes)];
     const int l = e % kLanes;
-    double volume = 0;
     const auto& tet = mesh.tets[Index(e)];
-    const Eigen::Matrix3d gradients = GradientsOf(mesh.nodes, tet, volume);
-    volume *= mesh.ModulusOf(Index(e));
+    const TetGeometry geometry = GeometryOf(mesh.nodes, tet);
+    const double volume = geometry.volume * mesh.ModulusOf(Index(e));
     const double root = std::sqrt(volume * lame.mu);
-    for (std::size_t a = 0; a < 4; ++a) group.node[a][Index(l)] = tet[a];
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (int a = 0; a < 3; ++a) {
-      const Eigen::Vector3d gradient = gradients.row(a);
+    for (int a = 0; a < 4; ++a) {
+      group.node[Index(a)][Index(l)] = tet[Index(a)];
       for (int c = 0; c < 3; ++c) {
-        group.gradient[Index(a)][Index(c)][l] = gradient[c];
-        gradients_[4 * Index(e) + Index(a) + 1].v[c] = root * gradient[c];
+        if (a > 0) group.gradient[Index(a) - 1][Index(c)][l] = geometry.grad(c, a);
+        gradients_[4 * Index(e) + Index(a)].v[c] = root * geometry.grad(c, a);
       }
-      sum += gradient;
     }
-    for (int c = 0; c < 3; ++c) gradients_[4 * Index(e)].v[c] = -root * sum[c];
     group.volume[l] = volume;
     group.root_volume_mu[l] = root;
   }

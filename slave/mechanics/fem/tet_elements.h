@@ -14,15 +14,12 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 #include "slave/mechanics/fem/worker_team.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
-
-struct Lame {
-  double mu = 0, lambda = 0;
-};
 
 // Further results of an evaluation.
 struct ElementSummary {

@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "shared/mesh/node_merger.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/footprint/disc_compliance.h"
@@ -444,25 +443,18 @@ TEST(StrainResolution, AnEvenStretchIsExact) {
     u.emplace_back(1e-6 * p.x(), -3e-7 * p.y(), -3e-7 * p.z());
     if (p.x() == 2) end.push_back(static_cast<int>(i));
   }
-  StrainResolution strain(mesh, Free(mesh), 0.3);
+  StrainResolution strain(MakeTetMesh(mesh, 4, 1), Free(mesh), 0.3);
   EXPECT_LT(strain.Softness(u, end), 1e-9);
 }
 
-// Law: ten nodes follow pure bending exactly, in any direction; the middles of edges are numbered
-// as kTetEdges lists them.
+// Law: ten nodes follow pure bending exactly, in any direction.
 TEST(StrainResolution, PureBendingIsExactWithTenNodes) {
   const SolidMesh mesh = MeshBox({4, 1, 2}, {2, 1, 1});
-  std::vector<Vector3d> places = mesh.nodes;
-  EdgeMiddles middle(&places);
-  for (const auto& tet : mesh.tets) {
-    for (const auto& [i, j] : kTetEdges) {
-      middle(tet[static_cast<std::size_t>(i)], tet[static_cast<std::size_t>(j)]);
-    }
-  }
+  const TetMesh quadratic = MakeTetMesh(mesh, 10, 1);
   std::vector<Vector3d> u;
-  for (const Vector3d& p : places)
+  for (const Vector3d& p : quadratic.nodes)
     u.emplace_back(1e-9 * Vector3d(-p.x() * p.z(), 0, p.x() * p.x() / 2));
-  StrainResolution strain(mesh, Free(mesh), 0, 10);
+  StrainResolution strain(quadratic, Free(mesh), 0);
   EXPECT_LT(strain.Softness(u, {}), 1e-12);
   u.back().x() += 1e-9;
   EXPECT_GT(strain.Softness(u, {}), 0.01);
@@ -473,7 +465,7 @@ TEST(StrainResolution, IsTheSameAtEverySizeAndTurned) {
   double first = 0;
   for (const double size : {1.0, 1e-6, 1e3}) {
     const SolidMesh mesh = MeshBox({4 * size, size, size}, {4, 1, 1});
-    StrainResolution strain(mesh, Free(mesh), 0.3);
+    StrainResolution strain(MakeTetMesh(mesh, 4, 1), Free(mesh), 0.3);
     for (const double angle : {0.0, 1.0, 2.5}) {
       const Eigen::AngleAxisd turned(angle, Vector3d(1, 2, 3).normalized());
       std::vector<Vector3d> u;

@@ -54,7 +54,8 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .poisson_ratio = poisson_ratio}),
       element_(options.element),
       locks_(poisson_ratio >= kLocks),
-      strain_(mesh, held, poisson_ratio, options.element == TetElement::kTet4 ? 4 : 10),
+      strain_(MakeTetMesh(mesh, options.element == TetElement::kTet4 ? 4 : 10, 1), held,
+              poisson_ratio),
       bending_(columns_.node_of_place().size()),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};

@@ -15,7 +15,7 @@
 #include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/fem/green/column_cache.h"
-#include "slave/mechanics/mesh_resolution.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 
 namespace palpate {
 namespace {
@@ -25,8 +25,7 @@ using Eigen::Vector3d;
 
 constexpr int kAssembly = 1;  // rises whenever the same inputs give another matrix
 constexpr double kLargestNu = 0.499;
-constexpr double kFixesMotion = 1e-10;     // smallest eigenvalue of the motions' Gram matrix
-constexpr double kSmallestVolume = 1e-12;  // of the cube of the longest edge
+constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the motions' Gram matrix
 
 // The nodes of every element, corners first, and which components are held.
 struct Elements {
@@ -80,10 +79,6 @@ Gradients QuadraticGradients(const Eigen::Matrix<double, 3, 4>& g, const Eigen::
   }
   return gradients;
 }
-
-struct Lame {
-  double lambda, mu;  // by E
-};
 
 using Stiffness = Eigen::Matrix<double, 30, 30>;
 
@@ -225,9 +220,7 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
   if (!(nu > -1 && nu <= kLargestNu)) {
     RefuseValue("poisson_ratio", nu, "-1 < nu <= 0.499 (linear tetrahedra lock beyond)");
   }
-  RequireReadable(mesh);
-  RequireOnePerNode(held, mesh);
-  RequireVolumes(mesh, kSmallestVolume);
+  RequireTets(mesh, held);
   RequireSupported(mesh, held);
   const Elements elements = Number(mesh, held, element);
   TetStiffness stiffness;
@@ -235,7 +228,7 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
   stiffness.length_unit = LargerSide(mesh.nodes);
   const int order = NumberRows(elements, &stiffness.row);
   stiffness.lower = LowerPattern(elements, stiffness.row, order);
-  const Lame body{nu / ((1 + nu) * (1 - 2 * nu)), 0.5 / (1 + nu)};
+  const Lame body = LameOf(nu);
   Stiffness k;
   for (std::size_t t = 0; t < elements.nodes.size(); ++t) {
     const auto& nodes = elements.nodes[t];
@@ -244,7 +237,7 @@ TetStiffness AssembleTetStiffness(const SolidMesh& mesh, const HeldNodes& held, 
       p[v] = (mesh.nodes[Index(nodes[v])] - mesh.nodes.front()) / stiffness.length_unit;
     }
     const double modulus = mesh.ModulusOf(t);
-    const Lame lame{modulus * body.lambda, modulus * body.mu};
+    const Lame lame{modulus * body.mu, modulus * body.lambda};
     ElementStiffness(lame, p, static_cast<int>(elements.per_element), &k);
     Scatter(k, nodes, elements.per_element, stiffness.row, &stiffness.lower);
   }

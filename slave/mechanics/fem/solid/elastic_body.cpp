@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/solid/shape_functions.h"
 
 namespace palpate {
 namespace {
@@ -110,10 +111,11 @@ struct ElasticBody::Local {
   Vector4d p = Vector4d::Zero();  // by the modulus
 };
 
-ElasticBody::ElasticBody(const ElementMesh& mesh, const BlockLayout& layout, const MaterialLaw& law)
+ElasticBody::ElasticBody(const TetMesh& mesh, const BlockLayout& layout, const MaterialLaw& law)
     : mesh_(mesh), layout_(layout), law_(law) {
   geometry_.reserve(Index(mesh.element_count()));
-  for (int e = 0; e < mesh.element_count(); ++e) geometry_.push_back(GeometryOf(mesh, e));
+  for (int e = 0; e < mesh.element_count(); ++e)
+    geometry_.push_back(GeometryOf(mesh.nodes, mesh.element(e)));
 }
 
 template <int kNodes>
@@ -309,18 +311,21 @@ VectorXd ElasticBody::NodeVolumes() const {
   return volumes;
 }
 
-double ElasticBody::SmallestJacobian(const VectorXd& x) const {
-  double smallest = std::numeric_limits<double>::infinity();
+ElasticBody::Jacobians ElasticBody::FindJacobians(const VectorXd& x) const {
+  Jacobians found{.smallest = std::numeric_limits<double>::infinity()};
   const int n = mesh_.nodes_per_element;
   for (int e = 0; e < mesh_.element_count(); ++e) {
+    double smallest = std::numeric_limits<double>::infinity();
     const auto meet = [&](const Vector4d& bary) {
       const Matrix3d F = Matrix3d::Identity() + StrainAt(x, e, bary);
       smallest = std::min(smallest, F.determinant());
     };
     for (const auto& q : QuadratureOf(n)) meet(q.bary);
     for (int corner = 0; n == 10 && corner < 4; ++corner) meet(Vector4d::Unit(corner));
+    if (!(smallest > 0) && found.inverted++ == 0) found.first_inverted = e;
+    found.smallest = std::min(found.smallest, smallest);
   }
-  return smallest;
+  return found;
 }
 
 }  // namespace palpate

@@ -12,9 +12,9 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/material_law.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 
 namespace palpate {
 
@@ -22,7 +22,7 @@ namespace palpate {
 class ElasticBody {
  public:
   // Keeps references to the mesh and the layout, whose pressures it uses if there are any.
-  ElasticBody(const ElementMesh& mesh, const BlockLayout& layout, const MaterialLaw& law);
+  ElasticBody(const TetMesh& mesh, const BlockLayout& layout, const MaterialLaw& law);
 
   // W, and its gradient over all unknowns, rows of the layout. NaN where `x` is not finite.
   double Energy(const Eigen::VectorXd& x, Eigen::VectorXd* gradient) const;
@@ -45,8 +45,12 @@ class ElasticBody {
   // Integral of every node's shape function, per node: weight, and mean values.
   [[nodiscard]] Eigen::VectorXd NodeVolumes() const;
 
-  // Smallest det F over the quadrature points and, with ten nodes, the corners; F = I + grad u.
-  [[nodiscard]] double SmallestJacobian(const Eigen::VectorXd& x) const;
+  // det F over the quadrature points and, with ten nodes, the corners; F = I + grad u.
+  struct Jacobians {
+    double smallest = 0;
+    int inverted = 0, first_inverted = -1;  // elements with one that is not > 0; the first
+  };
+  [[nodiscard]] Jacobians FindJacobians(const Eigen::VectorXd& x) const;
 
   [[nodiscard]] const MaterialLaw& law() const { return law_; }
 
@@ -65,7 +69,7 @@ class ElasticBody {
   void AddTangents(const Eigen::VectorXd& x, const Tangent& tangent, bool regularised,
                    SparseMatrix* matrix) const;
 
-  const ElementMesh& mesh_;
+  const TetMesh& mesh_;
   const BlockLayout& layout_;
   MaterialLaw law_;
   std::vector<TetGeometry> geometry_;

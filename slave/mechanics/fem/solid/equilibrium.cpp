@@ -285,15 +285,19 @@ bool Equilibrium::Direction(Balance* balance, const VectorXd& x, bool first) {
   return step_.allFinite() || Fail("the linear solver broke down");
 }
 
-// Backtracks until the energy falls enough; where it is lost in rounding, takes the whole step.
+// Backtracks until the energy falls enough and no element has turned inside out: beyond that lie
+// equilibria to which no slow load leads. Where the energy is lost in rounding, takes the whole
+// step. A state that begins inside out may stay so.
 bool Equilibrium::Search(const Balance& balance, double slope, VectorXd* x) {
   const double rounding = kRounding * (std::abs(energy_) + std::abs(balance.force.dot(*x)));
+  const bool began_inverted = body_.FindJacobians(*x).inverted > 0;
   double length = 1;
   for (int i = 0; i < kMostHalvings; ++i, length *= 0.5) {
     trial_ = *x + length * step_;
     if (pressure_) pressure_->Update(&trial_);
     const double energy = Potential(balance, trial_);
-    if (std::isfinite(energy) && energy <= energy_ + kArmijo * length * slope + rounding) {
+    if (std::isfinite(energy) && energy <= energy_ + kArmijo * length * slope + rounding &&
+        (began_inverted || body_.FindJacobians(trial_).inverted == 0)) {
       x->swap(trial_);
       return true;
     }

@@ -1,22 +1,17 @@
 // `fem` for accuracy and large strains: quadrature-based tetrahedra with four or ten nodes,
-// constitutive models linear, corotational and stable neo-Hookean, with or without a pressure
-// unknown, static or dynamic. The parts are documented in elastic_body.h, material_law.h,
-// equilibrium.h.
+// constitutive models linear, corotational and hyperelastic, with or without a pressure unknown,
+// static or dynamic. The parts are documented in elastic_body.h, material_law.h, equilibrium.h.
 #pragma once
 
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
-#include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/solid/contact_set.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
-#include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/solid_motion.h"
 #include "slave/mechanics/fem/solid/solid_params.h"
@@ -24,16 +19,13 @@
 #include "slave/mechanics/fem/solid/solid_statics.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
 #include "slave/mechanics/fem/solid/supports.h"
-#include "slave/mechanics/mesh_resolution.h"
+#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/fem/volume_model.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
-// A contact that moves nodes also reports what holds them. Inverted elements, with the linear law
-// displacements beyond the range, and a mesh too coarse for a patch or for a part that bends:
-// kExtrapolated. Displacements beyond 1e6 larger sides are absurd: kFailed. After a failure the
-// body is at rest again.
-class SolidModel final : public DeformationModel {
+class SolidModel final : public VolumeModel {
  public:
   using Params = SolidParams;
 
@@ -45,12 +37,10 @@ class SolidModel final : public DeformationModel {
   SolidModel(const SolidMesh& mesh, const HeldNodes& held, const Params& params,
              Progress* progress = nullptr);
 
-  void Reset() override;
-
-  [[nodiscard]] const ElementMesh& mesh() const { return mesh_; }
+  [[nodiscard]] const TetMesh& mesh() const { return mesh_; }
   // Of node `node` of mesh(), middles too [m].
   [[nodiscard]] Eigen::Vector3d displacement(int node) const {
-    return unit_ * state_.x.segment<3>(layout_.first(node));
+    return traits_.length_unit * DisplacementAt(node);
   }
   // Pressure unknown of a vertex, positive in tension [Pa]; 0 without pressure unknowns.
   [[nodiscard]] double pressure(int vertex) const {
@@ -61,46 +51,39 @@ class SolidModel final : public DeformationModel {
   [[nodiscard]] int newton_steps() const {
     return motion_ ? equilibrium_.newton_steps() : statics_.newton_steps();
   }
-  [[nodiscard]] double smallest_jacobian() const { return body_.SmallestJacobian(state_.x); }
+  [[nodiscard]] double smallest_jacobian() const { return body_.FindJacobians(state_.x).smallest; }
 
  private:
-  void ComputeResponses(std::span<const Contact> contacts,
-                        std::span<ContactResponse> responses) noexcept override;
-  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) override;
+  void Rest() override;
+  bool Hold(std::span<const Contact> contacts) override;
+  bool SolveUnder(std::span<const Contact> contacts) override;
+  [[nodiscard]] Eigen::Vector3d DisplacementAt(int node) const override {
+    return state_.x.segment<3>(layout_.first(node));
+  }
+  [[nodiscard]] Eigen::Vector3d ReactionAt(int node) const override {
+    return equilibrium_.unbalanced().segment<3>(layout_.first(node));
+  }
+  [[nodiscard]] Eigen::Vector3d PointForce(std::size_t contact) const override {
+    return state_.balance.row_force.segment<3>(first_row_[contact]);
+  }
+  [[nodiscard]] Inversion FindInversion() const override;
+  [[nodiscard]] bool gained_energy() const override { return motion_ && motion_->grew(); }
   void Describe(Progress* progress);
-  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
-  bool Acceptable(std::span<const Contact> contacts);
-  bool PrepareSet(std::span<const Contact> contacts);
   bool Prescribe(std::span<const Contact> contacts);
-  bool SolveState();
-  [[nodiscard]] std::optional<std::string_view> FlagReason(double largest);
-  [[nodiscard]] double Softness();
-  bool Fill(std::span<const Contact> contacts, std::span<ContactResponse> responses);
-  [[nodiscard]] Eigen::Vector3d ForceOn(const ContactPlace& place) const;
-  void SetMomentOf(const Contact& contact, const ContactPlace& place,
-                   ContactResponse* response) const;
-  // Without a pressure of their own four-node elements are too stiff near nu = 0.5.
-  [[nodiscard]] bool locks() const;
 
   Params params_;
-  double unit_;  // larger side of the body [m]
-  ElementMesh mesh_;
+  TetMesh mesh_;
   BlockLayout layout_;
   ElasticBody body_;
   fem::SearchProgress progress_;
   Equilibrium equilibrium_;
-  std::vector<bool> used_;
-  SolidContacts contacts_;
   Supports supports_;
-  StrainResolution strain_;
-  std::vector<Eigen::Vector3d> u_;  // of the nodes
-  std::vector<int> touched_;
 
   Eigen::VectorXd weight_;  // gravity's load
   SolidState state_;
+  std::vector<int> first_row_;  // per contact that moves a point: the first of its rows
   SolidStatics statics_;
   std::optional<SolidMotion> motion_;  // nullopt: at rest
-  bool inverted_ = false;
 };
 
 }  // namespace palpate

@@ -19,6 +19,9 @@ struct SolidParams {
 
   [[nodiscard]] bool dynamic() const { return options.time == FemOptions::Time::kDynamic; }
   [[nodiscard]] bool linear() const { return options.law == FemOptions::Law::kLinear; }
+  [[nodiscard]] int nodes_per_element() const {
+    return options.element == FemOptions::Element::kTet10 ? 10 : 4;
+  }
   // Whether the pressure is an unknown of its own.
   [[nodiscard]] bool TakesPressure() const;
   // Of Newton's method; `progress` serves it at rest.

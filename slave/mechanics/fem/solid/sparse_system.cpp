@@ -22,7 +22,7 @@ constexpr int kPatience = 200;        // iterations before a factor is tried ins
 constexpr double kFactorSpeed = 600;  // its operations in the time an iteration takes per block
 
 // Of every node, itself included, rising.
-std::vector<std::vector<int>> NeighboursOf(const ElementMesh& mesh) {
+std::vector<std::vector<int>> NeighboursOf(const TetMesh& mesh) {
   std::vector<std::vector<int>> neighbours(Index(mesh.node_count()));
   for (int node = 0; node < mesh.node_count(); ++node) neighbours[Index(node)].push_back(node);
   for (int e = 0; e < mesh.element_count(); ++e) {
@@ -41,8 +41,7 @@ std::vector<std::vector<int>> NeighboursOf(const ElementMesh& mesh) {
 
 }  // namespace
 
-BlockLayout::BlockLayout(const ElementMesh& mesh, bool pressure)
-    : mesh_(mesh), pressure_(pressure) {
+BlockLayout::BlockLayout(const TetMesh& mesh, bool pressure) : mesh_(mesh), pressure_(pressure) {
   auto neighbours = NeighboursOf(mesh);
   order_ = EliminationOrder(neighbours);
   rank_.resize(order_.size());

@@ -12,7 +12,7 @@
 
 #include "shared/geometry/index.h"
 #include "slave/mechanics/fem/search_progress.h"
-#include "slave/mechanics/fem/solid/element_mesh.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 
 namespace palpate {
@@ -26,7 +26,7 @@ class BlockLayout {
  public:
   // Three displacements per node and, with `pressure`, a pressure behind those of every vertex.
   // Keeps a reference to the mesh. O(N log N).
-  BlockLayout(const ElementMesh& mesh, bool pressure);
+  BlockLayout(const TetMesh& mesh, bool pressure);
 
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] bool has_pressure() const { return pressure_; }
@@ -79,7 +79,7 @@ class BlockLayout {
     return pressure_ && node < mesh_.vertex_count ? 4 : 3;
   }
 
-  const ElementMesh& mesh_;
+  const TetMesh& mesh_;
   bool pressure_;
   int size_ = 0;
   std::vector<int> order_;      // nodes, first to be eliminated first

@@ -18,23 +18,14 @@ constexpr double kFree = 1e-10;  // eigenvalue over the largest one below which 
 
 }  // namespace
 
-Supports::Supports(const ElementMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
+Supports::Supports(const TetMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
                    VectorXd volumes)
-    : mesh_(mesh), layout_(layout), held_(held), volumes_(std::move(volumes)) {
-  // A middle is held where both ends of its edge are.
-  held_.resize(Index(mesh.node_count()), {true, true, true});
+    : mesh_(mesh),
+      layout_(layout),
+      held_(HeldWithMiddles(mesh, held)),
+      volumes_(std::move(volumes)) {
   used_.assign(Index(mesh.node_count()), false);
-  for (int e = 0; e < mesh.element_count(); ++e) {
-    const auto nodes = mesh.element(e);
-    for (const int node : nodes) used_[Index(node)] = true;
-    for (std::size_t i = 4; i < nodes.size(); ++i) {
-      const auto& [a, b] = kTetEdges[i - 4];
-      for (std::size_t c = 0; c < 3; ++c) {
-        held_[Index(nodes[i])][c] =
-            held_[Index(nodes[Index(a)])][c] && held_[Index(nodes[Index(b)])][c];
-      }
-    }
-  }
+  for (const int node : mesh.connectivity) used_[Index(node)] = true;
   double volume = 0;
   node_of_.assign(Index(layout.size()), -1);
   component_of_ = node_of_;

@@ -7,16 +7,16 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/solid/element_mesh.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 
 namespace palpate {
 
 class Supports {
  public:
   // Keeps references. `volumes`: of every node's shape function, the weights of means.
-  Supports(const ElementMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
+  Supports(const TetMesh& mesh, const BlockLayout& layout, const HeldNodes& held,
            Eigen::VectorXd volumes);
 
   // Marks what the scene fixes and nodes of no element.
@@ -45,7 +45,7 @@ class Supports {
   [[nodiscard]] Matrix6d Held(const Balance& balance) const;
   [[nodiscard]] bool Used(int node) const { return used_[static_cast<std::size_t>(node)]; }
 
-  const ElementMesh& mesh_;
+  const TetMesh& mesh_;
   const BlockLayout& layout_;
   HeldNodes held_;  // middles too
   Eigen::VectorXd volumes_;

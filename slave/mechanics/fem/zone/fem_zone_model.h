@@ -16,10 +16,11 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/solid/contact_set.h"
 #include "slave/mechanics/fem/zone/zone_set.h"
 #include "slave/mechanics/fem/zone/zone_touches.h"
+#include "slave/mechanics/footprint/volume_contacts.h"
 #include "slave/mechanics/mesh_resolution.h"
+#include "slave/scene/options/model.h"
 
 namespace palpate {
 
@@ -71,7 +72,7 @@ class FemZoneModel final : public DeformationModel {
     return set_->part(contact).contact_forces().tool();
   }
   bool MoveTools(std::span<const Contact> contacts);
-  bool Prescribe(std::span<const Contact> contacts, double part);
+  void Prescribe(std::span<const Contact> contacts, double part);
   bool SolveState(std::span<const Contact> contacts);
   bool Converge();
   [[nodiscard]] bool HasConverged(double within, bool* finite) const;
@@ -89,9 +90,8 @@ class FemZoneModel final : public DeformationModel {
   HeldNodes held_;
   NearGreen green_;
   double unit_;  // larger side of the body [m]
-  ElementMesh elements_;
-  std::vector<bool> used_;
-  SolidContacts contacts_;
+  TetMesh elements_;
+  VolumeContacts contacts_;
   StrainResolution strain_;
   ZoneTouches touches_at_;
 

@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <limits>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/tet_mesh.h"
 
 namespace palpate {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using fem::Double8;
 using fem::kLanes;
@@ -127,20 +124,13 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
                                const std::vector<Vector3d>& nodes, double nu,
                                std::span<const double> moduli)
     : corners_(corners.begin(), corners.end()) {
-  law_.mu = 0.5 / (1 + nu);
-  law_.lambda = nu / ((1 + nu) * (1 - 2 * nu));
+  const Lame lame = LameOf(nu);
+  law_.mu = lame.mu;
+  law_.lambda = lame.lambda;
   law_.m = 4.0 / 3 * law_.mu;
   law_.k = law_.lambda + 5.0 / 6 * law_.mu;
-  std::vector<double> volumes;  // times moduli
-  std::vector<Matrix3d> gradients;
-  for (const auto& tet : corners_) {
-    Matrix3d edges;
-    for (int a = 0; a < 3; ++a)
-      edges.col(a) = nodes[Index(tet[Index(a + 1)])] - nodes[Index(tet[0])];
-    gradients.push_back(edges.inverse().transpose());
-    const double modulus = moduli.empty() ? 1 : moduli[volumes.size()];
-    volumes.push_back(modulus * edges.determinant() / 6);
-  }
+  std::vector<TetGeometry> geometry;
+  for (const auto& tet : corners_) geometry.push_back(GeometryOf(nodes, tet));
   groups_.resize((corners_.size() + kLanes - 1) / kLanes);
   for (std::size_t t = 0; t < kLanes * groups_.size(); ++t) {
     Group& group = groups_[t / kLanes];
@@ -148,10 +138,11 @@ NeoHookeanTets::NeoHookeanTets(std::span<const std::array<int, 4>> corners,
     for (std::size_t a = 0; a < 4; ++a) group.node[a][l] = 3 * corners_[from][a];
     for (std::size_t a = 0; a < 3; ++a) {
       for (std::size_t c = 0; c < 3; ++c) {
-        group.gradient[a][c][l] = gradients[from](static_cast<int>(c), static_cast<int>(a));
+        group.gradient[a][c][l] = geometry[from].grad(static_cast<int>(c), static_cast<int>(a + 1));
       }
     }
-    group.volume[l] = t < corners_.size() ? volumes[t] : 0;
+    const double modulus = moduli.empty() ? 1 : moduli[from];
+    group.volume[l] = t < corners_.size() ? modulus * geometry[t].volume : 0;
   }
 }
 

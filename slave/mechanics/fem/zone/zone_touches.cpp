@@ -118,17 +118,17 @@ std::string_view ZoneTouches::Make(const Contact& contact, const ContactPlace& a
   }
   touch->radius = std::max({contact.width, kLeastRadius * edge(near), params_.least_radius}) +
                   kMargin * edge(near);
-  if (touch->contact.loaded || at.moved.empty()) {
+  if (touch->contact.loaded || at.is_point) {
     ZoneContact::Point point;
-    for (const auto& [node, weight] : at.weights) {
+    for (const auto& [node, weight] : at.nodes) {
       point.emplace_back(static_cast<int>(touch->nodes.size()), weight);
       touch->nodes.push_back(node);
     }
     touch->contact.points.push_back(std::move(point));
   } else {
-    touch->nodes = at.moved;
-    for (int k = 0; k < static_cast<int>(at.moved.size()); ++k) {
-      touch->contact.points.push_back({{k, 1.0}});
+    for (const auto& [node, weight] : at.nodes) {
+      touch->contact.points.push_back({{static_cast<int>(touch->nodes.size()), 1.0}});
+      touch->nodes.push_back(node);
     }
   }
   const bool held =

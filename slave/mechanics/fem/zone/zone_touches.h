@@ -10,8 +10,8 @@
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/solid/contact_set.h"
 #include "slave/mechanics/fem/zone/zone_set.h"
+#include "slave/mechanics/footprint/volume_contacts.h"
 
 namespace palpate {
 
@@ -19,13 +19,13 @@ class ZoneTouches {
  public:
   struct Params {
     double friction = 0;      // Coulomb's coefficient [-]; infinite: bonded
-    RigidTool tool{};         // of every contact that is none of SolidContacts
+    RigidTool tool{};         // of every contact that is none of VolumeContacts
     double least_radius = 0;  // of every zone [m]
   };
   // Keeps references.
   ZoneTouches(const SolidMesh& mesh, const HeldNodes& held, const Params& params);
 
-  // `at`: where SolidContacts finds the contact. Empty: made; otherwise why not.
+  // `at`: where VolumeContacts finds the contact. Empty: made; otherwise why not.
   [[nodiscard]] std::string_view Make(const Contact& contact, const ContactPlace& at,
                                       ZoneSet::Touch* touch) const;
   // The zone that goes with a tool that slides, or grows with one that goes deeper. nullopt: the

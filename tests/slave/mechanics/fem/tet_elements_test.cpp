@@ -203,38 +203,27 @@ TEST(TetElements, ForcesFollowTheSignedPolarRotationOfAnyMatrix) {
   EXPECT_GT(inverted, 500);
 }
 
-// Law: the force is the derivative of the energy, the exact tangent that of the force; central
-// differences with 1e-5 truncate near 1e-9.
-TEST(TetElements, EnergyForceAndExactTangentAreDerivativesOfEachOther) {
+// Law: the force is the derivative of the energy; central differences with 1e-5 truncate near 1e-9.
+TEST(TetElements, TheForceIsTheDerivativeOfTheEnergy) {
   FemBody body = UnitTet(kCorotational, 0.3);
   Matrix3d F;
   F << 0.9, 0.3, -0.2, 0.1, 0.6, 0.25, -0.15, 0.2, 1.3;
   const auto x = Deformed(F);
   const Vector12d f = ForcesAt(body, x);
-  BlockMatrix K(body.pattern());
-  NodeVector u(4);
-  for (int a = 0; a < 4; ++a) {
-    for (int c = 0; c < 3; ++c) {
-      At(u, body.Number(a)).v[c] =
-          x[static_cast<std::size_t>(a)][c] - kUnitTet.nodes[static_cast<std::size_t>(a)][c];
-    }
-  }
-  body.AssembleTangent(0, 1, K);
-  body.AddSpin(1, u, K);
   const double h = 1e-5;
-  for (int d = 0; d < 12; ++d) {
-    auto ahead = x, behind = x;
-    ahead[static_cast<std::size_t>(d / 3)][d % 3] += h;
-    behind[static_cast<std::size_t>(d / 3)][d % 3] -= h;
-    const Vector12d column = (ForcesAt(body, ahead) - ForcesAt(body, behind)) / (2 * h);
-    NodeVector up = u, down = u;
-    At(up, body.Number(d / 3)).v[d % 3] += h;
-    At(down, body.Number(d / 3)).v[d % 3] -= h;
-    EXPECT_NEAR((body.Evaluate(up).energy - body.Evaluate(down).energy) / (2 * h), f[d], 1e-8);
-    for (int e = 0; e < 12; ++e) {
-      const double* block = K.block(body.pattern().Find(body.Number(e / 3), body.Number(d / 3)));
-      EXPECT_NEAR(block[e % 3 + 3 * (d % 3)], column[e], 1e-8) << e << " " << d;
+  const auto energy_at = [&](int d, double step) {
+    NodeVector u(4);
+    for (int a = 0; a < 4; ++a) {
+      for (int c = 0; c < 3; ++c) {
+        At(u, body.Number(a)).v[c] =
+            x[static_cast<std::size_t>(a)][c] - kUnitTet.nodes[static_cast<std::size_t>(a)][c];
+      }
     }
+    At(u, body.Number(d / 3)).v[d % 3] += step;
+    return body.Evaluate(u).energy;
+  };
+  for (int d = 0; d < 12; ++d) {
+    EXPECT_NEAR((energy_at(d, h) - energy_at(d, -h)) / (2 * h), f[d], 1e-8) << d;
   }
 }
 

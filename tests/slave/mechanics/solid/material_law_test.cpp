@@ -133,7 +133,7 @@ TEST(LargeStrainLaws, AreObjective) {
 // The nodal forces of one element with unit edges, moved by F.
 struct OneElement {
   SolidMesh solid{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
-  ElementMesh mesh = MakeElementMesh(solid, Element::kTet4, 1);
+  TetMesh mesh = MakeTetMesh(solid, 4, 1);
   BlockLayout layout{mesh, false};
   ElasticBody body;
   explicit OneElement(Law law) : body(mesh, layout, MaterialLaw(law, 0.25)) {}

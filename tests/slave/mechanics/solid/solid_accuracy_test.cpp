@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/fem/solid/shape_functions.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/slave/mechanics/solid/bodies.h"
 
@@ -34,7 +35,7 @@ double Error(const SolidModel& model, const Field& exact) {
         u += shapes[i] * model.displacement(node);
         if (i < 4) p += corners[i] * model.mesh().nodes[static_cast<std::size_t>(node)];
       }
-      sum += q.weight * GeometryOf(model.mesh(), e).volume * (u - exact(p)).squaredNorm();
+      sum += q.weight * GeometryOf(model.mesh().nodes, nodes).volume * (u - exact(p)).squaredNorm();
     }
   }
   return std::sqrt(sum);
@@ -70,7 +71,7 @@ struct Harmonic {
 };
 
 // The field's displacements on five faces and its tractions on the sixth, at every node.
-std::vector<Contact> DriveBy(const Harmonic& field, const ElementMesh& mesh, double mu) {
+std::vector<Contact> DriveBy(const Harmonic& field, const TetMesh& mesh, double mu) {
   std::map<int, Vector3d> moved, pushed;
   for (std::size_t t = 0; t < mesh.surface.triangles.size(); ++t) {
     const auto& face = mesh.faces[t];
@@ -226,7 +227,7 @@ struct Beam {
   std::array<int, 3> cells{10, 1, 1};
   SolidModel::Params params;
 
-  [[nodiscard]] std::vector<Contact> EndLoad(const ElementMesh& mesh, const Vector3d& force) const {
+  [[nodiscard]] std::vector<Contact> EndLoad(const TetMesh& mesh, const Vector3d& force) const {
     std::vector<Contact> contacts;
     for (int t = 0; t < static_cast<int>(mesh.surface.triangles.size()); ++t) {
       const Vector3d centroid = Centroid(mesh.surface, t);

@@ -99,14 +99,12 @@ TEST(SolidModel, PatchesFollowTheContract) {
     alike += inside;
   }
   EXPECT_EQ(alike, 21);  // of a grid of 1/8, within 0.3 of one of its points: 21
-  const ElementMesh& elements = model.mesh();
-  const std::vector<bool> used(elements.nodes.size(), true);
-  SolidContacts set(elements, used, 1);
+  VolumeContacts set(mesh, 10, Nothing(mesh), 1, 1);
   const Contact push = Push(p, down, 0.6);
   ASSERT_TRUE(set.Prepare({&push, 1}));
   double sum = 0;
-  for (const auto& [node, share] : set.places()[0].weights) {
-    EXPECT_GE(node, elements.vertex_count);
+  for (const auto& [node, share] : set.places()[0].nodes) {
+    EXPECT_GE(node, model.mesh().vertex_count);
     EXPECT_GT(share, 0);
     sum += share;
   }

@@ -1,0 +1,68 @@
+// The mesh of every volume model: straight-edged tetrahedra with four nodes (linear displacement)
+// or ten (quadratic), their geometry at rest, and the moduli of an isotropic material.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/geometry/index.h"
+#include "shared/mesh/solid_mesh.h"
+
+namespace palpate {
+
+// Corners of a tetrahedron's edges, in the order of their middles.
+inline constexpr std::array<std::array<int, 2>, 6> kTetEdges{
+    {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
+constexpr int kMaxNodes = 10;  // of one element
+
+// Requirements of a mesh and its supports. Throws std::invalid_argument: no tetrahedron,
+// coordinates that are not finite, a node that does not exist, `held` not one entry per node, a
+// tetrahedron (named by its number) whose volume is not above 1e-14 of its longest edge cubed.
+void RequireTets(const SolidMesh& mesh, const HeldNodes& held);
+
+// Ten nodes: the corners, then the middles of the edges.
+struct TetMesh {
+  std::vector<Eigen::Vector3d> nodes;  // those of the SolidMesh first, then the middles [unit]
+  int vertex_count = 0;
+  int nodes_per_element = 4;
+  std::vector<int> connectivity;  // element by element
+  std::vector<double> modulus;    // see SolidMesh
+  SurfaceMesh surface;            // linear triangles over the vertices [unit]
+  SurfaceMesh touch_surface;      // over all nodes: four triangles per linear one with ten nodes
+  std::vector<std::array<int, 6>> faces;  // per linear triangle: corners, middles 01 12 20 (or -1)
+
+  [[nodiscard]] int node_count() const { return static_cast<int>(nodes.size()); }
+  [[nodiscard]] int element_count() const {
+    return static_cast<int>(connectivity.size()) / nodes_per_element;
+  }
+  [[nodiscard]] double ModulusOf(int e) const { return modulus.empty() ? 1 : modulus[Index(e)]; }
+  [[nodiscard]] std::span<const int> element(int e) const {
+    const auto n = Index(nodes_per_element);
+    return std::span(connectivity).subspan(n * Index(e), n);
+  }
+};
+
+// Lengths are divided by `unit` [m]. The mesh is as RequireTets requires.
+TetMesh MakeTetMesh(const SolidMesh& mesh, int nodes_per_element, double unit);
+
+// Per node of `mesh`: as `held` for its vertices; a middle is held where both ends of its edge are.
+HeldNodes HeldWithMiddles(const TetMesh& mesh, HeldNodes held);
+
+// Gradients of the volume coordinates, one per corner, and the volume of one element at rest.
+struct TetGeometry {
+  Eigen::Matrix<double, 3, 4> grad;
+  double volume = 0;
+};
+TetGeometry GeometryOf(const std::vector<Eigen::Vector3d>& nodes, std::span<const int> tet);
+
+// Lame's moduli by Young's modulus [-].
+struct Lame {
+  double mu = 0, lambda = 0;
+};
+// -1 < nu < 0.5.
+Lame LameOf(double nu);
+
+}  // namespace palpate

@@ -1,0 +1,174 @@
+#include "slave/mechanics/fem/volume_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#include "shared/geometry/index.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLocks = 0.49;         // Poisson's ratio from which tet4 answers are far too stiff
+constexpr double kAbsurd = 1e6;         // larger sides
+constexpr std::size_t kTextSize = 240;  // of a remark
+
+}  // namespace
+
+VolumeModel::VolumeModel(const SolidMesh& mesh, const HeldNodes& held, const Traits& traits)
+    : traits_(traits),
+      contacts_(mesh, traits.nodes_per_element, held, traits.length_unit, traits.force_unit),
+      // Bending alone counts where the pressure is the elements' own.
+      strain_(MakeTetMesh(mesh, traits.nodes_per_element, traits.length_unit),
+              traits.has_pressure ? HeldNodes{} : held,
+              traits.has_pressure ? 0 : traits.poisson_ratio),
+      u_(contacts_.node_count()) {
+  field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
+  keeps_displacements_ = true;
+  info_.kind = "fem";
+  info_.elements = static_cast<int>(mesh.tets.size());
+  info_.range = traits.range;
+  info_.step = traits.step;
+}
+
+void VolumeModel::SetRemark(std::string remark) {
+  remark_ = std::move(remark);
+  info_.remark.reserve(kTextSize);
+  info_.remark = remark_;
+}
+
+void VolumeModel::Reset() {
+  failure_ = {};
+  inversion_ = {};
+  Rest();
+}
+
+void VolumeModel::ComputeResponses(std::span<const Contact> contacts,
+                                   std::span<ContactResponse> responses) noexcept {
+  failure_ = {};
+  std::ranges::fill(responses, ContactResponse{});
+  bool answered = false;
+  try {
+    answered = contacts.size() == responses.size()
+                   ? TryRespond(contacts, responses)
+                   : Fail("the number of responses and contacts must be equal");
+  } catch (const std::exception&) {
+    contacts_.Forget();
+    Fail("out of memory");
+  }
+  if (answered) return;
+  std::ranges::fill(responses, ContactResponse{});
+  inversion_ = {};
+  if (!traits_.is_dynamic) Rest();
+}
+
+bool VolumeModel::TryRespond(std::span<const Contact> contacts,
+                             std::span<ContactResponse> responses) {
+  if (!PrepareSet(contacts) || !SolveUnder(contacts) || !TakeState()) return false;
+  RemarkInversion();
+  const std::string_view doubt = DoubtOf(contacts);
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    ContactResponse response = ResponseOf(k, contacts[k]);
+    if (!response.force_O.allFinite()) return Fail("the solution is not finite");
+    const ContactPlace& place = places()[k];
+    response.doubt = !doubt.empty()     ? doubt
+                     : place.coarse     ? kCoarsePatch
+                     : place.on_support ? kOnSupport
+                                        : std::string_view();
+    response.validity = response.doubt.empty() ? Validity::kValid : Validity::kExtrapolated;
+    responses[k] = response;
+  }
+  return true;
+}
+
+bool VolumeModel::PrepareSet(std::span<const Contact> contacts) {
+  if (!contacts_.Prepare(contacts)) return Fail(contacts_.failure());
+  if (contacts_.change() == VolumeContacts::Change::kNone) return true;
+  touched_.clear();
+  for (const ContactPlace& place : places()) {
+    for (const PlaceWeight& node : place.nodes) touched_.push_back(node.place);
+  }
+  if (contacts_.change() == VolumeContacts::Change::kLoads || Hold(contacts)) return true;
+  contacts_.Forget();
+  return false;
+}
+
+bool VolumeModel::TakeState() {
+  largest_ = 0;
+  for (std::size_t i = 0; i < u_.size(); ++i) {
+    u_[i] = DisplacementAt(static_cast<int>(i));
+    const double size = u_[i].stableNorm();
+    if (!(size <= kAbsurd)) return Fail("the solution is too large or not finite");
+    largest_ = std::max(largest_, size);
+  }
+  inversion_ = FindInversion();
+  return true;
+}
+
+bool VolumeModel::locks() const {
+  return traits_.nodes_per_element == 4 && !traits_.has_pressure && traits_.poisson_ratio >= kLocks;
+}
+
+// Why the last answer is extrapolated; empty: it is not, but for single patches.
+std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
+  if (inversion_.elements > 0) return "elements are inside out";
+  if (locks()) return "linear tetrahedra lock at this Poisson ratio";
+  if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
+  if (gained_energy()) return "the time step gained energy";
+  // In equilibrium under nothing, what is left of strain is the residual's.
+  const bool acts = traits_.is_dynamic || traits_.weighs ||
+                    std::ranges::any_of(contacts, [](const Contact& contact) {
+                      return contact.prescribed_O != Vector3d::Zero();
+                    });
+  return acts && strain_.Softness(u_, touched_) > kMostSoftness ? kStiffInBending
+                                                                : std::string_view();
+}
+
+void VolumeModel::RemarkInversion() {
+  info_.remark.clear();
+  if (inversion_.elements > 0) {
+    std::array<char, kTextSize> text{};
+    std::snprintf(text.data(), text.size(), "%d elements are inside out, the first is %d%s",
+                  inversion_.elements, inversion_.first, remark_.empty() ? "" : "; ");
+    info_.remark.assign(text.data());
+  }
+  info_.remark.append(remark_);
+}
+
+ContactResponse VolumeModel::ResponseOf(std::size_t contact, const Contact& at) const {
+  const ContactPlace& place = places()[contact];
+  const bool moves = at.kind == Contact::Kind::kDisplacement;
+  const auto force_at = [&](std::size_t i) -> Vector3d {
+    const auto& [node, weight] = place.nodes[i];
+    return moves ? Vector3d(traits_.force_unit * ReactionAt(node))
+                 : Vector3d(weight * at.prescribed_O);
+  };
+  ContactResponse response;
+  response.force_O = response.displacement_O = at.prescribed_O;
+  if (!moves) {
+    response.displacement_O.setZero();
+    for (const auto& [node, weight] : place.nodes) {
+      response.displacement_O += traits_.length_unit * weight * u_[Index(node)];
+    }
+  } else if (place.is_point) {
+    response.force_O = traits_.force_unit * PointForce(contact);
+  } else {
+    response.force_O.setZero();
+    for (std::size_t i = 0; i < place.nodes.size(); ++i) response.force_O += force_at(i);
+  }
+  SetMoment(place.arms, at.width, force_at, &response);
+  return response;
+}
+
+void VolumeModel::ComputeDisplacements(std::vector<Vector3d>* u_O) {
+  u_O->resize(field_mesh_.vertices.size());
+  for (std::size_t i = 0; i < u_O->size(); ++i) {
+    (*u_O)[i] = traits_.length_unit * DisplacementAt(static_cast<int>(i));
+  }
+}
+
+}  // namespace palpate

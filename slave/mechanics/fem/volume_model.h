@@ -1,0 +1,97 @@
+// What every model that solves for all nodes of a meshed volume answers, flags and refuses: one
+// rule for every element, law and solver.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/footprint/volume_contacts.h"
+#include "slave/mechanics/mesh_resolution.h"
+
+namespace palpate {
+
+// Places and widths: contracts, `solve`. A contact that prescribes displacements holds the nodes of
+// its patch, or the weighted point of the triangle there, and reports what that takes; on supports
+// it must be zero and reports the reaction (in motion: its elastic part). In statics an object
+// without fixed boundary takes balanced loads (to 1e-6) and moves without mean displacement and
+// rotation.
+//
+// kExtrapolated: elements inside out (their number is in info().remark), elements that lock, the
+// linear law out of range, a step of time that gained energy from nowhere, a mesh too coarse for a
+// patch or for a part that bends (mesh_resolution.h). kFailed: contacts that are not finite,
+// overlap or lie nowhere, loads out of balance, no convergence, interruption, displacements beyond
+// a million larger sides; failure() says which. A body at rest begins at rest again after a
+// failure; a body in motion is as before the step.
+class VolumeModel : public DeformationModel {
+ public:
+  void Reset() final;
+
+  struct Traits {
+    int nodes_per_element = 4;
+    double length_unit = 0, force_unit = 0;  // the larger side [m], E times its square [N]
+    double poisson_ratio = 0;
+    bool has_pressure = false;  // an unknown of its own
+    bool is_dynamic = false;
+    bool weighs = false;  // gravity acts
+    double range = 0;     // largest |displacement| [length units] before `extrapolated`; 0: none
+    double step = 0;      // of time [s]; 0: static
+  };
+
+ protected:
+  // `held`: per node of `mesh`, the components that supports fix.
+  VolumeModel(const SolidMesh& mesh, const HeldNodes& held, const Traits& traits);
+
+  // Nondimensional, nodes by the mesh's numbers, middles too. Both that return bool call Fail.
+  // At rest, nothing acts.
+  virtual void Rest() = 0;
+  // Takes new places() of contacts that prescribe displacements.
+  virtual bool Hold(std::span<const Contact> contacts) = 0;
+  // Equilibrium under the contacts, or the end of one more step of time.
+  virtual bool SolveUnder(std::span<const Contact> contacts) = 0;
+  [[nodiscard]] virtual Eigen::Vector3d DisplacementAt(int node) const = 0;
+  // Of contacts and supports on a node, which is held; of a contact that moves a point.
+  [[nodiscard]] virtual Eigen::Vector3d ReactionAt(int node) const = 0;
+  [[nodiscard]] virtual Eigen::Vector3d PointForce(std::size_t contact) const = 0;
+  struct Inversion {
+    int elements = 0, first = -1;  // with det F <= 0; the first of them
+  };
+  [[nodiscard]] virtual Inversion FindInversion() const = 0;
+  [[nodiscard]] virtual bool gained_energy() const = 0;
+
+  [[nodiscard]] std::span<const ContactPlace> places() const { return contacts_.places(); }
+  [[nodiscard]] const Inversion& inversion() const { return inversion_; }
+  // Four nodes without a pressure of their own are too stiff near nu = 0.5.
+  [[nodiscard]] bool locks() const;
+  // What info().remark says of the model apart from its last answer.
+  void SetRemark(std::string remark);
+
+  const Traits traits_;
+
+ private:
+  void ComputeResponses(std::span<const Contact> contacts,
+                        std::span<ContactResponse> responses) noexcept final;
+  void ComputeDisplacements(std::vector<Eigen::Vector3d>* u_O) final;
+  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
+  bool PrepareSet(std::span<const Contact> contacts);
+  bool TakeState();
+  [[nodiscard]] std::string_view DoubtOf(std::span<const Contact> contacts);
+  [[nodiscard]] ContactResponse ResponseOf(std::size_t contact, const Contact& at) const;
+  void RemarkInversion();
+
+  VolumeContacts contacts_;
+  StrainResolution strain_;
+  std::vector<Eigen::Vector3d> u_;  // of the nodes, in length units
+  double largest_ = 0;              // of them
+  std::vector<int> touched_;        // nodes of contacts
+  Inversion inversion_;
+  std::string remark_;
+};
+
+}  // namespace palpate

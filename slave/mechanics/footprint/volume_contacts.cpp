@@ -1,0 +1,181 @@
+#include "slave/mechanics/footprint/volume_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/geometry/index.h"
+#include "slave/mechanics/mesh_resolution.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kAbsurd = 1e6;         // units
+constexpr double kMostShared = 0.5;     // of a contact's weight, on nodes that another one moves
+constexpr std::size_t kTextSize = 240;  // of a failure
+
+}  // namespace
+
+VolumeContacts::VolumeContacts(const SolidMesh& mesh, int nodes_per_element, const HeldNodes& held,
+                               double length_unit, double force_unit)
+    : mesh_(MakeTetMesh(mesh, nodes_per_element, 1)),
+      held_(HeldWithMiddles(mesh_, held)),
+      used_(mesh_.nodes.size(), false),
+      length_unit_(length_unit),
+      force_unit_(force_unit),
+      corners_(mesh_.surface),
+      load_(mesh_.nodes.size(), 0) {
+  if (nodes_per_element == 10) all_.emplace(mesh_.touch_surface);
+  for (const int node : mesh_.connectivity) used_[Index(node)] = true;
+  failure_.reserve(kTextSize);
+}
+
+bool VolumeContacts::Refuse(std::size_t contact, std::string_view why) {
+  failure_.assign("contact ").append(std::to_string(contact)).append(": ").append(why);
+  ready_ = false;
+  return false;
+}
+
+bool VolumeContacts::Prepare(std::span<const Contact> contacts) {
+  failure_.clear();
+  const std::size_t known = ready_ ? contacts_.size() : 0;
+  change_ = known == contacts.size() && ready_ ? Change::kNone : Change::kHolds;
+  contacts_.resize(contacts.size());
+  places_.resize(contacts.size());
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    const std::string_view wrong = FindSizes(contacts[k]);
+    if (!wrong.empty()) return Refuse(k, wrong);
+    if (k < known && contacts_[k].IsAt(contacts[k])) continue;
+    const auto moves = Contact::Kind::kDisplacement;
+    const bool holds = contacts[k].kind == moves || (k < known && contacts_[k].kind == moves);
+    change_ = holds || change_ == Change::kHolds ? Change::kHolds : Change::kLoads;
+    contacts_[k] = contacts[k];
+    const std::string_view refusal = Find(contacts[k], &places_[k]);
+    if (!refusal.empty()) return Refuse(k, refusal);
+  }
+  if (change_ != Change::kNone) {
+    const int overlapping = Overlapping(contacts);
+    if (overlapping >= 0) return Refuse(Index(overlapping), "it overlaps another contact");
+  }
+  ready_ = true;
+  return true;
+}
+
+std::string_view VolumeContacts::FindSizes(const Contact& contact) const {
+  if (!contact.p_O.allFinite() || !contact.prescribed_O.allFinite() ||
+      !std::isfinite(contact.width) || contact.width < 0) {
+    return "a number is not finite, or the width is negative";
+  }
+  const bool force = contact.kind == Contact::Kind::kForce;
+  if (contact.prescribed_O.norm() <= kAbsurd * (force ? force_unit_ : length_unit_)) return {};
+  return force ? "the force is beyond a million times E times the larger side squared"
+               : "the displacement is beyond a million times the larger side";
+}
+
+std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* place) {
+  const std::string_view refusal =
+      all_ ? FindQuadratic(contact) : corners_.OnNodes(contact, &footprint_);
+  if (!refusal.empty()) return refusal;
+  const bool holds = contact.kind == Contact::Kind::kDisplacement;
+  place->is_point = footprint_.point && footprint_.places.size() > 1;
+  place->coarse = footprint_.coarse;
+  place->nodes.clear();
+  double free_weight = 0;
+  for (const PlaceWeight& touched : footprint_.places) {
+    if (touched.weight == 0) continue;
+    if (!used_[Index(touched.place)]) return "its node belongs to no element";
+    const auto& held = held_[Index(touched.place)];
+    free_weight += held[0] && held[1] && held[2] ? 0 : touched.weight;
+    place->nodes.push_back(touched);
+  }
+  place->arms.clear();
+  if (place->nodes.size() == footprint_.arms.size()) place->arms = footprint_.arms;
+  place->on_support = holds && place->is_point && free_weight < kLeastFreeWeight;
+  return {};
+}
+
+// A disc moves the nodes in it, middles too, and loads the middles of its triangles; a point within
+// a triangle has the weights of the element's own shape functions.
+std::string_view VolumeContacts::FindQuadratic(const Contact& contact) {
+  if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
+    const std::string_view refusal = corners_.OnTriangles(contact, &footprint_);
+    if (refusal.empty()) LoadMiddles(contact);
+    return refusal;
+  }
+  if (contact.width > 0 || contact.element < 0) {
+    Contact anywhere = contact;
+    anywhere.element = -1;  // numbers of triangles are those of `corners_`
+    const bool found = all_->OnNodes(anywhere, &footprint_).empty();
+    footprint_.coarse = found && contact.width > 0 &&
+                        IsPatchCoarse(CoverOf(all_->patch(), PatchBasis::kMovedNodes10));
+    if (found && (!footprint_.point || footprint_.places.size() == 1)) return {};
+  }
+  Contact point = contact;
+  point.width = 0;
+  const std::string_view refusal = corners_.OnNodes(point, &footprint_);
+  if (!refusal.empty()) return refusal;
+  footprint_.coarse = contact.width > 0;
+  if (footprint_.at.node < 0) SetPoint(footprint_.at);
+  return {};
+}
+
+void VolumeContacts::SetPoint(const SurfacePlace& at) {
+  const auto& face = mesh_.faces[Index(at.triangle)];
+  const Vector3d& w = at.weights;
+  footprint_.places.clear();
+  for (int i = 0; i < 3; ++i) footprint_.places.push_back({face[Index(i)], w[i] * (2 * w[i] - 1)});
+  for (int i = 0; i < 3; ++i) {
+    footprint_.places.push_back({face[Index(3 + i)], 4 * w[i] * w[(i + 1) % 3]});
+  }
+}
+
+// An even pressure on a quadratic triangle acts on its middles, a third on each.
+void VolumeContacts::LoadMiddles(const Contact& contact) {
+  const std::vector<PlaceWeight> triangles = footprint_.places;
+  footprint_.places.clear();
+  for (const auto& [triangle, share] : triangles) {
+    for (std::size_t i = 3; i < 6; ++i) {
+      const int middle = mesh_.faces[Index(triangle)][i];
+      if (load_[Index(middle)] == 0) footprint_.places.push_back({middle, 0});
+      load_[Index(middle)] += share / 3;
+    }
+  }
+  std::ranges::sort(footprint_.places, {}, &PlaceWeight::place);
+  footprint_.arms.clear();
+  for (auto& [node, weight] : footprint_.places) {
+    weight = load_[Index(node)];
+    load_[Index(node)] = 0;
+    footprint_.arms.push_back(mesh_.nodes[Index(node)] - contact.p_O);
+  }
+  const auto weight = [&](std::size_t i) { return footprint_.places[i].weight; };
+  CentreArms(corners_.patch().disc, weight, &footprint_.arms);
+  footprint_.coarse = IsPatchCoarse(CoverOf(corners_.patch(), PatchBasis::kLoadedTriangles10));
+}
+
+// The first contact that moves a node which another one moves already, or, as a load or a point (at
+// the rim of a neighbouring patch), rests by half or more on such nodes; -1: none.
+int VolumeContacts::Overlapping(std::span<const Contact> contacts) {
+  owner_.assign(mesh_.nodes.size(), -1);
+  const auto moves_nodes = [&](std::size_t k) {
+    return contacts[k].kind == Contact::Kind::kDisplacement && !places_[k].is_point;
+  };
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (!moves_nodes(k)) continue;
+    for (const PlaceWeight& node : places_[k].nodes) {
+      if (owner_[Index(node.place)] >= 0) return static_cast<int>(k);
+      owner_[Index(node.place)] = static_cast<int>(k);
+    }
+  }
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (moves_nodes(k)) continue;
+    double shared = 0;
+    for (const auto& [node, weight] : places_[k].nodes) {
+      if (owner_[Index(node)] >= 0) shared += std::abs(weight);
+    }
+    if (shared >= kMostShared) return static_cast<int>(k);
+  }
+  return -1;
+}
+
+}  // namespace palpate

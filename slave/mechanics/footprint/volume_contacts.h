@@ -1,0 +1,75 @@
+// Where contacts act on a meshed volume: the nodes that each loads or moves (contracts, `solve`).
+// The one rule of all models that solve for every node.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/footprint/contact_footprint.h"
+
+namespace palpate {
+
+struct ContactPlace {
+  std::vector<PlaceWeight> nodes;  // of the mesh, middles too; shares of a load, sum 1
+  // A displacement moves the weighted mean of the nodes; else it moves each node alike.
+  bool is_point = false;
+  std::vector<Eigen::Vector3d> arms;  // of a disc, see ContactFootprint [m]; else empty
+  bool coarse = false;                // IsPatchCoarse (mesh_resolution.h)
+  bool on_support = false;            // see kOnSupport (mesh_resolution.h)
+};
+
+// Remembers the last set, so that contacts that stay where they are cost nothing to find.
+class VolumeContacts {
+ public:
+  // `held`: per node of `mesh`. A force unit is E times a length unit squared [N].
+  VolumeContacts(const SolidMesh& mesh, int nodes_per_element, const HeldNodes& held,
+                 double length_unit, double force_unit);
+
+  // What differs from the last set: nothing, loads alone, or what is prescribed where.
+  enum class Change { kNone, kLoads, kHolds };
+  // Finds the places. False: failure() is the reason: a number that is not finite or beyond a
+  // million units, no surface or element there, a contact that rests by half or more on nodes that
+  // another one moves, or moves such a node itself. O(surface) per new contact without `element`.
+  bool Prepare(std::span<const Contact> contacts);
+  [[nodiscard]] Change change() const { return change_; }
+  // Middles too.
+  [[nodiscard]] std::size_t node_count() const { return mesh_.nodes.size(); }
+  [[nodiscard]] std::span<const ContactPlace> places() const { return places_; }
+  [[nodiscard]] std::string_view failure() const { return failure_; }
+  // The last set is not to be trusted.
+  void Forget() { ready_ = false; }
+
+ private:
+  bool Refuse(std::size_t contact, std::string_view why);
+  [[nodiscard]] std::string_view FindSizes(const Contact& contact) const;
+  std::string_view Find(const Contact& contact, ContactPlace* place);
+  std::string_view FindQuadratic(const Contact& contact);
+  void SetPoint(const SurfacePlace& at);
+  void LoadMiddles(const Contact& contact);
+  [[nodiscard]] int Overlapping(std::span<const Contact> contacts);
+
+  TetMesh mesh_;    // [m]
+  HeldNodes held_;  // middles too; nodes of no element count as held
+  std::vector<bool> used_;
+  double length_unit_, force_unit_;
+  SurfaceFootprints corners_;             // on the linear triangles
+  std::optional<SurfaceFootprints> all_;  // on all nodes of ten-node elements
+  ContactFootprint footprint_;            // room
+  std::vector<double> load_;              // room, per node
+  std::vector<Contact> contacts_;
+  std::vector<ContactPlace> places_;
+  std::vector<int> owner_;  // room, per node: the contact that moves it; -1: none
+  Change change_ = Change::kNone;
+  bool ready_ = false;
+  std::string failure_;
+};
+
+}  // namespace palpate
