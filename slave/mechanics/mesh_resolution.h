@@ -13,7 +13,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
-#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 

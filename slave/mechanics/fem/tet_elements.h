@@ -14,10 +14,10 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
-#include "slave/mechanics/fem/tet_mesh.h"
 #include "slave/mechanics/fem/worker_team.h"
 #include "slave/mechanics/linear/block_matrix.h"
 #include "slave/mechanics/linear/lanes.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate::fem {
 

@@ -12,8 +12,8 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/tet_mesh.h"
 #include "slave/mechanics/footprint/contact_footprint.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 

@@ -15,7 +15,7 @@
 #include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/fem/green/column_cache.h"
-#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "slave/mechanics/fem/solid/material_law.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
-#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 

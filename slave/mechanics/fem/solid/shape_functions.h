@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 

@@ -19,8 +19,8 @@
 #include "slave/mechanics/fem/solid/solid_statics.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
 #include "slave/mechanics/fem/solid/supports.h"
-#include "slave/mechanics/fem/tet_mesh.h"
 #include "slave/mechanics/fem/volume_model.h"
+#include "slave/mechanics/tet_mesh.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {

@@ -12,8 +12,8 @@
 
 #include "shared/geometry/index.h"
 #include "slave/mechanics/fem/search_progress.h"
-#include "slave/mechanics/fem/tet_mesh.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "slave/mechanics/fem/tet_mesh.h"
+#include "slave/mechanics/tet_mesh.h"
 
 #include <algorithm>
 #include <stdexcept>
