@@ -14,7 +14,7 @@
 
 #include "slave/mechanics/linear/dense_factor.h"
 #include "slave/mechanics/linear/dense_lu.h"
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/mechanics/linear/updated_inverse.h"
 
@@ -266,7 +266,7 @@ class Rival {
 // `ratio` of one factorisation with a known pattern, `solve_ratio` of one solution.
 void SparseSymmetric(benchmark::State& state) {
   const auto matrix = GridStiffness(static_cast<int>(state.range(0)));
-  SparseLdlt ours(matrix);
+  SparseLdlt<double> ours(matrix);
   ours.Allocate(matrix);
   Rival rival(matrix);
   const int times = matrix.cols() < 3000 ? 20 : 1;

@@ -18,8 +18,6 @@ constexpr int kOutOfMemory = -13, kNotPositive = -10;
 constexpr std::array kTooSmall{-8, -9, -17, -20};  // workspaces and buffers
 constexpr int kMostRelaxation = 1000;              // of the estimated workspace [%]
 constexpr int kRelaxation = 30;                    // the same, to begin with [%]
-constexpr int kMinimumFill = 2, kPord = 4;         // orders of elimination
-constexpr int kFewNodes = 1000;  // below, minimum fill is as good; PORD ends the process on cliques
 
 // One instance of the library at a time. A thread in the background inherits the priority of the
 // sensing that waits for it.
@@ -138,23 +136,6 @@ void SpdFactor::Solve(double* columns, int count) {
 
 std::size_t SpdFactor::memory_bytes() const {
   return static_cast<std::size_t>(mumps_->Info(22)) * 1'000'000;
-}
-
-std::vector<int> EliminationOrder(const std::vector<std::vector<int>>& neighbours) {
-  Mumps m(Mumps::kSymmetric);
-  const int nodes = static_cast<int>(neighbours.size());
-  for (int i = 0; i < nodes; ++i) {
-    for (const int j : neighbours[static_cast<std::size_t>(i)]) {
-      if (j <= i) m.Add(i, j);
-    }
-  }
-  m.Control(6) = 0;   // there are no values to permute by
-  m.Control(12) = 1;  // nor to pair pivots by
-  m.Control(7) = nodes < kFewNodes ? kMinimumFill : kPord;
-  m.Analyse(nodes);
-  std::vector<int> order(neighbours.size());
-  for (int i = 0; i < nodes; ++i) order[static_cast<std::size_t>(m.data.sym_perm[i] - 1)] = i;
-  return order;
 }
 
 }  // namespace palpate

@@ -1,12 +1,10 @@
-// MUMPS for sparse symmetric matrices: a factor of positive definite ones, and the order of
-// elimination that keeps factors sparse.
+// MUMPS for sparse symmetric positive definite matrices.
 //
 // Its module variables are the process's: of all that is below, one call runs at a time, the others
 // wait for it.
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include <Eigen/SparseCore>
 
@@ -33,10 +31,5 @@ class SpdFactor {
  private:
   std::unique_ptr<Mumps> mumps_;
 };
-
-// Nodes of a graph (neighbours of every node, itself included), first to be eliminated first: by
-// minimum fill, large ones by PORD's mixture of it with nested dissection (Schulze 2001). The same
-// for the same graph. Throws std::bad_alloc, std::runtime_error as above.
-std::vector<int> EliminationOrder(const std::vector<std::vector<int>>& neighbours);
 
 }  // namespace palpate
