@@ -245,8 +245,8 @@ void SparseLdlt<Scalar>::Subtract(const Supernode& source, int begin, int end,
   const int* rows = RowsOf(source) + begin;
   const int count = source.rows - begin, columns = end - begin;
   Panel scaled(scaled_.data(), columns, source.columns);
-  scaled.noalias() = L.middleRows(begin, columns) *
-                     pivots_.segment(source.first, source.columns).asDiagonal();
+  scaled.noalias() =
+      L.middleRows(begin, columns) * pivots_.segment(source.first, source.columns).asDiagonal();
   const int first = place_[Index(rows[0])];
   if (place_[Index(rows[count - 1])] - first == count - 1) {  // without gaps
     return Multiply(CblasTrans, count, columns, source.columns, -1, &L(begin, 0), source.rows,

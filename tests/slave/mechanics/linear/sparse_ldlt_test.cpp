@@ -154,8 +154,7 @@ TYPED_TEST(SparseLdltTest, SolvesWhatIsDefiniteAndWhatIsNot) {
       typename TestFixture::Vector x = b.cast<TypeParam>();
       factor.Solve(&x);
       const VectorXd expected = Full(matrix).partialPivLu().solve(b);
-      EXPECT_LT((x.template cast<double>() - expected).norm(),
-                this->kTolerance * expected.norm())
+      EXPECT_LT((x.template cast<double>() - expected).norm(), this->kTolerance * expected.norm())
           << side << ", " << negative;
     }
   }
