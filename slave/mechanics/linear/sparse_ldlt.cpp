@@ -42,6 +42,47 @@ void DivideByUnit(CBLAS_TRANSPOSE form, int rows, int columns, const float* l, i
               ldb);
 }
 
+// Columns with the same rows below them.
+struct Run {
+  int first, columns, rows;
+  double zeros;
+};
+
+std::vector<Run> RunsOf(const std::vector<int>& parent, const std::vector<int>& count) {
+  std::vector<Run> runs;
+  for (int j = 0; j < static_cast<int>(parent.size()); ++j) {
+    const bool joins = j > 0 && parent[Index(j) - 1] == j &&
+                       count[Index(j) - 1] == count[Index(j)] + 1 &&
+                       runs.back().first + runs.back().columns == j;
+    if (joins) {
+      ++runs.back().columns;
+    } else {
+      runs.push_back({j, 1, count[Index(j)], 0});
+    }
+  }
+  return runs;
+}
+
+// A run whose parent follows at once becomes part of it where that stores few zeros.
+std::vector<Run> Merged(const std::vector<Run>& runs, const std::vector<int>& parent) {
+  std::vector<Run> merged;
+  for (Run run : runs) {
+    while (!merged.empty()) {
+      const Run& child = merged.back();
+      const int rows = child.columns + run.rows, columns = child.columns + run.columns;
+      const double zeros =
+          child.zeros + run.zeros + static_cast<double>(child.columns) * (rows - child.rows);
+      const double share = zeros / (static_cast<double>(columns) * rows);
+      const bool adjacent = parent[Index(run.first) - 1] == run.first;
+      if (!adjacent || share > (columns <= kNarrow ? kManyZeros : kFewZeros)) break;
+      run = {child.first, columns, rows, zeros};
+      merged.pop_back();
+    }
+    merged.push_back(run);
+  }
+  return merged;
+}
+
 }  // namespace
 
 template <typename Scalar>
@@ -73,39 +114,8 @@ void SparseLdlt<Scalar>::CountColumns(const Matrix& upper) {
 
 template <typename Scalar>
 void SparseLdlt<Scalar>::FormSupernodes() {
-  struct Run {
-    int first, columns, rows;
-    double zeros;
-  };
-  std::vector<Run> runs;
-  for (int j = 0; j < size_; ++j) {
-    const bool joins = j > 0 && parent_[Index(j) - 1] == j &&
-                       count_[Index(j) - 1] == count_[Index(j)] + 1 &&
-                       runs.back().first + runs.back().columns == j;
-    if (joins) {
-      ++runs.back().columns;
-    } else {
-      runs.push_back({j, 1, count_[Index(j)], 0});
-    }
-  }
-  // A run whose parent follows at once becomes part of it where that stores few zeros.
-  std::vector<Run> merged;
-  for (Run run : runs) {
-    while (!merged.empty()) {
-      const Run& child = merged.back();
-      const int rows = child.columns + run.rows, columns = child.columns + run.columns;
-      const double zeros =
-          child.zeros + run.zeros + static_cast<double>(child.columns) * (rows - child.rows);
-      const double share = zeros / (static_cast<double>(columns) * rows);
-      const bool adjacent = parent_[Index(run.first) - 1] == run.first;
-      if (!adjacent || share > (columns <= kNarrow ? kManyZeros : kFewZeros)) break;
-      run = {child.first, columns, rows, zeros};
-      merged.pop_back();
-    }
-    merged.push_back(run);
-  }
   super_of_.resize(Index(size_));
-  for (const auto& run : merged) {
+  for (const Run& run : Merged(RunsOf(parent_, count_), parent_)) {
     const int parts = (run.columns + kWidest - 1) / kWidest;
     for (int k = 0; k < parts; ++k) {
       const int begin = run.first + k * run.columns / parts;
