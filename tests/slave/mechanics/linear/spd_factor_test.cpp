@@ -1,4 +1,4 @@
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/spd_factor.h"
 
 #include <algorithm>
 #include <cmath>
