@@ -91,6 +91,7 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
     double_factor_->Allocate(upper_->upper());
     double_x_.resize(upper_->upper().cols());
   }
+  if (!single_factor_ && !double_factor_) upper_.reset();
 }
 
 void LinearSolver::Reset() noexcept {
@@ -191,6 +192,7 @@ void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held
 
 // In single precision if that is asked for and possible, else in double.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
+  if (!upper_) return false;  // too large
   young_iterations_ = -1;
   excess_ = 0;
   upper_->Fill(A, 1 / LargestDiagonal(A), held);
