@@ -14,7 +14,7 @@
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/spd_factor.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/width_mismatch.h"

@@ -14,9 +14,20 @@
 #include "slave/mechanics/fem/fem_body.h"
 #include "slave/mechanics/footprint/contact_footprint.h"
 #include "slave/mechanics/linear/block_matrix.h"
-#include "slave/mechanics/linear/sparse_cholesky.h"
 
 namespace palpate::fem {
+
+// What factors and preconditioners replace in a tangent: rows and columns of components that are
+// fixed get ones on the diagonal, and a weighted sum of a component that is fixed gets a penalty.
+struct HeldComponents {
+  struct Sum {
+    int node[3] = {-1, -1, -1};
+    NodeValue weight[3];  // per component
+  };
+  NodeVector free;        // per node and component: 1 free, 0 fixed
+  std::vector<Sum> sums;  // of nodes that share an element
+  double shift = 0;       // added to the diagonal, relative to it: where rigid motions are free
+};
 
 class Constraints {
  public:

@@ -9,6 +9,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/mesh_census.h"
+#include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/lanes.h"
 
 namespace palpate::fem {
@@ -56,6 +57,14 @@ NodeGraph GraphOf(int rows, const std::vector<std::array<int, 4>>& tets) {
     graph.begin.push_back(static_cast<int>(graph.column.size()));
   }
   return graph;
+}
+
+std::vector<int> OrderOf(const NodeGraph& graph) {
+  std::vector<std::vector<int>> neighbours;
+  for (int i = 0; i < graph.size(); ++i) {
+    neighbours.emplace_back(graph.of(i).begin(), graph.of(i).end());
+  }
+  return EliminationOrder(neighbours);
 }
 
 std::vector<std::array<int, 4>> Renumbered(const std::vector<std::array<int, 4>>& tets,
@@ -139,7 +148,7 @@ FemBody::FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& par
           (SortElements(), SolidMesh{points_, tets_, Renumbered(mesh.modulus, mesh_element_)}),
           LameOf(params.poisson_ratio), params.law),
       team_(params.threads) {
-  pattern_ = MakePattern(GraphOf(static_cast<int>(tree_.order.size()), tets_));
+  pattern_ = MakePattern(GraphOf(moving_, tets_));
   part_ = PartsOf(tets_, points_.size(), &parts_);
   FindContributions();
 }
@@ -152,17 +161,16 @@ void FemBody::Number(const SolidMesh& mesh, const HeldNodes& held) {
     return !used[i] || (held[i][0] && held[i][1] && held[i][2]);
   };
   std::vector<int> moving, first_number(count, static_cast<int>(count));
-  std::vector<Eigen::Vector3d> places;
   for (std::size_t i = 0; i < count; ++i) {
     if (fixed(i)) continue;
     first_number[i] = static_cast<int>(moving.size());
     moving.push_back(static_cast<int>(i));
-    places.push_back(points_[i]);
   }
-  const int rows = static_cast<int>(moving.size());
-  tree_ = Dissect(GraphOf(rows, Renumbered(mesh.tets, first_number)), places);
+  moving_ = static_cast<int>(moving.size());
   std::vector<int> mesh_node;
-  for (const int i : tree_.order) mesh_node.push_back(moving[Index(i)]);
+  for (const int i : OrderOf(GraphOf(moving_, Renumbered(mesh.tets, first_number)))) {
+    mesh_node.push_back(moving[Index(i)]);
+  }
   for (std::size_t i = 0; i < count; ++i) {
     if (fixed(i)) mesh_node.push_back(static_cast<int>(i));
   }

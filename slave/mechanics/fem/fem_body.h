@@ -14,7 +14,6 @@
 #include "slave/mechanics/fem/tet_elements.h"
 #include "slave/mechanics/fem/worker_team.h"
 #include "slave/mechanics/linear/block_matrix.h"
-#include "slave/mechanics/linear/nested_dissection.h"
 
 namespace palpate::fem {
 
@@ -31,7 +30,7 @@ class FemBody {
   FemBody(const SolidMesh& mesh, const HeldNodes& held, const Params& params);
 
   // Nodes [0, moving()) have a component that is not fixed; the others come after them.
-  [[nodiscard]] int moving() const { return pattern_.rows(); }
+  [[nodiscard]] int moving() const { return moving_; }
   [[nodiscard]] int size() const { return static_cast<int>(points_.size()); }
   [[nodiscard]] int element_count() const { return elements_.size(); }
   [[nodiscard]] double length_unit() const { return length_unit_; }  // [m]
@@ -46,7 +45,6 @@ class FemBody {
   [[nodiscard]] const std::vector<Eigen::Vector3d>& points() const { return points_; }
   // 1 free, 0 fixed, per node and component; nodes of no element count as fixed.
   [[nodiscard]] const NodeVector& free() const { return free_; }
-  [[nodiscard]] const EliminationTree& tree() const { return tree_; }
   [[nodiscard]] const BlockPattern& pattern() const { return pattern_; }
   // A node's share of the volume: a quarter of each of its elements; 0: it has none.
   [[nodiscard]] double Volume(int node) const { return volume_[static_cast<std::size_t>(node)]; }
@@ -74,13 +72,13 @@ class FemBody {
   void FindTouching();
 
   double length_unit_ = 1;
+  int moving_ = 0;
   std::vector<int> number_, mesh_element_;
   std::vector<Eigen::Vector3d> points_;
   NodeVector free_;
   std::vector<double> volume_;  // per node
   std::vector<int> part_;
   int parts_ = 0;
-  EliminationTree tree_;
   BlockPattern pattern_;
   std::vector<std::array<int, 4>> tets_;
   TetElements elements_;

@@ -39,6 +39,18 @@ double LargestDiagonal(const BlockMatrix& A) {
   return largest;
 }
 
+template <typename Scalar>
+void SolveWith(SparseLdlt<Scalar>& factor, const NodeVector& r, NodeVector& z,
+               Eigen::Matrix<Scalar, Eigen::Dynamic, 1>* x) {
+  for (Eigen::Index i = 0; i < x->size(); ++i) {
+    (*x)[i] = static_cast<Scalar>(r[static_cast<std::size_t>(i / 3)].v[i % 3]);
+  }
+  factor.Solve(x);
+  for (Eigen::Index i = 0; i < x->size(); ++i) {
+    z[static_cast<std::size_t>(i / 3)].v[i % 3] = static_cast<double>((*x)[i]);
+  }
+}
+
 constexpr double kIndependent = 1e-8;  // of a direction's square, after what it shares is removed
 
 }  // namespace
@@ -50,7 +62,8 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
       z_(Index(body.size())),
       p_(Index(body.size())),
       q_(Index(body.size())) {
-  double_factor_.emplace(body.tree(), body.pattern());
+  upper_.emplace(body.pattern());
+  double_factor_.emplace(upper_->upper());
   const auto entries = double_factor_->entries();
   direct_ = entries <= kMostEntries;
   refactor_worth_ = double_factor_->flops() / (2 * kFactorSpeed * static_cast<double>(entries));
@@ -58,13 +71,13 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
   late_worth_ = static_cast<int>(
       std::min(1e9, double_factor_->flops() / (kLateSpeed * body.pattern().blocks())));
   if ((params.single && direct_) || late_factor_) {
-    single_factor_ = std::make_unique<SparseCholesky<float>>(body.tree(), body.pattern());
-    single_factor_->Reserve();
+    single_factor_ = std::make_unique<SparseLdlt<float>>(upper_->upper());
+    single_factor_->Allocate(upper_->upper());
+    single_x_.resize(upper_->upper().cols());
   }
   if (params.single && direct_) {
-    next_factor_ = std::make_unique<SparseCholesky<float>>(body.tree(), body.pattern());
-    next_factor_->Reserve();
-    next_matrix_.emplace(body.pattern());
+    next_factor_ = std::make_unique<SparseLdlt<float>>(upper_->upper());
+    next_factor_->Allocate(upper_->upper());
     for (auto* of : {&rotations_, &next_rotations_, &now_}) of->resize(Index(body.moving()));
     turns_.resize(Index(body.moving()));
   }
@@ -75,8 +88,10 @@ LinearSolver::LinearSolver(const FemBody& body, const Params& params)
   if (!direct_ || (params.single && entries > kMostEntriesTwice)) {
     double_factor_.reset();
   } else {
-    double_factor_->Reserve();
+    double_factor_->Allocate(upper_->upper());
+    double_x_.resize(upper_->upper().cols());
   }
+  if (!single_factor_ && !double_factor_) upper_.reset();
 }
 
 void LinearSolver::Reset() noexcept {
@@ -89,7 +104,8 @@ void LinearSolver::Reset() noexcept {
 std::size_t LinearSolver::memory_bytes() const {
   std::size_t bytes = inverse_blocks_.size() * sizeof(double) + 3 * z_.size() * sizeof(NodeValue);
   if (single_factor_) bytes += single_factor_->memory_bytes();
-  if (next_factor_) bytes += next_factor_->memory_bytes() + next_matrix_->memory_bytes();
+  if (next_factor_) bytes += next_factor_->memory_bytes();
+  if (upper_) bytes += upper_->memory_bytes();
   if (double_factor_) bytes += double_factor_->memory_bytes();
   if (grids_) bytes += grids_->memory_bytes();
   return bytes;
@@ -157,17 +173,17 @@ void LinearSolver::CountAge(int iterations) noexcept {
 
 void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held) noexcept {
   if (next_ == Next::kDue) {
-    *next_matrix_ = A;
     body_.NodeRotations(next_rotations_);
-    scale_ = 1 / LargestDiagonal(A);
-    next_factor_->Begin();
+    upper_->Fill(A, 1 / LargestDiagonal(A), held);
+    next_factor_->Begin(upper_->upper(), true);
     next_ = Next::kBegun;
+    return;
   }
-  const auto progress =
-      next_factor_->Continue(*next_matrix_, scale_, held, next_factor_->flops() / kParts);
-  if (progress == SparseCholesky<float>::Progress::kMore) return;
+  using Progress = SparseLdlt<float>::Progress;
+  const Progress progress = next_factor_->Continue(next_factor_->flops() / kParts);
+  if (progress == Progress::kMore) return;
   next_ = Next::kNone;
-  if (progress == SparseCholesky<float>::Progress::kFailed) return Prepare(A, held, Kind::kSingle);
+  if (progress == Progress::kFailed) return Prepare(A, held, Kind::kSingle);
   single_factor_.swap(next_factor_);
   rotations_.swap(next_rotations_);
   young_iterations_ = -1;
@@ -176,19 +192,21 @@ void LinearSolver::ContinueNext(const BlockMatrix& A, const HeldComponents& held
 
 // In single precision if that is asked for and possible, else in double.
 bool LinearSolver::Factor(const BlockMatrix& A, const HeldComponents& held, Kind kind) noexcept {
+  if (!upper_) return false;  // too large
   young_iterations_ = -1;
   excess_ = 0;
-  scale_ = 1 / LargestDiagonal(A);
+  upper_->Fill(A, 1 / LargestDiagonal(A), held);
   const auto go_on = [this](double done) {
     return progress_ == nullptr || progress_->ContinueFactor(done);
   };
   kind_ = Kind::kSingle;
   if (next_factor_) body_.NodeRotations(rotations_);
-  if (kind == Kind::kSingle && single_factor_ && single_factor_->Factor(A, scale_, held, go_on)) {
+  if (kind == Kind::kSingle && single_factor_ &&
+      single_factor_->Factorize(upper_->upper(), true, go_on)) {
     return true;
   }
   kind_ = Kind::kDouble;
-  return double_factor_ && double_factor_->Factor(A, scale_, held, go_on);
+  return double_factor_ && double_factor_->Factorize(upper_->upper(), true, go_on);
 }
 
 void LinearSolver::FindTurns() noexcept {
@@ -235,12 +253,12 @@ void LinearSolver::Precondition(const Constraints& constraints, const NodeVector
                                 NodeVector& z) noexcept {
   if (kind_ == Kind::kSingle && next_factor_) {
     TurnBack(r, q_);
-    single_factor_->Solve(q_, z);
+    SolveWith(*single_factor_, q_, z, &single_x_);
     Turn(z);
   } else if (kind_ == Kind::kSingle) {
-    single_factor_->Solve(r, z);
+    SolveWith(*single_factor_, r, z, &single_x_);
   } else if (kind_ == Kind::kDouble) {
-    double_factor_->Solve(r, z);
+    SolveWith(*double_factor_, r, z, &double_x_);
   } else if (kind_ == Kind::kGrids) {
     grids_->Solve(r, z);
   } else {

@@ -13,9 +13,10 @@
 
 #include "slave/mechanics/fem/constraints.h"
 #include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/held_tangent.h"
 #include "slave/mechanics/fem/search_progress.h"
 #include "slave/mechanics/linear/block_matrix.h"
-#include "slave/mechanics/linear/sparse_cholesky.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
 #include "slave/mechanics/linear/two_grid.h"
 
 namespace palpate::fem {
@@ -73,28 +74,29 @@ class LinearSolver {
   const FemBody& body_;
   SearchProgress* progress_;
   bool direct_ = false;
-  bool late_factor_ = false;  // the grids go first
-  bool factorable_ = true;    // as far as is known
-  int spent_ = 0;             // iterations with the grids
-  int late_worth_ = 0;        // of the late factor, in such
-  std::unique_ptr<SparseCholesky<float>> single_factor_;
+  bool late_factor_ = false;          // the grids go first
+  bool factorable_ = true;            // as far as is known
+  int spent_ = 0;                     // iterations with the grids
+  int late_worth_ = 0;                // of the late factor, in such
+  std::optional<HeldTangent> upper_;  // of the matrix that is factored
+  std::unique_ptr<SparseLdlt<float>> single_factor_;
   // Replaces an aged factor in use. Each solution makes a part of it, from the matrix that was new
   // when the first part was made, so that no step of motion takes much longer than others.
   enum class Next { kNone, kDue, kBegun };
   Next next_ = Next::kNone;
-  std::unique_ptr<SparseCholesky<float>> next_factor_;  // null: aged factors are replaced at once
-  std::optional<BlockMatrix> next_matrix_;
+  std::unique_ptr<SparseLdlt<float>> next_factor_;  // null: aged factors are replaced at once
   // An aged factor is used in axes that turned with the nodes: in large motions most of what
   // changes in a tangent are these turns.
   NodeVector rotations_, next_rotations_;  // when the matrices of the two were new
   NodeVector now_;                         // and now
   std::vector<Eigen::Matrix3d> turns_;
-  std::optional<SparseCholesky<double>> double_factor_;  // or where single precision fails
-  std::optional<TwoGrid> grids_;                         // of large bodies
-  std::vector<double> inverse_blocks_;                   // nine per row, where all else fails
+  std::optional<SparseLdlt<double>> double_factor_;  // or where single precision fails
+  Eigen::VectorXf single_x_;                         // a right side, then its solution
+  Eigen::VectorXd double_x_;
+  std::optional<TwoGrid> grids_;        // of large bodies
+  std::vector<double> inverse_blocks_;  // nine per row, where all else fails
   Kind kind_ = Kind::kNone;
   bool due_ = true;
-  double scale_ = 1;
   int young_iterations_ = -1;  // of the first solution after factoring
   double excess_ = 0;          // iterations beyond those, since
   double refactor_worth_ = 0;  // in iterations

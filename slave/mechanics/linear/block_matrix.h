@@ -3,9 +3,8 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
-
-#include "slave/mechanics/linear/nested_dissection.h"
 
 namespace palpate::fem {
 
@@ -35,6 +34,17 @@ inline NodeValue& At(NodeVector& x, int node) {
 inline const NodeValue& At(const NodeVector& x, int node) {
   return x[static_cast<std::size_t>(node)];
 }
+
+// Which nodes share an element: those of node i are column[begin[i]] to column[begin[i + 1] - 1].
+struct NodeGraph {
+  std::vector<int> begin, column;
+  [[nodiscard]] int size() const { return static_cast<int>(begin.size()) - 1; }
+  [[nodiscard]] std::span<const int> of(int i) const {
+    const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(i)]);
+    const auto last = static_cast<std::size_t>(begin[static_cast<std::size_t>(i) + 1]);
+    return {column.data() + first, last - first};
+  }
+};
 
 // Where the blocks are: row by row, columns rising, both halves.
 struct BlockPattern {

@@ -1,9 +1,10 @@
 // L D L^T of a sparse symmetric matrix, not necessarily definite, in the order given and without
 // pivoting: left-looking over supernodes, runs of columns with the same rows below them, so that
-// most of the work is done by dense products of BLAS (Ng and Peyton 1993).
+// most of the work is done by dense products of BLAS (Ng and Peyton 1993). In double precision, or
+// in single precision for preconditioners.
 //
-// Ours because live steps factorise again and again: with the same BLAS it takes 0.3 to 0.9 of
-// MUMPS' time (bench_linear), and MUMPS works for one caller of the process at a time.
+// Ours because live steps factorise again and again and solve a hundred times with one factor:
+// nothing is allocated, a factor can be made in parts, and callers do not wait for each other.
 #pragma once
 
 #include <functional>
@@ -14,24 +15,38 @@
 
 namespace palpate {
 
+template <typename Scalar>
 class SparseLdlt {
  public:
   using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Columns = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-  // Of the upper triangle with its whole diagonal. Only counts: O(entries of L).
+  // The pattern of the upper triangle with its whole diagonal. Only counts: O(rows of L).
   explicit SparseLdlt(const Matrix& upper);
   [[nodiscard]] std::size_t entries() const { return entries_; }
+  // Additions and multiplications of a factorisation.
   [[nodiscard]] double flops() const { return flops_; }
+  // After Allocate.
+  [[nodiscard]] std::size_t memory_bytes() const;
 
-  // Takes memory for the factor.
+  // Takes memory for the factor. What is below does not allocate, but for a block of right sides.
   void Allocate(const Matrix& upper);
   // False: a pivot is zero or not finite, or negative where the matrix must be `definite`; or
-  // stopped by `go_on`, which hears what share is done. Does not allocate.
+  // stopped by `go_on`, which hears what share is done.
   bool Factorize(
       const Matrix& upper, bool definite,
       const std::function<bool(double)>& go_on = [](double) { return true; });
-  // x becomes A^-1 x. Does not allocate.
-  void Solve(Eigen::VectorXd* x);
+  // The same in parts: Begin takes the values, each Continue does `flops` of the work or a little
+  // more.
+  enum class Progress { kMore, kDone, kFailed };
+  void Begin(const Matrix& upper, bool definite);
+  Progress Continue(double flops);
+
+  // x becomes A^-1 x.
+  void Solve(Vector* x);
+  // The same of each column. The digits of one depend on how many are solved together.
+  void Solve(Eigen::Ref<Columns> x);
   [[nodiscard]] int negative_pivots() const {
     return static_cast<int>((pivots_.array() < 0).count());
   }
@@ -42,20 +57,30 @@ class SparseLdlt {
     int rows = 0;            // its own columns first
     std::size_t row_at = 0;  // in rows_
     std::size_t value_at = 0;
+    double flops = 0;  // to gather and factorise it
   };
-  using Panel = Eigen::Map<Eigen::MatrixXd>;
+  using Panel = Eigen::Map<Columns>;
+  // Right sides side by side: one column per row of the matrix.
+  using Rows = Eigen::Ref<Columns>;
 
   void CountColumns(const Matrix& upper);
   void FormSupernodes();
   void FindRows(const Matrix& lower);
+  void CountWork();
   void FindDestinations(const Matrix& upper);
   [[nodiscard]] Panel PanelOf(const Supernode& s) {
     return {values_.data() + s.value_at, s.rows, s.columns};
   }
   [[nodiscard]] const int* RowsOf(const Supernode& s) const { return rows_.data() + s.row_at; }
+  // Index beyond the rows of a supernode, from `begin` on, that are columns of `target`.
+  [[nodiscard]] int EndOf(const Supernode& s, int begin, const Supernode& target) const;
+  bool FactorNext();
   void Gather(int target);
+  void Subtract(const Supernode& source, int begin, int end, const Supernode& target);
   bool FactorPanel(const Supernode& s);
   void Link(int supernode);
+  void SolveForward(const Supernode& s, Rows x);
+  void SolveBackward(const Supernode& s, Rows x);
 
   int size_ = 0;
   std::size_t entries_ = 0;
@@ -64,14 +89,22 @@ class SparseLdlt {
   std::vector<Supernode> supernodes_;
   std::vector<int> super_of_;  // per column
   std::vector<int> rows_;
+  std::size_t largest_update_ = 0, largest_panel_ = 0;
+  int longest_ = 0;                       // rows of a supernode
   std::vector<std::size_t> destination_;  // in values_, per entry of the upper triangle
-  std::vector<double> values_;
-  Eigen::VectorXd pivots_;
+  std::vector<Scalar> values_;
+  Vector pivots_;
+  int next_supernode_ = 0;  // that Continue goes on with
+  bool definite_ = false;
 
   // Per supernode: how far its rows were used, and the next one that updates the same target.
   std::vector<int> used_, next_, head_;
   std::vector<int> place_;  // per row: within the target
-  std::vector<double> update_, scaled_;
+  std::vector<Scalar> update_, scaled_;
+  Columns carried_;  // of right sides, beside a panel
 };
+
+extern template class SparseLdlt<float>;
+extern template class SparseLdlt<double>;
 
 }  // namespace palpate

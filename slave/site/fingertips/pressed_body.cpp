@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "shared/geometry/index.h"
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/elimination_order.h"
 #include "slave/site/fingertips/finger_hand.h"
 #include "slave/site/solid/neo_hookean_body.h"
 
@@ -158,7 +158,7 @@ struct PressedBody::Solver {
   Numbering numbering;
   NeoHookeanBody body;
   NeoHookeanBody::Matrix stiffness;
-  SparseLdlt factor;
+  SparseLdlt<double> factor;
   RigidFinger finger;
   std::vector<int> touchable;
   VectorXd scene_free, free;  // 0 for what the scene, or a finger too, holds, else 1

@@ -47,7 +47,7 @@ class NeoHookean {
 
 class NeoHookeanBody {
  public:
-  using Matrix = SparseLdlt::Matrix;
+  using Matrix = SparseLdlt<double>::Matrix;
 
   // Nodes from `free_nodes` on stay where they are and have no unknowns.
   NeoHookeanBody(std::vector<PlacedElement> elements, int free_nodes, const NeoHookean& rubber);

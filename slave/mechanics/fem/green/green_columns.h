@@ -18,7 +18,7 @@
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/green_groups.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/spd_factor.h"
 
 namespace palpate {
 

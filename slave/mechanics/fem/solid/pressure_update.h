@@ -22,7 +22,7 @@ class PressureUpdate {
   const BlockLayout& layout_;
   const ElasticBody& body_;
   SparseMatrix mass_;
-  SparseLdlt solver_;
+  SparseLdlt<double> solver_;
   Eigen::VectorXd change_, pressure_;
 };
 

@@ -7,7 +7,7 @@
 
 #include "shared/geometry/index.h"
 #include "slave/mechanics/linear/block_matrix.h"
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/two_grid.h"
 
 namespace palpate {
@@ -256,7 +256,7 @@ struct SymmetricSolver::Iterative {
 SymmetricSolver::SymmetricSolver(const SparseMatrix& pattern, const Limits& limits,
                                  std::span<const Eigen::Vector3d> points,
                                  fem::SearchProgress* progress)
-    : progress_(progress), factor_(std::make_unique<SparseLdlt>(pattern)) {
+    : progress_(progress), factor_(std::make_unique<SparseLdlt<double>>(pattern)) {
   memory_bytes_ = factor_->entries() * sizeof(double);
   const double flops = factor_->flops();
   const bool fits = memory_bytes_ <= limits.factor_bytes && flops <= limits.factor_flops;

@@ -138,7 +138,7 @@ class SymmetricSolver {
   long iterations_ = 0;
   std::size_t memory_bytes_ = 0;
   const SparseMatrix* matrix_ = nullptr;  // of iterations
-  std::unique_ptr<SparseLdlt> factor_;
+  std::unique_ptr<SparseLdlt<double>> factor_;
   std::unique_ptr<Iterative> iterative_;
 };
 

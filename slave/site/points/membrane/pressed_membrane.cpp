@@ -102,7 +102,7 @@ struct PressedMembrane::Continuation {
   DiscMesh mesh;
   NeoHookeanDisc solid;
   NeoHookeanDisc::Matrix stiffness;
-  SparseLdlt factor;
+  SparseLdlt<double> factor;
   VectorXd load;
   int touched;                // unknown: z of the outer face below the tool's centre
   std::vector<State> states;  // the last three, the newest at the end

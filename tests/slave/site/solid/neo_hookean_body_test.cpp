@@ -169,7 +169,7 @@ class PressedCube {
   // Carries `load` [E side^2] on the whole cube, from where it is.
   bool Carry(double load) {
     NeoHookeanBody::Matrix stiffness = body_.EmptyMatrix();
-    SparseLdlt factor(stiffness);
+    SparseLdlt<double> factor(stiffness);
     factor.Allocate(stiffness);
     VectorXd forces;
     for (int step = 0; step < 12; ++step) {

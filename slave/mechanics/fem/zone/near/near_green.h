@@ -22,7 +22,7 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/tet_stiffness.h"
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/spd_factor.h"
 
 namespace palpate {
 

@@ -1,4 +1,4 @@
-#include "slave/mechanics/linear/mumps.h"
+#include "slave/mechanics/linear/spd_factor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,6 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "slave/mechanics/linear/sparse_ldlt.h"
 
 namespace palpate {
 namespace {
@@ -75,63 +74,6 @@ MatrixXd Full(const Sparse& upper) {
   return half.selfadjointView<Eigen::Upper>();
 }
 
-TEST(EliminationOrder, IsThatOfAllNodesAndTheSameAgain) {
-  for (const int side : {1, 2, 5, 9}) {
-    const auto order = EliminationOrder(Grid(side));
-    EXPECT_TRUE(std::ranges::is_permutation(order, AsNumbered(order.size()))) << side;
-    EXPECT_EQ(static_cast<int>(order.size()), side * side * side);
-    EXPECT_EQ(EliminationOrder(Grid(side)), order);
-  }
-  EXPECT_EQ(EliminationOrder({{0}, {1}, {2}}).size(), 3U);  // nothing is beside anything
-}
-
-// Reference: factors in the order of numbering, slice by slice, have side^5 entries, dissected ones
-// some 31 n log2 n of a plane's and 10 side^4 here.
-TEST(EliminationOrder, KeepsFactorsSparse) {
-  const auto grid = Grid(14);
-  const auto entries = [&](const std::vector<int>& order) {
-    return SparseLdlt(Matrix(grid, order, 0)).entries();
-  };
-  EXPECT_LT(entries(EliminationOrder(grid)), entries(AsNumbered(grid.size())) * 6 / 10);
-}
-
-// Reference: Eigen's dense LU. Tolerance: conditions are below a hundred.
-TEST(SparseLdlt, SolvesWhatIsDefiniteAndWhatIsNot) {
-  for (const int side : {1, 2, 4, 8}) {
-    for (const int negative : {0, side * side}) {
-      const auto grid = Grid(side);
-      const Sparse matrix = Matrix(grid, EliminationOrder(grid), negative);
-      SparseLdlt factor(matrix);
-      factor.Allocate(matrix);
-      ASSERT_TRUE(factor.Factorize(matrix, negative == 0));
-      EXPECT_EQ(factor.negative_pivots(), negative);
-      EXPECT_EQ(factor.Factorize(matrix, true), negative == 0);
-      ASSERT_TRUE(factor.Factorize(matrix, false));  // nothing stays of the refusal
-      const VectorXd b = VectorXd::LinSpaced(matrix.cols(), -1, 2);
-      VectorXd x = b;
-      factor.Solve(&x);
-      const VectorXd expected = Full(matrix).partialPivLu().solve(b);
-      EXPECT_LT((x - expected).norm(), 1e-13 * expected.norm()) << side << ", " << negative;
-    }
-  }
-}
-
-TEST(SparseLdlt, RefusesZeroPivotsAndWhatIsNotFinite) {
-  const auto grid = Grid(4);
-  Sparse matrix = Matrix(grid, EliminationOrder(grid), 0);
-  SparseLdlt factor(matrix);
-  factor.Allocate(matrix);
-  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    Sparse spoilt = matrix;
-    spoilt.coeffRef(20, 20) = bad;
-    EXPECT_FALSE(factor.Factorize(spoilt, false)) << bad;
-  }
-  Sparse zero = matrix;
-  zero *= 0.0;
-  EXPECT_FALSE(factor.Factorize(zero, false));
-  EXPECT_TRUE(factor.Factorize(matrix, true));
-}
-
 TEST(SpdFactor, SolvesSeveralAtOnceAndRefusesTheIndefinite) {
   const auto grid = Grid(6);
   const Sparse matrix = Matrix(grid, AsNumbered(grid.size()), 0);
@@ -160,7 +102,6 @@ TEST(SpdFactor, ThreadsDoNotDisturbEachOther) {
     for (auto& x : solved) {
       threads.emplace_back([&] {
         for (int k = 0; k < 20; ++k) x = solve();
-        EliminationOrder(grid);
       });
     }
   }

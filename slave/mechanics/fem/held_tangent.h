@@ -1,0 +1,31 @@
+// The tangent of a body as a factor takes it: the upper triangle by its scalars, with what is held
+// replaced.
+#pragma once
+
+#include "slave/mechanics/fem/constraints.h"
+#include "slave/mechanics/linear/block_matrix.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
+
+namespace palpate::fem {
+
+class HeldTangent {
+ public:
+  using Matrix = SparseLdlt<double>::Matrix;
+
+  // Keeps a reference to the pattern. All values are zero.
+  explicit HeldTangent(const BlockPattern& pattern);
+
+  // scale * matrix; the scale brings its diagonal near one. Allocation-free.
+  void Fill(const BlockMatrix& matrix, double scale, const HeldComponents& held) noexcept;
+  [[nodiscard]] const Matrix& upper() const { return upper_; }
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  // Between component r of the k-th block's column and c of its row: at or left of the diagonal.
+  double& At(int row, int k, int r, int c) noexcept;
+
+  const BlockPattern& pattern_;
+  Matrix upper_;
+};
+
+}  // namespace palpate::fem
