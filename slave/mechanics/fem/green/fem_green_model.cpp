@@ -7,6 +7,8 @@
 namespace palpate {
 namespace {
 
+using Element = FemOptions::Element;
+
 constexpr double kLocks = 0.49;
 constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
@@ -29,13 +31,13 @@ std::vector<char> Uneven(const SolidMesh& mesh, const HeldNodes& held) {
   return uneven;
 }
 
-std::string_view RemarkOf(TetElement element, double nu) {
-  if (element == TetElement::kTet4) {
+std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
+  if (stiffness.elements.nodes_per_element == 4) {
     return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
                         : "linear tetrahedra are stiff in bending; small strains only";
   }
-  return nu >= kLocks ? "quadratic tetrahedra without a pressure unknown lock slightly"
-                      : "small strains only; contacts without width only";
+  return stiffness.has_pressure() ? "mixed pressure; small strains and contacts without width only"
+                                  : "small strains only; contacts without width only";
 }
 
 }  // namespace
@@ -43,8 +45,8 @@ std::string_view RemarkOf(TetElement element, double nu) {
 FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                              double poisson_ratio, const Options& options, Progress* progress)
     : surface_(SurfaceOf(mesh)),
-      columns_(AssembleTetStiffness(mesh, held, poisson_ratio, options.element), surface_,
-               options.memory_limit, options.cache, progress),
+      columns_(AssembleAtRest(mesh, held, poisson_ratio, options.element), options.memory_limit,
+               options.cache, progress),
       places_(surface_, columns_.place_of_node(), Uneven(mesh, held)),
       solver_(columns_, places_,
               {.young_modulus = young_modulus,
@@ -53,8 +55,11 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
                .contact = options.contact,
                .poisson_ratio = poisson_ratio}),
       element_(options.element),
-      locks_(poisson_ratio >= kLocks),
-      strain_(mesh, held, poisson_ratio, options.element == TetElement::kTet4 ? 4 : 10),
+      locks_(options.element == Element::kTet4 && poisson_ratio >= kLocks),
+      // Of bending alone where the pressure is the elements' own.
+      strain_(mesh, columns_.stiffness().has_pressure() ? HeldNodes{} : held,
+              columns_.stiffness().has_pressure() ? 0.0 : poisson_ratio,
+              columns_.stiffness().elements.nodes_per_element),
       bending_(columns_.node_of_place().size()),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
@@ -66,7 +71,7 @@ void FemGreenModel::Describe(const Options& options, double poisson_ratio, std::
   info_.dof = Index(columns_.order());
   info_.elements = static_cast<int>(tets);
   info_.range = options.range;
-  info_.remark = RemarkOf(options.element, poisson_ratio);
+  info_.remark = RemarkOf(columns_.stiffness(), poisson_ratio);
   info_.update_us = MeasureUpdate();
   info_.memory_bytes = columns_.memory_bytes();
   NotePrecompute();
@@ -87,7 +92,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
                                      std::span<ContactResponse> responses) noexcept {
   failure_ = {};
   const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
-  if (element_ == TetElement::kTet10 && std::ranges::any_of(contacts, is_patch)) {
+  if (element_ == Element::kTet10 && std::ranges::any_of(contacts, is_patch)) {
     failure_ =
         "a contact with a width on tet10: accepted with fem-green are contacts without width, or "
         "tet4";
@@ -98,7 +103,7 @@ void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
   for (auto& response : responses) {
     if (locks_ && response.validity == Validity::kValid) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = "tetrahedra without a pressure unknown lock at this Poisson ratio";
+      response.doubt = "linear tetrahedra lock at this Poisson ratio";
     }
   }
   try {

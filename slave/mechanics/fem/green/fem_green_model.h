@@ -22,15 +22,17 @@
 
 namespace palpate {
 
-// Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those
-// where a part bends too far for them (mesh_resolution.h; the first contact there decides, by three
-// more sparse solutions; bulky bodies need none). Contacts with a width are not available with
-// tet10, because no contact acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element`
-// with p_O where time matters: without it a walk over the surface finds a changed position.
+// Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
+// Ten-node ones have a pressure unknown from there on, and take nu up to 0.5. Results are also
+// kExtrapolated where a part bends too far for the elements (mesh_resolution.h; the first contact
+// there decides, by three more sparse solutions; bulky bodies need none). Contacts with a width are
+// not available with tet10, because no contact acts on its middle nodes: kFailed. See
+// ComplianceSolver. Pass `element` with p_O where time matters: without it a walk over the surface
+// finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
-    TetElement element = TetElement::kTet4;
+    FemOptions::Element element = FemOptions::Element::kTet4;
     ContactLaw contact = ContactLaw::kBonded;
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
     std::filesystem::path cache{};  // folder for Green's functions; empty: none are kept
@@ -38,7 +40,7 @@ class FemGreenModel final : public DeformationModel {
   };
 
   // `held`: per node and component, kept at zero. Contacts touch the corner nodes of the surface,
-  // those of tet10 too. Throws std::invalid_argument: see AssembleTetStiffness; modulus or range
+  // those of tet10 too. Throws std::invalid_argument: see AssembleAtRest; modulus or range
   // not positive; Interrupted.
   FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                 double poisson_ratio, const Options& options, Progress* progress = nullptr);
@@ -78,7 +80,7 @@ class FemGreenModel final : public DeformationModel {
   GreenColumns columns_;
   SurfaceNodePlaces places_;
   ComplianceSolver solver_;
-  TetElement element_;
+  FemOptions::Element element_;
   bool locks_ = false;
   StrainResolution strain_;
   std::vector<Bending> bending_;  // per place

@@ -16,13 +16,13 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
+using Element = FemOptions::Element;
 
 constexpr std::size_t kPlenty = std::size_t{1} << 30;
 
 GreenColumns ColumnsOf(const Body& body, const fs::path& cache = {}, std::size_t limit = kPlenty,
-                       TetElement element = TetElement::kTet4) {
-  return {AssembleTetStiffness(body.mesh, body.held, body.nu, element), SurfaceOf(body.mesh), limit,
-          cache, nullptr};
+                       Element element = Element::kTet4) {
+  return {AssembleAtRest(body.mesh, body.held, body.nu, element), limit, cache, nullptr};
 }
 
 bool SameBits(GreenColumns& a, GreenColumns& b, int place) {
@@ -54,7 +54,7 @@ TEST(GreenColumns, LazyIsEagerBitForBit) {
 
 // Reference: the whole inverse stiffness, applied by one solution for all surface forces together.
 TEST(GreenColumns, ColumnsAddUpToTheSolutionForAllForces) {
-  for (const TetElement element : {TetElement::kTet4, TetElement::kTet10}) {
+  for (const Element element : {Element::kTet4, Element::kTet10}) {
     const Body body = ShakenBox({3, 3, 3}, 1, 0.4);
     GreenColumns columns = ColumnsOf(body, {}, kPlenty, element);
     std::vector<int> places;
