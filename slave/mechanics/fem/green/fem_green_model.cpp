@@ -7,27 +7,28 @@
 namespace palpate {
 namespace {
 
-using Element = FemOptions::Element;
-
 constexpr double kLocks = 0.49;
 constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
-// Nodes of the surface around which the body is no half-space of its own modulus on the scale of a
-// widened disc (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
-std::vector<char> Uneven(const SolidMesh& mesh, const HeldNodes& held) {
+// Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
+// (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
+std::vector<char> Uneven(const RestStiffness& stiffness) {
   // A disc that the mesh follows is two to three edges wide. [derived: PatchStiffness within 10 %]
   constexpr int kEdges = 3;
-  std::vector<char> uneven(mesh.nodes.size(), 0);
-  for (int ring = 0; ring < kEdges && !mesh.modulus.empty(); ++ring) {
+  const ElementMesh& elements = stiffness.elements;
+  std::vector<char> uneven(elements.nodes.size(), 0);
+  for (int ring = 0; ring < kEdges && !elements.modulus.empty(); ++ring) {
     const std::vector<char> inner = uneven;
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (int e = 0; e < elements.element_count(); ++e) {
+      const auto nodes = elements.element(e);
       const auto is_inner = [&](int node) { return inner[Index(node)] != 0; };
-      if (mesh.modulus[t] == 1 && std::ranges::none_of(mesh.tets[t], is_inner)) continue;
-      for (const int node : mesh.tets[t]) uneven[Index(node)] = 1;
+      if (elements.ModulusOf(e) == 1 && std::ranges::none_of(nodes, is_inner)) continue;
+      for (const int node : nodes) uneven[Index(node)] = 1;
     }
   }
-  const std::vector<char> fixed = AnyHeld(held);
-  for (std::size_t n = 0; n < fixed.size(); ++n) uneven[n] |= fixed[n];
+  for (std::size_t n = 0; n < uneven.size(); ++n) {
+    if (std::ranges::min(stiffness.row[n]) < 0) uneven[n] = 1;
+  }
   return uneven;
 }
 
@@ -36,8 +37,7 @@ std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
     return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
                         : "linear tetrahedra are stiff in bending; small strains only";
   }
-  return stiffness.has_pressure() ? "mixed pressure; small strains and contacts without width only"
-                                  : "small strains only; contacts without width only";
+  return stiffness.has_pressure() ? "mixed pressure; small strains only" : "small strains only";
 }
 
 }  // namespace
@@ -47,15 +47,15 @@ FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, doubl
     : surface_(SurfaceOf(mesh)),
       columns_(AssembleAtRest(mesh, held, poisson_ratio, options.element), options.memory_limit,
                options.cache, progress),
-      places_(surface_, columns_.place_of_node(), Uneven(mesh, held)),
+      places_(columns_.stiffness().elements, columns_.length_unit(), columns_.place_of_node(),
+              Uneven(columns_.stiffness())),
       solver_(columns_, places_,
               {.young_modulus = young_modulus,
                .larger_side = columns_.length_unit(),
                .range = options.range,
                .contact = options.contact,
                .poisson_ratio = poisson_ratio}),
-      element_(options.element),
-      locks_(options.element == Element::kTet4 && poisson_ratio >= kLocks),
+      locks_(options.element == FemOptions::Element::kTet4 && poisson_ratio >= kLocks),
       // Of bending alone where the pressure is the elements' own.
       strain_(mesh, columns_.stiffness().has_pressure() ? HeldNodes{} : held,
               columns_.stiffness().has_pressure() ? 0.0 : poisson_ratio,
@@ -91,14 +91,6 @@ double FemGreenModel::MeasureUpdate() {
 void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
                                      std::span<ContactResponse> responses) noexcept {
   failure_ = {};
-  const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
-  if (element_ == Element::kTet10 && std::ranges::any_of(contacts, is_patch)) {
-    failure_ =
-        "a contact with a width on tet10: accepted with fem-green are contacts without width, or "
-        "tet4";
-    std::ranges::fill(responses, ContactResponse{});
-    return;
-  }
   solver_.Respond(contacts, responses);
   for (auto& response : responses) {
     if (locks_ && response.validity == Validity::kValid) {

@@ -159,15 +159,17 @@ void RestFactor::Solve(Eigen::Ref<MatrixXd> columns) {
     return;
   }
   const auto K = stiffness_.lower.selfadjointView<Eigen::Lower>();
-  for (Eigen::Index c = 0; c < columns.cols(); ++c) {
-    const VectorXd right = columns.col(c);
-    VectorXd x = VectorXd::Zero(right.size()), left = right;
-    for (int k = 0; k < kMostRefinements && left.norm() > kResidual * right.norm(); ++k) {
-      mixed_->Solve(&left);
-      x += left;
-      left = right - K * x;
+  const MatrixXd right = columns;
+  MatrixXd left = right;
+  columns.setZero();
+  for (int k = 0; k < kMostRefinements && left.norm() > kResidual * right.norm(); ++k) {
+    for (auto column : left.colwise()) {
+      VectorXd x = column;
+      mixed_->Solve(&x);
+      column = x;
     }
-    columns.col(c) = x;
+    columns += left;
+    left = right - K * columns;
   }
 }
 

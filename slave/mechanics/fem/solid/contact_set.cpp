@@ -83,8 +83,9 @@ void SolidContacts::PointWeights(int triangle, const Eigen::Vector3d& weights,
 }
 
 bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
-  if (!footprints_.OnTriangles(here, &footprint_).empty()) return false;
   const bool quadratic = mesh_.nodes_per_element == 10;
+  const auto basis = quadratic ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
+  if (!footprints_.OnTriangles(here, &footprint_, basis).empty()) return false;
   if (here.kind == Contact::Kind::kForce) {
     std::map<int, double> load;
     for (const auto& [triangle, share] : footprint_.places) {
@@ -92,9 +93,7 @@ bool SolidContacts::FindPatch(const Contact& here, ContactPlace* place) {
       for (std::size_t i = 0; i < 3; ++i) load[face[quadratic ? 3 + i : i]] += share / 3;
     }
     place->weights.assign(load.begin(), load.end());
-    place->coarse =
-        IsPatchCoarse(CoverOf(footprints_.patch(), quadratic ? PatchBasis::kLoadedTriangles10
-                                                             : PatchBasis::kLoadedTriangles));
+    place->coarse = footprint_.coarse;
     SetArms(here, footprints_.patch().disc, place);
     return true;
   }

@@ -108,6 +108,22 @@ TEST(GreenColumns, ComeFromTheCacheBitForBitAndOnlyForTheSameProblem) {
   EXPECT_EQ(by_nu.groups_computed() + by_support.groups_computed() + by_mesh.groups_computed(), 3);
 }
 
+TEST(GreenColumns, ComeFromTheCacheOnlyForTheSameElements) {
+  const Scratch scratch;
+  std::vector<double> corner;
+  for (const Element element : {Element::kTet4, Element::kTet10}) {
+    for (const double nu : {0.489, 0.49, 0.499}) {  // with pressure from 0.49 on
+      GreenColumns columns =
+          ColumnsOf(ShakenBox({3, 3, 2}, 1, nu), scratch.path(), kPlenty, element);
+      const int place = columns.places() - 1;
+      corner.push_back(columns.Column(place)[9 * place]);
+      EXPECT_EQ(columns.groups_computed(), 1);
+    }
+  }
+  std::ranges::sort(corner);
+  EXPECT_EQ(std::ranges::adjacent_find(corner), corner.end());
+}
+
 TEST(ColumnCacheTest, LinksAreNotFollowed) {
   const Scratch scratch;
   const ColumnCache cache(scratch.path(), 1);
