@@ -13,8 +13,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
-#include "slave/mechanics/fem/green/tet_stiffness.h"
-#include "slave/mechanics/linear/spd_factor.h"
+#include "slave/mechanics/fem/green/rest_stiffness.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/width_mismatch.h"
@@ -98,59 +97,43 @@ void Refine(const std::function<double(const Vector3d&)>& allowed, SolidMesh* me
   }
 }
 
-// Which of the quadratic nodes the tool moves: middles follow the mesh's own nodes, numbered as
-// AssembleTetStiffness does.
-std::vector<char> MovedNodes(const SolidMesh& mesh, const Press& press, double width,
-                             std::size_t count) {
-  std::map<Edge, int> middles;
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    for (std::size_t e = 0; e < kEdges.size(); ++e) {
-      middles.try_emplace(EdgeOf(mesh, t, e), static_cast<int>(mesh.nodes.size() + middles.size()));
-    }
-  }
-  std::vector<char> moved(count, 0);
-  const SurfaceMesh skin = SurfaceOf(mesh);
-  const auto look = [&](int node, const Vector3d& p_O) {
-    if ((p_O - press.p_O).norm() <= 0.5 * width * (1 + 1e-9)) moved[Index(node)] = 1;
-  };
-  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) {
-    if (Normal(skin, t).dot(press.inward_O) > -0.5) continue;
-    const auto& corners = skin.triangles[Index(t)];
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Edge edge = std::minmax({corners[i], corners[(i + 1) % 3]});
-      look(corners[i], mesh.nodes[Index(corners[i])]);
-      look(middles.at(edge), Middle(mesh, edge));
+// Which nodes the tool moves.
+std::vector<char> MovedNodes(const RestStiffness& stiffness, const Press& press, double width) {
+  const TetMesh& elements = stiffness.elements;
+  std::vector<char> moved(elements.nodes.size(), 0);
+  for (int t = 0; t < static_cast<int>(elements.faces.size()); ++t) {
+    if (Normal(elements.surface, t).dot(press.inward_O) > -0.5) continue;
+    for (const int node : elements.faces[Index(t)]) {
+      const Vector3d p_O = stiffness.length_unit * elements.nodes[Index(node)];
+      if ((p_O - press.p_O).norm() <= 0.5 * width * (1 + 1e-9)) moved[Index(node)] = 1;
     }
   }
   return moved;
 }
 
 // Of every node's unknowns those along the press and across it, where the tool moves it.
-Eigen::SparseMatrix<double> AlongPress(const TetStiffness& stiffness,
+Eigen::SparseMatrix<double> AlongPress(const RestStiffness& stiffness,
                                        const std::vector<char>& moved, const Vector3d& inward) {
   const Vector3d across = inward.unitOrthogonal();
   Eigen::Matrix3d R;
   R << inward, across, inward.cross(across);
-  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::SparseMatrix<double> T(stiffness.lower.rows(), stiffness.lower.rows());
+  T.setIdentity();
   for (std::size_t n = 0; n < moved.size(); ++n) {
     const auto& row = stiffness.row[n];
-    const bool turned = moved[n] != 0 && std::ranges::min(row) >= 0;
+    if (moved[n] == 0 || std::ranges::min(row) < 0) continue;
     for (int i = 0; i < 3; ++i) {
-      for (int k = 0; k < 3; ++k) {
-        const double entry = turned ? R(i, k) : i == k ? 1 : 0;
-        if (row[Index(i)] >= 0 && entry != 0) {
-          entries.emplace_back(row[Index(i)], row[Index(k)], entry);
-        }
-      }
+      for (int k = 0; k < 3; ++k) T.coeffRef(row[Index(i)], row[Index(k)]) = R(i, k);
     }
   }
-  Eigen::SparseMatrix<double> T(stiffness.lower.rows(), stiffness.lower.rows());
-  T.setFromTriplets(entries.begin(), entries.end());
+  T.makeCompressed();
   return T;
 }
 
-// u^T K u of the state in which unknowns with `given` != NaN are held there and the others rest.
-double EnergyOf(const Eigen::SparseMatrix<double>& K, const Eigen::VectorXd& given) {
+// u^T K u of the state in which unknowns with `given` != NaN are held there and the others rest;
+// columns of T are what the unknowns are counted along.
+double EnergyOf(const RestStiffness& stiffness, const Eigen::SparseMatrix<double>& T,
+                const Eigen::VectorXd& given) {
   Eigen::VectorXd u = given;
   std::vector<Eigen::Triplet<double>> picked;
   for (Eigen::Index k = 0; k < given.size(); ++k) {
@@ -160,9 +143,20 @@ double EnergyOf(const Eigen::SparseMatrix<double>& K, const Eigen::VectorXd& giv
   }
   Eigen::SparseMatrix<double> P(given.size(), static_cast<Eigen::Index>(picked.size()));
   P.setFromTriplets(picked.begin(), picked.end());  // u = given + P x
-  const Eigen::SparseMatrix<double> part = P.transpose() * K * P;
+  const auto along = [&](const Eigen::SparseMatrix<double>& lower) {
+    const Eigen::SparseMatrix<double> whole = lower.selfadjointView<Eigen::Lower>();
+    return Eigen::SparseMatrix<double>(T.transpose() * whole * T);
+  };
+  const auto part = [&](const Eigen::SparseMatrix<double>& whole) {
+    const Eigen::SparseMatrix<double> picked_part = P.transpose() * whole * P;
+    return Eigen::SparseMatrix<double>(picked_part.triangularView<Eigen::Lower>());
+  };
+  const Eigen::SparseMatrix<double> K = along(stiffness.lower);
+  RestStiffness free;
+  free.lower = part(K);
+  if (stiffness.has_pressure()) free.regularised = part(along(stiffness.regularised));
   Eigen::VectorXd x = -(P.transpose() * (K * u));
-  SpdFactor(part.triangularView<Eigen::Lower>()).Solve(x.data(), 1);
+  RestFactor(free).Solve(x);
   u += P * x;
   return u.dot(K * u);
 }
@@ -181,8 +175,7 @@ SolidMesh GradedUnder(const Scene& scene, const Press& press, double width, doub
 }
 
 bool HasVolumeStiffness(const Scene& scene) {
-  constexpr double kLocks = 0.499;
-  return !HoldsByNumber(scene) && scene.object.material.poisson_ratio <= kLocks &&
+  return !HoldsByNumber(scene) &&
          std::holds_alternative<SolidMesh>(MeshObject(scene, std::nullopt));
 }
 
@@ -193,10 +186,10 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
   try {
     const SolidMesh mesh = GradedUnder(scene, press, width, finest, growth);
     if (mesh.tets.size() > kMostTets) return std::nullopt;
-    const TetStiffness stiffness =
-        AssembleTetStiffness(mesh, FixedNodeDofs(scene, mesh.nodes),
-                             scene.object.material.poisson_ratio, TetElement::kTet10);
-    const auto moved = MovedNodes(mesh, press, width, stiffness.row.size());
+    const RestStiffness stiffness =
+        AssembleAtRest(mesh, FixedNodeDofs(scene, mesh.nodes), scene.object.material.poisson_ratio,
+                       FemOptions::Element::kTet10);
+    const auto moved = MovedNodes(stiffness, press, width);
     const auto T = AlongPress(stiffness, moved, press.inward_O);
     const bool slides = scene.model.contact == ContactLaw::kFrictionless;
     Eigen::VectorXd given = Eigen::VectorXd::Constant(stiffness.lower.rows(), kUnknown);
@@ -208,13 +201,12 @@ std::optional<double> VolumeStiffness(const Scene& scene, const Press& press, do
         if (row[Index(c)] >= 0) given[row[Index(c)]] = along;
       }
     }
-    const Eigen::SparseMatrix<double> K = stiffness.lower.selfadjointView<Eigen::Lower>();
     ModelOptions quadratic;
     quadratic.kind = "fem";
     quadratic.fem.element = FemOptions::Element::kTet10;
     const double seen = 1 + WidthMismatch(mesh, quadratic, press, width);
     const double force = scene.object.material.young_modulus * stiffness.length_unit *
-                         EnergyOf(T.transpose() * K * T, given) / seen;
+                         EnergyOf(stiffness, T, given) / seen;
     return force > 0 && std::isfinite(force) ? std::optional(force) : std::nullopt;
   } catch (const std::exception&) {  // the formulation has limits of its own; others remain
     return std::nullopt;

@@ -229,7 +229,7 @@ BENCHMARK(AllMoveForStiffness)->Apply(Sizes);
 void Precompute(benchmark::State& state) {
   const Held cube = Cube(static_cast<int>(state.range(0)));
   FemGreenModel::Options options;
-  options.element = state.range(1) == 4 ? TetElement::kTet4 : TetElement::kTet10;
+  options.element = state.range(1) == 4 ? FemOptions::Element::kTet4 : FemOptions::Element::kTet10;
   for (auto _ : state) {
     const FemGreenModel model(cube.mesh, cube.held, 3800, 0.15, options);
     state.counters["dof"] = static_cast<double>(model.info().dof);

@@ -20,9 +20,9 @@ CacheFilling Fill(const Scene& scene, const SolidMesh& mesh, const CacheShare& s
   const Material& material = scene.object.material;
   if (scene.model.kind == "fem-green") {
     ReportProgress(progress, "assembling stiffness", 0);
-    return FillColumnCache(AssembleTetStiffness(mesh, HeldTetNodes(scene, mesh),
-                                                material.poisson_ratio, GreenElement(scene)),
-                           SurfaceOf(mesh), scene.model.cache, share, progress);
+    return FillColumnCache(AssembleAtRest(mesh, HeldTetNodes(scene, mesh), material.poisson_ratio,
+                                          scene.model.fem.element),
+                           scene.model.cache, share, progress);
   }
   const std::optional<double> width = ContactWidth(scene);
   if (!width) {

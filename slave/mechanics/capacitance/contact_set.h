@@ -34,10 +34,10 @@ class ContactPlaces {
 // Places are the surface's nodes (fem-green).
 class SurfaceNodePlaces final : public ContactPlaces {
  public:
-  // `place_of_node`: -1 for nodes that are not places. `held`: see SurfaceFootprints.
+  // `place_of_node`: -1 for nodes that are not places. `held`, `quarters`: see SurfaceFootprints.
   SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node,
-                    std::vector<char> held = {})
-      : footprints_(std::move(surface), std::move(held)),
+                    std::vector<char> held = {}, bool quarters = false)
+      : footprints_(std::move(surface), std::move(held), quarters),
         place_of_node_(std::move(place_of_node)) {}
   std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
   void MayWiden(bool may) override { footprints_.MayWiden(may); }

@@ -87,7 +87,7 @@ std::unique_ptr<DeformationModel> MakeFem(const Scene& scene, const SolidMesh& m
 
 std::unique_ptr<DeformationModel> MakeFemGreen(const Scene& scene, const SolidMesh& mesh,
                                                Progress* progress) {
-  const FemGreenModel::Options options{.element = GreenElement(scene),
+  const FemGreenModel::Options options{.element = scene.model.fem.element,
                                        .contact = scene.model.contact,
                                        .range = scene.model.range,
                                        .cache = scene.model.cache};
@@ -262,11 +262,6 @@ HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh) {
     if (!used[i]) held[i] = {true, true, true};
   }
   return held;
-}
-
-TetElement GreenElement(const Scene& scene) {
-  return scene.model.fem.element == FemOptions::Element::kTet10 ? TetElement::kTet10
-                                                                : TetElement::kTet4;
 }
 
 }  // namespace palpate

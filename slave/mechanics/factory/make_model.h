@@ -7,7 +7,6 @@
 
 #include "shared/text/progress.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/fem/green/tet_stiffness.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/model_kinds.h"
 #include "slave/scene/scene.h"
@@ -50,6 +49,5 @@ std::optional<double> ContactWidth(const Scene& scene);
 // nodes are; so are nodes that belong to no tetrahedron, which have no stiffness of their own.
 HeldNodes HeldTriangles(const Scene& scene, const SurfaceMesh& mesh);
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
-TetElement GreenElement(const Scene& scene);
 
 }  // namespace palpate

@@ -30,11 +30,12 @@ constexpr std::string_view kNoPlace =
 
 }  // namespace
 
-SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface, std::vector<char> held)
+SurfaceFootprints::SurfaceFootprints(SurfaceMesh surface, std::vector<char> held, bool quarters)
     : surface_(std::move(surface)),
       diagonal_(Diagonal(surface_.nodes)),
       around_(surface_),
-      held_(std::move(held)) {
+      held_(std::move(held)),
+      quarters_(quarters) {
   const int triangles = static_cast<int>(surface_.triangles.size());
   for (int t = 0; t < triangles; ++t) {
     normals_.push_back(Normal(surface_, t));
@@ -273,7 +274,11 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
   footprint->normal_O = NormalAt(*at);
   const auto node_at = [this](int node) -> const Vector3d& { return surface_.nodes[Index(node)]; };
   const bool loads = contact.kind == Contact::Kind::kForce;
-  FindDisc(contact, loads ? PatchBasis::kLoadedTriangles : PatchBasis::kMovedNodes, footprint);
+  FindDisc(contact,
+           loads       ? PatchBasis::kLoadedTriangles
+           : quarters_ ? PatchBasis::kMovedNodes10
+                       : PatchBasis::kMovedNodes,
+           footprint);
   if (contact.width > 0 && loads) {
     ShareAmongNodes(footprint);
     SetArms(contact, node_at, footprint);
@@ -295,8 +300,8 @@ std::string_view SurfaceFootprints::OnNodes(const Contact& contact, ContactFootp
   return {};
 }
 
-std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
-                                                ContactFootprint* footprint) {
+std::string_view SurfaceFootprints::OnTriangles(const Contact& contact, ContactFootprint* footprint,
+                                                PatchBasis basis) {
   footprint->places.clear();
   footprint->arms.clear();
   footprint->point = true;
@@ -316,7 +321,7 @@ std::string_view SurfaceFootprints::OnTriangles(const Contact& contact,
     footprint->places.push_back({at->triangle, 1});
     return {};
   }
-  FindDisc(contact, PatchBasis::kTractionTriangles, footprint);
+  FindDisc(contact, basis, footprint);
   for (const int t : patch_.triangles) {
     footprint->places.push_back({t, areas_[Index(t)] / patch_.triangle_area});
   }

@@ -84,12 +84,14 @@ void CentreArms(const DiscShare& disc, const Weight& weight, std::vector<Eigen::
 // does not.
 class SurfaceFootprints {
  public:
-  // With `held`, one per node (OnNodes) or triangle (OnTriangles), a contact whose width the mesh
-  // is too coarse for has the places of the narrowest disc around it which the mesh follows, where
-  // all of that lies on a plane part of the surface, on a body that is as thick there as the disc
-  // is wide, and touches nothing fixed: on that disc's scale the body is a half-space, whose discs
-  // are known (disc_compliance.h).
-  explicit SurfaceFootprints(SurfaceMesh surface, std::vector<char> held = {});
+  // With `held`, one per node, or per triangle for kTractionTriangles, a contact whose width the
+  // mesh is too coarse for has the places of the narrowest disc around it which the mesh follows,
+  // where all of that lies on a plane part of the surface, on a body that is as thick there as the
+  // disc is wide, and touches nothing fixed: on that disc's scale the body is a half-space, whose
+  // discs are known (disc_compliance.h). `quarters`: the triangles are quarters of those of
+  // ten-node tetrahedra.
+  explicit SurfaceFootprints(SurfaceMesh surface, std::vector<char> held = {},
+                             bool quarters = false);
   void MayWiden(bool may) { may_widen_ = may; }
 
   // A contact moves a node, a point between three, or the nodes of a disc alike; a load acts on a
@@ -98,8 +100,9 @@ class SurfaceFootprints {
   // nodes of a disc are in rising order.
   std::string_view OnNodes(const Contact& contact, ContactFootprint* footprint);
   // Triangles are moved or loaded evenly: without width one, of a disc all whose centroids lie in
-  // it, in rising order.
-  std::string_view OnTriangles(const Contact& contact, ContactFootprint* footprint);
+  // it, in rising order. `basis`: by which a disc is judged.
+  std::string_view OnTriangles(const Contact& contact, ContactFootprint* footprint,
+                               PatchBasis basis = PatchBasis::kTractionTriangles);
 
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   // Of the last contact that had a width; nodes in rising order, triangles too.
@@ -142,6 +145,7 @@ class SurfaceFootprints {
   int patches_ = 0;
   std::vector<double> load_;  // per node, zero between calls
   std::vector<char> held_;    // empty: nothing is widened
+  bool quarters_;
   bool may_widen_ = true;
 };
 

@@ -26,7 +26,7 @@ VolumeContacts::VolumeContacts(const SolidMesh& mesh, int nodes_per_element, con
       force_unit_(force_unit),
       corners_(mesh_.surface),
       load_(mesh_.nodes.size(), 0) {
-  if (nodes_per_element == 10) all_.emplace(mesh_.touch_surface);
+  if (nodes_per_element == 10) all_.emplace(mesh_.touch_surface, std::vector<char>{}, true);
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   failure_.reserve(kTextSize);
 }
@@ -99,7 +99,8 @@ std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* plac
 // a triangle has the weights of the element's own shape functions.
 std::string_view VolumeContacts::FindQuadratic(const Contact& contact) {
   if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
-    const std::string_view refusal = corners_.OnTriangles(contact, &footprint_);
+    const std::string_view refusal =
+        corners_.OnTriangles(contact, &footprint_, PatchBasis::kLoadedTriangles10);
     if (refusal.empty()) LoadMiddles(contact);
     return refusal;
   }
@@ -107,8 +108,6 @@ std::string_view VolumeContacts::FindQuadratic(const Contact& contact) {
     Contact anywhere = contact;
     anywhere.element = -1;  // numbers of triangles are those of `corners_`
     const bool found = all_->OnNodes(anywhere, &footprint_).empty();
-    footprint_.coarse = found && contact.width > 0 &&
-                        IsPatchCoarse(CoverOf(all_->patch(), PatchBasis::kMovedNodes10));
     if (found && (!footprint_.point || footprint_.places.size() == 1)) return {};
   }
   Contact point = contact;
@@ -150,7 +149,6 @@ void VolumeContacts::LoadMiddles(const Contact& contact) {
   }
   const auto weight = [&](std::size_t i) { return footprint_.places[i].weight; };
   CentreArms(corners_.patch().disc, weight, &footprint_.arms);
-  footprint_.coarse = IsPatchCoarse(CoverOf(corners_.patch(), PatchBasis::kLoadedTriangles10));
 }
 
 // The first contact that moves a node which another one moves already, or, as a load or a point (at

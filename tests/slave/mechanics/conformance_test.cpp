@@ -113,10 +113,10 @@ Kind Solid(const char* name, Element element, Law law, double nu = 0.3,
           }};
 }
 
-Kind Green(const char* name, TetElement element) {
+Kind Green(const char* name, FemOptions::Element element, double nu = 0.3) {
   return {name, &kOnCube, true, 1e-9, [=](double size, double modulus) -> Model {
             const Cube cube = MakeCube(size);
-            return std::make_unique<FemGreenModel>(cube.mesh, cube.held, modulus, 0.3,
+            return std::make_unique<FemGreenModel>(cube.mesh, cube.held, modulus, nu,
                                                    FemGreenModel::Options{.element = element});
           }};
 }
@@ -170,8 +170,9 @@ std::vector<Kind> Kinds() {
       Solid("fem-tet4-neo-hookean", Element::kTet4, Law::kNeoHookean),
       Solid("fem-tet4-neo-hookean-averaged", Element::kTet4, Law::kNeoHookean, 0.45,
             Pressure::kAveraged),
-      Green("fem-green-tet4", TetElement::kTet4),
-      Green("fem-green-tet10", TetElement::kTet10),
+      Green("fem-green-tet4", FemOptions::Element::kTet4),
+      Green("fem-green-tet10", FemOptions::Element::kTet10),
+      Green("fem-green-tet10-mixed", FemOptions::Element::kTet10, 0.499),
       Zone(),
       Bem3d(),
       Plate(),

@@ -140,7 +140,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"Patch", "bem3d", FemOptions::Element::kTet4, 0.014},
                     Kind{"Node", "fem-green"},
                     Kind{"Patch", "fem-green", FemOptions::Element::kTet4, 0.014},
-                    Kind{"TenNodes", "fem-green", FemOptions::Element::kTet10}),
+                    Kind{"TenNodes", "fem-green", FemOptions::Element::kTet10},
+                    Kind{"PatchOfTenNodes", "fem-green", FemOptions::Element::kTet10, 0.014}),
     [](const auto& kind) {
       return (kind.param.kind == "bem3d" ? "Bem3d" : "FemGreen") + kind.param.name;
     });

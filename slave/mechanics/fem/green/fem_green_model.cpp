@@ -10,32 +10,34 @@ namespace {
 constexpr double kLocks = 0.49;
 constexpr double kSmall = 1e-9;  // displacement at which strains are judged, of the larger side
 
-// Nodes of the surface around which the body is no half-space of its own modulus on the scale of a
-// widened disc (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
-std::vector<char> Uneven(const SolidMesh& mesh, const HeldNodes& held) {
+// Nodes around which the body is no half-space of its own modulus on the scale of a widened disc
+// (SurfaceFootprints): fixed ones, and those less than a few edges from a region.
+std::vector<char> Uneven(const RestStiffness& stiffness) {
   // A disc that the mesh follows is two to three edges wide. [derived: PatchStiffness within 10 %]
   constexpr int kEdges = 3;
-  std::vector<char> uneven(mesh.nodes.size(), 0);
-  for (int ring = 0; ring < kEdges && !mesh.modulus.empty(); ++ring) {
+  const TetMesh& elements = stiffness.elements;
+  std::vector<char> uneven(elements.nodes.size(), 0);
+  for (int ring = 0; ring < kEdges && !elements.modulus.empty(); ++ring) {
     const std::vector<char> inner = uneven;
-    for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    for (int e = 0; e < elements.element_count(); ++e) {
+      const auto nodes = elements.element(e);
       const auto is_inner = [&](int node) { return inner[Index(node)] != 0; };
-      if (mesh.modulus[t] == 1 && std::ranges::none_of(mesh.tets[t], is_inner)) continue;
-      for (const int node : mesh.tets[t]) uneven[Index(node)] = 1;
+      if (elements.ModulusOf(e) == 1 && std::ranges::none_of(nodes, is_inner)) continue;
+      for (const int node : nodes) uneven[Index(node)] = 1;
     }
   }
-  const std::vector<char> fixed = AnyHeld(held);
-  for (std::size_t n = 0; n < fixed.size(); ++n) uneven[n] |= fixed[n];
+  for (std::size_t n = 0; n < uneven.size(); ++n) {
+    if (std::ranges::min(stiffness.row[n]) < 0) uneven[n] = 1;
+  }
   return uneven;
 }
 
-std::string_view RemarkOf(TetElement element, double nu) {
-  if (element == TetElement::kTet4) {
+std::string_view RemarkOf(const RestStiffness& stiffness, double nu) {
+  if (stiffness.elements.nodes_per_element == 4) {
     return nu >= kLocks ? "linear tetrahedra lock near nu = 0.5: the model is much too stiff"
                         : "linear tetrahedra are stiff in bending; small strains only";
   }
-  return nu >= kLocks ? "quadratic tetrahedra without a pressure unknown lock slightly"
-                      : "small strains only; contacts without width only";
+  return stiffness.has_pressure() ? "mixed pressure; small strains only" : "small strains only";
 }
 
 }  // namespace
@@ -43,19 +45,21 @@ std::string_view RemarkOf(TetElement element, double nu) {
 FemGreenModel::FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                              double poisson_ratio, const Options& options, Progress* progress)
     : surface_(SurfaceOf(mesh)),
-      columns_(AssembleTetStiffness(mesh, held, poisson_ratio, options.element), surface_,
-               options.memory_limit, options.cache, progress),
-      places_(surface_, columns_.place_of_node(), Uneven(mesh, held)),
+      columns_(AssembleAtRest(mesh, held, poisson_ratio, options.element), options.memory_limit,
+               options.cache, progress),
+      places_(columns_.stiffness().elements, columns_.length_unit(), columns_.place_of_node(),
+              Uneven(columns_.stiffness())),
       solver_(columns_, places_,
               {.young_modulus = young_modulus,
                .larger_side = columns_.length_unit(),
                .range = options.range,
                .contact = options.contact,
                .poisson_ratio = poisson_ratio}),
-      element_(options.element),
-      locks_(poisson_ratio >= kLocks),
-      strain_(MakeTetMesh(mesh, options.element == TetElement::kTet4 ? 4 : 10, 1), held,
-              poisson_ratio),
+      locks_(options.element == FemOptions::Element::kTet4 && poisson_ratio >= kLocks),
+      // Bending alone counts where the pressure is the elements' own.
+      strain_(columns_.stiffness().elements,
+              columns_.stiffness().has_pressure() ? HeldNodes{} : held,
+              columns_.stiffness().has_pressure() ? 0.0 : poisson_ratio),
       bending_(columns_.node_of_place().size()),
       displacement_unit_(1 / (young_modulus * columns_.length_unit())) {
   field_mesh_ = {.vertices = mesh.nodes, .tets = mesh.tets};
@@ -67,7 +71,7 @@ void FemGreenModel::Describe(const Options& options, double poisson_ratio, std::
   info_.dof = Index(columns_.order());
   info_.elements = static_cast<int>(tets);
   info_.range = options.range;
-  info_.remark = RemarkOf(options.element, poisson_ratio);
+  info_.remark = RemarkOf(columns_.stiffness(), poisson_ratio);
   info_.update_us = MeasureUpdate();
   info_.memory_bytes = columns_.memory_bytes();
   NotePrecompute();
@@ -87,19 +91,11 @@ double FemGreenModel::MeasureUpdate() {
 void FemGreenModel::ComputeResponses(std::span<const Contact> contacts,
                                      std::span<ContactResponse> responses) noexcept {
   failure_ = {};
-  const auto is_patch = [](const Contact& contact) { return contact.width > 0; };
-  if (element_ == TetElement::kTet10 && std::ranges::any_of(contacts, is_patch)) {
-    failure_ =
-        "a contact with a width on tet10: accepted with fem-green are contacts without width, or "
-        "tet4";
-    std::ranges::fill(responses, ContactResponse{});
-    return;
-  }
   solver_.Respond(contacts, responses);
   for (auto& response : responses) {
     if (locks_ && response.validity == Validity::kValid) {
       response.validity = Validity::kExtrapolated;
-      response.doubt = "tetrahedra without a pressure unknown lock at this Poisson ratio";
+      response.doubt = "linear tetrahedra lock at this Poisson ratio";
     }
   }
   try {
@@ -151,7 +147,7 @@ void FemGreenModel::LearnBending(const ContactFootprint& footprint, Bending* ben
       bending->compliance[c] += u[Index(node)][c] / static_cast<double>(nodes.size());
     }
     if (!(bending->compliance[c] > 0)) continue;  // held
-    for (auto& moved : u) moved *= kSmall * columns_.length_unit() / bending->compliance[c];
+    for (auto& moved : u) moved *= kSmall / bending->compliance[c];
     bending->softness[c] = strain_.Softness(u, nodes);
   }
   bending->known = true;

@@ -14,32 +14,32 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance_solver.h"
-#include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/deformation_model.h"
+#include "slave/mechanics/fem/green/element_places.h"
 #include "slave/mechanics/fem/green/green_columns.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
 
-// Both elements lock as nu approaches 0.5: from 0.49 on results are kExtrapolated, as are those
-// where a part bends too far for them (mesh_resolution.h; the first contact there decides, by three
-// more sparse solutions; bulky bodies need none). Contacts with a width are not available with
-// tet10, because no contact acts on its middle nodes: kFailed. See ComplianceSolver. Pass `element`
-// with p_O where time matters: without it a walk over the surface finds a changed position.
+// Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
+// Ten-node ones have a pressure unknown from there on, and take nu up to 0.5. Results are also
+// kExtrapolated where a part bends too far for the elements (mesh_resolution.h; the first contact
+// there decides, by three more sparse solutions; bulky bodies need none). See ElementPlaces and
+// ComplianceSolver. Pass `element` with p_O where time matters: without it a walk over the surface
+// finds a changed position.
 class FemGreenModel final : public DeformationModel {
  public:
   struct Options {
-    TetElement element = TetElement::kTet4;
+    FemOptions::Element element = FemOptions::Element::kTet4;
     ContactLaw contact = ContactLaw::kBonded;
     double range = 0.1;  // largest |displacement| / larger side before `extrapolated` [-]
     std::filesystem::path cache{};  // folder for Green's functions; empty: none are kept
     std::size_t memory_limit = std::size_t{1} << 31;  // for Green's functions [bytes]
   };
 
-  // `held`: per node and component, kept at zero. Contacts touch the corner nodes of the surface,
-  // those of tet10 too. Throws std::invalid_argument: see AssembleTetStiffness; modulus or range
-  // not positive; Interrupted.
+  // `held`: per node and component, kept at zero. Throws std::invalid_argument: see AssembleAtRest;
+  // modulus or range not positive; Interrupted.
   FemGreenModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                 double poisson_ratio, const Options& options, Progress* progress = nullptr);
 
@@ -49,10 +49,12 @@ class FemGreenModel final : public DeformationModel {
     return failure_.empty() ? solver_.failure() : failure_;
   }
 
-  // Makes the columns of nodes ready, those of the surface among them; none given: all that fit.
+  // Makes the columns of nodes of the mesh ready, those of the surface among them; none given: of
+  // all places that fit.
   // False: the memory limit is reached. Throws Interrupted; what was finished stays, on disk too.
   bool PrefetchNodes(std::span<const int> nodes = {}, Progress* progress = nullptr);
 
+  // Of linear triangles.
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   [[nodiscard]] GreenColumns& columns() { return columns_; }
 
@@ -76,9 +78,8 @@ class FemGreenModel final : public DeformationModel {
 
   SurfaceMesh surface_;
   GreenColumns columns_;
-  SurfaceNodePlaces places_;
+  ElementPlaces places_;
   ComplianceSolver solver_;
-  TetElement element_;
   bool locks_ = false;
   StrainResolution strain_;
   std::vector<Bending> bending_;  // per place

@@ -18,22 +18,20 @@ PrecomputeCost ExpectedCost(int order) {
   return {2.5 * n * n + 0.3 * n, bytes};
 }
 
-void SolveGroup(const GreenGroups& layout, int group, int order, SpdFactor* factor,
+void SolveGroup(const GreenGroups& layout, int group, int order, RestFactor* factor,
                 std::span<double> values) {
   Eigen::MatrixXd columns(order, GreenGroups::kColumns);
   layout.SetLoads(group, columns);
-  factor->Solve(columns.data(), GreenGroups::kColumns);
+  factor->Solve(columns);
   layout.TakeSurface(group, columns, values);
 }
 
 }  // namespace
 
-GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
-                           std::size_t memory_limit, const std::filesystem::path& cache,
-                           Progress* progress)
-    : lower_(std::move(stiffness.lower)),
-      length_unit_(stiffness.length_unit),
-      layout_(std::move(stiffness.row), stiffness.inputs, surface),
+GreenColumns::GreenColumns(RestStiffness stiffness, std::size_t memory_limit,
+                           const std::filesystem::path& cache, Progress* progress)
+    : stiffness_(std::move(stiffness)),
+      layout_(stiffness_),
       memory_limit_(memory_limit),
       groups_(Index(layout_.groups())),
       column_of_place_(Index(layout_.places()), nullptr) {
@@ -47,14 +45,15 @@ GreenColumns::GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface,
   ReportProgress(progress, "factorising stiffness", 1);
 }
 
-SpdFactor& GreenColumns::Factor() {
-  if (!factor_) factor_.emplace(lower_);
+RestFactor& GreenColumns::Factor() {
+  if (!factor_) factor_.emplace(stiffness_);
   return *factor_;
 }
 
 std::size_t GreenColumns::memory_bytes() const {
-  const auto stiffness = static_cast<std::size_t>(lower_.nonZeros()) * 12;
-  return column_bytes_ + stiffness + (factor_ ? factor_->memory_bytes() : 0);
+  const auto entries = stiffness_.lower.nonZeros() + stiffness_.regularised.nonZeros();
+  return column_bytes_ + static_cast<std::size_t>(entries) * 12 +
+         (factor_ ? factor_->memory_bytes() : 0);
 }
 
 const double* GreenColumns::Compute(int place) {
@@ -102,7 +101,7 @@ void GreenColumns::Solve(std::span<const int> places, std::span<const Vector3d> 
       if (row >= 0) x[row] += forces[i][c];
     }
   }
-  Factor().Solve(x.data(), 1);
+  Factor().Solve(x);
   Spread(x, displacement);
 }
 
@@ -115,25 +114,24 @@ void GreenColumns::SolveAxes(std::span<const int> places,
       if (row >= 0) x(row, c) += 1 / static_cast<double>(places.size());
     }
   }
-  Factor().Solve(x.data(), 3);
+  Factor().Solve(x);
   for (int c = 0; c < 3; ++c) Spread(x.col(c), &(*displacement)[Index(c)]);
 }
 
 void GreenColumns::Spread(const Eigen::Ref<const Eigen::VectorXd>& x,
                           std::vector<Vector3d>* u) const {
-  u->assign(layout_.row().size(), Vector3d::Zero());
+  u->assign(stiffness_.row.size(), Vector3d::Zero());
   for (std::size_t n = 0; n < u->size(); ++n) {
     for (int c = 0; c < 3; ++c) {
-      const int row = layout_.row()[n][Index(c)];
+      const int row = stiffness_.row[n][Index(c)];
       if (row >= 0) (*u)[n][c] = x[row];
     }
   }
 }
 
-CacheFilling FillColumnCache(TetStiffness stiffness, const SurfaceMesh& surface,
-                             const std::filesystem::path& cache, const CacheShare& share,
-                             Progress* progress) {
-  const GreenGroups layout(std::move(stiffness.row), stiffness.inputs, surface);
+CacheFilling FillColumnCache(const RestStiffness& stiffness, const std::filesystem::path& cache,
+                             const CacheShare& share, Progress* progress) {
+  const GreenGroups layout(stiffness);
   const ColumnCache kept = layout.Cache(cache);
   CacheFilling filling;
   std::vector<int> missing;
@@ -148,7 +146,7 @@ CacheFilling FillColumnCache(TetStiffness stiffness, const SurfaceMesh& surface,
   const int order = static_cast<int>(stiffness.lower.rows());
   if (progress != nullptr) progress->Expect(ExpectedCost(order));
   ReportProgress(progress, "factorising stiffness", 0);
-  SpdFactor factor(stiffness.lower);
+  RestFactor factor(stiffness);
   for (const int group : missing) {
     ReportProgress(progress, "Green's functions",
                    static_cast<double>(filling.computed) / static_cast<double>(missing.size()));

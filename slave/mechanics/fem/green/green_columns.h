@@ -12,13 +12,11 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/fem/green/column_cache.h"
 #include "slave/mechanics/fem/green/green_groups.h"
-#include "slave/mechanics/fem/green/tet_stiffness.h"
-#include "slave/mechanics/linear/spd_factor.h"
+#include "slave/mechanics/fem/green/rest_stiffness.h"
 
 namespace palpate {
 
@@ -29,8 +27,8 @@ class GreenColumns final : public Compliance {
   static constexpr int kGroup = GreenGroups::kGroup;  // places
 
   // `memory_limit` for columns [bytes]: beyond it Column() is nullptr. `cache` keeps groups on
-  // disk. Factorises at once unless the cache has every group. Throws: see SpdFactor; Interrupted.
-  GreenColumns(TetStiffness stiffness, const SurfaceMesh& surface, std::size_t memory_limit,
+  // disk. Factorises at once unless the cache has every group. Throws: see RestFactor; Interrupted.
+  GreenColumns(RestStiffness stiffness, std::size_t memory_limit,
                const std::filesystem::path& cache, Progress* progress);
 
   [[nodiscard]] int places() const override { return layout_.places(); }
@@ -43,24 +41,25 @@ class GreenColumns final : public Compliance {
   [[nodiscard]] bool IsReady(int place) const {
     return column_of_place_[static_cast<std::size_t>(place)] != nullptr;
   }
-  [[nodiscard]] double length_unit() const override { return length_unit_; }
+  [[nodiscard]] double length_unit() const override { return stiffness_.length_unit; }
   [[nodiscard]] std::size_t memory_bytes() const override;
 
   // Makes the columns of some places ready. False: the memory for them is used up. Throws
   // Interrupted; what was finished stays, on disk too.
   bool Prefetch(std::span<const int> places, Progress* progress);
 
-  // Displacement of every node, those of the mesh first, then the middles of edges, by forces on
-  // places, by one sparse solution; nondimensional.
+  // Displacement of every node of the elements by forces on places, by one sparse solution;
+  // nondimensional.
   void Solve(std::span<const int> places, std::span<const Eigen::Vector3d> forces,
              std::vector<Eigen::Vector3d>* displacement);
   // The same by a unit force along each axis, of which each of `places` has the same part.
   void SolveAxes(std::span<const int> places,
                  std::array<std::vector<Eigen::Vector3d>, 3>* displacement);
 
+  [[nodiscard]] const RestStiffness& stiffness() const { return stiffness_; }
   [[nodiscard]] const std::vector<int>& node_of_place() const { return layout_.node_of_place(); }
   [[nodiscard]] const std::vector<int>& place_of_node() const { return layout_.place_of_node(); }
-  [[nodiscard]] int order() const { return static_cast<int>(lower_.rows()); }
+  [[nodiscard]] int order() const { return static_cast<int>(stiffness_.lower.rows()); }
   [[nodiscard]] std::size_t bytes_per_place() const { return sizeof(double) * layout_.per_place(); }
   [[nodiscard]] int groups_computed() const { return groups_computed_; }
   [[nodiscard]] bool has_factor() const { return factor_.has_value(); }
@@ -68,16 +67,15 @@ class GreenColumns final : public Compliance {
  private:
   const double* Compute(int place);
   void ComputeGroup(int group, std::span<double> values);
-  SpdFactor& Factor();
+  RestFactor& Factor();
   // Of every node, as far as it is free, from a solution's rows.
   void Spread(const Eigen::Ref<const Eigen::VectorXd>& x, std::vector<Eigen::Vector3d>* u) const;
 
-  Eigen::SparseMatrix<double> lower_;  // of the stiffness
-  double length_unit_;
+  RestStiffness stiffness_;
   GreenGroups layout_;
   std::size_t memory_limit_;
   ColumnCache cache_;
-  std::optional<SpdFactor> factor_;
+  std::optional<RestFactor> factor_;
   std::vector<std::unique_ptr<double[]>> groups_;
   std::vector<const double*> column_of_place_;
   std::size_t column_bytes_ = 0;
@@ -87,8 +85,7 @@ class GreenColumns final : public Compliance {
 // Computes a share of the groups of columns that GreenColumns keeps in the folder `cache`, without
 // those that are there. Factorises only if one is missing. Throws as GreenColumns;
 // std::runtime_error: the folder cannot be written.
-CacheFilling FillColumnCache(TetStiffness stiffness, const SurfaceMesh& surface,
-                             const std::filesystem::path& cache, const CacheShare& share,
-                             Progress* progress);
+CacheFilling FillColumnCache(const RestStiffness& stiffness, const std::filesystem::path& cache,
+                             const CacheShare& share, Progress* progress);
 
 }  // namespace palpate

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kVersion = 2;  // of what is kept on disk
+constexpr std::size_t kVersion = 3;  // of what is kept on disk
 
 // Position along Morton's curve through the bounding box, 20 bits a side.
 std::uint64_t CurvePosition(const Vector3d& p, const Vector3d& low, double side) {
@@ -43,17 +43,16 @@ std::vector<int> NodesAlongCurve(const SurfaceMesh& surface) {
 
 }  // namespace
 
-GreenGroups::GreenGroups(std::vector<std::array<int, 3>> row, std::uint64_t inputs,
-                         const SurfaceMesh& surface)
-    : row_(std::move(row)),
-      hash_(Hash().Add(kVersion).Add(kGroup).Add(inputs).value()),
-      node_of_place_(NodesAlongCurve(surface)),
-      place_of_node_(surface.nodes.size(), -1) {
+GreenGroups::GreenGroups(const RestStiffness& stiffness)
+    : stiffness_(stiffness),
+      hash_(Hash().Add(kVersion).Add(kGroup).Add(stiffness.inputs).value()),
+      node_of_place_(NodesAlongCurve(stiffness.elements.touch_surface)),
+      place_of_node_(stiffness.elements.nodes.size(), -1) {
   for (int p = 0; p < places(); ++p) place_of_node_[Index(node_of_place_[Index(p)])] = p;
 }
 
 int GreenGroups::RowOf(int place, int component) const {
-  return row_[Index(node_of_place_[Index(place)])][Index(component)];
+  return stiffness_.row[Index(node_of_place_[Index(place)])][Index(component)];
 }
 
 void GreenGroups::SetLoads(int group, Eigen::Ref<Eigen::MatrixXd> columns) const {

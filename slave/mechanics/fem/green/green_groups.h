@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -11,22 +10,21 @@
 
 #include <Eigen/Core>
 
-#include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/mechanics/fem/green/rest_stiffness.h"
 
 namespace palpate {
 
-// Places are the surface nodes, in the order of a space-filling curve: neighbours have near
-// numbers. A group's values are those of its places one after the other, each as in
-// Compliance::Column.
+// Places are the surface nodes, of ten-node elements the middles too, in the order of a
+// space-filling curve: neighbours have near numbers. A group's values are those of its places one
+// after the other, each as in Compliance::Column.
 class GreenGroups {
  public:
   static constexpr int kGroup = 8;             // places
   static constexpr int kColumns = 3 * kGroup;  // of every group; those beyond its places are zero
 
-  // `row` and `inputs`: see TetStiffness.
-  GreenGroups(std::vector<std::array<int, 3>> row, std::uint64_t inputs,
-              const SurfaceMesh& surface);
+  // Keeps a reference.
+  explicit GreenGroups(const RestStiffness& stiffness);
 
   [[nodiscard]] int places() const { return static_cast<int>(node_of_place_.size()); }
   [[nodiscard]] int groups() const { return (places() + kGroup - 1) / kGroup; }
@@ -37,7 +35,7 @@ class GreenGroups {
   [[nodiscard]] std::size_t values(int group) const {
     return per_place() * static_cast<std::size_t>(count(group));
   }
-  // Row of the stiffness; -1: fixed.
+  // Of the stiffness; -1: fixed.
   [[nodiscard]] int RowOf(int place, int component) const;
 
   // A unit force along each component of a group's places, one column each.
@@ -53,10 +51,9 @@ class GreenGroups {
 
   [[nodiscard]] const std::vector<int>& node_of_place() const { return node_of_place_; }
   [[nodiscard]] const std::vector<int>& place_of_node() const { return place_of_node_; }
-  [[nodiscard]] const std::vector<std::array<int, 3>>& row() const { return row_; }
 
  private:
-  std::vector<std::array<int, 3>> row_;
+  const RestStiffness& stiffness_;
   std::uint64_t hash_;
   std::vector<int> node_of_place_, place_of_node_;
 };

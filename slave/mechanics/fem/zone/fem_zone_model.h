@@ -42,7 +42,7 @@ class FemZoneModel final : public DeformationModel {
     std::filesystem::path cache{};                    // folder for Green's functions; empty: none
     std::size_t memory_limit = std::size_t{1} << 30;  // for Green's functions [bytes]
   };
-  // Throws std::invalid_argument: see AssembleTetStiffness; modulus or tolerance not positive.
+  // Throws std::invalid_argument: see AssembleAtRest; modulus or tolerance not positive.
   FemZoneModel(const SolidMesh& mesh, const HeldNodes& held, double young_modulus,
                double poisson_ratio, const Options& options, Progress* progress = nullptr);
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/disc_patch.h"
+#include "slave/mechanics/fem/solid/solid_model.h"
 #include "tests/slave/mechanics/green/direct_solution.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/scratch.h"
@@ -17,6 +18,7 @@ namespace palpate {
 namespace {
 
 using Eigen::Vector3d;
+using Element = FemOptions::Element;
 
 Contact Move(const Vector3d& p_O, const Vector3d& by, double width = 0) {
   Contact contact;
@@ -267,7 +269,7 @@ TEST(FemGreenModel, RefusesWhatCannotBeModelled) {
   body.mesh.tets.push_back({first, first + 1, first + 2, first + 3});
   expect(body, "free to move");  // a second part that nothing holds
   body = good;
-  body.nu = 0.5;
+  body.nu = 0.5;  // of four nodes
   expect(body, "poisson_ratio");
   body.nu = std::numeric_limits<double>::quiet_NaN();
   expect(body, "poisson_ratio");
@@ -321,27 +323,73 @@ Body Cube(double nu) {
   return Standing(MeshBox({1, 1, 1}, {2, 2, 2}), 2, 1, nu);
 }
 
-// Elements without a pressure of their own are known to lock from nu = 0.49 on.
+// Linear tetrahedra are known to lock from nu = 0.49 on; quadratic ones have a pressure from there.
 TEST(FemGreenLimits, LockingIsFlagged) {
-  for (const TetElement element : {TetElement::kTet4, TetElement::kTet10}) {
+  for (const Element element : {Element::kTet4, Element::kTet10}) {
     for (const double nu : {0.489, 0.49, 0.499}) {
       FemGreenModel model = ModelOf(Cube(nu), {.element = element});
       const auto answer = Answer(model, {Move({1, 1, 1}, {0, 0, -1e-3})});
-      EXPECT_EQ(answer[0].validity, nu < 0.49 ? Validity::kValid : Validity::kExtrapolated) << nu;
+      const bool locks = element == Element::kTet4 && nu >= 0.49;
+      EXPECT_EQ(answer[0].validity, locks ? Validity::kExtrapolated : Validity::kValid) << nu;
     }
   }
 }
 
-// No contact touches tet10's middle nodes, so a patch of its corners would be too soft.
-TEST(FemGreenLimits, PatchesOnTenNodesAreRefusedInWords) {
-  FemGreenModel model = ModelOf(Cube(0.3), {.element = TetElement::kTet10});
-  EXPECT_EQ(Answer(model, {Move({0.5, 0.5, 1}, {0, 0, -1e-3}, 0.6)})[0].validity,
-            Validity::kFailed);
-  EXPECT_THAT(std::string(model.failure()),
-              ::testing::HasSubstr("a contact with a width on tet10"));
-  EXPECT_EQ(Answer(model, {Move({0.5, 0.5, 1}, {0, 0, -1e-3})})[0].validity, Validity::kValid);
-  EXPECT_TRUE(model.failure().empty());
+// The model of the same equations that solves for all nodes of the mesh at each contact.
+SolidModel WholeBody(const Body& body) {
+  SolidModel::Params params;
+  params.options.element = Element::kTet10;
+  params.options.law = FemOptions::Law::kLinear;
+  params.options.residual = 1e-10;
+  params.young_modulus = body.E;
+  params.poisson_ratio = body.nu;
+  params.range = 10;
+  return SolidModel(body.mesh, body.held, params);
 }
+
+class FemGreenTenNodes : public testing::TestWithParam<double> {};
+
+// Reference: `fem` with the same elements, pressure included. Corners, middles of edges, discs and
+// loads, each alone and all together.
+TEST_P(FemGreenTenNodes, AgreeWithTheWholeBody) {
+  const Body body = ShakenBox({4, 3, 3}, 5e4, GetParam());
+  FemGreenModel model = ModelOf(body, {.element = Element::kTet10});
+  SolidModel whole = WholeBody(body);
+  const std::vector<Contact> all{
+      Move({0.06, 0.05, 0.04}, {1e-4, -2e-4, -3e-4}), Move({0, 0.05 / 6, 0.04}, {0, 1e-4, -2e-4}),
+      Move({0.04, 0.018, 0.04}, {1e-4, 0, -5e-4}, 0.03),
+      Load({0.015, 0.035, 0.04}, {0.02, 0.01, -0.05}, 0.02), Load({0.06, 0, 0.04}, {0, 0.01, 0})};
+  for (std::size_t i = 0; i <= all.size(); ++i) {
+    const auto contacts = i < all.size() ? std::vector<Contact>{all[i]} : all;
+    Solution solution, reference;
+    model.Solve(contacts, &solution);
+    whole.Solve(contacts, &reference);
+    DirectAnswer direct;
+    for (std::size_t k = 0; k < contacts.size(); ++k) {
+      direct.force_O.push_back(reference.responses()[k].force_O);
+      direct.mean_O.push_back(reference.responses()[k].displacement_O);
+    }
+    whole.Displacements(reference, &direct.displacement_O);
+    ExpectSame(contacts, solution.responses(), direct, 1e-8);
+    ExpectSameField(model, contacts, direct, 1e-8);
+  }
+}
+
+// Reference: `fem` with half of the edge length. The whole upper side is moved, bonded; the lower
+// one is fixed.
+TEST_P(FemGreenTenNodes, ForceOnAPressedCubeIsThatOfAFineMesh) {
+  const auto cube = [](int cells) {
+    return Standing(MeshBox({1, 1, 1}, {cells, cells, cells}), 2, 1, GetParam());
+  };
+  FemGreenModel model = ModelOf(cube(4), {.element = Element::kTet10});
+  SolidModel fine = WholeBody(cube(8));
+  const std::vector<Contact> press{Move({0.5, 0.5, 1}, {0, 0, -1e-3}, 3)};
+  const ContactResponse is = Answer(model, press)[0], should = Answer(fine, press)[0];
+  EXPECT_EQ(is.validity, Validity::kValid) << is.doubt;
+  EXPECT_NEAR(is.force_O.z() / should.force_O.z(), 1, 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(PoissonRatios, FemGreenTenNodes, testing::Values(0.3, 0.49, 0.499, 0.5));
 
 }  // namespace
 }  // namespace palpate

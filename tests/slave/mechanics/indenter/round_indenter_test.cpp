@@ -264,8 +264,7 @@ TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
     const bool low = solid.nodes[i].z() < 1e-9;
     held[i] = {low, low, low};
   }
-  FemGreenModel model(solid, held, 1, Sphere3d::kNu,
-                      {.element = TetElement::kTet4, .contact = ContactLaw::kFrictionless});
+  FemGreenModel model(solid, held, 1, Sphere3d::kNu, {.contact = ContactLaw::kFrictionless});
   RoundIndenter tool(TouchableNodes(SurfaceOf(solid)), Sphere3d::kRadius,
                      ContactLaw::kFrictionless);
   Solution solution;

@@ -95,7 +95,7 @@ struct NearGreen::Bucket {
 
 NearGreen::NearGreen(const SolidMesh& mesh, const HeldNodes& held, double nu,
                      std::size_t memory_limit, const std::filesystem::path& cache)
-    : stiffness_(AssembleTetStiffness(mesh, held, nu, TetElement::kTet4)),
+    : stiffness_(AssembleAtRest(mesh, held, nu, FemOptions::Element::kTet4)),
       factor_(stiffness_.lower),
       order_(mesh.nodes.size()),
       place_(mesh.nodes.size()),

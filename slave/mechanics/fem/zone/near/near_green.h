@@ -7,7 +7,7 @@
 // are close and else of two, by the tile's largest. Groups farther apart know each other through
 // anchors: nodes spread over the body, between which the displacement is interpolated.
 //
-// Nondimensional as TetStiffness: lengths by the larger side, moduli by E.
+// Nondimensional as RestStiffness: lengths by the larger side, moduli by E.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@
 #include "shared/mesh/solid_mesh.h"
 #include "shared/text/progress.h"
 #include "slave/mechanics/fem/green/column_cache.h"
-#include "slave/mechanics/fem/green/tet_stiffness.h"
+#include "slave/mechanics/fem/green/rest_stiffness.h"
 #include "slave/mechanics/linear/spd_factor.h"
 
 namespace palpate {
@@ -32,7 +32,7 @@ class NearGreen {
   static constexpr int kGroup = 8;  // nodes
 
   // `memory_limit` for columns [bytes]. `cache` keeps groups on disk; empty: none are kept.
-  // Factorises. Throws: see AssembleTetStiffness, SpdFactor.
+  // Factorises. Throws: see AssembleAtRest, SpdFactor.
   NearGreen(const SolidMesh& mesh, const HeldNodes& held, double nu, std::size_t memory_limit,
             const std::filesystem::path& cache);
 
@@ -121,7 +121,7 @@ class NearGreen {
   [[nodiscard]] std::vector<float> AtAnchors(int node) const;
   [[nodiscard]] Eigen::Matrix3f FarBlock(int node, const std::vector<float>& at_anchors) const;
 
-  TetStiffness stiffness_;
+  RestStiffness stiffness_;
   SpdFactor factor_;
   std::vector<Eigen::Vector3d> positions_;
   std::vector<int> order_;                // nodes, group by group

@@ -1,0 +1,85 @@
+#include "slave/mechanics/fem/green/element_places.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "shared/geometry/index.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Vector3d;
+
+SurfaceMesh InMetres(SurfaceMesh surface, double unit) {
+  for (Vector3d& node : surface.nodes) node *= unit;
+  return surface;
+}
+
+}  // namespace
+
+ElementPlaces::ElementPlaces(const TetMesh& elements, double unit,
+                             const std::vector<int>& place_of_node, const std::vector<char>& uneven)
+    : elements_(elements),
+      unit_(unit),
+      nodes_(InMetres(elements.touch_surface, unit), place_of_node, uneven, is_quadratic()),
+      triangles_(InMetres(elements.surface, unit), uneven),
+      place_of_node_(place_of_node),
+      load_(elements.nodes.size(), 0) {}
+
+std::string_view ElementPlaces::Find(const Contact& contact, ContactFootprint* footprint) {
+  if (!is_quadratic()) return nodes_.Find(contact, footprint);
+  if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
+    return FindLoaded(contact, footprint);
+  }
+  Contact on_quarter = contact;
+  on_quarter.element = QuarterOf(contact);
+  return nodes_.Find(on_quarter, footprint);
+}
+
+// Quarters 0 to 2 hold a corner each, 3 the centre (TetMesh::touch_surface).
+int ElementPlaces::QuarterOf(const Contact& contact) const {
+  const int triangle = contact.element;
+  if (triangle < 0 || triangle >= static_cast<int>(elements_.faces.size())) return triangle;
+  const auto& face = elements_.faces[Index(triangle)];
+  const Vector3d &a = elements_.nodes[Index(face[0])], &b = elements_.nodes[Index(face[1])],
+                 &c = elements_.nodes[Index(face[2])];
+  const Vector3d area = (b - a).cross(c - a), from_a = contact.p_O / unit_ - a;
+  Vector3d weights;
+  weights[1] = from_a.cross(c - a).dot(area) / area.squaredNorm();
+  weights[2] = (b - a).cross(from_a).dot(area) / area.squaredNorm();
+  weights[0] = 1 - weights[1] - weights[2];
+  int nearest = 0;
+  const double most = weights.maxCoeff(&nearest);
+  return 4 * triangle + (most > 0.5 ? nearest : 3);
+}
+
+std::string_view ElementPlaces::FindLoaded(const Contact& contact, ContactFootprint* footprint) {
+  const std::string_view refusal =
+      triangles_.OnTriangles(contact, footprint, PatchBasis::kLoadedTriangles10);
+  if (!refusal.empty()) return refusal;
+  loaded_.assign(footprint->places.begin(), footprint->places.end());
+  footprint->places.clear();
+  for (const auto& [triangle, share] : loaded_) {
+    const auto& face = elements_.faces[Index(triangle)];
+    for (std::size_t i = 3; i < face.size(); ++i) {
+      if (load_[Index(face[i])] == 0) footprint->places.push_back({face[i], 0});
+      load_[Index(face[i])] += share / 3;
+    }
+  }
+  std::ranges::sort(footprint->places, {}, &PlaceWeight::place);
+  footprint->arms.clear();
+  for (PlaceWeight& touched : footprint->places) {
+    const auto node = Index(touched.place);
+    touched = {place_of_node_[node], std::exchange(load_[node], 0)};
+    footprint->arms.push_back(unit_ * elements_.nodes[node] - contact.p_O);
+  }
+  if (footprint->narrower != 0) footprint->arms.clear();
+  CentreArms(
+      triangles_.patch().disc, [&](std::size_t i) { return footprint->places[i].weight; },
+      &footprint->arms);
+  return {};
+}
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// Stiffness at rest of a linear-elastic tetrahedral mesh, with fixed components left out, and its
+// factor.
+//
+// Nondimensional: lengths by length_unit, moduli by E of the body, which each tetrahedron's modulus
+// multiplies, so K = K_SI / (E length_unit). Small strain. Ten nodes have a pressure unknown per
+// corner from nu = 0.49 on (SolidParams::TakesPressure); four nodes lock as nu -> 0.5.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/mechanics/linear/sparse_ldlt.h"
+#include "slave/mechanics/linear/spd_factor.h"
+#include "slave/mechanics/tet_mesh.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+struct RestStiffness {
+  TetMesh elements;  // its nodes by length_unit
+  // Symmetric, the lower triangle: positive definite without pressure, else indefinite.
+  Eigen::SparseMatrix<double> lower;
+  // The same with pressure, and compressible enough to be factored without pivoting
+  // (ElasticBody::kLeastCompressibility); empty without pressure.
+  Eigen::SparseMatrix<double> regularised;
+  std::vector<std::array<int, 3>> row;  // per node and component; -1: fixed, or in no tetrahedron
+  double length_unit = 0;               // larger side of the bounding box [m]
+  std::uint64_t inputs = 0;             // hash of all that it was assembled from
+
+  [[nodiscard]] bool has_pressure() const { return regularised.rows() > 0; }
+};
+
+// `held`: per node of the mesh and component; a middle is fixed where both ends are. Throws
+// std::invalid_argument: counts that do not fit, a tetrahedron without positive volume or with a
+// node that does not exist, nu not in (-1, 0.499] with four nodes or (-1, 0.5] with ten, supports
+// that leave a part of the body free to move.
+RestStiffness AssembleAtRest(const SolidMesh& mesh, const HeldNodes& held, double nu,
+                             FemOptions::Element element);
+
+// Its factor. Not thread-safe.
+class RestFactor {
+ public:
+  // Keeps a reference. Throws: see SpdFactor; std::invalid_argument: a pivot is zero.
+  explicit RestFactor(const RestStiffness& stiffness);
+
+  // Each column becomes K^-1 times it, with pressure to a residual of 1e-12.
+  void Solve(Eigen::Ref<Eigen::MatrixXd> columns);
+  [[nodiscard]] std::size_t memory_bytes() const;
+
+ private:
+  const RestStiffness& stiffness_;
+  std::optional<SpdFactor> definite_;
+  std::optional<SparseLdlt<double>> mixed_;
+};
+
+}  // namespace palpate
