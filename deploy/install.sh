@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs missing packages on Debian 12: those of palpate-slave and palpate-master, and those of the named parts.
-# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [training] [view] [page] [studies] [packages] [tests] [bare] [fuzz] [gcc]
+# usage: deploy/install.sh [insertion] [films] [openni] [calibration] [clouds] [mesher] [training] [view] [page] [studies] [packages] [tests] [bare] [fuzz] [gcc]
 #   view: npm, which installs three.js and uPlot of the operator's page   page: view, and the browser of its tests
 #   studies: tools that run shards of a study   packages: deploy/package.sh   tests: all parts and the packages of their tests   bare: tests of the packages in a bare Debian
 #   fuzz: packages of the fuzzers   gcc: the second compiler of the tests
@@ -19,6 +19,7 @@ calibration=(libopencv-calib3d-dev)   # palpate-slave calibrate
 insertion=(python3)                   # motion and figures of the embryo demo
 training=(python3-torch python3-scipy python3-numpy python3-grpcio python3-protobuf)  # python3 -m palpate.train
 clouds=(libpcl-dev)                   # palpate-slave evaluate
+mesher=(gmsh)                         # fills closed surfaces with tetrahedra; takes 0.2 GB
 studies=(parallel snakemake)          # deploy/studies; snakemake takes 0.7 GB
 # A newer node from elsewhere conflicts with Debian's: installed only where there is none.
 want_npm() {
@@ -34,10 +35,11 @@ for part in "$@"; do
     openni) packages+=("${openni[@]}") ;;
     calibration) packages+=("${calibration[@]}") ;;
     clouds) packages+=("${clouds[@]}") ;;
+    mesher) packages+=("${mesher[@]}") ;;
     studies) packages+=("${studies[@]}") ;;
     training) packages+=("${training[@]}") ;;
     tests)
-      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
+      packages+=("${films[@]}" "${openni[@]}" "${calibration[@]}" "${clouds[@]}" "${mesher[@]}" "${training[@]}" libgtest-dev libgmock-dev libbenchmark-dev ccache clang-format
                  clang-tidy libclang-rt-16-dev python3 mypy python3-grpcio python3-numpy python3-protobuf python3-serial iproute2 git openssl universal-ctags chromium
                  nats-server parallel)
       want_npm ;;
@@ -45,7 +47,7 @@ for part in "$@"; do
     bare) packages+=(debootstrap lintian python3-yaml iproute2) ;;
     fuzz) packages+=(libclang-rt-16-dev python3) ;;
     gcc) packages+=(g++) ;;
-    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
+    *) echo "install.sh: $part: accepted are insertion, films, openni, calibration, clouds, mesher, training, view, page, studies, packages, tests, bare, fuzz, gcc" >&2; exit 2 ;;
   esac
 done
 

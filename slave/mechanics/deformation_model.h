@@ -127,8 +127,7 @@ class DeformationModel {
 
   // The mesh of the displacements; constant. An outline's vertex i is the start of element i. For a
   // volume or its surface, vertex i is node i of the object's mesh; nodes without an element
-  // (inside a body for which bem3d has only the surface) stay at zero. A membrane has
-  // MembraneGrid().
+  // stay at zero. A membrane has MembraneGrid().
   [[nodiscard]] const FieldMesh& field_mesh() const { return field_mesh_; }
   // Displacement of every vertex of field_mesh() in a solution of this model, frame O [m]; zero if
   // it failed or nothing was solved. Costs O(N S); computed only on request.

@@ -25,7 +25,7 @@ constexpr double kNoRim = 1e-6;
 
 // c of PatchStiffness, by PatchBasis: what moves or loads less than it touches is softer, what
 // spreads its load over the elements around is stiffer.
-constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3, -0.15};
+constexpr std::array kRimEffect{-0.05, -0.25, 0.9, 0.3};
 
 constexpr double kMostPoisson = 0.49;
 // Larger side by thickness above which a body bends [-]. [derived: 1.5 of a cube]

@@ -19,11 +19,10 @@ namespace palpate {
 
 // The pieces of a mesh that represent a contact's disc.
 enum class PatchBasis : std::uint8_t {
-  kMovedNodes,         // of four-node tetrahedra
-  kMovedNodes10,       // of ten-node ones, those on edges too
-  kLoadedTriangles,    // a uniform load on the nodes of four-node tetrahedra
-  kLoadedTriangles10,  // of ten-node ones
-  kTractionTriangles   // constant traction each: bem3d
+  kMovedNodes,        // of four-node tetrahedra
+  kMovedNodes10,      // of ten-node ones, those on edges too
+  kLoadedTriangles,   // a uniform load on the nodes of four-node tetrahedra
+  kLoadedTriangles10  // of ten-node ones
 };
 struct PatchCover {
   PatchBasis basis = PatchBasis::kMovedNodes;

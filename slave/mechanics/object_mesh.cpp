@@ -17,7 +17,6 @@
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
 #include "slave/mechanics/mesher/fill_surface.h"
-#include "slave/scene/model_kinds.h"
 
 namespace palpate {
 namespace {
@@ -60,7 +59,7 @@ std::optional<std::string> RefuseAt(const SurfaceMesh& surface, const Vector3d& 
          "surface";
 }
 
-ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
+SolidMesh MeshOfFile(const MeshFileGeometry& geometry) {
   const bool unit_given = geometry.unit != 1;
   MeshFile file = ReadMeshFile(geometry.file, geometry.unit);
   try {
@@ -70,7 +69,6 @@ ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
     }
     auto& surface = std::get<SurfaceMesh>(file.mesh);
     RequireSound(CheckMesh(surface, file.numbers, unit_given));
-    if (kind != nullptr && kind->on_surface) return std::move(surface);
     if (geometry.resolution > Diagonal(surface.nodes)) {
       throw std::invalid_argument(
           "object.geometry.resolution is larger than the object: accepted "
@@ -88,7 +86,6 @@ ObjectMesh MeshOfFile(const MeshFileGeometry& geometry, const ModelKind* kind) {
 // Every edge of a volume cut into halves; others as they are.
 ObjectMesh Refined(const ObjectMesh& mesh) {
   if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return palpate::Refined(*solid);
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) return palpate::Refined(*surface);
   return mesh;
 }
 
@@ -240,16 +237,14 @@ std::vector<std::uint32_t> RimOf(const SurfaceMesh& surface) {
 }  // namespace
 
 SurfaceMesh SurfaceOf(const ObjectMesh& mesh) {
-  if (const auto* solid = std::get_if<SolidMesh>(&mesh)) return SurfaceOf(*solid);
-  const auto* surface = std::get_if<SurfaceMesh>(&mesh);
-  return surface ? *surface : SurfaceMesh();
+  const auto* solid = std::get_if<SolidMesh>(&mesh);
+  return solid != nullptr ? SurfaceOf(*solid) : SurfaceMesh();
 }
 
 double SizeOf(const ObjectMesh& mesh) {
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh)) return 2 * outline->length_unit;
   if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) return 2 * disc->radius;
-  const auto* solid = std::get_if<SolidMesh>(&mesh);
-  return Diagonal(solid != nullptr ? solid->nodes : std::get<SurfaceMesh>(mesh).nodes);
+  return Diagonal(std::get<SolidMesh>(mesh).nodes);
 }
 
 TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
@@ -258,7 +253,6 @@ TouchableSurface::TouchableSurface(const ObjectMesh& mesh) : mesh_(mesh) {
 
 std::optional<std::string> TouchableSurface::Refuse(const Vector3d& p_O) const {
   if (std::holds_alternative<SolidMesh>(mesh_)) return RefuseAt(skin_, p_O);
-  if (const auto* surface = std::get_if<SurfaceMesh>(&mesh_)) return RefuseAt(*surface, p_O);
   if (const auto* disc = std::get_if<MembraneDisc>(&mesh_)) return RefuseAt(*disc, p_O);
   return RefuseAt(std::get<BoundaryMesh>(mesh_), p_O);
 }
@@ -305,7 +299,7 @@ ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen) {
     return refined(MeshBox(box->size, box->cells));
   }
   if (const auto* file = std::get_if<MeshFileGeometry>(&geometry)) {
-    return refined(MeshOfFile(*file, FindModelKind(scene.model.kind)));
+    return refined(MeshOfFile(*file));
   }
   return MeshOutline(scene, seen);
 }

@@ -22,11 +22,11 @@ struct MembraneDisc {
   double radius = 0, thickness = 0;  // [m]
 };
 
-using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMesh>;
+using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh>;
 
 // Meshes the scene's object: an outline into model.elements elements, a box into its cells, a mesh
-// from its file, the last two refined model.refinements times; a surface is filled with tetrahedra
-// unless bem3d uses it. A tetrahedron has the modulus of the last region that contains its
+// from its file, the last two refined model.refinements times; a surface is filled with tetrahedra.
+// A tetrahedron has the modulus of the last region that contains its
 // centroid. `seen`: the outline found by the cameras, used for `contour: from-image`. Throws
 // std::invalid_argument: a missing outline, fewer than three elements, an unusable mesh file, a
 // region without a tetrahedron (file:line); std::runtime_error: a surface that no mesher could
@@ -34,7 +34,7 @@ using ObjectMesh = std::variant<BoundaryMesh, MembraneDisc, SolidMesh, SurfaceMe
 ObjectMesh MeshObject(const Scene& scene, const std::optional<Outline>& seen);
 // The same for planar objects; throws std::invalid_argument for others.
 BoundaryMesh MeshOutline(const Scene& scene, const std::optional<Outline>& seen);
-// The surface of a volume or of a closed surface; empty for others.
+// The surface of a volume; empty for others.
 SurfaceMesh SurfaceOf(const ObjectMesh& mesh);
 
 // A length that no contact on the object is wider than [m]: the diagonal, or twice the larger side.

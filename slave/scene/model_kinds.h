@@ -25,7 +25,6 @@ struct ModelKind {
   std::string_view name;  // as in model.kind
   ObjectClass object = ObjectClass::kVolume;
   Linearity linearity = Linearity::kAlways;
-  bool on_surface = false;       // of a volume: a closed surface is meshed, not filled
   bool has_tets = false;         // accepts element
   bool iterates = false;         // accepts law, residual, gravity, time
   bool takes_friction = false;   // contact: bonded or frictionless; otherwise bonded alone
@@ -65,7 +64,6 @@ inline constexpr std::array kModelKinds{
               .estimates_error = true,
               .has_cache = true,
               .takes_regions = true},
-    ModelKind{.name = "bem3d", .on_surface = true, .takes_friction = true, .has_cache = true},
 };
 
 // nullptr: `auto`, or no kind at all.
@@ -81,6 +79,9 @@ inline ObjectClass ClassOf(const Geometry& geometry) {
 // Accepted in place of a kind that was removed; empty: there was no such kind.
 constexpr std::string_view ReplacementOf(std::string_view former_kind) {
   if (former_kind == "shell") return "bem2d for a disc: there is no model of a liquid-filled one";
+  if (former_kind == "bem3d") {
+    return "fem-green, with element: tet10 from a Poisson ratio of 0.49 on";
+  }
   if (former_kind == "fem-hyperelastic") {
     return "fem with law: neo-hookean, mooney-rivlin or ogden";
   }

@@ -178,14 +178,13 @@ void AddFem(const Division& d, FemOptions::Element element, FemOptions::Law law,
   if (c.dof <= limits.dof) candidates->push_back(std::move(c));
 }
 
-// Of quadratic tetrahedra its contacts touch the corners alone, between which the surface gives
-// way: no accuracy is gained, so they are left out.
-void AddGreen(const Division& d, const CandidateLimits& limits,
+void AddGreen(const Division& d, FemOptions::Element element, const CandidateLimits& limits,
               std::vector<Candidate>* candidates) {
-  Candidate c = Start(d, "fem-green", "fem-green");
-  c.scene.model.fem.element = FemOptions::Element::kTet4;
-  c.dof = 3 * d.nodes;
-  c.expected_s = SparseSeconds(c.dof, 10);
+  const bool quadratic = element == FemOptions::Element::kTet10;
+  Candidate c = Start(d, "fem-green", quadratic ? "fem-green tet10" : "fem-green");
+  c.scene.model.fem.element = element;
+  c.dof = 3 * d.nodes * (quadratic ? 8 : 1);
+  c.expected_s = SparseSeconds(c.dof, quadratic ? 100 : 10);
   if (c.dof <= limits.dof) candidates->push_back(std::move(c));
 }
 
@@ -218,8 +217,8 @@ void AddOwn(const Division& d, std::vector<Candidate>* candidates) {
     return AddFem(d, own.fem.element, own.fem.law, own.fem.residual, {.dof = any}, candidates);
   }
   Candidate c = Start(d, own.kind, own.kind);
-  c.dof = 3 * (kind->on_surface ? d.skin : d.nodes);
-  c.expected_s = DenseSeconds(3 * d.skin);
+  c.dof = 3 * d.nodes;
+  c.expected_s = SparseSeconds(c.dof, 10);
   candidates->push_back(std::move(c));
 }
 
@@ -233,11 +232,10 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
       IsHyperelastic(d.scene.model.fem.law) ? d.scene.model.fem.law : Law::kNeoHookean;
   std::set<double> residuals{own};
   if (limits.residuals) residuals = {1e-3, 1e-6, 1e-9};
-  if (d.tets > 0) {
-    AddFem(d, Element::kTet10, Law::kLinear, own, limits, candidates);
-    AddGreen(d, limits, candidates);
-  }
-  if (d.tets > 0 && !d.between) {
+  AddFem(d, Element::kTet10, Law::kLinear, own, limits, candidates);
+  AddGreen(d, Element::kTet4, limits, candidates);
+  AddGreen(d, Element::kTet10, limits, candidates);
+  if (!d.between) {
     AddFem(d, Element::kTet4, Law::kLinear, own, limits, candidates);
     AddFem(d, Element::kTet10, large, own, limits, candidates);
     AddZone(d, limits, candidates);
@@ -246,11 +244,6 @@ void AddVolume(const Division& d, const CandidateLimits& limits,
       AddFem(d, Element::kTet4, large, residual, limits, candidates);
     }
   }
-  Candidate bem = Start(d, "bem3d", "bem3d");
-  bem.dof = 3 * d.skin;
-  bem.expected_s = 5 * DenseSeconds(bem.dof);
-  const bool is_uniform = d.scene.object.regions.empty();
-  if (is_uniform && bem.dof <= limits.dense_dof) candidates->push_back(std::move(bem));
   AddOwn(d, candidates);
 }
 

@@ -63,7 +63,6 @@ class Finder {
 };
 
 PatchBasis LoadBasisOf(const ModelOptions& model) {
-  if (model.kind == "bem3d") return PatchBasis::kTractionTriangles;
   return HasMidnodes(model) ? PatchBasis::kLoadedTriangles10 : PatchBasis::kLoadedTriangles;
 }
 

@@ -38,7 +38,6 @@ std::vector<Division> BoxDivisions(const Scene& scene, const BoxGeometry& box) {
     d.element_size = std::cbrt(box.size.prod() / (1.0 * i * j * k));
     d.nodes = Index(i + 1) * Index(j + 1) * Index(k + 1);
     d.tets = 6 * Index(i) * Index(j) * Index(k);
-    d.skin = 4 * Index(i * j + j * k + k * i);
     divisions.push_back(std::move(d));
   }
   return divisions;
@@ -85,14 +84,12 @@ void RefineSupports(SolidMesh* mesh, Scene* scene) {
 
 std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
   std::vector<Division> divisions;
-  const ObjectMesh mesh = MeshObject(scene, std::nullopt);
-  const auto* solid = std::get_if<SolidMesh>(&mesh);
-  SolidMesh refined = solid ? *solid : SolidMesh{};
+  const auto solid = std::get<SolidMesh>(MeshObject(scene, std::nullopt));
+  SolidMesh refined = solid;
   Scene supported = scene;
-  const SurfaceMesh skin = SurfaceOf(mesh);
   for (int r = 0; r <= 2; ++r) {
     if (r > 0 && HoldsByNumber(scene)) {
-      if (!solid || 24 * refined.nodes.size() > most_dof) break;
+      if (24 * refined.nodes.size() > most_dof) break;
       RefineSupports(&refined, &supported);
     }
     Division d;
@@ -100,14 +97,10 @@ std::vector<Division> FileDivisions(const Scene& scene, std::size_t most_dof) {
     d.own = r == 0;
     d.scene.model.refinements = r;
     const auto eights = static_cast<std::size_t>(1) << (3 * r);
-    d.tets = solid ? solid->tets.size() * eights : 0;
-    d.nodes = (solid ? solid->nodes.size() : 0) * eights;
-    d.skin = skin.triangles.size() << (2 * r);
-    const double cell = solid ? 6 * Volume(*solid) / static_cast<double>(d.tets) : 0;
-    double area = 0;
-    for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) area += Area(skin, t);
-    d.element_size = solid ? std::cbrt(cell) : std::sqrt(2 * area / static_cast<double>(d.skin));
-    d.resolution = std::to_string(solid ? d.tets : d.skin) + (solid ? " tets" : " triangles");
+    d.tets = solid.tets.size() * eights;
+    d.nodes = solid.nodes.size() * eights;
+    d.element_size = std::cbrt(6 * Volume(solid) / static_cast<double>(d.tets));
+    d.resolution = std::to_string(d.tets) + " tets";
     divisions.push_back(std::move(d));
   }
   return divisions;

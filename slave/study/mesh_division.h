@@ -15,7 +15,7 @@ struct Division {
   double element_size = 0;  // [m]
   bool own = false;         // the scene's own
   bool between = false;     // for models that cannot afford the next one, to see their convergence
-  std::size_t nodes = 0, tets = 0, skin = 0;  // expected; `skin`: surface triangles
+  std::size_t nodes = 0, tets = 0;  // expected
 };
 
 // Coarser and finer cells of a box, refinements of other volumes (and of a box that is fixed by

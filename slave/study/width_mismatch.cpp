@@ -44,14 +44,6 @@ double NodesDiameter(const SurfaceMesh& surface, const Press& press, double widt
   return Diameter(area);
 }
 
-double TrianglesDiameter(const SurfaceMesh& surface, const Press& press, double width) {
-  const auto place = FindPlace(surface, press.p_O);
-  if (!place) return kUnknown;
-  double area = 0;
-  for (const int t : PatchAt(surface, *place, press.p_O, width).triangles) area += Area(surface, t);
-  return Diameter(area);
-}
-
 }  // namespace
 
 bool HasMidnodes(const ModelOptions& model) {
@@ -71,12 +63,7 @@ double WidthMismatch(const ObjectMesh& mesh, const ModelOptions& model, const Pr
     seen = PatchLength(*boundary, press, width);
   } else {
     const SurfaceMesh skin = SurfaceOf(mesh);
-    const ModelKind* kind = FindModelKind(model.kind);
-    if (kind != nullptr && kind->on_surface) {
-      seen = TrianglesDiameter(skin, press, width);
-    } else {
-      seen = NodesDiameter(HasMidnodes(model) ? Refined(skin) : skin, press, width);
-    }
+    seen = NodesDiameter(HasMidnodes(model) ? Refined(skin) : skin, press, width);
   }
   return seen > 0 ? seen / width - 1 : kUnknown;
 }

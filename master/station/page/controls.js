@@ -4,7 +4,7 @@ import { minutes } from './words.js';
 
 const byId = (id) => document.getElementById(id);
 const ESCAPE_TWICE_MS = 600;
-const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green', 'fem-zone', 'bem3d'];
+const PLANAR = ['auto', 'bem2d'], SOLID = ['auto', 'fem', 'fem-green', 'fem-zone'];
 
 // Whether a key belongs to the focused field. A slider uses no letters.
 const isOfField = ({ target, key }) => /^(INPUT|SELECT)$/.test(target.tagName) && (target.type !== 'range' || /^(Arrow|Page|Home|End)/.test(key));

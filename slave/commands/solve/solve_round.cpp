@@ -22,11 +22,9 @@ SurfaceMesh SurfaceOfObject(const ObjectMesh& mesh) {
 
 }  // namespace
 
-// Boundary elements are touched by triangles, finite elements by nodes.
 std::vector<TouchablePlace> RoundTools::Places() const {
   if (const auto* outline = std::get_if<BoundaryMesh>(&mesh_)) return TouchablePlaces(*outline);
-  const SurfaceMesh surface = SurfaceOfObject(mesh_);
-  return KindOf(scene_).on_surface ? TouchableTriangles(surface) : TouchableNodes(surface);
+  return TouchableNodes(SurfaceOfObject(mesh_));
 }
 
 Eigen::Vector3d RoundTools::NormalAt(const Eigen::Vector3d& p_O) const {

@@ -23,7 +23,7 @@ class Compliance {
   Compliance(const Compliance&) = delete;
   Compliance& operator=(const Compliance&) = delete;
 
-  // Points of contact: surface nodes (fem-green) or triangles (bem3d), called places.
+  // Points of contact, called places: surface nodes.
   [[nodiscard]] virtual int places() const = 0;
   // Betti: block(i, j) = block(j, i)^T to working precision. Then contacts are factorised by
   // Cholesky's method.

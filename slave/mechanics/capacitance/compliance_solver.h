@@ -3,9 +3,8 @@
 //   C f = u - u_loads,   C = block of the compliance at the touched places
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
-// compliance. What a contact touches is told by ContactPlaces, so that surface nodes (fem-green)
-// and triangles (bem3d) are answered alike. Where few contacts changed, the inverse of C is up- and
-// downdated; where many did, C is factorised again.
+// compliance. What a contact touches is told by ContactPlaces. Where few contacts changed, the
+// inverse of C is up- and downdated; where many did, C is factorised again.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // A set of contacts: the places of each, the unknown forces, and the changes since the last set.
-// The boundary of the model (nodes or triangles) defines the places of a contact and their shares.
+// The boundary of the model defines the places of a contact and their shares.
 #pragma once
 
 #include <array>
@@ -45,20 +45,6 @@ class SurfaceNodePlaces final : public ContactPlaces {
  private:
   SurfaceFootprints footprints_;
   std::vector<int> place_of_node_;
-};
-
-// Places are the surface's triangles (bem3d).
-class SurfaceTrianglePlaces final : public ContactPlaces {
- public:
-  explicit SurfaceTrianglePlaces(SurfaceMesh surface, std::vector<char> held = {})
-      : footprints_(std::move(surface), std::move(held)) {}
-  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override {
-    return footprints_.OnTriangles(contact, footprint);
-  }
-  void MayWiden(bool may) override { footprints_.MayWiden(may); }
-
- private:
-  SurfaceFootprints footprints_;
 };
 
 // One contact of the set.

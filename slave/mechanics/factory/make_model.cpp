@@ -10,7 +10,6 @@
 
 #include "shared/mesh/mesh_census.h"
 #include "slave/mechanics/bem/bem2d_model.h"
-#include "slave/mechanics/bem3d/bem3d_model.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
@@ -120,15 +119,6 @@ std::unique_ptr<DeformationModel> MakeFemZone(const Scene& scene, const SolidMes
   return zone;
 }
 
-std::unique_ptr<DeformationModel> MakeBem3d(const Scene& scene, const SurfaceMesh& mesh,
-                                            Progress* progress) {
-  const Bem3dModel::Options options{
-      .contact = scene.model.contact, .range = scene.model.range, .cache = scene.model.cache};
-  const Material& material = scene.object.material;
-  return std::make_unique<Bem3dModel>(mesh, HeldTriangles(scene, mesh), material.young_modulus,
-                                      material.poisson_ratio, options, progress);
-}
-
 }  // namespace
 
 std::optional<double> ContactWidth(const Scene& scene) {
@@ -227,32 +217,13 @@ std::unique_ptr<DeformationModel> MakeModel(const Scene& scene, const ObjectMesh
     if (kind.object == ObjectClass::kOutline) return MakePlanarModel(scene, *outline, progress);
   } else if (const auto* disc = std::get_if<MembraneDisc>(&mesh)) {
     if (kind.object == ObjectClass::kMembrane) return MakePlateModel(scene, *disc, progress);
-  } else if (const auto* surface = std::get_if<SurfaceMesh>(&mesh)) {
-    if (kind.on_surface) return MakeBem3d(scene, *surface, progress);
   } else if (kind.object == ObjectClass::kVolume) {
     const auto& solid = std::get<SolidMesh>(mesh);
-    if (kind.on_surface) return MakeBem3d(scene, SurfaceOf(solid), progress);
     if (kind.shapes_tools) return MakeFemZone(scene, solid, progress);
     return kind.iterates ? MakeFem(scene, solid, progress) : MakeFemGreen(scene, solid, progress);
   }
   throw std::invalid_argument("model.kind = " + std::string(kind.name) +
                               ": accepted is a model of this object");
-}
-
-HeldNodes HeldTriangles(const Scene& scene, const SurfaceMesh& mesh) {
-  const HeldNodes nodes = FixedNodeDofs(scene, mesh.nodes);
-  HeldNodes held;
-  held.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    std::array<bool, 3> all{true, true, true};
-    for (const int node : triangle) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        all[c] = all[c] && nodes[static_cast<std::size_t>(node)][c];
-      }
-    }
-    held.push_back(all);
-  }
-  return held;
 }
 
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh) {

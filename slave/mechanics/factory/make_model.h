@@ -45,9 +45,8 @@ std::unique_ptr<FemZoneModel> MakeZoneModel(const Scene& scene, const SolidMesh&
 // Of the tool or of fingertips [m]; nullopt: unknown.
 std::optional<double> ContactWidth(const Scene& scene);
 
-// What the models with Green's functions take from a scene. A triangle is held where its three
-// nodes are; so are nodes that belong to no tetrahedron, which have no stiffness of their own.
-HeldNodes HeldTriangles(const Scene& scene, const SurfaceMesh& mesh);
+// What fem-green and fem-zone hold of a scene: also nodes that belong to no tetrahedron, which have
+// no stiffness of their own.
 HeldNodes HeldTetNodes(const Scene& scene, const SolidMesh& mesh);
 
 }  // namespace palpate

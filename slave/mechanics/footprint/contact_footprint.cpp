@@ -190,7 +190,7 @@ bool SurfaceFootprints::FindWiderDisc(const Contact& contact, PatchBasis basis,
     if (!IsWholeAndPlane(width)) return false;
     const PatchCover cover = CoverOf(patch_, basis);
     if (IsPatchCoarse(cover)) continue;
-    if (HoldsPatch(basis)) return false;
+    if (HoldsPatch()) return false;
     footprint->coarse = false;
     footprint->reach = width / 2;
     footprint->narrower = 2 / contact.width - 2 / (PatchStiffness(cover) * width);
@@ -205,11 +205,8 @@ bool SurfaceFootprints::IsWholeAndPlane(double width) const {
          patch_.disc.rim > (1 - kPlane) * 2 * std::numbers::pi;
 }
 
-bool SurfaceFootprints::HoldsPatch(PatchBasis basis) const {
+bool SurfaceFootprints::HoldsPatch() const {
   const auto is_held = [this](int place) { return held_[Index(place)] != 0; };
-  if (basis == PatchBasis::kTractionTriangles) {
-    return std::ranges::any_of(patch_.triangles, is_held);
-  }
   return std::ranges::any_of(patch_.triangles, [&](int t) {
     return std::ranges::any_of(surface_.triangles[Index(t)], is_held);
   });

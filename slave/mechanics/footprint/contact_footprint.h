@@ -84,7 +84,7 @@ void CentreArms(const DiscShare& disc, const Weight& weight, std::vector<Eigen::
 // does not.
 class SurfaceFootprints {
  public:
-  // With `held`, one per node, or per triangle for kTractionTriangles, a contact whose width the
+  // With `held`, one per node, a contact whose width the
   // mesh is too coarse for has the places of the narrowest disc around it which the mesh follows,
   // where all of that lies on a plane part of the surface, on a body that is as thick there as the
   // disc is wide, and touches nothing fixed: on that disc's scale the body is a half-space, whose
@@ -99,10 +99,10 @@ class SurfaceFootprints {
   // each one's share per node. A point has the three nodes of its triangle, those of no weight too;
   // nodes of a disc are in rising order.
   std::string_view OnNodes(const Contact& contact, ContactFootprint* footprint);
-  // Triangles are moved or loaded evenly: without width one, of a disc all whose centroids lie in
+  // Triangles are loaded evenly: without width one, of a disc all whose centroids lie in
   // it, in rising order. `basis`: by which a disc is judged.
   std::string_view OnTriangles(const Contact& contact, ContactFootprint* footprint,
-                               PatchBasis basis = PatchBasis::kTractionTriangles);
+                               PatchBasis basis);
 
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   // Of the last contact that had a width; nodes in rising order, triangles too.
@@ -124,7 +124,7 @@ class SurfaceFootprints {
   void FindDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
   bool FindWiderDisc(const Contact& contact, PatchBasis basis, ContactFootprint* footprint);
   [[nodiscard]] bool IsWholeAndPlane(double width) const;
-  [[nodiscard]] bool HoldsPatch(PatchBasis basis) const;
+  [[nodiscard]] bool HoldsPatch() const;
   // Along the ray from `p_O` into the body [m]; infinite: it meets nothing.
   [[nodiscard]] double ThicknessAt(const SurfacePlace& place, const Eigen::Vector3d& p_O) const;
   void AddTriangle(int triangle);

@@ -57,17 +57,6 @@ std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh) {
   return places;
 }
 
-std::vector<TouchablePlace> TouchableTriangles(const SurfaceMesh& mesh) {
-  std::vector<TouchablePlace> places;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto& [a, b, c] = mesh.triangles[i];
-    const Vector3d middle =
-        (mesh.nodes[Index(a)] + mesh.nodes[Index(b)] + mesh.nodes[Index(c)]) / 3;
-    places.push_back({middle, static_cast<int>(i)});
-  }
-  return places;
-}
-
 std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh) {
   std::vector<int> triangle_at(mesh.nodes.size(), -1);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {

@@ -32,10 +32,8 @@ struct TouchablePlace {
   Eigen::Vector3d p_O{0, 0, 0};  // [m]
   int element = -1;              // Contact::element there
 };
-// The elements of an outline by their midpoints, the triangles of a surface by their centroids
-// (bem3d), or the surface's nodes (fem and derived models).
+// The elements of an outline by their midpoints, the nodes of a surface.
 std::vector<TouchablePlace> TouchablePlaces(const BoundaryMesh& mesh);
-std::vector<TouchablePlace> TouchableTriangles(const SurfaceMesh& mesh);
 std::vector<TouchablePlace> TouchableNodes(const SurfaceMesh& mesh);
 
 // Where the tool is. Frame O.

@@ -99,7 +99,7 @@ std::pair<Program, std::filesystem::path> Choose(Program wanted) {
                                : wanted == Program::kGmsh ? "the package gmsh"
                                                           : "one of the packages tetgen and gmsh";
   throw std::runtime_error(std::string("no mesher to fill a surface: accepted is ") + accepted +
-                           " to be installed, or a mesh of tetrahedra");
+                           " to be installed (deploy/install.sh mesher), or a mesh of tetrahedra");
 }
 
 // One line for people out of a program's last words.

@@ -103,13 +103,12 @@ std::unique_ptr<TactileBody> MakeTactileBody(const Scene& scene, Progress* progr
   stepped.tool.reset();  // of `solve` and `study`: fingertips touch here
   const ObjectMesh mesh = MeshObject(stepped, std::nullopt);
   const auto* solid = std::get_if<SolidMesh>(&mesh);
-  const auto* closed = std::get_if<SurfaceMesh>(&mesh);
-  if (solid == nullptr && closed == nullptr) {
+  if (solid == nullptr) {
     throw std::invalid_argument(
         "object.geometry: accepted under fingertips with a pose is a volume: box or mesh");
   }
   auto body = std::make_unique<TactileBody>();
-  body->surface = solid != nullptr ? SurfaceOf(*solid) : *closed;
+  body->surface = SurfaceOf(*solid);
   body->deformation = MakeModel(stepped, mesh, body->limit.Listen(progress));
   body->contact = std::make_unique<SurfaceContact>(body->surface);
   body->stiffness = std::make_unique<ContactStiffness>(stepped, body->surface, solid,

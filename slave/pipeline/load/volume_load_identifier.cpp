@@ -299,9 +299,7 @@ std::unique_ptr<LoadIdentifier> MakeVolumeLoadIdentifier(const Scene& scene, dou
         "model at rest");
   }
   const ObjectMesh mesh = MeshObject(scene, std::nullopt);
-  const auto* solid = std::get_if<SolidMesh>(&mesh);
-  SurfaceMesh surface = solid != nullptr ? SurfaceOf(*solid) : std::get<SurfaceMesh>(mesh);
-  return std::make_unique<VolumeLoadIdentifier>(scene, width, mesh, std::move(surface), progress);
+  return std::make_unique<VolumeLoadIdentifier>(scene, width, mesh, SurfaceOf(mesh), progress);
 }
 
 }  // namespace palpate

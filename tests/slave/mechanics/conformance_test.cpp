@@ -12,14 +12,12 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/bem/bem2d_model.h"
-#include "slave/mechanics/bem3d/bem3d_model.h"
 #include "slave/mechanics/fem/fem_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 #include "slave/mechanics/fem/solid/solid_model.h"
 #include "slave/mechanics/fem/zone/fem_zone_model.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/mechanics/plate/plate_model.h"
-#include "tests/slave/mechanics/bem3d/solid_bodies.h"
 #include "tests/slave/mechanics/bodies.h"
 #include "tests/support/allocation_count.h"
 
@@ -129,20 +127,6 @@ Kind Zone() {
           }};
 }
 
-Kind Bem3d() {
-  return {"bem3d",
-          &kOnCube,
-          true,
-          1e-9,
-          [](double size, double modulus) -> Model {
-            const SurfaceMesh mesh = solid_bodies::Box({size, size, size}, {4, 4, 4});
-            const auto held = solid_bodies::HeldWhere(
-                mesh, [&](const Vector3d& p) { return p.z() < 1e-6 * size; });
-            return std::make_unique<Bem3dModel>(mesh, held, modulus, 0.3, Bem3dModel::Options{});
-          },
-          0.03};
-}
-
 Kind Plate() {
   return {
       "plate", &kOnDisc, true, 1e-9, [](double size, double modulus) -> Model {
@@ -174,7 +158,6 @@ std::vector<Kind> Kinds() {
       Green("fem-green-tet10", FemOptions::Element::kTet10),
       Green("fem-green-tet10-mixed", FemOptions::Element::kTet10, 0.499),
       Zone(),
-      Bem3d(),
       Plate(),
       PlateLarge(),
   };

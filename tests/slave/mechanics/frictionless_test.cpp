@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include "shared/mesh/disc_patch.h"
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/factory/make_model.h"
 
@@ -17,7 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 struct Kind {
-  std::string name, kind;
+  std::string name;
   FemOptions::Element element = FemOptions::Element::kTet4;
   double width = 0;
 };
@@ -41,13 +42,13 @@ class FrictionlessVolume : public testing::TestWithParam<Kind> {
     scene.object.geometry = BoxGeometry{{0.06, 0.05, 0.04}, {4, 4, 3}};
     scene.object.material = {.young_modulus = 5e4, .poisson_ratio = 0.4};
     scene.object.fixed = {Fixed{FixedPlane{2, 0}, {true, true, true}}};
-    scene.model.kind = GetParam().kind;
+    scene.model.kind = "fem-green";
     scene.model.contact = ContactLaw::kFrictionless;
     scene.model.fem.element = GetParam().element;
     scene.model.range = 1;
     const SolidMesh mesh = Slanted();
     const SurfaceMesh surface = SurfaceOf(mesh);
-    model_ = GetParam().kind == "bem3d" ? MakeModel(scene, surface) : MakeModel(scene, mesh);
+    model_ = MakeModel(scene, mesh);
     Vector3d middle(0, 0, 0);
     for (const Vector3d& p : mesh.nodes) middle += p / static_cast<double>(mesh.nodes.size());
     // On top and on two sides, away from what is held.
@@ -136,15 +137,10 @@ TEST_P(FrictionlessVolume, ASlantedDisplacementHasNoForceAcrossTheNormal) {
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, FrictionlessVolume,
-    testing::Values(Kind{"Point", "bem3d"},
-                    Kind{"Patch", "bem3d", FemOptions::Element::kTet4, 0.014},
-                    Kind{"Node", "fem-green"},
-                    Kind{"Patch", "fem-green", FemOptions::Element::kTet4, 0.014},
-                    Kind{"TenNodes", "fem-green", FemOptions::Element::kTet10},
-                    Kind{"PatchOfTenNodes", "fem-green", FemOptions::Element::kTet10, 0.014}),
-    [](const auto& kind) {
-      return (kind.param.kind == "bem3d" ? "Bem3d" : "FemGreen") + kind.param.name;
-    });
+    testing::Values(Kind{"Node"}, Kind{"Patch", FemOptions::Element::kTet4, 0.014},
+                    Kind{"TenNodes", FemOptions::Element::kTet10},
+                    Kind{"PatchOfTenNodes", FemOptions::Element::kTet10, 0.014}),
+    [](const auto& kind) { return kind.param.name; });
 
 }  // namespace
 }  // namespace palpate

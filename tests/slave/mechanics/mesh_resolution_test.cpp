@@ -30,8 +30,7 @@ const std::vector<Kind>& Kinds() {
       {"fem neo-hookean", "fem", [](FemOptions* o) { o->law = FemOptions::Law::kNeoHookean; }},
       {"fem-green", "fem-green"},
       {"fem-green tet10", "fem-green",
-       [](FemOptions* o) { o->element = FemOptions::Element::kTet10; }},
-      {"bem3d", "bem3d"}};
+       [](FemOptions* o) { o->element = FemOptions::Element::kTet10; }}};
   return kinds;
 }
 
@@ -97,8 +96,7 @@ int CellsOf(const Kind& kind) {
 }
 
 bool KnowsNarrowDiscs(const Kind& kind, bool loaded) {
-  return kind.kind == "bem3d" || kind.name == "fem-green tet10" ||
-         (kind.kind == "fem-green" && !loaded);
+  return kind.name == "fem-green tet10" || (kind.kind == "fem-green" && !loaded);
 }
 
 // A tool of 1 and 2 mm on the foam cube of 60 mm with cells of 10 mm: 2 to 21 times too stiff by
@@ -243,8 +241,8 @@ TEST(PatchResolution, ATouchWithoutWidthIsWhatTheMeshMakesIt) {
 TEST(PatchResolution, IsJudgedAsTheHalfSpaceDoes) {
   for (const Kind& kind : Kinds()) {
     const bool is_slow = kind.name.ends_with("tet10");
-    if (!is_slow && kind.kind != "bem3d" && kind.kind != "fem-green") continue;  // as fem-green
-    const int n = is_slow ? 6 : kind.kind == "bem3d" ? 8 : 12;
+    if (!is_slow && kind.kind != "fem-green") continue;  // as fem-green
+    const int n = is_slow ? 6 : 12;
     const Box box{.cells = {n, n, n}};
     const auto model = Make(kind, box);
     int good = 0, valid = 0;
@@ -293,7 +291,7 @@ TEST(PatchResolution, AWholeSideIsNoNarrowPatch) {
     for (const bool loaded : {false, true}) {
       const ContactResponse r = Query(*model, Press(loaded, {0.5, 0.5, 1}, 3));
       EXPECT_EQ(r.validity, Validity::kValid) << kind.name << " " << r.doubt;
-      EXPECT_NEAR(StiffnessOf(r), 1, kind.kind == "bem3d" ? 0.1 : 1e-5) << kind.name;
+      EXPECT_NEAR(StiffnessOf(r), 1, 1e-5) << kind.name;
     }
   }
 }
@@ -307,7 +305,6 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
     int along, across;
   };
   for (const Kind& kind : Kinds()) {
-    if (kind.name == "bem3d") continue;
     const bool is_quadratic = kind.name.ends_with("tet10");
     const bool is_slow = kind.name != "fem-green" && kind.name != "fem";
     int valid = 0, flagged = 0;
@@ -358,8 +355,8 @@ TEST(StrainResolution, ABeamWithTooFewElementsIsExtrapolated) {
 
 // Reference: the same beam, and the bar that gives way by L / E A. The support keeps the end from
 // narrowing: stiffer by 0.8 nu^2 / L in bending and 0.3 nu^2 / L pressed, which are the limits of
-// bem3d on 5:1 with 4 and 6 triangles across (nu 0.3: 1.4 and 0.5 %; nu 0.45: 3.3 and 1.3 %).
-// What is valid is within 5 %; what is within 1 % is valid.
+// boundary elements on 5:1 with 4 and 6 triangles across (nu 0.3: 1.4 and 0.5 %; nu 0.45: 3.3
+// and 1.3 %). What is valid is within 5 %; what is within 1 % is valid.
 TEST(StrainResolution, BarsOfAnyNumberOfCellsAreRightOrExtrapolated) {
   int valid = 0, flagged = 0;
   for (const Kind& kind : {Kinds()[0], Kinds()[1]}) {

@@ -26,7 +26,7 @@ Scene Decided() {
   scene.model.decision = {"auto: fem",
                           true,
                           0.03,
-                          {{"bem3d, 6 x 6 x 6 cells", "misses the tolerance", 0.1, 1e-6, 0.2},
+                          {{"fem-green, 6 x 6 x 6 cells", "misses the tolerance", 0.1, 1e-6, 0.2},
                            {"fem tet10", "not tried", kUnknown, kUnknown, kUnknown}}};
   return scene;
 }
@@ -61,11 +61,12 @@ TEST(DecidedModelTest, TornTextAndModelsOfOtherObjectsChangeNothing) {
 }
 
 TEST(DecidedModelTest, SaysWhichWhyAndWhatWasRejected) {
-  EXPECT_THAT(LinesOf(Decided().model.decision, 1),
-              testing::ElementsAre("auto: fem",
-                                   "not bem3d, 6 x 6 x 6 cells: misses the tolerance (10 % error, "
-                                   "1 us per update, 0.2 s of precompute)",
-                                   "and 1 more were not chosen"));
+  EXPECT_THAT(
+      LinesOf(Decided().model.decision, 1),
+      testing::ElementsAre("auto: fem",
+                           "not fem-green, 6 x 6 x 6 cells: misses the tolerance (10 % error, "
+                           "1 us per update, 0.2 s of precompute)",
+                           "and 1 more were not chosen"));
 }
 
 }  // namespace

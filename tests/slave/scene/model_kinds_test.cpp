@@ -31,11 +31,11 @@ TEST(ModelKinds, AnObjectTakesItsOwnKindsAndAuto) {
 TEST(ModelKinds, FactsFitTheObject) {
   for (const ModelKind& kind : kModelKinds) {
     const bool is_volume = kind.object == ObjectClass::kVolume;
-    EXPECT_TRUE(is_volume || !(kind.on_surface || kind.has_tets || kind.iterates)) << kind.name;
+    EXPECT_TRUE(is_volume || !(kind.has_tets || kind.iterates)) << kind.name;
     EXPECT_TRUE(kind.object == ObjectClass::kMembrane || kind.object == ObjectClass::kDome ||
                 !kind.takes_tension)
         << kind.name;
-    EXPECT_EQ(is_volume, kind.on_surface || kind.has_tets) << kind.name;
+    EXPECT_EQ(is_volume, kind.has_tets) << kind.name;
     EXPECT_TRUE(kind.iterates || kind.linearity != Linearity::kByLaw) << kind.name;
     EXPECT_TRUE(kind.takes_friction || !kind.shapes_tools) << kind.name;
     EXPECT_TRUE(kind.has_tets || !kind.estimates_error) << kind.name;

@@ -157,7 +157,7 @@ TEST(SolidSceneTest, OnlyFemZoneTakesACapsule) {
   EXPECT_EQ(tool.length, 0.012);
   EXPECT_TRUE(tool.axis_O.isApprox(Eigen::Vector3d::UnitY()));
   constexpr const char* kCapsule = "{shape: capsule, radius: 4 mm, length: 12 mm}";
-  for (const char* kind : {"fem", "fem-green", "bem3d", "auto"}) {
+  for (const char* kind : {"fem", "fem-green", "auto"}) {
     EXPECT_THAT(MistakesOf(CapsuleScene(kind, kCapsule)), HasSubstr("capsule needs fem-zone"))
         << kind;
   }
@@ -225,14 +225,15 @@ TEST(SolidSceneTest, AMeshFilesUnitMayStandAlone) {
        {std::pair{"mm", 1e-3}, std::pair{"1 mm", 1e-3}, std::pair{"25.4 mm", 25.4e-3}}) {
     const std::string geometry = std::string("{mesh: cube.stl, unit: ") + unit + "}";
     const Scene scene =
-        LoadScene(folder.Write("scene.yaml", SolidScene(geometry, kBottom, "{kind: bem3d}")), {},
-                  SceneUse::kSolve);
+        LoadScene(folder.Write("scene.yaml", SolidScene(geometry, kBottom, "{kind: fem-green}")),
+                  {}, SceneUse::kSolve);
     EXPECT_DOUBLE_EQ(std::get<MeshFileGeometry>(scene.object.geometry).unit, metres);
   }
   const std::string dozen = "{mesh: cube.stl, unit: dozen}";
   EXPECT_THAT(Thrown<SceneError>([&] {
-                LoadScene(folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: bem3d}")),
-                          {}, SceneUse::kSolve);
+                LoadScene(
+                    folder.Write("scene.yaml", SolidScene(dozen, kBottom, "{kind: fem-green}")), {},
+                    SceneUse::kSolve);
               }),
               HasSubstr("unit = dozen: accepted is a unit such as mm"));
 }
@@ -260,7 +261,9 @@ const Refusal kRefusals[] = {
     {"NoSuchMesh", "{mesh: absent.node}", kBottom, "{kind: fem}",
      "mesh = absent.node: accepted is a file that can be read"},
     {"PlateOfABox", kBox, kBottom, "{kind: plate}",
-     "model.kind = plate: accepted is auto, fem, fem-green, fem-zone or bem3d"},
+     "model.kind = plate: accepted is auto, fem, fem-green or fem-zone"},
+    {"RemovedBem3d", kBox, kBottom, "{kind: bem3d}",
+     "model.kind = bem3d: accepted is fem-green, with element: tet10"},
     {"FemOfAMembrane", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "", "{kind: fem}",
      "model.kind = fem: accepted is auto, plate or plate-large for a membrane"},
     {"MembraneHeldElsewhere", "{membrane: {radius: 39 mm, thickness: 1 mm}}", "{nodes: [1]}",
@@ -342,8 +345,6 @@ TEST(SolidSceneTest, RegionsAreRefusedWithWhatIsAccepted) {
               HasSubstr("young_modulus"));
   EXPECT_THAT(MistakesOf(WithRegions("[]")), HasSubstr("object.regions"));
   const std::string layer = "[{layer: {axis: z, from: 0 mm, to: 40 mm}, young_modulus: 1 kPa}]";
-  EXPECT_THAT(MistakesOf(WithRegions(layer, "{kind: bem3d}")),
-              HasSubstr("use fem, fem-green or fem-zone"));
   std::string plate = SolidScene("{membrane: {radius: 9 mm, thickness: 0.1 mm}}", "", "{}");
   plate.insert(plate.find("model:"), "  regions: " + layer + "\n");
   EXPECT_THAT(MistakesOf(plate), HasSubstr("only a box or a mesh has regions"));
@@ -376,7 +377,7 @@ TEST(SolidSceneTest, RelaxationIsRefusedWithWhatIsAccepted) {
   EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0, time: 1 s}]", green)), HasSubstr("share"));
   EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1, time: 0 s}]", green)), HasSubstr("time"));
   EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1}]", green)), HasSubstr("time"));
-  for (const char* kind : {"{kind: fem}", "{kind: bem3d}", "{}"}) {
+  for (const char* kind : {"{kind: fem}", "{}"}) {
     EXPECT_THAT(MistakesOf(WithRelaxation("[{share: 0.1, time: 1 s}]", kind)),
                 HasSubstr("use fem-green"))
         << kind;

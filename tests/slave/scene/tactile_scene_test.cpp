@@ -198,7 +198,7 @@ TEST_F(TactileSceneTest, ADepthCameraStandsWhereItIsSaidTo) {
 }
 
 TEST_F(TactileSceneTest, FingertipsTouchVolumesAndNothingElse) {
-  for (const char* kind : {"auto", "fem", "fem-green", "fem-zone", "bem3d"}) {
+  for (const char* kind : {"auto", "fem", "fem-green", "fem-zone"}) {
     EXPECT_NO_THROW(Load(Tactile8("source: simulated"), {std::string("model.kind=") + kind}))
         << kind;
   }

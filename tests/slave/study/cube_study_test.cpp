@@ -68,7 +68,7 @@ class CubeStudyTest : public testing::Test {
     settings.limits = {.dof = 100'000,
                        .dense_dof = 1500,
                        .residuals = false,
-                       .families = {"fem tet10 linear", "fem-green", "bem3d"}};
+                       .families = {"fem tet10 linear", "fem-green"}};
     study_ = RunStudy(CubeScene(limit_->at("params")), settings, RealWorkshop());
   }
   static void TearDownTestSuite() {

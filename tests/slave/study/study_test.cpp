@@ -127,16 +127,17 @@ TEST(CandidateTest, VolumesGetSeveralResolutionsResidualsAndFormulations) {
     if (c.family == "fem tet4 linear") own_sizes.insert(c.resolution);
     if (c.family == "fem tet4 corotational") residuals.insert(c.scene.model.fem.residual);
   }
-  EXPECT_THAT(families, testing::ElementsAre("bem3d", "fem tet10 linear", "fem tet10 neo-hookean",
+  EXPECT_THAT(families, testing::ElementsAre("fem tet10 linear", "fem tet10 neo-hookean",
                                              "fem tet4 corotational", "fem tet4 linear",
-                                             "fem tet4 neo-hookean", "fem-green", "fem-zone"));
+                                             "fem tet4 neo-hookean", "fem-green", "fem-green tet10",
+                                             "fem-zone"));
   EXPECT_THAT(residuals, testing::ElementsAre(1e-9, 1e-6, 1e-3));
   EXPECT_THAT(own_sizes, testing::Contains("6 x 6 x 6 cells"));
   EXPECT_GE(own_sizes.size(), 4U);
 }
 
-// Boundary elements have one material. What relaxes is compared at once.
-TEST(CandidateTest, BodiesWithRegionsHaveNoBoundaryElements) {
+// What relaxes is compared at once.
+TEST(CandidateTest, BodiesKeepTheirRegionsAndDoNotRelax) {
   Scene scene = fake::Square();
   scene.object.geometry = BoxGeometry{{0.06, 0.06, 0.06}, {6, 6, 6}};
   scene.object.fixed = {{FixedPlane{2, 0}, {true, true, true}}};
@@ -145,7 +146,6 @@ TEST(CandidateTest, BodiesWithRegionsHaveNoBoundaryElements) {
   const auto candidates = CandidatesFor(scene, AskedOf(scene));
   EXPECT_GT(candidates.size(), 4U);
   for (const Candidate& c : candidates) {
-    EXPECT_NE(c.family, "bem3d");
     EXPECT_EQ(c.scene.object.regions.size(), 1U);
     EXPECT_TRUE(c.scene.object.material.relaxation.empty());
   }

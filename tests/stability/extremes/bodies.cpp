@@ -45,9 +45,9 @@ const std::vector<Family>& Volumes() {
        1e-5},
       {"fem neo-hookean", "fem", [](ModelOptions* m) { m->fem.law = Fem::Law::kNeoHookean; }, 1e-5},
       {"fem-green", "fem-green", {}, 1e-5},
-      {"fem-zone", "fem-zone", {}, 1e-5},
-      // Constant triangles do not pass the patch test: order one in the edge's length.
-      {"bem3d", "bem3d", {}, 0.2}};
+      {"fem-green tet10", "fem-green",
+       [](ModelOptions* m) { m->fem.element = Fem::Element::kTet10; }, 1e-5},
+      {"fem-zone", "fem-zone", {}, 1e-5}};
   return families;
 }
 

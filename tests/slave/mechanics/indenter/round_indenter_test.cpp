@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/bem/bem2d_model.h"
-#include "slave/mechanics/bem3d/bem3d_model.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/fem/green/fem_green_model.h"
 
@@ -224,35 +223,6 @@ double ContactRadius(const Solution& solution) {
     most = std::max(most, (at.p_O - Vector3d(0.5, 0.5, 1)).norm());
   }
   return most;
-}
-
-HeldNodes HeldAtBottom(const SurfaceMesh& mesh) {
-  HeldNodes held;
-  for (const auto& triangle : mesh.triangles) {
-    const bool low = std::ranges::all_of(
-        triangle, [&](int n) { return mesh.nodes[static_cast<std::size_t>(n)].z() < 1e-9; });
-    held.push_back({low, low, low});
-  }
-  return held;
-}
-
-// Tolerance 8 %: the bottom's 6 %, and 2 % for triangles of a fifth of the contact's radius. The
-// contact's radius: one triangle of 1.3 cm.
-TEST(RoundIndenter3d, ASpheresForceOnASurfaceIsHertzsAndItsContactGrows) {
-  const SurfaceMesh mesh = SurfaceOf(GradedBlock({12, 12, 5}));
-  Bem3dModel model(mesh, HeldAtBottom(mesh), 1, Sphere3d::kNu,
-                   {.contact = ContactLaw::kFrictionless});
-  RoundIndenter tool(TouchableTriangles(mesh), Sphere3d::kRadius, ContactLaw::kFrictionless);
-  Solution solution;
-  double last = 0;
-  for (const double depth : {0.004, 0.007, 0.012}) {
-    const ContactResponse response = tool.Press(Sphere3d::At(depth), &model, &solution);
-    ASSERT_EQ(response.validity, Validity::kValid);
-    EXPECT_NEAR(-response.force_O.z() / Sphere3d::Force(depth), 1, 0.08) << depth;
-    EXPECT_NEAR(ContactRadius(solution), std::sqrt(Sphere3d::kRadius * depth), 0.013) << depth;
-    EXPECT_GT(ContactRadius(solution), last);
-    last = ContactRadius(solution);
-  }
 }
 
 // The same by finite elements, node by node. Tolerance 15 %: besides, four-node tetrahedra are

@@ -175,7 +175,8 @@ TEST(FillSurfaceRefusalTest, RefusesResolutionsThatAreNoneOrTooFine) {
 TEST(FillSurfaceRefusalTest, NamesThePackagesIfNoProgramIsThere) {
   const PathGuard nowhere("/nowhere");
   EXPECT_THAT(Failure(Box({0, 0, 0}, {1, 1, 1}), {}),
-              HasSubstr("accepted is one of the packages tetgen and gmsh to be installed"));
+              HasSubstr("accepted is one of the packages tetgen and gmsh to be installed "
+                        "(deploy/install.sh mesher)"));
 }
 
 // Programs that misbehave, in place of the real one.

@@ -453,7 +453,7 @@ TEST(TactileEstimatorTest, AnotherModelTakesOverWhileAContactGoesOn) {
   t.estimator.Adopt(TactileEstimator::Prepare(softer), softer);
   t.Estimate(2, {0, 0, -0.001});
   EXPECT_GT(t.LargestMove(), 1.5 * before);
-  for (const char* kind : {"fem-green", "bem3d", "fem", "fem-zone"}) {
+  for (const char* kind : {"fem-green", "fem", "fem-zone"}) {
     Scene other = t.scene;
     other.model.kind = kind;
     other.model.fem.law = FemOptions::Law::kNeoHookean;
