@@ -36,7 +36,6 @@ class SurfaceGreens final : public Compliance {
                 Progress* progress = nullptr);
 
   [[nodiscard]] int places() const override { return system_.triangles(); }
-  [[nodiscard]] bool symmetric() const override { return false; }
   const double* Column(int place) override { return column(place); }
   [[nodiscard]] double length_unit() const override { return system_.surface().length_unit; }
   [[nodiscard]] std::size_t memory_bytes() const override {
