@@ -16,7 +16,6 @@
 #include "slave/mechanics/linear/dense_lu.h"
 #include "slave/mechanics/linear/elimination_order.h"
 #include "slave/mechanics/linear/sparse_ldlt.h"
-#include "slave/mechanics/linear/updated_inverse.h"
 
 namespace palpate {
 namespace {
@@ -84,15 +83,18 @@ BENCHMARK(LargeLu)->Arg(500)->Arg(1000)->Arg(2000)->Iterations(1);
 void SmallSystem(benchmark::State& state) {
   const int n = static_cast<int>(state.range(0));
   const MatrixXd A = Compliance(n), B = MatrixXd::Random(n, 2);
-  const int first = PaddedTo8(n), stride = OddLanes(first + 2);
-  RowMatrix augmented = RowMatrix::Zero(n, stride), filled = augmented;
-  filled.leftCols(n) = A;
-  filled.middleCols(first, 2) = B;
-  std::vector<double> scratch(static_cast<std::size_t>(kPanel * n));
+  RowMatrix right = RowMatrix::Zero(n, kLane8);
+  right.leftCols(2) = B;
+  RowMatrix x = right;
+  DenseFactor factor;
   const double ours = Shortest(
       [&] {
-        augmented = filled;
-        benchmark::DoNotOptimize(SolveInPlace({augmented.data(), stride}, n, scratch.data()));
+        factor.Reset(n);
+        for (int i = 0; i < n; ++i) std::copy_n(A.col(i).data(), n, factor.row(i));
+        x = right;
+        factor.Factorise();
+        factor.Solve({x.data(), kLane8});
+        benchmark::DoNotOptimize(x.data());
       },
       Times(n));
   MatrixXd X;
@@ -106,79 +108,14 @@ void SmallSystem(benchmark::State& state) {
       Times(n));
   Compare(state, ours, library);
 }
-BENCHMARK(SmallSystem)->Arg(4)->Arg(16)->Arg(32)->Arg(64)->Arg(128)->Arg(192)->Iterations(1);
-
-// One solution without row exchanges. Library: as above.
-void SmallFactor(benchmark::State& state) {
-  const int n = static_cast<int>(state.range(0));
-  const RowMatrix A = Compliance(n);
-  const MatrixXd transposed = A;
-  VectorXd b = VectorXd::Ones(PaddedTo8(n)), x = b;
-  b.tail(PaddedTo8(n) - n).setZero();
-  DenseFactor factor;
-  const double ours = Shortest(
-      [&] {
-        factor.Factorise(A.data(), n, n, false, 1e-13);
-        factor.Solve(b.data(), x.data());
-      },
-      Times(n));
-  const double library = Shortest(
-      [&] {
-        DenseLu lu(transposed);
-        lu.FactorizeNext();
-        MatrixXd y = b.head(n);
-        lu.SolveInPlace(y);
-        benchmark::DoNotOptimize(y.data());
-      },
-      Times(n));
-  Compare(state, ours, library);
-}
-BENCHMARK(SmallFactor)->Arg(6)->Arg(24)->Arg(48)->Arg(96)->Arg(192)->Iterations(1);
-
-// The last three unknowns give way to others, and one solution. Library: as above, factor anew.
-void UpdatedByThree(benchmark::State& state) {
-  const int n = static_cast<int>(state.range(0));
-  const bool symmetric = state.range(1) != 0;
-  const MatrixXd C = Compliance(n);
-  const MatrixXd A = symmetric ? MatrixXd(0.5 * (C + C.transpose())) : C;
-  UpdatedInverse inverse(symmetric);
-  inverse.Reset(n);
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) inverse.row(i)[j] = A(i, j);
-  }
-  inverse.Invert();
-  const AlignedArray x = MakeAligned(static_cast<std::size_t>(PaddedTo8(n)));
-  const AlignedArray y = MakeAligned(static_cast<std::size_t>(PaddedTo8(n)));
-  std::fill_n(x.get(), n, 1.0);
-  const double ours = Shortest(
-      [&] {
-        inverse.Splice(n - 3, 3, 3);
-        for (int i = n - 3; i < n; ++i) {
-          for (int j = 0; j < n; ++j) {
-            inverse.row(i)[j] = A(i, j);
-            inverse.row(j)[i] = A(j, i);
-          }
-        }
-        inverse.Border(n - 3, 3);
-        inverse.Settle();
-        inverse.Solve(x.get(), y.get());
-        benchmark::DoNotOptimize(y[0]);
-      },
-      Times(n) + 10);
-  const double library = Shortest(
-      [&] {
-        DenseLu lu(A);
-        lu.FactorizeNext();
-        MatrixXd solved = VectorXd::Ones(n);
-        lu.SolveInPlace(solved);
-        benchmark::DoNotOptimize(solved.data());
-      },
-      Times(n));
-  Compare(state, ours, library);
-}
-BENCHMARK(UpdatedByThree)
-    ->ArgNames({"n", "symmetric"})
-    ->ArgsProduct({{12, 24, 48, 96, 192}, {0, 1}})
+BENCHMARK(SmallSystem)
+    ->Arg(2)
+    ->Arg(6)
+    ->Arg(16)
+    ->Arg(32)
+    ->Arg(64)
+    ->Arg(128)
+    ->Arg(192)
     ->Iterations(1);
 
 // Three unknowns per node of a grid of side^3 nodes, neighbours all around, in the elimination's

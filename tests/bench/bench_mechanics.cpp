@@ -150,8 +150,7 @@ class RandomContacts {
 
 enum class Change { kNone, kOneMoves, kOneComesOrGoes, kAllMove, kAllMoveForStiffness };
 
-// One update after each change, forces alone but for the last kind. `error`: of the last forces
-// against a factorisation of their set.
+// One update after each change, forces alone but for the last kind.
 template <Change change>
 void Contacts(benchmark::State& state) {
   Bem2dModel& model = ModelOf(static_cast<int>(state.range(1)));
@@ -186,23 +185,6 @@ void Contacts(benchmark::State& state) {
     benchmark::DoNotOptimize(responses.data());
   }
   Report(state, model, AllocationCount() - before, (Now() - start));
-  CapacitanceSolver fresh(model.greens_functions());
-  std::vector<ContactPatch> patches;
-  std::vector<double> prescribed;
-  for (const auto& contact : contacts) {
-    patches.push_back({ContactPatch::Law::kBonded, {&contact.element, 1}, {0, 0}});
-    prescribed.insert(prescribed.end(), {contact.prescribed_O.x(), contact.prescribed_O.y()});
-  }
-  std::vector<double> expected(prescribed.size());
-  if (!fresh.Prepare(patches) || !fresh.Respond(prescribed, expected)) return;
-  const double unit = 127e3 * 9e-3;  // E times the thickness: `expected` has lengths in metres
-  double error = 0, largest = 0;
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const Eigen::Vector2d force(expected[2 * k], expected[2 * k + 1]);
-    error = std::max(error, (unit * force - responses[k].force_O.head<2>()).norm());
-    largest = std::max(largest, unit * force.norm());
-  }
-  state.counters["error"] = error / largest;
 }
 
 double LuAndInverseSeconds(int order) {
@@ -272,19 +254,18 @@ void PunchOnTheBlock(benchmark::State& state) {
 
 BENCHMARK(OnePatch)->ArgNames({"S", "N"})->Args({1, 60})->Args({1, 500})->Args({1, 2000});
 BENCHMARK(OnePatch)->ArgNames({"S", "N"})->Args({16, 120})->Args({16, 500})->Args({16, 2000});
-BENCHMARK(Contacts<Change::kNone>)->ArgNames({"S", "N"})->ArgsProduct({{1, 8, 64}, {180, 2000}});
+// A flat tool is one contact, a round one as many as there are elements under it.
+BENCHMARK(Contacts<Change::kNone>)->ArgNames({"S", "N"})->ArgsProduct({{1, 8}, {180, 2000}});
 BENCHMARK(Contacts<Change::kOneMoves>)
     ->ArgNames({"S", "N"})
-    ->ArgsProduct({{1, 2, 4, 8, 12, 16, 32, 64}, {180, 2000}});
+    ->ArgsProduct({{1, 2, 4, 8, 12, 16}, {180, 2000}});
 BENCHMARK(Contacts<Change::kOneComesOrGoes>)
     ->ArgNames({"S", "N"})
-    ->ArgsProduct({{8, 64}, {180, 2000}});
-BENCHMARK(Contacts<Change::kAllMove>)
-    ->ArgNames({"S", "N"})
-    ->ArgsProduct({{1, 8, 16, 64}, {180, 2000}});
+    ->ArgsProduct({{8, 16}, {180, 2000}});
+BENCHMARK(Contacts<Change::kAllMove>)->ArgNames({"S", "N"})->ArgsProduct({{1, 8, 16}, {180, 2000}});
 BENCHMARK(Contacts<Change::kAllMoveForStiffness>)
     ->ArgNames({"S", "N"})
-    ->ArgsProduct({{1, 8, 64}, {180, 2000}});
+    ->ArgsProduct({{1, 8}, {180, 2000}});
 BENCHMARK(PunchOnTheBlock)->ArgNames({"N", "order"})->ArgsProduct({{60, 180, 300, 540}, {0, 1, 2}});
 BENCHMARK(Precompute)
     ->ArgNames({"N", "order"})

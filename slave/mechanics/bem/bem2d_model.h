@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "slave/mechanics/bem/capacitance_solver.h"
+#include "slave/mechanics/bem/element_places.h"
 #include "slave/mechanics/bem/greens_functions.h"
-#include "slave/mechanics/bem/moving_contacts.h"
+#include "slave/mechanics/capacitance/compliance_solver.h"
 #include "slave/mechanics/deformation_model.h"
 
 namespace palpate {
@@ -25,9 +25,10 @@ struct BoundaryState {
 
 // Frictionless contacts prescribe the displacement along the outward normal of the element at their
 // place and leave the traction across it zero; the response repeats the prescribed value. A contact
-// on fixed elements must have a zero displacement there and reports the reaction. Loads on a body
-// without fixed nodes must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that
-// would need such, are absurd: kFailed. kExtrapolated too where the elements of a contact's width
+// on fixed elements must have a zero displacement there and reports the reaction. A load that lies
+// in part on fixed elements gives that part to the support. Loads on a body without fixed nodes
+// must balance to 1e-6. Displacements beyond 1e6 larger sides, and forces that would need such, are
+// absurd: kFailed. kExtrapolated too where the elements of a contact's width
 // are so much longer or shorter than it that the stiffness is off by more than a tenth, and where
 // the order of the elements falsifies it by more than a twentieth (element_error.h). A place is
 // found by a walk over all elements if `element` is -1: give it where time counts.
@@ -48,17 +49,12 @@ class Bem2dModel final : public DeformationModel {
   // Zero if it failed or nothing was solved.
   [[nodiscard]] BoundaryState Boundary(const Solution& solution);
   [[nodiscard]] const GreensFunctions& greens_functions() const { return greens_; }
-  [[nodiscard]] const MovingContacts& moving_contacts() const { return moving_; }
   [[nodiscard]] const Params& params() const { return params_; }
+  [[nodiscard]] std::string_view failure() const override {
+    return failure_.empty() ? solver_.failure() : failure_;
+  }
 
  private:
-  struct Key {  // what a contact set is recognised by
-    Contact::Kind kind;
-    int element;
-    double width;
-    Eigen::Vector2d p_O;
-  };
-
   void ComputeResponses(std::span<const Contact> contacts,
                         std::span<ContactResponse> responses) noexcept override;
   // The weighted mean of the values of both elements at a vertex, with the larger weight for the
@@ -70,40 +66,25 @@ class Bem2dModel final : public DeformationModel {
   void ComputeTractions(std::vector<float>* pascals) override;
   [[nodiscard]] BoundaryState AtRest() const;
   [[nodiscard]] BoundaryState Shown() const;
-  bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
-  [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
-  [[nodiscard]] bool SameSet(std::span<const Contact> contacts) const noexcept;
-  bool PrepareSet(std::span<const Contact> contacts);
-  bool AnswerPrescribed() noexcept;
-  void MeasureUpdate();
-  [[nodiscard]] bool MovesWhatIsHeld() const noexcept;
-  bool AppendPatch(const Contact& contact);
-  std::span<const int> NodesOf(const std::vector<int>& elements, std::vector<int>* nodes) const;
-  [[nodiscard]] ContactResponse ResponseOf(const Contact& contact, int patch) noexcept;
-  // The distance along the boundary from the middle of the patch to the contact's place [m];
-  // nullopt: its element is not part of the patch.
-  [[nodiscard]] std::optional<double> OffCentre(const Contact& contact, int patch) const noexcept;
-  void SetMomentOf(const Contact& contact, int patch, ContactResponse* response) const noexcept;
-  [[nodiscard]] bool IsPatchCoarse(const Contact& contact, int patch) const noexcept;
+  void Describe();
+  [[nodiscard]] double MeasureUpdate();
+  [[nodiscard]] bool Accept();
+  // The traction over E at a place without what a support takes, or a free motion.
+  [[nodiscard]] Eigen::Vector2d AmplitudeOf(const PlaceForce& at) const;
+  [[nodiscard]] bool Balances() const;
+  void AddReaction(const ContactSlot& slot, ContactResponse* response) const;
   // Whether the order of the elements falsifies this answer (element_error.h).
   [[nodiscard]] bool IsFalsified(std::span<const ContactResponse> responses) noexcept;
-  [[nodiscard]] Eigen::Matrix2d StiffnessOf(const Contact& contact, int patch) noexcept;
 
   Params params_;
   GreensFunctions greens_;
-  CapacitanceSolver solver_;
-  MovingContacts moving_;
   double larger_side_ = 0;  // [m]
-  double length_unit_ = 0;  // [m]
-  double force_unit_ = 0;   // E times unit times thickness [N]
-
-  bool prepared_ = false;      // one of the two knows set_
-  bool moving_knows_ = false;  // it is moving_
-  bool answered_ = false;      // prescribed_ and answer_ are those of the last query
-  std::vector<Key> set_;
-  std::vector<ContactPatch> patches_;
-  std::vector<std::vector<int>> elements_, nodes_;  // per patch; never shrink
-  std::vector<double> prescribed_, answer_;         // nondimensional
+  ElementPlaces places_;
+  ComplianceSolver solver_;
+  double force_unit_ = 0;  // E times length unit times thickness [N]
+  int most_rows_ = 0;      // components that may be unknown
+  bool answered_ = false;
+  std::vector<PlaceForce> forces_;  // of the last answer, where they count for it
   std::vector<Eigen::Vector2d> probe_forces_;
 };
 

@@ -70,7 +70,8 @@ PrecomputeCost GreensFunctions::Estimate(int elements, ElementOrder order) {
 }
 
 GreensFunctions::GreensFunctions(ReferenceProblem problem, Progress* progress)
-    : problem_(std::move(problem)),
+    : Compliance(2),
+      problem_(std::move(problem)),
       elasticity_(PlaneElasticity::From(problem_.nu, problem_.plane)) {
   RequireUsable(problem_);
   nodes_ = NodesOf(problem_);
@@ -110,6 +111,15 @@ void GreensFunctions::Solve(DenseLu lu, Eigen::MatrixXd* E, Progress* progress) 
     lu.SolveInPlace(E->middleCols(j, std::min(kColumnsAtOnce, E->cols() - j)));
   }
   error_ = ElementError(problem_, nodes_, elasticity_, lu, *E);
+}
+
+Eigen::Matrix3d GreensFunctions::FreeBlock(const double* column, int by, int at) {
+  Eigen::Matrix3d free = BlockAt(column, at);
+  for (int c = 0; c < 2; ++c) {
+    if (at < size() && held(at, c)) free.row(c).setZero();
+    if (by < size() && held(by, c)) free.col(c).setZero();
+  }
+  return free;
 }
 
 Eigen::Matrix<double, 2, 3> GreensFunctions::RigidModes(const Eigen::Vector2d& p_O) const noexcept {

@@ -18,11 +18,13 @@
 #include "shared/text/progress.h"
 #include "slave/mechanics/bem/boundary_system.h"
 #include "slave/mechanics/bem/element_error.h"
+#include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/linear/dense_lu.h"
 
 namespace palpate {
 
-class GreensFunctions {
+// As a Compliance its places are the nodes, their amplitudes tractions.
+class GreensFunctions final : public Compliance {
  public:
   // Poisson ratio in plane strain up to which a body with holes needs no equation for the holes'
   // pressures: the error of the plain equations grows as 1 / (1 - 2 nu), constant elements have 5 %
@@ -75,7 +77,19 @@ class GreensFunctions {
   }
   [[nodiscard]] double condition() const { return condition_; }  // of A_0, 1-norm estimate
   [[nodiscard]] const ElementError& error() const { return error_; }
-  [[nodiscard]] std::size_t memory_bytes() const { return 4 * stride_ * stride_ * sizeof(double); }
+  [[nodiscard]] std::size_t memory_bytes() const override {
+    return 4 * stride_ * stride_ * sizeof(double);
+  }
+
+  [[nodiscard]] int places() const override { return size(); }
+  [[nodiscard]] int motions() const override { return block_count() - size(); }
+  const double* Column(int place) override { return block(0, place); }
+  [[nodiscard]] double measure(int place) const override { return lengths_[Index(place)]; }
+  [[nodiscard]] std::array<bool, 3> Held(int place) override {
+    return {held(place, 0), held(place, 1), true};
+  }
+  [[nodiscard]] Eigen::Matrix3d FreeBlock(const double* column, int by, int at) override;
+  [[nodiscard]] double length_unit() const override { return problem_.mesh.length_unit; }
 
  private:
   void FindFreeMotions();

@@ -1,10 +1,10 @@
 // What a unit force on the free surface of a fixed body does to every place of it: the Green's
-// functions that contacts in 3D are answered with (James and Pai 2003; paper A, eqs. 5-7, in the
-// form of a compliance: a surface that is free of traction in the reference problem needs no other
-// block of E); and the forces that contacts must find, with the blocks of a compliance between
+// functions that contacts are answered with (James and Pai 2003; paper A, eqs. 5-7, in the form of
+// a compliance); and the forces that contacts must find, with the blocks of a compliance between
 // them.
 //
-// Nondimensional: lengths by length_unit(), forces by E times its square.
+// Nondimensional: lengths by length_unit(), forces by E times its square, on a plane body by E
+// times it and the thickness.
 #pragma once
 
 #include <array>
@@ -15,26 +15,6 @@
 #include "slave/mechanics/footprint/contact_footprint.h"
 
 namespace palpate {
-
-class Compliance {
- public:
-  virtual ~Compliance() = default;
-  Compliance() = default;
-  Compliance(const Compliance&) = delete;
-  Compliance& operator=(const Compliance&) = delete;
-
-  // Points of contact, called places: surface nodes.
-  [[nodiscard]] virtual int places() const = 0;
-  // Betti: block(i, j) = block(j, i)^T to working precision. Then contacts are factorised by
-  // Cholesky's method.
-  [[nodiscard]] virtual bool symmetric() const = 0;
-  // 9 numbers per place i: entry 3 c + r is the displacement along r at i by a unit force along c
-  // at `place`. Columns may be computed at the first request, which needs milliseconds and memory;
-  // never nullptr. The pointer stays valid.
-  virtual const double* Column(int place) = 0;
-  [[nodiscard]] virtual double length_unit() const = 0;  // [m]
-  [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
-};
 
 // An unknown force, distributed over at most three places; frame O, nondimensional.
 struct ForceUnknown {
@@ -47,70 +27,101 @@ struct ForceUnknown {
   int share_count = 0;
   int row = 0;         // of its first component in the capacitance matrix
   int count = 3;       // components that are unknown
-  bool plain = false;  // one place, all components
+  bool plain = false;  // one place, all components of the body's displacements
+  double measure = 1;  // force by amplitude (Compliance::measure)
   Eigen::Matrix3d basis = Eigen::Matrix3d::Identity();  // columns 0 to count: their directions
 };
 
-// The block of the compliance at a place of one share by a unit force at a place of another.
-inline Eigen::Map<const Eigen::Matrix3d> BlockAt(const double* column, int place) {
-  return Eigen::Map<const Eigen::Matrix3d>(column + 9 * static_cast<long>(place));
-}
+class Compliance {
+ public:
+  // Of a plane body displacements have two components: its z is held.
+  explicit Compliance(int components = 3) : components_(components) {}
+  virtual ~Compliance() = default;
+  Compliance(const Compliance&) = delete;
+  Compliance& operator=(const Compliance&) = delete;
 
-// Weighted displacement at the places of `at` by unit forces `by`, all three components.
-inline Eigen::Matrix3d FullBlock(const ForceUnknown& at, const ForceUnknown& by) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (int b = 0; b < by.share_count; ++b) {
-    const auto& from = by.shares[Index(b)];
-    for (int a = 0; a < at.share_count; ++a) {
-      const auto& to = at.shares[Index(a)];
-      sum += to.weight * from.weight * BlockAt(from.column, to.place);
+  // Points of contact: surface nodes (fem-green) or nodes of boundary elements
+  // (bem2d), called places.
+  [[nodiscard]] virtual int places() const = 0;
+  // Places beyond places(), all plain, whose amplitudes are the rigid motions that a body is free
+  // to make and whose displacements are the forces that are out of balance: where a contact
+  // prescribes a displacement, those must vanish.
+  [[nodiscard]] virtual int motions() const { return 0; }
+  // components() squared numbers per place i: entry components() c + r is the displacement along r
+  // at i by a unit amplitude along c at `place`; what a support holds is no displacement, see
+  // FreeBlock. Columns may be computed at the first request, which needs milliseconds and memory;
+  // nullptr: no memory is left. The pointer stays valid.
+  virtual const double* Column(int place) = 0;
+  // The force of a unit amplitude: where amplitudes are tractions, the length they act on.
+  [[nodiscard]] virtual double measure(int /*place*/) const { return 1; }
+  // Components that a support holds at a place; for the base class those whose own compliance is
+  // zero.
+  [[nodiscard]] virtual std::array<bool, 3> Held(int place) {
+    const Eigen::Vector3d own = BlockAt(Column(place), place).diagonal();
+    return {!(own[0] > 0), !(own[1] > 0), !(own[2] > 0)};
+  }
+  // The block of a column `by` at the place `at`, zero along what is held.
+  [[nodiscard]] virtual Eigen::Matrix3d FreeBlock(const double* column, int /*by*/, int at) {
+    return BlockAt(column, at);
+  }
+  [[nodiscard]] virtual double length_unit() const = 0;  // [m]
+  [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
+
+  [[nodiscard]] int components() const { return components_; }
+  // Of a column at a place, with zeros beyond components().
+  [[nodiscard]] Eigen::Matrix3d BlockAt(const double* column, int place) const {
+    if (components_ == 3) return Eigen::Map<const Eigen::Matrix3d>(column + 9L * place);
+    Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
+    block.topLeftCorner<2, 2>() = Eigen::Map<const Eigen::Matrix2d>(column + 4L * place);
+    return block;
+  }
+  // Weighted displacement at the places of `at` by unit amplitudes `by`, all components.
+  [[nodiscard]] Eigen::Matrix3d FullBlock(const ForceUnknown& at, const ForceUnknown& by) const {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (int b = 0; b < by.share_count; ++b) {
+      const auto& from = by.shares[Index(b)];
+      for (int a = 0; a < at.share_count; ++a) {
+        const auto& to = at.shares[Index(a)];
+        sum += to.weight * from.weight * BlockAt(from.column, to.place);
+      }
     }
+    return sum;
   }
-  return sum;
-}
-
-// What two unknowns' components have of a block.
-inline void CopyBlock(const ForceUnknown& at, const ForceUnknown& by, const Eigen::Matrix3d& block,
-                      double* to, int stride) {
-  for (int r = 0; r < at.count; ++r, to += stride) {
-    for (int c = 0; c < by.count; ++c) to[c] = block(r, c);
-  }
-}
-
-// The capacitance matrix's rows and columns of two unknowns: `to` is the entry at their first rows.
-inline void FillBlock(const ForceUnknown& at, const ForceUnknown& by, double* to, int stride) {
-  if (at.plain && by.plain) {
-    const double* from = by.shares[0].column + 9 * static_cast<long>(at.shares[0].place);
+  // The capacitance matrix's rows and columns of two unknowns: `to` is the entry at their first
+  // ones.
+  void FillBlock(const ForceUnknown& at, const ForceUnknown& by, double* to, int stride) const {
+    if (!at.plain || !by.plain) {
+      const Eigen::Matrix3d block = at.basis.transpose() * FullBlock(at, by) * by.basis;
+      for (int r = 0; r < at.count; ++r, to += stride) {
+        for (int c = 0; c < by.count; ++c) to[c] = block(r, c);
+      }
+      return;
+    }
+    const double* from = by.shares[0].column + Entry(at.shares[0].place);
+    if (components_ == 2) {
+      to[0] = from[0];
+      to[1] = from[2];
+      to[stride] = from[1];
+      to[stride + 1] = from[3];
+      return;
+    }
     for (int r = 0; r < 3; ++r, to += stride) {
       to[0] = from[r];
       to[1] = from[3 + r];
       to[2] = from[6 + r];
     }
-    return;
   }
-  CopyBlock(at, by, at.basis.transpose() * FullBlock(at, by) * by.basis, to, stride);
-}
-
-// The same where the compliance is symmetric, from the column of `at`.
-inline void FillBlockBySymmetry(const ForceUnknown& at, const ForceUnknown& by, double* to,
-                                int stride) {
-  if (at.plain && by.plain) {
-    const double* from = at.shares[0].column + 9 * static_cast<long>(by.shares[0].place);
-    for (int r = 0; r < 3; ++r, to += stride, from += 3) {
-      to[0] = from[0];
-      to[1] = from[1];
-      to[2] = from[2];
-    }
-    return;
+  // The memory that FillBlock will read: columns are long and far apart.
+  void PrefetchBlock(const ForceUnknown& at, const ForceUnknown& by) const {
+    const double* entry = by.shares[0].column + Entry(at.shares[0].place);
+    __builtin_prefetch(entry);
+    __builtin_prefetch(entry + components_ * components_ - 1);
   }
-  CopyBlock(at, by, at.basis.transpose() * FullBlock(by, at).transpose() * by.basis, to, stride);
-}
 
-// The memory that FillBlock will read: big columns are far apart.
-inline void PrefetchBlock(const ForceUnknown& at, const ForceUnknown& by) {
-  const double* entry = by.shares[0].column + 9 * static_cast<long>(at.shares[0].place);
-  __builtin_prefetch(entry);
-  __builtin_prefetch(entry + 8);
-}
+ private:
+  [[nodiscard]] long Entry(int place) const { return long{components_} * components_ * place; }
+
+  int components_;
+};
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <exception>
 #include <new>
+#include <numeric>
 #include <tuple>
 
 #include <Eigen/LU>
@@ -21,10 +22,10 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kAbsurd = 1e6;  // larger sides
-// Fresh factors against rows that go and come one by one; measured, not counted.
-constexpr int kUpdateRows = 8;
-// Stiffness from three solutions per contact against triangles that are inverted; measured.
-constexpr int kRowsPerContact = 20;
+
+// Columns that are found at once rather than the forces alone, since further values of the same
+// contacts cost less then (bench_mechanics, one to eight contacts).
+constexpr int kFewColumns = 16;
 
 ComplianceSolver::Params Checked(const ComplianceSolver::Params& params) {
   RequirePositive("young_modulus", params.young_modulus);
@@ -33,10 +34,8 @@ ComplianceSolver::Params Checked(const ComplianceSolver::Params& params) {
   return params;
 }
 
-double Dot(const double* a, const double* b, int count) {
-  double sum = 0;
-  for (int i = 0; i < count; ++i) sum += a[i] * b[i];
-  return sum;
+double Dot(std::span<const double> a, std::span<const double> b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
 }  // namespace
@@ -46,9 +45,9 @@ ComplianceSolver::ComplianceSolver(Compliance& compliance, ContactPlaces& places
     : compliance_(compliance),
       params_(Checked(params)),
       length_unit_(compliance.length_unit()),
-      force_unit_(params_.young_modulus * length_unit_ * length_unit_),
+      force_unit_(params_.young_modulus * length_unit_ *
+                  (params_.thickness > 0 ? params_.thickness : length_unit_)),
       set_(compliance, places, params_.contact),
-      inverse_(compliance.symmetric()),
       loads_(compliance) {}
 
 void ComplianceSolver::Respond(std::span<const Contact> contacts,
@@ -95,11 +94,9 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
     if (!Acceptable(contact)) return Refuse("a value is not finite or too large");
   }
   if (!Prepare(contacts)) return false;
-  if (!stiffness_known_ && std::ranges::any_of(contacts, &Contact::wants_stiffness)) {
-    FillStiffness();
-  }
-  if (!Prescribe(contacts)) return false;
-  if (set_.rows() > 0) inverse_.Solve(prescribed_.get(), forces_.get());
+  if (!columns_known_ && WantsColumns(contacts)) SolveColumns();
+  if (!SetValues(contacts)) return false;
+  SolveForces();
   for (int i = 0; i < static_cast<int>(contacts.size()); ++i) {
     responses[Index(i)] = ResponseOf(set_.slots()[Index(i)], contacts[Index(i)]);
     if (responses[Index(i)].validity == Validity::kFailed) {
@@ -107,6 +104,11 @@ bool ComplianceSolver::TryRespond(std::span<const Contact> contacts,
     }
   }
   return true;
+}
+
+bool ComplianceSolver::WantsColumns(std::span<const Contact> contacts) const {
+  return compliance_.components() * static_cast<int>(contacts.size()) <= kFewColumns ||
+         std::ranges::any_of(contacts, &Contact::wants_stiffness);
 }
 
 // Finite, and not absurdly large: 1e300 m is a fault, not a displacement.
@@ -121,22 +123,14 @@ bool ComplianceSolver::Acceptable(const Contact& contact) const noexcept {
 bool ComplianceSolver::Prepare(std::span<const Contact> contacts) {
   const auto outcome = set_.Update(contacts);
   if (outcome == ContactSet::Outcome::kSame) return true;
-  stiffness_known_ = false;
+  columns_known_ = false;
   if (outcome == ContactSet::Outcome::kFailed) return Fail(set_.failure());
-  const bool little = outcome == ContactSet::Outcome::kChanged && LittleChanged();
-  const bool changed = little && inverse_.inverted() && InvertChanged();
-  if (!changed && !AnswerAgain(little)) {
-    return Fail("contacts overlap: their prescribed displacements are dependent");
+  if (!FactoriseCapacitance()) {
+    return Fail(
+        "contacts overlap and their displacements are dependent, or they leave the body free to "
+        "move");
   }
-  if (inverse_.padded() > vector_room_) {
-    vector_room_ = inverse_.padded() + inverse_.padded() / 4;
-    for (auto* array : {&prescribed_, &forces_, &scratch_}) {
-      *array = MakeAligned(Index(PaddedTo8(vector_room_)));
-    }
-  }
-  if (!loads_.Fill(set_, inverse_.padded())) {
-    return Fail("the Green's functions of a loaded point are not stored: their memory is used up");
-  }
+  loads_.Fill(set_);
   SoftenLoads();
   return true;
 }
@@ -152,16 +146,15 @@ Matrix3d ComplianceSolver::Lacking(const ContactSlot& slot) const {
 }
 
 // The places move by so much less than the contact as all their forces together make it.
-void ComplianceSolver::SoftenNarrow(const ContactSlot& slot, bool lower_half) {
+void ComplianceSolver::SoftenNarrow(const ContactSlot& slot) {
   if (slot.footprint.narrower == 0 || slot.load >= 0) return;
   const Matrix3d lacking = Lacking(slot);
   const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
   for (const auto& at : unknowns) {
     for (const auto& by : unknowns) {
-      if (lower_half && at.row < by.row) continue;
       const Matrix3d block = at.basis.transpose() * lacking * by.basis;
-      double* to = inverse_.row(at.row) + by.row;
-      for (int r = 0; r < at.count; ++r, to += inverse_.stride()) {
+      double* to = factor_.row(at.row) + by.row;
+      for (int r = 0; r < at.count; ++r, to += factor_.stride()) {
         for (int c = 0; c < by.count; ++c) to[c] += block(r, c);
       }
     }
@@ -174,129 +167,100 @@ void ComplianceSolver::SoftenLoads() {
   }
 }
 
-// Factors where everything is new; the inverse where little changes, so that the next change, which
-// may be as small, finds it.
-bool ComplianceSolver::AnswerAgain(bool little_changed) {
-  inverse_.Reset(set_.rows());
+bool ComplianceSolver::FactoriseCapacitance() {
+  factor_.Reset(set_.rows());
   const auto unknowns = set_.unknowns();
-  const bool symmetric = compliance_.symmetric();
   for (std::size_t by = 0; by < unknowns.size(); ++by) {
-    const std::size_t first = symmetric ? by : 0;
     if (by + 1 < unknowns.size()) {
-      for (std::size_t at = symmetric ? by + 1 : 0; at < unknowns.size(); ++at) {
-        PrefetchBlock(unknowns[at], unknowns[by + 1]);
-      }
+      for (const auto& at : unknowns) compliance_.PrefetchBlock(at, unknowns[by + 1]);
     }
-    for (std::size_t at = first; at < unknowns.size(); ++at) {
-      FillBlock(unknowns[at], unknowns[by], inverse_.row(unknowns[at].row) + unknowns[by].row,
-                inverse_.stride());
+    for (const auto& at : unknowns) {
+      compliance_.FillBlock(at, unknowns[by], factor_.row(at.row) + unknowns[by].row,
+                            factor_.stride());
     }
   }
-  for (const auto& slot : set_.slots()) SoftenNarrow(slot, symmetric);
-  return little_changed ? inverse_.Invert() : inverse_.Factorise();
+  for (const auto& slot : set_.slots()) SoftenNarrow(slot);
+  return factor_.Factorise();
 }
 
-bool ComplianceSolver::LittleChanged() const {
-  int rows = 0;
-  for (const auto& change : set_.changes()) rows += change.removed + change.inserted;
-  return rows * kUpdateRows <= set_.rows();
-}
-
-bool ComplianceSolver::InvertChanged() {
-  for (const auto& change : set_.changes()) {
-    if (!inverse_.Splice(change.row, change.removed, change.inserted)) return false;
+// Adds what a contact's value prescribes to right_.
+void ComplianceSolver::AddPrescribed(const ContactSlot& slot, const Vector3d& value) {
+  for (int c = 0; c < compliance_.components() && slot.load >= 0; ++c) {
+    const auto by = loads_.unknowns_by(slot.load, c);
+    for (std::size_t r = 0; r < by.size(); ++r) right_[r * kLane8] -= value[c] * by[r];
   }
-  const auto unknowns = set_.unknowns();
-  for (const auto& change : set_.changes()) {
-    const auto changed = unknowns.subspan(Index(change.unknown), Index(change.unknowns));
-    for (const auto& at : changed) {
-      for (const auto& by : unknowns) PrefetchBlock(by, at);
-      for (const auto& by : unknowns) {
-        double* to = inverse_.row(at.row) + by.row;
-        if (compliance_.symmetric()) {
-          FillBlockBySymmetry(at, by, to, inverse_.stride());
-        } else {
-          FillBlock(at, by, to, inverse_.stride());
-          FillBlock(by, at, inverse_.row(by.row) + at.row, inverse_.stride());
-        }
-      }
+  for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+    for (int k = 0; k < u.count; ++k) {
+      right_[Index(u.row + k) * kLane8] += u.basis.col(k).dot(value);
     }
-    for (const auto& slot : set_.slots().subspan(Index(change.slot), Index(change.slots))) {
-      SoftenNarrow(slot, false);
-    }
-    if (!inverse_.Border(change.row, change.inserted)) return false;
   }
-  return inverse_.Settle();
 }
 
-void ComplianceSolver::FillStiffness() {
-  stiffness_known_ = true;
+// What unit values of a contact prescribe, a column each.
+void ComplianceSolver::FillUnitColumns(const ContactSlot& slot, double* first) const {
+  for (int c = 0; c < compliance_.components() && slot.load >= 0; ++c) {
+    const auto by = loads_.unknowns_by(slot.load, c);
+    for (std::size_t r = 0; r < by.size(); ++r)
+      first[r * Index(column_stride_) + Index(c)] = -by[r];
+  }
+  for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+    for (int k = 0; k < u.count; ++k) {
+      double* row = first + (u.row + k) * column_stride_;
+      for (int c = 0; c < compliance_.components(); ++c) row[c] = u.basis(c, k);
+    }
+  }
+}
+
+// The forces by unit values of every contact, and its stiffness.
+void ComplianceSolver::SolveColumns() {
   const auto slots = set_.slots();
-  stiffness_.resize(slots.size());
-  const int contacts = static_cast<int>(slots.size()) - set_.loads();
-  const bool by_solving = !inverse_.inverted() && contacts * kRowsPerContact <= set_.rows();
-  if (contacts > 0 && !by_solving) inverse_.PrepareBlocks();
+  const int components = compliance_.components();
+  column_stride_ = PaddedTo8(components * static_cast<int>(slots.size()));
+  columns_.assign(Index(set_.rows()) * Index(column_stride_), 0.0);
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    stiffness_[i] = slots[i].load >= 0 ? StiffnessOfLoad(slots[i])
-                    : by_solving       ? StiffnessBySolving(slots[i])
-                                       : StiffnessByBlocks(slots[i]);
+    FillUnitColumns(slots[i], columns_.data() + Index(components) * i);
+  }
+  factor_.Solve({columns_.data(), column_stride_});
+  columns_known_ = true;
+  stiffness_.resize(slots.size());
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    const double* first = columns_.data() + Index(components) * i;
+    stiffness_[i] =
+        slots[i].load >= 0 ? StiffnessOfLoad(slots[i], first) : StiffnessOf(slots[i], first);
   }
 }
 
 // All forces of the contact by a displacement of all its places.
-Matrix3d ComplianceSolver::StiffnessBySolving(const ContactSlot& slot) {
+Matrix3d ComplianceSolver::StiffnessOf(const ContactSlot& slot, const double* first) const {
   Matrix3d stiffness = Matrix3d::Zero();
-  const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
-  std::fill_n(prescribed_.get(), inverse_.padded(), 0.0);
-  for (int c = 0; c < 3; ++c) {
-    for (const auto& u : unknowns) {
-      for (int k = 0; k < u.count; ++k) prescribed_[Index(u.row + k)] = u.basis(c, k);
-    }
-    inverse_.Solve(prescribed_.get(), scratch_.get());
-    for (const auto& u : unknowns) {
-      for (int k = 0; k < u.count; ++k) {
-        stiffness.col(c) += scratch_[Index(u.row + k)] * u.basis.col(k);
-      }
+  const bool planar = compliance_.components() == 2;
+  for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
+    for (int k = 0; k < u.count; ++k) {
+      const double* row = first + (u.row + k) * column_stride_;
+      const Vector3d by(row[0], row[1], planar ? 0 : row[2]);
+      stiffness += u.measure * u.basis.col(k) * by.transpose();
     }
   }
   return stiffness;
 }
 
-// The same as a sum of the inverse's blocks.
-Matrix3d ComplianceSolver::StiffnessByBlocks(const ContactSlot& slot) const {
-  Matrix3d sum = Matrix3d::Zero();
-  const auto unknowns = set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns));
-  for (const auto& at : unknowns) {
-    for (const auto& by : unknowns) {
-      Eigen::Matrix<double, 3, 3, Eigen::RowMajor> block;
-      inverse_.InverseBlock(at.row, by.row, block.data());
-      if (at.plain && by.plain) {
-        sum += block;
-      } else {
-        sum += at.basis.leftCols(at.count) * block.topLeftCorner(at.count, by.count) *
-               by.basis.leftCols(by.count).transpose();
+// Inverse of the load's own compliance with the contacts kept in place.
+Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot, const double* first) const {
+  Matrix3d own = loads_.between(slot.load, slot.load);
+  for (int r = 0; r < 3; ++r) {
+    const auto at = loads_.load_by_unknowns(slot.load, r);
+    for (int c = 0; c < compliance_.components(); ++c) {
+      for (std::size_t k = 0; k < at.size(); ++k) {
+        own(r, c) += at[k] * first[k * Index(column_stride_) + Index(c)];
       }
     }
   }
-  return sum;
-}
-
-// Inverse of the load's own compliance with the contacts kept in place.
-Matrix3d ComplianceSolver::StiffnessOfLoad(const ContactSlot& slot) {
-  Matrix3d own = loads_.between(slot.load, slot.load);
-  const int rows = set_.rows();
-  for (int c = 0; c < 3 && rows > 0; ++c) {
-    inverse_.Solve(loads_.unknowns_by(slot.load, c), scratch_.get());
-    for (int r = 0; r < 3; ++r) {
-      own(r, c) -= Dot(loads_.load_by_unknowns(slot.load, r), scratch_.get(), rows);
-    }
-  }
   for (int c = 0; c < 3; ++c) {  // a held component moves by nothing, and no stiffness is known
-    if (!(loads_.between(slot.load, slot.load)(c, c) > 0)) own(c, c) = 1;
+    if (slot.held[Index(c)]) own(c, c) = 1;
   }
   Matrix3d stiffness = own.inverse();
   for (int c = 0; c < 3; ++c) {
-    if (!(loads_.between(slot.load, slot.load)(c, c) > 0)) stiffness(c, c) = 0;
+    if (slot.held[Index(c)]) stiffness(c, c) = 0;
   }
   return stiffness;
 }
@@ -307,60 +271,72 @@ bool ComplianceSolver::MovesWhatIsHeld(const ContactSlot& slot, const Contact& c
     value = slot.footprint.normal_O * slot.footprint.normal_O.dot(value);
   }
   for (int c = 0; c < 3; ++c) {
-    const bool held =
-        slot.load < 0 ? slot.held[Index(c)] : !(loads_.between(slot.load, slot.load)(c, c) > 0);
-    if (held && value[c] != 0) return true;
+    if (slot.held[Index(c)] && value[c] != 0) return true;
   }
   return false;
 }
 
-bool ComplianceSolver::Prescribe(std::span<const Contact> contacts) {
-  load_forces_.resize(Index(set_.loads()));
+bool ComplianceSolver::SetValues(std::span<const Contact> contacts) {
   const auto slots = set_.slots();
+  const std::size_t components = Index(compliance_.components());
+  values_.resize(components * slots.size());
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    const ContactSlot& slot = slots[i];
-    if (MovesWhatIsHeld(slot, contacts[i])) {
+    if (MovesWhatIsHeld(slots[i], contacts[i])) {
       return Refuse("a fixed point is moved or loaded");
     }
-    if (slot.load >= 0) {
-      load_forces_[Index(slot.load)] = contacts[i].prescribed_O / force_unit_;
-      continue;
-    }
-    const Vector3d moved = contacts[i].prescribed_O / length_unit_;
-    for (const auto& u : set_.unknowns().subspan(Index(slot.unknown), Index(slot.unknowns))) {
-      for (int k = 0; k < u.count; ++k) {
-        prescribed_[Index(u.row + k)] = u.plain ? moved[k] : u.basis.col(k).dot(moved);
-      }
-    }
-  }
-  const int rows = set_.rows();
-  std::fill(prescribed_.get() + rows, prescribed_.get() + inverse_.padded(), 0.0);
-  for (int load = 0; load < set_.loads(); ++load) {
-    for (int c = 0; c < 3; ++c) {
-      const double force = load_forces_[Index(load)][c];
-      const double* by = loads_.unknowns_by(load, c);
-      for (int r = 0; r < rows; ++r) prescribed_[Index(r)] -= force * by[r];
+    const double unit = slots[i].load >= 0 ? force_unit_ : length_unit_;
+    for (std::size_t c = 0; c < components; ++c) {
+      values_[components * i + c] = contacts[i].prescribed_O[static_cast<int>(c)] / unit;
     }
   }
   return true;
 }
 
+void ComplianceSolver::SolveForces() {
+  const int rows = set_.rows();
+  forces_.resize(Index(rows));
+  if (columns_known_) {
+    const auto count = static_cast<Eigen::Index>(values_.size());
+    const Eigen::Map<const Eigen::VectorXd> values(values_.data(), count);
+    for (int r = 0; r < rows; ++r) {
+      const double* row = columns_.data() + Index(r) * Index(column_stride_);
+      forces_[Index(r)] = values.dot(Eigen::Map<const Eigen::VectorXd>(row, count));
+    }
+    return;
+  }
+  right_.assign(Index(rows) * kLane8, 0.0);
+  for (std::size_t i = 0; i < set_.slots().size(); ++i) {
+    AddPrescribed(set_.slots()[i], Value(i));
+  }
+  factor_.Solve({right_.data(), kLane8});
+  for (std::size_t r = 0; r < forces_.size(); ++r) forces_[r] = right_[r * kLane8];
+}
+
+// Of a contact, with zeros beyond the components.
+Vector3d ComplianceSolver::Value(std::size_t contact) const {
+  const int components = compliance_.components();
+  Vector3d value = Vector3d::Zero();
+  value.head(components) =
+      Eigen::Map<const Eigen::VectorXd>(values_.data() + Index(components) * contact, components);
+  return value;
+}
+
 Vector3d ComplianceSolver::ForceOf(const ForceUnknown& unknown) const {
-  if (unknown.plain) return Eigen::Map<const Vector3d>(forces_.get() + unknown.row);
   Vector3d force = Vector3d::Zero();
   for (int k = 0; k < unknown.count; ++k) {
-    force += forces_[Index(unknown.row + k)] * unknown.basis.col(k);
+    force += unknown.measure * forces_[Index(unknown.row + k)] * unknown.basis.col(k);
   }
   return force;
 }
 
 Vector3d ComplianceSolver::DisplacementOfLoad(int load) const {
   Vector3d displacement = Vector3d::Zero();
-  for (int by = 0; by < set_.loads(); ++by) {
-    displacement += loads_.between(load, by) * load_forces_[Index(by)];
+  for (std::size_t i = 0; i < set_.slots().size(); ++i) {
+    const int by = set_.slots()[i].load;
+    if (by >= 0) displacement += loads_.between(load, by) * Value(i);
   }
   for (int c = 0; c < 3; ++c) {
-    displacement[c] += Dot(loads_.load_by_unknowns(load, c), forces_.get(), set_.rows());
+    displacement[c] += Dot(loads_.load_by_unknowns(load, c), forces_);
   }
   return displacement;
 }
@@ -383,7 +359,7 @@ ContactResponse ComplianceSolver::ResponseOf(const ContactSlot& slot,
     response.stiffness_O = (force_unit_ / length_unit_) *
                            stiffness_[static_cast<std::size_t>(&slot - set_.slots().data())];
   }
-  const double deflection = (response.displacement_O / params_.larger_side).norm();
+  const double deflection = response.displacement_O.norm() / params_.larger_side;
   const bool known =
       response.force_O.allFinite() && response.stiffness_O.allFinite() && deflection <= kAbsurd;
   if (!known) return {};
@@ -402,14 +378,14 @@ void ComplianceSolver::SetMomentOf(const ContactSlot& slot, ContactResponse* res
   if (slot.load >= 0) {
     const Vector3d& force = response->force_O;
     const auto share = [&](std::size_t i) -> Vector3d { return places[i].weight * force; };
-    return SetMoment(arms, slot.contact.width, share, response);
+    return SetMoment(arms, slot.contact.width, share, response, params_.moment);
   }
   // A place that a support holds has no unknown.
   if (Index(slot.unknowns) != arms.size()) return;
   const auto force_at = [&](std::size_t i) -> Vector3d {
     return force_unit_ * ForceOf(set_.unknowns()[Index(slot.unknown) + i]);
   };
-  SetMoment(arms, slot.contact.width, force_at, response);
+  SetMoment(arms, slot.contact.width, force_at, response, params_.moment);
 }
 
 void ComplianceSolver::Forces(std::vector<PlaceForce>* forces) const {
@@ -421,11 +397,11 @@ void ComplianceSolver::Forces(std::vector<PlaceForce>* forces) const {
       forces->push_back({u.shares[Index(s)].place, u.shares[Index(s)].weight * force});
     }
   }
-  for (const auto& slot : set_.slots()) {
+  for (std::size_t i = 0; i < set_.slots().size(); ++i) {
+    const ContactSlot& slot = set_.slots()[i];
     if (slot.load < 0) continue;
-    const Vector3d force = force_unit_ * load_forces_[Index(slot.load)];
     for (const auto& [place, weight] : slot.footprint.places) {
-      forces->push_back({place, weight * force});
+      forces->push_back({place, weight * force_unit_ * Value(i)});
     }
   }
 }
@@ -436,9 +412,9 @@ void ComplianceSolver::Displacement(std::vector<Vector3d>* displacement_O) {
   Forces(&forces);
   for (const auto& [place, force_O] : forces) {
     const double* column = compliance_.Column(place);
-    const Vector3d moved = force_O * (length_unit_ / force_unit_);
+    const Vector3d moved = force_O * (length_unit_ / (force_unit_ * compliance_.measure(place)));
     for (int i = 0; i < compliance_.places(); ++i) {
-      (*displacement_O)[Index(i)] += BlockAt(column, i) * moved;
+      (*displacement_O)[Index(i)] += compliance_.FreeBlock(column, place, i) * moved;
     }
   }
 }

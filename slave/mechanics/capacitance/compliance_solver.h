@@ -1,10 +1,10 @@
-// Contacts in 3D on a body with known compliance: displacements and loads prescribed together.
+// Contacts on a body with known compliance: displacements and loads prescribed together.
 //
 //   C f = u - u_loads,   C = block of the compliance at the touched places
 //
 // Source: capacitance matrix of James and Pai (2003); paper A, eqs. (5)-(7), in the form of a
-// compliance. What a contact touches is told by ContactPlaces. Where few contacts changed, the
-// inverse of C is up- and downdated; where many did, C is factorised again.
+// compliance. ContactPlaces finds what a contact touches, so that surface nodes (fem-green) and
+// boundary elements (bem2d) are answered alike.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/capacitance/contact_set.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/linear/updated_inverse.h"
+#include "slave/mechanics/linear/dense_factor.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -37,6 +37,8 @@ class ComplianceSolver {
     double range = 0.1;        // largest |displacement| / larger side before `extrapolated` [-]
     ContactLaw contact = ContactLaw::kBonded;
     double poisson_ratio = 0;  // counts where contacts are narrower than the mesh (SoftenNarrow)
+    double thickness = 0;      // of a plane body [m]
+    MomentRule moment{};
   };
 
   // Throws std::invalid_argument: a parameter is not finite and > 0.
@@ -48,7 +50,7 @@ class ComplianceSolver {
   // loaded (its compliance is zero), contacts that share a place, a load that lies completely under
   // contacts, values that are not finite or beyond 1e6 larger sides. Fixed components that are not
   // moved are no unknowns: the support carries their force. Stiffness is computed when it is first
-  // requested. O(m^2) if nothing or little changed, O(m^3) otherwise, m unknown components.
+  // requested. O(m^2) if only values changed, O(m^3) otherwise, m unknown components.
   void Respond(std::span<const Contact> contacts, std::span<ContactResponse> responses) noexcept;
 
   // What a moved contact costs [us]: the contacts in turn, on a solver of their own; 0: one of them
@@ -57,36 +59,40 @@ class ComplianceSolver {
                               const std::array<Contact, 2>& contacts);
   [[nodiscard]] const Params& params() const { return params_; }
 
+  [[nodiscard]] bool answered() const { return answered_; }
   // Why the last Respond failed, one clause.
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
   // What the contacts of the last Respond touch.
   [[nodiscard]] std::span<const ContactSlot> slots() const { return set_.slots(); }
-  // Every force on a place under the contacts of the last Respond, contacts and loads; a place may
-  // appear more than once. Empty if it failed.
+  // Unknown components, those of free motions included.
+  [[nodiscard]] int rows() const { return set_.rows(); }
+  // Every force on a place under the contacts of the last Respond, contacts, loads and free
+  // motions; a place may appear more than once. Empty if it failed.
   void Forces(std::vector<PlaceForce>* forces) const;
   // Displacement of every place of the compliance [m], by its columns. O(N S).
   void Displacement(std::vector<Eigen::Vector3d>* displacement_O);
-
-  [[nodiscard]] std::size_t memory_bytes() const { return inverse_.memory_bytes(); }
 
  private:
   bool TryRespond(std::span<const Contact> contacts, std::span<ContactResponse> responses);
   bool Refuse(std::string_view why);
   bool Fail(std::string_view why);  // and the contacts are forgotten
   [[nodiscard]] bool Acceptable(const Contact& contact) const noexcept;
+  [[nodiscard]] bool WantsColumns(std::span<const Contact> contacts) const;
   bool Prepare(std::span<const Contact> contacts);
-  bool AnswerAgain(bool little_changed);
-  [[nodiscard]] bool LittleChanged() const;
-  bool InvertChanged();
+  bool FactoriseCapacitance();
   [[nodiscard]] Eigen::Matrix3d Lacking(const ContactSlot& slot) const;
-  void SoftenNarrow(const ContactSlot& slot, bool lower_half);
+  void SoftenNarrow(const ContactSlot& slot);
   void SoftenLoads();
-  void FillStiffness();
-  [[nodiscard]] Eigen::Matrix3d StiffnessBySolving(const ContactSlot& slot);
-  [[nodiscard]] Eigen::Matrix3d StiffnessByBlocks(const ContactSlot& slot) const;
-  [[nodiscard]] Eigen::Matrix3d StiffnessOfLoad(const ContactSlot& slot);
-  bool Prescribe(std::span<const Contact> contacts);
+  void AddPrescribed(const ContactSlot& slot, const Eigen::Vector3d& value);
+  // `first`: of the contact's columns.
+  void FillUnitColumns(const ContactSlot& slot, double* first) const;
+  void SolveColumns();
+  [[nodiscard]] Eigen::Matrix3d StiffnessOf(const ContactSlot& slot, const double* first) const;
+  [[nodiscard]] Eigen::Matrix3d StiffnessOfLoad(const ContactSlot& slot, const double* first) const;
+  bool SetValues(std::span<const Contact> contacts);
+  void SolveForces();
+  [[nodiscard]] Eigen::Vector3d Value(std::size_t contact) const;
   [[nodiscard]] bool MovesWhatIsHeld(const ContactSlot& slot, const Contact& contact) const;
   [[nodiscard]] Eigen::Vector3d ForceOf(const ForceUnknown& unknown) const;
   [[nodiscard]] ContactResponse ResponseOf(const ContactSlot& slot, const Contact& contact) const;
@@ -98,17 +104,19 @@ class ComplianceSolver {
   double length_unit_ = 0;  // [m]
   double force_unit_ = 0;   // [N]
   ContactSet set_;
-  UpdatedInverse inverse_;
+  DenseFactor factor_;
   LoadCoupling loads_;
 
   std::string_view failure_;
   bool answered_ = false;
-  // Nondimensional, per unknown component, zeros behind.
-  AlignedArray prescribed_, forces_, scratch_;
-  int vector_room_ = 0;
-  std::vector<Eigen::Vector3d> load_forces_;  // nondimensional, per load
-  bool stiffness_known_ = false;
-  std::vector<Eigen::Matrix3d> stiffness_;  // nondimensional, per contact
+  // Nondimensional. Values: components() per contact, displacement or force; forces: amplitudes of
+  // the unknown components.
+  std::vector<double> values_, forces_, right_;
+  // Amplitudes by unit values, row-major; known if a stiffness was requested or contacts are few.
+  std::vector<double> columns_;
+  int column_stride_ = 0;
+  bool columns_known_ = false;
+  std::vector<Eigen::Matrix3d> stiffness_;  // per contact
 };
 
 }  // namespace palpate

@@ -8,35 +8,12 @@
 namespace palpate {
 namespace {
 
-// Basis components of the displacement at `at` by the weighted load.
-void AddToUnknown(const ForceUnknown& at, const double* column, double weight, double* row,
-                  long stride) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (int a = 0; a < at.share_count; ++a) {
-    const auto& share = at.shares[Index(a)];
-    sum += weight * share.weight * BlockAt(column, share.place);
-  }
-  for (int k = 0; k < at.count; ++k) {
-    for (int c = 0; c < 3; ++c) row[c * stride + at.row + k] += at.basis.col(k).dot(sum.col(c));
-  }
-}
-
-// Displacement of a loaded place by the unknown's unit components.
-void AddToLoad(const ForceUnknown& by, int place, double weight, double* row, long stride) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (int b = 0; b < by.share_count; ++b) {
-    const auto& share = by.shares[Index(b)];
-    sum += weight * share.weight * BlockAt(share.column, place);
-  }
-  for (int k = 0; k < by.count; ++k) {
-    for (int c = 0; c < 3; ++c) row[c * stride + by.row + k] += sum.row(c).dot(by.basis.col(k));
-  }
-}
-
-}  // namespace
-
 constexpr double kOnEdge = 1e-9;  // barycentric weight
 constexpr std::string_view kInnerNode = "a node inside the body is not on its surface";
+constexpr std::string_view kNotStored =
+    "the Green's functions of a contact point are not stored: their memory is used up";
+
+}  // namespace
 
 ContactSet::Outcome ContactSet::Fail(std::string_view why) {
   if (failure_.empty()) failure_ = why;
@@ -46,21 +23,16 @@ ContactSet::Outcome ContactSet::Fail(std::string_view why) {
 
 ContactSet::Outcome ContactSet::Update(std::span<const Contact> contacts) {
   failure_ = {};
-  changes_.clear();
-  if (crowded_ && !IsSame(contacts)) known_ = false;  // there may be room again
-  bool anew = !known_;
-  if (anew) count_ = 0;
+  if (known_ && IsSame(contacts)) return Outcome::kSame;
+  if (crowded_) known_ = false;  // there may be room again
+  if (!known_) count_ = 0;
   bool found = contacts.size() == Count() ? FindChanged(contacts) : FindSpliced(contacts);
-  if (found && changes_.empty() && !anew) return Outcome::kSame;
   crowded_ = found && IsCrowded();
-  if (crowded_) {
-    anew = true;
-    found = FindAsTheyAre(contacts);
-  }
+  if (crowded_) found = FindAsTheyAre(contacts);
   if (!found) return Fail("no boundary point is there");
   known_ = true;
   if (!Number()) return Fail("no Green's functions are known there");
-  return anew ? Outcome::kRestarted : Outcome::kChanged;
+  return Outcome::kChanged;
 }
 
 bool ContactSet::IsSame(std::span<const Contact> contacts) const {
@@ -84,7 +56,6 @@ bool ContactSet::IsCrowded() const {
 
 bool ContactSet::FindAsTheyAre(std::span<const Contact> contacts) {
   count_ = 0;
-  changes_.clear();
   places_.MayWiden(false);
   const bool found = FindSpliced(contacts);
   places_.MayWiden(true);
@@ -96,7 +67,6 @@ bool ContactSet::FindChanged(std::span<const Contact> contacts) {
   for (int i = 0; i < count_; ++i) {
     ContactSlot& slot = slots_[Index(i)];
     if (slot.contact.IsAt(contacts[Index(i)])) continue;
-    changes_.push_back({.removed = slot.rows, .slot = i, .slots = 1});
     if (!Find(contacts[Index(i)], &slot)) return false;
   }
   return true;
@@ -112,9 +82,6 @@ bool ContactSet::FindSpliced(std::span<const Contact> contacts) {
          slots_[Index(count_ - 1 - end)].contact.IsAt(contacts[Index(now - 1 - end)])) {
     ++end;
   }
-  Change change{.slot = begin, .slots = now - end - begin};
-  for (int i = begin; i < count_ - end; ++i) change.removed += slots_[Index(i)].rows;
-  changes_.push_back(change);
   if (slots_.size() < contacts.size()) {
     slots_.resize(contacts.size());
     MakeRoom();
@@ -148,95 +115,92 @@ bool ContactSet::Number() {
   unknowns_.clear();
   for (auto& slot : std::span(slots_.data(), Count())) {
     slot.unknown = static_cast<int>(unknowns_.size());
-    slot.row = rows_;
     slot.held = {};
     slot.on_support = false;
     slot.load = slot.contact.kind == Contact::Kind::kForce ? loads_++ : -1;
-    if (slot.load < 0) {
-      const std::span<const PlaceWeight> places = slot.footprint.places;
-      if (slot.footprint.point) {
-        if (!AddUnknown(places, &slot)) return false;
-      } else {
-        for (std::size_t p = 0; p < places.size(); ++p) {
-          if (!AddUnknown(places.subspan(p, 1), &slot)) return false;
-        }
-      }
-      if (!MarkMoved(slot)) return false;
-    }
+    if (!(slot.load < 0 ? AddUnknowns(&slot) : FindHeld(&slot))) return false;
     slot.unknowns = static_cast<int>(unknowns_.size()) - slot.unknown;
-    slot.rows = rows_ - slot.row;
   }
   for (const auto& slot : slots()) {
     if (slot.load >= 0 && LiesUnderContacts(slot)) {
       return Refuse("a load lies completely under contacts with a prescribed displacement");
     }
   }
-  for (auto& change : changes_) {
-    const auto touched = slots().subspan(Index(change.slot), Index(change.slots));
-    const bool behind = change.slot == count_;
-    change.row = behind ? rows_ : slots_[Index(change.slot)].row;
-    change.unknown =
-        behind ? static_cast<int>(unknowns_.size()) : slots_[Index(change.slot)].unknown;
-    for (const auto& slot : touched) {
-      change.inserted += slot.rows;
-      change.unknowns += slot.unknowns;
-    }
+  if (rows_ > 0) AddMotions();
+  return true;
+}
+
+// What a load cannot move.
+bool ContactSet::FindHeld(ContactSlot* slot) {
+  slot->held = {true, true, true};
+  for (const PlaceWeight& loaded : slot->footprint.places) {
+    if (compliance_.Column(loaded.place) == nullptr) return Refuse(kNotStored);
+    const std::array<bool, 3> fixed = compliance_.Held(loaded.place);
+    for (std::size_t c = 0; c < 3; ++c) slot->held[c] = slot->held[c] && fixed[c];
   }
   return true;
+}
+
+bool ContactSet::AddUnknowns(ContactSlot* slot) {
+  const std::span<const PlaceWeight> places = slot->footprint.places;
+  if (slot->footprint.point) {
+    if (!AddUnknown(places, slot)) return false;
+  } else {
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      if (!AddUnknown(places.subspan(p, 1), slot)) return false;
+    }
+  }
+  return MarkMoved(*slot);
 }
 
 bool ContactSet::AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot) {
   ForceUnknown& unknown = unknowns_.emplace_back();
   unknown.row = rows_;
   unknown.share_count = static_cast<int>(places.size());
+  unknown.measure = compliance_.measure(places[0].place);
   const bool alone = places.size() == 1;
+  double free_weight = 0;
+  std::array<bool, 3> held{true, true, true};
   for (std::size_t p = 0; p < places.size(); ++p) {
     const double* column = compliance_.Column(places[p].place);
-    if (column == nullptr) {
-      return Refuse(
-          "the Green's functions of a contact point are not stored: their memory is used up");
-    }
+    if (column == nullptr) return Refuse(kNotStored);
     unknown.shares[p] = {column, places[p].place, alone ? 1 : places[p].weight};
-  }
-  double free_weight = 0;
-  for (const auto& share : std::span(unknown.shares).first(places.size())) {
-    const bool moves = BlockAt(share.column, share.place).diagonal().maxCoeff() > 0;
-    free_weight += moves ? share.weight : 0;
+    const std::array<bool, 3> fixed = compliance_.Held(places[p].place);
+    if (!(fixed[0] && fixed[1] && fixed[2])) free_weight += places[p].weight;
+    for (std::size_t c = 0; c < 3; ++c) held[c] = held[c] && fixed[c];
   }
   slot->on_support = !alone && free_weight < kLeastFreeWeight;
-  Eigen::Matrix3d self;
-  if (!SelfBlock(unknown, &self)) return false;
-  const Eigen::Array3d free(self(0, 0) > 0 ? 1 : 0, self(1, 1) > 0 ? 1 : 0, self(2, 2) > 0 ? 1 : 0);
   if (law_ == ContactLaw::kFrictionless) {
     if (slot->footprint.normal_O.isZero(0)) return Refuse("the surface has no normal there");
-    unknown.basis.col(0) = slot->footprint.normal_O.array() * free;
+    unknown.basis.col(0) = slot->footprint.normal_O;
+    for (int c = 0; c < 3; ++c) {
+      if (held[Index(c)]) unknown.basis(c, 0) = 0;
+    }
     unknown.count = unknown.basis.col(0).isZero(0) ? 0 : 1;
-  } else if (free.minCoeff() == 0) {
+  } else {
     unknown.count = 0;
     for (int c = 0; c < 3; ++c) {
-      if (free[c] > 0) unknown.basis.col(unknown.count++) = Eigen::Vector3d::Unit(c);
+      if (!held[Index(c)]) unknown.basis.col(unknown.count++) = Eigen::Vector3d::Unit(c);
     }
   }
-  unknown.plain = alone && unknown.count == 3;
-  for (int c = 0; c < 3; ++c) slot->held[Index(c)] = slot->held[Index(c)] || free[c] == 0;
+  unknown.plain = alone && unknown.count == compliance_.components();
+  for (std::size_t c = 0; c < 3; ++c) slot->held[c] = slot->held[c] || held[c];
   rows_ += unknown.count;
   if (unknown.count == 0) unknowns_.pop_back();
   return true;
 }
 
-bool ContactSet::SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block) {
-  if (unknown.share_count > 1) {
-    *block = FullBlock(unknown, unknown);
-  } else {
-    Touched& touched = touched_[Index(unknown.shares[0].place)];
-    if (!touched.known) {
-      touched.self = BlockAt(unknown.shares[0].column, unknown.shares[0].place);
-      touched.known = true;
-    }
-    *block = touched.self;
+void ContactSet::AddMotions() {
+  for (int k = 0; k < compliance_.motions(); ++k) {
+    const int place = compliance_.places() + k;
+    ForceUnknown& motion = unknowns_.emplace_back();
+    motion.shares[0] = {compliance_.Column(place), place, 1};
+    motion.share_count = 1;
+    motion.row = rows_;
+    motion.count = compliance_.components();
+    motion.plain = true;
+    rows_ += motion.count;
   }
-  const bool good = (*block)(0, 0) >= 0 && (*block)(1, 1) >= 0 && (*block)(2, 2) >= 0;
-  return good || Refuse("the compliance of a contact point is not positive");
 }
 
 // Places with an unknown of their own cannot be moved twice.
@@ -244,7 +208,7 @@ bool ContactSet::MarkMoved(const ContactSlot& slot) {
   const auto& places = slot.footprint.places;
   if (slot.footprint.point && places.size() > 1) return true;
   for (const auto& [place, weight] : places) {
-    int& set = touched_[Index(place)].set;
+    int& set = moved_by_[Index(place)];
     if (set == set_) return Refuse("two contacts overlap: they share a boundary point");
     set = set_;
   }
@@ -253,7 +217,7 @@ bool ContactSet::MarkMoved(const ContactSlot& slot) {
 
 bool ContactSet::LiesUnderContacts(const ContactSlot& load) const {
   return std::ranges::all_of(load.footprint.places, [&](const PlaceWeight& share) {
-    return touched_[Index(share.place)].set == set_;
+    return moved_by_[Index(share.place)] == set_;
   });
 }
 
@@ -271,39 +235,55 @@ std::string_view SurfaceNodePlaces::Find(const Contact& contact, ContactFootprin
   return met ? std::string_view{} : kInnerNode;
 }
 
-bool LoadCoupling::Fill(const ContactSet& set, int padded_rows) {
+void LoadCoupling::Fill(const ContactSet& set) {
   loads_ = set.loads();
-  if (loads_ == 0) return true;
-  stride_ = padded_rows;
-  const auto size = static_cast<std::size_t>(3 * loads_ * stride_);
-  if (size > room_) {
-    room_ = size + size / 2;
-    by_ = MakeAligned(room_);
-    if (!compliance_.symmetric()) at_ = MakeAligned(room_);
-  }
-  std::fill_n(by_.get(), size, 0.0);
-  if (!compliance_.symmetric()) std::fill_n(at_.get(), size, 0.0);
+  if (loads_ == 0) return;
+  rows_ = set.rows();
+  for (auto* rows : {&by_, &at_}) rows->assign(Index(3 * loads_) * Index(rows_), 0.0);
   between_.assign(Index(loads_ * loads_), Eigen::Matrix3d::Zero());
   for (const auto& load : set.slots()) {
     if (load.load < 0) continue;
-    const long first = 3 * load.load * stride_;
     for (const auto& [place, weight] : load.footprint.places) {
       const double* column = compliance_.Column(place);
-      if (column == nullptr) return false;
+      const double amplitude = weight / compliance_.measure(place);
       for (const auto& unknown : set.unknowns()) {
-        AddToUnknown(unknown, column, weight, by_.get() + first, stride_);
-        if (!compliance_.symmetric()) AddToLoad(unknown, place, weight, at_.get() + first, stride_);
+        AddToUnknown(unknown, column, place, amplitude, load.load);
+        AddToLoad(unknown, place, weight, load.load);
       }
       for (const auto& other : set.slots()) {
         if (other.load < 0) continue;
         auto& block = between_[Index(other.load * loads_ + load.load)];
         for (const auto& at : other.footprint.places) {
-          block += weight * at.weight * BlockAt(column, at.place);
+          block += amplitude * at.weight * compliance_.FreeBlock(column, place, at.place);
         }
       }
     }
   }
-  return true;
+}
+
+// Basis components of the displacement at `at` by the weighted load.
+void LoadCoupling::AddToUnknown(const ForceUnknown& at, const double* column, int place,
+                                double weight, int load) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& share : std::span(at.shares).first(Index(at.share_count))) {
+    sum += weight * share.weight * compliance_.FreeBlock(column, place, share.place);
+  }
+  for (int c = 0; c < 3; ++c) {
+    double* row = by_.data() + Index(3 * load + c) * Index(rows_) + at.row;
+    for (int k = 0; k < at.count; ++k) row[k] += at.basis.col(k).dot(sum.col(c));
+  }
+}
+
+// Displacement of a loaded place by the unknown's unit components.
+void LoadCoupling::AddToLoad(const ForceUnknown& by, int place, double weight, int load) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& share : std::span(by.shares).first(Index(by.share_count))) {
+    sum += weight * share.weight * compliance_.FreeBlock(share.column, share.place, place);
+  }
+  for (int c = 0; c < 3; ++c) {
+    double* row = at_.data() + Index(3 * load + c) * Index(rows_) + by.row;
+    for (int k = 0; k < by.count; ++k) row[k] += sum.row(c).dot(by.basis.col(k));
+  }
 }
 
 }  // namespace palpate

@@ -1,5 +1,5 @@
-// A set of contacts: the places of each, the unknown forces, and the changes since the last set.
-// The boundary of the model defines the places of a contact and their shares.
+// A set of contacts: the places of each and the unknown forces. The boundary of the model defines
+// the places of a contact and their shares.
 #pragma once
 
 #include <array>
@@ -13,7 +13,6 @@
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/footprint/contact_footprint.h"
-#include "slave/mechanics/linear/dense_kernels.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -52,49 +51,36 @@ struct ContactSlot {
   Contact contact;  // its value is that of the set in which it was added
   ContactFootprint footprint;
   int unknown = 0, unknowns = 0;  // in unknowns(); none for loads
-  int row = 0, rows = 0;          // their components in the capacitance matrix
   int load = -1;                  // number among the loads; -1: none
-  std::array<bool, 3> held{};     // components that a support fixes somewhere under the contact
-  bool on_support = false;        // see kOnSupport (mesh_resolution.h)
+  // Components that a support fixes somewhere under the contact, everywhere under a load.
+  std::array<bool, 3> held{};
+  bool on_support = false;  // see kOnSupport (mesh_resolution.h)
 };
 
 // Not thread-safe. Memory only grows.
 class ContactSet {
  public:
-  enum class Outcome : std::uint8_t { kSame, kChanged, kRestarted, kFailed };
-  // Rows that gave way to others; a change's row counts those before it as they are now.
-  struct Change {
-    int row = 0, removed = 0, inserted = 0;
-    int unknown = 0, unknowns = 0;
-    int slot = 0, slots = 0;
-  };
+  enum class Outcome : std::uint8_t { kSame, kChanged, kFailed };
 
   ContactSet(Compliance& compliance, ContactPlaces& places, ContactLaw law)
       : compliance_(compliance),
         places_(places),
         law_(law),
-        touched_(static_cast<std::size_t>(compliance.places())) {}
+        moved_by_(static_cast<std::size_t>(compliance.places()), 0) {}
 
-  // Ignores the values of the contacts. kChanged: changes() lists the changes, provided the caller
-  // processed every earlier outcome. kFailed: the set is cleared, failure() is the reason.
+  // Ignores the values of the contacts. Looks only for the places of those that changed. kFailed:
+  // the set is cleared, failure() is the reason.
   Outcome Update(std::span<const Contact> contacts);
   void Forget() { known_ = false; }
 
   [[nodiscard]] std::span<const ContactSlot> slots() const { return {slots_.data(), Count()}; }
+  // Of the contacts in their order, then the free motions of a body that contacts hold.
   [[nodiscard]] std::span<const ForceUnknown> unknowns() const { return unknowns_; }
-  [[nodiscard]] std::span<const Change> changes() const { return changes_; }
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] int loads() const { return loads_; }
   [[nodiscard]] std::string_view failure() const { return failure_; }
 
  private:
-  // Indexed by place: values that are read often, stored together.
-  struct Touched {
-    int set = 0;  // the last in which a contact moved it
-    bool known = false;
-    Eigen::Matrix3d self;  // its own block of the compliance
-  };
-
   [[nodiscard]] std::size_t Count() const { return static_cast<std::size_t>(count_); }
   Outcome Fail(std::string_view why);
   bool Refuse(std::string_view why) {
@@ -115,15 +101,17 @@ class ContactSet {
     }
   }
   bool Number();
+  bool FindHeld(ContactSlot* slot);
+  bool AddUnknowns(ContactSlot* slot);
   bool AddUnknown(std::span<const PlaceWeight> places, ContactSlot* slot);
-  bool SelfBlock(const ForceUnknown& unknown, Eigen::Matrix3d* block);
+  void AddMotions();
   bool MarkMoved(const ContactSlot& slot);
   [[nodiscard]] bool LiesUnderContacts(const ContactSlot& load) const;
 
   Compliance& compliance_;
   ContactPlaces& places_;
   ContactLaw law_;
-  std::vector<Touched> touched_;
+  std::vector<int> moved_by_;  // per place: the last set in which a contact moved it
   int set_ = 0;
   bool known_ = false;
   bool crowded_ = false;            // some would have got wider discs, had they been alone
@@ -131,7 +119,6 @@ class ContactSet {
   int count_ = 0;
   std::size_t most_places_ = 1;  // of a footprint so far: all slots have that much room
   std::vector<ForceUnknown> unknowns_;
-  std::vector<Change> changes_;
   int rows_ = 0, loads_ = 0;
   std::string_view failure_;
 };
@@ -141,16 +128,16 @@ class LoadCoupling {
  public:
   explicit LoadCoupling(Compliance& compliance) : compliance_(compliance) {}
 
-  // False: a column is not available. O(unknowns times loaded places). Memory only grows.
-  bool Fill(const ContactSet& set, int padded_rows);
+  // O(unknowns times loaded places). Memory only grows.
+  void Fill(const ContactSet& set);
 
-  // Displacement of the unknown components by a unit force `c` of a load: padded, zeros behind.
-  [[nodiscard]] const double* unknowns_by(int load, int c) const {
-    return by_.get() + (3 * load + c) * stride_;
+  // Displacement of the unknown components by a unit force `c` of a load.
+  [[nodiscard]] std::span<const double> unknowns_by(int load, int c) const {
+    return Row(by_, load, c);
   }
   // Mean displacement `c` of a load's places by unit unknown components.
-  [[nodiscard]] const double* load_by_unknowns(int load, int c) const {
-    return (compliance_.symmetric() ? by_ : at_).get() + (3 * load + c) * stride_;
+  [[nodiscard]] std::span<const double> load_by_unknowns(int load, int c) const {
+    return Row(at_, load, c);
   }
   // Mean displacement of a load's places by another load's unit force.
   [[nodiscard]] const Eigen::Matrix3d& between(int at, int by) const {
@@ -162,11 +149,18 @@ class LoadCoupling {
   }
 
  private:
+  [[nodiscard]] std::span<const double> Row(const std::vector<double>& rows, int load,
+                                            int c) const {
+    const auto count = static_cast<std::size_t>(rows_);
+    return std::span(rows).subspan(static_cast<std::size_t>(3 * load + c) * count, count);
+  }
+  void AddToUnknown(const ForceUnknown& at, const double* column, int place, double weight,
+                    int load);
+  void AddToLoad(const ForceUnknown& by, int place, double weight, int load);
+
   Compliance& compliance_;
-  int loads_ = 0;
-  long stride_ = 0;
-  std::size_t room_ = 0;
-  AlignedArray by_, at_;  // 3 rows per load
+  int loads_ = 0, rows_ = 0;
+  std::vector<double> by_, at_;  // 3 rows per load
   std::vector<Eigen::Matrix3d> between_;
 };
 

@@ -17,11 +17,13 @@
 
 namespace palpate {
 
-// Places of a disc below which the moment of its force is unknown.
-constexpr std::size_t kFewestForMoment = 4;
-// Error of the moment by force times width over the number of places [-]. [tuned:
-// contact_moment_test]
-constexpr double kMomentSpread = 0.5;
+struct MomentRule {
+  // Places of a contact below which the moment of its force is unknown.
+  std::size_t fewest = 4;
+  // Error of the moment by force times width over the number of places [-]. [tuned:
+  // contact_moment_test]
+  double spread = 0.5;
+};
 
 struct PlaceWeight {
   int place = -1;     // a node or a triangle of a surface, a place of a Compliance
@@ -54,13 +56,13 @@ constexpr int kMostPointPlaces = 3;
 // are enough to resolve a distribution. `force_at(i)`: of place i.
 template <class ForceAt>
 void SetMoment(std::span<const Eigen::Vector3d> arms, double width, const ForceAt& force_at,
-               ContactResponse* response) {
-  if (arms.size() < kFewestForMoment) return;
+               ContactResponse* response, const MomentRule& rule = {}) {
+  if (arms.size() < rule.fewest) return;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < arms.size(); ++i) moment += arms[i].cross(force_at(i));
   response->moment_O = moment;
   response->moment_sigma =
-      kMomentSpread * width / static_cast<double>(arms.size()) * response->force_O.norm();
+      rule.spread * width / static_cast<double>(arms.size()) * response->force_O.norm();
 }
 // Shifts the positions `arms` of a patch's places, weighted by `weight(i)` and relative to a disc's
 // centre, onto the centroid of that disc on the surface.

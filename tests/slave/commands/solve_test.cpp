@@ -178,8 +178,7 @@ TEST_F(SolveTest, WidthReachesElementsByTheirMidpointsEndsIncluded) {
 TEST_F(SolveTest, SaysThatAHeldElementIsMoved) {
   const Outcome outcome = RunContacts(std::string(kHeader) + "A,0.044,0,0,0,-0.001,0\n");
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.message,
-              HasSubstr("case A failed: an element that the scene fixes is moved"));
+  EXPECT_THAT(outcome.message, HasSubstr("case A failed: a fixed point is moved"));
 }
 
 // As tables write what a row does not have.
@@ -208,8 +207,7 @@ TEST_F(SolveTest, AFailedCaseHasEmptyForcesExitsOneAndSparesTheOthers) {
   EXPECT_EQ(Number(outcome, 0, "dy"), -1e-3);
   EXPECT_EQ(outcome.rows[2].at("validity"), "valid");
   EXPECT_EQ(outcome.rows[3].at("validity"), "failed") << "the side is held";
-  EXPECT_THAT(outcome.message,
-              HasSubstr("case A failed: a contact shares an element with another"));
+  EXPECT_THAT(outcome.message, HasSubstr("case A failed: two contacts overlap"));
   options_.contacts.clear();
   options_.loads = Write("loads.csv", "case,x,y,fx,fy\nL,0.044,0,0,-1\n");
   const Outcome loaded = Run();

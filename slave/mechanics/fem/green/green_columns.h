@@ -32,7 +32,6 @@ class GreenColumns final : public Compliance {
                const std::filesystem::path& cache, Progress* progress);
 
   [[nodiscard]] int places() const override { return layout_.places(); }
-  [[nodiscard]] bool symmetric() const override { return true; }
   const double* Column(int place) override {
     const double* column = column_of_place_[static_cast<std::size_t>(place)];
     return column != nullptr ? column : Compute(place);

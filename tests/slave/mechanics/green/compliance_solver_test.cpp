@@ -26,7 +26,7 @@ constexpr int kHeldPlace = 40;  // its third component is held
 // as compliances do, with a skew part if asked for.
 class MadeUp final : public Compliance {
  public:
-  explicit MadeUp(bool symmetric) : symmetric_(symmetric) {
+  explicit MadeUp(bool symmetric) {
     std::mt19937 random(17);
     std::uniform_real_distribution<double> side(-1, 1);
     const int n = 3 * kPlaces;
@@ -49,7 +49,6 @@ class MadeUp final : public Compliance {
     }
   }
   [[nodiscard]] int places() const override { return kPlaces; }
-  [[nodiscard]] bool symmetric() const override { return symmetric_; }
   const double* Column(int place) override {
     return place == missing ? nullptr : columns_[static_cast<std::size_t>(place)].data();
   }
@@ -60,7 +59,6 @@ class MadeUp final : public Compliance {
   int missing = -1;
 
  private:
-  bool symmetric_;
   std::vector<std::vector<double>> columns_;
 };
 

@@ -1,4 +1,4 @@
-#include "slave/mechanics/fem/green/element_places.h"
+#include "slave/mechanics/fem/green/tet_places.h"
 
 #include <algorithm>
 #include <utility>
@@ -19,8 +19,8 @@ SurfaceMesh InMetres(SurfaceMesh surface, double unit) {
 
 }  // namespace
 
-ElementPlaces::ElementPlaces(const TetMesh& elements, double unit,
-                             const std::vector<int>& place_of_node, const std::vector<char>& uneven)
+TetPlaces::TetPlaces(const TetMesh& elements, double unit, const std::vector<int>& place_of_node,
+                     const std::vector<char>& uneven)
     : elements_(elements),
       unit_(unit),
       nodes_(InMetres(elements.touch_surface, unit), place_of_node, uneven, is_quadratic()),
@@ -28,7 +28,7 @@ ElementPlaces::ElementPlaces(const TetMesh& elements, double unit,
       place_of_node_(place_of_node),
       load_(elements.nodes.size(), 0) {}
 
-std::string_view ElementPlaces::Find(const Contact& contact, ContactFootprint* footprint) {
+std::string_view TetPlaces::Find(const Contact& contact, ContactFootprint* footprint) {
   if (!is_quadratic()) return nodes_.Find(contact, footprint);
   if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
     return FindLoaded(contact, footprint);
@@ -39,7 +39,7 @@ std::string_view ElementPlaces::Find(const Contact& contact, ContactFootprint* f
 }
 
 // Quarters 0 to 2 hold a corner each, 3 the centre (TetMesh::touch_surface).
-int ElementPlaces::QuarterOf(const Contact& contact) const {
+int TetPlaces::QuarterOf(const Contact& contact) const {
   const int triangle = contact.element;
   if (triangle < 0 || triangle >= static_cast<int>(elements_.faces.size())) return triangle;
   const auto& face = elements_.faces[Index(triangle)];
@@ -55,7 +55,7 @@ int ElementPlaces::QuarterOf(const Contact& contact) const {
   return 4 * triangle + (most > 0.5 ? nearest : 3);
 }
 
-std::string_view ElementPlaces::FindLoaded(const Contact& contact, ContactFootprint* footprint) {
+std::string_view TetPlaces::FindLoaded(const Contact& contact, ContactFootprint* footprint) {
   const std::string_view refusal =
       triangles_.OnTriangles(contact, footprint, PatchBasis::kLoadedTriangles10);
   if (!refusal.empty()) return refusal;

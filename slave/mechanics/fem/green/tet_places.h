@@ -11,12 +11,12 @@ namespace palpate {
 // Four nodes: see SurfaceNodePlaces. Ten: the same on the four quarters of every triangle, so that
 // middles are moved as corners are; a load of a width acts on the middles alone, a third of each
 // triangle's share on each, as even pressure does on quadratic triangles.
-class ElementPlaces final : public ContactPlaces {
+class TetPlaces final : public ContactPlaces {
  public:
   // Keeps a reference to `elements`, whose nodes are by `unit` [m]. `place_of_node`: per node, -1
   // for those that are not places. `uneven`: per node, see SurfaceFootprints.
-  ElementPlaces(const TetMesh& elements, double unit, const std::vector<int>& place_of_node,
-                const std::vector<char>& uneven);
+  TetPlaces(const TetMesh& elements, double unit, const std::vector<int>& place_of_node,
+            const std::vector<char>& uneven);
 
   // The contact's element is a triangle of the linear surface.
   std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;

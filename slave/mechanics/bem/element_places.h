@@ -1,0 +1,38 @@
+// What a contact touches of a plane body's boundary elements (contracts, `solve`).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/mechanics/bem/greens_functions.h"
+#include "slave/mechanics/capacitance/contact_set.h"
+
+namespace palpate {
+
+// Places are the elements' nodes: of one element or, of a contact with a width, of a patch, whose
+// nodes are moved alike or loaded evenly by their lengths. Keeps a reference to the Green's
+// functions.
+class ElementPlaces final : public ContactPlaces {
+ public:
+  // Nodes of a patch below which the moment of its force is unknown.
+  static constexpr std::size_t kFewestForMoment = 2;
+
+  // `larger_side`: of the body [m].
+  ElementPlaces(const GreensFunctions& greens, double larger_side);
+  std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
+
+ private:
+  void FindElements(const Contact& contact, int element);
+  [[nodiscard]] bool IsCoarse(double width) const;
+  void SetArms(const Contact& contact, int element, ContactFootprint* footprint) const;
+  [[nodiscard]] std::optional<double> OffCentre(const Eigen::Vector2d& p_O, int element) const;
+
+  const GreensFunctions& greens_;
+  double larger_side_;
+  std::vector<Eigen::Vector2d> normals_;  // per element
+  std::vector<int> elements_;             // of the last contact
+};
+
+}  // namespace palpate
