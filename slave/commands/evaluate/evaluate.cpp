@@ -83,24 +83,11 @@ void Require(bool usable, const char* option, const std::string& value, const ch
   throw std::invalid_argument(std::string(option) + " " + value + ": accepted is " + accepted);
 }
 
-study::SegmentationOptions Segmenting(const EvaluateOptions& options) {
-  constexpr int kMostNeighbours = 1000;
-  study::SegmentationOptions segmentation = options.segmentation;
-  const study::ColourGrowth& growth = segmentation.colour;
-  const bool by_colour = options.segment == "colour";
-  if (by_colour) segmentation.method = study::SegmentationOptions::Method::kColour;
-  Require(by_colour || options.segment == "surfaces" || options.segment == "no", "--segment",
-          options.segment, "surfaces, colour or no");
-  Require(growth.neighbours >= 1 && growth.neighbours <= kMostNeighbours, "--neighbours",
-          std::to_string(growth.neighbours), "1 to 1000");
-  for (const double threshold : {growth.point_colour, growth.region_colour}) {
-    Require(threshold >= 0 && threshold <= 442, "--point-colour, --region-colour",
-            std::to_string(threshold), "0 to 442");
-  }
-  const double voxel = segmentation.voxel;
-  Require(voxel == 0 || (voxel >= 5e-4 && voxel <= 1), "--voxel", std::to_string(voxel),
-          "0, or 0.0005 to 1 m");
-  return segmentation;
+study::Segmenting SegmentingOf(const EvaluateOptions& options) {
+  if (options.segment == "surfaces") return study::Segmenting::kSurfaces;
+  if (options.segment == "colour") return study::Segmenting::kColour;
+  Require(options.segment == "no", "--segment", options.segment, "surfaces, colour or no");
+  return study::Segmenting::kNone;
 }
 
 study::ObjectHint Hint(const EvaluateOptions& options) {
@@ -111,32 +98,23 @@ study::ObjectHint Hint(const EvaluateOptions& options) {
     if (!at.allFinite()) throw std::invalid_argument("--at: accepted is x,y,z in metres");
     hint.at = at;
   }
-  if (!options.colour.empty()) {
-    std::array<std::uint8_t, 3> colour{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      Require(options.colour[i] >= 0 && options.colour[i] <= 255, "--colour",
-              std::to_string(options.colour[i]), "red,green,blue from 0 to 255");
-      colour[i] = static_cast<std::uint8_t>(options.colour[i]);
-    }
-    hint.colour = colour;
-  }
   return hint;
 }
 
 // Why there is no score where one was asked for; empty: there is one.
 std::string NotScored(const study::MeasuredQuestion& question,
                       const study::MeasuredAnswer& answer) {
-  if (answer.object.size() == 0) return answer.choice.why;
+  if (answer.object.empty()) return answer.choice.why;
   if (!question.camera || std::isfinite(answer.score.octree)) return "";
   return "no part of the estimated shape is in view of sense.depth_camera";
 }
 
 void PrintAnswer(const study::MeasuredQuestion& question, const study::MeasuredAnswer& answer) {
   std::printf("object: %zu of %zu points, %s\n", answer.object.size(),
-              question.measured.cloud.size(), answer.choice.why.c_str());
+              question.measured.cloud->size(), answer.choice.why.c_str());
   for (const study::LabelScore& row : answer.labels) {
-    std::printf("label %u: %zu points, %s%s\n", row.label, row.points,
-                row.support ? "" : "intersection over union ", LabelWords(row).c_str());
+    std::printf("label %u: %zu points, intersection over union %s\n", row.label, row.points,
+                study::Percent(row.iou).c_str());
   }
   if (!question.camera) {
     std::puts("not scored: the scene has no sense.depth_camera");
@@ -160,8 +138,7 @@ void RequireOtherThanInputs(const EvaluateOptions& options, const Scene& scene) 
 
 int EvaluateCloud(const EvaluateOptions& options, const std::stop_token& stop) {
   study::MeasuredQuestion question;
-  question.segmentation = Segmenting(options);
-  question.segment = options.segment != "no";
+  question.segmenting = SegmentingOf(options);
   question.hint = Hint(options);
   question.leaf = options.leaf;
   question.measured = study::ReadPcd(options.cloud);
@@ -210,10 +187,8 @@ std::vector<study::SimulatedObject> Experiments(const EvaluateOptions& options, 
 }
 
 int EvaluateSimulated(const EvaluateOptions& options, const std::stop_token& stop) {
-  if (!options.contacts.empty() || !options.loads.empty() || !options.at.empty() ||
-      !options.colour.empty()) {
-    throw std::invalid_argument(
-        "--contacts, --loads, --at, --colour: accepted is these with --cloud only");
+  if (!options.contacts.empty() || !options.loads.empty() || !options.at.empty()) {
+    throw std::invalid_argument("--contacts, --loads, --at: accepted is these with --cloud only");
   }
   const Scene scene = LoadScene(options.scene, options.overrides);
   LogRemarks(scene);

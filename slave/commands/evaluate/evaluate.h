@@ -9,7 +9,6 @@
 
 #include "shared/text/progress.h"
 #include "slave/scene/scene.h"
-#include "slave/study/clouds/segmentation.h"
 #include "slave/study/shape/measured_evaluation.h"
 
 namespace palpate {
@@ -23,11 +22,9 @@ struct EvaluateOptions {
       loads;                         // CSV as for `solve`; empty: the estimate from the fingertips
   std::string segment = "surfaces";  // surfaces colour no
   std::vector<double> at;            // x, y, z of a point on the object, frame of the camera [m]
-  std::vector<int> colour;           // red, green, blue of the object
-  study::SegmentationOptions segmentation;  // all but the method
-  double leaf = 0.01;                       // of the octree [m]
-  int repetitions = 5;                      // number of contacts of the simulated experiment
-  bool materials = false;                   // evaluate each of the paper's three foams
+  double leaf = 0.01;                // of the octree [m]
+  int repetitions = 5;               // number of contacts of the simulated experiment
+  bool materials = false;            // evaluate each of the paper's three foams
 };
 
 // Returns the exit code: 0 done, 1 the files cannot be written or the cloud has no score. Throws

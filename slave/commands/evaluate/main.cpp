@@ -29,19 +29,6 @@ void AddOptions(CLI::App* command, EvaluateOptions* options) {
                    "A point on the object in the frame of the cloud: x,y,z [m]")
       ->delimiter(',')
       ->expected(3);
-  command
-      ->add_option("--colour", options->colour,
-                   "Colour of the object: red,green,blue, each 0 to 255")
-      ->delimiter(',')
-      ->expected(3);
-  AddShown(command, "--voxel", &options->segmentation.voxel,
-           "Edge of the voxels that thin out the cloud [m]; 0 selects it automatically");
-  AddShown(command, "--neighbours", &options->segmentation.colour.neighbours,
-           "Number of neighbours of a point in region growing by colour");
-  AddShown(command, "--point-colour", &options->segmentation.colour.point_colour,
-           "Largest colour difference of points in one region, 0 to 442");
-  AddShown(command, "--region-colour", &options->segmentation.colour.region_colour,
-           "Regions with a smaller colour difference are merged, 0 to 442");
   AddShown(command, "--repetitions", &options->repetitions,
            "Number of simulated contacts when --cloud is absent");
   command->add_flag("--materials", options->materials,

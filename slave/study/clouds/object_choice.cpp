@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
 struct Region {
-  double points = 0, inside = 0;                                 // of the box
-  Vector3d place = Vector3d::Zero(), colour = Vector3d::Zero();  // sums
+  double points = 0, inside = 0;      // of the box
+  Vector3d place = Vector3d::Zero();  // sum of the points, frame of the box
 };
 
 std::vector<Region> Regions(const PointCloud& cloud, const Segmentation& segmentation,
@@ -25,12 +25,10 @@ std::vector<Region> Regions(const PointCloud& cloud, const Segmentation& segment
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (segmentation.region_of[i] < 0) continue;
     Region& region = regions[static_cast<std::size_t>(segmentation.region_of[i])];
+    const Vector3d p_B = hint.X_BD * cloud[i].getVector3fMap().cast<double>();
     region.points += 1;
-    region.place += cloud.points[i];
-    if (hint.box.contains(hint.X_BD * cloud.points[i])) region.inside += 1;
-    if (cloud.colours.empty()) continue;
-    const auto& [r, g, b] = cloud.colours[i];
-    region.colour += Vector3d(r, g, b);
+    region.place += p_B;
+    if (hint.box.contains(p_B)) region.inside += 1;
   }
   return regions;
 }
@@ -42,7 +40,7 @@ int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& s
   int best = 0;
   double nearest = kFar;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const double d = (cloud.points[i] - at).squaredNorm();
+    const double d = (cloud[i].getVector3fMap().cast<double>() - at).squaredNorm();
     if (segmentation.region_of[i] >= 0 && d < nearest) {
       nearest = d, best = segmentation.region_of[i];
     }
@@ -56,12 +54,6 @@ int NearestTo(const Vector3d& at, const PointCloud& cloud, const Segmentation& s
   return best;
 }
 
-// The region for which `distance` is smallest.
-template <typename Distance>
-int Nearest(const std::vector<Region>& regions, const Distance& distance) {
-  return static_cast<int>(std::ranges::min_element(regions, {}, distance) - regions.begin());
-}
-
 }  // namespace
 
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
@@ -72,27 +64,15 @@ ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentat
             false};
   if (hint.at) return {{NearestTo(*hint.at, cloud, segmentation)}, "nearest to the given point"};
   const std::vector<Region> regions = Regions(cloud, segmentation, hint);
-  if (hint.colour && cloud.colours.empty()) {
-    throw std::invalid_argument(
-        "--colour: accepted is a cloud with colours (rgb); this one has none");
-  }
-  if (hint.colour) {
-    const auto& [r, g, b] = *hint.colour;
-    const Vector3d wanted(r, g, b);
-    const int best = Nearest(regions, [&](const Region& region) {
-      return (region.colour / region.points - wanted).norm();
-    });
-    return {{best}, "nearest to the given colour"};
-  }
   ObjectChoice choice{{}, "at the position of the object in the scene"};
   for (std::size_t k = 0; k < regions.size(); ++k) {
     if (regions[k].inside > 0.5 * regions[k].points) choice.regions.push_back(static_cast<int>(k));
   }
   if (!choice.regions.empty()) return choice;
-  const int best = Nearest(regions, [&](const Region& region) {
-    return (hint.X_BD * (region.place / region.points) - hint.box.center()).norm();
+  const auto nearest = std::ranges::min_element(regions, {}, [&](const Region& region) {
+    return (region.place / region.points - hint.box.center()).norm();
   });
-  return {{best},
+  return {{static_cast<int>(nearest - regions.begin())},
           "nothing is at the position of the object in the scene; this region is nearest to it",
           false};
 }
@@ -102,10 +82,7 @@ PointCloud Chosen(const PointCloud& cloud, const Segmentation& segmentation,
   PointCloud chosen;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const int region = segmentation.region_of[i];
-    if (region < 0 || std::ranges::find(regions, region) == regions.end()) continue;
-    chosen.points.push_back(cloud.points[i]);
-    if (!cloud.colours.empty()) chosen.colours.push_back(cloud.colours[i]);
-    if (!cloud.labels.empty()) chosen.labels.push_back(cloud.labels[i]);
+    if (std::ranges::find(regions, region) != regions.end()) chosen.push_back(cloud[i]);
   }
   return chosen;
 }

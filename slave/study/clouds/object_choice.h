@@ -1,8 +1,6 @@
 // Which regions of a cloud are the object.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,14 +8,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "slave/study/clouds/point_cloud.h"
 #include "slave/study/clouds/segmentation.h"
 
 namespace palpate::study {
 
 struct ObjectHint {
-  std::optional<Eigen::Vector3d> at;                  // a point on it, frame of the cloud [m]
-  std::optional<std::array<std::uint8_t, 3>> colour;  // its colour
+  std::optional<Eigen::Vector3d> at;  // a point on it, frame of the cloud [m]
   // Position of the object in the scene: a box, and the pose of the cloud's frame in the box's
   // frame.
   Eigen::AlignedBox3d box;
@@ -30,10 +26,9 @@ struct ObjectChoice {
   bool sure = true;          // false: nothing is where the object should be; the nearest was taken
 };
 
-// `at`: the region of the segmented point nearest to it. `colour`: the region with the nearest mean
-// colour. Throws std::invalid_argument: no segmented point within 5 cm of `at`; `colour` for a
-// cloud without colours. Otherwise every region that is mostly inside the box (fingers may split
-// the visible object into several), or else the region nearest to the box's centre.
+// `at`: the region of the segmented point nearest to it. Throws std::invalid_argument: no segmented
+// point within 5 cm of it. Without `at`: every region that is mostly inside the box (fingers may
+// split the visible object into several), or else the region nearest to the box's centre.
 ObjectChoice ChooseObject(const PointCloud& cloud, const Segmentation& segmentation,
                           const ObjectHint& hint);
 

@@ -1,4 +1,4 @@
-// Point clouds in files: PCD, read and written by the Point Cloud Library.
+// Point clouds in files (PCD).
 #pragma once
 
 #include <cstddef>
@@ -8,21 +8,17 @@
 
 namespace palpate::study {
 
-// The range of depth cameras: larger values are not measurements.
-inline constexpr double kFarthestPoint = 500;  // [m]
-
 struct PcdCloud {
-  PointCloud cloud;         // in the file's frame, that of the camera: z forward, x right, y down
+  PointCloud::Ptr cloud;
   std::size_t dropped = 0;  // points without a finite position, or farther away than 500 m
-  std::size_t too_far = 0;  // of these, the latter
 };
 
-// Reads PCD 0.7 and older: ascii, binary and compressed, with fields x, y, z and, if they are
-// there, rgb or rgba and label. Throws std::invalid_argument, which names the file: unreadable, no
-// PCD file, cut off, x, y or z missing or not floating point.
+// Reads fields x, y, z and, if they are there, rgb or rgba and label. Throws std::invalid_argument,
+// which names the file: unreadable, no PCD file, cut off, x, y or z missing, a field of another
+// type, no finite point, or more than half of the points farther away than 20 m.
 PcdCloud ReadPcd(const std::filesystem::path& file);
 
-// Writes x, y, z, with colours rgb and with labels label, binary. False: cannot be written.
+// Binary. False: cannot be written.
 bool WritePcd(const std::filesystem::path& file, const PointCloud& cloud);
 
 }  // namespace palpate::study

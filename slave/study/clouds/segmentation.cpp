@@ -2,23 +2,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <memory>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
 #include <boost/pending/disjoint_sets.hpp>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
+#include <pcl/common/centroid.h>
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/octree/octree_search.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/region_growing_rgb.h>
 
 #include "shared/statistics/robust.h"
-#include "slave/study/clouds/point_cloud.h"
 #include "slave/study/clouds/support_plane.h"
 
 namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
+using Point = PointCloud::PointType;
+using Tree = pcl::KdTreeFLANN<Point>;
 
 // Shares of a voxel's edge and of the neighbourhood's radius, for 3 mm: 12 mm, 6 mm, 6 mm. On the
 // labelled cloud of cylindrical objects every label keeps the same region for voxels of 3 and 4 mm,
@@ -29,203 +34,78 @@ constexpr double kGroove = 0.10;         // folded by about 27 degrees
 constexpr double kShallowGroove = 0.06;  // by 16 degrees
 constexpr double kOtherColour = 40;      // of 442
 constexpr std::size_t kFewest = 6;       // neighbours that make a surface
+constexpr std::size_t kSmallest = 150;   // points of a region
 
-PointCloud Selected(const PointCloud& cloud, const std::vector<std::size_t>& indices) {
-  PointCloud selected;
-  for (const std::size_t i : indices) {
-    selected.points.push_back(cloud.points[i]);
-    if (!cloud.colours.empty()) selected.colours.push_back(cloud.colours[i]);
+struct Voxels {
+  PointCloud::Ptr cloud = std::make_shared<PointCloud>();  // mean positions and colours
+  std::vector<pcl::Indices> points;                        // of each voxel
+};
+
+Voxels Voxelised(const PointCloud::ConstPtr& cloud, double edge) {
+  pcl::octree::OctreePointCloudSearch<Point> octree(edge);
+  octree.setInputCloud(cloud);
+  octree.addPointsFromInputCloud();
+  Voxels voxels;
+  for (auto leaf = octree.leaf_depth_begin(); leaf != octree.leaf_depth_end(); ++leaf) {
+    voxels.points.push_back(leaf.getLeafContainer().getPointIndicesVector());
+    pcl::CentroidPoint<Point> mean;
+    for (const auto i : voxels.points.back()) mean.add((*cloud)[i]);
+    mean.get(voxels.cloud->emplace_back());
   }
-  return selected;
+  return voxels;
 }
 
-// Median distance of a point to the one next to it [m].
-double Spacing(const PointCloud& cloud) {
-  const PointTree tree(cloud.points);
-  std::vector<double> distances;
-  const std::size_t step = std::max<std::size_t>(1, cloud.size() / 1000);
-  for (std::size_t i = 0; i < cloud.size(); i += step) {
-    distances.push_back(tree.NextTo(cloud.points[i]));
+// Median distance of a point to the nearest one that lies elsewhere [m].
+double Spacing(const PointCloud::ConstPtr& cloud) {
+  constexpr int kEnough = 4;  // a few may lie in the same place
+  Tree tree;
+  tree.setInputCloud(cloud);
+  std::vector<float> distances, squared;
+  pcl::Indices near;
+  const std::size_t step = std::max<std::size_t>(1, cloud->size() / 1000);
+  for (std::size_t i = 0; i < cloud->size(); i += step) {
+    tree.nearestKSearch((*cloud)[i], kEnough, near, squared);
+    const auto elsewhere = std::ranges::find_if(squared, [](float d2) { return d2 > 0; });
+    distances.push_back(elsewhere == squared.end() ? 0 : std::sqrt(*elsewhere));
   }
   return MedianOf(distances);
 }
 
-Vector3d Colour(const PointCloud& cloud, std::size_t i) {
-  const auto& [r, g, b] = cloud.colours[i];
-  return {static_cast<double>(r), static_cast<double>(g), static_cast<double>(b)};
-}
-
-// Where patches of one colour each touch.
-struct Border {
-  double before = 0;  // sum over the links
-  double links = 0;
+// Offset of the neighbours' centroid, relative to the radius.
+struct Neighbourhood {
+  double beside = 0;  // tangential, 0 to 1, 0.42 on a straight edge where the surface ends
+  double before = 0;  // along the normal, which points to the camera, -1 to 1, 0.30 in a
+                      // right-angled groove, negative on ridges
 };
 
-// Step 3: the surface each core voxel belongs to, as the number of one of its voxels.
-std::vector<std::size_t> GrowSurfaces(const PointCloud& core, const std::vector<double>& before,
-                                      double link, const ColourGrowth& colour) {
-  const std::vector<int> patch_of = GrowColours(core, colour);
-  const int patches = patch_of.empty() ? 0 : *std::ranges::max_element(patch_of) + 1;
-  std::vector<Vector3d> mean(static_cast<std::size_t>(patches), Vector3d::Zero());
-  std::vector<double> count(mean.size(), 0);
-  const auto patch = [&](std::size_t i) { return static_cast<std::size_t>(patch_of[i]); };
-  for (std::size_t i = 0; i < core.size() && !core.colours.empty(); ++i) {
-    if (patch_of[i] < 0) continue;
-    count[patch(i)] += 1;
-    mean[patch(i)] += Colour(core, i);
-  }
-  for (std::size_t k = 0; k < mean.size(); ++k) mean[k] /= std::max(1.0, count[k]);
-
-  boost::disjoint_sets_with_storage<> surfaces(core.size());
-  std::map<std::pair<int, int>, Border> borders;
-  std::vector<std::pair<std::size_t, std::size_t>> across;
-  const PointTree tree(core.points);
-  std::vector<std::size_t> near;
-  for (std::size_t i = 0; i < core.size(); ++i) {
-    if (patch_of[i] < 0) continue;
-    tree.Within(core.points[i], link, &near);
-    for (const std::size_t j : near) {
-      if (j <= i || patch_of[j] < 0) continue;
-      if (patch_of[i] == patch_of[j]) {
-        surfaces.union_set(i, j);
-        continue;
-      }
-      Border& border = borders[std::minmax(patch_of[i], patch_of[j])];
-      border.before += 0.5 * (before[i] + before[j]);
-      border.links += 1;
-      across.emplace_back(i, j);
-    }
-  }
-  for (const auto& [i, j] : across) {
-    const Border& border = borders[std::minmax(patch_of[i], patch_of[j])];
-    const bool other_colour = (mean[patch(i)] - mean[patch(j)]).norm() > kOtherColour;
-    // A few links round the end of a groove are no border.
-    const double fewest = 2 * std::sqrt(std::min(count[patch(i)], count[patch(j)]));
-    const bool smooth = border.links >= fewest && border.before <= kShallowGroove * border.links;
-    if (!other_colour || smooth) surfaces.union_set(i, j);
-  }
-  std::vector<std::size_t> surface_of(core.size());
-  for (std::size_t i = 0; i < core.size(); ++i) surface_of[i] = surfaces.find_set(i);
-  return surface_of;
+Neighbourhood Compared(const PointCloud& cloud, const Point& point, const pcl::Indices& near,
+                       double radius) {
+  Eigen::Matrix3d covariance;
+  Eigen::Vector4d centroid;
+  pcl::computeMeanAndCovarianceMatrix(cloud, near, covariance, centroid);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(covariance);
+  const Vector3d p = point.getVector3fMap().cast<double>();
+  Vector3d normal = solver.eigenvectors().col(0);
+  if (normal.dot(p) > 0) normal = -normal;
+  const Vector3d offset = (centroid.head<3>() - p) / radius;
+  const double before = offset.dot(normal);
+  return {(offset - before * normal).norm(), before};
 }
 
-// Those with enough neighbours to lie on a surface; the others are strays.
-std::vector<std::size_t> WithoutStrays(const PointCloud& cloud, double radius) {
-  std::vector<std::size_t> kept, near;
-  const PointTree tree(cloud.points);
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    tree.Within(cloud.points[i], radius, &near);
-    if (near.size() >= kFewest) kept.push_back(i);
-  }
-  return kept;
-}
-
-// Steps 1 to 4 on voxels.
-struct Surfaces {
-  std::vector<long> region_of;  // a name per voxel, -1 for none
-  std::vector<bool> in_support;
-};
-
-Surfaces SurfacesOf(const VoxelCloud& voxels, double edge, const SegmentationOptions& options) {
-  SupportPlaneOptions plane;
-  plane.tolerance = kTolerance * edge;
-  plane.extent = options.plane;
-  const std::vector<std::size_t> sound = WithoutStrays(voxels.cloud, kRadius * edge);
-  const std::vector<bool> supports = InSupportPlanes(Selected(voxels.cloud, sound).points, plane);
-  Surfaces surfaces{std::vector<long>(voxels.cloud.size(), -1),
-                    std::vector<bool>(voxels.cloud.size(), false)};
-  auto& region_of = surfaces.region_of;
-  std::vector<std::size_t> standing;
-  for (std::size_t i = 0; i < sound.size(); ++i) {
-    surfaces.in_support[sound[i]] = supports[i];
-    if (!supports[i]) standing.push_back(sound[i]);
-  }
-  if (standing.empty()) return surfaces;
-
-  const PointCloud rest = Selected(voxels.cloud, standing);
-  const std::vector<NeighbourhoodShape> around =
-      NeighbourhoodShapes(rest.points, PointTree(rest.points), kRadius * edge);
-  std::vector<std::size_t> core;  // of `rest`
-  std::vector<double> before;
-  for (std::size_t i = 0; i < around.size(); ++i) {
-    if (around[i].neighbours < kFewest || around[i].beside > kBorder ||
-        around[i].before > kGroove) {
-      continue;
-    }
-    core.push_back(i);
-    before.push_back(around[i].before);
-  }
-  if (core.empty()) return surfaces;
-
-  const PointCloud grown = Selected(rest, core);
-  std::vector<std::size_t> surface_of = GrowSurfaces(grown, before, kLink * edge, options.colour);
-  std::map<std::size_t, std::size_t> points_of;
-  for (std::size_t k = 0; k < core.size(); ++k) {
-    points_of[surface_of[k]] += voxels.points_in[standing[core[k]]];
-  }
-  std::vector<std::size_t> kept;  // of `grown`
-  for (std::size_t k = 0; k < core.size(); ++k) {
-    if (points_of[surface_of[k]] >= options.smallest) kept.push_back(k);
-  }
-  if (kept.empty()) return surfaces;
-  const PointTree tree(Selected(grown, kept).points);
-  for (std::size_t i = 0; i < rest.size(); ++i) {
-    const auto [nearest, distance] = tree.Nearest(rest.points[i]);
-    if (distance > 2 * kRadius * edge) continue;
-    region_of[standing[i]] = static_cast<long>(surface_of[kept[nearest]]);
-  }
-  return surfaces;
-}
-
-// Names become numbers, the largest region first; small ones are dropped.
-Segmentation Numbered(const VoxelCloud& voxels, const std::vector<long>& name_of,
-                      std::size_t smallest) {
-  std::map<long, std::size_t> points_of;
-  for (std::size_t i = 0; i < name_of.size(); ++i) {
-    if (name_of[i] >= 0) points_of[name_of[i]] += voxels.points_in[i];
-  }
-  std::vector<std::pair<std::size_t, long>> order;
-  for (const auto& [name, points] : points_of) {
-    if (points >= smallest) order.emplace_back(points, name);
-  }
-  std::ranges::sort(order, std::greater<>());
-  std::map<long, int> number;
-  Segmentation segmentation;
-  for (const auto& [points, name] : order) {
-    number[name] = static_cast<int>(segmentation.size.size());
-    segmentation.size.push_back(points);
-  }
-  for (const std::size_t voxel : voxels.voxel_of) {
-    const auto found = number.find(name_of[voxel]);
-    segmentation.region_of.push_back(found == number.end() ? -1 : found->second);
-  }
-  return segmentation;
-}
-
-}  // namespace
-
-std::vector<int> GrowColours(const PointCloud& cloud, const ColourGrowth& options) {
-  if (cloud.colours.empty() || cloud.size() == 0) return std::vector<int>(cloud.size(), 0);
-  using Point = pcl::PointXYZRGB;
-  auto input = std::make_shared<pcl::PointCloud<Point>>();
-  input->reserve(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3f p = cloud.points[i].cast<float>();
-    const auto& [r, g, b] = cloud.colours[i];
-    input->push_back(Point(p.x(), p.y(), p.z(), r, g, b));
-  }
+// Which region every point belongs to, counted from 0; -1: none.
+std::vector<int> GrowColours(const PointCloud::ConstPtr& cloud) {
   pcl::RegionGrowingRGB<Point> growing;
-  growing.setInputCloud(input);
+  growing.setInputCloud(cloud);
   growing.setSearchMethod(std::make_shared<pcl::search::KdTree<Point>>());
-  growing.setNumberOfNeighbours(static_cast<unsigned>(options.neighbours));
-  growing.setPointColorThreshold(static_cast<float>(options.point_colour));
-  growing.setRegionColorThreshold(static_cast<float>(options.region_colour));
-  growing.setDistanceThreshold(static_cast<float>(options.distance));
-  growing.setMinClusterSize(options.smallest);
+  growing.setNumberOfNeighbours(30);
+  growing.setPointColorThreshold(20);   // of 442, between neighbours of a region
+  growing.setRegionColorThreshold(10);  // neighbouring regions less different are united
+  growing.setDistanceThreshold(0.01F);  // between regions that are neighbours [m]
+  growing.setMinClusterSize(30);        // smaller ones join a neighbour, or none
   std::vector<pcl::PointIndices> regions;
   growing.extract(regions);
-
-  std::vector<int> region_of(cloud.size(), -1);
+  std::vector<int> region_of(cloud->size(), -1);
   for (std::size_t k = 0; k < regions.size(); ++k) {
     for (const auto i : regions[k].indices) {
       region_of[static_cast<std::size_t>(i)] = static_cast<int>(k);
@@ -234,23 +114,191 @@ std::vector<int> GrowColours(const PointCloud& cloud, const ColourGrowth& option
   return region_of;
 }
 
-Segmentation Segment(const PointCloud& cloud, const SegmentationOptions& options) {
-  if (cloud.size() == 0) return {};
-  const double edge = options.voxel > 0 ? options.voxel : std::max(0.003, 1.5 * Spacing(cloud));
-  const VoxelCloud voxels = Voxelised(cloud, edge);
-  Surfaces surfaces;
-  if (options.method == SegmentationOptions::Method::kColour) {
-    const std::vector<int> region_of = GrowColours(voxels.cloud, options.colour);
-    surfaces.region_of.assign(region_of.begin(), region_of.end());
-  } else {
-    surfaces = SurfacesOf(voxels, edge, options);
+struct Patch {
+  Vector3d colour = Vector3d::Zero();
+  double voxels = 0;
+};
+
+std::vector<Patch> Patches(const PointCloud& core, const std::vector<int>& patch_of) {
+  std::vector<Patch> patches(static_cast<std::size_t>(1 + *std::ranges::max_element(patch_of)));
+  for (std::size_t i = 0; i < core.size(); ++i) {
+    if (patch_of[i] < 0) continue;
+    Patch& patch = patches[static_cast<std::size_t>(patch_of[i])];
+    patch.voxels += 1;
+    patch.colour += core[i].getRGBVector3i().cast<double>();
   }
-  Segmentation segmentation = Numbered(voxels, surfaces.region_of, options.smallest);
+  for (Patch& patch : patches) patch.colour /= patch.voxels;
+  return patches;
+}
+
+// Where two patches touch.
+struct Border {
+  std::vector<std::pair<std::size_t, std::size_t>> links;  // voxels of one and of the other
+  double before = 0;                                       // sum over the links
+};
+
+// Whether the patches on the border's sides are one surface.
+bool IsInside(const Border& border, const Patch& one, const Patch& other) {
+  if ((one.colour - other.colour).norm() <= kOtherColour) return true;
+  const auto links = static_cast<double>(border.links.size());
+  // A few links round the end of a groove are no border.
+  return links >= 2 * std::sqrt(std::min(one.voxels, other.voxels)) &&
+         border.before <= kShallowGroove * links;
+}
+
+// Step 3: the surface each voxel of the core belongs to, as the number of one of its voxels.
+std::vector<int> GrowSurfaces(const PointCloud::ConstPtr& core, const std::vector<double>& before,
+                              double link) {
+  const std::vector<int> patch_of = GrowColours(core);
+  boost::disjoint_sets_with_storage<> surfaces(core->size());
+  std::map<std::pair<int, int>, Border> borders;
+  Tree tree;
+  tree.setInputCloud(core);
+  pcl::Indices near;
+  std::vector<float> squared;
+  for (std::size_t i = 0; i < core->size(); ++i) {
+    tree.radiusSearch((*core)[i], link, near, squared);
+    for (const auto neighbour : near) {
+      const auto j = static_cast<std::size_t>(neighbour);
+      if (j <= i || patch_of[i] < 0 || patch_of[j] < 0) continue;
+      if (patch_of[i] == patch_of[j]) {
+        surfaces.union_set(i, j);
+      } else {
+        Border& border = borders[std::minmax(patch_of[i], patch_of[j])];
+        border.links.emplace_back(i, j);
+        border.before += 0.5 * (before[i] + before[j]);
+      }
+    }
+  }
+  const std::vector<Patch> patches = Patches(*core, patch_of);
+  for (const auto& [pair, border] : borders) {
+    const auto& one = patches[static_cast<std::size_t>(pair.first)];
+    if (!IsInside(border, one, patches[static_cast<std::size_t>(pair.second)])) continue;
+    for (const auto& [i, j] : border.links) surfaces.union_set(i, j);
+  }
+  std::vector<int> surface_of;
+  for (std::size_t i = 0; i < core->size(); ++i) {
+    surface_of.push_back(static_cast<int>(surfaces.find_set(i)));
+  }
+  return surface_of;
+}
+
+// Step 1: the voxels that are neither strays nor in supports.
+pcl::Indices Standing(const PointCloud::ConstPtr& voxels, double edge) {
+  pcl::Indices standing, near;
+  std::vector<float> squared;
+  Tree tree;
+  tree.setInputCloud(voxels);
+  for (std::size_t i = 0; i < voxels->size(); ++i) {
+    tree.radiusSearch((*voxels)[i], kRadius * edge, near, squared);
+    if (near.size() >= kFewest) standing.push_back(static_cast<int>(i));
+  }
+  TakeSupportPlanes(voxels, kTolerance * edge, &standing);
+  return standing;
+}
+
+// Voxels that lie amid a surface.
+struct Core {
+  pcl::Indices voxels;
+  std::vector<double> before;  // as in Neighbourhood
+};
+
+// Step 2.
+Core CoreOf(const PointCloud::ConstPtr& voxels, const pcl::IndicesConstPtr& standing,
+            double radius) {
+  Core core;
+  Tree tree;
+  tree.setInputCloud(voxels, standing);
+  pcl::Indices near;
+  std::vector<float> squared;
+  for (const auto i : *standing) {
+    const Point& point = (*voxels)[static_cast<std::size_t>(i)];
+    tree.radiusSearch(point, radius, near, squared);
+    if (near.size() < kFewest) continue;
+    const Neighbourhood around = Compared(*voxels, point, near, radius);
+    if (around.beside > kBorder || around.before > kGroove) continue;
+    core.voxels.push_back(i);
+    core.before.push_back(around.before);
+  }
+  return core;
+}
+
+std::vector<std::size_t> PointsIn(const Voxels& voxels, const std::vector<int>& region_of) {
+  std::vector<std::size_t> points(voxels.points.size(), 0);
+  for (std::size_t i = 0; i < region_of.size(); ++i) {
+    if (region_of[i] >= 0)
+      points[static_cast<std::size_t>(region_of[i])] += voxels.points[i].size();
+  }
+  return points;
+}
+
+// Steps 1 to 4: which region every voxel belongs to; -1: none.
+std::vector<int> GrowRegions(const Voxels& voxels, double edge) {
+  std::vector<int> region_of(voxels.cloud->size(), -1);
+  const auto standing = std::make_shared<pcl::Indices>(Standing(voxels.cloud, edge));
+  if (standing->empty()) return region_of;
+  const Core core = CoreOf(voxels.cloud, standing, kRadius * edge);
+  if (core.voxels.empty()) return region_of;
+  const auto grown = std::make_shared<PointCloud>(*voxels.cloud, core.voxels);
+  const std::vector<int> surface_of = GrowSurfaces(grown, core.before, kLink * edge);
+  for (std::size_t k = 0; k < core.voxels.size(); ++k) {
+    region_of[static_cast<std::size_t>(core.voxels[k])] = surface_of[k];
+  }
+  const std::vector<std::size_t> points = PointsIn(voxels, region_of);
+  const auto large = [&](auto i) {
+    return points[static_cast<std::size_t>(region_of[static_cast<std::size_t>(i)])] >= kSmallest;
+  };
+  const auto kept = std::make_shared<pcl::Indices>();
+  std::ranges::copy_if(core.voxels, std::back_inserter(*kept), large);
+  std::vector<int> joined(region_of.size(), -1);
+  if (kept->empty()) return joined;
+  Tree tree;
+  tree.setInputCloud(voxels.cloud, kept);
+  pcl::Indices near;
+  std::vector<float> squared;
+  for (const auto i : *standing) {
+    tree.nearestKSearch((*voxels.cloud)[static_cast<std::size_t>(i)], 1, near, squared);
+    if (std::sqrt(squared[0]) > 2 * kRadius * edge) continue;
+    joined[static_cast<std::size_t>(i)] = region_of[static_cast<std::size_t>(near[0])];
+  }
+  return joined;
+}
+
+// Regions by size, the largest first.
+Segmentation Numbered(const Voxels& voxels, const std::vector<int>& region_of, std::size_t points) {
+  const std::vector<std::size_t> points_in = PointsIn(voxels, region_of);
+  std::vector<std::pair<std::size_t, std::size_t>> order;
+  for (std::size_t region = 0; region < points_in.size(); ++region) {
+    if (points_in[region] >= kSmallest) order.emplace_back(points_in[region], region);
+  }
+  std::ranges::sort(order, std::greater<>());
+  Segmentation segmentation{std::vector<int>(points, -1), {}};
+  std::vector<int> number(points_in.size(), -1);
+  for (const auto& [size, region] : order) {
+    number[region] = static_cast<int>(segmentation.size.size());
+    segmentation.size.push_back(size);
+  }
+  for (std::size_t i = 0; i < region_of.size(); ++i) {
+    if (region_of[i] < 0) continue;
+    for (const auto point : voxels.points[i]) {
+      segmentation.region_of[static_cast<std::size_t>(point)] =
+          number[static_cast<std::size_t>(region_of[i])];
+    }
+  }
+  return segmentation;
+}
+
+}  // namespace
+
+Segmentation Segment(const PointCloud::ConstPtr& cloud, Segmenting method) {
+  const std::size_t points = cloud->size();
+  if (method == Segmenting::kNone) return {std::vector<int>(points, 0), {points}};
+  const double edge = std::max(0.003, 1.5 * Spacing(cloud));
+  const Voxels voxels = Voxelised(cloud, edge);
+  Segmentation segmentation = Numbered(
+      voxels, method == Segmenting::kColour ? GrowColours(voxels.cloud) : GrowRegions(voxels, edge),
+      points);
   segmentation.voxel = edge;
-  if (surfaces.in_support.empty()) return segmentation;
-  for (const std::size_t voxel : voxels.voxel_of) {
-    segmentation.in_support.push_back(surfaces.in_support[voxel]);
-  }
   return segmentation;
 }
 

@@ -1,10 +1,7 @@
 // Finds the planes that support an object: table, floor, wall.
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include <Eigen/Core>
+#include "slave/study/clouds/point_cloud.h"
 
 namespace palpate::study {
 
@@ -12,20 +9,11 @@ namespace palpate::study {
 // [m] (Nguyen, Izadi & Lovell 2012, axial noise of the Kinect).
 double DepthNoise(double z) noexcept;
 
-struct SupportPlaneOptions {
-  double tolerance = 0.006;  // of a point [m]; three sigma of DepthNoise where that is more, at no
-                             // more than twice the points' median depth
-  double extent = 0.3;  // smaller planes belong to objects [m]; four sigma of the spread across
-                        // their longer direction, of points no farther than three times the
-                        // median distance from their middle
-  double share = 0.1;   // of all points that must lie in it
-  int planes = 3;       // largest number of planes
-};
-
-// Points in supporting planes: the largest plane, then the largest of the rest. Frame: the
-// camera's, z forward. Found by RANSAC with a fixed seed: the same points give the same result.
-// Distant outliers change neither tolerance nor extent.
-std::vector<bool> InSupportPlanes(std::span<const Eigen::Vector3d> points,
-                                  const SupportPlaneOptions& options);
+// Moves from `points` to the result what lies in supporting planes, at most three, each of at
+// least a tenth of the points and an extent of 0.3 m: smaller planes belong to objects. Within
+// `tolerance` [m] of a plane, or three sigma of DepthNoise where that is more. RANSAC with a fixed
+// seed: the same points give the same result. Distant outliers change neither tolerance nor extent.
+pcl::Indices TakeSupportPlanes(const PointCloud::ConstPtr& cloud, double tolerance,
+                               pcl::Indices* points);
 
 }  // namespace palpate::study

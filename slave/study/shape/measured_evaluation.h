@@ -29,8 +29,7 @@ struct MeasuredQuestion {
   PcdCloud measured;                  // frame D of the camera
   std::optional<DepthCamera> camera;  // absent: nothing is scored
   EstimatedShape shape;
-  bool segment = true;  // false: every point is the object's
-  SegmentationOptions segmentation;
+  Segmenting segmenting = Segmenting::kSurfaces;
   ObjectHint hint;     // where the scene has the object is filled in
   double leaf = 0.01;  // [m]
 };
@@ -39,19 +38,17 @@ struct MeasuredAnswer {
   Segmentation segmentation;
   std::vector<LabelScore> labels;
   ObjectChoice choice;
-  PointCloud object;                         // frame D
-  std::vector<Eigen::Vector3d> measured_S;   // the object's points
-  std::vector<Eigen::Vector3d> simulated_S;  // points of the estimate that the camera would see
+  PointCloud object;     // frame D
+  PointCloud simulated;  // points of the estimate that the camera would see, frame D
   ShapeScore score;
 };
 
-// Fewer than two points, or no part of the estimate in view: `score.octree` is NaN. Throws
-// std::invalid_argument: see ChooseObject; a cloud that spans more than 20 m for an object below 1
-// m, which is not in metres.
+// No region in the cloud, or no part of the estimate in view: `score.octree` is NaN. Throws as
+// ChooseObject.
 MeasuredAnswer Evaluate(const MeasuredQuestion& question);
 
-// Writes report.json, object.pcd and segmentation.pcd (frame D; `label` is 1 + region,
-// 0: none) and, where something was scored, simulated.pcd (frame D). False: cannot be written.
+// Writes report.json, object.pcd, segmentation.pcd (frame D; `label` is 1 + region, 0: none) and
+// simulated.pcd (frame D). False: cannot be written.
 bool WriteMeasured(const MeasuredQuestion& question, const MeasuredAnswer& answer,
                    const std::filesystem::path& folder);
 

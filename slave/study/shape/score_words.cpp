@@ -7,12 +7,6 @@
 #include "shared/text/text.h"
 
 namespace palpate::study {
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-}  // namespace
-
 std::string Percent(double share) {
   return std::isfinite(share) ? Formatted("%.1f %%", 100 * share) : "unknown";
 }
@@ -21,18 +15,14 @@ std::string Millimetres(double length) {
   return std::isfinite(length) ? Formatted("%.1f mm", 1e3 * length) : "unknown";
 }
 
-std::string LabelWords(const LabelScore& label) {
-  return label.support ? "support" : Percent(label.iou);
-}
-
-Json DistanceJson(const DistanceSummary& distances) {
+nlohmann::ordered_json DistanceJson(const DistanceSummary& distances) {
   return {{"mean", distances.mean},
           {"rms", distances.rms},
           {"p95", distances.p95},
           {"max", distances.max}};
 }
 
-Json ScoreJson(const ShapeScore& score, double leaf) {
+nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf) {
   return {{"octree", score.octree},
           {"leaf_m", leaf},
           {"lattices", 8},

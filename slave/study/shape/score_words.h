@@ -13,8 +13,6 @@ namespace palpate::study {
 std::string Percent(double share);
 // 0.0123: `12.3 mm`.
 std::string Millimetres(double length);
-// Intersection over union, or that it is a support.
-std::string LabelWords(const LabelScore& label);
 // Unknown values are null.
 nlohmann::ordered_json DistanceJson(const DistanceSummary& distances);
 nlohmann::ordered_json ScoreJson(const ShapeScore& score, double leaf);

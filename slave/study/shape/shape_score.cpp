@@ -4,60 +4,60 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <stdexcept>
-#include <string>
+#include <memory>
 #include <utility>
 
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/octree/octree_search.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
 #include "slave/contact/surface_contact.h"
-#include "slave/study/clouds/point_cloud.h"
 
 namespace palpate::study {
 
-OctreeLeaves::OctreeLeaves(std::span<const Eigen::Vector3d> cloud, double leaf,
-                           const Eigen::Vector3d& corner)
-    : leaf_(leaf), corner_(corner) {
-  if (!(leaf > 0 && leaf < std::numeric_limits<double>::infinity())) {
-    throw std::invalid_argument("leaf = " + std::to_string(leaf) + " m: accepted is > 0");
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+// `points` seen from `origin`.
+Cloud::Ptr ToPcl(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& origin) {
+  auto cloud = std::make_shared<Cloud>();
+  for (const auto& p : points) cloud->emplace_back().getVector3fMap() = (p - origin).cast<float>();
+  return cloud;
+}
+
+// The score of one octree, a corner of whose leaves is `corner`.
+double ShareInLeaves(std::span<const Eigen::Vector3d> measured,
+                     std::span<const Eigen::Vector3d> simulated, double leaf,
+                     const Eigen::Vector3d& corner) {
+  double reach = leaf;  // half of the octree's edge: leaf times a power of two
+  for (const auto& p : measured) {
+    while (reach <= (p - corner).lpNorm<Eigen::Infinity>()) reach *= 2;
   }
-  for (const auto& p : cloud) {
-    if (const auto cell = CellOf(p - corner_, leaf_)) cells_.insert(*cell);
-  }
+  pcl::octree::OctreePointCloudSearch<pcl::PointXYZ> octree(leaf);
+  octree.defineBoundingBox(-reach, -reach, -reach, reach, reach, reach);
+  octree.setInputCloud(ToPcl(measured, corner));
+  octree.addPointsFromInputCloud();
+  const auto inside = std::ranges::count_if(
+      *ToPcl(simulated, corner), [&](const auto& p) { return octree.isVoxelOccupiedAtPoint(p); });
+  return static_cast<double>(inside) / static_cast<double>(simulated.size());
 }
 
-bool OctreeLeaves::Contains(const Eigen::Vector3d& p) const noexcept {
-  const auto cell = CellOf(p - corner_, leaf_);
-  return cell && cells_.contains(*cell);
-}
-
-double OctreeLeaves::Share(std::span<const Eigen::Vector3d> points) const noexcept {
-  if (points.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto inside = std::ranges::count_if(points, [&](const auto& p) { return Contains(p); });
-  return static_cast<double>(inside) / static_cast<double>(points.size());
-}
-
-std::vector<Eigen::Vector3d> OctreeLeaves::corners() const {
-  std::vector<Eigen::Vector3d> corners;
-  for (const std::uint64_t cell : cells_) corners.emplace_back(corner_ + CornerOf(cell, leaf_));
-  return corners;
-}
-
-std::array<Eigen::Vector3d, 8> LatticeCorners(std::span<const Eigen::Vector3d> cloud, double leaf) {
-  const Eigen::Vector3d centroid = CentroidOf(cloud);
-  std::array<Eigen::Vector3d, 8> corners;
-  for (std::size_t k = 0; k < corners.size(); ++k) {
-    const auto side = [&](std::size_t bit) { return (k & bit) != 0 ? 0.25 : -0.25; };
-    corners[k] = centroid + leaf * Eigen::Vector3d(side(1), side(2), side(4));
-  }
-  return corners;
-}
+}  // namespace
 
 double OctreeScore(std::span<const Eigen::Vector3d> measured,
                    std::span<const Eigen::Vector3d> simulated, double leaf) {
-  if (measured.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto corners = LatticeCorners(measured, leaf);
+  if (measured.empty() || simulated.empty()) return std::numeric_limits<double>::quiet_NaN();
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (const auto& p : measured) centroid += p / static_cast<double>(measured.size());
   double sum = 0;
-  for (const auto& corner : corners) sum += OctreeLeaves(measured, leaf, corner).Share(simulated);
-  return sum / static_cast<double>(corners.size());
+  for (unsigned k = 0; k < 8; ++k) {
+    const auto side = [&](unsigned bit) { return (k & bit) != 0 ? 0.25 : -0.25; };
+    const Eigen::Vector3d corner = centroid + leaf * Eigen::Vector3d(side(1), side(2), side(4));
+    sum += ShareInLeaves(measured, simulated, leaf, corner);
+  }
+  return sum / 8;
 }
 
 DistanceSummary Summarised(std::vector<double> distances) {
@@ -72,15 +72,9 @@ DistanceSummary Summarised(std::vector<double> distances) {
 
 std::vector<double> DistancesToSurface(std::span<const Eigen::Vector3d> points,
                                        const SurfaceMesh& surface) {
-  SurfaceMesh sound{surface.nodes, {}};
-  for (const auto& triangle : surface.triangles) {
-    const bool finite = std::ranges::all_of(
-        triangle, [&](int i) { return surface.nodes[static_cast<std::size_t>(i)].allFinite(); });
-    if (finite) sound.triangles.push_back(triangle);
-  }
   std::vector<double> distances;
-  if (sound.triangles.empty()) return distances;
-  const SurfaceContact places(std::move(sound));
+  if (surface.triangles.empty()) return distances;
+  const SurfaceContact places(surface);
   for (const auto& p : points) {
     if (const auto place = places.Find(p, std::numeric_limits<double>::max())) {
       distances.push_back(place->distance);
@@ -91,15 +85,16 @@ std::vector<double> DistancesToSurface(std::span<const Eigen::Vector3d> points,
 
 std::vector<double> DistancesToCloud(std::span<const Eigen::Vector3d> points,
                                      std::span<const Eigen::Vector3d> cloud) {
-  std::vector<Eigen::Vector3d> sound;
-  for (const auto& p : cloud) {
-    if (p.allFinite()) sound.push_back(p);
-  }
   std::vector<double> distances;
-  if (sound.empty()) return distances;
-  const PointTree tree(sound);
-  for (const auto& p : points) {
-    if (p.allFinite()) distances.push_back(tree.Nearest(p).distance);
+  if (cloud.empty()) return distances;
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree;
+  tree.setInputCloud(ToPcl(cloud, cloud.front()));
+  const Cloud::Ptr asked = ToPcl(points, cloud.front());
+  pcl::Indices nearest;
+  std::vector<float> squared;
+  for (const auto& p : *asked) {
+    tree.nearestKSearch(p, 1, nearest, squared);
+    distances.push_back(std::sqrt(static_cast<double>(squared[0])));
   }
   return distances;
 }
@@ -113,19 +108,17 @@ ShapeScore Score(std::span<const Eigen::Vector3d> measured,
 }
 
 std::vector<LabelScore> ScoreLabels(const PointCloud& cloud, const Segmentation& segmentation) {
-  std::map<std::uint32_t, std::size_t> points, support;
-  std::map<std::pair<std::uint32_t, int>, std::size_t> shared;
-  for (std::size_t i = 0; i < cloud.labels.size(); ++i) {
-    ++points[cloud.labels[i]];
-    if (!segmentation.in_support.empty() && segmentation.in_support[i]) ++support[cloud.labels[i]];
-    if (segmentation.region_of[i] >= 0) ++shared[{cloud.labels[i], segmentation.region_of[i]}];
-  }
   std::map<std::uint32_t, LabelScore> scores;
-  for (const auto& [label, count] : points)
-    scores[label] = {label, count, -1, 0, 2 * support[label] > count};
+  std::map<std::pair<std::uint32_t, int>, std::size_t> shared;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t label = cloud[i].label;
+    if (label == 0) continue;
+    scores[label].label = label;
+    ++scores[label].points;
+    if (segmentation.region_of[i] >= 0) ++shared[{label, segmentation.region_of[i]}];
+  }
   for (const auto& [pair, both] : shared) {
     LabelScore& score = scores[pair.first];
-    if (score.support) continue;
     const std::size_t all =
         score.points + segmentation.size[static_cast<std::size_t>(pair.second)] - both;
     const double iou = static_cast<double>(both) / static_cast<double>(all);

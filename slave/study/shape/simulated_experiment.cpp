@@ -112,14 +112,11 @@ class Experiment {
   void Take(std::size_t k, const Instant& instant) {
     ShapeState& state = object_.states[k];
     const DepthCamera& camera = *scene_.sense.depth_camera;
-    state.measured_S = ScanSurface(camera, instant.truth, instant.fingers, ++seed_);
-    state.simulated_S = ScanSurface(camera, instant.estimate, instant.fingers, ++seed_);
-    state.estimate_S = instant.estimate;
-    state.fingers_S = instant.fingers;
-    state.scores.push_back(
-        Score(state.measured_S, state.simulated_S, instant.estimate, options_.leaf));
+    const auto measured = ScanSurface(camera, instant.truth, instant.fingers, ++seed_);
+    const auto simulated = ScanSurface(camera, instant.estimate, instant.fingers, ++seed_);
+    state.scores.push_back(Score(measured, simulated, instant.estimate, options_.leaf));
     const auto undeformed = ScanSurface(camera, AtRest(), instant.fingers, seed_);
-    state.undeformed.push_back(OctreeScore(state.measured_S, undeformed, options_.leaf));
+    state.undeformed.push_back(OctreeScore(measured, undeformed, options_.leaf));
     std::vector<Vector3d> skin;
     state.displacement = 0;
     for (std::size_t i = 0; i < rest_.nodes.size(); ++i) {

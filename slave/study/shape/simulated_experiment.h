@@ -9,12 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include "shared/mesh/solid_mesh.h"
 #include "slave/scene/scene.h"
 #include "slave/study/shape/shape_score.h"
-#include "slave/study/shape/virtual_depth_camera.h"
 
 namespace palpate::study {
 
@@ -37,10 +33,6 @@ struct ShapeState {
   std::vector<double> undeformed;  // octree scores of the estimate at rest: of knowing nothing
   DistanceSummary error;           // of the last one: true surface's nodes to the estimate
   double displacement = 0;         // of the true surface, the largest, of the last one [m]
-  // Of the last repetition. Frame S [m].
-  std::vector<Eigen::Vector3d> measured_S, simulated_S;
-  SurfaceMesh estimate_S;
-  std::vector<Occluder> fingers_S;
 
   [[nodiscard]] double mean_octree() const;
   [[nodiscard]] double mean_undeformed() const;

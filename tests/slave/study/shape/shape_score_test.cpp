@@ -2,7 +2,6 @@
 #include "slave/study/shape/shape_score.h"
 
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -12,7 +11,6 @@ namespace palpate::study {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(DistanceSummaryTest, FigureByFigure) {
   std::vector<double> distances;
@@ -28,11 +26,10 @@ TEST(DistanceSummaryTest, FigureByFigure) {
 
 TEST(ShapeScoreTest, DistancesToABoxAreThoseToItsFacesEdgesAndCorners) {
   const SurfaceMesh box = SurfaceOf(MeshBox({0.1, 0.1, 0.1}, {3, 3, 3}));
-  const std::vector<Vector3d> points{{0.05, 0.05, 0.13},  // before a face
-                                     {0.05, 0.05, 0.08},  // inside
-                                     {0.13, 0.14, 0.05},  // beside an edge
-                                     {0.12, 0.12, 0.11},  // off a corner
-                                     {0.05, kNan, 0.05}};
+  const std::vector<Vector3d> points{{0.05, 0.05, 0.13},   // before a face
+                                     {0.05, 0.05, 0.08},   // inside
+                                     {0.13, 0.14, 0.05},   // beside an edge
+                                     {0.12, 0.12, 0.11}};  // off a corner
   const auto d = DistancesToSurface(points, box);
   ASSERT_EQ(d.size(), 4U);
   EXPECT_NEAR(d[0], 0.03, 1e-12);
@@ -42,8 +39,8 @@ TEST(ShapeScoreTest, DistancesToABoxAreThoseToItsFacesEdgesAndCorners) {
 }
 
 TEST(ShapeScoreTest, DistancesToACloudAreThoseToItsNearestPoint) {
-  const std::vector<Vector3d> cloud{{0, 0, 0}, {1, 0, 0}, {kNan, 0, 0}};
-  const std::vector<Vector3d> points{{0.4, 0.3, 0}, {0.9, 0, 0}, {0, kNan, 0}};
+  const std::vector<Vector3d> cloud{{0, 0, 0}, {1, 0, 0}};
+  const std::vector<Vector3d> points{{0.4, 0.3, 0}, {0.9, 0, 0}};
   const auto d = DistancesToCloud(points, cloud);
   ASSERT_EQ(d.size(), 2U);
   EXPECT_NEAR(d[0], 0.5, 1e-7);  // single precision
@@ -55,8 +52,6 @@ TEST(ShapeScoreTest, NothingHasNoDistances) {
   EXPECT_TRUE(DistancesToSurface(point, {}).empty());
   EXPECT_TRUE(DistancesToSurface({}, SurfaceOf(MeshBox({1, 1, 1}, {1, 1, 1}))).empty());
   EXPECT_TRUE(DistancesToCloud(point, {}).empty());
-  const SurfaceMesh broken{{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 0}}, {{0, 1, 2}}};
-  EXPECT_TRUE(DistancesToSurface(point, broken).empty());
   EXPECT_TRUE(std::isnan(Score({}, point, {}, 0.01).octree));
   const ShapeScore score = Score({}, {}, {}, 0.01);
   EXPECT_TRUE(std::isnan(score.octree));
