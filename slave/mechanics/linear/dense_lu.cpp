@@ -27,30 +27,6 @@ bool DenseLu::FactorizeNext() {
   return true;
 }
 
-std::vector<double> DenseLu::LastBlock() const {
-  const int begin = (done_ - 1) * kWidth;
-  const int end = std::min(begin + kWidth, order());
-  std::vector<double> block(swapped_.begin() + begin, swapped_.begin() + end);
-  block.insert(block.end(), A_.col(begin).data(), A_.data() + Eigen::Index{end} * order());
-  return block;
-}
-
-bool DenseLu::AdoptNext(const std::vector<double>& block) {
-  const int begin = done_ * kWidth;
-  const int end = std::min(begin + kWidth, order());
-  const auto columns = static_cast<std::size_t>(std::max(0, end - begin));
-  if (columns == 0 || block.size() != columns * static_cast<std::size_t>(order() + 1)) return false;
-  for (std::size_t k = 0; k < columns; ++k) {
-    const int row = begin + static_cast<int>(k);
-    if (!(block[k] > row && block[k] <= order())) return false;
-    swapped_[static_cast<std::size_t>(row)] = static_cast<int>(block[k]);
-  }
-  std::copy(block.begin() + end - begin, block.end(), A_.col(begin).data());
-  SwapRows(0, begin, begin, end);
-  ++done_;
-  return true;
-}
-
 void DenseLu::SolveInPlace(Eigen::Ref<Eigen::MatrixXd> B) const {
   const int n = order();
   LAPACKE_dgetrs_work(LAPACK_COL_MAJOR, 'N', n, static_cast<int>(B.cols()), A_.data(), n,

@@ -1,10 +1,9 @@
 // LU factorisation with partial pivoting of large dense matrices, one block of columns after the
-// other: it says how far it is, may be stopped, and each finished block can be kept to be taken up
-// again.
+// other, so that it can report progress and be stopped.
 //
 // LAPACK and BLAS do the work: a block of columns takes up all that lies left of it by one
 // triangular solve and one product, then its own panel is factorised (Golub and Van Loan, Matrix
-// Computations (2013), 3.2.11 and 3.4). Bit for bit the same however often it was interrupted.
+// Computations (2013), 3.2.11 and 3.4).
 #pragma once
 
 #include <vector>
@@ -28,10 +27,6 @@ class DenseLu {
   // The next block. Work grows linearly with its number. False: a pivot is zero, or the matrix is
   // not finite.
   bool FactorizeNext();
-  // What FactorizeNext left behind: the row swaps of block `k` = done() - 1 and its columns.
-  [[nodiscard]] std::vector<double> LastBlock() const;
-  // Takes LastBlock()'s answer of an earlier run in place of FactorizeNext(). False: does not fit.
-  bool AdoptNext(const std::vector<double>& block);
 
   // B becomes A^-1 B. Fastest with some hundred columns at once.
   void SolveInPlace(Eigen::Ref<Eigen::MatrixXd> B) const;

@@ -216,16 +216,7 @@ SolidMesh GradedBlock(const std::array<int, 3>& cells) {
   return mesh;
 }
 
-// Farthest place that touches [m].
-double ContactRadius(const Solution& solution) {
-  double most = 0;
-  for (const Contact& at : solution.contacts()) {
-    most = std::max(most, (at.p_O - Vector3d(0.5, 0.5, 1)).norm());
-  }
-  return most;
-}
-
-// The same by finite elements, node by node. Tolerance 15 %: besides, four-node tetrahedra are
+// By finite elements, node by node. Tolerance 15 %: besides, four-node tetrahedra are
 // stiff where the strain changes from one to the next.
 TEST(RoundIndenter3d, ASpheresForceOnFiniteElementsIsHertzs) {
   const SolidMesh solid = GradedBlock({18, 18, 14});

@@ -97,42 +97,6 @@ TEST(DenseLu, NearlySingularMatricesShowInTheCondition) {
   EXPECT_LT(lu.ReciprocalCondition(), 1e-15);
 }
 
-// Reference: the factorisation that was not interrupted, bit for bit.
-TEST(DenseLu, TakesUpWhatAnEarlierRunLeft) {
-  const MatrixXd A = RandomMatrix(3 * kWidth - 20);
-  DenseLu whole(A), resumed(A);
-  for (int block = 0; block < 2; ++block) {
-    ASSERT_TRUE(whole.FactorizeNext());
-    ASSERT_TRUE(resumed.AdoptNext(whole.LastBlock()));
-  }
-  ASSERT_TRUE(Factorize(&whole));
-  ASSERT_TRUE(Factorize(&resumed));
-  MatrixXd X = MatrixXd::Identity(A.rows(), A.cols());
-  MatrixXd Y = X;
-  whole.SolveInPlace(X);
-  resumed.SolveInPlace(Y);
-  EXPECT_EQ(X, Y);
-  EXPECT_EQ(whole.ReciprocalCondition(), resumed.ReciprocalCondition());
-}
-
-TEST(DenseLu, TakesUpNothingThatDoesNotFit) {
-  DenseLu lu(RandomMatrix(200));
-  ASSERT_TRUE(lu.FactorizeNext());
-  const auto good = lu.LastBlock();
-  DenseLu other(RandomMatrix(200));
-  for (const double row : {3.0, 201.0, std::nan("")}) {  // above the pivot, beyond the matrix
-    auto block = good;
-    block[3] = row;
-    EXPECT_FALSE(other.AdoptNext(block)) << row;
-  }
-  auto block = good;
-  block.pop_back();
-  EXPECT_FALSE(other.AdoptNext(block));
-  EXPECT_EQ(other.done(), 0);
-  EXPECT_TRUE(other.AdoptNext(good));
-  EXPECT_FALSE(other.AdoptNext(good));  // there is no other block
-}
-
 TEST(DenseLu, SingularMatricesHaveNoPivot) {
   MatrixXd A = RandomMatrix(kWidth + 50);
   A.col(kWidth + 10).setZero();

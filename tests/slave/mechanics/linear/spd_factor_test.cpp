@@ -11,7 +11,6 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-
 namespace palpate {
 namespace {
 
