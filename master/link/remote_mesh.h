@@ -56,7 +56,6 @@ class MeshReader {
   std::optional<RemoteMesh> Read(v1::MeshState* message, std::string* reason);
   // Displacements were rejected: positions are unknown until the next topology.
   [[nodiscard]] bool is_lost() const { return is_lost_; }
-  [[nodiscard]] bool has_topology() const { return topology_ != nullptr; }
 
  private:
   // Replaces `moves` by `positions`; false: invalid.

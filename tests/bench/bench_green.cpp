@@ -144,7 +144,9 @@ double EigenLuSeconds(int order) {
 
 double ErrorOf(const Ready& ready, const std::vector<Contact>& contacts,
                const std::vector<ContactResponse>& got) {
-  SurfaceNodePlaces places(ready.model->surface(), ready.model->columns().place_of_node());
+  GreenColumns& columns = ready.model->columns();
+  SurfaceNodePlaces places(columns.stiffness().elements, columns.length_unit(),
+                           columns.place_of_node(), {});
   ComplianceSolver fresh(ready.model->columns(), places,
                          {.young_modulus = 3800, .larger_side = 0.06});
   std::vector<ContactResponse> reference(contacts.size());

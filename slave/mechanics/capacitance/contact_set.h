@@ -12,7 +12,7 @@
 
 #include "slave/mechanics/capacitance/compliance.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/footprint/contact_footprint.h"
+#include "slave/mechanics/footprint/volume_footprints.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
@@ -30,19 +30,18 @@ class ContactPlaces {
   virtual void MayWiden(bool /*may*/) {}
 };
 
-// Places are the surface's nodes (fem-green).
+// Places are nodes of a volume's surface (fem-green).
 class SurfaceNodePlaces final : public ContactPlaces {
  public:
-  // `place_of_node`: -1 for nodes that are not places. `held`, `quarters`: see SurfaceFootprints.
-  SurfaceNodePlaces(SurfaceMesh surface, std::vector<int> place_of_node,
-                    std::vector<char> held = {}, bool quarters = false)
-      : footprints_(std::move(surface), std::move(held), quarters),
-        place_of_node_(std::move(place_of_node)) {}
+  // `place_of_node`: -1 for nodes that are not places. The rest: see VolumeFootprints.
+  SurfaceNodePlaces(const TetMesh& mesh, double unit, std::vector<int> place_of_node,
+                    const std::vector<char>& uneven)
+      : footprints_(mesh, unit, uneven), place_of_node_(std::move(place_of_node)) {}
   std::string_view Find(const Contact& contact, ContactFootprint* footprint) override;
   void MayWiden(bool may) override { footprints_.MayWiden(may); }
 
  private:
-  SurfaceFootprints footprints_;
+  VolumeFootprints footprints_;
   std::vector<int> place_of_node_;
 };
 

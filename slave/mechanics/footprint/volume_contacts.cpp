@@ -24,9 +24,7 @@ VolumeContacts::VolumeContacts(const SolidMesh& mesh, int nodes_per_element, con
       used_(mesh_.nodes.size(), false),
       length_unit_(length_unit),
       force_unit_(force_unit),
-      corners_(mesh_.surface),
-      load_(mesh_.nodes.size(), 0) {
-  if (nodes_per_element == 10) all_.emplace(mesh_.touch_surface, std::vector<char>{}, true);
+      footprints_(mesh_, 1, {}) {
   for (const int node : mesh_.connectivity) used_[Index(node)] = true;
   failure_.reserve(kTextSize);
 }
@@ -74,8 +72,7 @@ std::string_view VolumeContacts::FindSizes(const Contact& contact) const {
 }
 
 std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* place) {
-  const std::string_view refusal =
-      all_ ? FindQuadratic(contact) : corners_.OnNodes(contact, &footprint_);
+  const std::string_view refusal = footprints_.OnNodes(contact, &footprint_);
   if (!refusal.empty()) return refusal;
   const bool holds = contact.kind == Contact::Kind::kDisplacement;
   place->is_point = footprint_.point && footprint_.places.size() > 1;
@@ -93,62 +90,6 @@ std::string_view VolumeContacts::Find(const Contact& contact, ContactPlace* plac
   if (place->nodes.size() == footprint_.arms.size()) place->arms = footprint_.arms;
   place->on_support = holds && place->is_point && free_weight < kLeastFreeWeight;
   return {};
-}
-
-// A disc moves the nodes in it, middles too, and loads the middles of its triangles; a point within
-// a triangle has the weights of the element's own shape functions.
-std::string_view VolumeContacts::FindQuadratic(const Contact& contact) {
-  if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
-    const std::string_view refusal =
-        corners_.OnTriangles(contact, &footprint_, PatchBasis::kLoadedTriangles10);
-    if (refusal.empty()) LoadMiddles(contact);
-    return refusal;
-  }
-  if (contact.width > 0 || contact.element < 0) {
-    Contact anywhere = contact;
-    anywhere.element = -1;  // numbers of triangles are those of `corners_`
-    const bool found = all_->OnNodes(anywhere, &footprint_).empty();
-    if (found && (!footprint_.point || footprint_.places.size() == 1)) return {};
-  }
-  Contact point = contact;
-  point.width = 0;
-  const std::string_view refusal = corners_.OnNodes(point, &footprint_);
-  if (!refusal.empty()) return refusal;
-  footprint_.coarse = contact.width > 0;
-  if (footprint_.at.node < 0) SetPoint(footprint_.at);
-  return {};
-}
-
-void VolumeContacts::SetPoint(const SurfacePlace& at) {
-  const auto& face = mesh_.faces[Index(at.triangle)];
-  const Vector3d& w = at.weights;
-  footprint_.places.clear();
-  for (int i = 0; i < 3; ++i) footprint_.places.push_back({face[Index(i)], w[i] * (2 * w[i] - 1)});
-  for (int i = 0; i < 3; ++i) {
-    footprint_.places.push_back({face[Index(3 + i)], 4 * w[i] * w[(i + 1) % 3]});
-  }
-}
-
-// An even pressure on a quadratic triangle acts on its middles, a third on each.
-void VolumeContacts::LoadMiddles(const Contact& contact) {
-  const std::vector<PlaceWeight> triangles = footprint_.places;
-  footprint_.places.clear();
-  for (const auto& [triangle, share] : triangles) {
-    for (std::size_t i = 3; i < 6; ++i) {
-      const int middle = mesh_.faces[Index(triangle)][i];
-      if (load_[Index(middle)] == 0) footprint_.places.push_back({middle, 0});
-      load_[Index(middle)] += share / 3;
-    }
-  }
-  std::ranges::sort(footprint_.places, {}, &PlaceWeight::place);
-  footprint_.arms.clear();
-  for (auto& [node, weight] : footprint_.places) {
-    weight = load_[Index(node)];
-    load_[Index(node)] = 0;
-    footprint_.arms.push_back(mesh_.nodes[Index(node)] - contact.p_O);
-  }
-  const auto weight = [&](std::size_t i) { return footprint_.places[i].weight; };
-  CentreArms(corners_.patch().disc, weight, &footprint_.arms);
 }
 
 // The first contact that moves a node which another one moves already, or, as a load or a point (at

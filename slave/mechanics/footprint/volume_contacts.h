@@ -2,7 +2,6 @@
 // The one rule of all models that solve for every node.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +11,7 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/deformation_model.h"
-#include "slave/mechanics/footprint/contact_footprint.h"
+#include "slave/mechanics/footprint/volume_footprints.h"
 #include "slave/mechanics/tet_mesh.h"
 
 namespace palpate {
@@ -51,19 +50,14 @@ class VolumeContacts {
   bool Refuse(std::size_t contact, std::string_view why);
   [[nodiscard]] std::string_view FindSizes(const Contact& contact) const;
   std::string_view Find(const Contact& contact, ContactPlace* place);
-  std::string_view FindQuadratic(const Contact& contact);
-  void SetPoint(const SurfacePlace& at);
-  void LoadMiddles(const Contact& contact);
   [[nodiscard]] int Overlapping(std::span<const Contact> contacts);
 
   TetMesh mesh_;    // [m]
   HeldNodes held_;  // middles too; nodes of no element count as held
   std::vector<bool> used_;
   double length_unit_, force_unit_;
-  SurfaceFootprints corners_;             // on the linear triangles
-  std::optional<SurfaceFootprints> all_;  // on all nodes of ten-node elements
-  ContactFootprint footprint_;            // room
-  std::vector<double> load_;              // room, per node
+  VolumeFootprints footprints_;
+  ContactFootprint footprint_;  // room
   std::vector<Contact> contacts_;
   std::vector<ContactPlace> places_;
   std::vector<int> owner_;  // room, per node: the contact that moves it; -1: none

@@ -16,7 +16,6 @@
 #include "slave/mechanics/capacitance/compliance_solver.h"
 #include "slave/mechanics/deformation_model.h"
 #include "slave/mechanics/fem/green/green_columns.h"
-#include "slave/mechanics/fem/green/tet_places.h"
 #include "slave/mechanics/mesh_resolution.h"
 #include "slave/scene/scene.h"
 
@@ -25,7 +24,7 @@ namespace palpate {
 // Four-node tetrahedra lock as nu approaches 0.5: from 0.49 on their results are kExtrapolated.
 // Ten-node ones have a pressure unknown from there on, and take nu up to 0.5. Results are also
 // kExtrapolated where a part bends too far for the elements (mesh_resolution.h; the first contact
-// there decides, by three more sparse solutions; bulky bodies need none). See TetPlaces and
+// there decides, by three more sparse solutions; bulky bodies need none). See SurfaceNodePlaces and
 // ComplianceSolver. Pass `element` with p_O where time matters: without it a walk over the surface
 // finds a changed position.
 class FemGreenModel final : public DeformationModel {
@@ -78,7 +77,7 @@ class FemGreenModel final : public DeformationModel {
 
   SurfaceMesh surface_;
   GreenColumns columns_;
-  TetPlaces places_;
+  SurfaceNodePlaces places_;
   ComplianceSolver solver_;
   bool locks_ = false;
   StrainResolution strain_;

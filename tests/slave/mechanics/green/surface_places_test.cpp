@@ -89,10 +89,11 @@ TEST(SurfaceFootprints, ANamedTriangleGivesThePlaceThatTheWalkGives) {
 // Law: what a load puts on nodes has its sum and, spread over the triangles of a
 // disc, its moment: the centroid of the loaded area.
 TEST(SurfacePlaces, LoadsKeepTheirSumAndMoment) {
-  const SurfaceMesh surface = SurfaceOf(ShakenBox({5, 4, 3}, 1, 0.3).mesh);
+  const TetMesh mesh = MakeTetMesh(ShakenBox({5, 4, 3}, 1, 0.3).mesh, 4, 1);
+  const SurfaceMesh& surface = mesh.surface;
   std::vector<int> itself(surface.nodes.size());
   std::iota(itself.begin(), itself.end(), 0);
-  SurfaceNodePlaces nodes(surface, itself);
+  SurfaceNodePlaces nodes(mesh, 1, itself, {});
   SurfaceFootprints triangles(surface);
   ContactFootprint by_node, by_triangle;
   for (auto contact : Everywhere(surface)) {
@@ -125,10 +126,10 @@ TEST(SurfacePlaces, LoadsKeepTheirSumAndMoment) {
 
 // Reference: the outline of a box. On its edges and corners the normals of the sides are averaged.
 TEST(SurfacePlaces, NormalsPointOutwards) {
-  const SurfaceMesh surface = SurfaceOf(MeshBox({1, 1, 1}, {2, 2, 2}));
-  std::vector<int> itself(surface.nodes.size());
+  const TetMesh mesh = MakeTetMesh(MeshBox({1, 1, 1}, {2, 2, 2}), 4, 1);
+  std::vector<int> itself(mesh.nodes.size());
   std::iota(itself.begin(), itself.end(), 0);
-  SurfaceNodePlaces nodes(surface, itself);
+  SurfaceNodePlaces nodes(mesh, 1, itself, {});
   ContactFootprint footprint;
   Contact contact;
   contact.p_O = {0.5, 0.5, 1};

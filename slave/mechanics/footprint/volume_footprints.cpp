@@ -1,4 +1,4 @@
-#include "slave/mechanics/fem/green/tet_places.h"
+#include "slave/mechanics/footprint/volume_footprints.h"
 
 #include <algorithm>
 #include <utility>
@@ -19,32 +19,31 @@ SurfaceMesh InMetres(SurfaceMesh surface, double unit) {
 
 }  // namespace
 
-TetPlaces::TetPlaces(const TetMesh& elements, double unit, const std::vector<int>& place_of_node,
-                     const std::vector<char>& uneven)
-    : elements_(elements),
+VolumeFootprints::VolumeFootprints(const TetMesh& mesh, double unit,
+                                   const std::vector<char>& uneven)
+    : mesh_(mesh),
       unit_(unit),
-      nodes_(InMetres(elements.touch_surface, unit), place_of_node, uneven, is_quadratic()),
-      triangles_(InMetres(elements.surface, unit), uneven),
-      place_of_node_(place_of_node),
-      load_(elements.nodes.size(), 0) {}
+      nodes_(InMetres(mesh.touch_surface, unit), uneven, is_quadratic()),
+      triangles_(InMetres(mesh.surface, unit), uneven),
+      load_(mesh.nodes.size(), 0) {}
 
-std::string_view TetPlaces::Find(const Contact& contact, ContactFootprint* footprint) {
-  if (!is_quadratic()) return nodes_.Find(contact, footprint);
+std::string_view VolumeFootprints::OnNodes(const Contact& contact, ContactFootprint* footprint) {
+  if (!is_quadratic()) return nodes_.OnNodes(contact, footprint);
   if (contact.width > 0 && contact.kind == Contact::Kind::kForce) {
     return FindLoaded(contact, footprint);
   }
   Contact on_quarter = contact;
   on_quarter.element = QuarterOf(contact);
-  return nodes_.Find(on_quarter, footprint);
+  return nodes_.OnNodes(on_quarter, footprint);
 }
 
 // Quarters 0 to 2 hold a corner each, 3 the centre (TetMesh::touch_surface).
-int TetPlaces::QuarterOf(const Contact& contact) const {
+int VolumeFootprints::QuarterOf(const Contact& contact) const {
   const int triangle = contact.element;
-  if (triangle < 0 || triangle >= static_cast<int>(elements_.faces.size())) return triangle;
-  const auto& face = elements_.faces[Index(triangle)];
-  const Vector3d &a = elements_.nodes[Index(face[0])], &b = elements_.nodes[Index(face[1])],
-                 &c = elements_.nodes[Index(face[2])];
+  if (triangle < 0 || triangle >= static_cast<int>(mesh_.faces.size())) return triangle;
+  const auto& face = mesh_.faces[Index(triangle)];
+  const Vector3d &a = mesh_.nodes[Index(face[0])], &b = mesh_.nodes[Index(face[1])],
+                 &c = mesh_.nodes[Index(face[2])];
   const Vector3d area = (b - a).cross(c - a), from_a = contact.p_O / unit_ - a;
   Vector3d weights;
   weights[1] = from_a.cross(c - a).dot(area) / area.squaredNorm();
@@ -55,14 +54,14 @@ int TetPlaces::QuarterOf(const Contact& contact) const {
   return 4 * triangle + (most > 0.5 ? nearest : 3);
 }
 
-std::string_view TetPlaces::FindLoaded(const Contact& contact, ContactFootprint* footprint) {
+std::string_view VolumeFootprints::FindLoaded(const Contact& contact, ContactFootprint* footprint) {
   const std::string_view refusal =
       triangles_.OnTriangles(contact, footprint, PatchBasis::kLoadedTriangles10);
   if (!refusal.empty()) return refusal;
   loaded_.assign(footprint->places.begin(), footprint->places.end());
   footprint->places.clear();
   for (const auto& [triangle, share] : loaded_) {
-    const auto& face = elements_.faces[Index(triangle)];
+    const auto& face = mesh_.faces[Index(triangle)];
     for (std::size_t i = 3; i < face.size(); ++i) {
       if (load_[Index(face[i])] == 0) footprint->places.push_back({face[i], 0});
       load_[Index(face[i])] += share / 3;
@@ -72,8 +71,8 @@ std::string_view TetPlaces::FindLoaded(const Contact& contact, ContactFootprint*
   footprint->arms.clear();
   for (PlaceWeight& touched : footprint->places) {
     const auto node = Index(touched.place);
-    touched = {place_of_node_[node], std::exchange(load_[node], 0)};
-    footprint->arms.push_back(unit_ * elements_.nodes[node] - contact.p_O);
+    touched.weight = std::exchange(load_[node], 0);
+    footprint->arms.push_back(unit_ * mesh_.nodes[node] - contact.p_O);
   }
   if (footprint->narrower != 0) footprint->arms.clear();
   CentreArms(
