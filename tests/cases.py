@@ -184,6 +184,16 @@ def single_presses(result):
     return abs(middle - 0.146) > 0.0005 and f"{middle} N"
 
 
+def with_present_kind(case, out):
+    """Closed surfaces were answered by `bem3d`, which is removed: `fem-green` answers for them."""
+    scene = case / "scene.yaml"
+    if not scene.is_file() or b"kind: bem3d" not in scene.read_bytes():
+        return case
+    shutil.copytree(case, out / "case")
+    (out / "case/scene.yaml").write_bytes(scene.read_bytes().replace(b"kind: bem3d", b"kind: fem-green"))
+    return out / "case"
+
+
 OWN = {"X01": full_disk, "R01": rig_in_millimetres}
 EXPECTED = {
     "C01": either(says(r"at \(\S+( mm)?, 18 mm, 0\)"), refuses("three columns|columns? .*(,|without a name)")),
@@ -260,6 +270,7 @@ def reason_against(case):
         expected = [check for key, check in EXPECTED.items() if (case.name + "-").startswith(key.rstrip("-") + "-")]
         if len(expected) != 1:
             return "no expectation in tests/cases.py"
+        case = with_present_kind(case, out)
         result = execute(command_of(case), case, out)
         reason = expected[0](result)
         return reason and f"{reason}\n    " + "\n    ".join(result.text.splitlines()[-8:])
