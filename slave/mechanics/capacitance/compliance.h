@@ -34,7 +34,7 @@ struct ForceUnknown {
 
 class Compliance {
  public:
-  // Of a plane body displacements have two components: its z is held.
+  // Displacements of a plane body have two components: its z is held.
   explicit Compliance(int components = 3) : components_(components) {}
   virtual ~Compliance() = default;
   Compliance(const Compliance&) = delete;
@@ -68,7 +68,7 @@ class Compliance {
   [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 
   [[nodiscard]] int components() const { return components_; }
-  // Of a column at a place, with zeros beyond components().
+  // The block of a column at a place, with zeros beyond components().
   [[nodiscard]] Eigen::Matrix3d BlockAt(const double* column, int place) const {
     if (components_ == 3) return Eigen::Map<const Eigen::Matrix3d>(column + 9L * place);
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();

@@ -312,7 +312,7 @@ void ComplianceSolver::SolveForces() {
   for (std::size_t r = 0; r < forces_.size(); ++r) forces_[r] = right_[r * kLane8];
 }
 
-// Of a contact, with zeros beyond the components.
+// The value of a contact, with zeros beyond the components.
 Vector3d ComplianceSolver::Value(std::size_t contact) const {
   const int components = compliance_.components();
   Vector3d value = Vector3d::Zero();

@@ -73,7 +73,7 @@ class ContactSet {
   void Forget() { known_ = false; }
 
   [[nodiscard]] std::span<const ContactSlot> slots() const { return {slots_.data(), Count()}; }
-  // Of the contacts in their order, then the free motions of a body that contacts hold.
+  // The unknowns of contacts in their order, then the free motions of a body that contacts hold.
   [[nodiscard]] std::span<const ForceUnknown> unknowns() const { return unknowns_; }
   [[nodiscard]] int rows() const { return rows_; }
   [[nodiscard]] int loads() const { return loads_; }

@@ -56,7 +56,7 @@ class VolumeModel : public DeformationModel {
   // Equilibrium under the contacts, or the end of one more step of time.
   virtual bool SolveUnder(std::span<const Contact> contacts) = 0;
   [[nodiscard]] virtual Eigen::Vector3d DisplacementAt(int node) const = 0;
-  // Of contacts and supports on a node, which is held; of a contact that moves a point.
+  // The force of contacts and supports on a held node; that of a contact that moves a point.
   [[nodiscard]] virtual Eigen::Vector3d ReactionAt(int node) const = 0;
   [[nodiscard]] virtual Eigen::Vector3d PointForce(std::size_t contact) const = 0;
   struct Inversion {

@@ -16,21 +16,21 @@ struct Moved {
   Vector2d displacement;  // [length units]
 };
 
-// Reference: the problem solved anew with the moved elements among the held ones, whose Green's
+// Reference: the problem solved again with the moved elements among the held ones, whose Green's
 // functions give reactions to their displacements: nothing of the capacitance matrix in it.
 // Tolerance: two factorisations of condition 1e2..1e3 in double precision.
 void ExpectDirectSolution(const ReferenceProblem& problem, const std::vector<Moved>& moved) {
   Bem2dModel model(problem, kPlain);
   const double unit = problem.mesh.length_unit;
   std::vector<Contact> contacts;
-  ReferenceProblem anew = problem;
+  ReferenceProblem again = problem;
   for (const auto& m : moved) {
     contacts.push_back(bodies::Move(m.element, unit * m.displacement));
-    anew.held[static_cast<std::size_t>(m.element)] = {true, true};
+    again.held[static_cast<std::size_t>(m.element)] = {true, true};
   }
   const BoundaryState state = bodies::Boundary(model, contacts);
 
-  const GreensFunctions direct(anew);
+  const GreensFunctions direct(again);
   double largest = 0;
   for (int i = 0; i < direct.size(); ++i) {
     Vector2d expected = Vector2d::Zero();

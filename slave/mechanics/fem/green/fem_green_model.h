@@ -53,7 +53,7 @@ class FemGreenModel final : public DeformationModel {
   // False: the memory limit is reached. Throws Interrupted; what was finished stays, on disk too.
   bool PrefetchNodes(std::span<const int> nodes = {}, Progress* progress = nullptr);
 
-  // Of linear triangles.
+  // The linear triangles of the surface.
   [[nodiscard]] const SurfaceMesh& surface() const { return surface_; }
   [[nodiscard]] GreenColumns& columns() { return columns_; }
 

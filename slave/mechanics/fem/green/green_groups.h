@@ -35,7 +35,7 @@ class GreenGroups {
   [[nodiscard]] std::size_t values(int group) const {
     return per_place() * static_cast<std::size_t>(count(group));
   }
-  // Of the stiffness; -1: fixed.
+  // The row of the stiffness; -1: fixed.
   [[nodiscard]] int RowOf(int place, int component) const;
 
   // A unit force along each component of a group's places, one column each.

@@ -86,7 +86,7 @@ TEST(OctreeScoreTest, IsTheSameWhereverTheFrameLies) {
   const Vector3d way(0.0031, -0.0072, 0.005);
   for (auto& p : measured) p += way;
   for (auto& p : simulated) p += way;
-  // Of 5000 points in eight lattices hardly one lies so close to a border that rounding moves it.
+  // Hardly one of 5000 points in eight lattices lies so close to a border that rounding moves it.
   EXPECT_NEAR(OctreeScore(measured, simulated, 0.01), score, 1e-4);
 }
 
