@@ -5,7 +5,7 @@
     p = (34 ux, 30 uy, 20 uz) + 0.6 sin(9 ux + 1) cos(8 uy) cos(a) u
 
 The textured half faces -z, the lid lies in z = 0 and the origin in its middle. The simulated target
-of slave/site/points/textured_target.cpp has the same surface.
+of slave/simulator/points/textured_target.cpp has the same surface.
 """
 import math
 import pathlib

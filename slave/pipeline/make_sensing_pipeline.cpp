@@ -18,7 +18,7 @@
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

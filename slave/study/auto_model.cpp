@@ -8,7 +8,7 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/model_kinds.h"
-#include "slave/site/points/press_cache.h"
+#include "slave/simulator/points/press_cache.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/reachable_places.h"
 

@@ -6,7 +6,7 @@
 
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/site/points/true_membrane.h"
+#include "slave/simulator/points/true_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/stereo/rig.h"
 

@@ -12,7 +12,7 @@
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/camera/scripted_press.h"
+#include "slave/simulator/camera/scripted_press.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

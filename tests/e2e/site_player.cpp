@@ -32,7 +32,7 @@
 #include "shared/wire/fields.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

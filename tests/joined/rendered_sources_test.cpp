@@ -15,7 +15,7 @@
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 

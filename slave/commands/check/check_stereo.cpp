@@ -19,7 +19,7 @@
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/press/membrane_body.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/texture/epipolar_line.h"
 

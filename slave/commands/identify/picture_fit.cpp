@@ -16,7 +16,7 @@
 
 #include "shared/text/csv.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

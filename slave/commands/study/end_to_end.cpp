@@ -11,7 +11,7 @@
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "slave/study/press_spec.h"
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/site/fingertips/simulated_presses.h"
+#include "slave/simulator/fingertips/simulated_presses.h"
 
 namespace palpate {
 namespace {

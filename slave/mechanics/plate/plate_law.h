@@ -3,9 +3,9 @@
 //
 // The solid: neo-Hookean, nu 0.45, clamped at radius a, under an even round load of a / 10; t of
 // a / 80 to a / 10, w up to a / 4 at the centre and to a / 8 beside it, up to 0.8 of the radius
-// (tests/slave/site/stereo/membrane_laws_test.cpp). Bending without shear makes the plate too stiff
-// where it is thick or fixed near the load, moderate rotations and linear elasticity where it is
-// steep. Wider loads differ by less, narrower ones by more.
+// (tests/slave/simulator/stereo/membrane_laws_test.cpp). Bending without shear makes the plate too
+// stiff where it is thick or fixed near the load, moderate rotations and linear elasticity where it
+// is steep. Wider loads differ by less, narrower ones by more.
 #pragma once
 
 namespace palpate::plate {

@@ -12,7 +12,7 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -12,7 +12,7 @@
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

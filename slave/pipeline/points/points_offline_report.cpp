@@ -11,7 +11,7 @@
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -16,7 +16,7 @@
 #include "slave/pipeline/base/overlay_words.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

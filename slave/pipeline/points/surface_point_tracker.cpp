@@ -13,7 +13,7 @@
 
 #include "shared/telemetry/stopwatch.h"
 #include "slave/checks/points/points_checks.h"
-#include "slave/site/points/pair_rig.h"
+#include "slave/simulator/points/pair_rig.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"

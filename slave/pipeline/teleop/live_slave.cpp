@@ -9,7 +9,7 @@
 #include <spdlog/spdlog.h>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -26,7 +26,7 @@
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/pipeline/teleop/stop_control.h"
 #include "slave/pipeline/teleop/stop_record.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 

@@ -1,6 +1,6 @@
 #include "slave/pipeline/base/sense_recorder.h"
 #include "slave/pipeline/teleop/live_slave.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "shared/text/progress.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
-#include "slave/site/fingertips/tactile_site.h"
+#include "slave/simulator/fingertips/tactile_site.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 

@@ -4,8 +4,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "slave/site/camera/scripted_press.h"
-#include "slave/site/camera/simulated_site.h"
+#include "slave/simulator/camera/scripted_press.h"
+#include "slave/simulator/camera/simulated_site.h"
 #include "slave/vision/observation.h"
 #include "tests/campaigns/robustness/stages.h"
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "slave/scene/scene_loader.h"
-#include "slave/site/environment/press_motion.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/press_motion.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/campaigns/robustness/stages.h"
 #include "tests/support/paths.h"
 

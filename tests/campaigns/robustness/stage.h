@@ -10,7 +10,7 @@
 #include "slave/capture/frame_source.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/campaigns/robustness/case.h"
 #include "tests/campaigns/robustness/moment.h"
 

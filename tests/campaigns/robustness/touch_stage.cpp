@@ -2,7 +2,7 @@
 #include <memory>
 #include <utility>
 
-#include "slave/site/fingertips/tactile_site.h"
+#include "slave/simulator/fingertips/tactile_site.h"
 #include "tests/campaigns/robustness/stages.h"
 
 namespace palpate::robustness {

@@ -15,7 +15,7 @@
 
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate::robustness {
 namespace {

@@ -13,7 +13,7 @@
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/volume_stiffness.h"
 #include "tests/support/paths.h"

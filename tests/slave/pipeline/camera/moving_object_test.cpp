@@ -16,8 +16,8 @@
 #include "slave/pipeline/camera/camera_sense.h"
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/camera/simulated_site.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/camera/simulated_site.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "slave/vision/observation.h"
 #include "tests/support/paths.h"
 

@@ -18,8 +18,8 @@
 
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/camera/simulated_site.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/camera/simulated_site.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -7,7 +7,7 @@
 
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/camera/scripted_press.h"
+#include "slave/simulator/camera/scripted_press.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/support/paths.h"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/pipeline/points/surface_estimator.h"
-#include "slave/site/points/stereo_site.h"
+#include "slave/simulator/points/stereo_site.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"
 

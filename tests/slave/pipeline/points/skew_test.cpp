@@ -13,8 +13,8 @@
 
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/site/environment/simulated_environment.h"
-#include "slave/site/points/stereo_site.h"
+#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/points/stereo_site.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

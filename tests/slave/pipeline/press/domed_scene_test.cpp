@@ -15,7 +15,7 @@
 #include "slave/mechanics/membrane/inflated_membrane.h"
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/press/membrane_body.h"
-#include "slave/site/environment/simulated_environment.h"
+#include "slave/simulator/environment/simulated_environment.h"
 #include "tests/slave/vision/depth/depth_pictures.h"
 #include "tests/support/thrown.h"
 

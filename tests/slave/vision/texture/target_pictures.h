@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "slave/site/points/textured_target.h"
+#include "slave/simulator/points/textured_target.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate {

@@ -1,0 +1,112 @@
+// Renders the simulated camera image: a bright plain background, the textured deformed body, the
+// dark marked tool in front; then the camera's lens, light, blur and noise. Linear in grey up to
+// the last rounding.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+
+#include "slave/scene/scene.h"
+#include "slave/simulator/camera/patch_solution.h"
+#include "slave/simulator/camera/true_body.h"
+#include "slave/simulator/environment/painting.h"
+#include "slave/vision/stereo/lens_warp.h"
+
+namespace palpate::site {
+
+// Further contents of a microscope image: the glass capillary that holds the embryo, debris that
+// drifts in the liquid, and a varying focus.
+class Microscope {
+ public:
+  static constexpr double kWall = 9e-6;                     // of the capillary [m]
+  static constexpr float kGlass = 0.62F;                    // light that its wall lets through
+  static constexpr double kFocusPeriod = 97;                // [images]
+  static constexpr double kSlowest = 0.05, kFastest = 0.5;  // of debris [px per image]
+
+  // `X_IO`: O [m] -> image [px]. The capillary grips the arc that the scene fixes, if it does.
+  Microscope(const Scene& scene, const TrueBody& body, const Eigen::Affine2d& X_IO,
+             const cv::Size& size);
+
+  // Draws glass and debris over `seen` (CV_32F, the image's size) and blurs it. Debris drifts and
+  // the focus changes with each call.
+  void Show(cv::Mat* seen);
+
+ private:
+  struct Particle {
+    Eigen::Vector2d p_I, v_I;  // [px], [px per image]
+    double radius = 0;         // [px]
+    float light = 1;           // that it lets through in its middle
+  };
+
+  void PaintCapillary(const FixedArc& arc, double radius, const Eigen::Affine2d& X_IO);
+  void Scatter(const EmbryoSite& options, std::uint32_t seed);
+  static void Cover(const Particle& particle, cv::Mat* seen);
+
+  cv::Size size_;
+  double defocus_;
+  cv::Mat glass_;  // CV_32F, light that is let through
+  std::vector<Particle> debris_;
+  std::uint64_t pictures_ = 0;
+};
+
+// Contents of the image. Frame O [m].
+struct Pose {
+  Eigen::Vector2d p_O_tip{0, 0};
+  std::shared_ptr<const PatchSolution> contact;  // nullptr: the body rests
+  Eigen::Vector2d displacement_O{0, 0};          // of the patch
+};
+
+class Painter {
+ public:
+  static constexpr float kGround = 200, kBody = 110, kBodyContrast = 15;  // grey levels
+  static constexpr float kToolDark = 25, kToolLight = 75;
+
+  // `body` must outlive this. Throws std::invalid_argument naming the key: no camera, no size, no
+  // pixel size, a lens of another size; std::runtime_error: its file cannot be read.
+  Painter(const Scene& scene, const TrueBody& body);
+
+  // 8 bit grey. The same sequence of calls gives the same images. One thread at a time.
+  cv::Mat Paint(const Pose& pose);
+
+ private:
+  // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
+  struct Layer {
+    cv::Rect window;
+    cv::Mat grey, alpha;  // CV_32F, the window's size
+  };
+
+  [[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> BodyLoops(const Pose& pose) const;
+  void PaintBody(const Pose& pose);
+  void FillBodyAtRest();
+  void FillBodyDeformed(const Pose& pose);
+  void PaintTool(const Pose& pose);
+  void Compose();
+
+  const TrueBody& body_;
+  cv::Size size_;
+  double pixel_;            // [m]
+  Eigen::Affine2d X_IO_;    // O [m] -> image [px]
+  double tool_width_;       // [m]
+  double tool_radius_;      // of its end; 0: flat [m]
+  Eigen::Vector2d tool_O_;  // along which the tool points
+  Texture speckle_, marks_;
+  Exposure exposure_;
+
+  Layer body_layer_, tool_layer_;
+  bool body_painted_ = false;
+  Pose painted_;         // what body_layer_ shows
+  cv::Mat seen_;         // CV_32F: the image before light and noise
+  cv::Rect seen_dirty_;  // where it is not plain ground
+  std::optional<Microscope> microscope_;
+  std::optional<LensWarp> lens_;
+};
+
+}  // namespace palpate::site

@@ -1,0 +1,277 @@
+#include "slave/simulator/camera/simulated_site.h"
+
+#include <cmath>
+#include <mutex>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/simulator/camera/embryo.h"
+#include "slave/simulator/camera/painter.h"
+#include "slave/simulator/camera/patch_solution.h"
+#include "slave/simulator/camera/round_touch.h"
+#include "slave/simulator/camera/scripted_press.h"
+#include "slave/simulator/camera/true_body.h"
+#include "slave/vision/observation.h"
+#include "slave/vision/stereo/lens_warp.h"
+
+namespace palpate {
+namespace {
+
+using site::BoundaryPlace;
+
+constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
+constexpr double kGoesAhead = 0.7;  // cosine to where it points
+constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
+
+const Scene& Checked(const Scene& scene) {
+  if (!scene.tool || !(scene.tool->width > 0)) {
+    throw std::invalid_argument(
+        "tool.width: missing; accepted by the simulator is the width of the contact, > 0");
+  }
+  if (!(scene.tool->direction.norm() > 0)) {
+    throw std::invalid_argument("tool.direction = [0, 0]: accepted is a direction");
+  }
+  return scene;
+}
+
+double RadiusOf(const Tool& tool) {
+  return tool.shape == Tool::Shape::kRound ? tool.radius : 0;
+}
+
+// See SiteOptions.
+double LampLight(double span, Time now) {
+  constexpr double kDim = 0.9;
+  return span > 0 && std::fmod(SecondsBetween(Time{}, now) / span, 2) >= 1 ? kDim : 1;
+}
+
+cv::Mat Shifted(const cv::Mat& picture, const Eigen::Vector2d& shift) {
+  const cv::Matx23d warp(1, 0, shift.x(), 0, 1, shift.y());
+  cv::Mat shifted;
+  cv::warpAffine(picture, shifted, warp, {}, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  return shifted;
+}
+
+// Of the tool on the body, parts of E t [m].
+Eigen::Vector2d ForceOf(const site::Pose& pose) {
+  if (pose.contact->round) return Touched(*pose.contact->round, pose.displacement_O).total();
+  return pose.contact->stiffness * pose.displacement_O;
+}
+
+}  // namespace
+
+struct SimulatedSite::State {
+  explicit State(const Scene& scene)
+      : body(Checked(scene)),
+        direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
+        force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
+        ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width,
+              RadiusOf(*scene.tool)),
+        painter(scene, body),
+        view(*scene.sense.Find<Camera>(), scene.sense.Find<Camera>()->size[0],
+             scene.sense.Find<Camera>()->size[1]),
+        straightening(StraighteningOf(*scene.sense.Find<Camera>())),
+        picture_rate(scene.sense.Find<Camera>()->rate),
+        motion(scene.site.motion),
+        p_S_tip(scene.manipulator.home),
+        p_S_pictured(p_S_tip) {
+    if (scene.site.embryo) {
+      embryo.emplace(*scene.site.embryo, scene.site.seed, 0.5 * body.larger_side(), direction_O);
+    }
+    pose.p_O_tip = ToBody(p_S_tip);
+    if (!ahead.Await(ExpectedPlace(pose.p_O_tip, kFarthest * body.larger_side(), direction_O))) {
+      throw std::invalid_argument(
+          "object.geometry: accepted by the simulator is an outline that does not cross itself and "
+          "can be filled with triangles");
+    }
+  }
+
+  // On the body where it rests.
+  [[nodiscard]] Eigen::Vector2d ToBody(const Eigen::Vector3d& p_S) const {
+    return body.X_SO().inverse() * Eigen::Vector2d(p_S.head<2>());
+  }
+  // How far the body is from there now, S [m].
+  [[nodiscard]] Eigen::Vector3d Moved() const {
+    if (motion.amplitude.isZero(0)) return Eigen::Vector3d::Zero();
+    const double t = scripted_t ? *scripted_t : SecondsBetween(begin, Clock::now());
+    const double share = std::sin(2 * std::numbers::pi * t / motion.period);
+    return {share * motion.amplitude.x(), share * motion.amplitude.y(), 0};
+  }
+  // Where the tool at `p_O` will touch within `reach` if it goes on along `way_O`, a direction;
+  // else the nearest place.
+  [[nodiscard]] BoundaryPlace ExpectedPlace(const Eigen::Vector2d& p_O, double reach,
+                                            const Eigen::Vector2d& way_O) const {
+    const auto ahead_of_tool = body.Entry(p_O, p_O + reach * way_O);
+    return ahead_of_tool ? *ahead_of_tool : body.Nearest(p_O);
+  }
+  void Move(const Eigen::Vector3d& p_S);
+  void Begin(const Eigen::Vector2d& from, site::Pose* next);
+  [[nodiscard]] bool Breaks(double next_depth) const;
+  // The picture is taken: what to paint.
+  site::Pose Expose();
+  // By how much all of it is elsewhere [px].
+  Eigen::Vector2d ShiftInPicture();
+
+  const site::TrueBody body;
+  const Eigen::Vector2d direction_O;  // along which the tool points
+  const double force_scale;           // E t [N/m]
+  site::SolutionsAhead ahead;
+  site::Painter painter;  // TakePicture's thread only
+  const CameraView view;
+  const PictureFilter straightening;  // as every source does it; empty: no lens
+
+  std::optional<site::Embryo> embryo;
+  const double picture_rate;  // [Hz]
+  const SiteOptions::Motion motion;
+  const Time begin = Clock::now();
+
+  std::mutex moving;                     // one mover at a time; guards what follows
+  std::optional<double> scripted_t;      // [s]
+  std::optional<BoundaryPlace> touched;  // where the contact began
+  int insertion = 0;                     // number of the one that is or comes next
+
+  std::mutex mutex;  // guards what others read
+  Eigen::Vector3d p_S_tip;
+  site::Pose pose;
+  double depth = 0;
+  bool punctured = false;
+  Eigen::Vector3d p_S_moved{0, 0, 0};  // of the body, with this pose
+  Eigen::Vector3d p_S_pictured;        // tip in the last picture
+  Eigen::Vector2d velocity_S{0, 0};    // between the last two [m/s]
+};
+
+bool SimulatedSite::State::Breaks(double next_depth) const {
+  return embryo && next_depth > embryo->PunctureDepth(insertion);
+}
+
+// Out of contact so far, on the way from `from`.
+void SimulatedSite::State::Begin(const Eigen::Vector2d& from, site::Pose* next) {
+  const Eigen::Vector2d& to = next->p_O_tip;
+  next->contact = nullptr;
+  const auto entry = body.Entry(from, to);
+  if (entry && body.Contains(to)) {
+    next->contact = ahead.Await(*entry);
+    if (next->contact) touched = entry;
+  } else if (const auto near = body.Nearest(to);
+             (near.p_O - to).norm() < kAhead * body.larger_side()) {
+    // On along the way it goes, if it goes ahead at all.
+    const Eigen::Vector2d way = (to - from).stableNormalized();
+    const bool goes_ahead = way.dot(direction_O) > kGoesAhead;
+    ahead.Expect(
+        ExpectedPlace(to, 2 * kAhead * body.larger_side(), goes_ahead ? way : direction_O));
+  }
+}
+
+void SimulatedSite::State::Move(const Eigen::Vector3d& p_S) {
+  const Eigen::Vector3d moved = Moved();
+  const Eigen::Vector2d to = ToBody(p_S - moved), from = pose.p_O_tip;
+  site::Pose next{to, pose.contact, {0, 0}};
+  bool through = punctured;
+  if (touched && (to - touched->p_O).dot(touched->normal_O) > 0) {
+    if (through) ++insertion;  // into another embryo
+    through = false;
+    touched.reset();
+  }
+  if (!touched) Begin(from, &next);
+  if (touched) next.displacement_O = to - touched->p_O;
+  double next_depth = touched ? -next.displacement_O.dot(touched->normal_O) : 0;
+  if (through || Breaks(next_depth)) {
+    through = true;  // the membrane springs back at once, the tool is inside
+    next.contact = nullptr;
+    next.displacement_O.setZero();
+    next_depth = 0;
+  }
+  const std::lock_guard lock(mutex);
+  p_S_tip = p_S;
+  p_S_moved = moved;
+  pose = next;
+  depth = next_depth;
+  punctured = through;
+}
+
+site::Pose SimulatedSite::State::Expose() {
+  site::Pose seen;
+  {
+    const std::lock_guard lock(mutex);
+    velocity_S = picture_rate * (p_S_tip - p_S_pictured).head<2>();
+    p_S_pictured = p_S_tip;
+    seen = pose;
+  }
+  if (!seen.contact || !seen.contact->round) return seen;
+  if (seen.displacement_O.isZero(0)) {
+    seen.contact = nullptr;
+  } else {
+    seen.contact =
+        std::make_shared<site::PatchSolution>(SecantAt(*seen.contact, seen.displacement_O));
+  }
+  return seen;
+}
+
+Eigen::Vector2d SimulatedSite::State::ShiftInPicture() {
+  const std::lock_guard lock(mutex);
+  return view.ToImage(p_S_moved) - view.ToImage(Eigen::Vector3d::Zero());
+}
+
+SimulatedSite::SimulatedSite(const Scene& scene) : state_(std::make_unique<State>(scene)) {}
+
+SimulatedSite::~SimulatedSite() = default;
+
+void SimulatedSite::MoveTool(const Eigen::Vector3d& p_S_tip, Patience /*patience*/) {
+  if (!p_S_tip.allFinite()) return;
+  if (p_S_tip.cwiseAbs().maxCoeff() > kFarthest * state_->body.larger_side()) return;
+  const std::lock_guard moving(state_->moving);
+  state_->Move(p_S_tip);
+}
+
+Truth SimulatedSite::truth() const {
+  Truth truth;
+  site::Pose pose;
+  const auto& embryo = state_->embryo;
+  {
+    const std::lock_guard lock(state_->mutex);
+    truth = {.p_S_tip = state_->p_S_tip, .depth = state_->depth, .punctured = state_->punctured};
+    if (embryo) truth.force.head<2>() = embryo->Drag(state_->velocity_S);
+    pose = state_->pose;
+  }
+  if (!pose.contact) return truth;
+  truth.in_contact = true;
+  const double scale = state_->force_scale * (embryo ? embryo->Stiffening(truth.depth) : 1);
+  truth.force.head<2>() -= scale * (state_->body.X_SO().linear() * ForceOf(pose));
+  return truth;
+}
+
+std::optional<Eigen::Vector3d> SimulatedSite::goal() const {
+  if (!state_->embryo) return std::nullopt;
+  const Eigen::Vector2d p_S = state_->body.X_SO() * state_->embryo->target_O();
+  return Eigen::Vector3d(p_S.x(), p_S.y(), 0);
+}
+
+std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
+  if (!pace.is_live) return std::make_unique<ScriptedCamera>(*this, scene);
+  const double rate = scene.sense.Find<Camera>()->rate;
+  return std::make_unique<LiveSource<FrameSource, Frame>>(
+      rate, 0, fmt::format("simulated camera at {:g} Hz", rate),
+      [this, lamp = scene.site.lamp, sequence = std::uint64_t{0}](Time now) mutable {
+        const double light = LampLight(lamp, Clock::now());
+        cv::Mat picture = TakePicture();
+        if (light < 1) picture *= light;
+        return Frame{std::move(picture), ++sequence, now};
+      });
+}
+
+void SimulatedSite::SetTime(double t) {
+  const std::lock_guard moving(state_->moving);
+  state_->scripted_t = t;
+}
+
+cv::Mat SimulatedSite::TakePicture() {
+  cv::Mat picture = state_->painter.Paint(state_->Expose());
+  if (!state_->motion.amplitude.isZero(0)) picture = Shifted(picture, state_->ShiftInPicture());
+  return state_->straightening ? state_->straightening(picture) : picture;
+}
+
+}  // namespace palpate

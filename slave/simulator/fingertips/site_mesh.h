@@ -1,0 +1,58 @@
+// Meshes of the simulated body, finer near the fingers, and none that an estimator uses: quadratic
+// hexahedra for boxes, cubic tetrahedra for mesh files.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/scene/scene.h"
+#include "slave/simulator/solid/element_shape.h"
+
+namespace palpate {
+
+// How fine the true body's mesh is.
+struct SiteResolution {
+  double edge = 1e-3;             // between the nodes of boxes, where fingers touch [m]
+  double fine_reach = 2e-3;       // as near so far from there [m]
+  double growth = 0.6;            // of that per distance beyond [-]
+  int most_hexahedra = 225;       // of a box; above them all edges are made longer
+  std::size_t most_tets = 20000;  // mesh files are refined, at most twice, within this
+};
+
+}  // namespace palpate
+
+namespace palpate::site {
+
+struct SiteMesh {
+  std::vector<Eigen::Vector3d> nodes;  // p_O [m]
+  std::shared_ptr<const ElementShape> shape;
+  std::vector<std::vector<int>> elements;       // nodes, in the order of the shape's lattice
+  std::vector<std::array<int, 3>> triangles{};  // between the nodes of the surface, outward
+};
+
+// Ends of hexahedra from 0 to `length`, spaced as `resolution` requires around `focuses`. They
+// include those focuses that lie inside, and `others`. `hexahedra`: exactly this number, 0: as many
+// as needed. Fewer than the required ends: as many as those.
+struct AxisGrading {
+  double length = 0;  // [m], > 0
+  std::vector<double> focuses, others;
+};
+std::vector<double> GradedAxis(const AxisGrading& axis, const SiteResolution& resolution,
+                               int hexahedra = 0);
+
+// A box over three axes' ends.
+SiteMesh MeshGradedBox(const std::array<std::vector<double>, 3>& axes);
+constexpr int kHexahedronDegree = 2;
+
+// A mesh file's own tetrahedra. Throws std::invalid_argument: no volume, an unusable file.
+SolidMesh OwnMesh(const Geometry& geometry);
+// Cubic ones, where they are few; else linear ones, refined at most twice within `most_tets`. Large
+// files are not refined: of them the truth has the mesh that `fem` has, with another law.
+SiteMesh MeshTetrahedra(const SolidMesh& mesh, std::size_t most_tets);
+
+}  // namespace palpate::site

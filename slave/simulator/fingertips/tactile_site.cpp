@@ -1,0 +1,306 @@
+#include "slave/simulator/fingertips/tactile_site.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <stdexcept>
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+
+#include "shared/geometry/index.h"
+#include "slave/simulator/fingertips/load_path.h"
+#include "slave/simulator/fingertips/simulated_fingertip.h"
+#include "slave/simulator/fingertips/true_object.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using site::LoadPathCache;
+
+constexpr double kFriction = 1;        // of the skin on the object [-]
+constexpr double kFarthest = 1e6;      // hands farther from home are none [m]
+constexpr double kLeastDepth = 0.01;   // a ladder reaches so far at least [m]
+constexpr double kDepthReserve = 1.5;  // and so many times operator.press.depth
+constexpr double kMostOfBody = 0.6;    // but not farther into the body than this part of it
+
+// Where the hand is and what it presses.
+struct HandState {
+  Vector3d h_O{0, 0, 0};  // displacement from home
+  double s = 0;           // of it along the approach
+  bool pressing = false;
+  Vector3d slip_O{0, 0, 0};  // sideways since the contact stuck
+  site::SolvedPress press;   // without rungs while nothing touches
+};
+
+double DeepestOf(const Scene& scene, const site::TrueObject& object, const site::RestBody& body) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Vector3d& p_O : body.surface.nodes) {
+    const double along = p_O.dot(object.hand().approach_O);
+    low = std::min(low, along);
+    high = std::max(high, along);
+  }
+  const double wanted = std::max(kLeastDepth, kDepthReserve * scene.operator_options.press_depth);
+  return std::min(wanted, kMostOfBody * (high - low));
+}
+
+constexpr int kStepsPerSample = 4;  // so that the hand's path is followed, not jumped
+
+}  // namespace
+
+struct TactileSite::State {
+  State(const Scene& scene, const SiteResolution& resolution)
+      : object(scene, resolution),
+        home_body(object.BodyFor(Vector3d::Zero())),
+        period(1 / scene.sense.Find<Tactile>()->rate),
+        press_depth(scene.operator_options.press_depth),
+        skin_scale(site::kSkinRadius / scene.sense.Find<Tactile>()->finger_radius),
+        tangential_part(2 * (1 - object.material().poisson_ratio) /
+                        (2 - object.material().poisson_ratio)),
+        ladders(object, DeepestOf(scene, object, *home_body)) {
+    hand_now.press.body = home_body;
+    for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
+      fingertips.emplace_back(scene.site.seed + static_cast<std::uint32_t>(f));
+    }
+    home_gap = ladders.Expect(ladders.KeyOf(Vector3d::Zero()));
+  }
+
+  [[nodiscard]] Isometry3d PoseOf(std::size_t f, const HandState& hand) const {
+    return object.X_SO() * object.hand().PoseOf(f, hand.h_O);
+  }
+  [[nodiscard]] Vector3d home() const {
+    return object.X_SO() * object.hand().fingers.front().X_OF_home *
+           Vector3d(0, 0, -object.hand().shape.radius);
+  }
+  void Move(const Vector3d& h_O);
+  void Stick(HandState* hand);
+  [[nodiscard]] Vector3d Sideways(std::size_t f, const HandState& hand,
+                                  const site::TouchBetween& between) const;
+  [[nodiscard]] FingerTruth TruthOf(std::size_t f, const HandState& hand) const;
+  // How the finger nearest to `p_O` moves with the hand.
+  [[nodiscard]] double SenseNear(const Vector3d& p_O, const HandState& hand) const;
+  FingerReading ReadingOf(std::size_t f, const HandState& hand);
+  [[nodiscard]] HandState now() const {
+    const std::lock_guard lock(mutex);
+    return hand_now;
+  }
+
+  const site::TrueObject object;
+  const std::shared_ptr<const site::RestBody> home_body;
+  const double period, press_depth, skin_scale, tangential_part;
+  double home_gap = 0;
+  std::vector<SimulatedFingertip> fingertips;  // TakeSample's thread only
+  std::uint64_t sequence = 0;                  // likewise
+
+  std::mutex moving;                 // one mover at a time; guards what follows
+  LoadPathCache::Key pressed{0, 0};  // ladder of the press that goes on
+  Vector3d anchor_O{0, 0, 0};        // where beside the approach it stuck
+
+  mutable std::mutex mutex;  // guards what others read
+  HandState hand_now;
+
+  LoadPathCache ladders;
+};
+
+// Of finger `f` on the object, across the approach [N].
+Vector3d TactileSite::State::Sideways(std::size_t f, const HandState& hand,
+                                      const site::TouchBetween& between) const {
+  const double stiffness = tangential_part * std::max(between.slope, 0.0);
+  const Vector3d force = object.hand().fingers[f].sense * stiffness * hand.slip_O;
+  const double most = kFriction * between.touch.force_O.norm();
+  return force.norm() > most ? Vector3d(most * force.normalized()) : force;
+}
+
+// The contact is dragged along where friction does not hold the first finger.
+void TactileSite::State::Stick(HandState* hand) {
+  const Vector3d lateral_O = hand->h_O - hand->s * object.hand().approach_O;
+  const auto between = site::TouchAt(*hand->press.rungs, 0, hand->s);
+  const double stiffness = tangential_part * between.slope;
+  Vector3d slip_O = lateral_O - anchor_O;
+  const double most = stiffness > 0 ? kFriction * between.touch.force_O.norm() / stiffness : 0;
+  if (slip_O.norm() > most) slip_O *= most / slip_O.norm();
+  anchor_O = lateral_O - slip_O;
+  hand->slip_O = slip_O;
+}
+
+void TactileSite::State::Move(const Vector3d& h_O) {
+  HandState next;
+  next.h_O = h_O;
+  next.s = h_O.dot(object.hand().approach_O);
+  next.press.body = now().press.body;
+  const bool was_pressing = now().pressing;
+  if (!was_pressing) pressed = ladders.KeyOf(h_O);
+  if (next.s > ladders.Expect(pressed)) {
+    next.press = ladders.Await(pressed, next.s);
+    next.pressing = true;
+    if (!was_pressing) anchor_O = h_O - next.s * object.hand().approach_O;
+    Stick(&next);
+  }
+  const std::lock_guard lock(mutex);
+  hand_now = std::move(next);
+}
+
+FingerTruth TactileSite::State::TruthOf(std::size_t f, const HandState& hand) const {
+  FingerTruth truth;
+  truth.X_SF = PoseOf(f, hand);
+  truth.p_S_contact = truth.X_SF * Vector3d(0, 0, -object.hand().shape.radius);
+  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
+  if (!between.touch.touching) return truth;
+  truth.in_contact = true;
+  truth.p_S_contact = truth.X_SF * between.touch.p_F;
+  truth.depth = between.touch.depth;
+  const Vector3d force_O = between.touch.force_O + Sideways(f, hand, between);
+  truth.force = -(object.X_SO().linear() * force_O);
+  return truth;
+}
+
+double TactileSite::State::SenseNear(const Vector3d& p_O, const HandState& hand) const {
+  double nearest = std::numeric_limits<double>::infinity(), sense = 0;
+  for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
+    const double distance = (object.hand().PoseOf(f, hand.h_O).translation() - p_O).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    sense = object.hand().fingers[f].sense;
+  }
+  return sense;
+}
+
+FingerReading TactileSite::State::ReadingOf(std::size_t f, const HandState& hand) {
+  const FingerTruth truth = TruthOf(f, hand);
+  const auto between = site::TouchAt(*hand.press.rungs, static_cast<int>(f), hand.s);
+  FingertipLoad load;
+  load.p_F = skin_scale * between.touch.p_F;
+  load.f_F = truth.X_SF.linear().transpose() * truth.force;
+  load.radius = skin_scale * between.touch.radius;
+  FingerReading reading = fingertips[f].Sample(truth.in_contact ? &load : nullptr, period);
+  reading.X_SF = truth.X_SF;
+  return reading;
+}
+
+TactileSite::TactileSite(const Scene& scene, const SiteResolution& resolution)
+    : state_(std::make_unique<State>(scene, resolution)) {}
+
+TactileSite::~TactileSite() = default;
+
+void TactileSite::MoveTool(const Vector3d& p_S_tip, Patience /*patience*/) {
+  if (!p_S_tip.allFinite()) return;
+  const Vector3d h_O = state_->object.X_SO().linear().transpose() * (p_S_tip - state_->home());
+  if (h_O.cwiseAbs().maxCoeff() > kFarthest) return;
+  const std::lock_guard moving(state_->moving);
+  state_->Move(h_O);
+}
+
+void TactileSite::SolveAhead() {
+  const double way = gap() + state_->press_depth;
+  if (std::isfinite(way)) {
+    spdlog::info("the simulator precomputes an indentation of {:.3g} mm",
+                 1e3 * state_->press_depth);
+    MoveTool(home() + way * approach());
+  }
+  MoveTool(home());
+}
+
+Truth TactileSite::truth() const {
+  const HandState hand = state_->now();
+  Truth truth;
+  for (std::size_t f = 0; f < state_->fingertips.size(); ++f) {
+    truth.fingers[f] = state_->TruthOf(f, hand);
+  }
+  const FingerTruth& first = truth.fingers.front();
+  truth.p_S_tip = first.X_SF * Vector3d(0, 0, -state_->object.hand().shape.radius);
+  truth.in_contact = first.in_contact;
+  truth.force = first.force;
+  truth.depth = first.depth;
+  return truth;
+}
+
+std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
+  if (!pace.is_live) return std::make_unique<ScriptedTouch>(*this, scene);
+  const double rate = scene.sense.Find<Tactile>()->rate;
+  return std::make_unique<LiveSource<TactileSource, TactileFrame>>(
+      rate, 1, fmt::format("simulated fingertips at {:g} Hz", rate),
+      [this](Time now) { return TakeSample(now); });
+}
+
+Vector3d TactileSite::approach() const {
+  return state_->object.X_SO().linear() * state_->object.hand().approach_O;
+}
+
+double TactileSite::gap() const {
+  return state_->home_gap;
+}
+
+Vector3d TactileSite::home() const {
+  return state_->home();
+}
+
+TactileFrame TactileSite::TakeSample(Time now) {
+  const HandState hand = state_->now();
+  TactileFrame frame;
+  frame.sequence = ++state_->sequence;
+  frame.sensed_at = now;
+  for (std::size_t f = 0; f < state_->fingertips.size(); ++f) {
+    frame.fingers[f] = state_->ReadingOf(f, hand);
+  }
+  return frame;
+}
+
+SurfaceMesh TactileSite::rest_surface() const {
+  SurfaceMesh surface = state_->now().press.body->surface;
+  for (Vector3d& p : surface.nodes) p = state_->object.X_SO() * p;
+  return surface;
+}
+
+std::vector<Vector3d> TactileSite::DeformedSurface() const {
+  const HandState hand = state_->now();
+  const site::RestBody& body = *hand.press.body;
+  std::vector<Vector3d> displacement_O(body.mesh.nodes.size(), Vector3d::Zero());
+  site::DisplacementsAt(*hand.press.rungs, hand.s, &displacement_O);
+  double largest = 0;
+  for (const Vector3d& u : displacement_O) largest = std::max(largest, u.norm());
+  std::vector<Vector3d> deformed_S;
+  deformed_S.reserve(body.surface.nodes.size());
+  for (std::size_t i = 0; i < body.surface.nodes.size(); ++i) {
+    Vector3d p_O = body.surface.nodes[i];
+    if (largest > 0) {
+      const Vector3d& u = displacement_O[Index(body.node_of[i])];
+      // What is pressed in goes sideways with its finger, as far as it is pressed in.
+      p_O += u + u.norm() / largest * state_->SenseNear(p_O, hand) * hand.slip_O;
+    }
+    deformed_S.push_back(state_->object.X_SO() * p_O);
+  }
+  return deformed_S;
+}
+
+ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
+    : site_(site), rate_(scene.sense.Find<Tactile>()->rate) {
+  const PressRequest press(scene);
+  if (!std::isfinite(site_.gap())) {
+    throw std::invalid_argument(
+        "sense.tactile: the fingertips do not meet the object on their path");
+  }
+  const double way = site_.gap() + press.depth;
+  way_ = way * site_.approach();
+  start_ = std::max(scene.sense.Find<Tactile>()->rest_samples, 0) / rate_ + kSettle;
+  motion_ = {std::max(presses, 1), kMinimumJerkPeak * std::abs(way) / press.speed, kHold, kRest};
+}
+
+std::optional<TactileFrame> ScriptedTouch::Next(const std::stop_token& stop) {
+  const double t = static_cast<double>(sequence_) / rate_;
+  if (stop.stop_requested() || t > duration()) return std::nullopt;
+  for (int step = kStepsPerSample - 1; step >= 0; --step) {
+    site_.MoveTool(Tip(t - step / (kStepsPerSample * rate_)));
+  }
+  ++sequence_;
+  return site_.TakeSample(Time{} + Seconds(t));
+}
+
+std::string ScriptedTouch::description() const {
+  return fmt::format("simulated fingertips, {} scripted contact{}, {:g} Hz", motion_.presses,
+                     motion_.presses == 1 ? "" : "s", rate_);
+}
+
+}  // namespace palpate

@@ -1,0 +1,115 @@
+// The simulator of a scene with fingertips: a soft body with a large-strain constitutive model on
+// its own mesh, in contact with simulated fingertips. It is visible only through tactile samples;
+// its truth is for reports.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/mesh/solid_mesh.h"
+#include "slave/capture/tactile_frame.h"
+#include "slave/scene/scene.h"
+#include "slave/simulator/environment/press_motion.h"
+#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/fingertips/site_mesh.h"
+
+namespace palpate {
+
+// The fingers are rigid (paper B, equation 4) and stick to the surface. A separate thread solves
+// contacts along approach() in advance (LoadPathCache) on its own mesh, and they are interpolated.
+// Sideways motion of a finger in contact uses a linear stiffness, 2 (1 - nu) / (2 - nu) of the
+// normal one (Mindlin 1949), and slips beyond a friction of 1. Gravity and inertia are neglected:
+// the foams of the material files sink by less than a percent of their height under their own
+// weight. On the paper's foam cube forces at depths of 1 to 3 mm are 5 to 11 % above those on a
+// mesh with six times the nodes; on mesh files, whose edges are only halved, a third above.
+class TactileSite final : public SimulatedEnvironment {
+ public:
+  // A few milliseconds; the first contact is solved in the background from here on. Throws
+  // std::invalid_argument naming the key if the scene cannot be simulated: no fingertips, an object
+  // that is not a volume or has no fixed part, a fingertip that is inside it at home.
+  explicit TactileSite(const Scene& scene, const SiteResolution& resolution = {});
+  ~TactileSite() override;
+
+  // The manipulator moves the tip here, which is the apex of the first finger's pad, frame S [m].
+  // Thread-safe. Short, unless the contact is deeper than what is solved so far: then it waits
+  // (about a second per millimetre at worst), independent of the patience.
+  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // Solves the scene's own contact to its full depth; takes as long as this solution.
+  void SolveAhead() override;
+  [[nodiscard]] Truth truth() const override;
+  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
+    return Eigen::Vector3d::Zero();
+  }
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) override;
+  // Unit vector, frame S, of expected contacts: from the first finger's pad into the object's
+  // surface.
+  [[nodiscard]] Eigen::Vector3d approach() const;
+  // Way along approach() from home until a finger touches [m]; infinity: none ever does.
+  [[nodiscard]] double gap() const;
+  // The tip at home, frame S [m].
+  [[nodiscard]] Eigen::Vector3d home() const;
+  // One sample of every finger; the simulation advances by one sample period (1 / rate). One
+  // thread; the same calls in the same order give the same samples.
+  TactileFrame TakeSample(Time now);
+  // Surface of the simulated body at rest and deformed now, frame S [m]; same triangles. The nodes
+  // of a box are denser near the contact, so they move over the surface when the contact moves (5
+  // mm from the last point, or more). For reports and for the images of a virtual depth camera.
+  [[nodiscard]] SurfaceMesh rest_surface() const;
+  [[nodiscard]] std::vector<Eigen::Vector3d> DeformedSurface() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// A simulator with scripted contacts, sample after sample on its own clock: the source of runs
+// without an operator.
+//
+// First a rest at home, while the baseline is measured and for 0.2 s more. Each contact: along
+// TactileSite::approach() to operator.press.depth beyond the first contact in a minimum-jerk ramp
+// whose peak speed is operator.press.speed, or manipulator.max_speed if that is less; a hold of 1
+// s; the same ramp back; 0.5 s at home.
+class ScriptedTouch final : public TactileSource {
+ public:
+  static constexpr double kSettle = 0.2, kHold = 1.0, kRest = 0.5;  // [s]
+
+  // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: nothing in
+  // front of the fingers, depth or speed not positive.
+  ScriptedTouch(TactileSite& site, const Scene& scene, int presses = 1);
+
+  // As fast as it can be computed; sensed_at counts from Time{}. Ends after the last contact.
+  std::optional<TactileFrame> Next(const std::stop_token& stop) override;
+  [[nodiscard]] std::string description() const override;
+
+  // Where the tip is at `t` [s] after the start, S [m].
+  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept {
+    return site_.home() + motion_.At(t - start_) * way_;
+  }
+  [[nodiscard]] double duration() const noexcept { return start_ + motion_.duration(); }  // [s]
+  // For the first contact, from the start [s].
+  [[nodiscard]] double hold_begin() const noexcept { return start_ + motion_.ramp; }
+  [[nodiscard]] double hold_end() const noexcept { return start_ + motion_.ramp + kHold; }
+
+ private:
+  TactileSite& site_;
+  double rate_;          // [Hz]
+  Eigen::Vector3d way_;  // home to deepest, S [m]
+  double start_ = 0;     // of the first contact [s]
+  PressMotion motion_;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,163 @@
+#include "slave/simulator/points/painted_membrane.h"
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/simulator/environment/painting.h"
+#include "slave/vision/dots/dot_layout.h"
+
+namespace palpate::site {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kRimCorners = 720;
+
+constexpr int kCorners = 32;      // of an outline
+constexpr double kNearby = 0.05;  // where the tilt is taken, in radii from a dot's middle
+
+constexpr int kCells = 72;  // across the membrane
+constexpr double kTexelsPerGrain = 5;
+constexpr float kGrey = 120, kContrast = 90;
+
+}  // namespace
+
+Eigen::Vector3d MembraneView::Place(const Eigen::Vector2d& p_O, const Dent& dent) const {
+  return Eigen::Vector3d(p_O.x(), p_O.y(), -thickness) + DisplacementOf(dent, p_O);
+}
+
+cv::Mat MembraneView::PlainFace() const {
+  std::vector<Eigen::Vector2d> rim;
+  for (int k = 0; k < kRimCorners; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kRimCorners;
+    const Eigen::Vector3d p_O(radius * std::cos(angle), radius * std::sin(angle), -thickness);
+    const auto p_I = Project(lens, X_CO * p_O);
+    if (p_I) rim.push_back(*p_I);
+  }
+  Coverage coverage({0, 0, lens.size[0], lens.size[1]});
+  coverage.Add(rim);
+  cv::Mat face;
+  coverage.Resolve(face);
+  face = kBeyond + (kRubber - kBeyond) * face;
+  return face;
+}
+
+PrintedDots DotsOn(const MembraneGeometry& membrane, const PointTracking& points) {
+  const PrintedDots dots{DotPlaces(points), points.dot_radius};
+  if (!(dots.radius > 0 && dots.radius < membrane.radius)) {
+    throw std::invalid_argument(
+        fmt::format("sense.points.radius = {:g} m: accepted is > 0, and "
+                    "less than the membrane's radius, {:g} m",
+                    dots.radius, membrane.radius));
+  }
+  for (const Vector2d& p_O : dots.places_O) {
+    if (p_O.norm() + dots.radius < membrane.radius) continue;
+    throw std::invalid_argument(
+        fmt::format("sense.points: the dot at [{:g}, {:g}] m is not completely on the membrane: "
+                    "accepted are dots within {:g} m of its centre",
+                    p_O.x(), p_O.y(), membrane.radius - dots.radius));
+  }
+  return dots;
+}
+
+DottedMembrane::DottedMembrane(const MembraneView& view, const PrintedDots& dots,
+                               const Exposure& exposure)
+    : view_(view), dots_(dots), exposure_(exposure), ground_(view.PlainFace()) {
+  exposure_.Blur(ground_);
+}
+
+// A polygon with the area of its disc: an inscribed one has less.
+bool DottedMembrane::Outline(const Vector2d& p_O, const Dent& dent,
+                             std::vector<Vector2d>* outline) const {
+  const double nearby = kNearby * dots_.radius, turn = 2 * std::numbers::pi / kCorners;
+  const auto along = [&](const Vector2d& way) -> Vector3d {
+    return view_.Place(p_O + nearby * way, dent) - view_.Place(p_O - nearby * way, dent);
+  };
+  const Vector3d x = along({1, 0}).normalized(), n = x.cross(along({0, 1})).normalized();
+  const Vector3d y = n.cross(x), middle = view_.Place(p_O, dent);
+  const double corner = dots_.radius * std::sqrt(turn / std::sin(turn));
+  outline->clear();
+  for (int k = 0; k < kCorners; ++k) {
+    const Vector3d p = middle + corner * (std::cos(k * turn) * x + std::sin(k * turn) * y);
+    const auto p_I = Project(view_.lens, view_.X_CO * p);
+    if (!p_I) return false;
+    outline->push_back(*p_I);
+  }
+  return true;
+}
+
+// Blur is linear, and dots do not overlap: blurred coverage is taken off the blurred ground.
+const cv::Mat& DottedMembrane::Paint(const Dent& dent) {
+  ground_.copyTo(seen_);
+  std::vector<Vector2d> outline;
+  for (const Vector2d& p_O : dots_.places_O) {
+    if (!Outline(p_O, dent, &outline)) continue;
+    const cv::Rect window = WindowAround(outline, exposure_.reach() + 1, seen_.size());
+    if (window.empty()) continue;
+    Coverage coverage(window);
+    coverage.Add(outline);
+    coverage.Resolve(covered_);
+    exposure_.Blur(covered_);
+    cv::Mat part = seen_(window);
+    part += (kDot - MembraneView::kRubber) * covered_;
+  }
+  return seen_;
+}
+
+TexturedMembrane::TexturedMembrane(const MembraneView& view, std::uint32_t seed,
+                                   const Exposure& exposure)
+    : view_(view),
+      exposure_(exposure),
+      texture_(Texture::Speckle(seed + 7, kTexelsPerGrain, kGrey, kContrast)),
+      ground_(view.PlainFace()) {
+  LayGrid();
+}
+
+// A square grid, mapped onto the disc so that its edge becomes the rim: rings of the square become
+// circles (Shirley and Chiu 1997, without their equal areas).
+void TexturedMembrane::LayGrid() {
+  const double texels = kGrains * kTexelsPerGrain / (2 * view_.radius);  // per metre
+  for (int j = 0; j <= kCells; ++j) {
+    for (int i = 0; i <= kCells; ++i) {
+      const Vector2d square(2.0 * i / kCells - 1, 2.0 * j / kCells - 1);
+      const double ring = square.cwiseAbs().maxCoeff();
+      const Vector2d disc = ring > 0 ? Vector2d(ring * square.normalized()) : Vector2d(0, 0);
+      nodes_O_.push_back(view_.radius * disc);
+      on_texture_.push_back(texels * nodes_O_.back());
+    }
+  }
+  const auto node = [](int i, int j) { return j * (kCells + 1) + i; };
+  for (int j = 0; j < kCells; ++j) {
+    for (int i = 0; i < kCells; ++i) {
+      triangles_.push_back({node(i, j), node(i + 1, j), node(i + 1, j + 1)});
+      triangles_.push_back({node(i, j), node(i + 1, j + 1), node(i, j + 1)});
+    }
+  }
+}
+
+const cv::Mat& TexturedMembrane::Paint(const Dent& dent) {
+  ground_.copyTo(seen_);
+  std::vector<std::optional<Vector2d>> p_I;
+  p_I.reserve(nodes_O_.size());
+  for (const Vector2d& p_O : nodes_O_)
+    p_I.push_back(Project(view_.lens, view_.X_CO * view_.Place(p_O, dent)));
+  for (const auto& [i, j, k] : triangles_) {
+    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+    const auto c = static_cast<std::size_t>(k);
+    if (!p_I[a] || !p_I[b] || !p_I[c]) continue;
+    texture_.Fill(seen_, {0, 0}, {*p_I[a], *p_I[b], *p_I[c]},
+                  {on_texture_[a], on_texture_[b], on_texture_[c]});
+  }
+  exposure_.Blur(seen_);
+  return seen_;
+}
+
+}  // namespace palpate::site

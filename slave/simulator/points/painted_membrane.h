@@ -1,0 +1,89 @@
+// The inner face of a membrane before one camera, with dots or a texture on it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/scene/scene.h"
+#include "slave/simulator/environment/painting.h"
+#include "slave/simulator/points/membrane/pressed_membrane.h"
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate::site {
+
+// The inner face of a membrane before one camera.
+struct MembraneView {
+  // Grey levels: the clamp, the rubber.
+  static constexpr float kBeyond = 150, kRubber = 190;
+
+  Lens lens;
+  Eigen::Isometry3d X_CO = Eigen::Isometry3d::Identity();  // p_C = X_CO p_O
+  double radius = 0, thickness = 0;                        // [m]
+
+  // Where the inner face's point that rests at p_O [m] is, frame O [m].
+  [[nodiscard]] Eigen::Vector3d Place(const Eigen::Vector2d& p_O, const Dent& dent) const;
+  // Plain rubber within the clamp, CV_32F of the lens's size, each pixel by its exact share.
+  [[nodiscard]] cv::Mat PlainFace() const;
+};
+
+// Dark dots on the inner face of a membrane, for one camera. Frame O.
+struct PrintedDots {
+  std::vector<Eigen::Vector2d> places_O;  // at rest [m]
+  double radius = 0;                      // [m]
+};
+// Throws std::invalid_argument naming the key: a dot that is not wholly on the membrane.
+PrintedDots DotsOn(const MembraneGeometry& membrane, const PointTracking& points);
+
+class DottedMembrane {
+ public:
+  static constexpr float kDot = 45;  // grey level
+
+  // `exposure` must outlive this.
+  DottedMembrane(const MembraneView& view, const PrintedDots& dots, const Exposure& exposure);
+  // The blurred image: CV_32F of the lens's size, valid until the next call. Dots are small stiff
+  // discs: each moves with the membrane's point at its middle, tilts with the surface there, and
+  // covers its exact share of each pixel. (Ink that bends with the rubber would show the mean of
+  // the surface under it: under the middle of a tool as wide as the dots, 5 mm deep, 0.2 mm less
+  // than the point at the dot's middle, elsewhere hundredths.)
+  const cv::Mat& Paint(const Dent& dent);
+
+ private:
+  // Corners of the outline of the disc at p_O in the image [px]; false: not all are visible.
+  bool Outline(const Eigen::Vector2d& p_O, const Dent& dent,
+               std::vector<Eigen::Vector2d>* outline) const;
+
+  MembraneView view_;
+  PrintedDots dots_;
+  const Exposure& exposure_;
+  cv::Mat ground_;          // CV_32F: blurred, without dots
+  cv::Mat seen_, covered_;  // CV_32F
+};
+
+// A fine texture printed on the inner face of a membrane, for one camera.
+class TexturedMembrane {
+ public:
+  static constexpr double kGrains = 65;  // of the texture across the membrane: 1.2 mm of 78
+
+  // `exposure` must outlive this.
+  TexturedMembrane(const MembraneView& view, std::uint32_t seed, const Exposure& exposure);
+  // As DottedMembrane's. The face is drawn in facets, finest in the middle between centre and rim.
+  const cv::Mat& Paint(const Dent& dent);
+
+ private:
+  void LayGrid();
+
+  MembraneView view_;
+  const Exposure& exposure_;
+  Texture texture_;
+  std::vector<Eigen::Vector2d> nodes_O_;     // at rest [m]
+  std::vector<Eigen::Vector2d> on_texture_;  // [texels]
+  std::vector<std::array<int, 3>> triangles_;
+  cv::Mat ground_, seen_;  // CV_32F
+};
+
+}  // namespace palpate::site

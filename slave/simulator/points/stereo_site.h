@@ -1,0 +1,83 @@
+// The simulator of a scene with a stereo pair: a membrane with a large-strain constitutive model on
+// its own mesh, or a textured target on its path. It is visible only through images.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/scene/scene.h"
+#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/points/membrane/pressed_membrane.h"
+#include "slave/vision/stereo/rig.h"
+
+namespace palpate {
+
+struct StereoPictures {
+  cv::Mat left, right;  // 8 bit grey
+};
+
+// What is simulated follows from the scene:
+// - a membrane, under a flat round tool of the scene's width, and under the tension at rest that
+//   the scene tells its model (`model.prestress`), for want of another: dark dots (`track: dots`)
+//   or a fine texture (`track: texture`) on its inner face. The tool does not rub: its place on the
+//   membrane is where its tip is over it, and as deep as the tip is below the rest plane z_O = 0.
+//   Presses are solved ahead (PressCache) and blended in between (Dent),
+//   exactly at the radius of manipulator.home, elsewhere within 0.6 % of the force.
+// - anything else with `track: texture`: the textured target of paper C's second experiment on its
+//   path about the origin of O, whatever the object's own shape. Frame B is turned as O; time goes
+//   on by 1 / rate from one pair of images to the next.
+class StereoSite final : public SimulatedEnvironment {
+ public:
+  // Throws std::invalid_argument naming the key where the scene cannot be simulated: no simulated
+  // pair (SimulatedRig), no points or no tool, an object that cannot carry the
+  // points, dots beyond the rim.
+  explicit StereoSite(const Scene& scene, const site::MembraneResolution& resolution = {});
+  ~StereoSite() override;
+
+  // Patience::kWaits: short, unless the contact is deeper than what is solved so far. A target is
+  // not touched. Patience::kNone, for an operator who must not be delayed: never waits. If the
+  // contacts around the tool are not solved to its depth, or it is nearer to the rim than contacts
+  // are solved, they are solved next (with a log line, once per radius). Until then truth().solved
+  // is false: the images and the force are those of the nearest solved contact, extrapolated beyond
+  // its depth. Afterwards the membrane jumps to the true solution.
+  void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
+  // Contacts that are not yet solved are approximated. The scene's own contact is solved now to its
+  // full depth, those elsewhere in the background from here on.
+  void SolveAhead() override;
+  // From now on contacts are solved all over the membrane, in the background, nearest to home
+  // first, but under the tool before all. About a second each, a dozen of them.
+  void SolveEverywhere();
+  [[nodiscard]] bool is_solved_everywhere() const;
+  // How often MoveTool waited for a contact.
+  [[nodiscard]] std::uint64_t waits() const;
+  [[nodiscard]] Truth truth() const override;
+  // nullopt: a membrane.
+  [[nodiscard]] std::optional<TargetTruth> target() const override;
+  // Of the membrane's point that rests at p_O [m] on the inner face.
+  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override;
+  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
+  std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) override;
+  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
+                                                const Pace& /*pace*/) override {
+    return nullptr;
+  }
+  // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same
+  // calls in the same order give the same images.
+  StereoPictures TakePictures();
+  // The pair as it really is.
+  [[nodiscard]] const StereoRig& rig() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,103 @@
+#include "slave/simulator/points/textured_target.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/LU>
+
+namespace palpate::site {
+namespace {
+
+constexpr double kTexelsPerGrain = 5;
+constexpr int kRings = 40;  // from the tip to the rim
+constexpr int kAround = 160;
+
+// Twice the signed area of a facet in the picture; positive where its outside faces the camera.
+double Facing(const std::array<Eigen::Vector2d, 3>& at) {
+  const Eigen::Vector2d a = at[1] - at[0], b = at[2] - at[0];
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+}  // namespace
+
+Eigen::Vector3d HeartPath(double seconds, double pace) {
+  constexpr double kReach = 0.010;  // [m]
+  const double c = std::cos(pace * seconds), s = std::sin(pace * seconds);
+  return kReach * Eigen::Vector3d(c, s, c + s);
+}
+
+TexturedTarget::TexturedTarget(const Shape& shape)
+    : texture_(Texture::Speckle(shape.seed, kTexelsPerGrain, shape.grey, shape.contrast)) {
+  // Polar about -z; the texture is laid out by arc length from the tip, so it is stretched little.
+  const double size = shape.semi_axes.head<2>().mean();
+  const double texels = kTexelsPerGrain / shape.grain * size;  // per radian of the polar angle
+  const auto add = [&](double polar, double turn) {
+    const Eigen::Vector3d unit(std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn),
+                               -std::cos(polar));
+    const double bump = std::sin(9 * unit.x() + 1) * std::cos(8 * unit.y()) * std::cos(polar);
+    p_B_.emplace_back(shape.semi_axes.cwiseProduct(unit) + shape.relief * bump * unit);
+    on_texture_.emplace_back(texels * polar * std::cos(turn), texels * polar * std::sin(turn));
+  };
+  add(0, 0);
+  for (int ring = 1; ring <= kRings; ++ring) {
+    for (int k = 0; k < kAround; ++k) {
+      add(std::numbers::pi / 2 * ring / kRings, 2 * std::numbers::pi * k / kAround);
+    }
+  }
+  const auto vertex = [](int ring, int k) {
+    return ring == 0 ? 0 : 1 + (ring - 1) * kAround + k % kAround;
+  };
+  for (int ring = 0; ring < kRings; ++ring) {
+    for (int k = 0; k < kAround; ++k) {
+      const int a = vertex(ring, k), b = vertex(ring + 1, k);
+      const int c = vertex(ring + 1, k + 1), d = vertex(ring, k + 1);
+      triangles_.push_back({a, b, c});
+      if (ring > 0) triangles_.push_back({a, c, d});
+    }
+  }
+}
+
+void TexturedTarget::Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::Mat& canvas) const {
+  std::vector<std::optional<Eigen::Vector2d>> p_I(p_B_.size());
+  for (std::size_t i = 0; i < p_B_.size(); ++i) p_I[i] = Project(lens, X_CB * p_B_[i]);
+  for (const auto& triangle : triangles_) {
+    std::array<Eigen::Vector2d, 3> at, from;
+    bool seen = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto i = static_cast<std::size_t>(triangle[k]);
+      seen = seen && p_I[i].has_value();
+      if (!seen) break;
+      at[k] = *p_I[i];
+      from[k] = on_texture_[i];
+    }
+    if (seen && Facing(at) > 0) texture_.Fill(canvas, {0, 0}, at, from);
+  }
+}
+
+std::optional<Eigen::Vector3d> TexturedTarget::PointAt(const Lens& lens,
+                                                       const Eigen::Isometry3d& X_CB,
+                                                       const Eigen::Vector2d& p_I) const {
+  const auto ray = RayOf(lens, p_I);
+  if (!ray) return std::nullopt;
+  const Eigen::Isometry3d X_BC = X_CB.inverse();
+  const Eigen::Vector3d o = X_BC.translation();
+  const Eigen::Vector3d d = X_BC.linear() * ray->homogeneous();
+  std::optional<Eigen::Vector3d> nearest;
+  double least = 0;
+  for (const auto& [i, j, k] : triangles_) {  // o + s d = a + u (b - a) + v (c - a)
+    const Eigen::Vector3d& a = p_B_[static_cast<std::size_t>(i)];
+    Eigen::Matrix3d M;
+    M << -d, p_B_[static_cast<std::size_t>(j)] - a, p_B_[static_cast<std::size_t>(k)] - a;
+    if (std::abs(M.determinant()) < 1e-15) continue;  // edge on
+    const Eigen::Vector3d suv = M.inverse() * (o - a);
+    constexpr double kRim = -1e-9;
+    const bool within = suv.y() >= kRim && suv.z() >= kRim && suv.y() + suv.z() <= 1 - kRim;
+    if (!within || !(suv.x() > 0) || (nearest && suv.x() >= least)) continue;
+    least = suv.x();
+    nearest = o + least * d;
+  }
+  return nearest;
+}
+
+}  // namespace palpate::site

@@ -1,0 +1,95 @@
+#include "slave/simulator/points/true_membrane.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <variant>
+
+#include <spdlog/fmt/fmt.h>
+
+namespace palpate::site {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kFarthest = 1e3;  // tools farther away are none, in radii
+constexpr double kNear = 1.5;      // of the centre: presses are expected within, in radii
+
+const MembraneGeometry& GeometryOf(const Scene& scene) {
+  const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry);
+  if (membrane) return *membrane;
+  throw std::invalid_argument("object.geometry: accepted by the simulator is a membrane");
+}
+
+PressCache::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
+                        const MembraneResolution& resolution) {
+  if (!scene.tool || !(scene.tool->width > 0)) {
+    throw std::invalid_argument(
+        "tool.width: missing; accepted by the simulator is the diameter of the tool, > 0");
+  }
+  const double depth = scene.operator_options.press_depth;
+  if (!(depth > 0 && std::isfinite(depth))) {
+    throw std::invalid_argument(
+        fmt::format("operator.press.depth = {:g} m: accepted is > 0", depth));
+  }
+  return {.geometry = GeometryOf(scene),
+          .material = scene.object.material,
+          .width = scene.tool->width,
+          .home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm(),
+          .press_depth = depth,
+          .prestress = scene.model.prestress,
+          .resolution = resolution};
+}
+
+}  // namespace
+
+TrueMembrane::TrueMembrane(const Scene& scene, const MembraneResolution& resolution)
+    : X_SO_(TruePose(scene)),
+      rim_(GeometryOf(scene).radius),
+      presses_(PlanOf(scene, X_SO_, resolution)) {
+  now_.p_S_tip = scene.manipulator.home;
+  now_.dent.rim = rim_;
+}
+
+void TrueMembrane::MoveTool(const Vector3d& p_S_tip, Patience patience) {
+  if (!p_S_tip.allFinite()) return;
+  if ((p_S_tip - X_SO_.translation()).norm() > kFarthest * rim_) return;
+  const std::lock_guard moving(moving_);
+  Move(p_S_tip, patience);
+}
+
+void TrueMembrane::Move(const Vector3d& p_S_tip, Patience patience) {
+  const Vector3d p_O = X_SO_.inverse() * p_S_tip;
+  const double radius = p_O.head<2>().norm();
+  Now next;
+  next.p_S_tip = p_S_tip;
+  next.dent.rim = rim_;
+  next.in_contact = radius < rim_ && p_O.z() < 0;
+  const double pressed = std::min(radius, presses_.farthest());
+  if (next.in_contact) {
+    Dent& dent = next.dent;
+    dent.depth = -p_O.z();
+    dent.place_O = radius > 0 ? Vector2d(pressed / radius * p_O.head<2>()) : Vector2d(0, 0);
+    const PressCache::Presses presses = patience == Patience::kWaits
+                                            ? presses_.Await(pressed, dent.depth)
+                                            : presses_.Find(pressed, dent.depth);
+    dent.parts = presses.parts;
+    next.solved = presses.solved && radius <= presses_.farthest();
+    for (const Dent::Part& part : dent.parts) {
+      const auto& rungs = part.press->rungs;
+      next.solved = next.solved && !rungs.empty() && rungs.back()->depth >= dent.depth;
+    }
+  } else if (radius < kNear * rim_) {
+    presses_.Expect(pressed);
+  }
+  const std::lock_guard lock(mutex_);
+  now_ = std::move(next);
+}
+
+TrueMembrane::Now TrueMembrane::now() const {
+  const std::lock_guard lock(mutex_);
+  return now_;
+}
+
+}  // namespace palpate::site

@@ -1,0 +1,89 @@
+// What is true of a simulated embryo beside the disc that it is.
+#include <set>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "slave/simulator/camera/embryo.h"
+#include "slave/simulator/camera/scripted_press.h"
+#include "slave/simulator/camera/simulated_site.h"
+#include "tests/slave/simulator/camera/site_scenes.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kRadius = 0.6e-3;
+
+Scene LivingScene(std::uint32_t seed = 1) {
+  Scene scene = site::EmbryoScene();
+  scene.site.seed = seed;
+  scene.site.embryo.emplace();
+  return scene;
+}
+
+// Straight in from the right to `depth` [m], in steps of half a micrometre.
+void PressTo(SimulatedSite& site, double depth) {
+  for (double x = 0.62e-3; x > kRadius - depth; x -= 0.5e-6) site.MoveTool({x, 0, 0});
+  site.MoveTool({kRadius - depth, 0, 0});
+}
+void Retreat(SimulatedSite& site) {
+  for (double x = site.truth().p_S_tip.x(); x < 0.65e-3; x += 0.5e-6) site.MoveTool({x, 0, 0});
+}
+
+// Reference: the same disc without a life of its own, which is linear (its own tests), and the
+// stated law. To rounding.
+TEST(EmbryoSiteTest, TheMembraneIsLinearToItsDepthAndStiffensBeyond) {
+  Scene scene = LivingScene();
+  scene.site.embryo->puncture = {1e-2, 1e-2};
+  SimulatedSite embryo(scene), disc(site::EmbryoScene());
+  for (const double depth : {30e-6, 80e-6, 150e-6, 200e-6}) {
+    PressTo(embryo, depth);
+    PressTo(disc, depth);
+    const double beyond = std::max(0.0, embryo.truth().depth / 100e-6 - 1);
+    EXPECT_NEAR(embryo.truth().force.x() / disc.truth().force.x(), 1 + 0.3 * beyond * beyond, 1e-9);
+    Retreat(embryo);
+    Retreat(disc);
+  }
+}
+
+TEST(EmbryoSiteTest, ItBreaksBetweenTheDepthsAndPushesNoMoreUntilTheToolIsOut) {
+  std::set<double> depths;
+  for (const std::uint32_t seed : {1U, 2U, 3U}) {
+    SimulatedSite site(LivingScene(seed));
+    for (int insertion = 0; insertion < 2; ++insertion) {
+      PressTo(site, 40e-6);
+      EXPECT_FALSE(site.truth().punctured);
+      EXPECT_GT(site.truth().force.x(), 0.01);
+      double broke = 0;
+      for (double depth = 40e-6; depth < 300e-6; depth += 1e-6) {
+        site.MoveTool({kRadius - depth, 0, 0});
+        if (site.truth().punctured && broke == 0) broke = depth;
+        if (broke > 0) EXPECT_EQ(site.truth().force.norm(), 0) << depth;
+      }
+      EXPECT_GT(broke, 50e-6);
+      EXPECT_LT(broke, 202e-6);
+      depths.insert(broke);
+      site.MoveTool({kRadius - 20e-6, 0, 0});  // nearly out
+      EXPECT_TRUE(site.truth().punctured);
+      Retreat(site);
+      EXPECT_FALSE(site.truth().punctured);
+    }
+  }
+  EXPECT_EQ(depths.size(), 6U) << "every insertion breaks at a depth of its own";
+}
+
+// What the liquid does to a moving tool, and to a still one.
+TEST(EmbryoSiteTest, TheLiquidDragsTheToolBack) {
+  Scene scene = LivingScene();
+  scene.site.embryo->drag = 0.5;
+  SimulatedSite site(scene);
+  site.TakePicture();
+  site.MoveTool({0.69e-3, 0, 0});  // 10 um to the left within a picture of 1/60 s
+  site.TakePicture();
+  EXPECT_NEAR(site.truth().force.x(), 0.5 * 10e-6 * 60, 1e-9);
+  site.TakePicture();
+  EXPECT_EQ(site.truth().force.norm(), 0);
+}
+
+}  // namespace
+}  // namespace palpate

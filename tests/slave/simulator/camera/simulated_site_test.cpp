@@ -1,0 +1,115 @@
+#include "slave/simulator/camera/simulated_site.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "tests/slave/simulator/camera/site_scenes.h"
+#include "tests/support/references.h"
+
+namespace palpate {
+namespace {
+
+using site::BlockScene;
+using site::EmbryoScene;
+
+constexpr double kTop = 0.088;  // the block's surface [m]
+constexpr double kMiddle = 0.044;
+
+// Carries the tool along a straight way in steps of a thousandth.
+void Carry(SimulatedSite& site, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  for (int k = 0; k <= 1000; ++k) site.MoveTool(from + k / 1000.0 * (to - from));
+}
+
+// Reference: the continuum value for the 5.87 mm indenter at 5 mm. Tolerance: the site's 1e-3.
+TEST(SimulatedSite, AFiveMillimetrePressGivesTheContinuumForce) {
+  PALPATE_CASE_OR_SKIP(given, "b_block_embryo.json", "block_centre_plane_stress_nu0.49_bonded");
+  const double wanted = given["expected"]["force_N_at_5mm"];
+  SimulatedSite site(BlockScene());
+  Carry(site, {kMiddle, 0.091, 0}, {kMiddle, kTop - 0.005, 0});
+  const Truth truth = site.truth();
+  EXPECT_TRUE(truth.in_contact);
+  EXPECT_NEAR(truth.depth, 0.005, 1e-12);
+  EXPECT_NEAR(truth.force.y() / wanted, 1, 1e-3);
+  EXPECT_NEAR(truth.force.x() / wanted, 0, 1e-3);
+  EXPECT_EQ(truth.force.z(), 0);
+}
+
+// Reference: elasticity has no memory. The same place gives the same force on the way in and out,
+// and none before and after.
+TEST(SimulatedSite, ForceDependsOnThePlaceAlone) {
+  SimulatedSite site(BlockScene());
+  const Eigen::Vector3d above(kMiddle, 0.0881, 0), half(kMiddle, 0.087, 0), deep(0.046, 0.084, 0);
+  Carry(site, above, half);
+  const Truth in = site.truth();
+  Carry(site, half, deep);
+  EXPECT_LT(site.truth().force.x(), 0) << "dragged to the right, the body pulls to the left";
+  Carry(site, deep, half);
+  const Truth out = site.truth();
+  EXPECT_LT((in.force - out.force).norm(), 1e-12);
+  EXPECT_NEAR(in.depth, 0.001, 1e-12);
+  Carry(site, half, above);
+  EXPECT_FALSE(site.truth().in_contact);
+  EXPECT_EQ(site.truth().force.norm(), 0);
+  EXPECT_EQ(site.truth().depth, 0);
+}
+
+TEST(SimulatedSite, TheSurfaceIsWhereTheBodyReallyLies) {
+  Scene scene = BlockScene();
+  scene.site.misplacement = {0.21e-3, -0.5e-3};
+  SimulatedSite site(scene);
+  Carry(site, {kMiddle, 0.091, 0}, {kMiddle, kTop - 0.4e-3, 0});
+  EXPECT_FALSE(site.truth().in_contact);
+  Carry(site, {kMiddle, kTop - 0.4e-3, 0}, {kMiddle, kTop - 0.6e-3, 0});
+  EXPECT_TRUE(site.truth().in_contact);
+  EXPECT_NEAR(site.truth().depth, 0.1e-3, 1e-12);
+}
+
+// Reference: what counts is where the tool is on the body. A tool that stands on one that comes
+// nearer presses as one that goes down, to the last bit; the pictures show both elsewhere.
+TEST(SimulatedSite, ABodyThatMovesTakesItsContactAlong) {
+  Scene scene = BlockScene();
+  const Eigen::Vector3d above(kMiddle, 0.091, 0), deep(kMiddle, kTop - 3e-3, 0);
+  const Eigen::Vector3d nearer(0, 2e-3, 0);
+  SimulatedSite resting(scene);
+  Carry(resting, above, deep - nearer);
+  scene.site.motion = {{0, 2e-3}, 4};
+  SimulatedSite moving(scene);
+  moving.SetTime(0);
+  Carry(moving, above, deep);
+  EXPECT_NEAR(moving.truth().depth, 3e-3, 1e-12);
+  moving.SetTime(1);  // a quarter of its period
+  moving.MoveTool(deep);
+  EXPECT_NEAR(moving.truth().depth, 5e-3, 1e-12);
+  EXPECT_LT((moving.truth().force - resting.truth().force).norm(), 1e-9);
+  EXPECT_EQ(moving.truth().p_S_tip, deep);
+  EXPECT_GT(cv::norm(moving.TakePicture(), resting.TakePicture(), cv::NORM_L1), 1e5);
+}
+
+// Reference: frame invariance. Body, tool and motion turned together give the turned force.
+TEST(SimulatedSite, ATurnedSceneGivesTheTurnedForce) {
+  SimulatedSite straight(BlockScene());
+  const Eigen::Vector3d from(0.03, 0.09, 0), to(0.031, 0.086, 0);
+  Carry(straight, from, to);
+  Scene scene = BlockScene();
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()).matrix();
+  X.translation() << 0.01, -0.02, 0;
+  scene.object.X_SO = X;
+  scene.tool->direction = X.linear().topLeftCorner<2, 2>() * scene.tool->direction;
+  scene.manipulator.home = X * scene.manipulator.home;
+  SimulatedSite turned(scene);
+  Carry(turned, X * from, X * to);
+  const Eigen::Vector3d force = straight.truth().force;
+  EXPECT_GT(force.norm(), 0.5);
+  EXPECT_LT((turned.truth().force - X.linear() * force).norm() / force.norm(), 1e-6);
+}
+
+TEST(SimulatedSite, AnIncompressibleEmbryoPushesBack) {
+  SimulatedSite site(EmbryoScene());
+  Carry(site, {0.7e-3, 0, 0}, {0.5e-3, 0, 0});
+  EXPECT_GT(site.truth().force.x(), 0.01);
+  EXPECT_NEAR(site.truth().force.y() / site.truth().force.x(), 0, 1e-2);
+}
+
+}  // namespace
+}  // namespace palpate

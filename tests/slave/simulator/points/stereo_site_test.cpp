@@ -1,0 +1,306 @@
+#include "slave/simulator/points/stereo_site.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "slave/simulator/points/painted_membrane.h"
+#include "slave/simulator/points/textured_target.h"
+#include "slave/vision/dots/dot_layout.h"
+#include "tests/slave/simulator/points/membrane_scenes.h"
+
+namespace palpate {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using site::kCoarse;
+using site::MembraneScene;
+using site::TargetScene;
+using site::WithoutFlaws;
+
+// Where a tool's tip is over the place p_O, `depth` below the rest plane.
+Vector3d Tip(const Scene& scene, const Vector2d& p_O, double depth) {
+  return scene.object.X_SO * Vector3d(p_O.x(), p_O.y(), -depth);
+}
+
+// The rig of the stated scenes written down by hand, not by SimulatedRig().
+struct Eye {
+  Isometry3d X_CO;
+  Vector2d ImageOf(const Vector3d& p_O) const {
+    const Vector3d p_C = X_CO * p_O;
+    return {319.5 + 800 * p_C.x() / p_C.z(), 239.5 + 800 * p_C.y() / p_C.z()};
+  }
+};
+
+Eye EyeAt(double x_O) {
+  Isometry3d X_OC = Isometry3d::Identity();
+  const Vector3d p_O(x_O, 0, -0.25);
+  X_OC.linear().col(2) = -p_O.normalized();
+  X_OC.linear().col(1) = Vector3d::UnitY();
+  X_OC.linear().col(0) = X_OC.linear().col(1).cross(X_OC.linear().col(2));
+  X_OC.translation() = p_O;
+  return {X_OC.inverse()};
+}
+
+// The dot near `at` [px]: dark on light, of a picture without flaws. Its edge is 6.4 px
+// from its middle, the rim of the membrane 9.3 px at least.
+struct SeenDot {
+  Vector2d centre;
+  double area = 0;  // [px^2]
+};
+
+SeenDot DotNear(const cv::Mat& picture, const Vector2d& at) {
+  const int x0 = static_cast<int>(std::lround(at.x())), y0 = static_cast<int>(std::lround(at.y()));
+  const double ground = site::MembraneView::kRubber;
+  double sum = 0;
+  Vector2d moment(0, 0);
+  for (int y = y0 - 10; y <= y0 + 10; ++y) {
+    for (int x = x0 - 10; x <= x0 + 10; ++x) {
+      if ((Vector2d(x, y) - at).norm() > 8.5) continue;
+      const double share = ground - picture.at<uchar>(y, x);
+      sum += share;
+      moment += share * Vector2d(x, y);
+    }
+  }
+  return {moment / sum, sum / (ground - site::DottedMembrane::kDot)};
+}
+
+// Mean picture place of the disc at centre_O, by area in the picture: rings cut into cells. It lies
+// where the true centre is and across the surface's normal there.
+SeenDot DiscSeen(const StereoSite& site, const Eye& eye, const Vector2d& centre_O) {
+  constexpr int kRings = 24, kTurns = 48;
+  constexpr double kRadius = 0.002, kThickness = 0.001, kStep = 3e-5;
+  const auto place = [&](const Vector2d& p) {
+    return Vector3d(Vector3d(p.x(), p.y(), -kThickness) + site.TrueDisplacement(p));
+  };
+  const Vector2d dx(kStep, 0), dy(0, kStep);
+  const Vector3d n = (place(centre_O + dx) - place(centre_O - dx))
+                         .cross(place(centre_O + dy) - place(centre_O - dy))
+                         .normalized();
+  const Vector3d across = n.unitOrthogonal(), other = n.cross(across), middle = place(centre_O);
+  const auto see = [&](double r, double angle) {
+    return eye.ImageOf(middle + r * (std::cos(angle) * across + std::sin(angle) * other));
+  };
+  Vector2d moment(0, 0);
+  double sum = 0;
+  for (int i = 0; i < kRings; ++i) {
+    for (int k = 0; k < kTurns; ++k) {
+      const double r0 = kRadius * i / kRings, r1 = kRadius * (i + 1) / kRings;
+      const double a0 = 2 * std::numbers::pi * k / kTurns;
+      const double a1 = 2 * std::numbers::pi * (k + 1) / kTurns;
+      const Vector2d p = see(r1, a1) - see(r0, a0), q = see(r0, a1) - see(r1, a0);
+      const double area = 0.5 * std::abs(p.x() * q.y() - p.y() * q.x());  // by the diagonals
+      sum += area;
+      moment += area * see(0.5 * (r0 + r1), 0.5 * (a0 + a1));
+    }
+  }
+  return {moment / sum, sum};
+}
+
+struct Press {
+  const char* name;
+  Vector2d p_O;
+  double depth;
+};
+
+class MembranePictureTest : public testing::TestWithParam<Press> {};
+
+// Reference: discs on the true surface, projected through the rig written down by hand, with the
+// area that they have in the picture (the known bias of circles is in it). Tolerance: rounding to 8
+// bit moves the centroid of the 128 px of a dot by less than 0.01 px and its area by less than
+// 0.5 %, the reference's cells by 0.002 px and 0.3 %.
+TEST_P(MembranePictureTest, DotsLieWhereTheTruthProjectsThem) {
+  const Press press = GetParam();
+  Scene scene = WithoutFlaws(MembraneScene());
+  scene.manipulator.home = Tip(scene, press.p_O, -5e-3);
+  StereoSite site(scene, kCoarse);
+  site.MoveTool(Tip(scene, press.p_O, press.depth));
+  const StereoPictures pictures = site.TakePictures();
+  const std::array<Eye, 2> eyes{EyeAt(-0.03), EyeAt(0.03)};
+  double worst = 0, worst_area = 0, moved = 0;
+  for (const Vector2d& p_O : DotPlaces(*scene.sense.Find<PointTracking>())) {
+    for (std::size_t e = 0; e < 2; ++e) {
+      const SeenDot expected = DiscSeen(site, eyes[e], p_O);
+      const cv::Mat& picture = e == 0 ? pictures.left : pictures.right;
+      const SeenDot dot = DotNear(picture, expected.centre);
+      worst = std::max(worst, (dot.centre - expected.centre).norm());
+      worst_area = std::max(worst_area, std::abs(dot.area / expected.area - 1));
+      moved =
+          std::max(moved, (expected.centre - eyes[e].ImageOf({p_O.x(), p_O.y(), -0.001})).norm());
+    }
+  }
+  EXPECT_LT(worst, 0.02);
+  EXPECT_LT(worst_area, 0.01);
+  EXPECT_GT(moved, press.depth > 0 ? 300 * press.depth : -1) << "the dots did not move";
+}
+
+INSTANTIATE_TEST_SUITE_P(Presses, MembranePictureTest,
+                         testing::Values(Press{"rest", {0, 0}, -1e-3},
+                                         Press{"centre", {0, 0}, 4e-3},
+                                         Press{"eccentric", {0.0117 * 0.6, 0.0117 * 0.8}, 2e-3}),
+                         [](const auto& press) { return press.param.name; });
+
+// Reference: the law of action and reaction along the normal, and a frictionless tool: no force
+// along the surface; none without contact. Deeper is stiffer.
+TEST(StereoSite, TheToolIsPushedBackAlongTheNormal) {
+  Scene scene = MembraneScene();
+  scene.object.X_SO.linear() =
+      Eigen::AngleAxisd(0.3, Vector3d(1, 2, 0).normalized()).toRotationMatrix();
+  scene.sense.Find<StereoCameras>()->X_SL = site::LeftEye(scene.object.X_SO);
+  scene.manipulator.home = Tip(scene, {0, 0}, -5e-3);
+  StereoSite site(scene, kCoarse);
+  EXPECT_FALSE(site.truth().in_contact);
+  EXPECT_EQ(site.truth().force, Vector3d::Zero());
+  double before = 0, slope = 0;
+  for (const double depth : {0.5e-3, 1e-3, 1.5e-3, 2e-3}) {
+    site.MoveTool(Tip(scene, {0, 0}, depth));
+    const Truth truth = site.truth();
+    EXPECT_TRUE(truth.in_contact && truth.solved);
+    EXPECT_NEAR(truth.depth, depth, 1e-12);
+    const Vector3d f_O = scene.object.X_SO.linear().transpose() * truth.force;
+    EXPECT_NEAR(f_O.head<2>().norm(), 0, 1e-9 * f_O.z());
+    EXPECT_GT(f_O.z() - before, slope);
+    slope = f_O.z() - before;
+    before = f_O.z();
+  }
+  site.MoveTool(Tip(scene, {0, 0}, -1e-4));
+  EXPECT_FALSE(site.truth().in_contact);
+  EXPECT_EQ(site.truth().force, Vector3d::Zero());
+  EXPECT_EQ(site.truth().depth, 0);
+  site.MoveTool(Tip(scene, {0.0395, 0}, 1e-3));
+  EXPECT_FALSE(site.truth().in_contact) << "beyond the rim";
+}
+
+// Reference: the press solved at that very place. Tolerance: half a raster from both neighbours the
+// worst measured are 1e-3 of the depth and 4.5e-3 of the force; fields that are not carried to the
+// tool's place are off by 1e-2.
+TEST(StereoSite, PressesBetweenTheSolvedRadiiAreBlendedWithinHalfAPercent) {
+  const double radius = 0.0105;
+  Scene scene = MembraneScene();
+  scene.operator_options.press_depth = 1e-3;
+  StereoSite blended(scene, kCoarse);
+  scene.manipulator.home = Tip(scene, {radius, 0}, -5e-3);
+  StereoSite exact(scene, kCoarse);
+  for (StereoSite* site : {&blended, &exact}) site->MoveTool(Tip(scene, {radius, 0}, 1e-3));
+  EXPECT_NEAR(blended.truth().force.norm() / exact.truth().force.norm(), 1, 0.006);
+  double worst = 0;
+  for (int k = -36; k <= 36; ++k) {
+    const Vector2d p_O(1e-3 * k, 0.5e-3);
+    worst = std::max(worst, (blended.TrueDisplacement(p_O) - exact.TrueDisplacement(p_O)).norm());
+  }
+  EXPECT_LT(worst, 0.003 * 1e-3);
+}
+
+// Reference: the press on the finest mesh in use, with twice as many rungs. Tolerances: what the
+// header states; measured are 0.12 % and 8 um at worst, most of it the mesh's.
+TEST(StereoSite, PressesAwayFromHomeAreAsGoodAsStated) {
+  const double radius = 0.018;  // six rasters: nothing is blended
+  const Scene scene = MembraneScene();
+  site::PressedMembrane fine(std::get<MembraneGeometry>(scene.object.geometry),
+                             scene.object.material, scene.tool->width, {radius, 0});
+  std::vector<double> rungs{0.1e-3, 0.25e-3};
+  for (int k = 1; k <= 12; ++k) rungs.push_back(0.5e-3 * k);
+  for (const double depth : rungs) ASSERT_TRUE(fine.Deepen(depth));
+  StereoSite site(scene);
+  for (const double depth : {0.15e-3, 0.4e-3, 0.8e-3, 1.55e-3, 2.4e-3, 3.3e-3, 4.6e-3}) {
+    site.MoveTool(Tip(scene, {radius, 0}, depth));
+    EXPECT_NEAR(site.truth().force.norm() / -site::ForceAt(fine.press(), depth), 1, 0.002) << depth;
+    double worst = 0;
+    for (int k = -38; k <= 38; ++k) {
+      const Vector2d p_O(1e-3 * k, 1e-3);
+      const Vector3d u = site::DisplacementAt(fine.press(), p_O, depth);
+      worst = std::max(worst, (site.TrueDisplacement(p_O) - u).norm());
+    }
+    EXPECT_LT(worst, 10e-6) << depth;
+  }
+}
+
+// Where a tool is that slides along x at the manipulator's rate, step by step.
+constexpr double kSlideStep = 8e-3 / 1000;  // 8 mm/s at 1 kHz [m]
+
+// Reference: the path of paper C as its formula is printed, with the time of the pictures.
+TEST(StereoSite, TheTargetFollowsItsPathAPeriodPerPair) {
+  Scene scene = TargetScene();
+  scene.site.pace = 3;
+  StereoSite site(scene, kCoarse);
+  ASSERT_TRUE(site.target());
+  const auto path = [&](int picture) {
+    const double t = 3 * picture / 30.0;
+    return Vector3d(scene.object.X_SO *
+                    (0.010 * Vector3d(std::cos(t), std::sin(t), std::cos(t) + std::sin(t))));
+  };
+  const Vector3d p_S_first = path(0) + Vector3d(0.01, 0.005, -0.02);
+  for (int k = 0; k < 5; ++k) {
+    site.TakePictures();
+    EXPECT_NEAR(site.target()->seconds, k / 30.0, 1e-12);
+    EXPECT_NEAR((site.target()->X_SB.translation() - path(k)).norm(), 0, 1e-12);
+    EXPECT_NEAR((site.target()->PlaceOf(p_S_first) - p_S_first - path(k) + path(0)).norm(), 0,
+                1e-12);
+  }
+  EXPECT_FALSE(site.truth().in_contact);
+}
+
+// Reference: SSD of windows: what is printed on the body stands in the second picture where the
+// pose says. The best whole-pixel match lies within a pixel of the projection.
+TEST(StereoSite, TheTargetsTextureMovesWithIt) {
+  Scene scene = TargetScene();
+  StereoSite site(scene, kCoarse);
+  const cv::Mat first = site.TakePictures().left;
+  const TargetTruth before = *site.target();
+  for (int k = 0; k < 10; ++k) site.TakePictures();
+  const cv::Mat last = site.TakePictures().left;
+  const site::TexturedTarget target({});
+  const Isometry3d X_LS = scene.sense.Find<StereoCameras>()->X_SL.inverse();
+  for (const Vector2d& p_I : {Vector2d(340, 250), Vector2d(320, 280), Vector2d(380, 230)}) {
+    const auto p_B = target.PointAt(site.rig().left, X_LS * before.X_SB, p_I);
+    ASSERT_TRUE(p_B);
+    const auto expected = Project(site.rig().left, X_LS * site.target()->X_SB * *p_B);
+    const cv::Point corner(static_cast<int>(p_I.x()) - 15, static_cast<int>(p_I.y()) - 15);
+    cv::Mat score;
+    cv::matchTemplate(last, first({corner, cv::Size(31, 31)}), score, cv::TM_SQDIFF);
+    cv::Point best;
+    cv::minMaxLoc(score, nullptr, nullptr, &best);
+    EXPECT_NEAR(best.x + 15, expected->x(), 1);
+    EXPECT_NEAR(best.y + 15, expected->y(), 1);
+    EXPECT_GT((*expected - p_I).norm(), 3) << "nothing moved";
+  }
+}
+
+// Reference: the projection of the truth. A window of the picture at rest is found again there, and
+// not where it was: the noise of two pictures remains, sqrt(2) sigma.
+TEST(StereoSite, TheMembranesTextureMovesWithIt) {
+  Scene scene = MembraneScene();
+  scene.sense.Find<PointTracking>()->track = PointTracking::Track::kTexture;
+  scene.operator_options.press_depth = 3e-3;
+  scene.site.flicker = 0;
+  StereoSite site(scene, kCoarse);
+  EXPECT_FALSE(site.target());
+  const cv::Mat rest = site.TakePictures().right;
+  site.MoveTool(Tip(scene, {0, 0}, 3e-3));
+  const cv::Mat pressed = site.TakePictures().right;
+  const Eye eye = EyeAt(0.03);
+  const auto window = [](const cv::Mat& picture, const Vector2d& p_I) {
+    cv::Mat part;
+    const cv::Point2f centre(static_cast<float>(p_I.x()), static_cast<float>(p_I.y()));
+    cv::getRectSubPix(picture, {9, 9}, centre, part, CV_32F);
+    return part;
+  };
+  for (const Vector2d& p_O : {Vector2d(0.009, 0.004), Vector2d(-0.007, 0.01)}) {
+    const Vector3d p(p_O.x(), p_O.y(), -0.001);
+    const Vector2d from = eye.ImageOf(p), to = eye.ImageOf(p + site.TrueDisplacement(p_O));
+    const cv::Mat before = window(rest, from);
+    const double there = cv::norm(before, window(pressed, to)) / 9;
+    const double stayed = cv::norm(before, window(pressed, from)) / 9;
+    EXPECT_LT(there, 6) << p_O.transpose();
+    EXPECT_GT(stayed, 2.5 * there) << p_O.transpose();
+  }
+}
+
+}  // namespace
+}  // namespace palpate
