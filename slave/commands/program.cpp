@@ -109,20 +109,20 @@ void LogWithoutWaiting() {
   spdlog::set_pattern(kPattern);
 }
 
-int ExitCode(const std::function<int()>& command) {
+int ExitCode(const std::function<int()>& command, const char* program) {
   try {
     const int code = command();
     if (code != 0 || !OutputIsOnFullDisk()) return code;
-    std::fputs("palpate-slave: standard output cannot be written\n", stderr);
+    std::fprintf(stderr, "%s: standard output cannot be written\n", program);
     return kFailed;
   } catch (const SceneError& e) {
     std::fprintf(stderr, "%s\n", e.what());
     return kUnusable;
   } catch (const std::invalid_argument& e) {
-    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
+    std::fprintf(stderr, "%s: %s\n", program, e.what());
     return kUnusable;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "palpate-slave: %s\n", e.what());
+    std::fprintf(stderr, "%s: %s\n", program, e.what());
     return kFailed;
   }
 }

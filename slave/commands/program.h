@@ -55,8 +55,8 @@ void LogToStderr();
 void LogWithoutWaiting();
 
 // Returns the result of `command`. An exception is printed on standard error: an unusable scene or
-// argument gives kUnusable, anything else kFailed.
-int ExitCode(const std::function<int()>& command);
+// argument gives kUnusable, anything else kFailed. `program`: name in front of the message.
+int ExitCode(const std::function<int()>& command, const char* program = "palpate-slave");
 
 // A log that never blocks: a stopped terminal, a hanging supervisor or a full pipe loses lines, but
 // does not delay the caller.

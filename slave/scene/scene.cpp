@@ -133,6 +133,20 @@ bool TakesPictures(const SenseOptions& sense) {
          is_stream(sense.Find<DepthPictures>());
 }
 
+void StreamSimulated(Scene* scene) {
+  const auto stream = [&](auto* part) {
+    if (part == nullptr) return;
+    using Source = typename std::remove_cvref_t<decltype(*part)>::Source;
+    if (part->source != Source::kSimulated) return;
+    part->source = Source::kStream;
+    scene->simulator_connects = true;
+  };
+  stream(scene->sense.Find<Camera>());
+  stream(scene->sense.Find<StereoCameras>());
+  stream(scene->sense.Find<Tactile>());
+  if (scene->simulator_connects) stream(&scene->manipulator);
+}
+
 double SensorRate(const SenseOptions& sense) {
   double rate = 0;
   const auto take = [&](const auto& part) {

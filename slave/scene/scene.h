@@ -27,7 +27,12 @@ struct Scene {
   SiteOptions site;
   // Contact points of `study`, O [m]; empty: where the tool would first touch the object.
   std::vector<Eigen::Vector3d> study_contacts;
+  bool simulator_connects = false;  // see StreamSimulated
 };
+
+// Samples of the scene's simulated sensors, and the simulated manipulator, come from
+// palpate-simulator: their sources become streams. A scene without simulated sensors is unchanged.
+void StreamSimulated(Scene* scene);
 
 // Whether the poses of the scene's fingertips are known, so that they can touch the object.
 // Otherwise the object is not deformed and no model is built.

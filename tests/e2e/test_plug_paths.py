@@ -10,7 +10,6 @@ import array
 import contextlib
 import csv
 import itertools
-import math
 import pathlib
 import random
 import re
@@ -23,6 +22,7 @@ import threading
 import time
 import unittest
 
+from felt_error import felt_error
 from plugs import EXAMPLES, Plugged
 from programs import BIN, ROOT, SLAVE, Slave, run, wait_until
 
@@ -30,33 +30,11 @@ SCENES = ROOT / "deploy/scenes"
 SECONDS = 16
 SLOW = ["--override", "operator.press.speed=4 mm/s"]
 PLUGGED = ["manipulator.source=stream", "manipulator.silence=100 ms"]  # a driver in Python on a busy machine
-LATEST = 150  # ticks of 1 ms
 MOST = 0.01  # of the peak, between the errors by two paths
 LEAST = 2000  # ticks in contact whose force is known
 NAMES = [name for name in sys.argv[1:] if not name.startswith("-")] or ["silicone-block", "rubber-membrane", "foam-cube"]
 PIPELINE = ("tcpclientsrc host=127.0.0.1 port={port} ! rawvideoparse width={width} height=480 format=gray8 framerate=60/1 "
             "! appsink max-buffers=1 drop=true sync=false")
-
-
-def vector(row, name):
-    return tuple(float(row[f"{name}_{axis}"]) for axis in "xyz") if row[f"{name}_x"] else None
-
-
-def felt_error(log):
-    """(rms over the largest true force, after how many ticks, over how many) of the force that the slave felt."""
-    with open(log, encoding="ascii") as file:
-        rows = list(csv.DictReader(file))
-    truth = [vector(row, "true") for row in rows]
-    felt = [vector(row, "estimated") if row["state"] == "FOLLOWING" else None for row in rows]
-    peak = max((math.hypot(*force) for force in truth if force), default=0)
-    if peak == 0:
-        return math.inf, 0, 0  # it was not touched
-
-    def after(delay):
-        pairs = [(felt[i], truth[i - delay]) for i in range(delay, len(rows)) if felt[i] and truth[i - delay]]
-        squares = [math.dist(*pair) ** 2 for pair in pairs if math.hypot(*pair[1]) > 0.01 * peak]
-        return math.sqrt(sum(squares) / max(1, len(squares))) / peak, delay, len(squares)
-    return min(after(delay) for delay in range(0, LATEST, 5))
 
 
 class Paths(Plugged):

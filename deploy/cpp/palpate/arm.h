@@ -34,6 +34,8 @@ class Arm {
   virtual void Go(const Vector& tip, const Vector& velocity) = 0;
   // Holds the present position.
   virtual void Hold() = 0;
+  // The driver ends as soon as this is true.
+  [[nodiscard]] virtual bool IsDone() const { return false; }
 };
 
 // Numbers of messages of a driver.
@@ -53,7 +55,7 @@ class ArmDriver {
     const auto stream = stub->DriveTool(&context);
     std::thread reporting([&] {
       const auto begin = Clock::now();
-      for (auto last = begin; !has_ended_ && Seconds(begin) < seconds_;) {
+      for (auto last = begin; !has_ended_ && !arm_.IsDone() && Seconds(begin) < seconds_;) {
         const auto now = Clock::now();
         if (!stream->Write(Report(std::chrono::duration<double>(now - last).count()))) return;
         last = now;

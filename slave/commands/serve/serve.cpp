@@ -134,7 +134,8 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
         "tool",
         options.listen);
   }
-  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  if (options.simulator_connects) StreamSimulated(&scene);
   std::optional<SlaveRecorder> recording;
   if (!options.record.empty()) recording.emplace(options, scene);
   const auto slave = MakeLiveSlave(scene, options.state_dir,

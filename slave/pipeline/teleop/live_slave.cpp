@@ -110,7 +110,7 @@ SlaveDescription LiveSlave::Describe() const {
   description.scene = settings_.scene();
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();
-  description.simulated = environment_ != nullptr;
+  description.simulated = environment_ != nullptr || description.scene.simulator_connects;
   description.turns = manipulator_->Rotation().has_value();
   return description;
 }

@@ -48,8 +48,7 @@ Isometry3d Verged(double baseline, double distance) {
 }  // namespace
 
 StereoRig SimulatedRig(const Scene& scene) {
-  if (!scene.sense.Find<StereoCameras>() ||
-      scene.sense.Find<StereoCameras>()->source != StereoCameras::Source::kSimulated) {
+  if (!scene.sense.Find<StereoCameras>() || !scene.sense.Find<StereoCameras>()->rig.empty()) {
     throw std::invalid_argument(
         "sense.camera: accepted by the simulator of a membrane or a textured target is a simulated "
         "pair");

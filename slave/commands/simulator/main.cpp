@@ -1,0 +1,85 @@
+// palpate-simulator: the command line.
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
+
+#include "shared/program/program.h"
+#include "slave/commands/command_program.h"
+#include "slave/commands/program.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/simulator/program/recorder.h"
+#include "slave/simulator/program/streaming.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  palpate-simulator deploy/scenes/silicone-block.yaml --slave 127.0.0.1:50051
+  palpate-simulator deploy/scenes/foam-cube.yaml --record build/cube
+
+Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
+
+struct Options {
+  std::filesystem::path scene, record;
+  std::vector<std::string> overrides;
+  StreamingTarget slave;
+  double duration = 0;  // [s]
+};
+
+void AddOptions(CLI::App* app, Options* options) {
+  AddSceneOptions(app, &options->scene, &options->overrides);
+  auto* output = app->add_option_group("output");
+  output
+      ->add_option("--slave", options->slave.address,
+                   "Slave that takes the samples and moves the tool, in real time")
+      ->type_name("HOST:PORT");
+  output
+      ->add_option("--record", options->record,
+                   "Folder for the samples of a scripted press, as fast as they are computed")
+      ->type_name("DIR");
+  output->require_option(1);
+  app->add_option("--tls", options->slave.tls,
+                  "Mutual TLS 1.3 with the slave: folder with ca.pem, cert.pem and key.pem")
+      ->check(CLI::ExistingDirectory);
+  app->add_option("--duration", options->duration, "Recorded seconds of a simulated target's path")
+      ->check(CLI::Range(0.0, 86400.0));
+}
+
+int Run(const Options& options, const std::stop_token& stop) {
+  const Scene scene = LoadScene(options.scene, options.overrides);
+  const auto environment = MakeSimulatedEnvironment(scene);
+  if (!environment) {
+    throw std::invalid_argument(options.scene.string() + ": no `source: simulated` in its sensing");
+  }
+  if (options.record.empty()) {
+    StreamTo(options.slave, scene, *environment, stop);
+  } else {
+    Record(scene, *environment, options.record, options.duration, stop);
+  }
+  return 0;
+}
+
+int Main(int argc, char** argv) {
+  LogToStderr();
+  StopOnSignal stop;
+  CLI::App app{"Palpate's simulator: object, sensors and manipulator of a scene",
+               "palpate-simulator"};
+  app.footer(kExamples);
+  app.set_version_flag("--version", Version());
+  Options options;
+  AddOptions(&app, &options);
+  if (const auto code = ParseCommandLine(&app, argc, argv)) return *code;
+  if (!options.record.empty()) stop.ExpectAnswer();
+  return ExitCode([&] { return Run(options, stop.token()); }, "palpate-simulator");
+}
+
+}  // namespace
+}  // namespace palpate
+
+int main(int argc, char** argv) {
+  return palpate::Main(argc, argv);
+}

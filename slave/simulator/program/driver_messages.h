@@ -1,0 +1,22 @@
+// Samples of the simulator as messages of the driver protocol.
+#pragma once
+
+#include <vector>
+
+#include "palpate/v1/devices.pb.h"
+#include "palpate/v1/state.pb.h"
+
+#include "slave/capture/frame_source.h"
+#include "slave/capture/tactile_frame.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// Times are those of the samples. Images are sent as pixels, without loss.
+v1::PictureSample ToMessage(const Frame& frame);
+v1::PictureSample ToMessage(const StereoPair& pair);
+// One message per fingertip of `frame`, named after `fingers`.
+std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
+                                          const std::vector<Finger>& fingers);
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+// The manipulator of a simulated environment as its driver sees it.
+#pragma once
+
+#include <cmath>
+#include <stop_token>
+#include <utility>
+
+#include <Eigen/Core>
+#include <palpate/arm.h>
+
+#include "slave/simulator/environment/simulated_environment.h"
+
+namespace palpate {
+
+// Its tip follows the target with a lag and moves the tool of `environment`, whose true force it
+// measures. It ends when `stop` is requested.
+class SimulatedArm final : public Arm {
+ public:
+  // `p_S_home`: where the tip is first [m]. `environment` outlives the arm.
+  SimulatedArm(SimulatedEnvironment& environment, Eigen::Vector3d p_S_home, std::stop_token stop)
+      : environment_(environment),
+        stop_(std::move(stop)),
+        p_S_tip_(p_S_home),
+        p_S_target_(std::move(p_S_home)) {}
+
+  ArmReading Measure(double dt) override {
+    p_S_tip_ += (1 - std::exp(-dt / kLag)) * (p_S_target_ - p_S_tip_);
+    environment_.MoveTool(p_S_tip_, Patience::kNone);
+    const Truth truth = environment_.truth();
+    ArmReading reading;
+    reading.tip = ToArray(p_S_tip_);
+    if (truth.solved && !environment_.target()) reading.force = ToArray(truth.force);
+    return reading;
+  }
+  void Go(const Vector& p_S_tip, const Vector& /*velocity*/) override {
+    p_S_target_ = Eigen::Vector3d::Map(p_S_tip.data());
+  }
+  void Hold() override { p_S_target_ = p_S_tip_; }
+  [[nodiscard]] bool IsDone() const override { return stop_.stop_requested(); }
+
+ private:
+  static constexpr double kLag = 3e-3;  // time constant [s]
+
+  static Vector ToArray(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+  SimulatedEnvironment& environment_;
+  const std::stop_token stop_;
+  Eigen::Vector3d p_S_tip_, p_S_target_;  // [m]
+};
+
+}  // namespace palpate

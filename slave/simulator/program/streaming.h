@@ -1,0 +1,25 @@
+// Connects a simulated environment to a slave as the devices of a laboratory are connected.
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <string>
+
+#include "slave/scene/scene.h"
+#include "slave/simulator/environment/simulated_environment.h"
+
+namespace palpate {
+
+struct StreamingTarget {
+  std::string address;        // HOST:PORT
+  std::filesystem::path tls;  // folder with ca.pem, cert.pem and key.pem; empty: plain text
+};
+
+// Sends images (FeedPictures) or tactile samples (FeedTactile) at the scene's rate, and moves the
+// tool to the targets of DriveTool, until `stop` is requested. Prints `streaming to HOST:PORT` once
+// the first contact is solved. Logs the delay from the instant of a
+// sample to its sending. Throws palpate::Error: the slave cannot be reached, or rejects something.
+void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
+              const std::stop_token& stop);
+
+}  // namespace palpate
