@@ -1,5 +1,5 @@
-// The rigid motions of a connected part of a body, and which of them nothing holds: the one search
-// of all models of volumes.
+// The rigid motions that supports and contacts leave to a connected part of a body. All models of
+// volumes use this search.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,9 +22,9 @@ class HeldMotions {
     row << Eigen::Vector3d::Unit(c), ((point - centre_) / radius_).cross(Eigen::Vector3d::Unit(c));
     return row;
   }
-  // What has this row, a weighted sum of those of points, stays in place.
+  // Holds one displacement component, or a weighted sum of components, given by its row.
   void Hold(const Motion& row) { gram_ += row * row.transpose(); }
-  // Orthonormal: the motions that move nothing that is held.
+  // An orthonormal basis of the motions that are left.
   [[nodiscard]] Motions Free() const;
 
  private:

@@ -47,8 +47,8 @@ void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
   std::vector<fem::HeldMotions> motions(box.begin(), box.end());
   for (std::size_t n = 0; n < part.size(); ++n) {
     for (int c = 0; part[n] >= 0 && c < 3; ++c) {
-      auto& of_part = motions[Index(part[n])];
-      if (held[n][Index(c)]) of_part.Hold(of_part.Row(mesh.nodes[n], c));
+      auto& part_motions = motions[Index(part[n])];
+      if (held[n][Index(c)]) part_motions.Hold(part_motions.Row(mesh.nodes[n], c));
     }
   }
   for (int p = 0; p < parts; ++p) {

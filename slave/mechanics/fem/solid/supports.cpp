@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Of the nodes of elements.
+// Nodes that no element has are left out.
 Eigen::AlignedBox3d BoxOf(const TetMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const int node : mesh.connectivity) box.extend(mesh.nodes[Index(node)]);
