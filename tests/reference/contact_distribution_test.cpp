@@ -9,8 +9,8 @@
 #include "slave/contact/surface_contact.h"
 #include "slave/tactile/localise/electrode_layout.h"
 #include "slave/tactile/localise/localiser.h"
+#include "tests/reference/printed_weights.h"
 #include "tests/reference/reference_file.h"
-#include "tests/slave/contact/printed_weights.h"
 
 namespace palpate {
 namespace {

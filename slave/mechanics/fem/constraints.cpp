@@ -7,25 +7,15 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "shared/geometry/symmetric_eigen.h"
 
 namespace palpate::fem {
 namespace {
 
 using Eigen::Vector3d;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kNoWeight = 1e-9;      // of a point's weights, squared
-constexpr double kHoldsMotion = 1e-13;  // eigenvalue, of the largest
+constexpr double kNoWeight = 1e-9;  // of a point's weights, squared
 constexpr int kMostMotions = 24;
 constexpr double kFreeMotionShift = 1e-5;  // keeps the factor definite
-
-// The displacement component `c` at an arm `d` by translations and rotations is row . motion.
-Vector6d RowOf(const Vector3d& d, int c) {
-  Vector6d row;
-  row << Vector3d::Unit(c), d.cross(Vector3d::Unit(c));
-  return row;
-}
 
 // Component `c` of a sum: its weights squared, and what it is of `x`.
 std::pair<double, double> Weigh(const HeldComponents::Sum& sum, const NodeVector& x, int c) {
@@ -200,59 +190,47 @@ double Constraints::Imbalance(const NodeVector& force) const noexcept {
   return worst;
 }
 
-// The Gram matrix of what supports and contacts hold of a part's six rigid motions.
-Eigen::Matrix<double, 6, 6> Constraints::HeldMotions(int part, const Vector3d& centre,
-                                                     double radius) const {
-  Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
+// What supports and contacts hold of a part.
+void Constraints::HoldMotions(int part, HeldMotions* motions) const {
   for (int i = 0; i < body_.size(); ++i) {
     if (body_.part()[Index(i)] != part) continue;
-    const Vector3d d = (body_.points()[Index(i)] - centre) / radius;
     for (int c = 0; c < 3; ++c) {
-      if (At(held_.free, i).v[c] > 0) continue;
-      const Vector6d row = RowOf(d, c);
-      gram += row * row.transpose();
+      if (At(held_.free, i).v[c] == 0) motions->Hold(motions->Row(body_.points()[Index(i)], c));
     }
   }
   for (const auto& sum : held_.sums) {
     if (body_.part()[Index(sum.node[0])] != part) continue;
     for (int c = 0; c < 3; ++c) {
-      Vector6d row = Vector6d::Zero();
+      HeldMotions::Motion row = HeldMotions::Motion::Zero();
       for (int a = 0; a < 3; ++a) {
-        const Vector3d d = (body_.points()[Index(sum.node[a])] - centre) / radius;
-        row += sum.weight[a].v[c] * RowOf(d, c);
+        row += sum.weight[a].v[c] * motions->Row(body_.points()[Index(sum.node[a])], c);
       }
-      gram += row * row.transpose();
+      motions->Hold(row);
     }
   }
-  return gram;
 }
 
 bool Constraints::FindFreeMotions() {
   motion_count_ = 0;
-  std::vector<Vector3d> low(Index(body_.parts()), Vector3d::Constant(1e300)), high = low;
-  for (auto& h : high) h = -h;
+  std::vector<Eigen::AlignedBox3d> box(Index(body_.parts()));
   for (int i = 0; i < body_.size(); ++i) {
-    if (body_.Volume(i) == 0) continue;
-    const auto part = Index(body_.part()[Index(i)]);
-    low[part] = low[part].cwiseMin(body_.points()[Index(i)]);
-    high[part] = high[part].cwiseMax(body_.points()[Index(i)]);
+    const int part = body_.part()[Index(i)];
+    if (part >= 0) box[Index(part)].extend(body_.points()[Index(i)]);
   }
   for (int part = 0; part < body_.parts(); ++part) {
-    const Vector3d centre = 0.5 * (low[Index(part)] + high[Index(part)]);
-    const double radius = 0.5 * (high[Index(part)] - low[Index(part)]).norm();
-    const SymmetricEigen eigen = EigenOf(HeldMotions(part, centre, radius));
-    const double largest = std::max(eigen.values[5], 1.0);
-    for (int m = 0; m < 6 && eigen.values[m] < kHoldsMotion * largest; ++m) {
-      Vector6d motion = eigen.vectors.col(m);
-      motion.tail<3>() /= radius;
-      if (!AddMotion(part, centre, motion)) return false;
+    HeldMotions motions(box[Index(part)]);
+    HoldMotions(part, &motions);
+    const HeldMotions::Motions free = motions.Free();
+    for (const auto& motion : free.colwise()) {
+      if (!AddMotion(part, motions, motion)) return false;
     }
   }
   held_.shift = motion_count_ > 0 ? kFreeMotionShift : 0;
   return true;
 }
 
-bool Constraints::AddMotion(int part, const Vector3d& centre, const Vector6d& motion) {
+bool Constraints::AddMotion(int part, const HeldMotions& motions,
+                            const HeldMotions::Motion& motion) {
   if (motion_count_ == kMostMotions) return false;
   const auto m = Index(motion_count_);
   if (motions_.size() <= m) {
@@ -263,9 +241,9 @@ bool Constraints::AddMotion(int part, const Vector3d& centre, const Vector6d& mo
   SetZero(z);
   for (int i = 0; i < body_.size(); ++i) {
     if (body_.part()[Index(i)] != part) continue;
-    const Vector3d arm = body_.points()[Index(i)] - centre;
-    const Vector3d u = motion.head<3>() + Vector3d(motion.tail<3>()).cross(arm);
-    for (int c = 0; c < 3; ++c) At(z, i).v[c] = u[c] * At(held_.free, i).v[c];
+    for (int c = 0; c < 3; ++c) {
+      At(z, i).v[c] = motions.Row(body_.points()[Index(i)], c).dot(motion) * At(held_.free, i).v[c];
+    }
   }
   for (std::size_t k = 0; k < m; ++k) Add(-Dot(weighted_motions_[k], z), motions_[k], z);
   body_.MultiplyMass(z, weighted);

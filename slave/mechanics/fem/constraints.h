@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "slave/mechanics/fem/fem_body.h"
+#include "slave/mechanics/fem/held_motions.h"
 #include "slave/mechanics/footprint/contact_footprint.h"
 #include "slave/mechanics/linear/block_matrix.h"
 
@@ -85,10 +86,8 @@ class Constraints {
   bool Take(std::span<const PlaceWeight> nodes);
   void ProjectSums(NodeVector& x) const noexcept;
   void RemoveMotions(NodeVector& x) const noexcept;
-  [[nodiscard]] Eigen::Matrix<double, 6, 6> HeldMotions(int part, const Eigen::Vector3d& centre,
-                                                        double radius) const;
-  bool AddMotion(int part, const Eigen::Vector3d& centre,
-                 const Eigen::Matrix<double, 6, 1>& motion);
+  void HoldMotions(int part, HeldMotions* motions) const;
+  bool AddMotion(int part, const HeldMotions& motions, const HeldMotions::Motion& motion);
 
   const FemBody& body_;
   HeldComponents held_;

@@ -81,19 +81,6 @@ TEST_F(BlockContactTest, ATipOnTheBoundaryIsNotYetInContact) {
   EXPECT_FALSE(contact_.in_contact());
 }
 
-TEST_F(BlockContactTest, EntersThroughACorner) {
-  contact_.MoveTip({0.090, 0.090});
-  const BoundaryPlace& place = contact_.MoveTip({0.086, 0.086});
-  EXPECT_TRUE(contact_.in_contact());
-  EXPECT_LT((place.p_O - Eigen::Vector2d(0.088, 0.088)).norm(), 1e-15);
-}
-
-TEST_F(BlockContactTest, PassesACornerWithoutContact) {
-  contact_.MoveTip({0.080, 0.096});
-  contact_.MoveTip({0.096, 0.080});  // through (88, 88) mm exactly, outside on both sides
-  EXPECT_FALSE(contact_.in_contact());
-}
-
 TEST_F(BlockContactTest, MayEnterElsewhereInTheMoveThatLeft) {
   // A U: out of the left arm's inner wall, over the gap, into the right arm.
   BoundaryContact u(

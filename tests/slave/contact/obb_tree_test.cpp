@@ -94,26 +94,6 @@ TEST(ObbTreeTest, TellsInsideFromOutside) {
   }
 }
 
-// Answers are compared bit by bit: the arithmetic per element does not know its number.
-TEST(ObbTreeTest, DoesNotDependOnTheNumbering) {
-  std::mt19937 random(4);
-  for (int body = 0; body < 30; ++body) {
-    const BoundaryMesh mesh = MeshPolygon(RandomOutline(&random), 120);
-    const ObbTree tree(mesh), other(Renumbered(mesh, 1 + static_cast<int>(random() % 50)));
-    for (int i = 0; i < 200; ++i) {
-      const Eigen::Vector2d from = RandomPoint(&random, 1.5), to = RandomPoint(&random, 1.5);
-      const ElementPlace one = tree.Nearest(to), two = other.Nearest(to);
-      EXPECT_EQ(one.p_O, two.p_O);
-      EXPECT_EQ(tree.normal(one.element), other.normal(two.element));
-      const auto entry = tree.FirstEntry(from, to), other_entry = other.FirstEntry(from, to);
-      ASSERT_EQ(entry.has_value(), other_entry.has_value());
-      if (entry) {
-        EXPECT_EQ(entry->p_O, other_entry->p_O);
-      }
-    }
-  }
-}
-
 TEST(ObbTreeTest, LetsNoPathThroughBetweenTwoElements) {
   // Every node of a disc, aimed at from outside along many directions: a crack of one rounding
   // would let some of the paths in.
@@ -139,15 +119,6 @@ TEST(ObbTreeTest, APathThatOnlyTouchesDoesNotEnter) {
   EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 1}));  // ends on it
   EXPECT_FALSE(square.FirstEntry({0.5, 1}, {0.5, 2}));  // leaves it
   EXPECT_FALSE(square.FirstEntry({0.5, 2}, {0.5, 2}));  // stands still
-}
-
-TEST(ObbTreeTest, APathThatStartsOnTheBoundaryEnters) {
-  const ObbTree square(MeshRectangle(1, 1, 40));
-  for (const double x : {0.013, 0.05, 0.1, 0.333}) {
-    const auto entry = square.FirstEntry({x, 1}, {x, 0.99});
-    ASSERT_TRUE(entry) << x;
-    EXPECT_EQ(square.normal(entry->element), Eigen::Vector2d(0, 1));
-  }
 }
 
 TEST(ObbTreeTest, EntersThroughACornerWithBothOfItsElements) {

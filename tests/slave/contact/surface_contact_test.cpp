@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/mesh_check.h"
-#include "tests/slave/contact/printed_weights.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
@@ -225,101 +224,20 @@ TEST(SurfaceContactTest, RefusesWhatIsNoSurface) {
   EXPECT_THROW(SurfaceContact({nodes, {{0, 1, 2}}}), std::invalid_argument);
   EXPECT_THROW(SurfaceContact({nodes, {{0, 1, 3}}}), std::invalid_argument);
   EXPECT_THROW(SurfaceContact({nodes, {{0, 1, 4}}}), std::invalid_argument);
-  EXPECT_THROW(NearestNodes({nodes, {}}, {0, 0, 0}), std::invalid_argument);
 }
 
-class TriangleWeightsTest : public ::testing::TestWithParam<double> {};
-
-// What nodal forces w_i f do about `centre`, over |f| and the scale.
-Vector3d MomentOf(const Vector3d& weights, const std::array<Vector3d, 3>& abc, const Vector3d& f,
-                  const Vector3d& centre) {
-  Vector3d moment(0, 0, 0);
-  for (std::size_t i = 0; i < 3; ++i) {
-    moment += (abc[i] - centre).cross(weights[static_cast<Eigen::Index>(i)] * f);
+// Reference: the closest point of the segment, and of the point, that the triangle has become.
+TEST(ClosestOnTriangleTest, TrianglesWithoutAreaAreSegmentsOrPoints) {
+  for (const double scale : {1e-9, 1.0, 1e3}) {
+    const std::array<Vector3d, 3> line{Vector3d(0, 0, 0), Vector3d(scale, 0, 0),
+                                       Vector3d(2 * scale, 0, 0)};
+    const Vector3d p(0.5 * scale, 0.1 * scale, 0);
+    const Vector3d w = ClosestOnTriangle(p, line, {true, true, true}).weights;
+    EXPECT_NEAR(w.sum(), 1, 1e-15);
+    EXPECT_NEAR(w[1] + 2 * w[2], 0.5, 1e-15);
+    const std::array<Vector3d, 3> point{p, p, p};
+    EXPECT_NEAR(ClosestOnTriangle({0, 0, 0}, point, {true, true, true}).weights.sum(), 1, 1e-15);
   }
-  return moment;
-}
-
-// Laws: the nodal forces add up to the force, and turn about the place as the force there does: not
-// at all. Tolerance: rounding times the condition of a random triangle, worst here 1e3.
-TEST_P(TriangleWeightsTest, KeepForceAndMoment) {
-  const double scale = GetParam();
-  std::mt19937 random(5);
-  for (int i = 0; i < 300; ++i) {
-    const std::array<Vector3d, 3> abc{RandomVector(&random, scale), RandomVector(&random, scale),
-                                      RandomVector(&random, scale)};
-    const Vector3d p = RandomVector(&random, scale), f = RandomVector(&random, 1);
-    const Vector3d n = (abc[1] - abc[0]).cross(abc[2] - abc[0]).normalized();
-    const Vector3d in_plane = p - n.dot(p - abc[0]) * n;
-    const Vector3d signed_weights = TriangleWeights(p, abc, AreaWeights::kSigned);
-    EXPECT_NEAR(signed_weights.sum(), 1, 1e-11);
-    EXPECT_LT(MomentOf(signed_weights, abc, f, in_plane).norm() / scale, 1e-11);
-    const Vector3d closest = TriangleWeights(p, abc, AreaWeights::kClosest);
-    const Vector3d place = closest[0] * abc[0] + closest[1] * abc[1] + closest[2] * abc[2];
-    EXPECT_NEAR(closest.sum(), 1, 1e-15);
-    EXPECT_GE(closest.minCoeff(), 0);
-    EXPECT_LT(MomentOf(closest, abc, f, place).norm() / scale, 1e-14);
-    EXPECT_NEAR((p - place).norm() / scale, DistanceByForce(p, abc) / scale, 1e-13);
-  }
-}
-
-// Corrections to paper B: unsigned areas outside the triangle make force from nothing. Reference:
-// for a point in the triangle's plane they add up to 1 inside and to more outside.
-TEST_P(TriangleWeightsTest, UnsignedOnesMakeForceOutsideTheTriangle) {
-  const double scale = GetParam();
-  const std::array<Vector3d, 3> abc{Vector3d(0, 0, 0), Vector3d(3 * scale, 0, 0),
-                                    Vector3d(0, 4 * scale, 0)};
-  const auto sum = [&](double x, double y, AreaWeights kind) {
-    return TriangleWeights({x * scale, y * scale, 0}, abc, kind).sum();
-  };
-  EXPECT_NEAR(sum(0.75, 1, AreaWeights::kUnsigned), 1, 1e-14);
-  EXPECT_NEAR(sum(3, 4, AreaWeights::kUnsigned), 3, 1e-14);
-  EXPECT_NEAR(sum(3, 4, AreaWeights::kSigned), 1, 1e-14);
-  EXPECT_NEAR(sum(3, 4, AreaWeights::kClosest), 1, 1e-15);
-}
-
-TEST_P(TriangleWeightsTest, AreZeroOrAlongTheEdgesWhereThereIsNoArea) {
-  const double scale = GetParam();
-  const std::array<Vector3d, 3> line{Vector3d(0, 0, 0), Vector3d(scale, 0, 0),
-                                     Vector3d(2 * scale, 0, 0)};
-  const Vector3d p(0.5 * scale, 0.1 * scale, 0);
-  EXPECT_EQ(TriangleWeights(p, line, AreaWeights::kSigned), Vector3d(0, 0, 0));
-  EXPECT_EQ(TriangleWeights(p, line, AreaWeights::kUnsigned), Vector3d(0, 0, 0));
-  const Vector3d w = TriangleWeights(p, line, AreaWeights::kClosest);
-  EXPECT_NEAR(w.sum(), 1, 1e-15);
-  EXPECT_NEAR((w[1] + 2 * w[2]) - 0.5, 0, 1e-15);
-  const std::array<Vector3d, 3> point{p, p, p};
-  EXPECT_NEAR(TriangleWeights({0, 0, 0}, point, AreaWeights::kClosest).sum(), 1, 1e-15);
-}
-
-INSTANTIATE_TEST_SUITE_P(Scales, TriangleWeightsTest, ::testing::Values(1e-9, 1.0, 1e3));
-
-// Paper B picks the three nearest nodes. On a strip of long triangles they lie on one line, so no
-// weights of them carry a force beside it; the closest triangle carries it exactly.
-TEST(NearestNodesTest, NeedNotBeATriangleWhereTheClosestTriangleServes) {
-  const SurfaceMesh surface = Box({0.8, 8, 0.8}, {8, 1, 1});
-  const Vector3d p(0.05, 3.0, 0.4);  // on the top, 1 m from the nodes at its end y = 4
-  const std::array<int, 3> nearest = NearestNodes(surface, p);
-  std::array<Vector3d, 3> abc;
-  for (std::size_t i = 0; i < 3; ++i) abc[i] = surface.nodes[static_cast<std::size_t>(nearest[i])];
-  EXPECT_EQ((abc[1] - abc[0]).cross(abc[2] - abc[0]).norm(), 0);
-  const auto place = SurfaceContact(surface).Find(p, 0.01);
-  ASSERT_TRUE(place);
-  const Vector3d f(0.3, -0.2, 1);
-  const auto corners = CornersOf(surface, static_cast<std::size_t>(place->triangle));
-  EXPECT_LT(MomentOf(place->weights, corners, f, p).norm(), 1e-14);
-  EXPECT_NEAR(place->weights.sum(), 1, 1e-15);
-}
-
-// Reference: sorting all nodes that triangles use by hand; inner nodes of a volume do not count.
-TEST(NearestNodesTest, AreTheNearestOnTheSurface) {
-  const SurfaceMesh surface = Box({1, 1, 1}, {2, 2, 2});
-  const std::array<int, 3> nearest = NearestNodes(surface, {0.01, 0.02, 0.1});
-  for (const int node : nearest) {
-    EXPECT_GT(surface.nodes[static_cast<std::size_t>(node)].norm(), 0.4) << "the centre is inside";
-  }
-  EXPECT_LT((surface.nodes[static_cast<std::size_t>(nearest[0])] - Vector3d(0, 0, 0.5)).norm(),
-            1e-15);
 }
 
 }  // namespace

@@ -142,62 +142,6 @@ TEST(Bem2dModel, AFrictionlessContactPushesAlongTheNormalOnly) {
             Validity::kFailed);
 }
 
-// Reference: linearity. Forces and displacements of contacts that move together are the sums of
-// those of each one that moves while the others rest; and the normal forces are those of the
-// coupled system n_i . u_ij n_j f_j = n_i . d_i, u_ij from loads.
-TEST(Bem2dModel, FrictionlessContactsSuperpose) {
-  Bem2dModel::Params params{.young_modulus = 1, .thickness = 1};
-  params.contact = ContactLaw::kFrictionless;
-  Bem2dModel model(bodies::Block(60), params);
-  const auto& elements = model.greens_functions().problem().mesh.elements;
-  constexpr std::array kTouched{20, 27, 38};
-  const auto normal = [&](std::size_t k) { return elements[Index(kTouched[k])].normal(); };
-  std::array<Vector2d, 3> moved;
-  for (std::size_t k = 0; k < 3; ++k) moved[k] = Eigen::Rotation2Dd(0.5) * (-1e-3 * normal(k));
-  const auto solve = [&](std::size_t first, std::size_t last, Eigen::Matrix3d* forces,
-                         std::vector<Vector2d>* field) {
-    std::vector<Contact> contacts;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const bool moves = k >= first && k < last;
-      contacts.push_back(bodies::Move(kTouched[k], moves ? moved[k] : Vector2d(0, 0)));
-    }
-    Solution solution;
-    const auto responses = bodies::Respond(model, contacts, &solution);
-    for (int k = 0; k < 3; ++k) forces->col(k) += responses[Index(k)].force_O;
-    const BoundaryState state = model.Boundary(solution);
-    field->resize(state.displacement.size(), Vector2d(0, 0));
-    for (std::size_t i = 0; i < field->size(); ++i) (*field)[i] += state.displacement[i];
-  };
-  Eigen::Matrix3d together = Eigen::Matrix3d::Zero(), sum = together;
-  std::vector<Vector2d> field, sum_of_fields;
-  solve(0, 3, &together, &field);
-  for (std::size_t k = 0; k < 3; ++k) solve(k, k + 1, &sum, &sum_of_fields);
-  EXPECT_LT((sum - together).norm(), 1e-12 * together.norm());
-  for (std::size_t i = 0; i < field.size(); ++i) {
-    EXPECT_LT((field[i] - sum_of_fields[i]).norm(), 1e-15) << i;
-  }
-  Eigen::Matrix3d compliance;
-  Eigen::Vector3d depth;
-  for (std::size_t j = 0; j < 3; ++j) {
-    std::vector<Contact> loads;
-    for (std::size_t i = 0; i < 3; ++i) {
-      loads.push_back(bodies::Load(kTouched[i], i == j ? normal(j) : Vector2d(0, 0)));
-    }
-    const auto responses = bodies::Respond(model, loads);
-    for (std::size_t i = 0; i < 3; ++i) {
-      compliance(static_cast<int>(i), static_cast<int>(j)) =
-          normal(i).dot(responses[i].displacement_O.head<2>());
-    }
-    depth[static_cast<int>(j)] = normal(j).dot(moved[j]);
-  }
-  const Eigen::Vector3d coupled = compliance.inverse() * depth;
-  for (int k = 0; k < 3; ++k) {
-    const Vector2d n = normal(Index(k));
-    EXPECT_NEAR(n.dot(together.col(k).head<2>()) / coupled[k], 1, 1e-10) << k;
-    EXPECT_LT(std::abs(n.x() * together(1, k) - n.y() * together(0, k)), 1e-16) << k;
-  }
-}
-
 // Reference: a fresh model, which has no set to mistake the new one for.
 TEST(Bem2dModel, AChangedContactSetIsNoticed) {
   Bem2dModel::Params params = kSilicone;
@@ -224,20 +168,6 @@ TEST(Bem2dModel, AChangedContactSetIsNoticed) {
   contact.kind = Contact::Kind::kForce;
   contact.prescribed_O = {0, -0.1, 0};
   expect_fresh("kind");
-}
-
-// Reference: the definition of the patch; five elements by width equal five contacts moved alike.
-TEST(Bem2dModel, APatchIsItsElementsMovedTogether) {
-  Bem2dModel model(Silicone(), kSilicone);
-  Contact wide = bodies::Move(kTop, {0, -1e-3});
-  wide.p_O = {0.044, 0.088, 0};
-  wide.width = 4 * 0.088 / 15;
-  const auto patch = bodies::Respond(model, {wide}).front();
-  std::vector<Contact> single;
-  for (int i = kTop - 2; i <= kTop + 2; ++i) single.push_back(bodies::Move(i, {0, -1e-3}));
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const auto& response : bodies::Respond(model, single)) sum += response.force_O;
-  EXPECT_LT((patch.force_O - sum).norm(), 1e-12 * sum.norm());
 }
 
 TEST(Bem2dModel, FindsTheElementAtAPlace) {
@@ -343,20 +273,6 @@ TEST(Bem2dModel, AllAroundPrescribedIsRefusedWhereIncompressible) {
   const auto responses = bodies::Respond(model, contacts);
   EXPECT_EQ(responses[0].validity, Validity::kValid);
   EXPECT_LT(responses[0].force_O.norm(), 1e-9 * kSilicone.young_modulus * kSilicone.thickness);
-}
-
-TEST(Bem2dModel, FiveHundredContactsActTogether) {
-  Bem2dModel model(Silicone(720), kSilicone);
-  std::vector<Contact> contacts;
-  for (int i = 190; i < 690; ++i) contacts.push_back(bodies::Move(i, {1e-4, 2e-4}));
-  Solution solution;
-  const auto responses = bodies::Respond(model, contacts, &solution);
-  for (const auto& response : responses) ASSERT_EQ(response.validity, Validity::kValid);
-  std::vector<Eigen::Vector3d> displacement;
-  model.Displacements(solution, &displacement);
-  for (std::size_t i = 191; i < 690; ++i) {  // vertices between two of them
-    EXPECT_LT((displacement[i] - contacts[0].prescribed_O).norm(), 1e-15);
-  }
 }
 
 TEST(Bem2dModel, RespondsWithoutAllocatingAfterTheFirstCall) {

@@ -7,8 +7,11 @@
 #include <vector>
 
 #include "slave/mechanics/bem/bem2d_model.h"
+#include "tests/slave/mechanics/contacts.h"
 
 namespace palpate::bodies {
+
+using contacts::Respond;
 
 inline ReferenceProblem Block(int elements, double side = 1, double nu = 0.45,
                               Plane plane = Plane::kStrain) {
@@ -53,14 +56,6 @@ inline Contact Move(int element, const Eigen::Vector2d& displacement) {
 
 inline Contact Load(int element, const Eigen::Vector2d& force) {
   return At(element, Contact::Kind::kForce, force);
-}
-
-inline std::vector<ContactResponse> Respond(Bem2dModel& model, const std::vector<Contact>& contacts,
-                                            Solution* solution = nullptr) {
-  Solution room;
-  Solution& answer = solution != nullptr ? *solution : room;
-  model.Solve(contacts, &answer);
-  return answer.responses();
 }
 
 inline BoundaryState Boundary(Bem2dModel& model, const std::vector<Contact>& contacts) {

@@ -48,10 +48,6 @@ void ExpectDirectSolution(const ReferenceProblem& problem, const std::vector<Mov
   EXPECT_GT(largest, 0.1);
 }
 
-TEST(ElementContacts, EqualADirectSolutionForOneContact) {
-  ExpectDirectSolution(bodies::Block(60), {{37, {0.01, -0.3}}});
-}
-
 TEST(ElementContacts, EqualADirectSolutionForManyContacts) {
   ExpectDirectSolution(bodies::Block(60), {{20, {-0.2, 0}},
                                            {21, {-0.1, 0.05}},
@@ -99,59 +95,6 @@ TEST(ElementContacts, AnswersAreSumsAndMeansOfTheBoundarySolution) {
   const Vector2d mean = 0.5 * (displacement[20] + displacement[21]);
   EXPECT_LT((mean - answer[1].displacement_O.head<2>()).norm(), 1e-13);
   EXPECT_NEAR(traction[20].x() * (greens.lengths()[20] + greens.lengths()[21]), 0.003, 1e-15);
-}
-
-// Reference: superposition; two loads where they overlap do what each does alone, together.
-TEST(ElementContacts, LoadsAddUpWhereTheyOverlap) {
-  Bem2dModel model(bodies::Block(60), kPlain);
-  const GreensFunctions& greens = model.greens_functions();
-  const auto solve = [&](const Vector2d& one, const Vector2d& other) {
-    Solution solution;
-    const auto answer =
-        bodies::Respond(model,
-                        {bodies::Move(36, {0, 0}), Wide(bodies::Load(0, one), 20, 2, greens),
-                         Wide(bodies::Load(0, other), 21, 3, greens)},
-                        &solution);
-    const auto [displacement, traction] = model.Boundary(solution);
-    Vector2d total = Vector2d::Zero();
-    for (const std::size_t i : {20U, 21U, 22U, 23U}) total += greens.lengths()[i] * traction[i];
-    EXPECT_LT((total - one - other).norm(), 1e-15);
-    EXPECT_NEAR(answer[1].displacement_O.x(), 0.5 * (displacement[20] + displacement[21]).x(),
-                1e-14);
-    std::array<Vector2d, 3> values{answer[0].force_O.head<2>(), answer[1].displacement_O.head<2>(),
-                                   answer[2].displacement_O.head<2>()};
-    return values;
-  };
-  const auto first = solve({0.01, 0}, {0, 0});
-  const auto second = solve({0, 0}, {0, -0.03});
-  const auto both = solve({0.01, 0}, {0, -0.03});
-  for (std::size_t i = 0; i < both.size(); ++i) {
-    EXPECT_LT((both[i] - first[i] - second[i]).norm(), 1e-14) << i;
-  }
-}
-
-// Law: what a load puts on elements that a contact holds goes straight to the contact.
-TEST(ElementContacts, ALoadPartlyUnderAContactIsSharedWithIt) {
-  Bem2dModel model(bodies::Block(60), kPlain);
-  const GreensFunctions& greens = model.greens_functions();
-  const Contact held = Wide(bodies::Move(0, {0, 0}), 36, 2, greens);
-  const Vector2d load(0.01, -0.02);
-  const auto both = bodies::Respond(model, {held, Wide(bodies::Load(0, load), 37, 2, greens)});
-  const auto beside = bodies::Respond(model, {held, bodies::Load(38, 0.5 * load)});
-  ASSERT_EQ(both[0].validity, Validity::kValid) << model.failure();
-  EXPECT_LT(((both[0].force_O - beside[0].force_O).head<2>() + 0.5 * load).norm(), 1e-14);
-  EXPECT_LT((2 * both[1].displacement_O - beside[1].displacement_O).norm(), 1e-14);
-}
-
-TEST(ElementContacts, OnTheSameElementAreRefused) {
-  Bem2dModel model(bodies::Block(60), kPlain);
-  const GreensFunctions& greens = model.greens_functions();
-  const Contact one = Wide(bodies::Move(0, {0, 0}), 36, 2, greens);
-  for (const Contact& other :
-       {Wide(bodies::Move(0, {0, 0}), 37, 2, greens), bodies::Load(37, {0.01, 0})}) {
-    EXPECT_EQ(bodies::Respond(model, {one, other})[0].validity, Validity::kFailed);
-    EXPECT_EQ(bodies::Respond(model, {other, one})[0].validity, Validity::kFailed);
-  }
 }
 
 }  // namespace

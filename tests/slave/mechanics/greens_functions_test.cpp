@@ -67,23 +67,6 @@ TEST(GreensFunctions, FlexibilityBecomesSymmetric) {
   EXPECT_LT(fine, coarse / 2);
 }
 
-// Reference: the numbering of elements means nothing.
-TEST(GreensFunctions, DoNotDependOnTheNumberingOfElements) {
-  const ReferenceProblem problem = bodies::Block(40);
-  ReferenceProblem turned = problem;
-  std::rotate(turned.mesh.elements.begin(), turned.mesh.elements.begin() + 13,
-              turned.mesh.elements.end());
-  std::rotate(turned.held.begin(), turned.held.begin() + 13, turned.held.end());
-  const GreensFunctions one(problem);
-  const GreensFunctions other(turned);
-  for (int i = 0; i < 40; ++i) {
-    for (int j = 0; j < 40; ++j) {
-      const Matrix2d difference = Block(one, (i + 13) % 40, (j + 13) % 40) - Block(other, i, j);
-      EXPECT_LT(difference.norm(), 1e-11);
-    }
-  }
-}
-
 TEST(GreensFunctions, CountTheRigidMotionsThatAreLeftFree) {
   ReferenceProblem problem = bodies::Block(40);
   EXPECT_EQ(GreensFunctions(problem).free_motions(), 0);

@@ -98,22 +98,6 @@ TEST(Regions, LayersOfAColumnGiveWayInSeries) {
   }
 }
 
-// The laws are proportional to E, those of large strains and with a pressure of its own too.
-TEST(Regions, ARegionThatIsTheWholeBodyMultipliesTheForce) {
-  std::vector<Kind> kinds = kKinds;
-  kinds.push_back({"fem", Law::kNeoHookean, Element::kTet4, Pressure::kAveraged});
-  kinds.push_back({"fem", Law::kNeoHookean, Element::kTet10, Pressure::kMixed});
-  kinds.push_back({"fem", Law::kLinear, Element::kTet10, Pressure::kMixed});
-  const Contact contact{.p_O = {0.02, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-3}};
-  for (const Kind& kind : kinds) {
-    Scene scene = BoxScene(kind, {{0.04, 0.04, 0.02}, {4, 4, 2}}, 0.45);
-    const Vector3d body = Press(scene, contact).force_O;
-    scene.object.regions = {Layer(-kFar, kFar, 5 * kModulus)};
-    const Vector3d stiff = Press(scene, contact).force_O;
-    EXPECT_LT((stiff - 5 * body).norm(), 1e-6 * stiff.norm()) << NameOf(kind);
-  }
-}
-
 // A region of a modulus of its own against a body of that modulus cut the other way: what is the
 // region of one is the body of the other, so that both are the same object.
 TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
@@ -128,18 +112,6 @@ TEST(Regions, WhichPartIsTheRegionDoesNotMatter) {
     upper.object.regions = {Layer(0.01, kFar, kModulus)};
     const Vector3d force = Press(lower, contact).force_O;
     EXPECT_LT((Press(upper, contact).force_O - force).norm(), 1e-6 * force.norm()) << NameOf(kind);
-  }
-}
-
-// Saint-Venant: what is small and far changes the force by the cube of radius over distance.
-TEST(Regions, ASmallSphereFarFromTheContactHasNoInfluence) {
-  const Contact contact{.p_O = {0.01, 0.02, 0.02}, .prescribed_O = {0, 0, -1e-4}};
-  for (const Kind& kind : kKinds) {
-    Scene scene = BoxScene(kind, {{0.12, 0.04, 0.02}, {24, 8, 4}}, 0.3);
-    if (kind.element == Element::kTet10) continue;  // the same, at ten times the cost
-    const double without = Press(scene, contact).force_O.z();
-    scene.object.regions = {{Ball{{0.1, 0.02, 0.01}, 0.005}, 5 * kModulus}};
-    EXPECT_NEAR(Press(scene, contact).force_O.z() / without, 1, 1e-5) << NameOf(kind);
   }
 }
 

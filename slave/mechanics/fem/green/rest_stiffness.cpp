@@ -8,10 +8,10 @@
 #include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
-#include "shared/geometry/symmetric_eigen.h"
 #include "shared/mesh/mesh_census.h"
 #include "shared/text/text.h"
 #include "slave/mechanics/fem/green/column_cache.h"
+#include "slave/mechanics/fem/held_motions.h"
 #include "slave/mechanics/fem/solid/elastic_body.h"
 #include "slave/mechanics/fem/solid/solid_params.h"
 #include "slave/mechanics/fem/solid/supports.h"
@@ -20,14 +20,12 @@ namespace palpate {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Element = FemOptions::Element;
 
 constexpr int kAssembly = 2;  // rises whenever the same inputs give another matrix
 constexpr double kLargestNu4 = 0.499;
-constexpr double kFixesMotion = 1e-10;  // smallest eigenvalue of the motions' Gram matrix
-constexpr double kResidual = 1e-12;     // of a solution with pressure, relative
+constexpr double kResidual = 1e-12;  // of a solution with pressure, relative
 constexpr int kMostRefinements = 8;
 
 void RequirePoissonRatio(double nu, Element element) {
@@ -40,27 +38,21 @@ void RequirePoissonRatio(double nu, Element element) {
 
 // Throws unless the held components fix all six rigid motions of every connected part. O(N).
 void RequireSupported(const SolidMesh& mesh, const HeldNodes& held) {
-  using Matrix6d = Eigen::Matrix<double, 6, 6>;
   int parts = 0;
   const std::vector<int> part = PartsOf(mesh.tets, mesh.nodes.size(), &parts);
   std::vector<Eigen::AlignedBox3d> box(Index(parts));
   for (std::size_t n = 0; n < part.size(); ++n) {
     if (part[n] >= 0) box[Index(part[n])].extend(mesh.nodes[n]);
   }
-  std::vector<Matrix6d> gram(Index(parts), Matrix6d::Zero());
+  std::vector<fem::HeldMotions> motions(box.begin(), box.end());
   for (std::size_t n = 0; n < part.size(); ++n) {
-    if (part[n] < 0) continue;
-    const auto& extent = box[Index(part[n])];
-    const Vector3d r = (mesh.nodes[n] - extent.center()) / extent.sizes().maxCoeff();
-    for (int c = 0; c < 3; ++c) {
-      if (!held[n][Index(c)]) continue;
-      Eigen::Matrix<double, 6, 1> mode;
-      mode << Vector3d::Unit(c), r.cross(Vector3d::Unit(c));
-      gram[Index(part[n])] += mode * mode.transpose();
+    for (int c = 0; part[n] >= 0 && c < 3; ++c) {
+      auto& part_motions = motions[Index(part[n])];
+      if (held[n][Index(c)]) part_motions.Hold(part_motions.Row(mesh.nodes[n], c));
     }
   }
   for (int p = 0; p < parts; ++p) {
-    if (EigenOf(gram[Index(p)]).values[0] > kFixesMotion) continue;
+    if (motions[Index(p)].Free().cols() == 0) continue;
     throw std::invalid_argument(
         "object.fixed: fem-green needs a fixed body: accepted are supports that prevent all six "
         "rigid motions of every part; the part with node " +

@@ -14,7 +14,12 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kFree = 1e-10;  // eigenvalue over the largest one below which a motion is free
+// Nodes that no element has are left out.
+Eigen::AlignedBox3d BoxOf(const TetMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const int node : mesh.connectivity) box.extend(mesh.nodes[Index(node)]);
+  return box;
+}
 
 }  // namespace
 
@@ -23,21 +28,18 @@ Supports::Supports(const TetMesh& mesh, const BlockLayout& layout, const HeldNod
     : mesh_(mesh),
       layout_(layout),
       held_(HeldWithMiddles(mesh, held)),
-      volumes_(std::move(volumes)) {
+      volumes_(std::move(volumes)),
+      motions_(BoxOf(mesh)) {
   used_.assign(Index(mesh.node_count()), false);
   for (const int node : mesh.connectivity) used_[Index(node)] = true;
-  double volume = 0;
   node_of_.assign(Index(layout.size()), -1);
   component_of_ = node_of_;
   for (int node = 0; node < mesh.node_count(); ++node) {
-    centre_ += volumes_[node] * mesh.nodes[Index(node)];
-    volume += volumes_[node];
     for (int c = 0; c < 3; ++c) {
       node_of_[Index(layout.first(node) + c)] = node;
       component_of_[Index(layout.first(node) + c)] = c;
     }
   }
-  centre_ /= volume;
 }
 
 void Supports::Hold(Balance* balance) const {
@@ -61,39 +63,26 @@ bool Supports::Forbids(int node, const Vector3d& displacement) const {
   return false;
 }
 
-// Displacement component `component` of a node under each unit motion.
-Supports::Motion Supports::Row(int node, int component) const {
-  Motion row;
-  row.head<3>() = Vector3d::Unit(component);
-  row.tail<3>() = (mesh_.nodes[Index(node)] - centre_).cross(Vector3d::Unit(component));
-  return row;
-}
-
-Supports::Matrix6d Supports::Held(const Balance& balance) const {
-  Matrix6d normal = Matrix6d::Zero();
+fem::HeldMotions Supports::Held(const Balance& balance) const {
+  fem::HeldMotions held = motions_;
   for (int i = 0; i < layout_.size(); ++i) {
     const int node = node_of_[Index(i)];
     if (!balance.fixed[Index(i)] || node < 0 || !Used(node)) continue;
-    const Motion row = Row(node, component_of_[Index(i)]);
-    normal += row * row.transpose();
+    held.Hold(Row(node, component_of_[Index(i)]));
   }
   for (const auto& point : balance.rows) {
     Motion row = Motion::Zero();
     for (const auto& [unknown, weight] : point.weights) {
       row += weight * Row(node_of_[Index(unknown)], component_of_[Index(unknown)]);
     }
-    normal += row * row.transpose();
+    held.Hold(row);
   }
-  return normal;
+  return held;
 }
 
 void Supports::Pin(Balance* balance) {
   pins_.clear();
-  const SymmetricEigen eigen = EigenOf(Held(*balance));
-  const double largest = std::max(eigen.values[5], 1e-300);
-  const auto count = (eigen.values.array() < kFree * largest).count();
-  const auto all_free = eigen.values[5] <= 0;
-  free_motions_ = eigen.vectors.leftCols(all_free ? 6 : count);
+  free_motions_ = Held(*balance).Free();
 
   // One unknown after the other: the one that moves most under what is still free.
   auto left = free_motions_;
@@ -150,7 +139,9 @@ void Supports::RemoveFreeMotion(VectorXd* x) const {
   const VectorXd amount = normal.ldlt().solve(right);
   const Motion motion = free_motions_ * amount;
   for (int node = 0; node < mesh_.node_count(); ++node) {
-    if (Used(node)) x->segment<3>(layout_.first(node)) -= Rigid(motion, node);
+    for (int c = 0; Used(node) && c < 3; ++c) {
+      (*x)[layout_.first(node) + c] -= Row(node, c).dot(motion);
+    }
   }
 }
 

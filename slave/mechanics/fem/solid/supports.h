@@ -4,9 +4,9 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include "shared/geometry/index.h"
+#include "slave/mechanics/fem/held_motions.h"
 #include "slave/mechanics/fem/solid/equilibrium.h"
 #include "slave/mechanics/fem/solid/sparse_system.h"
 #include "slave/mechanics/tet_mesh.h"
@@ -35,14 +35,12 @@ class Supports {
   void RemoveFreeMotion(Eigen::VectorXd* x) const;
 
  private:
-  using Motion = Eigen::Matrix<double, 6, 1>;  // translation, rotation about the centre
-  using Matrix6d = Eigen::Matrix<double, 6, 6>;
-  [[nodiscard]] Motion Row(int node, int component) const;
-  [[nodiscard]] Eigen::Vector3d Rigid(const Motion& motion, int node) const {
-    return motion.head<3>() +
-           Eigen::Vector3d(motion.tail<3>()).cross(mesh_.nodes[Index(node)] - centre_);
+  using Motion = fem::HeldMotions::Motion;
+  // Displacement component `component` of a node under each unit motion.
+  [[nodiscard]] Motion Row(int node, int component) const {
+    return motions_.Row(mesh_.nodes[Index(node)], component);
   }
-  [[nodiscard]] Matrix6d Held(const Balance& balance) const;
+  [[nodiscard]] fem::HeldMotions Held(const Balance& balance) const;
   [[nodiscard]] bool Used(int node) const { return used_[static_cast<std::size_t>(node)]; }
 
   const TetMesh& mesh_;
@@ -50,9 +48,9 @@ class Supports {
   HeldNodes held_;  // middles too
   Eigen::VectorXd volumes_;
   std::vector<bool> used_;
-  Eigen::Vector3d centre_{0, 0, 0};
+  fem::HeldMotions motions_;                 // nothing held
   std::vector<int> node_of_, component_of_;  // per unknown; -1: a pressure
-  Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> free_motions_;
+  fem::HeldMotions::Motions free_motions_;
   std::vector<int> pins_;
 };
 

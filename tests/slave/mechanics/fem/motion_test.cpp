@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "shared/geometry/symmetric_eigen.h"
+#include "tests/slave/mechanics/direct_solution.h"
 #include "tests/slave/mechanics/fem/solids.h"
 
 namespace palpate {
@@ -195,43 +196,31 @@ class DenseTrajectory {
 
  private:
   void Assemble() {
-    const double E = params_.material.young_modulus, nu = params_.material.poisson_ratio;
-    Eigen::Matrix<double, 6, 6> C = Eigen::Matrix<double, 6, 6>::Zero();
-    C.topLeftCorner<3, 3>().setConstant(nu);
-    C.diagonal().head<3>().setConstant(1 - nu);
-    C.diagonal().tail<3>().setConstant(0.5 - nu);
-    C *= E / ((1 + nu) * (1 - 2 * nu));
     K_ = M_ = MatrixXd::Zero(u_.size(), u_.size());
     f_ = VectorXd::Zero(u_.size());
-    for (const auto& tet : mesh_.tets) AddElement(tet, C);
+    for (const auto& tet : mesh_.tets) AddElement(tet);
   }
 
-  void AddElement(const std::array<int, 4>& tet, const Eigen::Matrix<double, 6, 6>& C) {
-    Eigen::Matrix4d rest;
-    Matrix3d Ds;
+  void AddElement(const std::array<int, 4>& tet) {
+    Matrix3d edges, moved;
     Eigen::Matrix<double, 12, 1> X, x;
     for (int i = 0; i < 4; ++i) {
-      const Vector3d p = mesh_.nodes[static_cast<std::size_t>(tet[static_cast<std::size_t>(i)])];
-      rest.row(i) << 1, p.transpose();
-      X.segment<3>(3 * i) = p;
-      x.segment<3>(3 * i) = p + u_.segment<3>(3 * tet[static_cast<std::size_t>(i)]);
+      const int node = tet[static_cast<std::size_t>(i)];
+      X.segment<3>(3 * i) = mesh_.nodes[static_cast<std::size_t>(node)];
+      x.segment<3>(3 * i) = X.segment<3>(3 * i) + u_.segment<3>(3 * node);
+      if (i == 0) continue;
+      edges.col(i - 1) = X.segment<3>(3 * i) - X.head<3>();
+      moved.col(i - 1) = x.segment<3>(3 * i) - x.head<3>();
     }
-    const double V = rest.determinant() / 6;
-    const Eigen::Matrix4d shape = rest.inverse();  // column i: coefficients of N_i
-    Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
-    Matrix3d F = Matrix3d::Zero();
-    for (int i = 0; i < 4; ++i) {
-      const Vector3d g = shape.col(i).tail<3>();
-      F += x.segment<3>(3 * i) * g.transpose();
-      B.block<6, 3>(0, 3 * i) << g.x(), 0, 0, 0, g.y(), 0, 0, 0, g.z(), g.y(), g.x(), 0, 0, g.z(),
-          g.y(), g.z(), 0, g.x();
-    }
+    const double V = edges.determinant() / 6;
+    const Matrix3d F = moved * edges.inverse();
     const Eigen::JacobiSVD<Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Vector3d sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant());
     const Matrix3d R = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
     Eigen::Matrix<double, 12, 12> R4 = Eigen::Matrix<double, 12, 12>::Zero();
     for (int i = 0; i < 4; ++i) R4.block<3, 3>(3 * i, 3 * i) = R;
-    const Eigen::Matrix<double, 12, 12> K0 = V * B.transpose() * C * B;
+    const Eigen::Matrix<double, 12, 12> K0 =
+        VoigtStiffness(mesh_, tet, params_.material.young_modulus, params_.material.poisson_ratio);
     const Eigen::Matrix<double, 12, 12> K = R4 * K0 * R4.transpose();
     const Eigen::Matrix<double, 12, 1> f = R4 * K0 * (R4.transpose() * x - X);
     for (int i = 0; i < 4; ++i) {

@@ -9,11 +9,14 @@
 
 #include "shared/mesh/solid_mesh.h"
 #include "slave/mechanics/fem/fem_model.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/support/references.h"
 
 namespace palpate::solids {
 
 using Held = std::vector<std::array<bool, 3>>;
+using contacts::Displacement;
+using contacts::Respond;
 using Eigen::Vector3d;
 using reference::VectorOf;
 
@@ -36,29 +39,10 @@ inline int NodeAt(const SolidMesh& mesh, const Vector3d& p) {
 
 // A load or a displacement at a node.
 inline Contact Push(const SolidMesh& mesh, int node, const Vector3d& force) {
-  return {.kind = Contact::Kind::kForce,
-          .p_O = mesh.nodes[static_cast<std::size_t>(node)],
-          .prescribed_O = force};
+  return contacts::Push(mesh.nodes[static_cast<std::size_t>(node)], force);
 }
 inline Contact Move(const SolidMesh& mesh, int node, const Vector3d& displacement) {
-  return {.kind = Contact::Kind::kDisplacement,
-          .p_O = mesh.nodes[static_cast<std::size_t>(node)],
-          .prescribed_O = displacement};
-}
-
-inline std::vector<ContactResponse> Respond(DeformationModel& model,
-                                            const std::vector<Contact>& contacts,
-                                            Solution* solution = nullptr) {
-  Solution room;
-  Solution& answer = solution != nullptr ? *solution : room;
-  model.Solve(contacts, &answer);
-  return answer.responses();
-}
-
-inline std::vector<Vector3d> Displacement(DeformationModel& model, const Solution& solution) {
-  std::vector<Vector3d> u;
-  model.Displacements(solution, &u);
-  return u;
+  return contacts::Move(mesh.nodes[static_cast<std::size_t>(node)], displacement);
 }
 
 inline FemModel::Params Foam() {

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "slave/mechanics/fem/green/fem_green_model.h"
-#include "tests/slave/mechanics/green/direct_solution.h"
+#include "tests/slave/mechanics/direct_solution.h"
 #include "tests/support/scratch.h"
 
 namespace palpate {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/green/green_columns.h"
-#include "tests/slave/mechanics/green/direct_solution.h"
+#include "tests/slave/mechanics/direct_solution.h"
 
 namespace palpate {
 namespace {

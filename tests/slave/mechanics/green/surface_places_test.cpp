@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/capacitance/contact_set.h"
-#include "tests/slave/mechanics/green/direct_solution.h"
+#include "tests/slave/mechanics/direct_solution.h"
 
 namespace palpate {
 namespace {

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/linear/elimination_order.h"
+#include "slave/mechanics/linear/spd_factor.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
@@ -250,6 +251,19 @@ TYPED_TEST(SparseLdltTest, ThreadsDoNotDisturbEachOther) {
     }
   }
   for (const auto& x : solved) EXPECT_EQ(x, expected);
+}
+
+// In any order of the rows.
+TEST(SpdFactor, SolvesSeveralAtOnceAndRefusesTheIndefinite) {
+  const auto grid = Grid(6);
+  const Sparse matrix = Matrix(grid, AsNumbered(grid.size()), 0);
+  SpdFactor factor(matrix.transpose());
+  const MatrixXd B = MatrixXd::Random(matrix.cols(), 3);
+  MatrixXd X = B;
+  factor.Solve(X.data(), 3);
+  EXPECT_LT((Full(matrix) * X - B).norm(), 1e-13 * B.norm());
+  EXPECT_THROW(SpdFactor(Matrix(grid, AsNumbered(grid.size()), 1).transpose()),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -5,21 +5,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/slave/mechanics/plate/presses.h"
+
 namespace palpate::plate {
 namespace {
 
+using plates::Loaded;
+using plates::Moved;
 using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 const Geometry kPlate{.radius = 0.039, .thickness = 0.001};
-
-Contact Moved(double x, double y, double depth, double width = 0) {
-  return {Contact::Kind::kDisplacement, {x, y, 0}, -1, width, {0, 0, -depth}};
-}
-
-Contact Loaded(double x, double y, double force, double width = 0) {
-  return {Contact::Kind::kForce, {x, y, 0}, -1, width, {0, 0, -force}};
-}
 
 std::string_view Why(std::vector<Contact> contacts) {
   std::vector<Touch> touches;
@@ -28,7 +24,7 @@ std::string_view Why(std::vector<Contact> contacts) {
 
 TEST(PlateContacts, ArePressesByTheRadius) {
   std::vector<Touch> touches;
-  const std::vector contacts = {Moved(0.0195, 0, 0.00039, 0.0078), Loaded(0, -0.0195, 2)};
+  const std::vector contacts = {Moved({0.0195, 0}, 0.00039, 0.0078), Loaded({0, -0.0195}, 2)};
   ASSERT_EQ(Check(contacts, kPlate, &touches), "");
   EXPECT_DOUBLE_EQ(touches[0].disc.centre.x(), 0.5);
   EXPECT_DOUBLE_EQ(touches[0].disc.radius, 0.1);
@@ -38,19 +34,19 @@ TEST(PlateContacts, ArePressesByTheRadius) {
 }
 
 TEST(PlateContacts, TheImpossibleIsRefusedWithItsReason) {
-  EXPECT_THAT(Why({Moved(kNaN, 0, 1e-3)}), HasSubstr("finite"));
-  EXPECT_THAT(Why({Moved(0, 0, kNaN)}), HasSubstr("finite"));
-  EXPECT_THAT(Why({Moved(0, 0, 1e-3, kNaN)}), HasSubstr("finite"));
-  EXPECT_THAT(Why({Moved(0, 0, 1e-3, -1)}), HasSubstr("negative"));
-  EXPECT_THAT(Why({Moved(0, 0, 1e300)}), HasSubstr("too large"));
-  EXPECT_THAT(Why({Moved(0.04, 0, 1e-3)}), HasSubstr("beyond the rim"));
-  EXPECT_THAT(Why({Moved(1e300, 0, 1e-3)}), HasSubstr("beyond the rim"));
-  EXPECT_THAT(Why({Loaded(0.035, 0, 1, 0.01)}), HasSubstr("over the rim"));
-  EXPECT_THAT(Why({Moved(0.039, 0, 1e-3)}), HasSubstr("clamped rim"));
-  Contact across = Loaded(0, 0, 1);
+  EXPECT_THAT(Why({Moved({kNaN, 0}, 1e-3)}), HasSubstr("finite"));
+  EXPECT_THAT(Why({Moved({0, 0}, kNaN)}), HasSubstr("finite"));
+  EXPECT_THAT(Why({Moved({0, 0}, 1e-3, kNaN)}), HasSubstr("finite"));
+  EXPECT_THAT(Why({Moved({0, 0}, 1e-3, -1)}), HasSubstr("negative"));
+  EXPECT_THAT(Why({Moved({0, 0}, 1e300)}), HasSubstr("too large"));
+  EXPECT_THAT(Why({Moved({0.04, 0}, 1e-3)}), HasSubstr("beyond the rim"));
+  EXPECT_THAT(Why({Moved({1e300, 0}, 1e-3)}), HasSubstr("beyond the rim"));
+  EXPECT_THAT(Why({Loaded({0.035, 0}, 1, 0.01)}), HasSubstr("over the rim"));
+  EXPECT_THAT(Why({Moved({0.039, 0}, 1e-3)}), HasSubstr("clamped rim"));
+  Contact across = Loaded({0, 0}, 1);
   across.prescribed_O.x() = 1;
   EXPECT_THAT(Why({across}), HasSubstr("normal"));
-  Contact above = Loaded(0, 0, 1);
+  Contact above = Loaded({0, 0}, 1);
   above.p_O.z() = 6e-4;
   EXPECT_THAT(Why({above}), HasSubstr("off the plate"));
   above.p_O.z() = -5e-4;  // the lower face
@@ -58,11 +54,11 @@ TEST(PlateContacts, TheImpossibleIsRefusedWithItsReason) {
 }
 
 TEST(PlateContacts, LoadsOverlapButMovedPatchesDoNot) {
-  EXPECT_EQ(Why({Loaded(0, 0, 1), Loaded(0, 0, 1)}), "");
-  EXPECT_EQ(Why({Loaded(0, 0, 1, 0.01), Loaded(0.004, 0, 1, 0.01)}), "");
-  EXPECT_THAT(Why({Moved(0, 0, 1e-3), Moved(0, 0, 1e-3)}), HasSubstr("overlaps"));
-  EXPECT_THAT(Why({Moved(0, 0, 1e-3, 0.01), Loaded(0.004, 0, 1, 0.01)}), HasSubstr("overlaps"));
-  EXPECT_EQ(Why({Moved(0, 0, 1e-3, 0.01), Loaded(0.01, 0, 1, 0.01)}), "");  // they touch
+  EXPECT_EQ(Why({Loaded({0, 0}, 1), Loaded({0, 0}, 1)}), "");
+  EXPECT_EQ(Why({Loaded({0, 0}, 1, 0.01), Loaded({0.004, 0}, 1, 0.01)}), "");
+  EXPECT_THAT(Why({Moved({0, 0}, 1e-3), Moved({0, 0}, 1e-3)}), HasSubstr("overlaps"));
+  EXPECT_THAT(Why({Moved({0, 0}, 1e-3, 0.01), Loaded({0.004, 0}, 1, 0.01)}), HasSubstr("overlaps"));
+  EXPECT_EQ(Why({Moved({0, 0}, 1e-3, 0.01), Loaded({0.01, 0}, 1, 0.01)}), "");  // they touch
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include <gtest/gtest.h>
 
@@ -38,19 +37,6 @@ TEST(Green, TheLargestDeflectionLiesNearerToTheCentreThanTheLoad) {
     const double taken = most / Deflection({low, 0}, {low, 0});
     EXPECT_NEAR(taken, row.at("force_ratio_if_argmax_taken_as_load_point").get<double>(), 1e-4)
         << row;
-  }
-}
-
-// Reference: Betti. Rounding only.
-TEST(Green, PointsAreReciprocal) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> unit(0, 1);
-  for (int i = 0; i < 200; ++i) {
-    const Vector2d p = Polar(unit(random), 7 * unit(random));
-    const Vector2d x = Polar(unit(random), 7 * unit(random));
-    const double w = Deflection(p, x);
-    EXPECT_GT(w, 0);
-    EXPECT_NEAR(Deflection(x, p) / w, 1, 1e-12);
   }
 }
 

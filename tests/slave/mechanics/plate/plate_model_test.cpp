@@ -2,40 +2,27 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/plate/plate_surface.h"
-#include "tests/support/allocation_count.h"
+#include "tests/slave/mechanics/contacts.h"
+#include "tests/slave/mechanics/plate/presses.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
 namespace {
 
+using contacts::Respond;
 using Eigen::Vector2d;
+using plates::Loaded;
+using plates::Moved;
 using testing::HasSubstr;
 
 const PlateModel::Params kRubber{
     .radius = 0.039, .thickness = 0.001, .young_modulus = 27.2e6, .poisson_ratio = 0.45};
-
-Contact Moved(const Vector2d& p, double depth, double width = 0) {
-  return {Contact::Kind::kDisplacement, {p.x(), p.y(), 0}, -1, width, {0, 0, -depth}};
-}
-
-Contact Loaded(const Vector2d& p, double force, double width = 0) {
-  return {Contact::Kind::kForce, {p.x(), p.y(), 0}, -1, width, {0, 0, -force}};
-}
-
-std::vector<ContactResponse> Query(PlateModel& model, const std::vector<Contact>& contacts,
-                                   Solution* solution = nullptr) {
-  Solution room;
-  Solution& answer = solution != nullptr ? *solution : room;
-  model.Solve(contacts, &answer);
-  return answer.responses();
-}
 
 // Reference: paper C, eq. (1): F = 16 pi D w / a^2 at the centre, for any size, modulus and Poisson
 // ratio. Rounding only.
@@ -46,7 +33,7 @@ TEST(PlateModel, TheCentralForceIsThatOfPaperC) {
         PlateModel model({a, a / 50, E, nu});
         const double D = E * std::pow(a / 50, 3) / (12 * (1 - nu * nu));
         const double w = a / 500;
-        const auto r = Query(model, {Moved({0, 0}, w)})[0];
+        const auto r = Respond(model, {Moved({0, 0}, w)})[0];
         EXPECT_EQ(r.validity, Validity::kValid);
         EXPECT_NEAR(-r.force_O.z() / (16 * std::numbers::pi * D * w / (a * a)), 1, 1e-13);
         EXPECT_NEAR(r.stiffness_O(2, 2) * w / -r.force_O.z(), 1, 1e-13);
@@ -59,8 +46,8 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   PlateModel model(kRubber);
   Solution solution;
   const auto responses =
-      Query(model, {Moved({0.01, 0}, 2e-4, 0.004), Loaded({-0.02, 0.003}, 0.05)}, &solution);
-  Query(model, {Moved({0.02, 0}, 1e-4)});  // other queries do not count
+      Respond(model, {Moved({0.01, 0}, 2e-4, 0.004), Loaded({-0.02, 0.003}, 0.05)}, &solution);
+  Respond(model, {Moved({0.02, 0}, 1e-4)});  // other queries do not count
   EXPECT_NEAR(model.Displacement(solution, {0.01, 0}), -2e-4, 1e-16);
   EXPECT_NEAR(model.Displacement(solution, {-0.02, 0.003}) / responses[1].displacement_O.z(), 1,
               1e-12);
@@ -72,31 +59,38 @@ TEST(PlateModel, TheShapePassesThroughWhatIsPrescribed) {
   EXPECT_EQ(field.back(), Eigen::Vector3d::Zero());
 }
 
+// Reference: the difference of two answers, exact for a linear plate. The two moved contacts are of
+// different stiffness.
+TEST(PlateModel, StiffnessBesideMovedContactsIsTheDerivative) {
+  PlateModel model(kRubber);
+  const auto answer = [&](double force) {
+    return Respond(model, {Loaded({0.01, 0}, force), Moved({-0.01, 0.004}, 1e-4),
+                           Moved({0.03, -0.01}, 1e-4)})[0];
+  };
+  const ContactResponse less = answer(0.01), more = answer(0.02);
+  const double change = (more.displacement_O - less.displacement_O).z();
+  EXPECT_NEAR(less.stiffness_O(2, 2) * change / -0.01, 1, 1e-9);
+}
+
 TEST(PlateModel, HalfAThicknessIsItsRange) {
   PlateModel model(kRubber);
-  EXPECT_EQ(Query(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
-  EXPECT_EQ(Query(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
-  EXPECT_EQ(Query(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
+  EXPECT_EQ(Respond(model, {Moved({0, 0}, 4.9e-4)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Respond(model, {Moved({0, 0}, 5.1e-4)})[0].validity, Validity::kExtrapolated);
+  EXPECT_EQ(Respond(model, {Loaded({0.01, 0}, 10)})[0].validity, Validity::kExtrapolated);
 }
 
 TEST(PlateModel, FailsWithItsReasonAndRecovers) {
   PlateModel model(kRubber);
   Solution solution;
-  EXPECT_EQ(Query(model, {Moved({0.05, 0}, 1e-4)}, &solution)[0].validity, Validity::kFailed);
-  EXPECT_THAT(std::string(model.failure()), HasSubstr("rim"));
-  EXPECT_EQ(model.Displacement(solution, {0, 0}), 0);
-  EXPECT_EQ(Query(model, {Loaded({0, 0}, 1e300)})[0].validity, Validity::kFailed);
-  EXPECT_THAT(std::string(model.failure()), HasSubstr("too large"));
-  EXPECT_EQ(Query(model, {Moved({0, 0}, 1e-4), Moved({1e-8, 0}, 2e-4)})[0].validity,
-            Validity::kFailed);
+  const std::vector near = {Moved({0, 0}, 1e-4), Moved({1e-8, 0}, 2e-4)};
+  EXPECT_EQ(Respond(model, near, &solution)[0].validity, Validity::kFailed);
   EXPECT_THAT(std::string(model.failure()), HasSubstr("too close"));
+  EXPECT_EQ(model.Displacement(solution, {0, 0}), 0);
   std::vector<ContactResponse> too_few(1);
-  const std::vector contacts = {Moved({0, 0}, 1e-4), Moved({0.01, 0}, 1e-4)};
-  model.Respond(contacts, too_few);
+  model.Respond(near, too_few);
   EXPECT_EQ(too_few[0].validity, Validity::kFailed);
-  EXPECT_EQ(Query(model, {Moved({0, 0}, 1e-4)})[0].validity, Validity::kValid);
+  EXPECT_EQ(Respond(model, {Moved({0, 0}, 1e-4)})[0].validity, Validity::kValid);
   EXPECT_EQ(model.failure(), "");
-  EXPECT_TRUE(Query(model, {}).empty());
 }
 
 TEST(PlateModel, SaysWhatItIsAndRefusesImpossibleParams) {

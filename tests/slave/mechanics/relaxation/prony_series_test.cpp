@@ -23,29 +23,13 @@ Wrench Unit(double value) {
   return force;
 }
 
-// g(t) = 1 - sum share (1 - exp(-t / time))
-double Relaxed(double t) {
-  double g = 1;
-  for (const auto& [share, time] : kTissue) g += share * std::expm1(-t / time);
-  return g;
-}
-// Its integral from 0 to t.
+// Integral of g(t) = 1 - sum share (1 - exp(-t / time)) from 0 to t.
 double Integral(double t) {
   double integral = t;
   for (const auto& [share, time] : kTissue) {
     integral -= share * (t + time * std::expm1(-t / time));
   }
   return integral;
-}
-
-TEST(PronySeries, AStepRelaxesAsTheSeries) {
-  const double step = 0.07;
-  const PronySeries series(kTissue, step);
-  RelaxationMemory memory;
-  EXPECT_NEAR(series.Jump(Unit(2), &memory)[2], 2, kRounding);
-  for (int k = 1; k < 300; ++k) {
-    EXPECT_NEAR(series.Advance(Unit(2), &memory)[2], 2 * Relaxed(k * step), kRounding) << k;
-  }
 }
 
 // F = rate * integral of g over the ramp; a hold and a return follow by superposition. Long steps

@@ -10,11 +10,13 @@
 
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/mechanics/object_mesh.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
 
+using contacts::Respond;
 using Eigen::Vector3d;
 
 const std::vector<RelaxationTerm> kTissue{{0.3, 0.5}, {0.2, 5}};
@@ -45,13 +47,6 @@ Contact Push(const Vector3d& p_O, const Vector3d& by,
              Contact::Kind kind = Contact::Kind::kDisplacement) {
   return {.kind = kind, .p_O = p_O, .width = 0.012, .prescribed_O = by};
 }
-std::vector<ContactResponse> Respond(DeformationModel& model,
-                                     const std::vector<Contact>& contacts) {
-  std::vector<ContactResponse> responses(contacts.size());
-  model.Respond(contacts, responses);
-  return responses;
-}
-
 double Relaxed(double t) {
   double g = 1;
   for (const auto& [share, time] : kTissue) g += share * std::expm1(-t / time);
@@ -79,28 +74,6 @@ TEST(RelaxingModel, ForcesOfAStepRelaxExactlyAndStopAtTheLongTermModulus) {
   }
   const double ratio = Respond(*model, kPair)[0].force_O.norm() / at_once[0].force_O.norm();
   EXPECT_NEAR(ratio, 0.5, 1e-8);
-}
-
-// Reference: the convolution by the midpoint rule, whose error here is 1e-8 of the force, of the
-// elastic force, which is proportional to the displacement. A ramp, then a hold.
-TEST(RelaxingModel, ARampIsTheConvolutionOfTheElasticForce) {
-  const auto model = Make(TissueScene()), elastic = MakeElastic(TissueScene());
-  const Vector3d full = Respond(*elastic, {kPair[0]})[0].force_O;
-  const double ramp = 1;  // [s]
-  constexpr int kParts = 2000;
-  model->Reset();
-  for (int k = 1; k <= 100; ++k) {
-    const double t = k * kStep;
-    Contact contact = kPair[0];
-    contact.prescribed_O *= std::min(1.0, t / ramp);
-    const Vector3d force = Respond(*model, {contact})[0].force_O;
-    double convolved = 0;  // trapezoidal rule over the ramp
-    const double end = std::min(t, ramp);
-    for (int n = 0; n < kParts; ++n) {
-      convolved += Relaxed(t - (n + 0.5) * end / kParts) * end / kParts / ramp;
-    }
-    EXPECT_LT((force - convolved * full).norm(), 1e-7 * full.norm()) << t;
-  }
 }
 
 // A loaded body creeps to the displacement of its long-term moduli, and neither contact of a mixed

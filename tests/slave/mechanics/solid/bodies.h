@@ -7,10 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "slave/mechanics/fem/solid/solid_model.h"
+#include "tests/slave/mechanics/contacts.h"
 #include "tests/support/references.h"
 
 namespace palpate::solid_tests {
 
+using contacts::Move;
+using contacts::Push;
 using reference::json;
 using reference::VectorOf;
 
@@ -31,22 +34,6 @@ inline HeldNodes Bottom(const SolidMesh& mesh) {
 
 inline HeldNodes Nothing(const SolidMesh& mesh) {
   return HeldNodes(mesh.nodes.size(), {false, false, false});
-}
-
-inline Contact Push(const Eigen::Vector3d& p_O, const Eigen::Vector3d& force_O, double width = 0) {
-  Contact contact;
-  contact.kind = Contact::Kind::kForce;
-  contact.p_O = p_O;
-  contact.prescribed_O = force_O;
-  contact.width = width;
-  return contact;
-}
-
-inline Contact Move(const Eigen::Vector3d& p_O, const Eigen::Vector3d& displacement_O,
-                    double width = 0) {
-  Contact contact = Push(p_O, displacement_O, width);
-  contact.kind = Contact::Kind::kDisplacement;
-  return contact;
 }
 
 inline int NodeAt(const SolidModel& model, double unit, const Eigen::Vector3d& p_O) {

@@ -1,10 +1,11 @@
-// An independent formulation to hold fem-green to: strain-displacement matrices in Voigt's
+// An independent formulation to hold linear tetrahedra to: strain-displacement matrices in Voigt's
 // notation, a dense stiffness in SI, supports and contacts by Lagrange multipliers, one LU
 // factorisation.
 #pragma once
 
 #include <array>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,16 +26,20 @@ struct Body {
 Body Standing(SolidMesh mesh, int axis, double E, double nu);
 // A box of some cells with its inner nodes shaken, standing on z = 0.
 Body ShakenBox(std::array<int, 3> cells, double E, double nu);
-// One of the foam meshes (`cube`, `bar`, `sponge`), held where x = 0; empty where the file is
-// absent.
-Body Foam(const char* name);
+// One of the foam meshes (`cube`, `bar`, `sponge`); empty where the file is absent.
+SolidMesh FoamMesh(const std::string& name);
+
+// Of one tetrahedron, node by node [N/m].
+Eigen::Matrix<double, 12, 12> VoigtStiffness(const SolidMesh& mesh, const std::array<int, 4>& tet,
+                                             double E, double nu);
 
 struct DirectAnswer {
   std::vector<Eigen::Vector3d> displacement_O;  // per node [m]
   std::vector<Eigen::Vector3d> force_O;         // per contact [N]
   std::vector<Eigen::Vector3d> mean_O;          // displacement per contact, weighted as a load [m]
 };
-// What a contact touches is taken from FindPlace and PatchAt.
-DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless);
+// What a contact touches is taken from FindPlace and PatchAt. `weight_O`: per volume [N/m^3].
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless,
+                           const Eigen::Vector3d& weight_O = {0, 0, 0});
 
 }  // namespace palpate

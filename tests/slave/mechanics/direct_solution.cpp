@@ -1,6 +1,6 @@
-#include "tests/slave/mechanics/green/direct_solution.h"
+#include "tests/slave/mechanics/direct_solution.h"
 
-#include <fstream>
+#include <filesystem>
 #include <map>
 #include <random>
 #include <stdexcept>
@@ -10,6 +10,7 @@
 
 #include "shared/geometry/index.h"
 #include "shared/mesh/disc_patch.h"
+#include "shared/mesh/files/mesh_file.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -20,25 +21,10 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 MatrixXd DenseStiffness(const Body& body) {
-  const double factor = body.E / ((1 + body.nu) * (1 - 2 * body.nu));
-  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
-  D.topLeftCorner<3, 3>().setConstant(factor * body.nu);
-  D.topLeftCorner<3, 3>().diagonal().setConstant(factor * (1 - body.nu));
-  D.bottomRightCorner<3, 3>().diagonal().setConstant(factor * (1 - 2 * body.nu) / 2);
   const auto size = static_cast<Eigen::Index>(3 * body.mesh.nodes.size());
   MatrixXd K = MatrixXd::Zero(size, size);
   for (const auto& tet : body.mesh.tets) {
-    Eigen::Matrix4d vertices;  // rows 1, x, y, z
-    for (int v = 0; v < 4; ++v) {
-      vertices.col(v) << 1, body.mesh.nodes[Index(tet[Index(v)])];
-    }
-    const Eigen::Matrix4d shape = vertices.inverse();  // row v: coefficients of N_v
-    Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
-    for (int v = 0; v < 4; ++v) {
-      const double x = shape(v, 1), y = shape(v, 2), z = shape(v, 3);
-      B.block<6, 3>(0, 3 * v) << x, 0, 0, 0, y, 0, 0, 0, z, y, x, 0, 0, z, y, z, 0, x;
-    }
-    const Eigen::Matrix<double, 12, 12> k = vertices.determinant() / 6 * B.transpose() * D * B;
+    const auto k = VoigtStiffness(body.mesh, tet, body.E, body.nu);
     for (int a = 0; a < 12; ++a) {
       for (int b = 0; b < 12; ++b) {
         K(3 * tet[Index(a / 3)] + a % 3, 3 * tet[Index(b / 3)] + b % 3) += k(a, b);
@@ -98,6 +84,24 @@ Vector3d NodeNormal(const SurfaceMesh& surface, int node) {
 
 }  // namespace
 
+Eigen::Matrix<double, 12, 12> VoigtStiffness(const SolidMesh& mesh, const std::array<int, 4>& tet,
+                                             double E, double nu) {
+  const double factor = E / ((1 + nu) * (1 - 2 * nu));
+  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
+  D.topLeftCorner<3, 3>().setConstant(factor * nu);
+  D.topLeftCorner<3, 3>().diagonal().setConstant(factor * (1 - nu));
+  D.bottomRightCorner<3, 3>().diagonal().setConstant(factor * (1 - 2 * nu) / 2);
+  Eigen::Matrix4d vertices;  // rows 1, x, y, z
+  for (int v = 0; v < 4; ++v) vertices.col(v) << 1, mesh.nodes[Index(tet[Index(v)])];
+  const Eigen::Matrix4d shape = vertices.inverse();  // row v: coefficients of N_v
+  Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
+  for (int v = 0; v < 4; ++v) {
+    const double x = shape(v, 1), y = shape(v, 2), z = shape(v, 3);
+    B.block<6, 3>(0, 3 * v) << x, 0, 0, 0, y, 0, 0, 0, z, y, x, 0, 0, z, y, z, 0, x;
+  }
+  return vertices.determinant() / 6 * B.transpose() * D * B;
+}
+
 Body Standing(SolidMesh mesh, int axis, double E, double nu) {
   double low = mesh.nodes.front()[axis];
   for (const auto& p : mesh.nodes) low = std::min(low, p[axis]);
@@ -122,29 +126,22 @@ Body ShakenBox(std::array<int, 3> cells, double E, double nu) {
   return Standing(std::move(mesh), 2, E, nu);
 }
 
-Body Foam(const char* name) {
-  const std::string stem = std::string(SourcePath("/../shared/data/seed001_meshes/")) + name;
-  std::ifstream nodes(stem + ".node"), elements(stem + ".ele");
-  SolidMesh mesh;
-  int count = 0, skip = 0;
-  if (!(nodes >> count >> skip >> skip >> skip)) return {};
-  mesh.nodes.resize(Index(count));
-  for (auto& p : mesh.nodes) nodes >> skip >> p.x() >> p.y() >> p.z();
-  int regions = 0;
-  elements >> count >> skip >> regions;
-  mesh.tets.resize(Index(count));
-  for (auto& tet : mesh.tets) {
-    elements >> skip;
-    for (int& n : tet) elements >> n, --n;
-    for (int r = 0; r < regions; ++r) elements >> skip;
-  }
-  return Standing(std::move(mesh), 0, 3800, 0.15);
+SolidMesh FoamMesh(const std::string& name) {
+  const auto file = SourcePath("/../shared/data/seed001_meshes/") + name + ".node";
+  if (!std::filesystem::exists(file)) return {};
+  return std::get<SolidMesh>(ReadMeshFile(file, 1).mesh);
 }
 
-DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless) {
+DirectAnswer SolveDirectly(const Body& body, std::span<const Contact> contacts, bool frictionless,
+                           const Vector3d& weight_O) {
   const SurfaceMesh surface = SurfaceOf(body.mesh);
   const auto dofs = static_cast<int>(3 * body.mesh.nodes.size());
   VectorXd load = VectorXd::Zero(dofs);
+  for (int e = 0; e < static_cast<int>(body.mesh.tets.size()); ++e) {
+    for (const int node : body.mesh.tets[Index(e)]) {
+      load.segment<3>(3 * node) += SignedVolume(body.mesh, e) / 4 * weight_O;
+    }
+  }
   std::vector<Constraint> constraints;
   for (int d = 0; d < dofs; ++d) {
     if (body.held[Index(d / 3)][Index(d % 3)])

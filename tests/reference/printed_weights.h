@@ -1,13 +1,8 @@
-// Paper B's equation 6 and its choice of a triangle as printed, beside what the product does.
+// Paper B's equation 6 as printed, beside what the product does.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -34,28 +29,6 @@ inline Eigen::Vector3d TriangleWeights(const Eigen::Vector3d& p,
   }
   return Eigen::Vector3d(normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))) /
          normal.squaredNorm();
-}
-
-// The paper's choice of the triangle: the three nodes nearest to `p_O`. They need not form a
-// triangle of the surface. O(N log N). Throws std::invalid_argument: fewer than three.
-inline std::array<int, 3> NearestNodes(const SurfaceMesh& surface, const Eigen::Vector3d& p_O) {
-  std::vector<int> nodes;
-  for (const auto& triangle : surface.triangles) {
-    nodes.insert(nodes.end(), triangle.begin(), triangle.end());
-  }
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  if (nodes.size() < 3) {
-    throw std::invalid_argument("a surface of " + std::to_string(nodes.size()) +
-                                " nodes: accepted are three or more");
-  }
-  const auto distance = [&](int node) {
-    return (surface.nodes.at(static_cast<std::size_t>(node)) - p_O).squaredNorm();
-  };
-  std::partial_sort(nodes.begin(), nodes.begin() + 3, nodes.end(), [&](int a, int b) {
-    return std::pair(distance(a), a) < std::pair(distance(b), b);
-  });
-  return {nodes[0], nodes[1], nodes[2]};
 }
 
 }  // namespace palpate
