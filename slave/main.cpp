@@ -72,8 +72,6 @@ int Main(int argc, char** argv) {
       ->envname("STATE_DIRECTORY")
       ->check(CLI::ExistingDirectory);
 
-  serve_command->add_flag("--simulator", serve.simulator_connects,
-                          "Samples of simulated sensors come from palpate-simulator");
   Add(serve_command, "--metrics", &serve.metrics, "HOST:PORT",
       "Address that serves Prometheus metrics at /metrics");
   Add(serve_command, "--publish", &serve.publish, "URL",

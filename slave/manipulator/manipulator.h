@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 
@@ -18,9 +17,6 @@ namespace palpate {
 
 class Manipulator {
  public:
-  // Callback with the tip position, S [m].
-  using OnStep = std::function<void(const Eigen::Vector3d& p_S_tip)>;
-
   virtual ~Manipulator() = default;
   Manipulator() = default;
   Manipulator(const Manipulator&) = delete;
@@ -51,7 +47,7 @@ class Manipulator {
   [[nodiscard]] virtual std::uint32_t frame() const noexcept { return 0; }
   // The last target was clipped by the workspace or a speed limit. Thread-safe.
   [[nodiscard]] virtual bool at_limit() const noexcept = 0;
-  // Whether it is a real manipulator. A simulated one exists only in a simulated environment.
+  // Whether it moves a tool that images may show.
   [[nodiscard]] virtual bool carries_tool() const noexcept = 0;
 
   // The manipulator does not move the tool, or its position is unknown. It holds until a new
@@ -68,9 +64,8 @@ class Manipulator {
   [[nodiscard]] virtual DrivenArm* driven() noexcept { return nullptr; }
 };
 
-// Creates the manipulator of the scene. `on_step` is called from its thread after every step and
-// moves the tool of a simulated environment; empty for a real one. Throws std::invalid_argument or
-// std::runtime_error naming the key.
-std::unique_ptr<Manipulator> MakeManipulator(const Scene& scene, Manipulator::OnStep on_step);
+// Creates the manipulator of the scene. Throws std::invalid_argument or std::runtime_error naming
+// the key.
+std::unique_ptr<Manipulator> MakeManipulator(const Scene& scene);
 
 }  // namespace palpate

@@ -14,9 +14,8 @@ constexpr int kRestAfter = 1000;  // steps: what the site solves for a still too
 
 }  // namespace
 
-SimulatedManipulator::SimulatedManipulator(const ManipulatorOptions& options, OnStep on_step)
+SimulatedManipulator::SimulatedManipulator(const ManipulatorOptions& options)
     : follower_(options),
-      on_step_(std::move(on_step)),
       thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 SimulatedManipulator::~SimulatedManipulator() = default;
@@ -46,12 +45,11 @@ bool SimulatedManipulator::at_limit() const noexcept {
   return follower_.at_limit();
 }
 
-Eigen::Vector3d SimulatedManipulator::StepBy(double dt) noexcept {
+void SimulatedManipulator::StepBy(double dt) noexcept {
   const std::lock_guard lock(mutex_);
   const Eigen::Vector3d before = follower_.tip();
   follower_.Step(dt);
   still_ = follower_.tip() == before ? still_ + 1 : 0;
-  return follower_.tip();
 }
 
 bool SimulatedManipulator::RestUntilSent(const std::stop_token& stop) {
@@ -66,8 +64,7 @@ void SimulatedManipulator::Run(const std::stop_token& stop) {
   auto wake = SteadyClock::now();
   double dt = 0;
   while (!stop.stop_requested()) {
-    const Eigen::Vector3d p_S_tip = StepBy(dt);
-    if (on_step_) on_step_(p_S_tip);
+    StepBy(dt);
     if (RestUntilSent(stop)) {  // no periods were missed, and nothing moved
       wake = SteadyClock::now();
       dt = 0;

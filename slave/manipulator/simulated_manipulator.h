@@ -16,16 +16,15 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  // Starts the thread. `on_step` is called from it after every step, first with home. If it takes
-  // long (a simulator that waits for a solution), periods are skipped. Throws as TipFollower does.
-  SimulatedManipulator(const ManipulatorOptions& options, OnStep on_step);
+  // Starts the thread. Throws as TipFollower does.
+  explicit SimulatedManipulator(const ManipulatorOptions& options);
   ~SimulatedManipulator() override;
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
   void Hold() noexcept override;
   [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
   [[nodiscard]] bool at_limit() const noexcept override;
-  [[nodiscard]] bool carries_tool() const noexcept override { return on_step_ != nullptr; }
+  [[nodiscard]] bool carries_tool() const noexcept override { return false; }
 
   // Commands that were not finite. Thread-safe.
   [[nodiscard]] std::uint64_t ignored_commands() const noexcept { return ignored_; }
@@ -34,7 +33,7 @@ class SimulatedManipulator : public Manipulator {
 
  private:
   void Run(const std::stop_token& stop);
-  Eigen::Vector3d StepBy(double dt) noexcept;
+  void StepBy(double dt) noexcept;
   // False, at once: the tip moves, or has stood for less than a second.
   bool RestUntilSent(const std::stop_token& stop);
 
@@ -42,7 +41,6 @@ class SimulatedManipulator : public Manipulator {
   std::condition_variable_any sent_;
   TipFollower follower_;
   int still_ = 0;  // steps in a row that moved nothing
-  OnStep on_step_;
   std::atomic<std::uint64_t> ignored_{0}, missed_{0};
   std::jthread thread_;  // last: it uses everything above
 };

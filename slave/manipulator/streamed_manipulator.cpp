@@ -25,9 +25,8 @@ double Outside(const ManipulatorOptions& options, const Eigen::Vector3d& p_S) {
 
 }  // namespace
 
-StreamedManipulator::StreamedManipulator(const ManipulatorOptions& options, OnStep on_step, Now now)
+StreamedManipulator::StreamedManipulator(const ManipulatorOptions& options, Now now)
     : options_(options),
-      on_step_(std::move(on_step)),
       now_(now),
       follower_(options),
       rotation_(options.max_angular_speed),
@@ -210,28 +209,25 @@ void StreamedManipulator::Fail(const std::string& why, Time now) {
 
 std::optional<std::string> StreamedManipulator::Take(DriverId driver, const std::string& name,
                                                      const ArmReading& reading, Time arrived_at) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (auto why = Refusal(driver, reading, arrived_at)) return why;
-    // However short, somebody shall have seen it.
-    if (IsSilent(arrived_at)) Fail(SilenceInWords(arrived_at), arrived_at);
-    if (driver != driver_.id) BeginWith(driver, name);
-    driver_.sequence = reading.sequence;
-    driver_.measured_at = reading.measured_at;
-    driver_.heard_at = arrived_at;
-    ++driver_.reports;
-    const Time measured_at = driver_.clock.Map(reading.measured_at, arrived_at);
-    const std::string doubt = FindFault(reading, measured_at);
-    if (!doubt.empty()) {
-      Fail(doubt, arrived_at);
-    } else if (!fault_.empty() && SecondsBetween(wrong_at_, arrived_at) > kSettles) {
-      fault_.clear();
-      follower_.Place(reading.p_S_tip);  // it is held where it is now
-    }
-    if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is not believed
-    Keep(reading, measured_at);
+  const std::lock_guard lock(mutex_);
+  if (auto why = Refusal(driver, reading, arrived_at)) return why;
+  // However short, somebody shall have seen it.
+  if (IsSilent(arrived_at)) Fail(SilenceInWords(arrived_at), arrived_at);
+  if (driver != driver_.id) BeginWith(driver, name);
+  driver_.sequence = reading.sequence;
+  driver_.measured_at = reading.measured_at;
+  driver_.heard_at = arrived_at;
+  ++driver_.reports;
+  const Time measured_at = driver_.clock.Map(reading.measured_at, arrived_at);
+  const std::string doubt = FindFault(reading, measured_at);
+  if (!doubt.empty()) {
+    Fail(doubt, arrived_at);
+  } else if (!fault_.empty() && SecondsBetween(wrong_at_, arrived_at) > kSettles) {
+    fault_.clear();
+    follower_.Place(reading.p_S_tip);  // it is held where it is now
   }
-  if (on_step_) on_step_(reading.p_S_tip);
+  if (!doubt.empty() && reading.fault.empty()) return std::nullopt;  // it is not believed
+  Keep(reading, measured_at);
   return std::nullopt;
 }
 

@@ -24,9 +24,8 @@ namespace palpate {
 class StreamedManipulator final : public Manipulator, public DrivenArm {
  public:
   using Now = Time (*)();
-  // `on_step` is called with each measured tip; see MakeManipulator. `now`: clock, replaced in
-  // tests. Throws as TipFollower does.
-  StreamedManipulator(const ManipulatorOptions& options, OnStep on_step, Now now = &Clock::now);
+  // `now`: clock, replaced in tests. Throws as TipFollower does.
+  explicit StreamedManipulator(const ManipulatorOptions& options, Now now = &Clock::now);
 
   bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
   void Hold() noexcept override;
@@ -80,7 +79,6 @@ class StreamedManipulator final : public Manipulator, public DrivenArm {
   [[nodiscard]] bool HasFault(Time now) const noexcept { return !fault_.empty() || IsSilent(now); }
 
   const ManipulatorOptions options_;
-  const OnStep on_step_;
   const Now now_;
   mutable std::mutex mutex_;  // guards everything below
   TipFollower follower_;

@@ -18,7 +18,6 @@
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
@@ -87,9 +86,8 @@ class AwaitedSense final : public SensingPipeline {
   [[nodiscard]] std::vector<StageTimes> Stages() const override {
     return Made() ? Made()->Stages() : std::vector<StageTimes>();
   }
-  std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const SimulatedEnvironment* environment) override {
-    return Made() ? Made()->OpenOfflineReport(environment) : nullptr;
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override {
+    return Made() ? Made()->OpenOfflineReport(truth) : nullptr;
   }
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return &inbox_; }
@@ -200,8 +198,7 @@ struct SenseMaker {
   template <typename Made>
   [[nodiscard]] std::unique_ptr<SensingPipeline> Make() const {
     const bool is_played = pace.player != nullptr;
-    if (is_played || !TakesPictures(scene.sense))
-      return std::make_unique<Made>(scene, pace, environment);
+    if (is_played || !TakesPictures(scene.sense)) return std::make_unique<Made>(scene, pace);
     if (!pace.is_live) {
       throw std::invalid_argument(
           "sense.camera.source = stream: accepted here are recorded or simulated images");
@@ -209,7 +206,7 @@ struct SenseMaker {
     const auto make = [scene = scene,
                        tap = pace.tap](Pace streamed) -> std::unique_ptr<SensingPipeline> {
       streamed.tap = tap;
-      return std::make_unique<Made>(scene, streamed, nullptr);
+      return std::make_unique<Made>(scene, streamed);
     };
     return std::make_unique<AwaitedSense>(scene, make, Awaited(scene));
   }
@@ -226,7 +223,6 @@ struct SenseMaker {
 
   const Scene& scene;
   const Pace& pace;
-  SimulatedEnvironment* environment;
 };
 
 }  // namespace
@@ -260,10 +256,9 @@ void Append(std::vector<float>* out, const Eigen::Vector3d& v) {
   for (const double x : v) out->push_back(static_cast<float>(x));
 }
 
-std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace,
-                                                     SimulatedEnvironment* environment) {
+std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace) {
   if (scene.sense.all().empty()) throw std::runtime_error(scene.name + ": the scene has no sense");
-  return std::visit(SenseMaker{scene, pace, environment}, scene.sense.all().front());
+  return std::visit(SenseMaker{scene, pace}, scene.sense.all().front());
 }
 
 }  // namespace palpate

@@ -83,8 +83,7 @@ class Again {
         steps_(file),
         out_(out),
         scene_(SceneOf(beginning_, out / "scene")),
-        sense_(MakeSensingPipeline(scene_, {.player = &samples_, .p_S_tip = beginning_.tip()},
-                                   nullptr)),
+        sense_(MakeSensingPipeline(scene_, {.player = &samples_})),
         offline_report_(sense_->OpenOfflineReport(nullptr)),
         states_(out, false) {}
 

@@ -110,13 +110,4 @@ std::vector<std::string> RecordedBeginning::overrides() const {
   return lines;
 }
 
-std::optional<Eigen::Vector3d> RecordedBeginning::tip() const {
-  std::istringstream stream(Value("tip"));
-  std::array<std::string, 3> words;
-  stream >> words[0] >> words[1] >> words[2];
-  const auto x = ParseFinite(words[0]), y = ParseFinite(words[1]), z = ParseFinite(words[2]);
-  if (!x || !y || !z) return std::nullopt;
-  return Eigen::Vector3d(*x, *y, *z);
-}
-
 }  // namespace palpate

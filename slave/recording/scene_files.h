@@ -41,8 +41,6 @@ struct RecordedBeginning {
   // Fields of the note; empty: absent.
   [[nodiscard]] std::string Value(const std::string& key) const;
   [[nodiscard]] std::vector<std::string> overrides() const;
-  // Tool position of the simulated environment, S [m]; nullopt: a real environment.
-  [[nodiscard]] std::optional<Eigen::Vector3d> tip() const;
 };
 
 }  // namespace palpate

@@ -94,9 +94,8 @@ class SenseRecording::WatchedSense final : public SensingPipeline {
   }
   [[nodiscard]] SenseInfo info() const override { return sense_->info(); }
   [[nodiscard]] std::vector<StageTimes> Stages() const override { return sense_->Stages(); }
-  std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const SimulatedEnvironment* environment) override {
-    return sense_->OpenOfflineReport(environment);
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override {
+    return sense_->OpenOfflineReport(truth);
   }
   [[nodiscard]] TactileInbox* inbox() override { return sense_->inbox(); }
   [[nodiscard]] PictureInbox* pictures() override { return sense_->pictures(); }
@@ -145,16 +144,12 @@ SenseRecording::SenseRecording(const Scene& scene, const std::vector<std::string
 
 SenseRecording::~SenseRecording() = default;
 
-void SenseRecording::Begin(const std::optional<Eigen::Vector3d>& p_S_tip) {
-  McapMap note{{"version", Version()},
-               {"scene", scene_file_},
-               {"overrides", overrides_},
-               {"model", decided_},
-               {"left_out", Joined(left_out_)}};
-  if (p_S_tip) {
-    note["tip"] = fmt::format("{:.17g} {:.17g} {:.17g}", p_S_tip->x(), p_S_tip->y(), p_S_tip->z());
-  }
-  recording_->Note(kSenseNote, note);
+void SenseRecording::Begin() {
+  recording_->Note(kSenseNote, {{"version", Version()},
+                                {"scene", scene_file_},
+                                {"overrides", overrides_},
+                                {"model", decided_},
+                                {"left_out", Joined(left_out_)}});
   has_begun_ = true;
 }
 

@@ -33,7 +33,7 @@ class SenseRecording final : public SenseRecorder {
                  Recording::Options options);
   ~SenseRecording() override;
 
-  void Begin(const std::optional<Eigen::Vector3d>& p_S_tip) override;
+  void Begin() override;
   std::unique_ptr<SensingPipeline> Watch(std::unique_ptr<SensingPipeline> sense) override;
 
   void Opened() override;

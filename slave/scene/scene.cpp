@@ -133,6 +133,16 @@ bool TakesPictures(const SenseOptions& sense) {
          is_stream(sense.Find<DepthPictures>());
 }
 
+bool IsSimulated(const Scene& scene) {
+  const auto is_simulated = [](const auto* part) {
+    return part != nullptr &&
+           part->source == std::remove_cvref_t<decltype(*part)>::Source::kSimulated;
+  };
+  return is_simulated(scene.sense.Find<Camera>()) ||
+         is_simulated(scene.sense.Find<StereoCameras>()) ||
+         is_simulated(scene.sense.Find<Tactile>());
+}
+
 void StreamSimulated(Scene* scene) {
   const auto stream = [&](auto* part) {
     if (part == nullptr) return;

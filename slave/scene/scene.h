@@ -27,8 +27,12 @@ struct Scene {
   SiteOptions site;
   // Contact points of `study`, O [m]; empty: where the tool would first touch the object.
   std::vector<Eigen::Vector3d> study_contacts;
-  bool simulator_connects = false;  // see StreamSimulated
+  bool simulator_connects = false;     // see StreamSimulated
+  std::vector<std::string> overrides;  // applied to `file`, as `key.path=value`
 };
+
+// Whether the samples of the scene's sensing are simulated.
+[[nodiscard]] bool IsSimulated(const Scene& scene);
 
 // Samples of the scene's simulated sensors, and the simulated manipulator, come from
 // palpate-simulator: their sources become streams. A scene without simulated sensors is unchanged.

@@ -328,6 +328,7 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
     scene = ReadScene(root, {file.parent_path(), use});
   }
   scene.file = file;
+  scene.overrides = overrides;
   CrossCheck(scene, document, use, &mistakes).Run();
   stop_at_mistakes();
   return scene;

@@ -19,7 +19,7 @@
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/press/membrane_body.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/capture/simulated_samples.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/texture/epipolar_line.h"
 
@@ -157,11 +157,6 @@ void PrintPoints(const Scene& scene, const StereoRig& rig) {
   }
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, SimulatedEnvironment* environment) {
-  if (environment == nullptr) return OpenStereo(scene, false);
-  return environment->OpenPair(scene, {.is_live = false});
-}
-
 // What the eyes make of the first pictures.
 struct FirstLook {
   int pictures = 0;
@@ -219,8 +214,8 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
     PrintLine("images", "none until a driver sends them (FeedPictures)");
     return;
   }
-  const auto environment = MakeSimulatedEnvironment(scene);
-  const auto source = Open(scene, environment.get());
+  const auto simulation = IsSimulated(scene) ? StartSimulation(scene, 0) : nullptr;
+  const auto source = simulation ? simulation->OpenPairs() : OpenStereo(scene, false);
   const auto eyes = MakeSurfacePointTracker(scene, rig);
   PrintLine("images", source->description());
   const FirstLook look = FirstSample(scene, rig, *source, *eyes);

@@ -16,7 +16,6 @@
 
 #include "shared/text/csv.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
@@ -73,7 +72,7 @@ double CommonShare(const std::vector<Pair>& pairs) {
 
 std::vector<Pair> EstimateAll(const Scene& scene, const Forces& forces,
                               const std::stop_token& stop) {
-  const auto sense = MakeSensingPipeline(scene, {.is_live = false}, nullptr);
+  const auto sense = MakeSensingPipeline(scene, {.is_live = false});
   std::vector<Pair> pairs;
   while (sense->Acquire(stop)) {
     sense->Process();
@@ -124,7 +123,7 @@ int Pressed(const std::vector<Pair>& pairs, const std::filesystem::path& file) {
 
 PictureFit FitPictures(const Scene& scene, const std::filesystem::path& file,
                        const std::stop_token& stop) {
-  if (MakeSimulatedEnvironment(scene) != nullptr) {
+  if (IsSimulated(scene)) {
     throw std::invalid_argument(
         "pictures: accepted is a scene with recorded images or samples; a simulated one has the "
         "modulus of the scene");

@@ -134,8 +134,7 @@ int RunServe(const ServeOptions& options, StopOnSignal& signals) {
         "tool",
         options.listen);
   }
-  Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
-  if (options.simulator_connects) StreamSimulated(&scene);
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
   std::optional<SlaveRecorder> recording;
   if (!options.record.empty()) recording.emplace(options, scene);
   const auto slave = MakeLiveSlave(scene, options.state_dir,

@@ -19,7 +19,6 @@ struct ServeOptions {
   std::string metrics;              // HOST:PORT that serves metrics; empty: none
   std::string publish;              // URL of a NATS server; empty: none
   std::filesystem::path record;     // FILE.mcap, to process again; empty: none
-  bool simulator_connects = false;  // see StreamSimulated
   std::string record_limit = "8 GB";
   double record_part = 0;  // [s] after which a file ends and the next begins; 0: one file
 };

@@ -11,7 +11,8 @@
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/scene/scene_loader.h"
+#include "slave/capture/simulated_samples.h"
 #include "slave/study/press_spec.h"
 
 namespace palpate {
@@ -33,21 +34,31 @@ double Rendered(const LocalModel& local, const Eigen::Vector3d& p_S) {
   return local.known() && local.Penetration(p_S) > 0 ? f.norm() : 0;
 }
 
+// The scene with more overrides, and the same model.
+Scene With(const Scene& scene, const std::vector<std::string>& changes) {
+  std::vector<std::string> overrides = scene.overrides;
+  overrides.insert(overrides.end(), changes.begin(), changes.end());
+  Scene changed = LoadScene(scene.file, overrides);
+  changed.model = scene.model;
+  return changed;
+}
+
 std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
-  const std::unique_ptr<SimulatedEnvironment> environment = MakeSimulatedEnvironment(scene);
-  if (!environment) {
+  if (!IsSimulated(scene)) {
     throw std::invalid_argument(scene.file.string() +
                                 ": --end-to-end: accepted is a scene with a simulated source, "
                                 "because only it knows the true force");
   }
-  const std::unique_ptr<SensingPipeline> sense =
-      MakeSensingPipeline(scene, {.is_live = false}, environment.get());
-  const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(environment.get());
+  const std::unique_ptr<Simulation> simulation = StartSimulation(scene, 0);
+  const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(
+      scene,
+      {.is_live = false, .player = simulation.get(), .p_S_tip = simulation->truth().p_S_tip});
+  const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(simulation.get());
   const bool of_depth = scene.sense.Find<Camera>() != nullptr;
   std::vector<Sample> samples;
   Time start{};
   while (!stop.stop_requested() && sense->Acquire(stop)) {
-    const Truth truth = environment->truth();
+    const Truth truth = simulation->truth();
     sense->Process();
     const ContactEstimate felt = sense->Estimate(truth.p_S_tip);
     if (samples.empty()) start = felt.sensed_at;
@@ -69,8 +80,7 @@ std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
 
 // What two eyes tell without noise is the model's doing, the rest is theirs.
 void AddQuietRun(const Scene& scene, const std::stop_token& stop, std::vector<Sample>* samples) {
-  Scene quiet = scene;
-  quiet.site.noise = quiet.site.flicker = quiet.site.lighting = 0;
+  const Scene quiet = With(scene, {"site.noise=0", "site.flicker=0", "site.lighting=0"});
   const std::vector<Sample> without = RunPress(quiet, stop);
   for (std::size_t i = 0; i < std::min(samples->size(), without.size()); ++i) {
     (*samples)[i].model = without[i].told;
@@ -183,11 +193,14 @@ std::vector<Scene> Elsewhere(const Scene& scene) {
   if (scene.site.embryo || !IsHeld(scene.object)) return scenes;  // a needle has one way
   const Eigen::Vector3d step = study::AskedOf(scene).size * Sideways(scene);
   for (const double share : {-0.2, -0.1, 0.1, 0.2}) {
-    Scene& other = scenes.emplace_back(scene);
     if (scene.sense.Find<Tactile>()) {
-      other.object.X_SO.pretranslate(-share * step);
+      Eigen::Isometry3d X_SO = scene.object.X_SO;
+      const std::string pose = ScenePose(X_SO.pretranslate(-share * step));  // `pose: {...}`
+      scenes.push_back(With(scene, {"object.pose=" + pose.substr(pose.find('{'))}));
     } else {
-      other.manipulator.home += share * step;
+      const Eigen::Vector3d home = scene.manipulator.home + share * step;
+      scenes.push_back(With(scene, {fmt::format("manipulator.home=[{} m, {} m, {} m]", home.x(),
+                                                home.y(), home.z())}));
     }
   }
   return scenes;

@@ -21,7 +21,7 @@
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
 #include "shared/text/text.h"
-#include "slave/mechanics/mesher/run_program.h"
+#include "shared/program/run_program.h"
 
 namespace palpate {
 namespace {

@@ -30,7 +30,7 @@ namespace palpate {
 
 class OfflineReport;
 class LatencyHistogram;
-class SimulatedEnvironment;
+class GroundTruth;
 class TactileInbox;
 
 struct StageTimes {
@@ -167,9 +167,8 @@ class SensingPipeline {
 
   [[nodiscard]] virtual SenseInfo info() const = 0;
   [[nodiscard]] virtual std::vector<StageTimes> Stages() const = 0;
-  // The report of a run with this sensing, which must outlive it; `environment` may be null.
-  virtual std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const SimulatedEnvironment* environment) = 0;
+  // The report of a run with this sensing, which must outlive it. `truth`: null where it is unknown.
+  virtual std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) = 0;
   // Receiver of streamed samples; null: none.
   [[nodiscard]] virtual TactileInbox* inbox() = 0;
   // Receiver of streamed images; null: none.
@@ -180,10 +179,8 @@ class SensingPipeline {
   [[nodiscard]] virtual std::optional<CameraHealth> health() const = 0;
 };
 
-// The sensing of the scene. `environment`: the simulated environment, must outlive it; null: the
-// real one. Throws std::runtime_error or std::invalid_argument: what cannot be opened, found or
-// modelled.
-std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace,
-                                                     SimulatedEnvironment* environment);
+// The sensing of the scene. Throws std::runtime_error or std::invalid_argument: what cannot be
+// opened, found or modelled.
+std::unique_ptr<SensingPipeline> MakeSensingPipeline(const Scene& scene, const Pace& pace);
 
 }  // namespace palpate

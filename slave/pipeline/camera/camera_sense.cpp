@@ -16,7 +16,6 @@
 #include "slave/pipeline/base/overlay_words.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/simulator/environment/simulated_environment.h"
 #include "slave/vision/stereo/lens_warp.h"
 
 namespace palpate {
@@ -26,19 +25,16 @@ constexpr int kMostElements = 4000;
 constexpr double kReplayedLag = 0.45;  // of the arm's word [periods]
 constexpr double kResolved = 0.05;     // of a pixel: what the eyes resolve
 
-std::unique_ptr<FrameSource> OpenSource(const Scene& scene, const Pace& pace,
-                                        SimulatedEnvironment* environment) {
+std::unique_ptr<FrameSource> OpenSource(const Scene& scene, const Pace& pace) {
   if (pace.player != nullptr) return pace.player->OpenFrames();
-  if (environment != nullptr) return environment->OpenCamera(scene, pace);
   if (pace.pictures != nullptr) {
     return pace.pictures->OpenFrames(StraighteningOf(*scene.sense.Find<Camera>()));
   }
   return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
 }
 
-std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace,
-                                  SimulatedEnvironment* environment) {
-  return Tapped(OpenSource(scene, pace, environment), pace.tap);
+std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace) {
+  return Tapped(OpenSource(scene, pace), pace.tap);
 }
 
 Frame FirstPicture(FrameSource& source) {
@@ -49,10 +45,8 @@ Frame FirstPicture(FrameSource& source) {
 
 // Where the tip is in the first picture. Nobody says where a recorded tool is; without a template
 // it is looked for at its home.
-std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace,
-                                           const SimulatedEnvironment* environment) {
+std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace) {
   if (pace.p_S_tip) return pace.p_S_tip;
-  if (environment != nullptr) return environment->truth().p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
   return std::nullopt;
 }
@@ -171,15 +165,15 @@ class CameraOfflineReport final : public OfflineReport {
 
 }  // namespace
 
-CameraSense::CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
+CameraSense::CameraSense(const Scene& scene, const Pace& pace)
     : scene_(scene),
-      source_(Open(scene, pace, environment)),
+      source_(Open(scene, pace)),
       next_(FirstPicture(*source_)),
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
-      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace, environment))),
-      arm_lag_(ArmLag(pace, environment, kReplayedLag)) {}
+      estimator_(std::make_unique<Estimator>(scene, next_, ReportedTip(scene, pace))),
+      arm_lag_(ArmLag(pace, kReplayedLag)) {}
 
 bool CameraSense::Acquire(const std::stop_token& stop) {
   if (std::exchange(is_first_, false)) return true;
@@ -316,7 +310,7 @@ std::vector<StageTimes> CameraSense::Stages() const {
 }
 
 std::unique_ptr<OfflineReport> CameraSense::OpenOfflineReport(
-    const SimulatedEnvironment* /*environment*/) {
+    const GroundTruth* /*truth*/) {
   return std::make_unique<CameraOfflineReport>(*this);
 }
 

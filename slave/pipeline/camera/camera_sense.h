@@ -14,7 +14,7 @@ class CameraSense final : public SensingPipeline {
  public:
   // Opens the source, finds tool and object in the first image, precomputes the model. Throws as
   // MakeSensingPipeline does.
-  CameraSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
+  CameraSense(const Scene& scene, const Pace& pace);
 
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override {
@@ -45,7 +45,7 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const SimulatedEnvironment* environment) override;
+      const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return Clock::now(); }

@@ -12,7 +12,6 @@
 #include "slave/capture/tactile_recording.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
@@ -90,10 +89,8 @@ class FingertipOfflineReport final : public OfflineReport {
 constexpr double kLiveSampleLag = 5, kReplayedSampleLag = 0.45;  // of the arm's word [samples]
 constexpr double kPoseResolution = 10e-6;  // of what tells where a fingertip is [m]
 
-std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace,
-                                          SimulatedEnvironment* environment) {
+std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace) {
   if (pace.player != nullptr) return pace.player->OpenFingertips();
-  if (environment != nullptr) return environment->OpenFingertips(scene, pace);
   if (scene.sense.Find<Tactile>()->source == Tactile::Source::kRecording) {
     return OpenTactileRecording(scene, pace.is_live);
   }
@@ -105,25 +102,22 @@ std::unique_ptr<TactileSource> OpenSource(const Scene& scene, const Pace& pace,
   return std::make_unique<TactileInbox>(*scene.sense.Find<Tactile>());
 }
 
-std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace,
-                                    SimulatedEnvironment* environment) {
-  return Tapped(OpenSource(scene, pace, environment), pace.tap);
+std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace) {
+  return Tapped(OpenSource(scene, pace), pace.tap);
 }
 
 }  // namespace
 
 std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(
-    const SimulatedEnvironment* /*environment*/) {
+    const GroundTruth* /*truth*/) {
   return std::make_unique<FingertipOfflineReport>(*this);
 }
 
-FingertipSense::FingertipSense(const Scene& scene, const Pace& pace,
-                               SimulatedEnvironment* environment)
-    : FingertipSense(scene, Open(scene, pace, environment), LoadSenses(scene)) {
+FingertipSense::FingertipSense(const Scene& scene, const Pace& pace)
+    : FingertipSense(scene, Open(scene, pace), LoadSenses(scene)) {
   // Recorded and streamed fingertips need not hang on the arm that moves here. A live arm is asked
   // when the sample has come, a while after it was taken.
-  if (environment != nullptr || pace.p_S_tip)
-    arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
+  if (pace.p_S_tip) arm_lag_ = pace.is_live ? kLiveSampleLag : kReplayedSampleLag;
 }
 
 FingertipSense::FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source,

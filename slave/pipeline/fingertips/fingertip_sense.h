@@ -15,7 +15,7 @@ class FingertipSense final : public SensingPipeline {
  public:
   // Loads the network, precomputes the object's model, opens the source; the first samples are the
   // baseline, so until they are known the force is unknown. Throws as MakeSensingPipeline does.
-  FingertipSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
+  FingertipSense(const Scene& scene, const Pace& pace);
   // The same with another source and other senses than the scene's.
   FingertipSense(const Scene& scene, std::unique_ptr<TactileSource> source, TactileSenses senses);
 
@@ -49,7 +49,7 @@ class FingertipSense final : public SensingPipeline {
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const SimulatedEnvironment* environment) override;
+      const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override;
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return Clock::now(); }

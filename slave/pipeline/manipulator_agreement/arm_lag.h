@@ -10,10 +10,9 @@ namespace palpate {
 // Time between encoder reading and image [image periods], `replayed` if the reading is of the
 // image's own time; nullopt: recorded images do not show the manipulator. For a live one the
 // reading is taken at the arrival of the image, after its capture.
-inline std::optional<double> ArmLag(const Pace& pace, const SimulatedEnvironment* environment,
-                                    double replayed) {
+inline std::optional<double> ArmLag(const Pace& pace, double replayed) {
   constexpr double kLive = 1.5;  // [-] [tuned: APressIntoItIsFeltAsDeepAsItIs]
-  if (environment == nullptr && !pace.p_S_tip) return std::nullopt;
+  if (!pace.p_S_tip) return std::nullopt;
   return pace.is_live ? kLive : replayed;
 }
 

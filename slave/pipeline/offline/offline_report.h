@@ -20,7 +20,7 @@
 #include "shared/state/validity.h"
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/capture/ground_truth.h"
 
 namespace palpate {
 

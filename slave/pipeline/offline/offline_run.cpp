@@ -12,7 +12,7 @@
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/capture/simulated_samples.h"
 
 namespace palpate {
 namespace {
@@ -76,16 +76,21 @@ nlohmann::ordered_json VectorJson(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+Pace PaceOf(const OfflineOptions& options, Simulation* simulation) {
+  Pace pace{.is_live = false, .duration = options.duration, .player = simulation};
+  if (simulation != nullptr) pace.p_S_tip = simulation->truth().p_S_tip;
+  return pace;
+}
+
 class Run {
  public:
   Run(const Scene& scene, const OfflineOptions& options)
       : scene_(scene),
         options_(options),
-        environment_(MakeSimulatedEnvironment(scene)),
-        sense_(MakeSensingPipeline(scene, {.is_live = false, .duration = options.duration},
-                                   environment_.get())),
-        offline_report_(sense_->OpenOfflineReport(environment_.get())) {
-    summary_.has_truth = environment_ != nullptr;
+        simulation_(IsSimulated(scene) ? StartSimulation(scene, options.duration) : nullptr),
+        sense_(MakeSensingPipeline(scene, PaceOf(options, simulation_.get()))),
+        offline_report_(sense_->OpenOfflineReport(simulation_.get())) {
+    summary_.has_truth = simulation_ != nullptr;
     summary_.sense = sense_->info();
     states_.emplace(options.out, summary_.has_truth && summary_.sense.tells_force);
     if (options.pictures) std::filesystem::create_directories(options.out / "pictures");
@@ -116,12 +121,12 @@ class Run {
 
   void ProcessSample() {
     const std::optional<Truth> truth =
-        environment_ ? std::optional(environment_->truth()) : std::nullopt;
+        simulation_ ? std::optional(simulation_->truth()) : std::nullopt;
     sense_->Process();
     const ContactEstimate& felt =
         sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
     if (summary_.frames++ == 0) start_ = felt.sensed_at;
-    if (const auto goal = environment_ ? environment_->goal() : std::nullopt; goal) {
+    if (const auto goal = simulation_ ? simulation_->goal() : std::nullopt; goal) {
       insertion_.Add(summary_.frames, *truth, *goal, felt);
     }
     for (const StateRow& row : offline_report_->Add(start_, truth ? &*truth : nullptr)) {
@@ -145,7 +150,7 @@ class Run {
 
   // For people and for whoever plays the hand.
   void ReportInsertion() {
-    const auto goal = environment_ ? environment_->goal() : std::nullopt;
+    const auto goal = simulation_ ? simulation_->goal() : std::nullopt;
     if (!goal) return;
     const bool is_near = std::isfinite(insertion_.closest);
     auto& json = summary_.own["insertion"];
@@ -176,7 +181,7 @@ class Run {
 
   const Scene& scene_;
   const OfflineOptions& options_;
-  std::unique_ptr<SimulatedEnvironment> environment_;  // null: a real site
+  std::unique_ptr<Simulation> simulation_;  // null: recorded samples
   std::unique_ptr<SensingPipeline> sense_;
   std::unique_ptr<OfflineReport> offline_report_;
   std::optional<StatesFile> states_;

@@ -8,10 +8,10 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
+#include "slave/capture/ground_truth.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/pipeline/points/points_scores.h"
 #include "slave/pipeline/points/points_sense.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
@@ -44,11 +44,10 @@ void AddLines(const std::vector<PressStep>& steps, std::vector<std::string>* lin
   }
 }
 
-// What the site knows of each pair, beside what was told.
+// The truth of each pair, beside the estimate.
 class Comparison {
  public:
-  Comparison(const SimulatedEnvironment& environment, const Isometry3d& X_SO)
-      : environment_(environment), X_SO_(X_SO) {}
+  Comparison(const GroundTruth& truth, const Isometry3d& X_SO) : truth_(truth), X_SO_(X_SO) {}
 
   void Add(PointsSense* sense, const Truth& truth, std::vector<ComparedForces>* compared) {
     const SurfaceObservation& seen = sense->observation();
@@ -81,14 +80,14 @@ class Comparison {
       if (!point.seen) continue;
       const Vector3d p_O = X_SO_.inverse() * point.p_S_rest;
       const Vector3d error = point.p_S - point.p_S_rest -
-                             X_SO_.linear() * environment_.TrueDisplacement(p_O.head<2>());
+                             X_SO_.linear() * truth_.TrueDisplacement(p_O.head<2>());
       displacement_.Add(error);
       steps_.Add(error);
     }
   }
   // Each point belongs to the target's place when it was first seen.
   void AddTarget(const SurfaceObservation& seen) {
-    const Isometry3d X_SB = environment_.target()->X_SB;
+    const Isometry3d X_SB = truth_.target()->X_SB;
     X_SB_first_.resize(seen.points.size());
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
       const SurfacePoint& point = seen.points[i];
@@ -98,7 +97,7 @@ class Comparison {
     }
   }
 
-  const SimulatedEnvironment& environment_;
+  const GroundTruth& truth_;
   Isometry3d X_SO_;
   std::vector<std::optional<Isometry3d>> X_SB_first_;
   PressSteps steps_;
@@ -140,9 +139,8 @@ class PointsFile {
 // One row per pair. The tool's place is empty where no manipulator moves it.
 class PointsOfflineReport final : public OfflineReport {
  public:
-  PointsOfflineReport(PointsSense* sense, const SimulatedEnvironment* environment)
-      : sense_(*sense) {
-    if (environment != nullptr) comparison_.emplace(*environment, sense->scene().object.X_SO);
+  PointsOfflineReport(PointsSense* sense, const GroundTruth* truth) : sense_(*sense) {
+    if (truth != nullptr) comparison_.emplace(*truth, sense->scene().object.X_SO);
   }
 
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
@@ -219,7 +217,7 @@ class PointsOfflineReport final : public OfflineReport {
 
  private:
   PointsSense& sense_;
-  std::optional<Comparison> comparison_;          // where the site knows the truth
+  std::optional<Comparison> comparison_;          // where the truth is known
   std::optional<PointsFile> points_;              // where it was asked for
   std::map<std::string, std::uint64_t> reasons_;  // why pairs are not `valid`
   TrackingCounts tally_;
@@ -228,9 +226,8 @@ class PointsOfflineReport final : public OfflineReport {
 
 }  // namespace
 
-std::unique_ptr<OfflineReport> PointsSense::OpenOfflineReport(
-    const SimulatedEnvironment* environment) {
-  return std::make_unique<PointsOfflineReport>(this, environment);
+std::unique_ptr<OfflineReport> PointsSense::OpenOfflineReport(const GroundTruth* truth) {
+  return std::make_unique<PointsOfflineReport>(this, truth);
 }
 
 }  // namespace palpate

@@ -16,29 +16,24 @@
 #include "slave/pipeline/base/overlay_words.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
 
-std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace,
-                                         SimulatedEnvironment* environment) {
+std::unique_ptr<StereoSource> OpenSource(const Scene& scene, const Pace& pace) {
   if (pace.player != nullptr) return pace.player->OpenPairs();
-  const bool goes_on = environment != nullptr && environment->target();
-  if (pace.duration > 0 && !goes_on) {
+  if (pace.duration > 0) {
     throw std::invalid_argument(fmt::format(
-        "--duration: accepted for a simulated target that moves on a path; {} of {} end on their "
-        "own",
-        environment != nullptr ? "the scripted contacts" : "the files", scene.file.string()));
+        "--duration: accepted for a simulated target that moves on a path; the files of {} end on "
+        "their own",
+        scene.file.string()));
   }
-  if (environment != nullptr) return environment->OpenPair(scene, pace);
   if (pace.pictures != nullptr) return pace.pictures->OpenPairs();
   return OpenStereo(scene, pace.is_live);
 }
 
-std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace,
-                                   SimulatedEnvironment* environment) {
-  return Tapped(OpenSource(scene, pace, environment), pace.tap);
+std::unique_ptr<StereoSource> Open(const Scene& scene, const Pace& pace) {
+  return Tapped(OpenSource(scene, pace), pace.tap);
 }
 
 // Of an object that is followed as a whole, without a model: the surface of the scene's mesh, frame
@@ -98,9 +93,9 @@ bool EstimatesForce(const Scene& scene) {
   return IsHeld(scene.object) && scene.tool.has_value();
 }
 
-PointsSense::PointsSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment)
-    : PointsSense(scene, Open(scene, pace, environment)) {
-  arm_lag_ = ArmLag(pace, environment, PointsLimits::kMostLag);
+PointsSense::PointsSense(const Scene& scene, const Pace& pace)
+    : PointsSense(scene, Open(scene, pace)) {
+  arm_lag_ = ArmLag(pace, PointsLimits::kMostLag);
 }
 
 PointsSense::PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source)

@@ -50,7 +50,7 @@ class PointsSense final : public SensingPipeline {
  public:
   // Opens the source, precomputes the model; the first pairs are the rest frame, so until it is
   // known the force is unknown. Throws as MakeSensingPipeline does.
-  PointsSense(const Scene& scene, const Pace& pace, SimulatedEnvironment* environment);
+  PointsSense(const Scene& scene, const Pace& pace);
   // The same with another source than the scene's.
   PointsSense(const Scene& scene, std::unique_ptr<StereoSource> source);
 
@@ -86,7 +86,7 @@ class PointsSense final : public SensingPipeline {
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const SimulatedEnvironment* environment) override;
+      const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return Clock::now(); }

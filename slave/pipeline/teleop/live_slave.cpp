@@ -9,7 +9,6 @@
 #include <spdlog/spdlog.h>
 
 #include "slave/capture/codecs/codecs.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 namespace {
@@ -29,18 +28,16 @@ ManipulatorOptions LimitsOf(const Scene& scene, const SensingPipeline& sense) {
 
 }  // namespace
 
-LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> environment,
-                     std::unique_ptr<Manipulator> manipulator,
+LiveSlave::LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
                      std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose)
-    : environment_(std::move(environment)),
-      manipulator_(std::move(manipulator)),
+    : manipulator_(std::move(manipulator)),
       sense_(std::move(sense)),
       port_(*manipulator_, scene.operator_options.transform, LimitsOf(scene, *sense_),
             scene.link.dead_after),
       newest_(SensorRate(scene.sense), scene.manipulator.home),
       settings_(scene, sense_.get(), &sense_mutex_, &port_, &newest_),
       sensing_(scene, {*sense_, sense_mutex_, settings_, *manipulator_, port_, newest_},
-               !environment_ && ShowsArm(scene, *sense_, *manipulator_)) {
+               ShowsArm(scene, *sense_, *manipulator_)) {
   sensing_.Begin();
   watchdog_.emplace(port_, [this] { return ContactStateNow(); });
   if (choose && !scene.model.decision.reason.empty()) {
@@ -83,19 +80,12 @@ ContactState LiveSlave::ContactStateNow() const {
 SlaveState LiveSlave::Compose(Time now) {
   SlaveState state = newest_.Compose(port_, now);
   state.settings_revision = settings_.revision();
-  state.true_force = TrueForce();
+  state.true_force = manipulator_->measured_force();
   if (manipulator_->is_faulty()) {
     state.Add({state.validity, FailedCheck::kArmFault, "the manipulator has a fault"});
   }
   state.local_model = sensing_.LocalNow();
   return state;
-}
-
-std::optional<Eigen::Vector3d> LiveSlave::TrueForce() const {
-  if (environment_ == nullptr) return manipulator_->measured_force();
-  if (!settings_.sensing_info().tells_force) return std::nullopt;
-  const Truth truth = environment_->truth();
-  return truth.solved ? std::optional(truth.force) : std::nullopt;
 }
 
 Events LiveSlave::TakeEvents() {
@@ -110,7 +100,7 @@ SlaveDescription LiveSlave::Describe() const {
   description.scene = settings_.scene();
   description.sense = settings_.info();
   description.scene.operator_options.transform = port_.transform();
-  description.simulated = environment_ != nullptr || description.scene.simulator_connects;
+  description.simulated = description.scene.simulator_connects;
   description.turns = manipulator_->Rotation().has_value();
   return description;
 }

@@ -26,7 +26,6 @@
 #include "slave/pipeline/teleop/slave.h"
 #include "slave/pipeline/teleop/stop_control.h"
 #include "slave/pipeline/teleop/stop_record.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 
@@ -35,13 +34,11 @@ namespace palpate {
 // callers, except the latest estimate.
 class LiveSlave final : public Slave {
  public:
-  // Estimates the first sample, if one is available, and starts. `environment`: the simulated
-  // environment of `sense` and `manipulator`; null: the real one. Throws std::runtime_error: no
+  // Estimates the first sample, if one is available, and starts. Throws std::runtime_error: no
   // sample, or one that cannot be used. `choose`: called again when its decision for `scene` is no
   // longer suitable; empty: never.
-  LiveSlave(const Scene& scene, std::unique_ptr<SimulatedEnvironment> environment,
-            std::unique_ptr<Manipulator> manipulator, std::unique_ptr<SensingPipeline> sense,
-            const ModelChooser& choose = {});
+  LiveSlave(const Scene& scene, std::unique_ptr<Manipulator> manipulator,
+            std::unique_ptr<SensingPipeline> sense, const ModelChooser& choose = {});
   ~LiveSlave() override;
 
   void BeginOperating() override { port_.BeginOperating(); }
@@ -82,11 +79,9 @@ class LiveSlave final : public Slave {
   [[nodiscard]] DrivenArm* driven_arm() override { return manipulator_->driven(); }
 
  private:
-  [[nodiscard]] std::optional<Eigen::Vector3d> TrueForce() const;
   [[nodiscard]] ContactState ContactStateNow() const;
 
   const Time started_at_ = Clock::now();
-  const std::unique_ptr<SimulatedEnvironment> environment_;
   const std::unique_ptr<Manipulator> manipulator_;
   const std::unique_ptr<SensingPipeline> sense_;
   OperatorPort port_;
@@ -104,10 +99,11 @@ class LiveSlave final : public Slave {
       model_validity_;  // nullopt: the scene's model was not auto's choice
 };
 
-// Creates the slave of the scene with environment, manipulator and sensing. Throws as they do.
+// Creates the slave of the scene with manipulator and sensing. The samples of simulated sensors
+// come from palpate-simulator, see StreamSimulated. Throws as they do.
 // `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
 // the sensing, outlives the slave; null: none. `choose`: see LiveSlave.
-std::unique_ptr<Slave> MakeLiveSlave(const Scene& scene,
+std::unique_ptr<Slave> MakeLiveSlave(Scene scene,
                                      const std::filesystem::path& state_folder = {},
                                      SenseRecorder* recorder = nullptr,
                                      const ModelChooser& choose = {});

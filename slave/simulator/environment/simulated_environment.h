@@ -1,9 +1,7 @@
-// Interface of all simulators: a tool moves in it, sources observe it, and reports may query the
-// truth, which estimators never do.
+// Interface of all simulators: a tool moves in it, and sources observe it.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -17,46 +15,13 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "shared/state/slave_state.h"
 #include "slave/capture/frame_source.h"
+#include "slave/capture/ground_truth.h"
 #include "slave/capture/pace.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
 namespace palpate {
-
-// What really happens at one fingertip. Frame S.
-struct FingerTruth {
-  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  bool in_contact = false;
-  Eigen::Vector3d p_S_contact{0, 0, 0};  // on the deformed object [m]
-  Eigen::Vector3d force{0, 0, 0};        // of the object on the fingertip [N]
-  double depth = 0;                      // indentation [m]
-};
-
-// The true state of the simulation at this moment. Frame S.
-struct Truth {
-  Eigen::Vector3d p_S_tip{0, 0, 0};  // of the tool [m]
-  bool in_contact = false;
-  Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
-  double depth = 0;                // of the surface under the tool, along its normal [m]
-  // False: the force is an approximation, because the contact is not solved (yet), see StereoSite.
-  bool solved = true;
-  // Of scenes with fingertips, the first of which is the tool.
-  std::array<FingerTruth, kMaxFingers> fingers{};
-  bool punctured = false;  // the tool is through the membrane, which pushes no more
-};
-
-// Of a target that moves as a whole, a rigid body. Frame B as TexturedTarget has it.
-struct TargetTruth {
-  double seconds = 0;  // on its path, since the first images
-  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first images
-  Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
-  // Where the body's point is in the last images that was at `p_S_first` [m] in the first ones.
-  [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
-    return X_SB * (X_SB_first.inverse() * p_S_first);
-  }
-};
 
 // Whether a tool waits until its contact is solved, or must not be delayed.
 enum class Patience : std::uint8_t { kWaits, kNone };
@@ -100,29 +65,15 @@ inline Eigen::Isometry3d TruePose(const Scene& scene) {
   return X_SO;
 }
 
-class SimulatedEnvironment {
+// Its truth is thread-safe.
+class SimulatedEnvironment : public GroundTruth {
  public:
-  virtual ~SimulatedEnvironment() = default;
-  SimulatedEnvironment() = default;
-  SimulatedEnvironment(const SimulatedEnvironment&) = delete;
-  SimulatedEnvironment& operator=(const SimulatedEnvironment&) = delete;
-
   // Moves the tool's tip here, S [m]. Thread-safe. Positions that are not finite are ignored. A
   // simulator is moved with one patience only.
   virtual void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) = 0;
   // Solves the scene's contact before the start of operation; the tool is at home afterwards.
   // Seconds.
   virtual void SolveAhead() = 0;
-  // Thread-safe, short.
-  [[nodiscard]] virtual Truth truth() const = 0;
-  // nullopt: nothing moves as a whole. Thread-safe.
-  [[nodiscard]] virtual std::optional<TargetTruth> target() const = 0;
-  // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
-  [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const = 0;
-  // Of the surface's point that rests at p_O [m], frame O; zero where only forces are known.
-  // Thread-safe.
-  [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
-
   // Sources that observe this simulator, which must outlive them; one source at a time, null: this
   // kind does not exist. `scene`: that of the simulator. Throw std::invalid_argument naming the
   // key: there is no script for it.

@@ -1,5 +1,7 @@
 #include "slave/simulator/program/driver_messages.h"
 
+#include <variant>
+
 #include "shared/wire/fields.h"
 
 namespace palpate {
@@ -17,6 +19,40 @@ void Put(const cv::Mat& image, v1::CameraPicture* message) {
   message->set_data(whole.data, whole.total() * whole.elemSize());
   message->set_width(static_cast<unsigned>(whole.cols));
   message->set_height(static_cast<unsigned>(whole.rows));
+}
+
+constexpr int kHalfGrid = 100;  // steps from the centre of a membrane to its rim
+
+void Put(const Eigen::Isometry3d& pose, v1::Vec3* position,
+         google::protobuf::RepeatedField<double>* orientation) {
+  ToProto(pose.translation(), position);
+  ToProto(Eigen::Quaterniond(pose.linear()), orientation);
+}
+
+void Put(const FingerTruth& finger, v1::SimulatedFingertip* message) {
+  Put(finger.X_SF, message->mutable_p_s_finger(), message->mutable_orientation());
+  message->set_in_contact(finger.in_contact);
+  ToProto(finger.p_S_contact, message->mutable_p_s_contact());
+  ToProto(finger.force, message->mutable_force());
+  message->set_depth(finger.depth);
+}
+
+void Put(const TargetTruth& target, v1::SimulatedTarget* message) {
+  message->set_seconds(target.seconds);
+  Put(target.X_SB_first, message->mutable_p_s_first(), message->mutable_orientation_first());
+  Put(target.X_SB, message->mutable_p_s(), message->mutable_orientation());
+}
+
+void Put(const GroundTruth& truth, double radius, v1::DisplacementGrid* message) {
+  message->set_half_width(radius);
+  for (int y = -kHalfGrid; y <= kHalfGrid; ++y) {
+    for (int x = -kHalfGrid; x <= kHalfGrid; ++x) {
+      const Eigen::Vector2d p_O = radius / kHalfGrid * Eigen::Vector2d(x, y);
+      for (const double part : truth.TrueDisplacement(p_O)) {
+        message->add_displacements(static_cast<float>(part));
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -52,6 +88,28 @@ std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
     message.add_pressure(reading.pac);
   }
   return messages;
+}
+
+v1::SimulatedTruth TruthMessage(const GroundTruth& truth, const Scene& scene) {
+  v1::SimulatedTruth message;
+  const Truth now = truth.truth();
+  ToProto(now.p_S_tip, message.mutable_p_s_tip());
+  ToProto(now.force, message.mutable_force());
+  message.set_depth(now.depth);
+  message.set_in_contact(now.in_contact);
+  message.set_solved(now.solved);
+  message.set_punctured(now.punctured);
+  if (const auto* tactile = scene.sense.Find<Tactile>()) {
+    for (std::size_t i = 0; i < tactile->fingers.size(); ++i) {
+      Put(now.fingers[i], message.add_fingertips());
+    }
+  }
+  if (const auto target = truth.target()) Put(*target, message.mutable_target());
+  if (const auto goal = truth.goal()) ToProto(*goal, message.mutable_goal());
+  if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
+    Put(truth, membrane->radius, message.mutable_membrane());
+  }
+  return message;
 }
 
 }  // namespace palpate

@@ -4,9 +4,11 @@
 #include <vector>
 
 #include "palpate/v1/devices.pb.h"
+#include "palpate/v1/recording.pb.h"
 #include "palpate/v1/state.pb.h"
 
 #include "slave/capture/frame_source.h"
+#include "slave/capture/ground_truth.h"
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene.h"
 
@@ -18,5 +20,7 @@ v1::PictureSample ToMessage(const StereoPair& pair);
 // One message per fingertip of `frame`, named after `fingers`.
 std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
                                           const std::vector<Finger>& fingers);
+// The true state of `scene` at the last sample.
+v1::SimulatedTruth TruthMessage(const GroundTruth& truth, const Scene& scene);
 
 }  // namespace palpate

@@ -2,107 +2,58 @@
 
 #include <cstdint>
 #include <fstream>
+#include <iostream>
 #include <stdexcept>
 #include <string>
 
 #include <google/protobuf/util/delimited_message_util.h>
-#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
-#include "shared/wire/fields.h"
+#include "palpate/v1/recording.pb.h"
+
 #include "slave/simulator/program/driver_messages.h"
 
 namespace palpate {
 namespace {
 
-std::string CsvOf(const Eigen::Vector3d& v) {
-  return fmt::format("{},{},{}", v.x(), v.y(), v.z());
-}
-
-// A file that is written, or an exception that names it.
-class OutputFile {
+// The file of samples, or an exception that names it.
+class SamplesFile {
  public:
-  explicit OutputFile(std::filesystem::path path)
-      : path_(std::move(path)), stream_(path_, std::ios::binary) {
-    Require(stream_.good());
+  explicit SamplesFile(const std::filesystem::path& folder) {
+    if (folder == "-") return;
+    std::filesystem::create_directories(folder);
+    path_ = folder / "samples.pb";
+    file_.open(path_, std::ios::binary);
+    Require(file_.good());
   }
-  void Add(const google::protobuf::MessageLite& message) {
-    Require(google::protobuf::util::SerializeDelimitedToOstream(message, &stream_));
+  void Add(const v1::SimulatedSample& sample) {
+    Require(google::protobuf::util::SerializeDelimitedToOstream(sample, &stream()));
   }
-  void Add(const std::string& line) { Require((stream_ << line << '\n').good()); }
-  void Close() {
-    stream_.close();
-    Require(stream_.good());
-  }
+  void Close() { Require(stream().flush().good()); }
+  [[nodiscard]] std::string name() const { return path_.empty() ? "standard output" : path_; }
 
  private:
+  std::ostream& stream() { return path_.empty() ? std::cout : file_; }
   void Require(bool is_written) const {
-    if (!is_written) throw std::runtime_error(path_.string() + ": cannot be written");
+    if (!is_written) throw std::runtime_error(name() + ": cannot be written");
   }
+
   std::filesystem::path path_;
-  std::ofstream stream_;
+  std::ofstream file_;
 };
 
-// What a manipulator reports, and what only the simulator knows.
-class TruthFiles {
- public:
-  TruthFiles(const Scene& scene, const SimulatedEnvironment& environment,
-             const std::filesystem::path& folder)
-      : scene_(scene),
-        environment_(environment),
-        arm_(folder / "arm.pb"),
-        truth_(folder / "truth.csv") {
-    truth_.Add(
-        "sample,t,finger,tip_x,tip_y,tip_z,force_x,force_y,force_z,depth,in_contact,solved,"
-        "punctured");
-  }
-  void Add(std::uint64_t sample, Time sensed_at) {
-    const Truth truth = environment_.truth();
-    v1::ArmReport report;
-    report.set_sequence(sample);
-    ToProto(sensed_at, report.mutable_measured_at());
-    ToProto(truth.p_S_tip, report.mutable_p_s_tip());
-    if (truth.solved) ToProto(truth.force, report.mutable_measured_force());
-    arm_.Add(report);
-    const std::string instant = fmt::format("{},{}", sample, SecondsBetween(Time{}, sensed_at));
-    const auto* tactile = scene_.sense.Find<Tactile>();
-    if (tactile == nullptr) {
-      truth_.Add(
-          Row(instant, "", truth.p_S_tip, truth.force, truth.depth, truth.in_contact, truth));
-      return;
-    }
-    for (std::size_t i = 0; i < tactile->fingers.size(); ++i) {
-      const FingerTruth& finger = truth.fingers[i];
-      truth_.Add(Row(instant, tactile->fingers[i].name, finger.X_SF.translation(), finger.force,
-                     finger.depth, finger.in_contact, truth));
-    }
-  }
-  void Close() {
-    arm_.Close();
-    truth_.Close();
-  }
-
- private:
-  static std::string Row(const std::string& instant, const std::string& finger,
-                         const Eigen::Vector3d& p_S, const Eigen::Vector3d& force, double depth,
-                         bool in_contact, const Truth& truth) {
-    return fmt::format("{},{},{},{},{},{:d},{:d},{:d}", instant, finger, CsvOf(p_S), CsvOf(force),
-                       depth, in_contact, truth.solved, truth.punctured);
-  }
-
-  const Scene& scene_;
-  const SimulatedEnvironment& environment_;
-  OutputFile arm_, truth_;
-};
-
-// `write` adds a sample to the file of samples.
-template <typename Source, typename Write>
-std::uint64_t RecordFrom(Source& source, const std::stop_token& stop, TruthFiles* truth,
-                         const Write& write) {
+// `fill` puts a sample of `source` into a message.
+template <typename Source, typename Fill>
+std::uint64_t RecordFrom(Source& source, const SimulatedEnvironment& environment,
+                         const Scene& scene, const std::stop_token& stop, SamplesFile* file,
+                         const Fill& fill) {
   std::uint64_t count = 0;
+  v1::SimulatedSample message;
   while (const auto sample = source.Next(stop)) {
-    write(*sample);
-    truth->Add(sample->sequence, sample->sensed_at);
+    message.Clear();
+    fill(*sample, &message);
+    *message.mutable_truth() = TruthMessage(environment, scene);
+    file->Add(message);
     ++count;
   }
   return count;
@@ -112,26 +63,36 @@ std::uint64_t RecordFrom(Source& source, const std::stop_token& stop, TruthFiles
 
 void Record(const Scene& scene, SimulatedEnvironment& environment,
             const std::filesystem::path& folder, double duration, const std::stop_token& stop) {
-  std::filesystem::create_directories(folder);
+  if (duration > 0 && !environment.target()) {
+    throw std::invalid_argument(
+        "--duration: accepted for a simulated target that moves on a path; the scripted contacts "
+        "of " +
+        scene.file.string() + " end on their own");
+  }
   const Pace pace{.is_live = false, .duration = duration};
   const auto* tactile = scene.sense.Find<Tactile>();
-  OutputFile samples(folder / (tactile != nullptr ? "tactile.pb" : "pictures.pb"));
-  TruthFiles truth(scene, environment, folder);
-  const auto picture = [&](const auto& sample) { samples.Add(ToMessage(sample)); };
-  const auto touch = [&](const TactileFrame& frame) {
-    for (const auto& message : ToMessages(frame, tactile->fingers)) samples.Add(message);
+  SamplesFile file(folder);
+  const auto picture = [](const auto& sample, v1::SimulatedSample* message) {
+    *message->mutable_images() = ToMessage(sample);
+  };
+  const auto touch = [&](const TactileFrame& frame, v1::SimulatedSample* message) {
+    for (auto& one : ToMessages(frame, tactile->fingers)) {
+      *message->add_fingertips() = std::move(one);
+    }
   };
   std::uint64_t count = 0;
   if (tactile != nullptr) {
-    count = RecordFrom(*environment.OpenFingertips(scene, pace), stop, &truth, touch);
+    const auto source = environment.OpenFingertips(scene, pace);
+    count = RecordFrom(*source, environment, scene, stop, &file, touch);
   } else if (HasStereoOrDepth(scene.sense)) {
-    count = RecordFrom(*environment.OpenPair(scene, pace), stop, &truth, picture);
+    const auto source = environment.OpenPair(scene, pace);
+    count = RecordFrom(*source, environment, scene, stop, &file, picture);
   } else {
-    count = RecordFrom(*environment.OpenCamera(scene, pace), stop, &truth, picture);
+    const auto source = environment.OpenCamera(scene, pace);
+    count = RecordFrom(*source, environment, scene, stop, &file, picture);
   }
-  samples.Close();
-  truth.Close();
-  spdlog::info("{} samples in {}", count, folder.string());
+  file.Close();
+  spdlog::info("{} samples in {}", count, file.name());
 }
 
 }  // namespace palpate

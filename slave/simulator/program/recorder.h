@@ -1,4 +1,4 @@
-// Writes the samples of a scripted press to files, as fast as they are computed.
+// Writes the samples of a scripted press, as fast as they are computed.
 #pragma once
 
 #include <filesystem>
@@ -9,15 +9,11 @@
 
 namespace palpate {
 
-// Files in `folder`, which depend only on the scene and its seed; the k-th messages of the first
-// two belong to one instant. Messages are preceded by their size as a varint.
-//   pictures.pb   palpate.v1.PictureSample, of scenes with cameras
-//   tactile.pb    palpate.v1.TactileSample, of scenes with fingertips, one per fingertip and
-//   instant arm.pb        palpate.v1.ArmReport, one per instant, with the true force where it is
-//   solved truth.csv     true state of the tool, or of each fingertip: lengths [m], force [N],
-//   frame S
-// Throws std::runtime_error: a file cannot be written. `duration`: of a target that moves on a path
-// [s]; 0: its own.
+// Writes `samples.pb` in `folder`, or to the standard output if that is `-`: one
+// palpate.v1.SimulatedSample per instant, each preceded by its size as a varint. The bytes depend
+// only on the scene and its seed. `duration`: of a target that moves on a path [s]; 0: its own.
+// Throws std::invalid_argument: a duration without such a target; std::runtime_error: the file
+// cannot be written.
 void Record(const Scene& scene, SimulatedEnvironment& environment,
             const std::filesystem::path& folder, double duration, const std::stop_token& stop);
 

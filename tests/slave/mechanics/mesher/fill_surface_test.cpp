@@ -9,7 +9,7 @@
 
 #include "shared/mesh/mesh_check.h"
 #include "shared/text/progress.h"
-#include "slave/mechanics/mesher/run_program.h"
+#include "shared/program/run_program.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"

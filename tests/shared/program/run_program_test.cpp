@@ -1,4 +1,4 @@
-#include "slave/mechanics/mesher/run_program.h"
+#include "shared/program/run_program.h"
 
 #include <csignal>
 #include <stdexcept>

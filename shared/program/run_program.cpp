@@ -1,4 +1,4 @@
-#include "slave/mechanics/mesher/run_program.h"
+#include "shared/program/run_program.h"
 
 #include <cerrno>
 #include <csignal>
@@ -11,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -28,14 +29,14 @@ constexpr std::chrono::milliseconds kLook{5};
 // What posix_spawn is told: folder, input, output, signals as a program expects them.
 class SpawnSettings {
  public:
-  explicit SpawnSettings(const std::filesystem::path& folder) {
+  SpawnSettings(const std::filesystem::path& folder, int output) {
     posix_spawn_file_actions_init(&actions_);
     posix_spawnattr_init(&attributes_);
     posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
     posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions_, STDOUT_FILENO, "log",
+    posix_spawn_file_actions_addopen(&actions_, STDERR_FILENO, "log",
                                      O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW, 0600);
-    posix_spawn_file_actions_adddup2(&actions_, STDOUT_FILENO, STDERR_FILENO);
+    posix_spawn_file_actions_adddup2(&actions_, output < 0 ? STDERR_FILENO : output, STDOUT_FILENO);
     sigset_t none, all;
     sigemptyset(&none);
     sigfillset(&all);
@@ -77,11 +78,11 @@ std::vector<std::string> Environment() {
 }
 
 pid_t Start(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-            const std::filesystem::path& folder) {
+            const std::filesystem::path& folder, int output) {
   std::vector<std::string> words{program.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<std::string> environment = Environment();
-  const SpawnSettings settings(folder);
+  const SpawnSettings settings(folder, output);
   pid_t pid = 0;
   const int error = posix_spawn(&pid, program.c_str(), settings.actions(), settings.attributes(),
                                 Pointers(&words).data(), Pointers(&environment).data());
@@ -90,31 +91,6 @@ pid_t Start(const std::filesystem::path& program, const std::vector<std::string>
   }
   return pid;
 }
-
-// A started program; what is left of it dies with this.
-class Running {
- public:
-  explicit Running(pid_t pid) : pid_(pid) {}
-  ~Running() {
-    if (ended_) return;
-    kill(-pid_, SIGKILL);
-    while (waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
-    }
-  }
-  Running(const Running&) = delete;
-  Running& operator=(const Running&) = delete;
-
-  std::optional<int> Ended() {
-    int status = 0;
-    if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
-    ended_ = true;
-    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
-  }
-
- private:
-  pid_t pid_;
-  bool ended_ = false;
-};
 
 std::string LastOf(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -125,6 +101,40 @@ std::string LastOf(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+RunningProgram::RunningProgram(const std::filesystem::path& program,
+                               const std::vector<std::string>& arguments,
+                               std::filesystem::path folder, int output)
+    : folder_(std::move(folder)), pid_(Start(program, arguments, folder_, output)) {}
+
+RunningProgram::~RunningProgram() {
+  if (ended_) return;
+  Kill();
+  Wait();
+}
+
+std::optional<ProgramEnd> RunningProgram::Ended() {
+  int status = 0;
+  if (waitpid(pid_, &status, WNOHANG) != pid_) return std::nullopt;
+  return End(status);
+}
+
+ProgramEnd RunningProgram::Wait() {
+  int status = 0;
+  while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
+  return End(status);
+}
+
+void RunningProgram::Kill() const {
+  kill(-pid_, SIGKILL);
+}
+
+ProgramEnd RunningProgram::End(int status) {
+  ended_ = true;
+  return {WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status),
+          LastOf(folder_ / "log")};
+}
 
 std::optional<std::filesystem::path> FindProgram(const std::string& name) {
   const char* const path = std::getenv("PATH");
@@ -145,9 +155,9 @@ ProgramEnd RunProgram(const std::filesystem::path& program,
                       const std::filesystem::path& folder, std::chrono::milliseconds timeout,
                       const std::stop_token& stop) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;
-  Running running(Start(program, arguments, folder));
+  RunningProgram running(program, arguments, folder, -1);
   for (;;) {
-    if (const auto status = running.Ended()) return {*status, LastOf(folder / "log")};
+    if (auto end = running.Ended()) return *std::move(end);
     if (stop.stop_requested()) throw Interrupted();
     if (std::chrono::steady_clock::now() > deadline) {
       throw std::runtime_error(program.filename().string() + " took longer than " +

@@ -1,0 +1,64 @@
+// The true state of a simulated scene. Reports compare estimates with it; no estimator reads it.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "shared/state/slave_state.h"
+
+namespace palpate {
+
+// What really happens at one fingertip. Frame S.
+struct FingerTruth {
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  bool in_contact = false;
+  Eigen::Vector3d p_S_contact{0, 0, 0};  // on the deformed object [m]
+  Eigen::Vector3d force{0, 0, 0};        // of the object on the fingertip [N]
+  double depth = 0;                      // indentation [m]
+};
+
+// The true state of the simulation at this moment. Frame S.
+struct Truth {
+  Eigen::Vector3d p_S_tip{0, 0, 0};  // of the tool [m]
+  bool in_contact = false;
+  Eigen::Vector3d force{0, 0, 0};  // of the object on the tool [N]
+  double depth = 0;                // of the surface under the tool, along its normal [m]
+  // False: the force is an approximation, because the contact is not solved yet.
+  bool solved = true;
+  // In scenes with fingertips, the first of which is the tool.
+  std::array<FingerTruth, kMaxFingers> fingers{};
+  bool punctured = false;  // the tool is through the membrane, which pushes no more
+};
+
+// A target that moves as a rigid body, whose frame is B.
+struct TargetTruth {
+  double seconds = 0;  // on its path, since the first images
+  Eigen::Isometry3d X_SB_first = Eigen::Isometry3d::Identity();  // in the first images
+  Eigen::Isometry3d X_SB = Eigen::Isometry3d::Identity();        // in the last ones
+  // Where the body's point is in the last images that was at `p_S_first` [m] in the first ones.
+  [[nodiscard]] Eigen::Vector3d PlaceOf(const Eigen::Vector3d& p_S_first) const {
+    return X_SB * (X_SB_first.inverse() * p_S_first);
+  }
+};
+
+class GroundTruth {
+ public:
+  virtual ~GroundTruth() = default;
+  GroundTruth() = default;
+  GroundTruth(const GroundTruth&) = delete;
+  GroundTruth& operator=(const GroundTruth&) = delete;
+
+  // At the instant of the last sample, or of the simulation itself now.
+  [[nodiscard]] virtual Truth truth() const = 0;
+  // nullopt: nothing moves as a rigid body.
+  [[nodiscard]] virtual std::optional<TargetTruth> target() const = 0;
+  // Where the tool is to go, S [m]; nullopt: nowhere. Never changes.
+  [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const = 0;
+  // Of the point of the membrane that rests at p_O [m], frame O [m]; zero for other objects.
+  [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
+};
+
+}  // namespace palpate

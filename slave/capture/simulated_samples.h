@@ -1,0 +1,29 @@
+// Samples of a simulated scene, computed by palpate-simulator as fast as they are read, with the
+// true state at their instants.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+
+#include <Eigen/Core>
+
+#include "slave/capture/ground_truth.h"
+#include "slave/capture/sample_tap.h"
+#include "slave/scene/scene.h"
+
+namespace palpate {
+
+// What the sensing of a simulated scene observes, and the truth at the sample that was returned
+// last; before the first sample, the truth at the first one.
+class Simulation : public SamplePlayer, public GroundTruth {};
+
+// Starts palpate-simulator, which lies beside the running program, with the scene's file and
+// overrides. `duration`: of a target that moves on a path [s]; 0: its own. The program ends with
+// the result. Throws std::invalid_argument: the simulator rejects the scene; std::runtime_error: it
+// is not installed, or failed. A source of the result throws as well where the simulator fails
+// later.
+std::unique_ptr<Simulation> StartSimulation(const Scene& scene, double duration);
+
+}  // namespace palpate
