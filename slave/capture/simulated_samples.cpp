@@ -248,6 +248,7 @@ class RunningSimulation final : public Simulation {
     return true;
   }
   bool ReadNext() {
+    next_.Clear();
     bool at_end = false;
     return google::protobuf::util::ParseDelimitedFromZeroCopyStream(&next_, &stream_, &at_end);
   }
