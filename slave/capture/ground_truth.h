@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "shared/mesh/solid_mesh.h"
 #include "shared/state/slave_state.h"
 
 namespace palpate {
@@ -59,6 +60,9 @@ class GroundTruth {
   [[nodiscard]] virtual std::optional<Eigen::Vector3d> goal() const = 0;
   // Of the point of the membrane that rests at p_O [m], frame O [m]; zero for other objects.
   [[nodiscard]] virtual Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
+  // Of the object that fingertips touch, frame S [m], with the same triangles at every sample.
+  // Empty for other objects.
+  [[nodiscard]] virtual SurfaceMesh TrueSurface() const { return {}; }
 };
 
 }  // namespace palpate

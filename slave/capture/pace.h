@@ -16,6 +16,7 @@ class PictureInbox;
 struct Pace {
   bool is_live = true;
   double duration = 0;               // of a script that could go on for ever [s]; 0: its own choice
+  int presses = 1;                   // scripted contacts of fingertips
   PictureInbox* pictures = nullptr;  // receiver of streamed samples, which must outlive the source
   SampleTap* tap = nullptr;          // tap that gets each sample, and outlives the source
   SamplePlayer* player = nullptr;    // player of recorded samples, which outlives the source

@@ -33,6 +33,7 @@ struct PushedSample {
   PushedPicture picture;
   std::optional<PushedPicture> right;
   std::optional<Time> right_sensed_at;
+  double delay = 0;  // from the capture to the sending, as the driver knows it [s]
 };
 
 // Thread-safe. Contains one sample.

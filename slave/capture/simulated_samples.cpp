@@ -1,6 +1,7 @@
 #include "slave/capture/simulated_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -53,8 +54,7 @@ cv::Mat PixelsFrom(const v1::CameraPicture& message) {
   cv::Mat image(static_cast<int>(message.height()), static_cast<int>(message.width()), type);
   if (image.total() * image.elemSize() != message.data().size()) {
     throw std::runtime_error(fmt::format("{}: an image of {} x {} px has {} bytes", kProgram,
-                                         message.width(), message.height(),
-                                         message.data().size()));
+                                         message.width(), message.height(), message.data().size()));
   }
   std::ranges::copy(message.data(), reinterpret_cast<char*>(image.data));
   return image;
@@ -153,30 +153,33 @@ std::filesystem::path Simulator() {
   return program;
 }
 
-std::vector<std::string> Arguments(const Scene& scene, double duration) {
+std::vector<std::string> Arguments(const Scene& scene, const SimulationOptions& options) {
   std::vector<std::string> words{std::filesystem::absolute(scene.file).string(), "--record", "-"};
   for (const std::string& one : scene.overrides) {
     words.emplace_back("--override");
     words.push_back(one);
   }
-  if (duration > 0) {
-    words.emplace_back("--duration");
-    words.push_back(fmt::format("{}", duration));
-  }
+  if (options.duration > 0) words.push_back(fmt::format("--duration={}", options.duration));
+  if (options.presses > 1) words.push_back(fmt::format("--presses={}", options.presses));
+  if (options.surface) words.emplace_back("--surface");
   return words;
 }
 
 class RunningSimulation final : public Simulation {
  public:
-  RunningSimulation(const Scene& scene, double duration)
+  RunningSimulation(const Scene& scene, const SimulationOptions& options)
       : description_(fmt::format("simulated by {}", kProgram)),
-        program_(Simulator(), Arguments(scene, duration), folder_.path(), pipe_.write),
+        program_(Simulator(), Arguments(scene, options), folder_.path(), pipe_.write),
         stream_(pipe_.read) {
     stream_.SetCloseOnDelete(true);
     close(pipe_.write);
     has_first_ = ReadNext();
     if (!has_first_) RequireSuccess();
     Swap();
+    const auto& triangles = now_.truth().surface_triangles();
+    for (int i = 0; i + 2 < triangles.size(); i += 3) {
+      triangles_.push_back({triangles[i], triangles[i + 1], triangles[i + 2]});
+    }
   }
 
   [[nodiscard]] Truth truth() const override { return TruthFrom(now_.truth()); }
@@ -193,6 +196,15 @@ class RunningSimulation final : public Simulation {
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
     if (!now_.truth().has_membrane()) return Eigen::Vector3d::Zero();
     return Interpolated(now_.truth().membrane(), p_O);
+  }
+
+  [[nodiscard]] SurfaceMesh TrueSurface() const override {
+    SurfaceMesh surface{.triangles = triangles_};
+    const auto& nodes = now_.truth().surface_nodes();
+    for (int i = 0; i + 2 < nodes.size(); i += 3) {
+      surface.nodes.push_back(Eigen::Map<const Eigen::Vector3f>(nodes.data() + i).cast<double>());
+    }
+    return surface;
   }
 
   std::unique_ptr<FrameSource> OpenFrames() override {
@@ -267,14 +279,15 @@ class RunningSimulation final : public Simulation {
   Pipe pipe_;
   RunningProgram program_;
   google::protobuf::io::FileInputStream stream_;
-  v1::SimulatedSample now_, next_;  // `now_` is the sample that was returned last
+  v1::SimulatedSample now_, next_;             // `now_` is the sample that was returned last
+  std::vector<std::array<int, 3>> triangles_;  // of the true surface
   bool has_first_ = false, is_first_ = true;
 };
 
 }  // namespace
 
-std::unique_ptr<Simulation> StartSimulation(const Scene& scene, double duration) {
-  return std::make_unique<RunningSimulation>(scene, duration);
+std::unique_ptr<Simulation> StartSimulation(const Scene& scene, const SimulationOptions& options) {
+  return std::make_unique<RunningSimulation>(scene, options);
 }
 
 }  // namespace palpate

@@ -19,11 +19,16 @@ namespace palpate {
 // last; before the first sample, the truth at the first one.
 class Simulation : public SamplePlayer, public GroundTruth {};
 
+struct SimulationOptions {
+  double duration = 0;   // of a target that moves on a path [s]; 0: its own
+  int presses = 1;       // scripted contacts of fingertips
+  bool surface = false;  // with the true surface
+};
+
 // Starts palpate-simulator, which lies beside the running program, with the scene's file and
-// overrides. `duration`: of a target that moves on a path [s]; 0: its own. The program ends with
-// the result. Throws std::invalid_argument: the simulator rejects the scene; std::runtime_error: it
-// is not installed, or failed. A source of the result throws as well where the simulator fails
-// later.
-std::unique_ptr<Simulation> StartSimulation(const Scene& scene, double duration);
+// overrides. The program ends with the result. Throws std::invalid_argument: the simulator rejects
+// the scene; std::runtime_error: it is not installed, or failed. A source of the result throws as
+// well where the simulator fails later.
+std::unique_ptr<Simulation> StartSimulation(const Scene& scene, const SimulationOptions& options);
 
 }  // namespace palpate

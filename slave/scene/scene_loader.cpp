@@ -334,4 +334,12 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
   return scene;
 }
 
+Scene Changed(const Scene& scene, const std::vector<std::string>& overrides) {
+  std::vector<std::string> all = scene.overrides;
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  Scene changed = LoadScene(scene.file, all);
+  changed.model = scene.model;
+  return changed;
+}
+
 }  // namespace palpate

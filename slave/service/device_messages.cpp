@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kFarthest = 100;           // [m]
 constexpr double kFastest = 100;            // [m/s]
+constexpr double kLongestDelay = 1;         // of an image [s]
 constexpr std::size_t kLongestFault = 200;  // [characters]
 
 std::optional<PushedPicture> Pushed(const v1::CameraPicture& message, std::string_view name,
@@ -56,6 +57,7 @@ std::optional<PushedSample> FromProto(const v1::PictureSample& message, std::str
   if (message.has_right_sensed_at()) {
     sample.right_sensed_at = reader.Stamp("right_sensed_at", message.right_sensed_at());
   }
+  sample.delay = reader.NonNegative("delay_s", message.delay_s(), kLongestDelay);
   if (!reader.ok()) return std::nullopt;
   return sample;
 }

@@ -66,9 +66,10 @@ class Examples(unittest.TestCase):
 
     def check_tls(self, option=()):
         certs = ROOT / "deploy/certs"
-        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "bob"]):
+        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "bob"],
+                      ["sensor", "ca", "sensor", "site"], ["arm", "ca", "arm", "site"]):
             subprocess.run([certs, *words], cwd=self.out, check=True, env=BARE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        with Slave(BLOCK, "--tls", self.out / "slave") as slave:
+        with Slave(BLOCK, "--tls", self.out / "slave", tls=self.out) as slave:
             self.run_example("watch", slave.address, *option, self.out / "observer")
             done = run(*self.command("operate"), slave.address, *option, self.out / "observer", env=self.environment)
             self.assertEqual(done.returncode, 1)

@@ -4,12 +4,13 @@ import pathlib
 import re
 import signal
 import subprocess
+import threading
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("PALPATE_BIN", ROOT / "build/release/bin"))
 OUT = pathlib.Path(os.environ.get("PALPATE_TEST_OUTPUT", ROOT / "build/release/test-output"))
-SLAVE, MASTER = str(BIN / "palpate-slave"), str(BIN / "palpate-master")
+SLAVE, MASTER, SIMULATOR = (str(BIN / f"palpate-{name}") for name in ("slave", "master", "simulator"))
 PACKAGE = BIN.resolve().parent / "python"  # the Python package palpate
 BLOCK = str(ROOT / "deploy/scenes/silicone-block.yaml")
 # Neither display nor terminal: what a headless machine has.
@@ -30,11 +31,42 @@ def run(*command, **options):
                           timeout=options.pop("timeout", PATIENCE), env=options.pop("env", BARE), **options)
 
 
-class Slave:
-    """`palpate-slave serve` on a free port, stopped at the end of the `with` block."""
+class Simulator:
+    """`palpate-simulator` of the scene and overrides of a slave's command line, and in the same network."""
 
-    def __init__(self, scene=BLOCK, *arguments, command=None):
-        self.command = command or [SLAVE, "serve", scene, "--listen", "127.0.0.1:0", *arguments]
+    def __init__(self, command, address, *arguments):
+        serve = command.index("serve")
+        overrides = [word for i, word in enumerate(command) if "--override" in (word, command[i - 1])]
+        self.process = subprocess.Popen(
+            [*command[:serve - 1], SIMULATOR, command[serve + 1], "--slave", address, *overrides, *arguments],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=BARE)
+        line = self.process.stdout.readline()
+        self.streams = line == f"streaming to {address}\n"
+        if self.streams:
+            # Unread, its log would fill the pipe one day.
+            self.reader = threading.Thread(target=self.process.stderr.read, daemon=True)
+            self.reader.start()
+            return
+        _, log = self.process.communicate(timeout=PATIENCE)
+        if self.process.returncode != 2 or "no `source: simulated`" not in log:
+            raise AssertionError(f"simulator: {line!r}; {log}")
+
+    def stop(self, with_signal=signal.SIGTERM):
+        if self.process.poll() is None:
+            self.process.send_signal(with_signal)
+            self.process.wait(timeout=PATIENCE)
+        self.process.stdout.close()
+
+
+class Slave:
+    """`palpate-slave serve` on a free port, stopped at the end of the `with` block. What its scene simulates comes from
+    `palpate-simulator`, unless `simulates` is False; with certificates of the folder `tls`."""
+
+    def __init__(self, scene=BLOCK, *arguments, command=None, simulates=True, tls=None):
+        self.command = [str(word) for word in command or [SLAVE, "serve", scene, "--listen", "127.0.0.1:0", *arguments]]
+        self.simulates = simulates
+        self.simulator_options = ["--tls", tls] if tls else []
+        self.simulator = None
 
     def __enter__(self):
         self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -45,6 +77,12 @@ class Slave:
             self.process.kill()
             raise AssertionError(f"slave said {line!r}; {self.process.stderr.read()}")
         self.address = match.group(1)
+        if self.simulates:
+            try:
+                self.simulator = Simulator(self.command, self.address, *self.simulator_options)
+            except BaseException:
+                self.process.kill()
+                raise
         return self
 
     def stop(self, with_signal=signal.SIGTERM):
@@ -55,11 +93,16 @@ class Slave:
         except subprocess.TimeoutExpired:
             self.process.kill()
             raise AssertionError("the slave did not stop")
+        finally:
+            if self.simulator is not None:
+                self.simulator.stop()
         return self.process.returncode
 
     def __exit__(self, *error):
         if self.process.poll() is None:
             self.stop()
+        elif self.simulator is not None:
+            self.simulator.stop()
         self.process.stdout.close()
 
 

@@ -33,6 +33,7 @@
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/program/tool_socket.h"
 
 namespace palpate {
 namespace {
@@ -62,45 +63,6 @@ int SocketHere(int type, const char* what) {
   std::fflush(stdout);
   return made;
 }
-
-// The tool's place in, the force on it out.
-class ToolSocket {
- public:
-  explicit ToolSocket(SimulatedEnvironment& environment)
-      : environment_(environment), socket_(SocketHere(SOCK_DGRAM, "site")) {
-    const timeval patience{0, 100'000};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    thread_ = std::jthread([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) Answer();
-    });
-  }
-  ~ToolSocket() {
-    thread_ = {};
-    close(socket_);
-  }
-
- private:
-  void Answer() {
-    char text[200] = "";
-    sockaddr_in from{};
-    socklen_t size = sizeof from;
-    const auto got =
-        recvfrom(socket_, text, sizeof text - 1, 0, reinterpret_cast<sockaddr*>(&from), &size);
-    Eigen::Vector3d p(0, 0, 0);
-    if (got <= 0 || std::sscanf(text, "%lf %lf %lf", &p.x(), &p.y(), &p.z()) != 3) return;
-    environment_.MoveTool(p, Patience::kNone);
-    const Truth truth = environment_.truth();
-    if (!truth.solved) return;
-    const int length = std::snprintf(text, sizeof text, "%.9g %.9g %.9g", truth.force.x(),
-                                     truth.force.y(), truth.force.z());
-    sendto(socket_, text, static_cast<std::size_t>(length), 0, reinterpret_cast<sockaddr*>(&from),
-           size);
-  }
-
-  SimulatedEnvironment& environment_;
-  const int socket_;
-  std::jthread thread_;
-};
 
 // What is to be seen, one after the other: of a pair both, the right one after the left.
 class Pictures {
@@ -244,6 +206,8 @@ int Play(const std::string& file, const std::string& to, const std::string& how)
   environment->SolveAhead();
   environment->MoveTool(scene.manipulator.home, Patience::kNone);
   const ToolSocket tool(*environment);
+  std::printf("site on %s\n", tool.address().c_str());
+  std::fflush(stdout);
   if (to == "y4m" || to == "raw") Serve(Pictures(*environment, scene), to == "y4m");
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);

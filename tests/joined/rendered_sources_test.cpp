@@ -15,7 +15,7 @@
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/environment/environment_player.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 
@@ -97,14 +97,15 @@ TEST(RenderedSourcesTest, SimulatedStreamedAndRecordedImagesRenderTheSameForce) 
   const auto environment = MakeSimulatedEnvironment(scene);
   const auto recorded_environment = MakeSimulatedEnvironment(scene);
   SenseRecording recording(scene, {}, {.file = folder / "slave.mcap"});
-  recording.Begin(scene.manipulator.home);
-  RenderedForce simulated(MakeSensingPipeline(scene, {.is_live = false}, environment.get()), scene);
+  recording.Begin();
+  EnvironmentPlayer player(*environment, scene, {.is_live = false});
+  EnvironmentPlayer recorded_player(*recorded_environment, scene, {.is_live = false});
+  RenderedForce simulated(MakeSensingPipeline(scene, {.is_live = false, .player = &player}), scene);
   RenderedForce recorded(
-      recording.Watch(MakeSensingPipeline(scene, {.is_live = false, .tap = &recording},
-                                          recorded_environment.get())),
+      recording.Watch(MakeSensingPipeline(
+          scene, {.is_live = false, .tap = &recording, .player = &recorded_player})),
       scene);
-  RenderedForce streamed(MakeSensingPipeline(streamed_scene, {.is_live = true}, nullptr),
-                         streamed_scene);
+  RenderedForce streamed(MakeSensingPipeline(streamed_scene, {.is_live = true}), streamed_scene);
   recording.Opened();
 
   Eigen::Vector3d p_S_last = scene.manipulator.home;

@@ -10,6 +10,7 @@
 
 #include "shared/telemetry/latency_histogram.h"
 #include "slave/capture/frame_source.h"
+#include "slave/capture/simulated_samples.h"
 #include "slave/checks/load/load_limits.h"
 #include "slave/checks/points/points_limits.h"
 #include "slave/commands/check/check.h"
@@ -19,7 +20,6 @@
 #include "slave/pipeline/points/points_sense.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 #include "slave/pipeline/press/membrane_body.h"
-#include "slave/capture/simulated_samples.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/texture/epipolar_line.h"
 
@@ -214,7 +214,7 @@ void PrintFirstLook(const Scene& scene, const StereoRig& rig) {
     PrintLine("images", "none until a driver sends them (FeedPictures)");
     return;
   }
-  const auto simulation = IsSimulated(scene) ? StartSimulation(scene, 0) : nullptr;
+  const auto simulation = IsSimulated(scene) ? StartSimulation(scene, {}) : nullptr;
   const auto source = simulation ? simulation->OpenPairs() : OpenStereo(scene, false);
   const auto eyes = MakeSurfacePointTracker(scene, rig);
   PrintLine("images", source->description());

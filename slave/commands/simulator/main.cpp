@@ -24,10 +24,10 @@ constexpr const char* kExamples = R"(Examples:
 Exit codes: 0 done, 1 ran and failed, 2 unusable arguments or scene.)";
 
 struct Options {
-  std::filesystem::path scene, record;
+  std::filesystem::path scene;
   std::vector<std::string> overrides;
   StreamingTarget slave;
-  double duration = 0;  // [s]
+  RecordOptions record;
 };
 
 void AddOptions(CLI::App* app, Options* options) {
@@ -38,15 +38,23 @@ void AddOptions(CLI::App* app, Options* options) {
                    "Slave that takes the samples and moves the tool, in real time")
       ->type_name("HOST:PORT");
   output
-      ->add_option("--record", options->record,
-                   "Folder for the samples of a scripted press, as fast as they are computed")
+      ->add_option("--record", options->record.folder,
+                   "Folder for the samples of a scripted press, as fast as they are computed; -: "
+                   "standard output")
       ->type_name("DIR");
   output->require_option(1);
-  app->add_option("--tls", options->slave.tls,
-                  "Mutual TLS 1.3 with the slave: folder with ca.pem, cert.pem and key.pem")
+  app->add_option(
+         "--tls", options->slave.tls,
+         "Mutual TLS 1.3 with the slave: folder with folders sensor and arm, each with ca.pem, "
+         "cert.pem and key.pem")
       ->check(CLI::ExistingDirectory);
-  app->add_option("--duration", options->duration, "Recorded seconds of a simulated target's path")
+  app->add_option("--duration", options->record.duration,
+                  "Recorded seconds of a simulated target's path")
       ->check(CLI::Range(0.0, 86400.0));
+  app->add_option("--presses", options->record.presses, "Recorded contacts of simulated fingertips")
+      ->check(CLI::Range(1, 1000));
+  app->add_flag("--surface", options->record.surface,
+                "Record the true surface of the object that fingertips touch as well");
 }
 
 int Run(const Options& options, const std::stop_token& stop) {
@@ -55,10 +63,10 @@ int Run(const Options& options, const std::stop_token& stop) {
   if (!environment) {
     throw std::invalid_argument(options.scene.string() + ": no `source: simulated` in its sensing");
   }
-  if (options.record.empty()) {
+  if (options.record.folder.empty()) {
     StreamTo(options.slave, scene, *environment, stop);
   } else {
-    Record(scene, *environment, options.record, options.duration, stop);
+    Record(scene, *environment, options.record, stop);
   }
   return 0;
 }
@@ -73,7 +81,7 @@ int Main(int argc, char** argv) {
   Options options;
   AddOptions(&app, &options);
   if (const auto code = ParseCommandLine(&app, argc, argv)) return *code;
-  if (!options.record.empty()) stop.ExpectAnswer();
+  if (!options.record.folder.empty()) stop.ExpectAnswer();
   return ExitCode([&] { return Run(options, stop.token()); }, "palpate-simulator");
 }
 

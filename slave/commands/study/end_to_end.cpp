@@ -8,11 +8,11 @@
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/capture/simulated_samples.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/capture/simulated_samples.h"
 #include "slave/study/press_spec.h"
 
 namespace palpate {
@@ -34,22 +34,13 @@ double Rendered(const LocalModel& local, const Eigen::Vector3d& p_S) {
   return local.known() && local.Penetration(p_S) > 0 ? f.norm() : 0;
 }
 
-// The scene with more overrides, and the same model.
-Scene With(const Scene& scene, const std::vector<std::string>& changes) {
-  std::vector<std::string> overrides = scene.overrides;
-  overrides.insert(overrides.end(), changes.begin(), changes.end());
-  Scene changed = LoadScene(scene.file, overrides);
-  changed.model = scene.model;
-  return changed;
-}
-
 std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
   if (!IsSimulated(scene)) {
     throw std::invalid_argument(scene.file.string() +
                                 ": --end-to-end: accepted is a scene with a simulated source, "
                                 "because only it knows the true force");
   }
-  const std::unique_ptr<Simulation> simulation = StartSimulation(scene, 0);
+  const std::unique_ptr<Simulation> simulation = StartSimulation(scene, {});
   const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(
       scene,
       {.is_live = false, .player = simulation.get(), .p_S_tip = simulation->truth().p_S_tip});
@@ -80,7 +71,7 @@ std::vector<Sample> RunPress(const Scene& scene, const std::stop_token& stop) {
 
 // What two eyes tell without noise is the model's doing, the rest is theirs.
 void AddQuietRun(const Scene& scene, const std::stop_token& stop, std::vector<Sample>* samples) {
-  const Scene quiet = With(scene, {"site.noise=0", "site.flicker=0", "site.lighting=0"});
+  const Scene quiet = Changed(scene, {"site.noise=0", "site.flicker=0", "site.lighting=0"});
   const std::vector<Sample> without = RunPress(quiet, stop);
   for (std::size_t i = 0; i < std::min(samples->size(), without.size()); ++i) {
     (*samples)[i].model = without[i].told;
@@ -196,11 +187,11 @@ std::vector<Scene> Elsewhere(const Scene& scene) {
     if (scene.sense.Find<Tactile>()) {
       Eigen::Isometry3d X_SO = scene.object.X_SO;
       const std::string pose = ScenePose(X_SO.pretranslate(-share * step));  // `pose: {...}`
-      scenes.push_back(With(scene, {"object.pose=" + pose.substr(pose.find('{'))}));
+      scenes.push_back(Changed(scene, {"object.pose=" + pose.substr(pose.find('{'))}));
     } else {
       const Eigen::Vector3d home = scene.manipulator.home + share * step;
-      scenes.push_back(With(scene, {fmt::format("manipulator.home=[{} m, {} m, {} m]", home.x(),
-                                                home.y(), home.z())}));
+      scenes.push_back(Changed(scene, {fmt::format("manipulator.home=[{} m, {} m, {} m]", home.x(),
+                                                   home.y(), home.z())}));
     }
   }
   return scenes;

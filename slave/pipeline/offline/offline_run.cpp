@@ -11,8 +11,8 @@
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
-#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/capture/simulated_samples.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 namespace {
@@ -87,7 +87,8 @@ class Run {
   Run(const Scene& scene, const OfflineOptions& options)
       : scene_(scene),
         options_(options),
-        simulation_(IsSimulated(scene) ? StartSimulation(scene, options.duration) : nullptr),
+        simulation_(IsSimulated(scene) ? StartSimulation(scene, {.duration = options.duration})
+                                       : nullptr),
         sense_(MakeSensingPipeline(scene, PaceOf(options, simulation_.get()))),
         offline_report_(sense_->OpenOfflineReport(simulation_.get())) {
     summary_.has_truth = simulation_ != nullptr;

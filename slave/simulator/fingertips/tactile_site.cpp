@@ -218,7 +218,7 @@ Truth TactileSite::truth() const {
 }
 
 std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
-  if (!pace.is_live) return std::make_unique<ScriptedTouch>(*this, scene);
+  if (!pace.is_live) return std::make_unique<ScriptedTouch>(*this, scene, pace.presses);
   const double rate = scene.sense.Find<Tactile>()->rate;
   return std::make_unique<LiveSource<TactileSource, TactileFrame>>(
       rate, 1, fmt::format("simulated fingertips at {:g} Hz", rate),
@@ -248,21 +248,14 @@ TactileFrame TactileSite::TakeSample(Time now) {
   return frame;
 }
 
-SurfaceMesh TactileSite::rest_surface() const {
-  SurfaceMesh surface = state_->now().press.body->surface;
-  for (Vector3d& p : surface.nodes) p = state_->object.X_SO() * p;
-  return surface;
-}
-
-std::vector<Vector3d> TactileSite::DeformedSurface() const {
+SurfaceMesh TactileSite::TrueSurface() const {
   const HandState hand = state_->now();
   const site::RestBody& body = *hand.press.body;
   std::vector<Vector3d> displacement_O(body.mesh.nodes.size(), Vector3d::Zero());
   site::DisplacementsAt(*hand.press.rungs, hand.s, &displacement_O);
   double largest = 0;
   for (const Vector3d& u : displacement_O) largest = std::max(largest, u.norm());
-  std::vector<Vector3d> deformed_S;
-  deformed_S.reserve(body.surface.nodes.size());
+  SurfaceMesh deformed = body.surface;
   for (std::size_t i = 0; i < body.surface.nodes.size(); ++i) {
     Vector3d p_O = body.surface.nodes[i];
     if (largest > 0) {
@@ -270,9 +263,9 @@ std::vector<Vector3d> TactileSite::DeformedSurface() const {
       // What is pressed in goes sideways with its finger, as far as it is pressed in.
       p_O += u + u.norm() / largest * state_->SenseNear(p_O, hand) * hand.slip_O;
     }
-    deformed_S.push_back(state_->object.X_SO() * p_O);
+    deformed.nodes[i] = state_->object.X_SO() * p_O;
   }
-  return deformed_S;
+  return deformed;
 }
 
 ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)

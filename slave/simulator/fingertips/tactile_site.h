@@ -47,6 +47,9 @@ class TactileSite final : public SimulatedEnvironment {
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
     return Eigen::Vector3d::Zero();
   }
+  // The nodes of a box are denser near the contact, so they move over the surface when the contact
+  // moves (5 mm from the last point, or more).
+  [[nodiscard]] SurfaceMesh TrueSurface() const override;
   std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
     return nullptr;
   }
@@ -64,11 +67,6 @@ class TactileSite final : public SimulatedEnvironment {
   // One sample of every finger; the simulation advances by one sample period (1 / rate). One
   // thread; the same calls in the same order give the same samples.
   TactileFrame TakeSample(Time now);
-  // Surface of the simulated body at rest and deformed now, frame S [m]; same triangles. The nodes
-  // of a box are denser near the contact, so they move over the surface when the contact moves (5
-  // mm from the last point, or more). For reports and for the images of a virtual depth camera.
-  [[nodiscard]] SurfaceMesh rest_surface() const;
-  [[nodiscard]] std::vector<Eigen::Vector3d> DeformedSurface() const;
 
  private:
   struct State;
@@ -88,7 +86,7 @@ class ScriptedTouch final : public TactileSource {
 
   // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: nothing in
   // front of the fingers, depth or speed not positive.
-  ScriptedTouch(TactileSite& site, const Scene& scene, int presses = 1);
+  ScriptedTouch(TactileSite& site, const Scene& scene, int presses);
 
   // As fast as it can be computed; sensed_at counts from Time{}. Ends after the last contact.
   std::optional<TactileFrame> Next(const std::stop_token& stop) override;

@@ -90,26 +90,34 @@ std::vector<v1::TactileSample> ToMessages(const TactileFrame& frame,
   return messages;
 }
 
-v1::SimulatedTruth TruthMessage(const GroundTruth& truth, const Scene& scene) {
-  v1::SimulatedTruth message;
+void PutTruth(const GroundTruth& truth, const Scene& scene, v1::SimulatedTruth* message) {
   const Truth now = truth.truth();
-  ToProto(now.p_S_tip, message.mutable_p_s_tip());
-  ToProto(now.force, message.mutable_force());
-  message.set_depth(now.depth);
-  message.set_in_contact(now.in_contact);
-  message.set_solved(now.solved);
-  message.set_punctured(now.punctured);
+  ToProto(now.p_S_tip, message->mutable_p_s_tip());
+  ToProto(now.force, message->mutable_force());
+  message->set_depth(now.depth);
+  message->set_in_contact(now.in_contact);
+  message->set_solved(now.solved);
+  message->set_punctured(now.punctured);
   if (const auto* tactile = scene.sense.Find<Tactile>()) {
     for (std::size_t i = 0; i < tactile->fingers.size(); ++i) {
-      Put(now.fingers[i], message.add_fingertips());
+      Put(now.fingers[i], message->add_fingertips());
     }
   }
-  if (const auto target = truth.target()) Put(*target, message.mutable_target());
-  if (const auto goal = truth.goal()) ToProto(*goal, message.mutable_goal());
+  if (const auto target = truth.target()) Put(*target, message->mutable_target());
+  if (const auto goal = truth.goal()) ToProto(*goal, message->mutable_goal());
   if (const auto* membrane = std::get_if<MembraneGeometry>(&scene.object.geometry)) {
-    Put(truth, membrane->radius, message.mutable_membrane());
+    Put(truth, membrane->radius, message->mutable_membrane());
   }
-  return message;
+}
+
+void PutSurface(const SurfaceMesh& surface, bool with_triangles, v1::SimulatedTruth* message) {
+  for (const Eigen::Vector3d& p_S : surface.nodes) {
+    for (const double x : p_S) message->add_surface_nodes(static_cast<float>(x));
+  }
+  if (!with_triangles) return;
+  for (const auto& triangle : surface.triangles) {
+    for (const int node : triangle) message->add_surface_triangles(node);
+  }
 }
 
 }  // namespace palpate

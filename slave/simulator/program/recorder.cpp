@@ -52,7 +52,7 @@ std::uint64_t RecordFrom(Source& source, const SimulatedEnvironment& environment
   while (const auto sample = source.Next(stop)) {
     message.Clear();
     fill(*sample, &message);
-    *message.mutable_truth() = TruthMessage(environment, scene);
+    PutTruth(environment, scene, message.mutable_truth());
     file->Add(message);
     ++count;
   }
@@ -61,21 +61,24 @@ std::uint64_t RecordFrom(Source& source, const SimulatedEnvironment& environment
 
 }  // namespace
 
-void Record(const Scene& scene, SimulatedEnvironment& environment,
-            const std::filesystem::path& folder, double duration, const std::stop_token& stop) {
-  if (duration > 0 && !environment.target()) {
+void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordOptions& options,
+            const std::stop_token& stop) {
+  if (options.duration > 0 && !environment.target()) {
     throw std::invalid_argument(
         "--duration: accepted for a simulated target that moves on a path; the scripted contacts "
         "of " +
         scene.file.string() + " end on their own");
   }
-  const Pace pace{.is_live = false, .duration = duration};
+  const Pace pace{.is_live = false, .duration = options.duration, .presses = options.presses};
   const auto* tactile = scene.sense.Find<Tactile>();
-  SamplesFile file(folder);
+  SamplesFile file(options.folder);
   const auto picture = [](const auto& sample, v1::SimulatedSample* message) {
     *message->mutable_images() = ToMessage(sample);
   };
   const auto touch = [&](const TactileFrame& frame, v1::SimulatedSample* message) {
+    if (options.surface) {
+      PutSurface(environment.TrueSurface(), frame.sequence == 1, message->mutable_truth());
+    }
     for (auto& one : ToMessages(frame, tactile->fingers)) {
       *message->add_fingertips() = std::move(one);
     }

@@ -9,12 +9,18 @@
 
 namespace palpate {
 
+struct RecordOptions {
+  std::filesystem::path folder;
+  double duration = 0;   // of a target that moves on a path [s]; 0: its own
+  int presses = 1;       // scripted contacts of fingertips
+  bool surface = false;  // with the true surface of the object that fingertips touch
+};
+
 // Writes `samples.pb` in `folder`, or to the standard output if that is `-`: one
 // palpate.v1.SimulatedSample per instant, each preceded by its size as a varint. The bytes depend
-// only on the scene and its seed. `duration`: of a target that moves on a path [s]; 0: its own.
-// Throws std::invalid_argument: a duration without such a target; std::runtime_error: the file
-// cannot be written.
-void Record(const Scene& scene, SimulatedEnvironment& environment,
-            const std::filesystem::path& folder, double duration, const std::stop_token& stop);
+// only on the scene and its seed. Throws std::invalid_argument: a duration without a target that
+// moves on a path; std::runtime_error: the file cannot be written.
+void Record(const Scene& scene, SimulatedEnvironment& environment, const RecordOptions& options,
+            const std::stop_token& stop);
 
 }  // namespace palpate

@@ -1,33 +1,40 @@
 #include "slave/simulator/program/streaming.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <deque>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <palpate/client.h>
 #include <spdlog/spdlog.h>
 
 #include "slave/simulator/program/driver_messages.h"
 #include "slave/simulator/program/simulated_arm.h"
+#include "slave/simulator/program/tool_socket.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kReportRate = 500;  // of the manipulator [Hz]
+constexpr double kReportRate = 500;             // of the manipulator [Hz]
+constexpr std::chrono::milliseconds kPoll{50};  // of the slave's status
 
 // From the instant of a sample to its sending: what the simulation costs.
 class Delay {
  public:
-  void Add(Time sensed_at) {
+  double Add(Time sensed_at) {
     const double delay = SecondsBetween(sensed_at, Clock::now());
     sum_ += delay;
     largest_ = std::max(largest_, delay);
     ++count_;
+    return std::clamp(delay, 0.0, 1.0);
   }
   ~Delay() {
     if (count_ == 0) return;
@@ -47,7 +54,7 @@ void FeedFrom(Source& source, const Slave& slave, const std::stop_token& stop) {
     const auto sample = source.Next(stop);
     if (!sample) return std::nullopt;
     v1::PictureSample message = ToMessage(*sample);
-    delay.Add(sample->sensed_at);
+    message.set_delay_s(delay.Add(sample->sensed_at));
     return message;
   });
 }
@@ -80,37 +87,79 @@ void Feed(const Scene& scene, SimulatedEnvironment& environment, const Slave& sl
   }
 }
 
+void Print(const std::string& line) {
+  std::printf("%s\n", line.c_str());
+  std::fflush(stdout);
+}
+
+// Threads that end together: by `stop`, or because one of them ended.
+class Streams {
+ public:
+  explicit Streams(const std::stop_token& stop)
+      : stop_(stop), on_stop_(stop, [this] { end_.request_stop(); }) {}
+  ~Streams() { end_.request_stop(); }
+  Streams(const Streams&) = delete;
+  Streams& operator=(const Streams&) = delete;
+
+  [[nodiscard]] std::stop_token end() const { return end_.get_token(); }
+  template <typename Stream>
+  void Run(Stream stream) {
+    threads_.emplace_back([this, stream] {
+      try {
+        stream();
+      } catch (...) {
+        if (!end_.stop_requested()) failure_ = std::current_exception();
+      }
+      end_.request_stop();
+    });
+  }
+  // Rethrows what ended the first of them.
+  void Join() {
+    for (std::jthread& thread : threads_) thread.join();
+    if (failure_ && !stop_.stop_requested()) std::rethrow_exception(failure_);
+  }
+
+ private:
+  const std::stop_token stop_;
+  std::stop_source end_;
+  std::exception_ptr failure_;  // written before `end_` is requested
+  std::stop_callback<std::function<void()>> on_stop_;
+  std::vector<std::jthread> threads_;  // last: they use everything above
+};
+
+// Whether the slave has estimated from a sample after the first `frames`, and its tool is driven.
+bool UsesSamples(const v1::Status& status, std::uint64_t frames) {
+  return status.frames() > frames && status.arm().fault().empty() &&
+         status.cameras().trouble().empty();
+}
+
 }  // namespace
 
 void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
               const std::stop_token& stop) {
   environment.SolveAhead();
   environment.MoveTool(scene.manipulator.home, Patience::kNone);
-  const Slave slave(target.address, target.tls);
-  std::printf("streaming to %s\n", target.address.c_str());
-  std::fflush(stdout);
-  std::stop_source end;  // by `stop`, or because one of the streams ended
-  const std::stop_callback ends(stop, [&] { end.request_stop(); });
-  std::exception_ptr failure;
-  std::jthread driving([&] {
-    try {
-      SimulatedArm arm(environment, scene.manipulator.home, end.get_token());
-      (void)slave.Drive(arm, kReportRate, std::numeric_limits<double>::infinity(), "simulator");
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    end.request_stop();
-  });
-  try {
-    Feed(scene, environment, slave, end.get_token());
-  } catch (...) {
-    end.request_stop();
-    driving.join();
-    throw;
+  const Slave sensor(target.address, target.tls.empty() ? target.tls : target.tls / "sensor");
+  const Slave arm(target.address, target.tls.empty() ? target.tls : target.tls / "arm");
+  const std::uint64_t frames = sensor.Status().frames();
+  Streams streams(stop);
+  const std::stop_token end = streams.end();
+  std::optional<ToolSocket> tool;
+  if (scene.manipulator.source == ManipulatorOptions::Source::kStream) {
+    tool.emplace(environment);
+    Print("tool on " + tool->address());
+  } else {
+    streams.Run([&] {
+      SimulatedArm simulated(environment, scene.manipulator.home, end);
+      (void)arm.Drive(simulated, kReportRate, std::numeric_limits<double>::infinity(), "simulator");
+    });
   }
-  end.request_stop();
-  driving.join();
-  if (failure && !stop.stop_requested()) std::rethrow_exception(failure);
+  streams.Run([&] { Feed(scene, environment, sensor, end); });
+  while (!end.stop_requested() && !UsesSamples(sensor.Status(), frames)) {
+    std::this_thread::sleep_for(kPoll);
+  }
+  if (!end.stop_requested()) Print("streaming to " + target.address);
+  streams.Join();
 }
 
 }  // namespace palpate

@@ -11,14 +11,18 @@
 namespace palpate {
 
 struct StreamingTarget {
-  std::string address;        // HOST:PORT
-  std::filesystem::path tls;  // folder with ca.pem, cert.pem and key.pem; empty: plain text
+  std::string address;  // HOST:PORT
+  // Folder with folders `sensor` and `arm`, each with ca.pem, cert.pem and key.pem for this role;
+  // empty: plain text.
+  std::filesystem::path tls;
 };
 
 // Sends images (FeedPictures) or tactile samples (FeedTactile) at the scene's rate, and moves the
 // tool to the targets of DriveTool, until `stop` is requested. Prints `streaming to HOST:PORT` once
-// the first contact is solved. Logs the delay from the instant of a
-// sample to its sending. Throws palpate::Error: the slave cannot be reached, or rejects something.
+// the slave has estimated from a sample and drives the tool. Where the scene's manipulator is a
+// stream, another driver moves the tool: it prints `tool on HOST:PORT` first, see ToolSocket. Logs
+// the delay from the instant of a sample to its sending. Throws palpate::Error: the slave cannot be
+// reached, or rejects something.
 void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnvironment& environment,
               const std::stop_token& stop);
 

@@ -2,14 +2,18 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "shared/text/progress.h"
+#include "slave/capture/simulated_samples.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
-#include "slave/simulator/fingertips/tactile_site.h"
+#include "slave/scene/scene_loader.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
@@ -32,10 +36,9 @@ class Experiment {
   Experiment(const Scene& scene, const ExperimentOptions& options)
       : scene_(scene),
         options_(options),
-        site_(scene),
-        touch_(site_, scene, options.repetitions),
+        simulation_(StartSimulation(scene, {.presses = options.repetitions, .surface = true})),
         estimator_(scene),
-        rest_(site_.rest_surface()) {
+        rest_(simulation_->TrueSurface()) {
     object_.name = scene.name;
     static constexpr std::array kNames{"unoccluded", "occluded", "deformed"};
     for (std::size_t k = 0; k < 3; ++k) object_.states[k].name = kNames[k];
@@ -48,10 +51,11 @@ class Experiment {
     double depth = 0;
     std::optional<Instant> open;
     std::optional<Instant> before;  // the touch
-    while (const auto frame = touch_.Next({})) {
-      ReportProgress(frame->sequence);
+    const auto fingertips = simulation_->OpenFingertips();
+    while (const auto frame = fingertips->Next({})) {
+      ReportProgress();
       const ContactEstimate& felt = estimator_.Estimate(*frame, scene_.manipulator.home);
-      const auto truth = site_.truth().fingers;
+      const auto truth = simulation_->truth().fingers;
       const FingerTruth& first = truth[0];
       if (!AnyTouches(truth)) {
         touched = false;
@@ -92,7 +96,7 @@ class Experiment {
 
   Instant Now(const Truths& truth) {
     Instant now;
-    now.truth = {site_.DeformedSurface(), rest_.triangles};
+    now.truth = simulation_->TrueSurface();
     now.estimate.triangles = estimator_.body()->surface.triangles;
     now.estimate.nodes = estimator_.object().DeformedNodes();
     for (std::size_t i = 0; i < scene_.sense.Find<Tactile>()->fingers.size(); ++i) {
@@ -129,9 +133,9 @@ class Experiment {
     state.error = Summarised(DistancesToSurface(skin, instant.estimate));
   }
 
-  void ReportProgress(std::uint64_t samples) {
-    const double all = touch_.duration() * scene_.sense.Find<Tactile>()->rate;
-    if (options_.progress && !options_.progress(static_cast<double>(samples) / all)) {
+  void ReportProgress() const {
+    const auto contacts = static_cast<double>(object_.states.back().scores.size());
+    if (options_.progress && !options_.progress(contacts / options_.repetitions)) {
       throw Interrupted();
     }
   }
@@ -149,8 +153,7 @@ class Experiment {
 
   const Scene& scene_;
   const ExperimentOptions& options_;
-  TactileSite site_;
-  ScriptedTouch touch_;
+  const std::unique_ptr<Simulation> simulation_;
   TactileEstimator estimator_;
   SurfaceMesh rest_;
   SimulatedObject object_;
@@ -159,11 +162,10 @@ class Experiment {
 
 }  // namespace
 
-Scene MadeOf(const Foam& foam, Scene scene) {
-  scene.object.material.young_modulus = foam.young_modulus;
-  scene.object.material.density = foam.density;
-  scene.object.material.poisson_ratio = kFoamPoissonRatio;
-  return scene;
+Scene MadeOf(const Foam& foam, const Scene& scene) {
+  return Changed(scene, {fmt::format("object.material.young_modulus={} Pa", foam.young_modulus),
+                         fmt::format("object.material.density={} kg/m3", foam.density),
+                         fmt::format("object.material.poisson_ratio={}", kFoamPoissonRatio)});
 }
 
 double ShapeState::mean_undeformed() const {

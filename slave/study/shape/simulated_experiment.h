@@ -23,7 +23,7 @@ inline constexpr double kFoamPoissonRatio = 0.15;
 inline constexpr std::array<Foam, 3> kFoams{
     {{"hard", 3800, 45}, {"medium", 3200, 30}, {"soft", 3000, 26}}};
 // The scene with its object made of another foam.
-Scene MadeOf(const Foam& foam, Scene scene);
+Scene MadeOf(const Foam& foam, const Scene& scene);
 
 // One state of the object, as often as it was brought about.
 struct ShapeState {
@@ -56,7 +56,8 @@ struct ExperimentOptions {
 // fingertips. Three states of each contact: before it, without the fingers (unoccluded); at the
 // last sample before contact (occluded); in the middle of the hold (deformed). The same scene gives
 // the same result. Throws std::invalid_argument: not simulated fingertips, no sense.depth_camera,
-// scenes that ScriptedTouch and TactileEstimator reject; Interrupted.
+// scenes that palpate-simulator and
+// TactileEstimator reject; Interrupted.
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options);
 
 // One line per object and state: octree score with its spread, distances.

@@ -14,7 +14,6 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/simulated_environment.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/reachable_places.h"
 #include "tests/campaigns/model_selection/random_scene.h"

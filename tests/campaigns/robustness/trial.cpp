@@ -15,41 +15,34 @@
 
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
-#include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate::robustness {
 namespace {
 
 constexpr double kContactShare = 0.01;  // of the largest true force
 
-// The samples of a stage once more, altered: a world for whoever senses, and its truth.
-class ReplayedEnvironment final : public SimulatedEnvironment {
+// The samples of a stage once more, altered, and the truth at them.
+class AlteredSamples final : public SamplePlayer {
  public:
-  ReplayedEnvironment(Stage& stage, const Alteration& alteration)
+  AlteredSamples(Stage& stage, const Alteration& alteration)
       : stage_(stage),
         alteration_(alteration),
         shots_(alteration.object_moves ? stage.Moving(alteration.object_moves) : stage.shots()) {}
 
-  void MoveTool(const Eigen::Vector3d& /*p_S_tip*/, Patience /*patience*/) override {}
-  [[nodiscard]] Truth truth() const override {
+  // At the sample given last.
+  [[nodiscard]] Truth truth() const {
     Truth truth = shots_[index_].truth;
     truth.p_S_tip.y() += alteration_.arm_error * stage_.pixel();
     return truth;
   }
-  void SolveAhead() override {}
-  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
-  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
-  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
-    return Eigen::Vector3d::Zero();
-  }
   [[nodiscard]] std::size_t index() const { return index_; }  // of the sample given last
 
-  std::unique_ptr<FrameSource> OpenCamera(const Scene&, const Pace&) override {
+  std::unique_ptr<FrameSource> OpenFrames() override {
     return std::make_unique<Source<FrameSource, Frame>>(*this, [this] {
       return Frame{Picture(0), next_, StampOf(index_)};
     });
   }
-  std::unique_ptr<StereoSource> OpenPair(const Scene&, const Pace&) override {
+  std::unique_ptr<StereoSource> OpenPairs() override {
     return std::make_unique<Source<StereoSource, StereoPair>>(*this, [this] {
       StereoPair pair{Picture(0), Picture(1), next_, StampOf(index_)};
       const Moment moment{stage_.script(), index_};
@@ -58,7 +51,7 @@ class ReplayedEnvironment final : public SimulatedEnvironment {
       return pair;
     });
   }
-  std::unique_ptr<TactileSource> OpenFingertips(const Scene&, const Pace&) override {
+  std::unique_ptr<TactileSource> OpenFingertips() override {
     return std::make_unique<Source<TactileSource, TactileFrame>>(*this, [this] {
       const Moment moment{stage_.script(), index_};
       TactileFrame frame = shots_[ShownAt(moment)].touch;
@@ -73,16 +66,16 @@ class ReplayedEnvironment final : public SimulatedEnvironment {
   template <typename Of, typename Sample>
   class Source final : public Of {
    public:
-    Source(ReplayedEnvironment& environment, std::function<Sample()> take)
-        : environment_(environment), take_(std::move(take)) {}
+    Source(AlteredSamples& samples, std::function<Sample()> take)
+        : samples_(samples), take_(std::move(take)) {}
     std::optional<Sample> Next(const std::stop_token& /*stop*/) override {
-      if (!environment_.Advance()) return std::nullopt;
+      if (!samples_.Advance()) return std::nullopt;
       return take_();
     }
     [[nodiscard]] std::string description() const override { return "an altered run"; }
 
    private:
-    ReplayedEnvironment& environment_;
+    AlteredSamples& samples_;
     std::function<Sample()> take_;
   };
 
@@ -183,20 +176,20 @@ void Print(std::FILE* trace, std::size_t index, const StateRow& row, const Eigen
 void Replay(Stage& stage, const Alteration& alteration, const Taker& take) {
   Scene told = stage.scene();
   if (alteration.tell) alteration.tell(told);
-  ReplayedEnvironment environment(stage, alteration);
-  const std::unique_ptr<SensingPipeline> sense =
-      MakeSensingPipeline(told, {.is_live = false}, &environment);
+  AlteredSamples samples(stage, alteration);
+  const std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(
+      told, {.is_live = false, .player = &samples, .p_S_tip = samples.truth().p_S_tip});
   const std::unique_ptr<OfflineReport> offline_report = sense->OpenOfflineReport(nullptr);
   while (sense->Acquire({})) {
-    const Truth truth = environment.truth();
+    const Truth truth = samples.truth();
     sense->Process();
     sense->Estimate(truth.p_S_tip);
     const std::vector<StateRow> rows = offline_report->Add({}, nullptr);
-    if (environment.index() < stage.script().way) continue;
+    if (samples.index() < stage.script().way) continue;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const bool of_finger = stage.sense() == "fingertips";
       const Eigen::Vector3d& force = of_finger ? truth.fingers[i].force : truth.force;
-      take(environment.index(), rows[i], force);
+      take(samples.index(), rows[i], force);
     }
   }
 }

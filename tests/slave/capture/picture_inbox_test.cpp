@@ -93,6 +93,17 @@ TEST_F(PictureInboxTest, PicturesComeOutAsTheyWerePushedOnOurClock) {
   EXPECT_NEAR(SecondsBetween(now_, source->Next({})->sensed_at), 0.002, 1e-6);
 }
 
+// Without it the fastest image counts as one without delay.
+TEST_F(PictureInboxTest, TheDelayThatTheDriverKnowsIsTakenOff) {
+  PictureInbox inbox(Mono());
+  PushedSample sample = Sample(Push(Encoding::kGrey8, grey_, kWidth, kHeight));
+  sample.delay = 0.02;
+  EXPECT_EQ(Feed(inbox, sample), "");
+  ASSERT_TRUE(inbox.Wait({}));
+  const auto frame = inbox.OpenFrames({})->Next({});
+  EXPECT_NEAR(SecondsBetween(frame->sensed_at, now_ + Seconds(latency_)), 0.02, 1e-6);
+}
+
 TEST_F(PictureInboxTest, TheNewestWins) {
   PictureInbox inbox(Mono());
   const auto source = inbox.OpenFrames({});

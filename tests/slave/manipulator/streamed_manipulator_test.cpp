@@ -55,7 +55,7 @@ class StreamedManipulatorTest : public testing::Test {
                               .max_speed = 0.05,
                               .workspace_min = {-0.1, -0.1, -0.1},
                               .workspace_max = {0.1, 0.1, 0.1}};
-  StreamedManipulator arm_{options_, nullptr, &Now};
+  StreamedManipulator arm_{options_, &Now};
   std::uint64_t sequence_ = 0;
   Vector3d tip_{0.01, 0, 0};
   double fastest_ = 0;

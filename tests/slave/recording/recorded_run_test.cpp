@@ -19,6 +19,7 @@
 #include "slave/recording/sense_recording.h"
 #include "slave/scene/decided_model.h"
 #include "slave/scene/scene_loader.h"
+#include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/paths.h"
 #include "tests/support/thrown.h"
 
@@ -39,6 +40,7 @@ class RecordedRunTest : public ::testing::Test {
     const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), overrides);
     SenseRecording recording(scene, overrides, {.file = folder_ / "slave.mcap"});
     const auto slave = MakeLiveSlave(scene, {}, &recording);
+    const SimulatedDevices devices(scene, slave.get());
     Wait(*slave, 5);
     slave->SetParameters({.young_modulus = 2e5});
     Wait(*slave, 5);

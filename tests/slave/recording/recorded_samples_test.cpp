@@ -45,7 +45,7 @@ TEST_F(RecordedSamplesTest, PicturesOfEveryKindComeBackPixelForPixel) {
   const std::vector<int> types{CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3};
   {
     SenseRecording recording(scene_, {}, {.file = file_});
-    recording.Begin({});
+    recording.Begin();
     recording.Opened();
     for (std::size_t i = 0; i < types.size(); ++i) {
       recording.OnSample(Frame{Noise(types[i], static_cast<unsigned>(i)), i + 1,
@@ -77,7 +77,7 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
   depth.sensed_at = kBegin + Seconds(1);
   {
     SenseRecording recording(scene_, {}, {.file = file_});
-    recording.Begin({});
+    recording.Begin();
     recording.OnSample(pair);
     recording.OnSample(depth);
     recording.Finish();
@@ -96,7 +96,7 @@ TEST_F(RecordedSamplesTest, PairsAndDepthComeBackTogether) {
 TEST_F(RecordedSamplesTest, WhatAnEarlierSourceBroughtIsPassedOver) {
   {
     SenseRecording recording(scene_, {}, {.file = file_});
-    recording.Begin({});
+    recording.Begin();
     for (unsigned i = 1; i <= 3; ++i) {
       recording.Opened();
       recording.OnSample(Frame{Noise(CV_8UC1, i), i, kBegin});
@@ -164,7 +164,7 @@ TEST(TactileMessageTest, WhatIsNoSampleIsRefused) {
 
 TEST_F(RecordedSamplesTest, TheSceneAndItsFilesTravelAndLoadElsewhere) {
   const Scene cube = LoadScene(SourcePath("/deploy/scenes/foam-cube.yaml"));
-  { SenseRecording(cube, {}, {.file = file_}).Begin({}); }
+  { SenseRecording(cube, {}, {.file = file_}).Begin(); }
   const RecordedBeginning beginning(file_);
   const auto scene = UnpackSceneFiles(beginning.files, folder_ / "scene");
   const Scene again = LoadScene(scene);

@@ -59,7 +59,7 @@ void FakeSlave::TakePictures() {
 }
 
 void FakeSlave::TakeArm(const ManipulatorOptions& options) {
-  arm_ = std::make_unique<StreamedManipulator>(options, nullptr);
+  arm_ = std::make_unique<StreamedManipulator>(options);
 }
 
 void FakeSlave::BeginOperating() {

@@ -9,6 +9,7 @@
 
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
+#include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 
@@ -29,6 +30,7 @@ TEST(LiveSlaveStopTest, ToolAndRecordAgreeAfterAStopBesideAReset) {
   const Scene scene =
       LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
   const std::unique_ptr<Slave> made = MakeLiveSlave(scene, scratch.path());
+  const SimulatedDevices devices(scene, made.get());
   Slave& slave = *made;
   int stopped = 0;
   for (int round = 0; round < 300; ++round) {

@@ -13,7 +13,7 @@
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/environment/environment_player.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/volume_stiffness.h"
 #include "tests/support/paths.h"
@@ -33,7 +33,9 @@ Scene Shipped(const std::string& name, const std::vector<std::string>& overrides
 // Of one camera the model's answer at the true depth, which leaves the image out.
 double RunningError(const Scene& scene) {
   const auto environment = MakeSimulatedEnvironment(scene);
-  const auto sense = MakeSensingPipeline(scene, {.is_live = false}, environment.get());
+  EnvironmentPlayer player(*environment, scene, {.is_live = false});
+  const auto sense = MakeSensingPipeline(
+      scene, {.is_live = false, .player = &player, .p_S_tip = environment->truth().p_S_tip});
   const auto report = sense->OpenOfflineReport(environment.get());
   double deepest = 0, error = kUnknown;
   while (sense->Acquire({})) {

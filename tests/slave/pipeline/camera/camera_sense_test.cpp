@@ -10,6 +10,7 @@
 
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
+#include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 #include "tests/support/stop_after.h"
@@ -26,9 +27,9 @@ constexpr double kPatience = 30;  // before something that does not happen fails
 // Coarse, so that sanitizers can follow.
 class CameraSenseTest : public ::testing::Test {
  protected:
-  CameraSenseTest() : slave_(MakeLiveSlave(Block())) {}
+  CameraSenseTest() : CameraSenseTest(Block(), {}) {}
   CameraSenseTest(const Scene& scene, const ModelChooser& choose)
-      : slave_(MakeLiveSlave(scene, {}, nullptr, choose)) {}
+      : slave_(MakeLiveSlave(scene, {}, nullptr, choose)), devices_(scene, slave_.get()) {}
   static Scene Block() {
     // A busy machine may show pictures late: what that does has its own test.
     return LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
@@ -80,14 +81,15 @@ class CameraSenseTest : public ::testing::Test {
   }
 
   std::unique_ptr<Slave> slave_;
+  SimulatedDevices devices_;
   std::uint64_t sequence_ = 0;
   std::uint32_t epoch_ = 1;
   Vector3d p_M_{0, 0, 0};
 };
 
-// Reference: the site's own finite element truth. Tolerance: 60 elements are 3 to 8 % low in force
-// (paper A's mesh), and half a pixel of 2.3 mm is as much again.
-TEST_F(CameraSenseTest, APressIsFeltAsTheSiteKnowsIt) {
+// Reference: the simulator's own finite element truth. Tolerance: 60 elements are 3 to 8 % low in
+// force (paper A's mesh), and half a pixel of 2.3 mm is as much again.
+TEST_F(CameraSenseTest, TheForceOfAPressIsThatOfTheSimulator) {
   const SlaveState state = Press();
   EXPECT_EQ(state.validity, Validity::kValid) << ToString(state.check);
   EXPECT_TRUE(state.local_model.in_contact);

@@ -10,6 +10,7 @@
 #include "slave/capture/codecs/codecs.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
+#include "tests/slave/simulator/simulated_devices.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -57,9 +58,10 @@ std::vector<Sighting> Watch(Slave* slave) {
 // wrong for one in three; a busy machine that stops a thread between stamp and exposure may make a
 // few so.
 TEST(LightTest, ATraceSaysWhenTheLightWasThatItsPictureShows) {
-  const auto slave =
-      MakeLiveSlave(LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
-                              {"model.elements=60", "site.lamp=50 ms", "site.flicker=0"}));
+  const Scene scene = LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"),
+                                {"model.elements=60", "site.lamp=50 ms", "site.flicker=0"});
+  const auto slave = MakeLiveSlave(scene);
+  const SimulatedDevices devices(scene, slave.get());
   const std::vector<Sighting> seen = Watch(slave.get());
   ASSERT_EQ(seen.size(), kPictures);
   const auto [dimmest, brightest] = std::ranges::minmax(seen, {}, &Sighting::level);

@@ -17,7 +17,7 @@
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/camera/simulated_site.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/environment/environment_player.h"
 #include "slave/vision/observation.h"
 #include "tests/support/paths.h"
 
@@ -149,7 +149,8 @@ class MovingObjectTest : public testing::Test {
   const Scene scene_ =
       LoadScene(SourcePath("/deploy/scenes/silicone-block.yaml"), {"model.elements=60"});
   CarriedSite site_{scene_};
-  CameraSense sense_{scene_, Pace{.is_live = true}, &site_};
+  EnvironmentPlayer player_{site_, scene_, {}};
+  CameraSense sense_{scene_, Pace{.player = &player_, .p_S_tip = scene_.manipulator.home}};
   PatchPublisher keeper_{PatchPublisher::Options{.period = 1 / kRate}};
 };
 

@@ -10,7 +10,7 @@
 #include "slave/capture/picture_inbox.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/environment/environment_player.h"
 #include "tests/support/eventually.h"
 #include "tests/support/paths.h"
 
@@ -122,8 +122,9 @@ TEST_F(StreamedCameraTest, APressByAStreamedArmGoesThroughTheSameGuards) {
 
 // Without the model's patch the master renders a plane whose normal is that of the first contact.
 TEST_F(StreamedCameraTest, AStreamedImageGivesTheSamePatchAsTheSameSimulatedOne) {
-  const auto simulated = MakeSensingPipeline(scene_, {}, environment_.get());
-  const auto streamed = MakeSensingPipeline(Streamed(), {.is_live = true}, nullptr);
+  EnvironmentPlayer player(*environment_, scene_, {});
+  const auto simulated = MakeSensingPipeline(scene_, {.player = &player});
+  const auto streamed = MakeSensingPipeline(Streamed(), {.is_live = true});
   ASSERT_TRUE(simulated->Acquire({}));
   simulated->Estimate(scene_.manipulator.home);
   Feed(simulated->Picture(0)->plain, *streamed->pictures());

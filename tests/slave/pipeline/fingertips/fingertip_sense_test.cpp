@@ -61,7 +61,7 @@ class FakeSource final : public TactileSource {
 class FingertipSenseTest : public ::testing::Test {
  protected:
   FingertipSenseTest()
-      : slave_(CubeScene(kAbove), nullptr, MakeManipulator(CubeScene(kAbove), {}),
+      : slave_(CubeScene(kAbove), MakeManipulator(CubeScene(kAbove)),
                std::make_unique<FingertipSense>(
                    CubeScene(kAbove), std::make_unique<FakeSource>(environment_), Fakes())) {}
 
@@ -208,7 +208,7 @@ TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed)
   touching->X_SF = scene.sense.Find<Tactile>()->fingers.front().X_SF;
   touching->X_SF->translation().x() += 2e-3;
   LiveSlave slave(
-      scene, nullptr, MakeManipulator(scene, [](const Vector3d&) {}),
+      scene, MakeManipulator(scene),
       std::make_unique<FingertipSense>(scene, std::make_unique<FakeSource>(touching), Fakes()));
   const Time begin = Clock::now();
   const auto is_patient = [&] { return SecondsBetween(begin, Clock::now()) < kPatience; };

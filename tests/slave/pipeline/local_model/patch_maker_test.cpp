@@ -145,9 +145,7 @@ class WallSense final : public SensingPipeline {
   void Reset() override {}
   SenseInfo info() const override { return {}; }
   std::vector<StageTimes> Stages() const override { return {}; }
-  std::unique_ptr<OfflineReport> OpenOfflineReport(const SimulatedEnvironment*) override {
-    return nullptr;
-  }
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth*) override { return nullptr; }
 
  private:
   ContactEstimate felt_;

@@ -26,7 +26,7 @@ constexpr double kPatience = 60;  // before something that does not happen fails
 std::unique_ptr<Slave> Watching(const Scene& scene,
                                 std::shared_ptr<MembraneEnvironment> environment) {
   return std::make_unique<LiveSlave>(
-      scene, nullptr, MakeManipulator(scene, {}),
+      scene, MakeManipulator(scene),
       std::make_unique<PointsSense>(scene,
                                     std::make_unique<MembraneSource>(std::move(environment))));
 }

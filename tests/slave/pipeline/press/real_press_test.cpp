@@ -204,7 +204,7 @@ Scene RecordedScene() {
 // From the scene's pictures to the force, without the pressure sensor. Tolerance: 8 % of the peak
 // as with it, and another 8 % of the air that is only modelled, in squares.
 TEST_F(RealPressTest, ASceneOfItFeelsThePress) {
-  PointsSense sense(RecordedScene(), {}, nullptr);
+  PointsSense sense(RecordedScene(), Pace{});
   double square = 0, peak = 0;
   int judged = 0, valid = 0, within = 0;
   for (std::size_t i = 0; sense.Acquire({}); ++i) {

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "slave/scene/scene_loader.h"
 #include "slave/study/shape/simulated_experiment.h"
+#include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 
 namespace palpate::study {
@@ -47,15 +49,14 @@ TEST(SimulatedReportTest, TheReportHasTheScoresOfEveryState) {
 }
 
 TEST(FoamTest, SceneIsMadeOfTheFoamAndNothingElseChanges) {
-  Scene scene;
-  scene.name = "x";
-  scene.object.material = {1, 0.3, 2, 0.1};
+  const Scene scene =
+      LoadScene(SourcePath("/deploy/scenes/foam-cube.yaml"), {"object.material.tolerance=0.1"});
   const Scene soft = MadeOf(kFoams[2], scene);
   EXPECT_EQ(soft.object.material.young_modulus, 3000);
   EXPECT_EQ(soft.object.material.density, 26);
   EXPECT_EQ(soft.object.material.poisson_ratio, 0.15);
   EXPECT_EQ(soft.object.material.young_modulus_tolerance, 0.1);
-  EXPECT_EQ(soft.name, "x");
+  EXPECT_EQ(soft.name, scene.name);
 }
 
 }  // namespace

@@ -1,0 +1,69 @@
+#include "tests/slave/simulator/simulated_devices.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include "slave/capture/picture_inbox.h"
+#include "tests/support/eventually.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::uint64_t kId = 1;
+constexpr double kPeriod = 1e-3, kLag = 3e-3;  // of the manipulator [s]
+
+}  // namespace
+
+SimulatedDevices::SimulatedDevices(Scene scene, Slave* slave)
+    : scene_(std::move(scene)), slave_(*slave), environment_(MakeSimulatedEnvironment(scene_)) {
+  environment_->SolveAhead();
+  environment_->MoveTool(scene_.manipulator.home, Patience::kNone);
+  drive_ = std::jthread([this](const std::stop_token& stop) { Drive(stop); });
+  feed_ = std::jthread([this](const std::stop_token& stop) { FeedImages(stop); });
+  const bool is_ready = Eventually([&] {
+    const SlaveStatus status = slave_.Status();
+    return status.cameras->trouble.empty() && status.arm->fault.empty() &&
+           slave_.Compose(Clock::now()).force.has_value();
+  });
+  if (!is_ready) throw std::runtime_error("the slave uses no simulated images");
+}
+
+void SimulatedDevices::FeedImages(const std::stop_token& stop) {
+  const auto camera = environment_->OpenCamera(scene_, {});
+  while (const auto frame = camera->Next(stop)) {
+    const cv::Mat& image = frame->image;
+    const std::string data(reinterpret_cast<const char*>(image.data),
+                           image.total() * image.elemSize());
+    PushedSample sample{.sequence = frame->sequence, .sensed_at = frame->sensed_at};
+    sample.picture = {
+        image.channels() == 3 ? PushedPicture::Encoding::kBgr8 : PushedPicture::Encoding::kGrey8,
+        &data, static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
+    if (const auto refusal = slave_.picture_inbox()->Feed(sample, Clock::now(), kId)) {
+      throw std::runtime_error(refusal->why);
+    }
+  }
+}
+
+void SimulatedDevices::Drive(const std::stop_token& stop) {
+  ArmReading reading;
+  reading.p_S_tip = scene_.manipulator.home;
+  for (auto wake = std::chrono::steady_clock::now(); !stop.stop_requested();) {
+    const ArmAim aim = slave_.driven_arm()->Aim(Clock::now());
+    if (aim.motion == ArmAim::Motion::kFollow) {
+      reading.p_S_tip += (1 - std::exp(-kPeriod / kLag)) * (aim.p_S_tip - reading.p_S_tip);
+    }
+    environment_->MoveTool(reading.p_S_tip, Patience::kNone);
+    const Truth truth = environment_->truth();
+    reading.force = truth.solved ? std::optional(truth.force) : std::nullopt;
+    ++reading.sequence;
+    reading.measured_at = Clock::now();
+    slave_.driven_arm()->Take(kId, "simulator", reading, Clock::now());
+    std::this_thread::sleep_until(wake += std::chrono::milliseconds(1));
+  }
+}
+
+}  // namespace palpate
