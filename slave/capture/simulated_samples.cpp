@@ -14,7 +14,7 @@
 #include <google/protobuf/util/delimited_message_util.h>
 #include <unistd.h>
 
-#include "palpate/v1/recording.pb.h"
+#include "palpate/v1/simulation.pb.h"
 
 #include "shared/program/program.h"
 #include "shared/program/run_program.h"

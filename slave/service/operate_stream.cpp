@@ -132,7 +132,6 @@ void OperateStream::OnEnding() {
     last = std::move(line_);
   }
   last.reset();  // its port is free for the next operator
-  if (ticket_ != 0) host_.on_stream(context_, 0);
   host_.lease.Release(ticket_);
 }
 

@@ -27,10 +27,8 @@ class OperateStream final
     : public EndingStream<grpc::ServerBidiReactor<v1::OperatorCommand, v1::SlaveState>>,
       public StateReader {
  public:
-  // Called when a stream begins or ends, and its connection may send `rate` [bytes/s]; nullopt: as
-  // before.
-  using OnStream =
-      std::function<void(const grpc::ServerContextBase& context, std::optional<double> rate)>;
+  // Called when a stream begins, for which its connection may send `rate` [bytes/s].
+  using OnStream = std::function<void(const grpc::ServerContextBase& context, double rate)>;
   struct Host {
     OperatorLease& lease;
     Publisher& publisher;

@@ -99,17 +99,16 @@ struct Server::Parts {
         endpoint(std::move(listen_on)),
         revoked(tls.empty() ? nullptr : std::make_shared<RevocationList>(tls)),
         publisher(slave),
-        service(slave, publisher,
-                [this](const grpc::ServerContextBase& context, std::optional<double> rate) {
-                  DescribeClient(context, rate);
-                }) {
+        service(slave, publisher, [this](const grpc::ServerContextBase& context, double rate) {
+          DescribeClient(context, rate);
+        }) {
     publisher.Start();
   }
 
   void Build(const std::filesystem::path& tls);
   // A stream began or ended, and its connection may send `rate` [bytes/s]. It is closed when its
   // certificate is no longer valid, so that the tool holds.
-  void DescribeClient(const grpc::ServerContextBase& context, std::optional<double> rate);
+  void DescribeClient(const grpc::ServerContextBase& context, double rate);
 
   // Health follows the sensing.
   void UpdateHealth() const;
@@ -129,8 +128,7 @@ struct Server::Parts {
   std::jthread health;
 };
 
-void Server::Parts::DescribeClient(const grpc::ServerContextBase& context,
-                                   std::optional<double> rate) {
+void Server::Parts::DescribeClient(const grpc::ServerContextBase& context, double rate) {
   Acceptor::Client client{.rate = rate};
   if (revoked) {
     client.trusted = [certificate = FactsOf(*context.auth_context()), revoked = revoked] {

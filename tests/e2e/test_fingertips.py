@@ -143,13 +143,6 @@ class Fingertips(unittest.TestCase):
             self.assertTrue(silent, "a driver that is gone is noticed")
             stream.cancel()
 
-    def test_a_scene_that_simulates_takes_no_stream(self):
-        self.client(self.slave.address)
-        environment = {**BARE, "PYTHONPATH": str(PACKAGE)}
-        done = run("/usr/bin/python3", EXAMPLES / "feed_tactile.py", self.slave.address, env=environment)
-        self.assertNotEqual(done.returncode, 0)
-        self.assertIn("FAILED_PRECONDITION", done.stdout + done.stderr)
-
 
 NODULE = """name: nodule
 object:

@@ -157,8 +157,10 @@ void Acceptor::ApplyClients() {
     const auto one = std::find_if(connections_.rbegin(), connections_.rend(),
                                   [&](const Connection& other) { return other.peer == peer; });
     if (one == connections_.rend()) continue;
-    if (client.rate.value_or(0) > one->rate) one->own = kOwnBurst * *client.rate;
-    one->rate = client.rate.value_or(one->rate);
+    if (client.rate > one->rate) {
+      one->rate = client.rate;
+      one->own = kOwnBurst * client.rate;
+    }
     one->trusted = std::move(client.trusted);
     one->has_stream = true;
   }
@@ -236,7 +238,7 @@ Acceptor::Counts Acceptor::counts() const {
 void Acceptor::Describe(const std::string& peer, Client client) {
   const std::scoped_lock lock(mutex_);
   Client& known = clients_[WithoutBrackets(peer)];
-  if (!client.rate) client.rate = known.rate;
+  client.rate = std::max(client.rate, known.rate);
   known = std::move(client);
 }
 

@@ -36,7 +36,8 @@ class Acceptor {
   };
   // What the service knows about the client of a connection with a stream.
   struct Client {
-    std::optional<double> rate = {};     // it may send, beyond Limits::rate [bytes/s]; as before
+    // It may send beyond Limits::rate [bytes/s]; of the streams of a connection the largest counts.
+    double rate = 0;
     std::function<bool()> trusted = {};  // empty: always; called once per second
   };
   struct Counts {

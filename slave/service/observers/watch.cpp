@@ -36,7 +36,7 @@ grpc::Status TeleoperationService::Watch(grpc::ServerContext* context, const Pre
   const OrdinaryPriority ordinary;
   Clock::duration gap{};
   if (const auto asked = Guarded([&] { gap = prepare(); }); !asked.ok()) return asked;
-  on_stream_(*context, std::nullopt);
+  on_stream_(*context, 0);
   const bool is_operators = lease_.IsHeldBy(context->peer(), OperatorNameOf(*context));
   const Seats::Seat seat(&seats_, is_operators);
   if (!seat) {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "palpate/v1/devices.pb.h"
-#include "palpate/v1/recording.pb.h"
+#include "palpate/v1/simulation.pb.h"
 #include "palpate/v1/state.pb.h"
 
 #include "slave/capture/frame_source.h"

@@ -9,7 +9,7 @@
 #include <google/protobuf/util/delimited_message_util.h>
 #include <spdlog/spdlog.h>
 
-#include "palpate/v1/recording.pb.h"
+#include "palpate/v1/simulation.pb.h"
 
 #include "slave/simulator/program/driver_messages.h"
 

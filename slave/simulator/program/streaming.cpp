@@ -23,7 +23,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kReportRate = 500;             // of the manipulator [Hz]
+constexpr double kReportRate = 200;             // of the manipulator [Hz]
 constexpr std::chrono::milliseconds kPoll{50};  // of the slave's status
 
 // From the instant of a sample to its sending: what the simulation costs.

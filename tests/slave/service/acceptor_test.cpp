@@ -199,6 +199,7 @@ TEST_F(AcceptorTest, AConnectionWithARateOfItsOwnMaySendThat) {
   const auto operating = Connect();
   ASSERT_TRUE(HandsOn(1));
   acceptor_->Describe(PeerOf(0), {.rate = 1e6});
+  acceptor_->Describe(PeerOf(0), {.rate = 1e3});  // a second stream that may send less
   DescribeFirst();                // another stream of the connection
   for (int i = 0; i < 10; ++i) {  // 100 kB, a tenth of what is lent
     operating->Send(10'000);
