@@ -1,19 +1,19 @@
 // The manipulator of a simulated environment as its driver sees it.
 #pragma once
 
-#include <cmath>
 #include <stop_token>
 #include <utility>
 
 #include <Eigen/Core>
 #include <palpate/arm.h>
 
+#include "shared/link/thread_priority.h"
 #include "slave/simulator/environment/simulated_environment.h"
 
 namespace palpate {
 
-// Its tip follows the target with a lag and moves the tool of `environment`, whose true force it
-// measures. It ends when `stop` is requested.
+// Its tip is where the target has moved to since the last exchange, and moves the tool of
+// `environment`, whose true force it measures. It ends when `stop` is requested.
 class SimulatedArm final : public Arm {
  public:
   // `p_S_home`: where the tip is first [m]. `environment` outlives the arm.
@@ -24,7 +24,8 @@ class SimulatedArm final : public Arm {
         p_S_target_(std::move(p_S_home)) {}
 
   ArmReading Measure(double dt) override {
-    p_S_tip_ += (1 - std::exp(-dt / kLag)) * (p_S_target_ - p_S_tip_);
+    if (!std::exchange(is_realtime_, true)) MakeThreadRealtime(kLinkPriority);
+    p_S_tip_ = p_S_target_ + dt * velocity_;
     environment_.MoveTool(p_S_tip_, Patience::kNone);
     const Truth truth = environment_.truth();
     ArmReading reading;
@@ -32,20 +33,24 @@ class SimulatedArm final : public Arm {
     if (truth.solved && !environment_.target()) reading.force = ToArray(truth.force);
     return reading;
   }
-  void Go(const Vector& p_S_tip, const Vector& /*velocity*/) override {
+  void Go(const Vector& p_S_tip, const Vector& velocity) override {
     p_S_target_ = Eigen::Vector3d::Map(p_S_tip.data());
+    velocity_ = Eigen::Vector3d::Map(velocity.data());
   }
-  void Hold() override { p_S_target_ = p_S_tip_; }
+  void Hold() override {
+    p_S_target_ = p_S_tip_;
+    velocity_.setZero();
+  }
   [[nodiscard]] bool IsDone() const override { return stop_.stop_requested(); }
 
  private:
-  static constexpr double kLag = 3e-3;  // time constant [s]
-
   static Vector ToArray(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
   SimulatedEnvironment& environment_;
   const std::stop_token stop_;
   Eigen::Vector3d p_S_tip_, p_S_target_;  // [m]
+  bool is_realtime_ = false;              // the thread that measures: late reports are a fault
+  Eigen::Vector3d velocity_{0, 0, 0};     // of the target [m/s]
 };
 
 }  // namespace palpate

@@ -23,7 +23,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kReportRate = 200;             // of the manipulator [Hz]
+constexpr double kReportRate = 500;             // of the manipulator [Hz]
 constexpr std::chrono::milliseconds kPoll{50};  // of the slave's status
 
 // From the instant of a sample to its sending: what the simulation costs.
@@ -127,10 +127,11 @@ class Streams {
   std::vector<std::jthread> threads_;  // last: they use everything above
 };
 
-// Whether the slave has estimated from a sample after the first `frames`, and its tool is driven.
+// Whether the slave estimates from samples after the first `frames`, with its baseline or rest
+// shape known, and its tool is driven.
 bool UsesSamples(const v1::Status& status, std::uint64_t frames) {
-  return status.frames() > frames && status.arm().fault().empty() &&
-         status.cameras().trouble().empty();
+  return status.frames() > frames && status.validity() == v1::VALIDITY_VALID &&
+         status.arm().fault().empty() && status.cameras().trouble().empty();
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct StreamingTarget {
 
 // Sends images (FeedPictures) or tactile samples (FeedTactile) at the scene's rate, and moves the
 // tool to the targets of DriveTool, until `stop` is requested. Prints `streaming to HOST:PORT` once
-// the slave has estimated from a sample and drives the tool. Where the scene's manipulator is a
+// the slave has its baseline or rest shape and drives the tool. Where the scene's manipulator is a
 // stream, another driver moves the tool: it prints `tool on HOST:PORT` first, see ToolSocket. Logs
 // the delay from the instant of a sample to its sending. Throws palpate::Error: the slave cannot be
 // reached, or rejects something.
