@@ -86,7 +86,7 @@ class Examples(unittest.TestCase):
             self.assertIn("accepted is 19", text)
 
     def check_driving(self, *arguments):
-        with Slave(BLOCK, *ARM) as slave:
+        with Slave(BLOCK, *ARM, simulates=False) as slave:
             text = self.run_example("drive_arm", slave.address, *arguments)
         self.assertGreater(self.number(r"(\d+) reports", text), 50)
         self.assertGreater(self.number(r"(\d+) targets", text), 50)

@@ -10,7 +10,7 @@ import time
 import unittest
 
 from plugs import Plugged
-from programs import wait_until
+from programs import BLOCK, SIMULATOR, wait_until
 from tick_log import Log
 
 TIMES = int(sys.argv[sys.argv.index("--times") + 1]) if "--times" in sys.argv else 5
@@ -20,7 +20,7 @@ LONGEST = 0.100
 PRESSED = 0.3  # [N]
 
 
-class Faults(Plugged):
+class Plugs(Plugged):
     def plug(self, driver):
         self.player = self.play()
         self.driver = self.drive(*driver)
@@ -83,6 +83,8 @@ class Faults(Plugged):
             return lambda: None
         return event
 
+
+class Faults(Plugs):
     def replaced(self, how):
         """The camera's driver dies, and one that goes wrong takes its place."""
         def event():
@@ -133,6 +135,19 @@ class Faults(Plugged):
         time.sleep(10)
         self.assertTrue(wait_until(lambda: log.newest_force() > PRESSED), self.status())
         self.assertLess(self.cost()[0], before[0] + 50)
+
+
+class SimulatorFaults(Plugs):
+    """One program that feeds images and drives the arm."""
+
+    def plug(self, driver):
+        self.player = self.driver = self.start(SIMULATOR, BLOCK, "--slave", self.slave.address, stdout=subprocess.DEVNULL)
+
+    def test_simulator_killed(self):
+        self.repeat(self.signalled(lambda: self.player, signal.SIGKILL), CAMERA + ARM)
+
+    def test_simulator_stopped(self):
+        self.repeat(self.signalled(lambda: self.player, signal.SIGSTOP), CAMERA + ARM)
 
 
 CAMERA, ARM = ("no sample from the sensor",), ("arm", "manipulator", "driver")

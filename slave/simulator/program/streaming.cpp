@@ -127,11 +127,12 @@ class Streams {
   std::vector<std::jthread> threads_;  // last: they use everything above
 };
 
-// Whether the slave estimates from samples after the first `frames`, with its baseline or rest
-// shape known, and its tool is driven.
-bool UsesSamples(const v1::Status& status, std::uint64_t frames) {
-  return status.frames() > frames && status.validity() == v1::VALIDITY_VALID &&
-         status.arm().fault().empty() && status.cameras().trouble().empty();
+// Whether the slave estimates from samples after the first `frames`, and its tool is driven. Where it
+// estimates a force, its baseline or rest shape must be known as well.
+bool UsesSamples(const v1::Status& status, std::uint64_t frames, bool has_force) {
+  const bool is_known = !has_force || status.validity() == v1::VALIDITY_VALID;
+  return status.frames() > frames && is_known && status.arm().fault().empty() &&
+         status.cameras().trouble().empty();
 }
 
 }  // namespace
@@ -143,6 +144,7 @@ void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnviro
   const Slave sensor(target.address, target.tls.empty() ? target.tls : target.tls / "sensor");
   const Slave arm(target.address, target.tls.empty() ? target.tls : target.tls / "arm");
   const std::uint64_t frames = sensor.Status().frames();
+  const bool has_force = !environment.target();
   Streams streams(stop);
   const std::stop_token end = streams.end();
   std::optional<ToolSocket> tool;
@@ -156,7 +158,7 @@ void StreamTo(const StreamingTarget& target, const Scene& scene, SimulatedEnviro
     });
   }
   streams.Run([&] { Feed(scene, environment, sensor, end); });
-  while (!end.stop_requested() && !UsesSamples(sensor.Status(), frames)) {
+  while (!end.stop_requested() && !UsesSamples(sensor.Status(), frames, has_force)) {
     std::this_thread::sleep_for(kPoll);
   }
   if (!end.stop_requested()) Print("streaming to " + target.address);

@@ -1,3 +1,4 @@
+#include "slave/manipulator/simulated_manipulator.h"
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 
 #include <atomic>
@@ -200,6 +201,12 @@ TEST_F(FingertipSenseTest, TheEmergencyStopLatches) {
   Until([](const SlaveState& s) { return s.phase == Phase::kEstop; });
 }
 
+class CarryingArm final : public SimulatedManipulator {
+ public:
+  using SimulatedManipulator::SimulatedManipulator;
+  [[nodiscard]] bool carries_tool() const noexcept override { return true; }
+};
+
 // What tells the pose and the arm's encoders disagree by 2 mm. Reference: the tip as it is sensed;
 // the clutch must hold the hand there, or the master meets the surface 2 mm beside where it is.
 TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed) {
@@ -208,7 +215,7 @@ TEST(FingertipSenseRegistrationTest, TheHandGoesOnFromWhereTheFingertipIsSensed)
   touching->X_SF = scene.sense.Find<Tactile>()->fingers.front().X_SF;
   touching->X_SF->translation().x() += 2e-3;
   LiveSlave slave(
-      scene, MakeManipulator(scene),
+      scene, std::make_unique<CarryingArm>(scene.manipulator),
       std::make_unique<FingertipSense>(scene, std::make_unique<FakeSource>(touching), Fakes()));
   const Time begin = Clock::now();
   const auto is_patient = [&] { return SecondsBetween(begin, Clock::now()) < kPatience; };
