@@ -8,7 +8,6 @@
 #include "shared/text/text.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/scene/model_kinds.h"
-#include "slave/simulator/points/press_cache.h"
 #include "slave/study/mesh_division.h"
 #include "slave/study/reachable_places.h"
 
@@ -95,10 +94,11 @@ bool IsQuicklyGraded(const Scene& scene) {
 }
 
 // The solid that cameras see takes a second for each radius: a few radii, all around.
-void KeepToSolvedRadii(const Geometry& geometry, std::vector<Eigen::Vector3d>* places) {
+void KeepToFewRadii(const Geometry& geometry, std::vector<Eigen::Vector3d>* places) {
   const auto* membrane = std::get_if<MembraneGeometry>(&geometry);
   if (membrane == nullptr) return;
-  const double raster = 2 * site::PressCache::kRaster * membrane->radius;
+  constexpr double kRaster = 2.0 / 13;  // between them, of the membrane's radius
+  const double raster = kRaster * membrane->radius;
   for (Eigen::Vector3d& p_O : *places) {
     const double radius = p_O.norm();
     if (radius > 0) p_O *= raster * std::round(radius / raster) / radius;
@@ -145,7 +145,7 @@ std::vector<Eigen::Vector3d> PlacesToDecide(const Scene& scene) {
   const Geometry& geometry = scene.object.geometry;
   const int count = IsPlanar(geometry) ? kOnOutline : IsVolume(geometry) ? kOnSkin : kOnMembrane;
   auto places = ReachablePlaces(scene, scene.tool->width, SpreadShares(count));
-  if (HasStereoOrDepth(scene.sense)) KeepToSolvedRadii(geometry, &places);
+  if (HasStereoOrDepth(scene.sense)) KeepToFewRadii(geometry, &places);
   return places;
 }
 

@@ -11,10 +11,10 @@
 
 #include "shared/text/text.h"
 #include "slave/mechanics/plate/plate_law.h"
+#include "slave/reference/planar/patch_solution.h"
+#include "slave/reference/planar/round_touch.h"
+#include "slave/reference/planar/true_body.h"
 #include "slave/scene/model_kinds.h"
-#include "slave/simulator/camera/patch_solution.h"
-#include "slave/simulator/camera/round_touch.h"
-#include "slave/simulator/camera/true_body.h"
 #include "slave/study/richardson.h"
 #include "slave/study/seen_press.h"
 #include "slave/study/volume_stiffness.h"

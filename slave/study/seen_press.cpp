@@ -1,12 +1,15 @@
 #include "slave/study/seen_press.h"
 
+#include <cmath>
 #include <exception>
+#include <map>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "slave/mechanics/plate/plate_surface.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
-#include "slave/simulator/points/true_membrane.h"
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/stereo/rig.h"
 
@@ -19,6 +22,8 @@ using Eigen::Vector3d;
 
 constexpr int kImages = 5;       // from rest to full depth: each fit begins at the one before
 constexpr double kInView = 0.9;  // of the radius: texture and depths reach so far [-]
+// Of the membrane's radius: radii that differ by less share a solid [-]. [derived: rounding]
+constexpr double kSameRadius = 1e-6;
 
 // Printed dots, or what is spread over a membrane whose points are not printed.
 std::vector<Vector2d> PlacesOfPoints(const Scene& scene, double radius) {
@@ -75,29 +80,48 @@ std::vector<SurfacePoint> PointsAtRest(const Scene& scene, const MembraneGeometr
   return points;
 }
 
+// The solid under the tool at `radius` on the x axis, from rest to full depth. nullptr: no
+// equilibrium.
+std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene& scene,
+                                                     const PressSpec& question,
+                                                     const MembraneGeometry& membrane) {
+  site::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0}, {},
+                              scene.model.prestress);
+  for (int image = 1; image <= kImages; ++image) {
+    if (!solid.Deepen(question.depth * image / kImages)) return nullptr;
+  }
+  return std::make_shared<site::MembranePress>(solid.press());
+}
+
+// `dent`: at rest.
+SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Dent dent, double full_depth) {
+  SeenPress seen;
+  for (int image = 0; image <= kImages; ++image) {
+    dent.depth = full_depth * image / kImages;
+    seen.images_O.push_back(rest);
+    for (SurfacePoint& point : seen.images_O.back()) {
+      point.p_S = point.p_S_rest + site::DisplacementOf(dent, point.p_S_rest.head<2>());
+    }
+  }
+  seen.force = -site::ForceOf(dent);
+  return seen;
+}
+
 std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
                              const MembraneGeometry& membrane) {
-  Scene true_scene = scene;
-  true_scene.site.misplacement.setZero();
-  true_scene.operator_options.press_depth = question.depth;
-  site::TrueMembrane solid(true_scene, {});
   const std::vector<SurfacePoint> rest = PointsAtRest(scene, membrane);
+  // By the radius in parts of kSameRadius: a membrane is the same all around.
+  std::map<long, std::shared_ptr<const site::MembranePress>> solids;
   std::vector<SeenPress> seen;
   for (const Press& press : question.presses) {
-    SeenPress one;
-    for (int step = 0; step <= kImages; ++step) {
-      const double depth = question.depth * step / kImages;
-      solid.MoveTool(scene.object.X_SO * Vector3d(press.p_O + depth * press.inward_O),
-                     Patience::kWaits);
-      const site::TrueMembrane::Now now = solid.now();
-      if (!now.solved) return {};
-      one.force = -site::ForceOf(now.dent);
-      one.images_O.push_back(rest);
-      for (SurfacePoint& point : one.images_O.back()) {
-        point.p_S = point.p_S_rest + site::DisplacementOf(now.dent, point.p_S_rest.head<2>());
-      }
-    }
-    seen.push_back(std::move(one));
+    const Vector2d place_O = press.p_O.head<2>();
+    const double radius = place_O.norm();
+    auto& solid = solids[std::lround(radius / (kSameRadius * membrane.radius))];
+    if (!solid) solid = PressedAt(radius, scene, question, membrane);
+    if (!solid) return {};
+    const site::Dent dent{
+        .rim = membrane.radius, .place_O = place_O, .parts = {{{solid, radius, 1}, {}}}};
+    seen.push_back(Seen(rest, dent, question.depth));
   }
   return seen;
 }

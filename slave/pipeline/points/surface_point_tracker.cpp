@@ -13,10 +13,10 @@
 
 #include "shared/telemetry/stopwatch.h"
 #include "slave/checks/points/points_checks.h"
-#include "slave/simulator/points/pair_rig.h"
 #include "slave/vision/depth/depth_points.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "slave/vision/dots/stereo_dots.h"
+#include "slave/vision/stereo/pair_rig.h"
 #include "slave/vision/texture/stereo_texture.h"
 
 namespace palpate {

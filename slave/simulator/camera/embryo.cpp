@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "slave/simulator/camera/true_body.h"
+#include "slave/reference/planar/true_body.h"
 
 namespace palpate::site {
 namespace {

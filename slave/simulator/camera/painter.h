@@ -14,9 +14,9 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 
+#include "slave/reference/planar/patch_solution.h"
+#include "slave/reference/planar/true_body.h"
 #include "slave/scene/scene.h"
-#include "slave/simulator/camera/patch_solution.h"
-#include "slave/simulator/camera/true_body.h"
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/stereo/lens_warp.h"
 

@@ -5,8 +5,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/reference/planar/true_body.h"
 #include "slave/simulator/camera/embryo.h"
-#include "slave/simulator/camera/true_body.h"
 
 namespace palpate {
 namespace {

@@ -10,12 +10,12 @@
 #include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "slave/reference/planar/round_touch.h"
+#include "slave/reference/planar/true_body.h"
 #include "slave/simulator/camera/embryo.h"
 #include "slave/simulator/camera/painter.h"
-#include "slave/simulator/camera/patch_solution.h"
-#include "slave/simulator/camera/round_touch.h"
 #include "slave/simulator/camera/scripted_press.h"
-#include "slave/simulator/camera/true_body.h"
+#include "slave/simulator/camera/solutions_ahead.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/stereo/lens_warp.h"
 

@@ -15,7 +15,7 @@ namespace palpate {
 
 // The contact is a rigid flat or round tool, bonded to the boundary (round: where it touches),
 // centred where the tool's path first entered the body, until the tip leaves through the surface
-// there. Linear elasticity (slave/simulator/camera/plane_elasticity.h), also for large
+// there. Linear elasticity (slave/reference/planar/plane_elasticity.h), also for large
 // indentations; the stiffness is within 1e-3 of the continuum's. An embryo (`site.embryo`) also
 // stiffens and is punctured (slave/simulator/camera/embryo.h): from then on it is at rest, with the
 // tool inside, until the tool has left; the next insertion is into another one. A moving body

@@ -8,8 +8,8 @@
 
 #include "shared/geometry/index.h"
 #include "slave/mechanics/linear/elimination_order.h"
+#include "slave/reference/solid/neo_hookean_body.h"
 #include "slave/simulator/fingertips/finger_hand.h"
-#include "slave/simulator/solid/neo_hookean_body.h"
 
 namespace palpate::site {
 namespace {

@@ -10,8 +10,8 @@
 #include <Eigen/Core>
 
 #include "shared/mesh/solid_mesh.h"
+#include "slave/reference/solid/element_shape.h"
 #include "slave/scene/scene.h"
-#include "slave/simulator/solid/element_shape.h"
 
 namespace palpate {
 

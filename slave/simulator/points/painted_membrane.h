@@ -9,9 +9,9 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/scene/scene.h"
 #include "slave/simulator/environment/painting.h"
-#include "slave/simulator/points/membrane/pressed_membrane.h"
 #include "slave/vision/stereo/rig.h"
 
 namespace palpate::site {

@@ -15,8 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/scene/scene.h"
-#include "slave/simulator/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {
 

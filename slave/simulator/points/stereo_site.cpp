@@ -12,10 +12,10 @@
 
 #include "slave/simulator/environment/painting.h"
 #include "slave/simulator/points/painted_membrane.h"
-#include "slave/simulator/points/pair_rig.h"
 #include "slave/simulator/points/scripted_membrane.h"
 #include "slave/simulator/points/textured_target.h"
 #include "slave/simulator/points/true_membrane.h"
+#include "slave/vision/stereo/pair_rig.h"
 
 namespace palpate {
 namespace {

@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/scene/scene.h"
 #include "slave/simulator/environment/simulated_environment.h"
-#include "slave/simulator/points/membrane/pressed_membrane.h"
 #include "slave/simulator/points/press_cache.h"
 
 namespace palpate::site {

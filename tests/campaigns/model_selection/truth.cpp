@@ -4,7 +4,7 @@
 
 #include "shared/mesh/disc_patch.h"
 #include "slave/mechanics/factory/make_model.h"
-#include "slave/simulator/points/membrane/pressed_membrane.h"
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/study/reference.h"
 #include "slave/study/volume_stiffness.h"
 

@@ -12,8 +12,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/points/pair_rig.h"
 #include "slave/vision/dots/dot_layout.h"
+#include "slave/vision/stereo/pair_rig.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/campaigns/robustness/case.h"
 #include "tests/campaigns/robustness/severities.h"

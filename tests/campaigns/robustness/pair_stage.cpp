@@ -5,8 +5,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "slave/simulator/points/pair_rig.h"
 #include "slave/simulator/points/stereo_site.h"
+#include "slave/vision/stereo/pair_rig.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/campaigns/robustness/stages.h"
 #include "tests/support/normal_noise.h"

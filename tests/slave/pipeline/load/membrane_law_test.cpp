@@ -13,7 +13,7 @@
 #include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/mechanics/plate/plate_large_model.h"
 #include "slave/pipeline/points/surface_estimator.h"
-#include "slave/simulator/points/membrane/pressed_membrane.h"
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/vision/dots/dot_layout.h"
 #include "tests/slave/pipeline/points/membrane_scene.h"
 #include "tests/support/allocation_count.h"

@@ -7,7 +7,7 @@
 #include "slave/simulator/camera/embryo.h"
 #include "slave/simulator/camera/scripted_press.h"
 #include "slave/simulator/camera/simulated_site.h"
-#include "tests/slave/simulator/camera/site_scenes.h"
+#include "tests/slave/reference/planar/planar_scenes.h"
 
 namespace palpate {
 namespace {

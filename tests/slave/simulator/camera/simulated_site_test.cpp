@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "tests/slave/simulator/camera/site_scenes.h"
+#include "tests/slave/reference/planar/planar_scenes.h"
 #include "tests/support/references.h"
 
 namespace palpate {
@@ -109,6 +109,25 @@ TEST(SimulatedSite, AnIncompressibleEmbryoPushesBack) {
   Carry(site, {0.7e-3, 0, 0}, {0.5e-3, 0, 0});
   EXPECT_GT(site.truth().force.x(), 0.01);
   EXPECT_NEAR(site.truth().force.y() / site.truth().force.x(), 0, 1e-2);
+}
+
+// Nothing is pulled, and the whole pushes back.
+TEST(SimulatedSite, ARoundToolPressesHarderTheDeeperAndNowherePulls) {
+  Scene scene = BlockScene();
+  scene.model.plane = Plane::kStrain;
+  scene.object.material.poisson_ratio = 0.3;
+  scene.tool = Tool{.shape = Tool::Shape::kRound, .width = 12e-3, .radius = 8e-3};
+  SimulatedSite site(scene);
+  double slope = 0, before = 0;
+  for (int k = 0; k <= 300; ++k) {
+    const double depth = k * 1e-5 - 1e-3;
+    site.MoveTool({kMiddle, kTop - depth, 0});
+    if (k % 50 != 0 || depth <= 0) continue;
+    const double force = site.truth().force.y();
+    EXPECT_GT(force - before, slope) << "the contact grows: the force rises ever faster";
+    slope = 0.999 * (force - before), before = force;
+  }
+  EXPECT_FALSE(site.TakePicture().empty());
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "slave/reference/membrane/pressed_membrane.h"
 #include "slave/scene/scene.h"
-#include "slave/simulator/points/membrane/pressed_membrane.h"
 
 namespace palpate::site {
 

@@ -1,0 +1,159 @@
+// What lies between the rungs of a press, and between presses.
+#include <algorithm>
+#include <array>
+#include <complex>
+#include <cstddef>
+
+#include "slave/reference/membrane/pressed_membrane.h"
+
+namespace palpate::site {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// The first of the two rungs around `depth`, of two or more.
+std::size_t Below(const MembranePress& press, double depth) {
+  const auto above = std::ranges::upper_bound(press.rungs, depth, {},
+                                              [](const auto& rung) { return rung->depth; });
+  const auto index = static_cast<std::size_t>(above - press.rungs.begin());
+  return std::clamp<std::size_t>(index, 1, press.rungs.size() - 1) - 1;
+}
+
+double Chord(const MembranePress& press, std::size_t i) {
+  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  return (b.force - a.force) / (b.depth - a.depth);
+}
+
+// A rung, or for i < 0 what pulling would do: the opposite, since a plate has no side.
+double DepthOf(const MembranePress& press, int i) {
+  return i < 0 ? -DepthOf(press, -i) : press.rungs[static_cast<std::size_t>(i)]->depth;
+}
+double ForceOf(const MembranePress& press, int i) {
+  return i < 0 ? -ForceOf(press, -i) : press.rungs[static_cast<std::size_t>(i)]->force;
+}
+
+// At a rung: that of the polynomial through it and up to two rungs on either side.
+double Slope(const MembranePress& press, std::size_t rung) {
+  const int at = static_cast<int>(rung), last = static_cast<int>(press.rungs.size()) - 1;
+  const int first = std::max(at - 2, -last), end = std::min(at + 2, last);
+  double slope = 0;
+  for (int i = first; i <= end; ++i) {
+    if (i == at) continue;
+    const double from_at = DepthOf(press, i) - DepthOf(press, at);
+    double weight = 1 / from_at;  // Lagrange's polynomial of rung i, its slope at this one
+    for (int j = first; j <= end; ++j) {
+      if (j == i || j == at) continue;
+      weight *= (DepthOf(press, at) - DepthOf(press, j)) / (DepthOf(press, i) - DepthOf(press, j));
+    }
+    slope += weight * (ForceOf(press, i) - ForceOf(press, at));
+  }
+  return slope;
+}
+
+// Fritsch and Carlson 1980: a cubic stays monotone if its slopes at the ends are of the chord's
+// sign and at most three times as steep.
+double Limited(double slope, double chord) {
+  const double share = chord == 0 ? 0 : std::clamp(slope / chord, 0.0, 3.0);
+  return share * chord;
+}
+
+// Of the rungs from one before `below` to two after it in what lies between it and the next one, at
+// the part t of the way: a cubic with the slopes, at either end, of the parabola through that rung
+// and its neighbours (at the first and the last rung, through the three nearest).
+
+using Weights = std::array<double, 4>;
+
+void AddSlope(const MembranePress& press, int at, int below, double factor, Weights* weights) {
+  const int last = static_cast<int>(press.rungs.size()) - 1;
+  const int first = std::clamp(at - 1, 0, std::max(0, last - 2)), end = std::min(first + 2, last);
+  for (int i = first; i <= end; ++i) {
+    if (i == at) continue;
+    double slope = 1 / (DepthOf(press, i) - DepthOf(press, at));
+    for (int j = first; j <= end; ++j) {
+      if (j == i || j == at) continue;
+      slope *= (DepthOf(press, at) - DepthOf(press, j)) / (DepthOf(press, i) - DepthOf(press, j));
+    }
+    (*weights)[static_cast<std::size_t>(i - below + 1)] += factor * slope;
+    (*weights)[static_cast<std::size_t>(at - below + 1)] -= factor * slope;
+  }
+}
+
+Weights WeightsAt(const MembranePress& press, std::size_t below, double t) {
+  const int i = static_cast<int>(below);
+  const double h = DepthOf(press, i + 1) - DepthOf(press, i), u = 1 - t;
+  Weights weights{0, u * u * (1 + 2 * t), t * t * (1 + 2 * u), 0};
+  AddSlope(press, i, i, h * t * u * u, &weights);
+  AddSlope(press, i + 1, i, -h * t * t * u, &weights);
+  return weights;
+}
+
+// Where a point of the turned disc (tool on the x axis at `p`) lies in the press solved at `q`.
+Vector2d Carried(const Vector2d& point, double p, double q, double rim) {
+  if (p == q) return point;
+  const double m = (p - q) * rim / (rim * rim - p * q);
+  const std::complex<double> z(point.x() / rim, point.y() / rim);
+  const std::complex<double> w = (z - m) / (1.0 - m * z);
+  return rim * Vector2d(w.real(), w.imag());
+}
+
+}  // namespace
+
+double ForceAt(const MembranePress& press, double depth) noexcept {
+  if (press.rungs.size() < 2 || !(depth > 0)) return 0;
+  const std::size_t i = Below(press, depth);
+  const MembraneRung &a = *press.rungs[i], &b = *press.rungs[i + 1];
+  const double h = b.depth - a.depth, t = (depth - a.depth) / h, u = 1 - t;
+  const double chord = Chord(press, i);
+  if (t > 1) return b.force + (depth - b.depth) * chord;
+  const double at_a = Limited(Slope(press, i), chord), at_b = Limited(Slope(press, i + 1), chord);
+  return u * u * ((1 + 2 * t) * a.force + t * h * at_a) +
+         t * t * ((1 + 2 * u) * b.force - u * h * at_b);
+}
+
+Vector3d DisplacementAt(const MembranePress& press, const Vector2d& p_O, double depth) noexcept {
+  MembraneFace::Stencil stencil;
+  if (press.rungs.size() < 2 || !(depth > 0) || !press.face->Find(p_O, &stencil)) {
+    return Vector3d::Zero();
+  }
+  const std::size_t i = Below(press, depth);
+  const double from = press.rungs[i]->depth, to = press.rungs[i + 1]->depth;
+  const Weights weights = WeightsAt(press, i, std::min((depth - from) / (to - from), 1.0));
+  Vector3d displacement = Vector3d::Zero();
+  for (std::size_t r = 0; r < weights.size(); ++r) {
+    if (weights[r] == 0) continue;  // also where there is no such rung
+    const MembraneRung& rung = *press.rungs[i + r - 1];
+    for (std::size_t k = 0; k < stencil.nodes.size(); ++k) {
+      const auto n = static_cast<std::size_t>(stencil.nodes[k]);
+      displacement += weights[r] * stencil.weights[k] * rung.displacements_O[n].cast<double>();
+    }
+  }
+  return displacement;
+}
+
+double ForceOf(const Dent& dent) noexcept {
+  double force = 0;
+  for (const Dent::Part& part : dent.parts) {
+    if (part.press && part.share > 0) force += part.share * ForceAt(*part.press, dent.depth);
+  }
+  return force;
+}
+
+Vector3d DisplacementOf(const Dent& dent, const Vector2d& p_O) noexcept {
+  if (!(p_O.norm() < dent.rim)) return Vector3d::Zero();
+  const double p = dent.place_O.norm();
+  const Vector2d axis = p > 0 ? Vector2d(dent.place_O / p) : Vector2d(1, 0);
+  const Vector2d across(-axis.y(), axis.x());
+  const Vector2d turned(axis.dot(p_O), across.dot(p_O));
+  Vector3d u = Vector3d::Zero();
+  for (const Dent::Part& part : dent.parts) {
+    if (!part.press || !(part.share > 0)) continue;
+    u += part.share *
+         DisplacementAt(*part.press, Carried(turned, p, part.radius, dent.rim), dent.depth);
+  }
+  Vector3d u_O;
+  u_O << u.x() * axis + u.y() * across, u.z();
+  return u_O;
+}
+
+}  // namespace palpate::site

@@ -1,0 +1,45 @@
+// Triangles of guaranteed quality, as small as a size field requires: Delaunay refinement after
+// Ruppert, "A Delaunay refinement algorithm for quality 2-dimensional mesh generation", J.
+// Algorithms 18 (1995). Coordinates of order one.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "slave/reference/planar/delaunay.h"
+
+namespace palpate::site {
+
+// Requested edge length: `largest` far away, `seed.size + growth * distance` around each seed.
+struct SizeField {
+  struct Seed {
+    Eigen::Vector2d place;
+    double size;
+  };
+  double largest = 0.1;
+  double growth = 0.4;  // < 1
+  std::vector<Seed> seeds;
+
+  [[nodiscard]] double At(const Eigen::Vector2d& p) const;
+};
+
+struct TriangleMesh {
+  std::vector<Eigen::Vector2d> points;
+  std::vector<std::array<int, 3>> triangles;   // counter-clockwise
+  std::vector<std::array<int, 3>> neighbours;  // behind the edge opposite vertex i; -1: boundary
+  std::vector<Segment> boundary;               // every boundary edge once, with its tag
+};
+
+// Meshes what the closed loops of `segments` surround. No angle is below 20 degrees unless the
+// outline itself has sharper corners. Throws std::runtime_error: crossing or open loops, coinciding
+// points, more than `max_points`.
+TriangleMesh MakeGradedMesh(const std::vector<Eigen::Vector2d>& points,
+                            const std::vector<Segment>& segments, const SizeField& size,
+                            int max_points = 60000);
+
+// Sum of the triangles' areas.
+double Area(const TriangleMesh& mesh);
+
+}  // namespace palpate::site

@@ -1,0 +1,127 @@
+// How far the law of the truth is from the law of the estimator, and what is left of that
+// difference when the force is found from the dots.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "slave/mechanics/plate/fit/load_fit.h"
+#include "slave/mechanics/plate/plate_large_model.h"
+#include "slave/mechanics/plate/plate_law.h"
+#include "slave/reference/membrane/pressed_membrane.h"
+#include "slave/vision/dots/dot_layout.h"
+
+namespace palpate::site {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kRadius = 0.039, kYoung = 27.2e6, kPoisson = 0.45;
+
+struct Laws {
+  double depth = 0, truth = 0;  // [m], [N]
+  double by_depth = 0;          // von Karman's force at the truth's depth, over the truth's
+  double by_dots = 0;           // that from the truth's dots
+  double misplaced = 0;         // of the load found [m]
+  double stated = 0;            // of by_depth - 1, by plate_law.h
+  bool flagged = false;         // von Karman's force at the truth's depth
+};
+
+// The dots of paper C's membrane, without noise: displacements along z of its inner face, at the
+// places where the dots rest.
+std::vector<Laws> Compare(double thickness, double width, const Vector2d& p_O, double step) {
+  PressedMembrane truth({kRadius, thickness}, {kYoung, kPoisson}, width, p_O);
+  PlateLargeModel plate({.radius = kRadius,
+                         .thickness = thickness,
+                         .young_modulus = kYoung,
+                         .poisson_ratio = kPoisson,
+                         .order = 20});
+  LoadFitter fitter(plate, width);
+  const auto dots = DotPlaces(PointTracking{});
+  const std::vector<double> sigma(dots.size(), 50e-6);
+  std::vector<double> displacement(dots.size());
+  std::vector<Laws> all;
+  for (double depth = step; depth < 5e-3 + 1e-9; depth += step) {
+    if (!truth.Deepen(depth)) ADD_FAILURE() << "no equilibrium at " << depth;
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+      displacement[i] = DisplacementAt(truth.press(), dots[i], depth).z();
+    }
+    const Contact press{
+        Contact::Kind::kDisplacement, {p_O.x(), p_O.y(), 0}, -1, width, {0, 0, -depth}};
+    ContactResponse response;
+    plate.Respond({&press, 1}, {&response, 1});
+    const LoadFit fit = fitter.Fit(dots, displacement, sigma);
+    const double force = truth.press().rungs.back()->force;
+    const double stated =
+        plate::ExcessAtDepth({p_O.norm() / kRadius, depth / kRadius, thickness / kRadius});
+    all.push_back({depth, -force, response.force_O.z() / force, fit.force / force,
+                   (fit.p_O - p_O).norm(), stated, response.validity != Validity::kValid});
+  }
+  return all;
+}
+
+// Reference: the solid itself. The flag's own threshold is 10 %, and the statement is good for 3 %.
+void ExpectStated(const std::vector<Laws>& all) {
+  for (const Laws& laws : all) {
+    const double excess = laws.by_depth - 1;
+    if (laws.stated < 0.15) {
+      EXPECT_NEAR(excess, laws.stated, 0.03) << laws.depth;
+    }
+    if (excess > 0.125) {
+      EXPECT_TRUE(laws.flagged) << laws.depth;
+    }
+    if (excess < 0.075) {
+      EXPECT_FALSE(laws.flagged) << laws.depth;
+    }
+  }
+}
+
+Vector2d Beside(double radii) {
+  return radii * kRadius * Vector2d(std::cos(0.4), std::sin(0.4));
+}
+
+// The law's share of the error that is allowed, 5 % of the force or 1 % of that at 5 mm: at every
+// half millimetre, at the centre and beside it, the dots of von Karman's plate tell the neo-Hookean
+// membrane's force within half of it. Measured: -1.8 to 2.6 %.
+TEST(MembraneLaws, DotsTellTheForceOfTheOtherLaw) {
+  for (const double radii : {0.0, 0.3, 0.5, 0.7}) {
+    const auto all = Compare(1e-3, 0.004, Beside(radii), 0.5e-3);
+    ExpectStated(all);
+    for (const Laws& laws : all) {
+      const double allowed = std::max(0.05, 0.01 * all.back().truth / laws.truth);
+      EXPECT_LT(std::abs(laws.by_dots - 1), 0.6 * allowed) << radii << " " << laws.depth;
+      EXPECT_LT(laws.misplaced, 0.5e-3) << radii << " " << laws.depth;
+    }
+  }
+}
+
+// Reference: neo-Hookean solid elements of another program (set h, tool of 10 mm): von Karman's
+// force at 5 mm is high by 4 to 10 % for 0.5 to 2 mm.
+TEST(MembraneLaws, DifferByFourToTenPerCentAtOneDepth) {
+  double last = 0.04;
+  for (const double thickness : {0.5e-3, 1e-3, 2e-3}) {
+    const auto all = Compare(thickness, 0.010, {0, 0}, 1e-3);
+    const double high = all.back().by_depth - 1;
+    EXPECT_GT(high, last - 0.005) << thickness;
+    EXPECT_LT(high, 0.10) << thickness;
+    EXPECT_LT(std::abs(all.back().by_dots - 1), 0.05) << thickness;
+    last = high;
+  }
+}
+
+// For the record, and so that it stays: other thicknesses off the centre.
+TEST(MembraneLaws, OtherThicknessesStayWithinFivePerCent) {
+  for (const double thickness : {0.5e-3, 2e-3}) {
+    for (const double radii : {thickness < 1e-3 ? 0.3 : 0.0, 0.5}) {
+      const auto all = Compare(thickness, 0.004, Beside(radii), 1e-3);
+      ExpectStated(all);
+      for (const Laws& laws : all) {
+        EXPECT_LT(std::abs(laws.by_dots - 1), 0.05) << thickness << " " << radii;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpate::site
