@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/simulator/camera/delaunay.h"
+#include "slave/simulator/camera/graded_mesh.h"
 #include "slave/simulator/camera/plane_elasticity.h"
 #include "slave/simulator/camera/true_body.h"
 #include "slave/simulator/environment/solved_ahead.h"
