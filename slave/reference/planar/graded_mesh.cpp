@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
+
+#include <boost/polygon/point_data.hpp>
+#include <boost/polygon/voronoi.hpp>
 
 #include "shared/geometry/index.h"
 
@@ -20,6 +23,15 @@ constexpr double kEquilateral = 0.66;  // circumradius / wanted edge before a tr
 // Nothing shorter than this part of the shortest boundary piece is halved or judged: ends the
 // refinement in corners sharper than Ruppert's 60 degrees.
 constexpr double kFloor = 0.2;
+constexpr double kSliver = 1e-5;  // height by edge of a triangle that is none
+
+// Centre of the circle through three points.
+Point Circumcentre(const Point& a, const Point& b, const Point& c) {
+  const Point u = b - a, v = c - a;
+  const double d = 2 * (u.x() * v.y() - u.y() * v.x());
+  const double uu = u.squaredNorm(), vv = v.squaredNorm();
+  return a + Point(v.y() * uu - u.y() * vv, u.x() * vv - v.x() * uu) / d;
+}
 
 // Halves segments until each is as short as the field asks.
 void SampleBoundary(const SizeField& size, std::vector<Point>& points,
@@ -39,133 +51,150 @@ void SampleBoundary(const SizeField& size, std::vector<Point>& points,
   }
 }
 
-class Refinement {
- public:
-  Refinement(Delaunay& mesh, const SizeField& size, int max_points)
-      : mesh_(mesh), size_(size), max_points_(static_cast<std::size_t>(max_points)) {
-    floor_ = std::numeric_limits<double>::infinity();
-    for (const Segment& s : mesh.segments()) {
-      floor_ = std::min(floor_, kFloor * (At(s.b) - At(s.a)).norm());
+// Delaunay's triangles of the points, counter-clockwise: dual to their Voronoi diagram, which is
+// exact for the points rounded to a raster of a billionth of their extent. Slivers between points
+// on a line may be among them.
+std::vector<std::array<int, 3>> Triangulate(const std::vector<Point>& points) {
+  constexpr double kRaster = 1 << 30;
+  Point low = points.front(), high = low;
+  for (const Point& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const double scale = kRaster / (high - low).maxCoeff();
+  std::vector<boost::polygon::point_data<int>> rounded;
+  for (const Point& p : points) {
+    const Point q = scale * (p - low);
+    rounded.emplace_back(static_cast<int>(std::lround(q.x())),
+                         static_cast<int>(std::lround(q.y())));
+  }
+  boost::polygon::voronoi_diagram<double> voronoi;
+  boost::polygon::construct_voronoi(rounded.begin(), rounded.end(), &voronoi);
+  std::vector<std::array<int, 3>> triangles;
+  const auto point = [](const auto* edge) {
+    return static_cast<int>(edge->cell()->source_index());
+  };
+  for (const auto& vertex : voronoi.vertices()) {
+    const auto* first = vertex.incident_edge();
+    for (const auto* edge = first->rot_next(); edge->rot_next() != first; edge = edge->rot_next()) {
+      triangles.push_back({point(first), point(edge), point(edge->rot_next())});
     }
   }
+  return triangles;
+}
 
-  void Run() {
-    for (int t = 0; t < static_cast<int>(mesh_.triangles().size()); ++t) CheckTriangle(t);
-    while (!bad_.empty() || !encroached_.empty()) {
-      if (mesh_.points().size() > max_points_) {
+// Ruppert's refinement. Points are added in rounds, each on one triangulation, of which only
+// triangles count whose circles hold no point of the round so far. No point but by the floor lies
+// in the circle over a segment: the segments are edges of triangles then.
+class Refinement {
+ public:
+  Refinement(std::vector<Point> points, std::vector<Segment> segments, const SizeField& size,
+             int max_points)
+      : points_(std::move(points)),
+        segments_(std::move(segments)),
+        size_(size),
+        max_points_(static_cast<std::size_t>(max_points)) {
+    floor_ = std::numeric_limits<double>::infinity();
+    for (const Segment& s : segments_) floor_ = std::min(floor_, kFloor * Length(s));
+  }
+
+  TriangleMesh Run() {
+    for (std::size_t p = 0; p < points_.size(); ++p) SplitAround(points_[p]);
+    std::vector<std::array<int, 3>> triangles;
+    std::size_t before = 0;
+    do {
+      before = points_.size();
+      if (before > max_points_) {
         throw std::runtime_error("mesh: more than " + std::to_string(max_points_) + " points");
       }
-      if (!encroached_.empty()) {
-        const auto [s, end] = encroached_.back();
-        encroached_.pop_back();
-        // Another end: halved since, and its halves were looked at then.
-        if (mesh_.segments()[Index(s)].b == end && MaySplit(s)) Split(s);
-      } else {
-        const auto [t, generation] = bad_.front();
-        bad_.pop_front();
-        if (Tri(t).alive && Tri(t).generation == generation) Improve(t);
-      }
-    }
+      triangles = Triangulate(points_);
+      for (const auto& triangle : triangles) Improve(triangle, before);
+    } while (points_.size() > before);
+    std::erase_if(triangles, [&](const auto& v) { return !IsInside(v); });
+    return Collect(triangles);
   }
 
  private:
-  [[nodiscard]] const Point& At(int point) const { return mesh_.points()[Index(point)]; }
-  [[nodiscard]] const Delaunay::Triangle& Tri(int t) const { return mesh_.triangles()[Index(t)]; }
-
-  [[nodiscard]] bool IsBad(int t) const {
-    const auto& v = Tri(t).vertex;
+  [[nodiscard]] const Point& At(int point) const { return points_[Index(point)]; }
+  [[nodiscard]] double Length(const Segment& s) const { return (At(s.b) - At(s.a)).norm(); }
+  [[nodiscard]] bool IsInside(const std::array<int, 3>& v) const {
     const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
-    const double radius = (Circumcentre(a, b, c) - a).norm();
+    return Orientation(a, b, c) > kSliver * (b - a).squaredNorm() && Surrounded((a + b + c) / 3);
+  }
+  // By an odd number of loops.
+  [[nodiscard]] bool Surrounded(const Point& p) const {
+    bool inside = false;
+    for (const Segment& s : segments_) {
+      const Point &a = At(s.a), &b = At(s.b);
+      if ((a.y() > p.y()) == (b.y() > p.y())) continue;
+      inside = inside != ((Orientation(a, b, p) > 0) == (b.y() > a.y()));
+    }
+    return inside;
+  }
+  // Halves the segments whose circle holds `p`, as far as they may be, and those around their
+  // middles. True: there is such a segment.
+  bool SplitAround(const Point p) {
+    bool any = false;
+    for (std::size_t s = 0; s < segments_.size(); ++s) {
+      const Point a = At(segments_[s].a), b = At(segments_[s].b);
+      if ((a - p).dot(b - p) >= 0) continue;
+      any = true;
+      if (!((b - a).norm() > floor_)) continue;
+      const int middle = static_cast<int>(points_.size());
+      points_.emplace_back(0.5 * (a + b));
+      segments_.push_back({middle, segments_[s].b, segments_[s].tag});
+      segments_[s].b = middle;
+      SplitAround(points_.back());
+      --s;  // its first half
+    }
+    return any;
+  }
+  // `before`: points of which the triangle is one of Delaunay's.
+  void Improve(const std::array<int, 3>& v, std::size_t before) {
+    const Point &a = At(v[0]), &b = At(v[1]), &c = At(v[2]);
+    const Point centre = Circumcentre(a, b, c);
+    const double radius = (centre - a).norm();
     const double shortest = std::min({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    const double wanted = size_.At((a + b + c) / 3);
-    if (radius > kEquilateral * wanted) return true;
-    return radius > kQuality * shortest && shortest > floor_;
-  }
-  // `apex` lies in the circle over a and b.
-  [[nodiscard]] static bool IsObtuse(const Point& apex, const Point& a, const Point& b) {
-    return (a - apex).dot(b - apex) < 0;
-  }
-  [[nodiscard]] bool MaySplit(int s) const {
-    const Segment& segment = mesh_.segments()[Index(s)];
-    return (At(segment.b) - At(segment.a)).norm() > floor_;
-  }
-  void CheckTriangle(int t) {
-    const auto& tri = Tri(t);
-    if (!tri.alive || !tri.inside) return;
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (tri.segment[i] == Delaunay::kNone) continue;
-      if (IsObtuse(At(tri.vertex[i]), At(tri.vertex[(i + 1) % 3]), At(tri.vertex[(i + 2) % 3]))) {
-        const int s = tri.segment[i];
-        encroached_.emplace_back(s, mesh_.segments()[Index(s)].b);
-      }
+    const bool is_large = radius > kEquilateral * size_.At((a + b + c) / 3);
+    if (!is_large && !(radius > kQuality * shortest && shortest > floor_)) return;
+    if (!IsInside(v)) return;
+    for (std::size_t p = before; p < points_.size(); ++p) {
+      if ((points_[p] - centre).norm() < radius) return;
     }
-    if (IsBad(t)) bad_.emplace_back(t, tri.generation);
+    if (!SplitAround(centre) && Surrounded(centre)) points_.push_back(centre);
   }
-  void CheckNewTriangles() {
-    for (const int t : mesh_.created()) CheckTriangle(t);
-  }
-  void Split(int s) {
-    mesh_.SplitSegment(s);
-    CheckNewTriangles();
-  }
-  void Improve(int t) {
-    const auto& v = Tri(t).vertex;
-    const unsigned generation = Tri(t).generation;
-    const bool reachable = mesh_.Prepare(Circumcentre(At(v[0]), At(v[1]), At(v[2])), t);
-    std::vector<int> in_the_way = mesh_.encroached();
-    if (!reachable) in_the_way.push_back(mesh_.blocking_segment());
-    if (in_the_way.empty()) {
-      mesh_.Commit();
-      CheckNewTriangles();
-      return;
-    }
-    bool split = false;
-    for (const int s : in_the_way) {
-      if (!MaySplit(s)) continue;
-      Split(s);
-      split = true;
-    }
-    if (split) bad_.emplace_back(t, generation);
-  }
+  [[nodiscard]] TriangleMesh Collect(const std::vector<std::array<int, 3>>& triangles) const;
 
-  Delaunay& mesh_;
+  std::vector<Point> points_;
+  std::vector<Segment> segments_;
   const SizeField& size_;
   std::size_t max_points_;
   double floor_;
-  std::deque<std::pair<int, unsigned>> bad_;     // triangle and its generation when it was seen
-  std::vector<std::pair<int, int>> encroached_;  // segment and its end when it was seen
 };
 
-TriangleMesh Collect(const Delaunay& from) {
+TriangleMesh Refinement::Collect(const std::vector<std::array<int, 3>>& triangles) const {
   TriangleMesh mesh;
-  std::vector<int> point_of(from.points().size(), -1), triangle_of(from.triangles().size(), -1);
-  for (std::size_t t = 0; t < from.triangles().size(); ++t) {
-    const auto& tri = from.triangles()[t];
-    if (!tri.alive || !tri.inside) continue;
-    triangle_of[t] = static_cast<int>(mesh.triangles.size());
-    std::array<int, 3> v{};
+  std::vector<int> number(points_.size(), -1);
+  std::map<std::pair<int, int>, int> triangle_at, tag_of;  // by the ends of edges
+  for (const Segment& s : segments_) tag_of[{s.a, s.b}] = tag_of[{s.b, s.a}] = s.tag;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    auto& corners = mesh.triangles.emplace_back();
     for (std::size_t i = 0; i < 3; ++i) {
-      int& number = point_of[Index(tri.vertex[i])];
-      if (number < 0) {
-        number = static_cast<int>(mesh.points.size());
-        mesh.points.push_back(from.points()[Index(tri.vertex[i])]);
+      const int point = triangles[t][i];
+      triangle_at[{point, triangles[t][(i + 1) % 3]}] = static_cast<int>(t);
+      if (number[Index(point)] < 0) {
+        number[Index(point)] = static_cast<int>(mesh.points.size());
+        mesh.points.push_back(At(point));
       }
-      v[i] = number;
+      corners[i] = number[Index(point)];
     }
-    mesh.triangles.push_back(v);
   }
-  for (std::size_t t = 0; t < from.triangles().size(); ++t) {
-    if (triangle_of[t] < 0) continue;
-    const auto& tri = from.triangles()[t];
+  for (const auto& v : triangles) {
     auto& behind = mesh.neighbours.emplace_back();
-    const auto& v = mesh.triangles[Index(triangle_of[t])];
     for (std::size_t i = 0; i < 3; ++i) {
-      behind[i] = tri.segment[i] != Delaunay::kNone || tri.neighbour[i] < 0
-                      ? -1
-                      : triangle_of[Index(tri.neighbour[i])];
-      if (tri.segment[i] == Delaunay::kNone) continue;
-      const int tag = from.segments()[Index(tri.segment[i])].tag;
-      mesh.boundary.push_back({v[(i + 1) % 3], v[(i + 2) % 3], tag});
+      const int a = v[(i + 1) % 3], b = v[(i + 2) % 3];
+      const auto segment = tag_of.find({a, b});
+      const auto other = triangle_at.find({b, a});
+      behind[i] = segment != tag_of.end() || other == triangle_at.end() ? -1 : other->second;
+      if (segment == tag_of.end()) continue;
+      mesh.boundary.push_back({number[Index(a)], number[Index(b)], segment->second});
     }
   }
   return mesh;
@@ -183,6 +212,14 @@ double SurroundedArea(const std::vector<Point>& points, const std::vector<Segmen
 
 }  // namespace
 
+double Orientation(const Point& a, const Point& b, const Point& c) {
+  const auto dx = static_cast<long double>(a.x()) - c.x();
+  const auto dy = static_cast<long double>(a.y()) - c.y();
+  const auto ex = static_cast<long double>(b.x()) - c.x();
+  const auto ey = static_cast<long double>(b.y()) - c.y();
+  return static_cast<double>(dx * ey - dy * ex);
+}
+
 double SizeField::At(const Point& p) const {
   double size = largest;
   for (const Seed& seed : seeds)
@@ -195,9 +232,8 @@ TriangleMesh MakeGradedMesh(const std::vector<Point>& points, const std::vector<
   std::vector<Point> sampled = points;
   std::vector<Segment> pieces = segments;
   SampleBoundary(size, sampled, pieces);
-  Delaunay delaunay(sampled, pieces);
-  Refinement(delaunay, size, max_points).Run();
-  TriangleMesh mesh = Collect(delaunay);
+  const TriangleMesh mesh =
+      Refinement(std::move(sampled), std::move(pieces), size, max_points).Run();
   const double wanted = SurroundedArea(points, segments);
   if (mesh.triangles.empty() || !(std::abs(Area(mesh) - wanted) <= 1e-9 * wanted)) {
     throw std::runtime_error(

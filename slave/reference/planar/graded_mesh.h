@@ -8,9 +8,13 @@
 
 #include <Eigen/Core>
 
-#include "slave/reference/planar/delaunay.h"
-
 namespace palpate::site {
+
+// A straight piece of the boundary between two points. `tag` is the caller's; halves inherit it.
+struct Segment {
+  int a = 0, b = 0;
+  int tag = 0;
+};
 
 // Requested edge length: `largest` far away, `seed.size + growth * distance` around each seed.
 struct SizeField {
@@ -41,5 +45,7 @@ TriangleMesh MakeGradedMesh(const std::vector<Eigen::Vector2d>& points,
 
 // Sum of the triangles' areas.
 double Area(const TriangleMesh& mesh);
+// Twice the signed area of a, b, c; positive counter-clockwise.
+double Orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c);
 
 }  // namespace palpate::site

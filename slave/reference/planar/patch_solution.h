@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "slave/reference/planar/delaunay.h"
+#include "slave/reference/planar/graded_mesh.h"
 #include "slave/reference/planar/plane_elasticity.h"
 #include "slave/reference/planar/true_body.h"
 

@@ -1,9 +1,9 @@
 #include "slave/simulator/camera/solutions_ahead.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <exception>
+#include <utility>
 
 #include "slave/reference/planar/round_touch.h"
 
@@ -25,67 +25,35 @@ SolutionsAhead::SolutionsAhead(const TrueBody& body, double poisson_ratio, Plane
       width_(width),
       radius_(radius),
       raster_(kRaster * body.larger_side()),
-      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+      contacts_(kKept) {}
 
-SolutionsAhead::~SolutionsAhead() = default;
-
-SolutionsAhead::Key SolutionsAhead::KeyOf(const BoundaryPlace& place) const {
-  return {place.loop, std::lround(place.s / raster_)};
-}
-
-const SolutionsAhead::Entry* SolutionsAhead::Find(const Key& key) const {
-  const auto it =
-      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.key == key; });
-  return it == entries_.end() ? nullptr : &*it;
-}
-
-void SolutionsAhead::Expect(const BoundaryPlace& place) {
-  const Key key = KeyOf(place);
-  {
-    const std::lock_guard lock(mutex_);
-    if (Find(key) != nullptr || wanted_ == key) return;
-    wanted_ = key;
-  }
-  changed_.notify_all();
+std::shared_ptr<SolutionsAhead::Contact> SolutionsAhead::Wanted(const BoundaryPlace& place) {
+  const long multiple = std::lround(place.s / raster_);
+  return contacts_.Want(
+      [&](const Contact& c) { return c.loop == place.loop && c.multiple == multiple; },
+      [&] { return std::make_shared<Contact>(ContactAhead{}, *this, place.loop, multiple); });
 }
 
 std::shared_ptr<const PatchSolution> SolutionsAhead::Await(const BoundaryPlace& place) {
-  const Key key = KeyOf(place);
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    if (const Entry* entry = Find(key)) return entry->solution;
-    wanted_ = key;
-    changed_.notify_all();
-    changed_.wait(lock);
-  }
+  const auto contact = Wanted(place);
+  return contacts_.Await([&] { return contact->complete; }, [&] { return contact->solution; });
 }
 
-std::shared_ptr<const PatchSolution> SolutionsAhead::Solve(const Key& key) const noexcept {
+std::shared_ptr<const PatchSolution> SolutionsAhead::Contact::Solve() const noexcept {
   try {
-    const auto place = body_.PlaceAt(key.first, static_cast<double>(key.second) * raster_);
+    const auto place = of.body_.PlaceAt(loop, static_cast<double>(multiple) * of.raster_);
     return std::make_shared<PatchSolution>(
-        radius_ > 0 ? SolveUnderRound(body_, poisson_ratio_, plane_, place, {width_, radius_})
-                    : SolvePatch(body_, poisson_ratio_, plane_, place, width_));
+        of.radius_ > 0 ? SolveUnderRound(of.body_, of.poisson_ratio_, of.plane_, place,
+                                         {of.width_, of.radius_})
+                       : SolvePatch(of.body_, of.poisson_ratio_, of.plane_, place, of.width_));
   } catch (const std::exception&) {
     return nullptr;  // kept as such, so that nobody waits for it again
   }
 }
 
-void SolutionsAhead::Run(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [this] { return wanted_.has_value(); })) {
-    if (stop.stop_requested()) return;
-    const Key key = *wanted_;
-    if (Find(key) == nullptr) {
-      lock.unlock();
-      auto solution = Solve(key);
-      lock.lock();
-      entries_.push_front({key, std::move(solution)});
-      if (entries_.size() > kKept) entries_.pop_back();
-    }
-    if (wanted_ == key) wanted_.reset();
-    changed_.notify_all();
-  }
+void SolutionsAhead::Contact::Add(std::shared_ptr<const PatchSolution> solved) {
+  solution = std::move(solved);
+  complete = true;
 }
 
 }  // namespace palpate::site

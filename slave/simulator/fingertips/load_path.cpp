@@ -120,9 +120,7 @@ LoadPathCache::LoadPathCache(const TrueObject& object, double deepest)
     : object_(object),
       deepest_(deepest),
       beside_O_(Across(object.hand().approach_O)),
-      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
-
-LoadPathCache::~LoadPathCache() = default;
+      ladders_(kKept) {}
 
 LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   constexpr double kFarthest = 1e6;
@@ -133,16 +131,12 @@ LoadPathCache::Key LoadPathCache::KeyOf(const Vector3d& h_O) const {
   return {multiple(beside_O_[0]), multiple(beside_O_[1])};
 }
 
-Vector3d LoadPathCache::LateralOf(const Key& key) const {
-  return kRaster * (key.first * beside_O_[0] + key.second * beside_O_[1]);
-}
-
 // Every finger's first touch is a rung of its own: forces have a kink there.
-std::vector<double> LoadPathCache::WaysOf(const Key& key, const RestBody& body) const {
+std::vector<double> LoadPathCache::WaysOf(const Vector3d& lateral_O, const RestBody& body) const {
   const FingerHand& hand = object_.hand();
   std::vector<double> ways;
   for (std::size_t f = 0; f < hand.fingers.size(); ++f) {
-    const double touch = hand.FirstTouch(f, LateralOf(key), body.touchable_O);
+    const double touch = hand.FirstTouch(f, lateral_O, body.touchable_O);
     // What an opposite finger met before home lies behind it.
     const bool is_behind = hand.fingers[f].sense < 0 && touch < 0;
     if (std::isfinite(touch) && !is_behind) ways.push_back(touch);
@@ -162,81 +156,64 @@ std::vector<double> LoadPathCache::WaysOf(const Key& key, const RestBody& body) 
   return ways;
 }
 
-std::shared_ptr<LoadPathCache::Ladder> LoadPathCache::Find(const Key& key) const {
-  const auto it = std::ranges::find_if(ladders_, [&](const auto& l) { return l->key == key; });
-  return it == ladders_.end() ? nullptr : *it;
-}
-
-// Moves the ladder to the front.
 std::shared_ptr<LoadPathCache::Ladder> LoadPathCache::Wanted(const Key& key) {
-  std::shared_ptr<Ladder> ladder = Find(key);
-  if (ladder && ladders_.front() == ladder) return ladder;
-  if (ladder) {
-    std::erase(ladders_, ladder);
-  } else {
-    ladder = std::make_shared<Ladder>();
-    ladder->key = key;
-    ladder->solved.body = object_.BodyFor(LateralOf(key));
-    ladder->ways = WaysOf(key, *ladder->solved.body);
-    ladder->complete = ladder->ways.empty();
-  }
-  ladders_.push_front(ladder);
-  if (ladders_.size() > kKept) ladders_.pop_back();
-  changed_.notify_all();
-  return ladder;
+  return ladders_.Want([&](const Ladder& ladder) { return ladder.key == key; },
+                       [&] { return std::make_shared<Ladder>(*this, key); });
 }
 
 double LoadPathCache::Expect(const Key& key) {
-  const std::lock_guard lock(mutex_);
   const std::shared_ptr<Ladder> ladder = Wanted(key);
   return ladder->ways.empty() ? std::numeric_limits<double>::infinity() : ladder->ways.front();
 }
 
 SolvedPress LoadPathCache::Await(const Key& key, double s) {
-  std::unique_lock lock(mutex_);
   const std::shared_ptr<Ladder> ladder = Wanted(key);
-  changed_.wait(lock, [&] {
+  // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
+  // the thread has come.
+  const auto is_enough = [&] {
     const Rungs& rungs = *ladder->solved.rungs;
-    // One rung more than `s` lies below: the cubics use it, and answers must not depend on how far
-    // the thread has come.
     return ladder->complete || (rungs.size() > 2 && rungs[rungs.size() - 2]->s >= s);
-  });
-  return ladder->solved;
+  };
+  return ladders_.Await(is_enough, [&] { return ladder->solved; });
 }
 
-std::shared_ptr<LoadPathCache::Ladder> LoadPathCache::Next() const {
-  const auto it = std::ranges::find_if(ladders_, [](const auto& l) { return !l->complete; });
-  return it == ladders_.end() ? nullptr : *it;
+LoadPathCache::Ladder::Ladder(const LoadPathCache& cache, const Key& place)
+    : object(cache.object_),
+      key(place),
+      lateral_O(kRaster * (place.first * cache.beside_O_[0] + place.second * cache.beside_O_[1])),
+      solved{.body = object.BodyFor(lateral_O)},
+      ways(cache.WaysOf(lateral_O, *solved.body)) {
+  complete = ways.empty();
 }
 
-bool LoadPathCache::Press(const Ladder& ladder, double from, double to, int halvings) const {
-  if (ladder.body->Press(object_.hand().Placements(LateralOf(ladder.key), to))) return true;
+bool LoadPathCache::Ladder::Press(double from, double to, int halvings) {
+  if (body->Press(object.hand().Placements(lateral_O, to))) return true;
   if (halvings == 0) return false;
   const double middle = 0.5 * (from + to);
-  return Press(ladder, from, middle, halvings - 1) && Press(ladder, middle, to, halvings - 1);
+  return Press(from, middle, halvings - 1) && Press(middle, to, halvings - 1);
 }
 
 // nullptr: the body takes no deeper press.
-std::shared_ptr<const LoadStep> LoadPathCache::Grow(Ladder* ladder,
-                                                    std::size_t rung) const noexcept {
+std::shared_ptr<const LoadStep> LoadPathCache::Ladder::Solve() noexcept {
   try {
-    const RestBody& body = *ladder->solved.body;
+    const SiteMesh& mesh = solved.body->mesh;
+    const std::size_t rung = solved.rungs->size();  // this thread alone changes them
     auto grown = std::make_shared<LoadStep>();
-    grown->s = ladder->ways[rung];
+    grown->s = ways[rung];
     if (rung == 0) {
-      const Object& object = object_.object();
-      ladder->body = std::make_unique<PressedBody>(
-          body.mesh, body.held, object.material.young_modulus, object.material.poisson_ratio,
-          object_.hand().shape.radius,
-          [&](const Vector3d& p_O) { return RelativeModulus(object, p_O); });
-      grown->displacements_O.assign(body.mesh.nodes.size(), Eigen::Vector3f::Zero());
+      const Material& material = object.material();
+      body = std::make_unique<PressedBody>(
+          mesh, solved.body->held, material.young_modulus, material.poisson_ratio,
+          object.hand().shape.radius,
+          [&](const Vector3d& p_O) { return RelativeModulus(object.object(), p_O); });
+      grown->displacements_O.assign(mesh.nodes.size(), Eigen::Vector3f::Zero());
       return grown;
     }
-    if (!Press(*ladder, ladder->ways[rung - 1], grown->s, kMostHalvings)) return nullptr;
-    for (std::size_t f = 0; f < object_.hand().fingers.size(); ++f) {
-      grown->touches[f] = ladder->body->TouchOf(static_cast<int>(f));
+    if (!Press(ways[rung - 1], grown->s, kMostHalvings)) return nullptr;
+    for (std::size_t f = 0; f < object.hand().fingers.size(); ++f) {
+      grown->touches[f] = body->TouchOf(static_cast<int>(f));
     }
-    for (const Vector3d& u : ladder->body->Displacements()) {
+    for (const Vector3d& u : body->Displacements()) {
       grown->displacements_O.emplace_back(u.cast<float>());
     }
     return grown;
@@ -245,24 +222,14 @@ std::shared_ptr<const LoadStep> LoadPathCache::Grow(Ladder* ladder,
   }
 }
 
-void LoadPathCache::Run(const std::stop_token& stop) {
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [this] { return Next() != nullptr; })) {
-    if (stop.stop_requested()) return;
-    const std::shared_ptr<Ladder> ladder = Next();
-    const std::size_t rung = ladder->solved.rungs->size();
-    lock.unlock();
-    const auto grown = Grow(ladder.get(), rung);
-    lock.lock();
-    if (grown) {
-      auto rungs = std::make_shared<Rungs>(*ladder->solved.rungs);
-      rungs->push_back(grown);
-      ladder->solved.rungs = std::move(rungs);
-    }
-    ladder->complete = !grown || ladder->solved.rungs->size() == ladder->ways.size();
-    if (ladder->complete) ladder->body.reset();
-    changed_.notify_all();
+void LoadPathCache::Ladder::Add(const std::shared_ptr<const LoadStep>& step) {
+  if (step) {
+    auto rungs = std::make_shared<Rungs>(*solved.rungs);
+    rungs->push_back(step);
+    solved.rungs = std::move(rungs);
   }
+  complete = !step || solved.rungs->size() == ways.size();
+  if (complete) body.reset();
 }
 
 }  // namespace palpate::site

@@ -3,17 +3,14 @@
 #pragma once
 
 #include <array>
-#include <condition_variable>
-#include <deque>
 #include <memory>
-#include <mutex>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "shared/state/slave_state.h"
+#include "slave/simulator/environment/solved_ahead.h"
 #include "slave/simulator/fingertips/pressed_body.h"
 #include "slave/simulator/fingertips/true_object.h"
 
@@ -39,14 +36,14 @@ TouchBetween TouchAt(const Rungs& rungs, int finger, double s) noexcept;
 // Of every node, linear between rungs, zero before the first; beyond the last one as at it.
 void DisplacementsAt(const Rungs& rungs, double s, std::vector<Eigen::Vector3d>* displacement_O);
 
-// Solves contacts in advance: a separate thread computes the steps for the present position, one by
-// one, so that a contact only reads them. Known contacts at one position. Steps and body belong
-// together.
+// Known contacts at one position. Steps and body belong together.
 struct SolvedPress {
   std::shared_ptr<const RestBody> body;
   std::shared_ptr<const Rungs> rungs = std::make_shared<Rungs>();
 };
 
+// Solves contacts in advance: a separate thread computes the steps for the present position, one by
+// one, so that a contact only reads them.
 class LoadPathCache {
  public:
   // Positions beside the approach, in multiples of the raster: positions nearer than half of it
@@ -56,7 +53,6 @@ class LoadPathCache {
 
   // The object must outlive this. `deepest` [m]: largest depth beyond the first contact.
   LoadPathCache(const TrueObject& object, double deepest);
-  ~LoadPathCache();
 
   [[nodiscard]] Key KeyOf(const Eigen::Vector3d& h_O) const;
   // Requests a contact here: the newest request is processed. Returns the motion along the approach
@@ -69,31 +65,27 @@ class LoadPathCache {
   SolvedPress Await(const Key& key, double s);
 
  private:
-  struct Ladder {
-    Key key;
-    std::vector<double> ways;  // of the rungs, rising
-    SolvedPress solved;
-    std::unique_ptr<PressedBody> body;  // while it grows; the thread's only
-    bool complete = false;
-  };
+  struct Ladder : ContactAhead {
+    Ladder(const LoadPathCache& cache, const Key& place);
+    [[nodiscard]] std::shared_ptr<const LoadStep> Solve() noexcept;
+    void Add(const std::shared_ptr<const LoadStep>& step);
+    bool Press(double from, double to, int halvings);
 
-  [[nodiscard]] Eigen::Vector3d LateralOf(const Key& key) const;
-  [[nodiscard]] std::vector<double> WaysOf(const Key& key, const RestBody& body) const;
-  [[nodiscard]] std::shared_ptr<Ladder> Find(const Key& key) const;  // with mutex_ held
-  std::shared_ptr<Ladder> Wanted(const Key& key);                    // with mutex_ held
-  [[nodiscard]] std::shared_ptr<Ladder> Next() const;                // with mutex_ held
-  std::shared_ptr<const LoadStep> Grow(Ladder* ladder, std::size_t rung) const noexcept;
-  bool Press(const Ladder& ladder, double from, double to, int halvings) const;
-  void Run(const std::stop_token& stop);
+    const TrueObject& object;
+    Key key;
+    Eigen::Vector3d lateral_O;
+    SolvedPress solved;
+    std::vector<double> ways;           // of the rungs, rising
+    std::unique_ptr<PressedBody> body;  // the thread's only
+  };
+  [[nodiscard]] std::vector<double> WaysOf(const Eigen::Vector3d& lateral_O,
+                                           const RestBody& body) const;
+  std::shared_ptr<Ladder> Wanted(const Key& key);
 
   const TrueObject& object_;
   double deepest_;
   std::array<Eigen::Vector3d, 2> beside_O_;  // unit vectors across the approach
-
-  std::mutex mutex_;  // guards what follows
-  std::condition_variable_any changed_;
-  std::deque<std::shared_ptr<Ladder>> ladders_;  // the newest wish first
-  std::jthread thread_;                          // last: it uses everything above
+  SolvedAhead<Ladder> ladders_;              // last: its thread uses everything above
 };
 
 }  // namespace palpate::site

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <tuple>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -16,7 +15,6 @@ constexpr std::array kFirstRungs{0.05, 0.1};  // in press depths, beside every f
 constexpr double kEvery = 0.2;
 constexpr double kLinear = 0.1;       // of the thickness: so far the first rung may be
 constexpr double kSameRadius = 0.02;  // of the raster: radii nearer than this are one
-constexpr double kAhead = 1.5;        // rasters around the tool in which presses are solved
 constexpr int kElsewhere = 7;         // elements across, where the tool is not at home
 constexpr int kNice = 5;              // of the thread that solves what nobody asked for yet
 
@@ -51,35 +49,33 @@ std::vector<double> Radii(const PressCache::Plan& plan) {
   return radii;
 }
 
-double DepthOf(const MembranePress& press) {
-  return press.rungs.empty() ? 0 : press.rungs.back()->depth;
-}
-
 bool IsOn(double radius, double line, double rim) {
   return std::abs(radius - line) <= 1e-6 * rim;
 }
 
 }  // namespace
 
-PressCache::PressCache(const Plan& plan) : plan_(plan), depths_(Depths(plan)) {
-  for (const double radius : Radii(plan)) {
-    auto& ladder = ladders_.emplace_back(std::make_unique<Ladder>());
-    ladder->radius = radius;
-    ladder->press = std::make_shared<MembranePress>();
-  }
-  focus_ = std::min(plan.home_radius, farthest());
-  Ladder& first = *Next();
-  first.membrane = Make(first.radius);
-  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
-}
-
-PressCache::~PressCache() = default;
+PressCache::PressCache(const Plan& plan)
+    : plan_(plan),
+      depths_(Depths(plan)),
+      ladders_(MakeLadders()),
+      focus_(std::min(plan.home_radius, farthest())),
+      solved_([this] { return Next(); }) {}
 
 std::unique_ptr<PressedMembrane> PressCache::Make(double radius) const {
   MembraneResolution resolution = plan_.resolution;
   if (resolution.across == 0 && radius != plan_.home_radius) resolution.across = kElsewhere;
   return std::make_unique<PressedMembrane>(plan_.geometry, plan_.material, plan_.width,
                                            Eigen::Vector2d(radius, 0), resolution, plan_.prestress);
+}
+
+std::vector<std::shared_ptr<PressCache::Ladder>> PressCache::MakeLadders() const {
+  std::vector<std::shared_ptr<Ladder>> ladders;
+  for (const double radius : Radii(plan_)) {
+    ladders.push_back(std::make_shared<Ladder>(*this, radius));
+    if (radius == plan_.home_radius) ladders.back()->membrane = Make(radius);
+  }
+  return ladders;
 }
 
 PressCache::Around PressCache::FindAround(double radius) const {
@@ -94,32 +90,14 @@ PressCache::Around PressCache::FindAround(double radius) const {
 }
 
 void PressCache::Expect(double radius) {
-  const std::lock_guard lock(mutex_);
-  if (radius == focus_) return;
-  focus_ = radius;
-  changed_.notify_all();
-}
-
-// Two rungs lie beyond the one above `depth`: ForceAt uses them, and answers must not depend on how
-// far the thread has come.
-bool PressCache::Reaches(const Ladder& ladder, double depth) const {
-  const auto& rungs = ladder.press->rungs;
-  return ladder.complete || (rungs.size() > 3 && rungs[rungs.size() - 3]->depth >= depth);
+  if (radius != focus_) solved_.Change([&] { focus_ = radius; });
 }
 
 void PressCache::SolveEverywhere() {
-  const std::lock_guard lock(mutex_);
-  everywhere_ = true;
-  changed_.notify_all();
+  solved_.Change([&] { everywhere_ = true; });
 }
 
-bool PressCache::is_solved_everywhere() const {
-  const std::lock_guard lock(mutex_);
-  return std::ranges::all_of(ladders_, [](const auto& ladder) { return ladder->complete; });
-}
-
-PressCache::Presses PressCache::Between(const Ladder& below, const Ladder& above,
-                                        double radius) const {
+PressCache::Presses PressCache::Between(const Ladder& below, const Ladder& above, double radius) {
   const double way = above.radius - below.radius;
   const double part = way > 0 ? std::clamp((radius - below.radius) / way, 0.0, 1.0) : 0;
   return {{Dent::Part{below.press, below.radius, 1 - part},
@@ -130,33 +108,29 @@ PressCache::Presses PressCache::Await(double radius, double depth) {
   Expect(radius);
   const Around around = FindAround(radius);
   const Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
-  const auto is_solved = [&] { return Reaches(below, depth) && Reaches(above, depth); };
-  std::unique_lock lock(mutex_);
-  if (!is_solved()) ++waits_;
-  changed_.wait(lock, is_solved);
-  return Between(below, above, radius);
+  return solved_.Await([&] { return below.Reaches(depth) && above.Reaches(depth); },
+                       [&] { return Between(below, above, radius); });
 }
 
 PressCache::Presses PressCache::Find(double radius, double depth) {
   Expect(radius);
   const Around around = FindAround(radius);
   Ladder &below = *ladders_[around.below], &above = *ladders_[around.above];
-  const std::lock_guard lock(mutex_);
-  bool is_solved = true;
-  for (Ladder* ladder : {&below, &above}) {
-    if (Reaches(*ladder, depth)) continue;
-    ladder->missed = true;
-    is_solved = false;
-  }
-  return is_solved ? Between(below, above, radius) : Nearest(around, radius, depth);
+  return solved_.Now([&] {
+    if (below.Reaches(depth) && above.Reaches(depth)) return Between(below, above, radius);
+    for (Ladder* ladder : {&below, &above}) {
+      if (!ladder->Reaches(depth)) ladder->missed = true;
+    }
+    return Nearest(around, radius, depth);
+  });
 }
 
 PressCache::Presses PressCache::Nearest(const Around& around, double radius, double depth) const {
   const Ladder *below = nullptr, *above = nullptr, *deepest = ladders_.front().get();
   for (std::size_t k = 0; k < ladders_.size(); ++k) {
     const Ladder& ladder = *ladders_[k];
-    if (DepthOf(*ladder.press) > DepthOf(*deepest->press)) deepest = &ladder;
-    if (!Reaches(ladder, depth)) continue;
+    if (ladder.depth() > deepest->depth()) deepest = &ladder;
+    if (!ladder.Reaches(depth)) continue;
     if (k <= around.below) below = &ladder;
     if (k >= around.above && !above) above = &ladder;
   }
@@ -167,74 +141,57 @@ PressCache::Presses PressCache::Nearest(const Around& around, double radius, dou
   return presses;
 }
 
-// The two around the tool, the less deep one first; then the others near it; then, if asked for,
-// all others. None but the one under the tool if it is exactly over it.
-PressCache::Ladder* PressCache::Next() const {
+// The two around the tool, the less deep one first; then, if asked for, the others from there.
+std::shared_ptr<PressCache::Ladder> PressCache::Next() {
+  // 0: the calling thread (setpriority(2), Linux).
+  if (everywhere_ && !is_nice_) is_nice_ = setpriority(PRIO_PROCESS, 0, kNice) == 0;
   const Around around = FindAround(focus_);
-  const bool is_on_one = around.below == around.above;
-  const double reach = is_on_one ? 0 : kAhead * kRaster * plan_.geometry.radius;
-  Ladder* next = nullptr;
-  std::tuple<bool, bool, double> first;
+  std::shared_ptr<Ladder> next;
+  std::pair<bool, double> first;
   for (std::size_t k = 0; k < ladders_.size(); ++k) {
-    Ladder& ladder = *ladders_[k];
-    const double distance = std::abs(ladder.radius - focus_);
+    const Ladder& ladder = *ladders_[k];
     const bool is_around = k == around.below || k == around.above;
-    const bool is_near = is_around || distance <= reach;
-    if (ladder.complete || !(is_near || everywhere_)) continue;
-    const std::tuple rank(!is_around, !is_near,
-                          is_around ? DepthOf(*ladder.press)
-                          : is_near ? distance
-                                    : std::abs(ladder.radius - plan_.home_radius));
+    if (ladder.complete || !(is_around || everywhere_)) continue;
+    const std::pair rank(!is_around, is_around ? ladder.depth() : std::abs(ladder.radius - focus_));
     if (next && rank >= first) continue;
-    next = &ladder;
+    next = ladders_[k];
     first = rank;
   }
   return next;
 }
 
+// Two rungs lie beyond the one above `depth`: ForceAt uses them, and answers must not depend on how
+// far the thread has come.
+bool PressCache::Ladder::Reaches(double depth) const {
+  return complete ||
+         (press->rungs.size() > 3 && press->rungs[press->rungs.size() - 3]->depth >= depth);
+}
+
 // The press with one rung more; the same one: the membrane takes no deeper press.
-std::shared_ptr<const MembranePress> PressCache::Grow(Ladder* ladder) const noexcept {
+PressCache::Press PressCache::Ladder::Solve() noexcept {
   try {
-    if (!ladder->membrane) ladder->membrane = Make(ladder->radius);
-    const double reached = DepthOf(*ladder->press);
-    const auto next = std::ranges::upper_bound(depths_, reached * (1 + 1e-9));
-    if (next == depths_.end()) return ladder->press;
-    ladder->membrane->Deepen(*next);
-    return std::make_shared<const MembranePress>(ladder->membrane->press());
-  } catch (const std::exception&) {
-    return ladder->press;
-  }
-}
-
-void PressCache::Announce(const Ladder& ladder) {
-  spdlog::info(
-      "the simulator computes a contact {:.3g} mm from the membrane's axis; until it is done, its "
-      "images there are approximate and the true force is absent",
-      1e3 * ladder.radius);
-}
-
-void PressCache::Run(const std::stop_token& stop) {
-  bool is_nice = false;
-  std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [this] { return Next() != nullptr; })) {
-    if (stop.stop_requested()) return;
-    // 0: the calling thread (setpriority(2), Linux).
-    if (everywhere_ && !is_nice) is_nice = setpriority(PRIO_PROCESS, 0, kNice) == 0;
-    Ladder* const ladder = Next();
-    const bool announces = ladder->missed && !ladder->announced;
-    lock.unlock();  // before the log, which may wait for a terminal
-    if (announces) {
-      Announce(*ladder);
-      ladder->announced = true;
+    if (missed && !announced) {
+      spdlog::info(
+          "the simulator computes a contact {:.3g} mm from the membrane's axis; until it is done, "
+          "its images there are approximate and the true force is absent",
+          1e3 * radius);
+      announced = true;
     }
-    auto press = Grow(ladder);
-    lock.lock();
-    const bool deeper = DepthOf(*press) > DepthOf(*ladder->press);
-    ladder->complete = !deeper || DepthOf(*press) >= depths_.back() * (1 - 1e-9);
-    ladder->press = std::move(press);
-    if (ladder->complete) ladder->membrane.reset();
-    changed_.notify_all();
+    if (!membrane) membrane = of.Make(radius);
+    const auto next = std::ranges::upper_bound(of.depths_, depth() * (1 + 1e-9));
+    if (next == of.depths_.end()) return press;
+    membrane->Deepen(*next);
+    return std::make_shared<const MembranePress>(membrane->press());
+  } catch (const std::exception&) {
+    return press;
   }
+}
+
+void PressCache::Ladder::Add(Press deeper) {
+  const double before = depth();
+  press = std::move(deeper);
+  complete = depth() <= before || depth() >= of.depths_.back() * (1 - 1e-9);
+  if (complete) membrane.reset();
 }
 
 }  // namespace palpate::site

@@ -34,8 +34,6 @@ class Stage {
   // Like those of StereoSite.
   virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
   virtual void SolveEverywhere() = 0;
-  [[nodiscard]] virtual bool IsSolvedEverywhere() const = 0;
-  [[nodiscard]] virtual std::uint64_t Waits() const = 0;
   [[nodiscard]] virtual Truth truth() const = 0;
   [[nodiscard]] virtual std::optional<TargetTruth> target() const = 0;
   [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
@@ -60,10 +58,6 @@ class MembraneStage final : public Stage {
     membrane_.MoveTool(p_S_tip, patience);
   }
   void SolveEverywhere() override { membrane_.SolveEverywhere(); }
-  [[nodiscard]] bool IsSolvedEverywhere() const override {
-    return membrane_.is_solved_everywhere();
-  }
-  [[nodiscard]] std::uint64_t Waits() const override { return membrane_.waits(); }
   [[nodiscard]] Truth truth() const override {
     const auto now = membrane_.now();
     const Vector3d f_O(0, 0, -site::ForceOf(now.dent));
@@ -112,8 +106,6 @@ class TargetStage final : public Stage {
     truth_.p_S_tip = p_S_tip;
   }
   void SolveEverywhere() override {}
-  [[nodiscard]] bool IsSolvedEverywhere() const override { return true; }
-  [[nodiscard]] std::uint64_t Waits() const override { return 0; }
   [[nodiscard]] Truth truth() const override {
     const std::lock_guard lock(mutex_);
     return truth_;
@@ -238,19 +230,7 @@ void StereoSite::SolveAhead() {
     MoveTool(state_->p_S_deepest);
   }
   MoveTool(state_->p_S_home);
-  SolveEverywhere();
-}
-
-void StereoSite::SolveEverywhere() {
   state_->stage->SolveEverywhere();
-}
-
-bool StereoSite::is_solved_everywhere() const {
-  return state_->stage->IsSolvedEverywhere();
-}
-
-std::uint64_t StereoSite::waits() const {
-  return state_->stage->Waits();
 }
 
 Truth StereoSite::truth() const {

@@ -47,14 +47,8 @@ class StereoSite final : public SimulatedEnvironment {
   // its depth. Afterwards the membrane jumps to the true solution.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience = Patience::kWaits) override;
   // Contacts that are not yet solved are approximated. The scene's own contact is solved now to its
-  // full depth, those elsewhere in the background from here on.
+  // full depth, those elsewhere in the background from here on: a dozen, about a second each.
   void SolveAhead() override;
-  // From now on contacts are solved all over the membrane, in the background, nearest to home
-  // first, but under the tool before all. About a second each, a dozen of them.
-  void SolveEverywhere();
-  [[nodiscard]] bool is_solved_everywhere() const;
-  // How often MoveTool waited for a contact.
-  [[nodiscard]] std::uint64_t waits() const;
   [[nodiscard]] Truth truth() const override;
   // nullopt: a membrane.
   [[nodiscard]] std::optional<TargetTruth> target() const override;

@@ -1,7 +1,6 @@
 // The membrane of a scene as it really is, and the tool on it.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <mutex>
 
@@ -31,8 +30,6 @@ class TrueMembrane {
   // See StereoSite. Thread-safe.
   void MoveTool(const Eigen::Vector3d& p_S_tip, Patience patience);
   void SolveEverywhere() { presses_.SolveEverywhere(); }
-  [[nodiscard]] bool is_solved_everywhere() const { return presses_.is_solved_everywhere(); }
-  [[nodiscard]] std::uint64_t waits() const { return presses_.waits(); }
   [[nodiscard]] Now now() const;
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }  // misplacement included
 

@@ -1,0 +1,100 @@
+// Solves contacts before they happen: a thread of its own takes the wanted one step by step
+// further, so that a tool only reads what is solved.
+#pragma once
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace palpate::site {
+
+// What a contact has in common with others. Guarded by the lock of SolvedAhead.
+struct ContactAhead {
+  bool begun = false;
+  bool complete = false;  // no further step follows
+};
+
+// `Contact`: a ContactAhead with
+//   Step Solve() noexcept   its next step; in the thread, without the lock
+//   void Add(Step)          takes that step; with the lock held
+template <typename Contact>
+class SolvedAhead {
+ public:
+  // Which contact the thread is to work on; nullptr: none. In the thread, with the lock held.
+  using Choice = std::function<std::shared_ptr<Contact>()>;
+
+  explicit SolvedAhead(Choice choice)
+      : choice_(std::move(choice)), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+  // Works on the newest wish; keeps this number of contacts.
+  explicit SolvedAhead(std::size_t kept)
+      : kept_(kept),
+        choice_([this] {
+          return wishes_.empty() || wishes_.front()->complete ? nullptr : wishes_.front();
+        }),
+        thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+
+  // Makes the contact for which `is_wanted` holds, or else that of `make`, the newest wish. A wish
+  // that was not begun is forgotten for it.
+  template <typename Condition, typename Make>
+  std::shared_ptr<Contact> Want(const Condition& is_wanted, const Make& make) {
+    const std::lock_guard lock(mutex_);
+    const auto known = std::ranges::find_if(wishes_, [&](const auto& w) { return is_wanted(*w); });
+    const std::shared_ptr<Contact> contact = known == wishes_.end() ? make() : *known;
+    if (known != wishes_.end()) wishes_.erase(known);
+    if (!wishes_.empty() && !wishes_.front()->begun) wishes_.pop_front();
+    wishes_.push_front(contact);
+    if (wishes_.size() > kept_) wishes_.pop_back();
+    changed_.notify_all();
+    return contact;
+  }
+  // Patience::kWaits: what `read` gives as soon as `is_enough`.
+  template <typename Condition, typename Read>
+  auto Await(const Condition& is_enough, const Read& read) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, is_enough);
+    return read();
+  }
+  // Patience::kNone: what `read` gives now.
+  template <typename Read>
+  auto Now(const Read& read) {
+    const std::lock_guard lock(mutex_);
+    return read();
+  }
+  // `edit` changes what the choice depends on.
+  template <typename Edit>
+  void Change(const Edit& edit) {
+    const std::lock_guard lock(mutex_);
+    edit();
+    changed_.notify_all();
+  }
+
+ private:
+  void Run(const std::stop_token& stop) {
+    std::unique_lock lock(mutex_);
+    while (changed_.wait(lock, stop, [this] { return choice_() != nullptr; })) {
+      if (stop.stop_requested()) return;
+      const std::shared_ptr<Contact> contact = choice_();
+      contact->begun = true;
+      lock.unlock();
+      auto step = contact->Solve();
+      lock.lock();
+      contact->Add(std::move(step));
+      changed_.notify_all();
+    }
+  }
+
+  std::mutex mutex_;  // guards what follows, and the contacts
+  std::condition_variable_any changed_;
+  std::deque<std::shared_ptr<Contact>> wishes_;  // newest first
+  std::size_t kept_ = 0;
+  Choice choice_;
+  std::jthread thread_;  // last: it uses everything above
+};
+
+}  // namespace palpate::site
