@@ -45,8 +45,9 @@ class RunningProgram {
   bool ended_ = false;
 };
 
-// Runs `program` in `folder` as above, with all output in `log`. After `timeout`, or when `stop` is requested, the program and what it started are killed.
-// Throws std::runtime_error: it cannot be started, it took too long; Interrupted: `stop`.
+// Runs `program` in `folder` as above, with all output in `log`. After `timeout`, or when `stop` is
+// requested, the program and what it started are killed. Throws std::runtime_error: it cannot be
+// started, it took too long; Interrupted: `stop`.
 ProgramEnd RunProgram(const std::filesystem::path& program,
                       const std::vector<std::string>& arguments,
                       const std::filesystem::path& folder, std::chrono::milliseconds timeout,

@@ -265,7 +265,8 @@ std::optional<PictureInbox::Refusal> PictureInbox::Feed(const PushedSample& push
     // is of the moment in their middle. Times rise, even where the fastest sample so far moves
     // those after it back.
     const Time latest = pushed.sensed_at + Seconds(std::max(0.0, sample.skew));
-    const Time middle = s.clock.Map(latest + Seconds(pushed.delay), arrived_at) - Seconds(pushed.delay + std::abs(sample.skew) / 2);
+    const Time middle = s.clock.Map(latest + Seconds(pushed.delay), arrived_at) -
+                        Seconds(pushed.delay + std::abs(sample.skew) / 2);
     sample.sensed_at = std::max(middle, s.newest_at + Clock::duration(1));
     s.newest_at = sample.sensed_at;
     ++s.health.taken;
