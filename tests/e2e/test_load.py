@@ -171,7 +171,8 @@ def resident(pid):
 def certificates_in(folder):
     certs = str(ROOT / "deploy/certs")
     for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["operator", "ca", "operator", "ada"],
-                  ["observer", "ca", "observer", "bob"], ["admin", "ca", "admin", "eve"]):
+                  ["observer", "ca", "observer", "bob"], ["admin", "ca", "admin", "eve"], ["sensor", "ca", "sensor", "site"],
+                  ["arm", "ca", "arm", "site"]):
         subprocess.run([certs, words[0], *(str(folder / w) if i < 1 + (words[0] != "ca") else w for i, w in enumerate(words[1:]))],
                        check=True, env=BARE)
     return folder
@@ -195,7 +196,7 @@ def newcomer(address, certificates, patience):
 def under(name, load, seconds, folder):
     certificates = certificates_in(folder) if load is observers else None
     secure = ["--tls", certificates / "slave"] if certificates else []
-    with Slave(BLOCK, *secure) as slave:
+    with Slave(BLOCK, *secure, tls=certificates) as slave:
         host, port = slave.address.split(":")
         log, report = folder / "log.csv", folder / "report.json"
         secure = ["--tls", certificates / "operator"] if certificates else []

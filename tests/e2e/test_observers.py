@@ -17,14 +17,14 @@ from test_crowd import session
 sys.path.insert(0, str(PACKAGE))
 from palpate.v1 import state_pb2, telemetry_pb2
 
-OBSERVERS, FLEET = 200, 6
+OBSERVERS, FLEET = 200, 3
 MOST, TRIES, SECONDS = 1.2, 5, 6  # times as old as alone; of a session [s]
 STATES = "palpate.silicone-block.state"
 FLOOD = b"PUB palpate.flood.state 65536\r\n" + bytes(65536) + b"\r\n"
 
 
-def publishing(server, *more):
-    return Slave(BLOCK, "--publish", server.url, *more)
+def publishing(server, *more, **how):
+    return Slave(BLOCK, "--publish", server.url, *more, **how)
 
 
 def flood_until(server, condition):
@@ -85,14 +85,15 @@ class Observers(unittest.TestCase):
             self.assertTrue(message("image", state_pb2.VideoFrame()).jpeg.startswith(b"\xff\xd8"))
 
     def test_a_password_and_tls_are_used_and_a_wrong_one_is_reported(self):
-        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "grace"]):
+        for words in (["ca", "ca"], ["slave", "ca", "slave", "here", "127.0.0.1"], ["observer", "ca", "observer", "grace"],
+                      ["sensor", "ca", "sensor", "site"], ["arm", "ca", "arm", "site"]):
             run(ROOT / "deploy/certs", words[0], self.folder / words[1],
                 *[self.folder / words[2], *words[3:]] if words[2:] else []).check_returncode()
         files = self.folder / "slave"
         server = Server("--user", "ada", "--pass", "secret", "--tls", "--tlscert", files / "cert.pem", "--tlskey", files / "key.pem",
                         "--tlscacert", files / "ca.pem")
         server.url = server.url.replace("nats://", "tls://ada:secret@")
-        with server, publishing(server, "--tls", files) as slave, Watch(server, self.folder, "watch", "--tls", self.folder / "observer") as watch:
+        with server, publishing(server, "--tls", files, tls=self.folder) as slave, Watch(server, self.folder, "watch", "--tls", self.folder / "observer") as watch:
             self.assertTrue(wait_until(watch.newest), watch.news.read_text())
             for url, wrong in ((server.url.replace("secret", "guess"), "Authorization Violation"),
                                (server.url.replace("127.0.0.1", "localhost"), "hostname mismatch")):
