@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
@@ -33,7 +34,8 @@ class Experiment {
       : scene_(scene),
         options_(options),
         site_(scene),
-        touch_(site_, scene, options.repetitions),
+        motion_(ScriptedTouch(site_, scene, options.repetitions)),
+        touch_(Play(site_, scene, motion_)),
         estimator_(scene),
         rest_(site_.rest_surface()) {
     object_.name = scene.name;
@@ -48,7 +50,7 @@ class Experiment {
     double depth = 0;
     std::optional<Instant> open;
     std::optional<Instant> before;  // the touch
-    while (const auto frame = touch_.Next({})) {
+    while (const auto frame = touch_->Next({})) {
       ReportProgress(frame->sequence);
       const ContactEstimate& felt = estimator_.Estimate(*frame, scene_.manipulator.home);
       const auto truth = site_.truth().fingers;
@@ -130,7 +132,7 @@ class Experiment {
   }
 
   void ReportProgress(std::uint64_t samples) {
-    const double all = touch_.duration() * scene_.sense.Find<Tactile>()->rate;
+    const double all = motion_.duration() * scene_.sense.Find<Tactile>()->rate;
     if (options_.progress && !options_.progress(static_cast<double>(samples) / all)) {
       throw Interrupted();
     }
@@ -150,7 +152,8 @@ class Experiment {
   const Scene& scene_;
   const ExperimentOptions& options_;
   TactileSite site_;
-  ScriptedTouch touch_;
+  PressMotion motion_;
+  std::unique_ptr<TactileSource> touch_;
   TactileEstimator estimator_;
   SurfaceMesh rest_;
   SimulatedObject object_;
