@@ -12,7 +12,7 @@
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/pipeline/offline/offline_run.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/camera/scripted_press.h"
+#include "slave/simulator/camera/simulated_site.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -29,9 +29,9 @@ Scene Block(int elements) {
 const std::vector<Frame>& Press() {
   static const std::vector<Frame> frames = [] {
     SimulatedSite site(Block(180));
-    ScriptedCamera camera(site, Block(180));
+    const auto camera = site.OpenCamera(Block(180), {.is_live = false});
     std::vector<Frame> all;
-    while (std::optional<Frame> frame = camera.Next({})) all.push_back(*frame);
+    while (std::optional<Frame> frame = camera->Next({})) all.push_back(*frame);
     return all;
   }();
   return frames;

@@ -23,24 +23,6 @@ using Point = Eigen::Vector2d;
 constexpr int kArcPieces = 48;        // of a round tool's end
 constexpr double kSmallTriangle = 4;  // [px]; larger ones are drawn in four
 
-const Camera& CameraOf(const Scene& scene) {
-  if (!scene.sense.Find<Camera>()) {
-    throw std::invalid_argument("sense.camera: missing; the simulator needs a camera");
-  }
-  const Camera& camera = *scene.sense.Find<Camera>();
-  if (camera.size[0] < 16 || camera.size[1] < 16 || camera.size[0] > 16384 ||
-      camera.size[1] > 16384) {
-    throw std::invalid_argument("sense.camera.size = [" + std::to_string(camera.size[0]) + ", " +
-                                std::to_string(camera.size[1]) +
-                                "]: accepted by the simulator is 16 to 16384 px each");
-  }
-  if (!(camera.pixel > 0)) {
-    throw std::invalid_argument("sense.camera.pixel = " + std::to_string(camera.pixel) +
-                                " m: accepted is > 0");
-  }
-  return camera;
-}
-
 Eigen::Affine2d ImageOfBody(const Camera& camera, const Eigen::Isometry2d& X_SO) {
   const CameraView view(camera, camera.size[0], camera.size[1]);
   const auto image = [&](const Point& p_O) {
@@ -81,8 +63,8 @@ double Wrapped(double x, double length) {
 }  // namespace
 
 Painter::Painter(const Scene& scene, const TrueBody& body)
-    : body_(body),
-      size_(CameraOf(scene).size[0], CameraOf(scene).size[1]),
+    : true_body_(body),
+      size_(scene.sense.Find<Camera>()->size[0], scene.sense.Find<Camera>()->size[1]),
       pixel_(scene.sense.Find<Camera>()->pixel),
       X_IO_(ImageOfBody(*scene.sense.Find<Camera>(), body.X_SO())),
       tool_width_(scene.tool->width),
@@ -92,87 +74,74 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
       marks_(Texture::Blotches(scene.site.seed + 1, std::max(3.0, tool_width_ / pixel_ / 4),
                                kToolDark, kToolLight)),
       exposure_(scene.site, scene.sense.Find<Camera>()->size),
-      seen_(size_, CV_32F, cv::Scalar(kGround)),
       lens_(LensOf(*scene.sense.Find<Camera>())) {
   if (scene.site.embryo) microscope_.emplace(scene, body, X_IO_, size_);
 }
 
-// The body's loops in the picture [px], deformed if there is a contact.
-std::vector<std::vector<Point>> Painter::BodyLoops(const Pose& pose) const {
-  std::vector<std::vector<Point>> loops;
-  if (!pose.contact) {
-    for (const TrueBody::Edge& e : body_.edges()) {
-      if (Index(e.loop) == loops.size()) loops.emplace_back();
-      loops.back().push_back(X_IO_ * e.a);
-    }
-    return loops;
-  }
+// Of the pressed body's mesh in the picture [px].
+std::vector<Point> Painter::NodesOf(const Pose& pose) const {
   const PatchSolution& c = *pose.contact;
-  for (std::size_t k = 0; k + 1 < c.loop_begin.size(); ++k) {
-    auto& loop = loops.emplace_back();
-    for (std::size_t i = c.loop_begin[k]; i < c.loop_begin[k + 1]; ++i) {
-      const auto u = c.displacement.row(c.boundary[i]);
-      const Point moved = pose.displacement_O.x() * u.head<2>().transpose() +
-                          pose.displacement_O.y() * u.tail<2>().transpose();
-      const Point rest = body_.larger_side() * c.mesh.nodes[Index(c.boundary[i])];
-      loop.push_back(X_IO_ * (rest + moved));
-    }
+  std::vector<Point> nodes;
+  for (std::size_t i = 0; i < c.mesh.nodes.size(); ++i) {
+    const auto u = c.displacement.row(static_cast<Eigen::Index>(i));
+    nodes.emplace_back(X_IO_ * (true_body_.larger_side() * c.mesh.nodes[i] +
+                                pose.displacement_O.x() * u.head<2>().transpose() +
+                                pose.displacement_O.y() * u.tail<2>().transpose()));
   }
-  return loops;
+  return nodes;
 }
 
 void Painter::PaintBody(const Pose& pose) {
-  const bool same = body_painted_ && pose.contact == painted_.contact &&
+  const bool same = !body_.alpha.empty() && pose.contact == painted_.contact &&
                     (!pose.contact || pose.displacement_O == painted_.displacement_O);
   if (same) return;
-  const auto loops = BodyLoops(pose);
-  Layer& layer = body_layer_;
-  layer.window = WindowAround(loops.front(), 1, size_);
-  if (!layer.window.empty()) {
-    Coverage coverage(layer.window);
-    for (const auto& loop : loops) coverage.Add(loop);
-    coverage.Resolve(layer.alpha);
-    // Rim pixels whose centre lies outside keep the mean grey.
-    layer.grey.create(layer.window.size(), CV_32F);
-    layer.grey.setTo(kBody);
-    if (pose.contact) {
-      FillBodyDeformed(pose);
-    } else {
-      FillBodyAtRest();
-    }
-  }
   painted_ = pose;
-  body_painted_ = true;
+  body_.grey.create(size_, CV_32F);
+  body_.grey.setTo(kBody);  // rim pixels whose centre lies outside keep the mean grey
+  std::vector<std::vector<Point>> loops;
+  if (pose.contact) {
+    const PatchSolution& c = *pose.contact;
+    const std::vector<Point> nodes = NodesOf(pose);
+    for (std::size_t k = 0; k + 1 < c.loop_begin.size(); ++k) {
+      auto& loop = loops.emplace_back();
+      for (std::size_t i = c.loop_begin[k]; i < c.loop_begin[k + 1]; ++i) {
+        loop.push_back(nodes[Index(c.boundary[i])]);
+      }
+    }
+    FillMesh(c.mesh, nodes);
+  } else {
+    for (const TrueBody::Edge& e : true_body_.edges()) {
+      if (Index(e.loop) == loops.size()) loops.emplace_back();
+      loops.back().push_back(X_IO_ * e.a);
+    }
+    const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
+    const Point low = true_body_.lower_corner() - rim, high = true_body_.upper_corner() + rim;
+    FillQuad(
+        speckle_, {low, {high.x(), low.y()}, high, {low.x(), high.y()}},
+        [&](const Point& p_O) -> Point { return p_O / pixel_; }, &body_.grey);
+  }
+  body_.alpha = CoverageOf(loops, size_);
 }
 
-void Painter::FillBodyAtRest() {
-  const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
-  const Point low = body_.lower_corner() - rim, high = body_.upper_corner() + rim;
-  const std::array<Point, 4> corner{low, Point(high.x(), low.y()), high, Point(low.x(), high.y())};
+// `on_texture`: the place of a corner, frame O [m], on the texture [texels].
+template <typename OnTexture>
+void Painter::FillQuad(const Texture& texture, const std::array<Point, 4>& corners,
+                       const OnTexture& on_texture, cv::Mat* grey) const {
   for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
-    speckle_.Fill(body_layer_.grey, body_layer_.window.tl(),
-                  {X_IO_ * corner[i], X_IO_ * corner[j], X_IO_ * corner[k]},
-                  {corner[i] / pixel_, corner[j] / pixel_, corner[k] / pixel_});
+    const Point &a = corners[i], &b = corners[j], &c = corners[k];
+    texture.Fill(*grey, {X_IO_ * a, X_IO_ * b, X_IO_ * c},
+                 {on_texture(a), on_texture(b), on_texture(c)});
   }
 }
 
-void Painter::FillBodyDeformed(const Pose& pose) {
-  const PatchSolution& c = *pose.contact;
-  const std::size_t count = c.mesh.nodes.size();
-  std::vector<Point> at(count), from(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto u = c.displacement.row(static_cast<Eigen::Index>(i));
-    const Point rest = body_.larger_side() * c.mesh.nodes[i];
-    from[i] = rest / pixel_;
-    at[i] = X_IO_ * (rest + pose.displacement_O.x() * u.head<2>().transpose() +
-                     pose.displacement_O.y() * u.tail<2>().transpose());
-  }
+void Painter::FillMesh(const QuadraticMesh& mesh, const std::vector<Point>& at) {
+  const double texels = true_body_.larger_side() / pixel_;
   const auto fill = [&](int i, int j, int k) {
     const auto a = Index(i), b = Index(j), d = Index(k);
-    speckle_.Fill(body_layer_.grey, body_layer_.window.tl(), {at[a], at[b], at[d]},
-                  {from[a], from[b], from[d]});
+    speckle_.Fill(body_.grey, {at[a], at[b], at[d]},
+                  {texels * mesh.nodes[a], texels * mesh.nodes[b], texels * mesh.nodes[d]});
   };
-  for (const auto& v : c.mesh.triangles) {
+  for (const auto& v : mesh.triangles) {
     const Point &a = at[Index(v[0])], &b = at[Index(v[1])];
     const Point& d = at[Index(v[2])];
     if (std::max((b - a).squaredNorm(), (d - a).squaredNorm()) < kSmallTriangle * kSmallTriangle) {
@@ -215,73 +184,23 @@ void Painter::PaintTool(const Pose& pose) {
     silhouette.erase(silhouette.begin(), silhouette.begin() + 2);
     silhouette.insert(silhouette.begin(), arc.begin(), arc.end());
   }
-  Layer& layer = tool_layer_;
-  layer.window = WindowAround(silhouette, 1, size_);
-  if (layer.window.empty()) return;
-  Coverage coverage(layer.window);
-  coverage.Add(silhouette);
-  coverage.Resolve(layer.alpha);
-  layer.grey.create(layer.window.size(), CV_32F);
-  layer.grey.setTo(kToolDark);
-  const auto c = bar(2 * pixel_);  // reaches the rim pixels whose centres lie outside
-  for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
-    marks_.Fill(layer.grey, layer.window.tl(), {X_IO_ * c[i], X_IO_ * c[j], X_IO_ * c[k]},
-                {on_marks(c[i]), on_marks(c[j]), on_marks(c[k])});
-  }
+  tool_.alpha = CoverageOf({silhouette}, size_);
+  tool_.grey.create(size_, CV_32F);
+  tool_.grey.setTo(kToolDark);
+  // Reaches the rim pixels whose centres lie outside.
+  FillQuad(marks_, bar(2 * pixel_), on_marks, &tool_.grey);
 }
 
 // Where tool and body share a pixel they lie side by side, not one behind the other: their parts of
 // the pixel add up, and the tool wins where they do not fit.
-void Painter::Compose() {
-  seen_(seen_dirty_).setTo(kGround);
-  const int reach = exposure_.reach();
-  const cv::Rect picture(cv::Point(0, 0), size_);
-  const cv::Rect drawn = body_layer_.window | tool_layer_.window;
-  seen_dirty_ = cv::Rect(drawn.x - reach, drawn.y - reach, drawn.width + 2 * reach,
-                         drawn.height + 2 * reach) &
-                picture;
-  if (drawn.empty()) return;
-  if (!body_layer_.window.empty()) {
-    cv::Mat part = seen_(body_layer_.window);
-    for (int y = 0; y < part.rows; ++y) {
-      auto* out = part.ptr<float>(y);
-      const auto* grey = body_layer_.grey.ptr<float>(y);
-      const auto* alpha = body_layer_.alpha.ptr<float>(y);
-      for (int x = 0; x < part.cols; ++x) out[x] += alpha[x] * (grey[x] - kGround);
-    }
-  }
-  const cv::Rect both = body_layer_.window & tool_layer_.window;
-  cv::Mat part = seen_(tool_layer_.window);
-  for (int y = 0; y < part.rows; ++y) {
-    auto* out = part.ptr<float>(y);
-    const auto* grey = tool_layer_.grey.ptr<float>(y);
-    const auto* alpha = tool_layer_.alpha.ptr<float>(y);
-    for (int x = 0; x < part.cols; ++x) {
-      if (alpha[x] == 0) continue;
-      const cv::Point at(x + tool_layer_.window.x, y + tool_layer_.window.y);
-      float body = 0, body_grey = 0;
-      if (both.contains(at)) {
-        const cv::Point in_body = at - body_layer_.window.tl();
-        body = std::min(body_layer_.alpha.at<float>(in_body), 1 - alpha[x]);
-        body_grey = body_layer_.grey.at<float>(in_body);
-      }
-      out[x] = alpha[x] * grey[x] + body * body_grey + (1 - alpha[x] - body) * kGround;
-    }
-  }
-  cv::Mat window = seen_(seen_dirty_);
-  exposure_.Blur(window);
-}
-
 cv::Mat Painter::Paint(const Pose& pose) {
   PaintBody(pose);
   PaintTool(pose);
-  Compose();
+  const cv::Mat body = cv::min(body_.alpha, 1 - tool_.alpha);
+  cv::Mat seen = kGround + body.mul(body_.grey - kGround) + tool_.alpha.mul(tool_.grey - kGround);
+  exposure_.Blur(seen);
   exposure_.Advance();
-  cv::Mat seen = seen_;
-  if (microscope_) {
-    seen = seen_.clone();
-    microscope_->Show(&seen);
-  }
+  if (microscope_) microscope_->Show(&seen);
   return exposure_.Expose(lens_ ? lens_->Apply(seen) : seen);
 }
 

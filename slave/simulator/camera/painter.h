@@ -3,6 +3,7 @@
 // the last rounding.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -69,28 +70,28 @@ class Painter {
   static constexpr float kGround = 200, kBody = 110, kBodyContrast = 15;  // grey levels
   static constexpr float kToolDark = 25, kToolLight = 75;
 
-  // `body` must outlive this. Throws std::invalid_argument naming the key: no camera, no size, no
-  // pixel size, a lens of another size; std::runtime_error: its file cannot be read.
+  // `body` must outlive this. Throws std::invalid_argument naming the key: a lens of another size;
+  // std::runtime_error: its file cannot be read.
   Painter(const Scene& scene, const TrueBody& body);
 
   // 8 bit grey. The same sequence of calls gives the same images. One thread at a time.
   cv::Mat Paint(const Pose& pose);
 
  private:
-  // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
+  // Grey where `alpha` (0 to 1, coverage) is the opacity; both CV_32F.
   struct Layer {
-    cv::Rect window;
-    cv::Mat grey, alpha;  // CV_32F, the window's size
+    cv::Mat grey, alpha;
   };
 
-  [[nodiscard]] std::vector<std::vector<Eigen::Vector2d>> BodyLoops(const Pose& pose) const;
+  [[nodiscard]] std::vector<Eigen::Vector2d> NodesOf(const Pose& pose) const;
   void PaintBody(const Pose& pose);
-  void FillBodyAtRest();
-  void FillBodyDeformed(const Pose& pose);
+  void FillMesh(const QuadraticMesh& mesh, const std::vector<Eigen::Vector2d>& at);
   void PaintTool(const Pose& pose);
-  void Compose();
+  template <typename OnTexture>
+  void FillQuad(const Texture& texture, const std::array<Eigen::Vector2d, 4>& corners,
+                const OnTexture& on_texture, cv::Mat* grey) const;
 
-  const TrueBody& body_;
+  const TrueBody& true_body_;
   cv::Size size_;
   double pixel_;            // [m]
   Eigen::Affine2d X_IO_;    // O [m] -> image [px]
@@ -100,11 +101,8 @@ class Painter {
   Texture speckle_, marks_;
   Exposure exposure_;
 
-  Layer body_layer_, tool_layer_;
-  bool body_painted_ = false;
-  Pose painted_;         // what body_layer_ shows
-  cv::Mat seen_;         // CV_32F: the image before light and noise
-  cv::Rect seen_dirty_;  // where it is not plain ground
+  Layer body_, tool_;
+  Pose painted_;  // what body_ shows
   std::optional<Microscope> microscope_;
   std::optional<LensWarp> lens_;
 };

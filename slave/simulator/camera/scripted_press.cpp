@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include <spdlog/fmt/fmt.h>
-
 #include "slave/reference/planar/true_body.h"
 #include "slave/simulator/camera/embryo.h"
 
@@ -30,55 +28,26 @@ double GapAhead(const Scene& scene, const Eigen::Vector2d& direction_S) {
   return (entry->p_O - home_O).norm();
 }
 
-constexpr int kStepsPerPicture =
-    16;  // so that the tool's path between two pictures is followed, not jumped
+constexpr double kHold = 1, kRest = 0.5;  // [s]
 
 }  // namespace
 
-ScriptedPress::ScriptedPress(const Scene& scene, int presses) : home_(scene.manipulator.home) {
-  if (!scene.tool || !(scene.tool->direction.norm() > 0)) {
-    throw std::invalid_argument("tool: missing; a contact needs a tool with a direction");
-  }
-  const PressRequest press(scene);
+PressMotion ScriptedPress(const Scene& scene) {
+  PressMotion motion{.home = scene.manipulator.home, .rest = kRest};
   Eigen::Vector2d direction = scene.tool->direction.normalized();
   double way = 0;
   if (scene.site.embryo) {
-    const Eigen::Vector2d to_target = (site::TargetOf(scene) - home_).head<2>();
+    const Eigen::Vector2d to_target = (site::TargetOf(scene) - motion.home).head<2>();
     way = to_target.norm();
     direction = to_target / way;
   }
-  gap_ = GapAhead(scene, direction);
-  if (!scene.site.embryo) way = gap_ + press.depth;
-  way_ = {way * direction.x(), way * direction.y(), 0};
-  touch_ = InverseMinimumJerk(gap_ / way);
-  const double ramp = kMinimumJerkPeak * way / press.speed;
+  const double gap = GapAhead(scene, direction);
+  if (!scene.site.embryo) way = gap + scene.operator_options.press_depth;
+  motion.way = {way * direction.x(), way * direction.y(), 0};
+  motion.ramp = kMinimumJerkPeak * way / PressSpeed(scene);
   // Contact = hold + both ramps' deep parts; hold >= contact / 3 means hold >= one such part.
-  const double hold = std::max(kHold, ramp * (1 - touch_));
-  motion_ = {std::max(presses, 1), ramp, hold, kRest};
-}
-
-ScriptedCamera::ScriptedCamera(SimulatedSite& site, const Scene& scene)
-    : site_(site), press_(scene), rate_(scene.sense.Find<Camera>()->rate) {
-  site_.SetTime(0);
-  site_.MoveTool(press_.Tip(0));
-}
-
-std::optional<Frame> ScriptedCamera::Next(const std::stop_token& stop) {
-  const double t = static_cast<double>(sequence_) / rate_;
-  if (stop.stop_requested() || t > press_.duration()) return std::nullopt;
-  for (int step = kStepsPerPicture - 1; step >= 0 && sequence_ > 0; --step) {
-    site_.SetTime(t);
-    site_.MoveTool(press_.Tip(t - step / (kStepsPerPicture * rate_)));
-  }
-  Frame frame;
-  frame.sensed_at = Time{} + Seconds(t);
-  frame.sequence = ++sequence_;
-  frame.image = site_.TakePicture();
-  return frame;
-}
-
-std::string ScriptedCamera::description() const {
-  return fmt::format("simulated camera, scripted contact, {:g} Hz", rate_);
+  motion.hold = std::max(kHold, motion.ramp * (1 - InverseMinimumJerk(gap / way)));
+  return motion;
 }
 
 }  // namespace palpate

@@ -27,17 +27,7 @@ using site::BoundaryPlace;
 constexpr double kAhead = 0.1;      // solve when the tip is this near, in parts of the larger side
 constexpr double kGoesAhead = 0.7;  // cosine to where it points
 constexpr double kFarthest = 1e6;   // tips farther away are no tips, in parts of the larger side
-
-const Scene& Checked(const Scene& scene) {
-  if (!scene.tool || !(scene.tool->width > 0)) {
-    throw std::invalid_argument(
-        "tool.width: missing; accepted by the simulator is the width of the contact, > 0");
-  }
-  if (!(scene.tool->direction.norm() > 0)) {
-    throw std::invalid_argument("tool.direction = [0, 0]: accepted is a direction");
-  }
-  return scene;
-}
+constexpr int kStepsPerPicture = 16;  // of a script: the tool's path is followed, not jumped
 
 double RadiusOf(const Tool& tool) {
   return tool.shape == Tool::Shape::kRound ? tool.radius : 0;
@@ -66,7 +56,7 @@ Eigen::Vector2d ForceOf(const site::Pose& pose) {
 
 struct SimulatedSite::State {
   explicit State(const Scene& scene)
-      : body(Checked(scene)),
+      : body(scene),
         direction_O(body.X_SO().linear().transpose() * scene.tool->direction.normalized()),
         force_scale(scene.object.material.young_modulus * ThicknessOf(scene.object.geometry)),
         ahead(body, scene.object.material.poisson_ratio, scene.model.plane, scene.tool->width,
@@ -251,16 +241,27 @@ std::optional<Eigen::Vector3d> SimulatedSite::goal() const {
 }
 
 std::unique_ptr<FrameSource> SimulatedSite::OpenCamera(const Scene& scene, const Pace& pace) {
-  if (!pace.is_live) return std::make_unique<ScriptedCamera>(*this, scene);
+  using CameraSource = SimulatedSource<FrameSource, Frame>;
   const double rate = scene.sense.Find<Camera>()->rate;
-  return std::make_unique<LiveSource<FrameSource, Frame>>(
-      rate, 0, fmt::format("simulated camera at {:g} Hz", rate),
-      [this, lamp = scene.site.lamp, sequence = std::uint64_t{0}](Time now) mutable {
-        const double light = LampLight(lamp, Clock::now());
-        cv::Mat picture = TakePicture();
-        if (light < 1) picture *= light;
-        return Frame{std::move(picture), ++sequence, now};
-      });
+  if (pace.is_live) {
+    return std::make_unique<CameraSource>(rate, fmt::format("simulated camera at {:g} Hz", rate),
+                                          [this, lamp = scene.site.lamp] {
+                                            const double light = LampLight(lamp, Clock::now());
+                                            cv::Mat picture = TakePicture();
+                                            if (light < 1) picture *= light;
+                                            return Frame{std::move(picture)};
+                                          });
+  }
+  const auto move = [this, motion = ScriptedPress(scene), rate](double t) {
+    for (int step = kStepsPerPicture - 1; step >= 0; --step) {
+      SetTime(t);
+      MoveTool(motion.Tip(t - step / (kStepsPerPicture * rate)));
+    }
+  };
+  return std::make_unique<CameraSource>(
+      rate, fmt::format("simulated camera, scripted contact, {:g} Hz", rate),
+      [this] { return Frame{TakePicture()}; },
+      CameraSource::Script{ScriptedPress(scene).duration(), move});
 }
 
 void SimulatedSite::SetTime(double t) {

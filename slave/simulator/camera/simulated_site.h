@@ -23,9 +23,9 @@ namespace palpate {
 class SimulatedSite final : public SimulatedEnvironment {
  public:
   // Builds the simulation and solves the contact straight ahead of manipulator.home (under 0.2 s).
-  // Throws std::invalid_argument naming the key if the scene cannot be simulated: no tool width,
-  // outline from an image, nothing fixed, nodes fixed by number, no camera or no size, pose out of
-  // the plane, an outline that intersects itself.
+  // Throws std::invalid_argument naming the key if the scene cannot be simulated: outline from an
+  // image, nothing fixed, nodes fixed by number, pose out of the plane, an outline that intersects
+  // itself.
   explicit SimulatedSite(const Scene& scene);
   ~SimulatedSite() override;
 
@@ -41,17 +41,6 @@ class SimulatedSite final : public SimulatedEnvironment {
   [[nodiscard]] Truth truth() const override;
   [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override;
   void SolveAhead() override {}
-  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
-  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
-    return Eigen::Vector3d::Zero();
-  }
-  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
-    return nullptr;
-  }
-  std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
-                                                const Pace& /*pace*/) override {
-    return nullptr;
-  }
   std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) override;
   // Takes an image of the present state, with the scene's lens if there is one, and undistorted as
   // a FrameSource does it: 8 bit grey. Thread-safe against MoveTool; call from one thread. The same

@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "shared/geometry/index.h"
+
 namespace palpate::site {
 namespace {
 
@@ -95,11 +97,20 @@ inline float Texture::Sample(std::uint32_t u, std::uint32_t v) const {
   return above + fv * (below - above);
 }
 
-void Texture::Fill(cv::Mat& canvas, const cv::Point& origin,
-                   const std::array<Eigen::Vector2d, 3>& at,
+void Texture::FillFacets(cv::Mat& canvas, const std::vector<std::array<int, 3>>& facets,
+                         const std::vector<std::optional<Eigen::Vector2d>>& at,
+                         const std::vector<Eigen::Vector2d>& from) const {
+  for (const auto& facet : facets) {
+    const std::size_t i = Index(facet[0]), j = Index(facet[1]), k = Index(facet[2]);
+    if (!at[i] || !at[j] || !at[k]) continue;
+    const Eigen::Vector2d a = *at[j] - *at[i], b = *at[k] - *at[i];
+    if (!(a.x() * b.y() - a.y() * b.x() > 0)) continue;
+    Fill(canvas, {*at[i], *at[j], *at[k]}, {from[i], from[j], from[k]});
+  }
+}
+
+void Texture::Fill(cv::Mat& canvas, const std::array<Eigen::Vector2d, 3>& p,
                    const std::array<Eigen::Vector2d, 3>& from) const {
-  const Eigen::Vector2d shift(origin.x, origin.y);
-  const std::array<Eigen::Vector2d, 3> p{at[0] - shift, at[1] - shift, at[2] - shift};
   const double low = std::min({p[0].y(), p[1].y(), p[2].y()});
   const double high = std::max({p[0].y(), p[1].y(), p[2].y()});
   const int first = static_cast<int>(std::ceil(std::max(low, 0.0)));
@@ -209,6 +220,15 @@ void Coverage::Resolve(cv::Mat& alpha) const {
   }
 }
 
+cv::Mat CoverageOf(const std::vector<std::vector<Eigen::Vector2d>>& polygons,
+                   const cv::Size& size) {
+  Coverage coverage(cv::Rect({0, 0}, size));
+  for (const auto& polygon : polygons) coverage.Add(polygon);
+  cv::Mat alpha;
+  coverage.Resolve(alpha);
+  return alpha;
+}
+
 cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,
                       const cv::Size& size) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -249,17 +269,9 @@ void Exposure::Advance() {
 cv::Mat Exposure::Expose(const cv::Mat& seen) {
   const int left = static_cast<int>(random_() % kNoiseMargin);
   const int top = static_cast<int>(random_() % kNoiseMargin);
-  cv::Mat picture(seen.size(), CV_8U);
-  for (int y = 0; y < seen.rows; ++y) {
-    const auto* grey = seen.ptr<float>(y);
-    const auto* light = light_.ptr<float>(y);
-    const auto* noise = noise_.ptr<float>(y + top) + left;
-    auto* out = picture.ptr<std::uint8_t>(y);
-    for (int x = 0; x < seen.cols; ++x) {
-      const float level = gain_ * light[x] * grey[x] + noise[x] + 0.5F;
-      out[x] = static_cast<std::uint8_t>(std::clamp(level, 0.0F, 255.0F));
-    }
-  }
+  const cv::Mat noise = noise_({left, top, seen.cols, seen.rows});
+  cv::Mat picture;
+  cv::Mat(gain_ * seen.mul(light_) + noise).convertTo(picture, CV_8U);
   return picture;
 }
 

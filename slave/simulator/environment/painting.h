@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -26,10 +27,15 @@ class Texture {
   // Two-valued blotches of `dark` and `light` on soft edges.
   static Texture Blotches(std::uint32_t seed, double grain, float dark, float light);
 
-  // Fills the pixels of `canvas` (CV_32F, its first pixel at `origin` of the image) whose centres
-  // lie in the triangle `at` [px]; `from`: positions of the corners on the texture [texels].
-  void Fill(cv::Mat& canvas, const cv::Point& origin, const std::array<Eigen::Vector2d, 3>& at,
+  // Fills the pixels of `canvas` (CV_32F) whose centres lie in the triangle `at` [px]; `from`:
+  // positions of the corners on the texture [texels].
+  void Fill(cv::Mat& canvas, const std::array<Eigen::Vector2d, 3>& at,
             const std::array<Eigen::Vector2d, 3>& from) const;
+  // The facets of a surface that face the camera, clockwise in the picture; nullopt: a corner that
+  // is not seen, and no facet with it.
+  void FillFacets(cv::Mat& canvas, const std::vector<std::array<int, 3>>& facets,
+                  const std::vector<std::optional<Eigen::Vector2d>>& at,
+                  const std::vector<Eigen::Vector2d>& from) const;
 
  private:
   [[nodiscard]] float Sample(std::uint32_t u, std::uint32_t v) const;  // 16.16 fixed point
@@ -58,6 +64,9 @@ class Coverage {
   int stride_;
   std::vector<float> change_;  // per row: change of coverage from one pixel to the next
 };
+
+// Of a whole picture by closed polygons.
+cv::Mat CoverageOf(const std::vector<std::vector<Eigen::Vector2d>>& polygons, const cv::Size& size);
 
 // Smallest window of whole pixels around `polygon`, grown by `margin` and cut to `size`.
 cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,

@@ -3,9 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
-#include <spdlog/fmt/fmt.h>
+#include <Eigen/Core>
 
 #include "slave/scene/scene.h"
 
@@ -27,16 +26,25 @@ inline double InverseMinimumJerk(double way) noexcept {
   return 0.5 * (low + high);
 }
 
-// A sequence of contacts, each a ramp in, a hold, the same ramp back and a rest [s].
+// Contacts without an operator: `presses` times from home by `way` in a minimum-jerk ramp, a hold,
+// the same ramp back and a rest.
 struct PressMotion {
+  Eigen::Vector3d home{0, 0, 0}, way{0, 0, 0};  // of the tip, frame S [m]
   int presses = 1;
-  double ramp = 0, hold = 0, rest = 0;
+  double start = 0;                     // of the first ramp [s]
+  double ramp = 0, hold = 0, rest = 0;  // [s]
 
   [[nodiscard]] double period() const noexcept { return 2 * ramp + hold + rest; }
-  [[nodiscard]] double duration() const noexcept { return presses * period(); }
-  // Part of the way in that is gone at `t` [s] after the start; 0 before, after, and for NaN.
-  [[nodiscard]] double At(double t) const noexcept {
-    if (!(t > 0 && t < duration())) return 0;
+  [[nodiscard]] double duration() const noexcept { return start + presses * period(); }
+  [[nodiscard]] double hold_begin() const noexcept { return start + ramp; }
+  // The tip at `t` [s], frame S [m]; home before, after, and for NaN.
+  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept {
+    return home + PartAt(t - start) * way;
+  }
+
+ private:
+  [[nodiscard]] double PartAt(double t) const noexcept {
+    if (!(t > 0 && t < presses * period())) return 0;
     const double in_press = std::fmod(t, period());
     if (in_press >= 2 * ramp + hold) return 0;
     const double back = in_press - ramp - hold;
@@ -44,21 +52,10 @@ struct PressMotion {
   }
 };
 
-// The scene's own contact. Throws std::invalid_argument naming the key.
-struct PressRequest {
-  double depth = 0;  // beyond the first touch [m]
-  double speed =
-      0;  // largest speed: that of operator.press, or the manipulator's if that is less [m/s]
-
-  explicit PressRequest(const Scene& scene) {
-    const auto positive = [](double value, const char* key, const char* unit) {
-      if (value > 0 && std::isfinite(value)) return value;
-      throw std::invalid_argument(fmt::format("{} = {:g} {}: accepted is > 0", key, value, unit));
-    };
-    depth = positive(scene.operator_options.press_depth, "operator.press.depth", "m");
-    speed = std::min(positive(scene.operator_options.press_speed, "operator.press.speed", "m/s"),
-                     positive(scene.manipulator.max_speed, "manipulator.max_speed", "m/s"));
-  }
-};
+// Largest speed of the scene's own contact: that of operator.press, or the manipulator's if that is
+// less [m/s].
+inline double PressSpeed(const Scene& scene) {
+  return std::min(scene.operator_options.press_speed, scene.manipulator.max_speed);
+}
 
 }  // namespace palpate

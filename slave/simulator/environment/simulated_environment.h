@@ -26,36 +26,60 @@ namespace palpate {
 // Whether a tool waits until its contact is solved, or must not be delayed.
 enum class Patience : std::uint8_t { kWaits, kNone };
 
-// Observes a simulator in real time: a sample every 1 / rate seconds; late ones are skipped.
+// Samples of a simulator: in real time one every 1 / rate seconds, late ones are skipped; or those
+// of a script, as fast as they are computed, with times from Time{}.
 template <typename Source, typename Sample>
-class LiveSource final : public Source {
+class SimulatedSource final : public Source {
  public:
-  // `take` makes the sample of this moment. Samples keep their raster as long as less than `slack`
-  // periods were lost.
-  LiveSource(double rate, double slack, std::string description, std::function<Sample(Time)> take)
-      : period_(Seconds(1 / rate)),
-        slack_(Seconds(slack / rate)),
+  // Motion of the tool without an operator.
+  struct Script {
+    double duration = 0;               // [s]
+    std::function<void(double)> move;  // brings the tool to where it is at a time [s]
+  };
+  // `take` makes the sample of this moment, without its number and time.
+  SimulatedSource(double rate, std::string description, std::function<Sample()> take,
+                  std::optional<Script> script = std::nullopt)
+      : rate_(rate),
         description_(std::move(description)),
-        take_(std::move(take)) {}
+        take_(std::move(take)),
+        script_(std::move(script)) {}
 
-  // Sleeps in short stretches: a slow source must not delay the end.
   std::optional<Sample> Next(const std::stop_token& stop) override {
-    const Time now = Clock::now();
-    due_ = due_ + period_ + slack_ > now ? due_ + period_ : now;
-    while (!stop.stop_requested() && Clock::now() < due_) {
-      const Time wake = std::min(due_, Clock::now() + std::chrono::milliseconds(50));
-      std::this_thread::sleep_until(Clock::ToSteady(wake));
-    }
-    if (stop.stop_requested()) return std::nullopt;
-    return take_(Clock::now());
+    const std::optional<Time> sensed_at = script_ ? FollowScript() : Wait(stop);
+    if (!sensed_at || stop.stop_requested()) return std::nullopt;
+    Sample sample = take_();
+    sample.sensed_at = *sensed_at;
+    sample.sequence = ++sequence_;
+    return sample;
   }
   [[nodiscard]] std::string description() const override { return description_; }
 
  private:
-  Clock::duration period_, slack_;
+  std::optional<Time> FollowScript() {
+    const double t = static_cast<double>(sequence_) / rate_;
+    if (t > script_->duration) return std::nullopt;
+    script_->move(t);
+    return Time{} + Seconds(t);
+  }
+  // The raster of samples is kept as long as less than a period was lost. Sleeps in short
+  // stretches: a slow source must not delay the end.
+  std::optional<Time> Wait(const std::stop_token& stop) {
+    const Clock::duration period(Seconds(1 / rate_));
+    const Time now = Clock::now();
+    due_ = due_ + 2 * period > now ? due_ + period : now;
+    while (!stop.stop_requested() && Clock::now() < due_) {
+      const Time wake = std::min(due_, Clock::now() + std::chrono::milliseconds(50));
+      std::this_thread::sleep_until(Clock::ToSteady(wake));
+    }
+    return Clock::now();
+  }
+
+  double rate_;  // [Hz]
   std::string description_;
-  std::function<Sample(Time)> take_;
+  std::function<Sample()> take_;
+  std::optional<Script> script_;
   Time due_{};
+  std::uint64_t sequence_ = 0;
 };
 
 // Where the object of a scene really is, X_SO: its misplacement included.
@@ -77,9 +101,16 @@ class SimulatedEnvironment : public GroundTruth {
   // Sources that observe this simulator, which must outlive them; one source at a time, null: this
   // kind does not exist. `scene`: that of the simulator. Throw std::invalid_argument naming the
   // key: there is no script for it.
-  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& scene, const Pace& pace) = 0;
-  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) = 0;
-  virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) = 0;
+  virtual std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) {
+    return nullptr;
+  }
+  virtual std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) {
+    return nullptr;
+  }
+  virtual std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
+                                                        const Pace& /*pace*/) {
+    return nullptr;
+  }
 };
 
 // The simulator of the scene; null: it is a real environment. Throws std::invalid_argument naming

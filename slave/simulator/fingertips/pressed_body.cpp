@@ -166,7 +166,6 @@ struct PressedBody::Solver {
   VectorXd x, forces;         // displacements, what holds them
   std::vector<Bond> bonds;    // per node
   std::vector<FingerPlacement> placed;
-  int factorisations = 0;
 };
 
 // Bonded nodes go with their fingers.
@@ -192,7 +191,6 @@ bool PressedBody::Solver::Balance(double residual) {
     VectorXd right = -(forces + stiffness.selfadjointView<Eigen::Upper>() * move);
     right = right.cwiseProduct(free) + move;
     NeoHookeanBody::Hold(free, &stiffness);
-    ++factorisations;
     if (!factor.Factorize(stiffness, false)) return false;
     factor.Solve(&right);
     if (!right.allFinite() || !Step(right, is_moving)) return false;
@@ -291,12 +289,6 @@ bool PressedBody::Press(std::span<const FingerPlacement> fingers) {
   return false;
 }
 
-void PressedBody::Reset() {
-  solver_->x.setZero();
-  solver_->forces.setZero();
-  std::ranges::fill(solver_->bonds, Bond{});
-}
-
 FingerTouch PressedBody::TouchOf(int finger) const {
   const Solver& s = *solver_;
   FingerTouch touch;
@@ -338,10 +330,6 @@ std::vector<Vector3d> PressedBody::Displacements() const {
     displacements.push_back(s.Displacement(node));
   }
   return displacements;
-}
-
-int PressedBody::factorisations() const {
-  return solver_->factorisations;
 }
 
 }  // namespace palpate::site

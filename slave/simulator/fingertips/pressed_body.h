@@ -46,12 +46,10 @@ class PressedBody {
 
   // Moves the fingers from where they were. False: no equilibrium was found; the body is as it was.
   bool Press(std::span<const FingerPlacement> fingers);
-  void Reset();
 
   [[nodiscard]] FingerTouch TouchOf(int finger) const;
   // Of all nodes of the mesh, frame O [m].
   [[nodiscard]] std::vector<Eigen::Vector3d> Displacements() const;
-  [[nodiscard]] int factorisations() const;
 
  private:
   struct Solver;

@@ -47,7 +47,10 @@ double DeepestOf(const Scene& scene, const site::TrueObject& object, const site:
   return std::min(wanted, kMostOfBody * (high - low));
 }
 
-constexpr int kStepsPerSample = 4;  // so that the hand's path is followed, not jumped
+constexpr int kStepsPerSample = 4;  // of a script: the hand's path is followed, not jumped
+constexpr double kSettle = 0.2, kHold = 1, kRest = 0.5;  // of a script [s]
+
+using FingertipSource = SimulatedSource<TactileSource, TactileFrame>;
 
 }  // namespace
 
@@ -218,11 +221,11 @@ Truth TactileSite::truth() const {
 }
 
 std::unique_ptr<TactileSource> TactileSite::OpenFingertips(const Scene& scene, const Pace& pace) {
-  if (!pace.is_live) return std::make_unique<ScriptedTouch>(*this, scene, pace.presses);
+  if (!pace.is_live) return Play(*this, scene, ScriptedTouch(*this, scene, pace.presses));
   const double rate = scene.sense.Find<Tactile>()->rate;
-  return std::make_unique<LiveSource<TactileSource, TactileFrame>>(
-      rate, 1, fmt::format("simulated fingertips at {:g} Hz", rate),
-      [this](Time now) { return TakeSample(now); });
+  return std::make_unique<FingertipSource>(rate,
+                                           fmt::format("simulated fingertips at {:g} Hz", rate),
+                                           [this] { return TakeSample(Clock::now()); });
 }
 
 Vector3d TactileSite::approach() const {
@@ -268,32 +271,35 @@ SurfaceMesh TactileSite::TrueSurface() const {
   return deformed;
 }
 
-ScriptedTouch::ScriptedTouch(TactileSite& site, const Scene& scene, int presses)
-    : site_(site), rate_(scene.sense.Find<Tactile>()->rate) {
-  const PressRequest press(scene);
-  if (!std::isfinite(site_.gap())) {
+PressMotion ScriptedTouch(const TactileSite& site, const Scene& scene, int presses) {
+  if (!std::isfinite(site.gap())) {
     throw std::invalid_argument(
         "sense.tactile: the fingertips do not meet the object on their path");
   }
-  const double way = site_.gap() + press.depth;
-  way_ = way * site_.approach();
-  start_ = std::max(scene.sense.Find<Tactile>()->rest_samples, 0) / rate_ + kSettle;
-  motion_ = {std::max(presses, 1), kMinimumJerkPeak * std::abs(way) / press.speed, kHold, kRest};
+  const Tactile& tactile = *scene.sense.Find<Tactile>();
+  const double way = site.gap() + scene.operator_options.press_depth;
+  return {.home = site.home(),
+          .way = way * site.approach(),
+          .presses = std::max(presses, 1),
+          .start = std::max(tactile.rest_samples, 0) / tactile.rate + kSettle,
+          .ramp = kMinimumJerkPeak * std::abs(way) / PressSpeed(scene),
+          .hold = kHold,
+          .rest = kRest};
 }
 
-std::optional<TactileFrame> ScriptedTouch::Next(const std::stop_token& stop) {
-  const double t = static_cast<double>(sequence_) / rate_;
-  if (stop.stop_requested() || t > duration()) return std::nullopt;
-  for (int step = kStepsPerSample - 1; step >= 0; --step) {
-    site_.MoveTool(Tip(t - step / (kStepsPerSample * rate_)));
-  }
-  ++sequence_;
-  return site_.TakeSample(Time{} + Seconds(t));
-}
-
-std::string ScriptedTouch::description() const {
-  return fmt::format("simulated fingertips, {} scripted contact{}, {:g} Hz", motion_.presses,
-                     motion_.presses == 1 ? "" : "s", rate_);
+std::unique_ptr<TactileSource> Play(TactileSite& site, const Scene& scene,
+                                    const PressMotion& motion) {
+  const double rate = scene.sense.Find<Tactile>()->rate;
+  const auto move = [&site, motion, rate](double t) {
+    for (int step = kStepsPerSample - 1; step >= 0; --step) {
+      site.MoveTool(motion.Tip(t - step / (kStepsPerSample * rate)));
+    }
+  };
+  return std::make_unique<FingertipSource>(
+      rate,
+      fmt::format("simulated fingertips, {} scripted contact{}, {:g} Hz", motion.presses,
+                  motion.presses == 1 ? "" : "s", rate),
+      [&site] { return site.TakeSample({}); }, FingertipSource::Script{motion.duration(), move});
 }
 
 }  // namespace palpate

@@ -30,8 +30,8 @@ namespace palpate {
 class TactileSite final : public SimulatedEnvironment {
  public:
   // A few milliseconds; the first contact is solved in the background from here on. Throws
-  // std::invalid_argument naming the key if the scene cannot be simulated: no fingertips, an object
-  // that is not a volume or has no fixed part, a fingertip that is inside it at home.
+  // std::invalid_argument naming the key if the scene cannot be simulated: an object that is not a
+  // volume or has no fixed part, a fingertip that is inside it at home.
   explicit TactileSite(const Scene& scene, const SiteResolution& resolution = {});
   ~TactileSite() override;
 
@@ -42,20 +42,9 @@ class TactileSite final : public SimulatedEnvironment {
   // Solves the scene's own contact to its full depth; takes as long as this solution.
   void SolveAhead() override;
   [[nodiscard]] Truth truth() const override;
-  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
-  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
-  [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
-    return Eigen::Vector3d::Zero();
-  }
   // The nodes of a box are denser near the contact, so they move over the surface when the contact
   // moves (5 mm from the last point, or more).
   [[nodiscard]] SurfaceMesh TrueSurface() const override;
-  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
-    return nullptr;
-  }
-  std::unique_ptr<StereoSource> OpenPair(const Scene& /*scene*/, const Pace& /*pace*/) override {
-    return nullptr;
-  }
   std::unique_ptr<TactileSource> OpenFingertips(const Scene& scene, const Pace& pace) override;
   // Unit vector, frame S, of expected contacts: from the first finger's pad into the object's
   // surface.
@@ -73,41 +62,16 @@ class TactileSite final : public SimulatedEnvironment {
   std::unique_ptr<State> state_;
 };
 
-// A simulator with scripted contacts, sample after sample on its own clock: the source of runs
-// without an operator.
+// Contacts for runs without an operator. First a rest at home, while the baseline is measured and
+// for 0.2 s more. Each contact: along TactileSite::approach() to operator.press.depth beyond the
+// first contact in a minimum-jerk ramp whose peak speed is operator.press.speed, or
+// manipulator.max_speed if that is less; a hold of 1 s; the same ramp back; 0.5 s at home.
 //
-// First a rest at home, while the baseline is measured and for 0.2 s more. Each contact: along
-// TactileSite::approach() to operator.press.depth beyond the first contact in a minimum-jerk ramp
-// whose peak speed is operator.press.speed, or manipulator.max_speed if that is less; a hold of 1
-// s; the same ramp back; 0.5 s at home.
-class ScriptedTouch final : public TactileSource {
- public:
-  static constexpr double kSettle = 0.2, kHold = 1.0, kRest = 0.5;  // [s]
-
-  // `site` of that scene must outlive this. Throws std::invalid_argument naming the key: nothing in
-  // front of the fingers, depth or speed not positive.
-  ScriptedTouch(TactileSite& site, const Scene& scene, int presses);
-
-  // As fast as it can be computed; sensed_at counts from Time{}. Ends after the last contact.
-  std::optional<TactileFrame> Next(const std::stop_token& stop) override;
-  [[nodiscard]] std::string description() const override;
-
-  // Where the tip is at `t` [s] after the start, S [m].
-  [[nodiscard]] Eigen::Vector3d Tip(double t) const noexcept {
-    return site_.home() + motion_.At(t - start_) * way_;
-  }
-  [[nodiscard]] double duration() const noexcept { return start_ + motion_.duration(); }  // [s]
-  // For the first contact, from the start [s].
-  [[nodiscard]] double hold_begin() const noexcept { return start_ + motion_.ramp; }
-  [[nodiscard]] double hold_end() const noexcept { return start_ + motion_.ramp + kHold; }
-
- private:
-  TactileSite& site_;
-  double rate_;          // [Hz]
-  Eigen::Vector3d way_;  // home to deepest, S [m]
-  double start_ = 0;     // of the first contact [s]
-  PressMotion motion_;
-  std::uint64_t sequence_ = 0;
-};
+// Throws std::invalid_argument naming the key: nothing in front of the fingers.
+PressMotion ScriptedTouch(const TactileSite& site, const Scene& scene, int presses);
+// Its samples, as fast as they can be computed; sensed_at counts from Time{}. `site` of that scene
+// must outlive them.
+std::unique_ptr<TactileSource> Play(TactileSite& site, const Scene& scene,
+                                    const PressMotion& motion);
 
 }  // namespace palpate

@@ -43,9 +43,8 @@ struct RestBody {
 
 class TrueObject {
  public:
-  // Throws std::invalid_argument naming the key: no fingertips, an object that is not a volume or
-  // has no fixed part, a fingertip inside it, a first finger that does not move with the
-  // manipulator, a Poisson's ratio for which elements lock.
+  // Throws std::invalid_argument naming the key: an object that is not a volume or has no fixed
+  // part, a fingertip inside it, a Poisson's ratio for which elements lock.
   TrueObject(const Scene& scene, const SiteResolution& resolution);
   static constexpr double kMostPoisson = 0.49;
 

@@ -4,11 +4,9 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
-#include <stdexcept>
 #include <vector>
 
 #include <opencv2/core.hpp>
-#include <spdlog/fmt/fmt.h>
 
 #include "slave/simulator/environment/painting.h"
 #include "slave/vision/dots/dot_layout.h"
@@ -42,30 +40,11 @@ cv::Mat MembraneView::PlainFace() const {
     const auto p_I = Project(lens, X_CO * p_O);
     if (p_I) rim.push_back(*p_I);
   }
-  Coverage coverage({0, 0, lens.size[0], lens.size[1]});
-  coverage.Add(rim);
-  cv::Mat face;
-  coverage.Resolve(face);
-  face = kBeyond + (kRubber - kBeyond) * face;
-  return face;
+  return kBeyond + (kRubber - kBeyond) * CoverageOf({rim}, {lens.size[0], lens.size[1]});
 }
 
-PrintedDots DotsOn(const MembraneGeometry& membrane, const PointTracking& points) {
-  const PrintedDots dots{DotPlaces(points), points.dot_radius};
-  if (!(dots.radius > 0 && dots.radius < membrane.radius)) {
-    throw std::invalid_argument(
-        fmt::format("sense.points.radius = {:g} m: accepted is > 0, and "
-                    "less than the membrane's radius, {:g} m",
-                    dots.radius, membrane.radius));
-  }
-  for (const Vector2d& p_O : dots.places_O) {
-    if (p_O.norm() + dots.radius < membrane.radius) continue;
-    throw std::invalid_argument(
-        fmt::format("sense.points: the dot at [{:g}, {:g}] m is not completely on the membrane: "
-                    "accepted are dots within {:g} m of its centre",
-                    p_O.x(), p_O.y(), membrane.radius - dots.radius));
-  }
-  return dots;
+PrintedDots DotsOn(const PointTracking& points) {
+  return {DotPlaces(points), points.dot_radius};
 }
 
 DottedMembrane::DottedMembrane(const MembraneView& view, const PrintedDots& dots,
@@ -149,13 +128,7 @@ const cv::Mat& TexturedMembrane::Paint(const Dent& dent) {
   p_I.reserve(nodes_O_.size());
   for (const Vector2d& p_O : nodes_O_)
     p_I.push_back(Project(view_.lens, view_.X_CO * view_.Place(p_O, dent)));
-  for (const auto& [i, j, k] : triangles_) {
-    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
-    const auto c = static_cast<std::size_t>(k);
-    if (!p_I[a] || !p_I[b] || !p_I[c]) continue;
-    texture_.Fill(seen_, {0, 0}, {*p_I[a], *p_I[b], *p_I[c]},
-                  {on_texture_[a], on_texture_[b], on_texture_[c]});
-  }
+  texture_.FillFacets(seen_, triangles_, p_I, on_texture_);
   exposure_.Blur(seen_);
   return seen_;
 }

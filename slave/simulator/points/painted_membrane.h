@@ -36,8 +36,7 @@ struct PrintedDots {
   std::vector<Eigen::Vector2d> places_O;  // at rest [m]
   double radius = 0;                      // [m]
 };
-// Throws std::invalid_argument naming the key: a dot that is not wholly on the membrane.
-PrintedDots DotsOn(const MembraneGeometry& membrane, const PointTracking& points);
+PrintedDots DotsOn(const PointTracking& points);
 
 class DottedMembrane {
  public:

@@ -1,10 +1,13 @@
 #include "slave/simulator/points/stereo_site.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <mutex>
 #include <stdexcept>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include <opencv2/core.hpp>
 #include <spdlog/fmt/fmt.h>
@@ -12,7 +15,6 @@
 
 #include "slave/simulator/environment/painting.h"
 #include "slave/simulator/points/painted_membrane.h"
-#include "slave/simulator/points/scripted_membrane.h"
 #include "slave/simulator/points/textured_target.h"
 #include "slave/simulator/points/true_membrane.h"
 #include "slave/vision/stereo/pair_rig.h"
@@ -33,10 +35,12 @@ class Stage {
 
   // Like those of StereoSite.
   virtual void MoveTool(const Vector3d& p_S_tip, Patience patience) = 0;
-  virtual void SolveEverywhere() = 0;
+  virtual void SolveEverywhere() {}
   [[nodiscard]] virtual Truth truth() const = 0;
-  [[nodiscard]] virtual std::optional<TargetTruth> target() const = 0;
-  [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const = 0;
+  [[nodiscard]] virtual std::optional<TargetTruth> target() const { return std::nullopt; }
+  [[nodiscard]] virtual Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const {
+    return Vector3d::Zero();
+  }
   // The world as it will be painted from here on, `seconds` after the first pictures.
   virtual void Hold(double seconds) = 0;
   virtual const cv::Mat& Paint(std::size_t eye) = 0;
@@ -64,7 +68,6 @@ class MembraneStage final : public Stage {
     return {now.p_S_tip, now.in_contact, membrane_.X_SO().linear() * f_O, now.dent.depth,
             now.solved};
   }
-  [[nodiscard]] std::optional<TargetTruth> target() const override { return std::nullopt; }
   [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override {
     return site::DisplacementOf(membrane_.now().dent, p_O);
   }
@@ -105,13 +108,9 @@ class TargetStage final : public Stage {
     const std::lock_guard lock(mutex_);
     truth_.p_S_tip = p_S_tip;
   }
-  void SolveEverywhere() override {}
   [[nodiscard]] Truth truth() const override {
     const std::lock_guard lock(mutex_);
     return truth_;
-  }
-  [[nodiscard]] Vector3d TrueDisplacement(const Eigen::Vector2d& /*p_O*/) const override {
-    return Vector3d::Zero();
   }
   [[nodiscard]] std::optional<TargetTruth> target() const override {
     const std::lock_guard lock(mutex_);
@@ -171,10 +170,42 @@ std::unique_ptr<Stage> MakeStage(const Scene& scene, const site::MembraneResolut
     throw std::invalid_argument(
         "object.geometry: accepted by the simulator for sense.points.track = dots is a membrane");
   }
-  const site::PrintedDots dots = site::DotsOn(*geometry, points);
+  const site::PrintedDots dots = site::DotsOn(points);
   return std::make_unique<MembraneStage<site::DottedMembrane>>(
       scene, resolution, rig,
       [&](const site::MembraneView& view) { return site::DottedMembrane(view, dots, exposure); });
+}
+
+constexpr double kTargetSeconds = 10;  // of a textured target's path without a duration
+constexpr int kRest = 15;              // pairs before the contact: the rest shape
+constexpr int kDwell = 6;              // pairs at each step on the way in; one on the way back
+constexpr double kStep = 0.5e-3;       // [m]
+constexpr double kFineBelow = 1e-3, kCoarseAbove = 50e-3;  // press depths with ten steps [m]
+
+std::vector<double> StepsTo(double depth) {
+  const double step = depth < kFineBelow || depth > kCoarseAbove ? depth / 10 : kStep;
+  std::vector<double> depths{0};
+  for (int k = 1; k * step < depth * (1 - 1e-9); ++k) depths.push_back(k * step);
+  depths.push_back(depth);
+  return depths;
+}
+
+// A press without an operator, where the tip is in each pair. It waits at manipulator.home, moves
+// straight down to the point below it, on in steps to operator.press.depth, back in the same steps,
+// and home.
+std::vector<Vector3d> ScriptedTips(const Scene& scene) {
+  const Isometry3d X_SO = TruePose(scene);
+  const Vector3d p_O_home = X_SO.inverse() * scene.manipulator.home;
+  const auto at = [&](double depth) -> Vector3d {
+    return X_SO * Vector3d(p_O_home.x(), p_O_home.y(), -depth);
+  };
+  const std::vector<double> depths = StepsTo(scene.operator_options.press_depth);
+  std::vector<Vector3d> tips(kRest, scene.manipulator.home);
+  for (const double depth : depths) tips.insert(tips.end(), kDwell, at(depth));
+  for (auto depth = depths.rbegin() + 1; depth != depths.rend(); ++depth)
+    tips.push_back(at(*depth));
+  tips.insert(tips.end(), kDwell, scene.manipulator.home);
+  return tips;
 }
 
 // The tip straight below home, as deep as the scene presses.
@@ -194,12 +225,7 @@ struct StereoSite::State {
         rate(scene.sense.Find<StereoCameras>()->rate),
         press_depth(scene.operator_options.press_depth),
         p_S_home(scene.manipulator.home),
-        p_S_deepest(DeepestOf(scene)) {
-    if (!(rate > 0)) {
-      throw std::invalid_argument("sense.camera.rate = " + std::to_string(rate) +
-                                  " Hz: accepted is > 0");
-    }
-  }
+        p_S_deepest(DeepestOf(scene)) {}
 
   const StereoRig rig;
   site::Exposure exposure;  // TakePictures's thread only
@@ -256,22 +282,29 @@ StereoPictures StereoSite::TakePictures() {
 }
 
 std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pace& pace) {
-  if (!pace.is_live) {
-    MembraneScript script;
-    if (pace.duration > 0) script.target_seconds = pace.duration;
-    return std::make_unique<ScriptedMembrane>(*this, scene, script);
+  using PairSource = SimulatedSource<StereoSource, StereoPair>;
+  const double rate = state_->rate;
+  const auto take = [this] {
+    auto [left, right] = TakePictures();
+    return StereoPair{.left = std::move(left), .right = std::move(right)};
+  };
+  if (pace.is_live) {
+    return std::make_unique<PairSource>(rate, fmt::format("simulated stereo pair at {:g} Hz", rate),
+                                        take);
   }
-  return std::make_unique<LiveSource<StereoSource, StereoPair>>(
-      state_->rate, 1, fmt::format("simulated stereo pair at {:g} Hz", state_->rate),
-      [this, sequence = std::uint64_t{0}](Time now) mutable {
-        auto [left, right] = TakePictures();
-        StereoPair pair;
-        pair.left = std::move(left);
-        pair.right = std::move(right);
-        pair.sensed_at = now;
-        pair.sequence = ++sequence;
-        return pair;
-      });
+  if (target()) {
+    const double duration = pace.duration > 0 ? pace.duration : kTargetSeconds;
+    return std::make_unique<PairSource>(
+        rate, fmt::format("simulated stereo pair, textured target on its path, {:g} Hz", rate),
+        take, PairSource::Script{duration - 0.5 / rate, [](double) {}});
+  }
+  const std::vector<Vector3d> tips = ScriptedTips(scene);
+  const auto move = [this, tips, rate](double t) {
+    MoveTool(tips[static_cast<std::size_t>(std::lround(rate * t))]);
+  };
+  return std::make_unique<PairSource>(
+      rate, fmt::format("simulated stereo pair, scripted contact, {:g} Hz", rate), take,
+      PairSource::Script{(static_cast<double>(tips.size()) - 0.5) / rate, move});
 }
 
 const StereoRig& StereoSite::rig() const {

@@ -54,15 +54,7 @@ class StereoSite final : public SimulatedEnvironment {
   [[nodiscard]] std::optional<TargetTruth> target() const override;
   // Of the membrane's point that rests at p_O [m] on the inner face.
   [[nodiscard]] Eigen::Vector3d TrueDisplacement(const Eigen::Vector2d& p_O) const override;
-  [[nodiscard]] std::optional<Eigen::Vector3d> goal() const override { return std::nullopt; }
   std::unique_ptr<StereoSource> OpenPair(const Scene& scene, const Pace& pace) override;
-  std::unique_ptr<FrameSource> OpenCamera(const Scene& /*scene*/, const Pace& /*pace*/) override {
-    return nullptr;
-  }
-  std::unique_ptr<TactileSource> OpenFingertips(const Scene& /*scene*/,
-                                                const Pace& /*pace*/) override {
-    return nullptr;
-  }
   // Both cameras at once; noise, blur and light as in the scene's `site`. One thread; the same
   // calls in the same order give the same images.
   StereoPictures TakePictures();

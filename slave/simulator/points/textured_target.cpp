@@ -13,12 +13,6 @@ constexpr double kTexelsPerGrain = 5;
 constexpr int kRings = 40;  // from the tip to the rim
 constexpr int kAround = 160;
 
-// Twice the signed area of a facet in the picture; positive where its outside faces the camera.
-double Facing(const std::array<Eigen::Vector2d, 3>& at) {
-  const Eigen::Vector2d a = at[1] - at[0], b = at[2] - at[0];
-  return a.x() * b.y() - a.y() * b.x();
-}
-
 }  // namespace
 
 Eigen::Vector3d HeartPath(double seconds, double pace) {
@@ -61,18 +55,7 @@ TexturedTarget::TexturedTarget(const Shape& shape)
 void TexturedTarget::Draw(const Lens& lens, const Eigen::Isometry3d& X_CB, cv::Mat& canvas) const {
   std::vector<std::optional<Eigen::Vector2d>> p_I(p_B_.size());
   for (std::size_t i = 0; i < p_B_.size(); ++i) p_I[i] = Project(lens, X_CB * p_B_[i]);
-  for (const auto& triangle : triangles_) {
-    std::array<Eigen::Vector2d, 3> at, from;
-    bool seen = true;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto i = static_cast<std::size_t>(triangle[k]);
-      seen = seen && p_I[i].has_value();
-      if (!seen) break;
-      at[k] = *p_I[i];
-      from[k] = on_texture_[i];
-    }
-    if (seen && Facing(at) > 0) texture_.Fill(canvas, {0, 0}, at, from);
-  }
+  texture_.FillFacets(canvas, triangles_, p_I, on_texture_);
 }
 
 std::optional<Eigen::Vector3d> TexturedTarget::PointAt(const Lens& lens,

@@ -1,11 +1,8 @@
 #include "slave/simulator/points/true_membrane.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <variant>
-
-#include <spdlog/fmt/fmt.h>
 
 namespace palpate::site {
 namespace {
@@ -28,16 +25,11 @@ PressCache::Plan PlanOf(const Scene& scene, const Eigen::Isometry3d& X_SO,
     throw std::invalid_argument(
         "tool.width: missing; accepted by the simulator is the diameter of the tool, > 0");
   }
-  const double depth = scene.operator_options.press_depth;
-  if (!(depth > 0 && std::isfinite(depth))) {
-    throw std::invalid_argument(
-        fmt::format("operator.press.depth = {:g} m: accepted is > 0", depth));
-  }
   return {.geometry = GeometryOf(scene),
           .material = scene.object.material,
           .width = scene.tool->width,
           .home_radius = (X_SO.inverse() * scene.manipulator.home).head<2>().norm(),
-          .press_depth = depth,
+          .press_depth = scene.operator_options.press_depth,
           .prestress = scene.model.prestress,
           .resolution = resolution};
 }

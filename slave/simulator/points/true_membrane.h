@@ -23,8 +23,8 @@ class TrueMembrane {
     Dent dent;
   };
 
-  // Throws std::invalid_argument naming the key: no membrane, no tool, no press depth, scenes that
-  // PressedMembrane rejects.
+  // Throws std::invalid_argument naming the key: no membrane, no tool, scenes that PressedMembrane
+  // rejects.
   TrueMembrane(const Scene& scene, const MembraneResolution& resolution);
 
   // See StereoSite. Thread-safe.

@@ -12,20 +12,10 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 Lens LensOf(const StereoCameras& cameras) {
-  const auto [width, height] = cameras.size;
-  if (width < 16 || height < 16 || width > 8192 || height > 8192) {
-    throw std::invalid_argument(
-        fmt::format("sense.camera.size = [{}, {}]: accepted by the simulator is 16 to 8192 px each",
-                    width, height));
-  }
-  if (!(cameras.focal > 0 && cameras.focal < 1e6)) {
-    throw std::invalid_argument(
-        fmt::format("sense.camera.pair.focal = {:g} px: accepted is > 0", cameras.focal));
-  }
   Lens lens;
   lens.fx = lens.fy = cameras.focal;
-  lens.cx = 0.5 * (width - 1);
-  lens.cy = 0.5 * (height - 1);
+  lens.cx = 0.5 * (cameras.size[0] - 1);
+  lens.cy = 0.5 * (cameras.size[1] - 1);
   lens.size = cameras.size;
   return lens;
 }
@@ -59,10 +49,10 @@ StereoRig SimulatedRig(const Scene& scene) {
   if (!(distance > 0 && distance < 1e6)) {
     throw std::invalid_argument("sense.camera.pose: accepted is a position away from the object");
   }
-  if (!(cameras.baseline > 0 && cameras.baseline < 1.5 * distance)) {
+  if (!(cameras.baseline < 1.5 * distance)) {
     throw std::invalid_argument(
-        fmt::format("sense.camera.pair.baseline = {:g} m: accepted is 0 < baseline < {:g} m (1.5 "
-                    "times the distance to the object)",
+        fmt::format("sense.camera.pair.baseline = {:g} m: accepted is less than {:g} m (1.5 times "
+                    " the distance to the object)",
                     cameras.baseline, 1.5 * distance));
   }
   StereoRig rig;

@@ -20,7 +20,7 @@ class CameraStage final : public Stage {
   CameraStage(const std::string& name, Scene scene, const Counts& counts)
       : Stage(name, "camera", std::move(scene)),
         counts_(counts),
-        press_(this->scene()),
+        press_(ScriptedPress(this->scene())),
         camera_(*this->scene().sense.Find<Camera>()),
         view_(camera_, camera_.size[0], camera_.size[1]) {
     script_ = counts.script();
@@ -71,7 +71,7 @@ class CameraStage final : public Stage {
   }
 
   Counts counts_;
-  ScriptedPress press_;
+  PressMotion press_;
   const Camera& camera_;
   CameraView view_;
 };

@@ -7,7 +7,7 @@
 
 #include "slave/pipeline/camera/estimator.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/camera/scripted_press.h"
+#include "slave/simulator/camera/simulated_site.h"
 #include "slave/vision/stereo/rig.h"
 #include "tests/support/paths.h"
 
@@ -31,15 +31,15 @@ Scene BlockBehindALens() {
 TEST(StraightCameraTest, TheTipIsFoundToATenthOfAPixelThroughALens) {
   const Scene scene = BlockBehindALens();
   SimulatedSite site(scene);
-  ScriptedCamera camera(site, scene);
-  std::optional<Frame> frame = camera.Next({});
+  const auto camera = site.OpenCamera(scene, {.is_live = false});
+  std::optional<Frame> frame = camera->Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);
   const double pixel = scene.sense.Find<Camera>()->pixel;
   double worst = 0, unstraightened = 0;
   int compared = 0;
   const Lens lens = ReadRig(scene.sense.Find<Camera>()->lens).left;
-  for (int i = 0; frame && i < 60; ++i, frame = camera.Next({})) {
+  for (int i = 0; frame && i < 60; ++i, frame = camera->Next({})) {
     const ContactEstimate& felt = estimator.Estimate(*frame);
     ASSERT_TRUE(estimator.observation().tip.found) << i;
     worst = std::max(worst, (felt.p_S_tip - site.truth().p_S_tip).norm() / pixel);
@@ -67,17 +67,17 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
   scene.site.embryo.reset();  // linear, and it does not break
   scene.operator_options.press_depth = 100e-6;
   SimulatedSite site(scene);
-  ScriptedCamera camera(site, scene);
+  const auto camera = site.OpenCamera(scene, {.is_live = false});
   scene.object.geometry = ImageContourGeometry{1.2e-3};
   scene.tool->direction.setZero();
-  std::optional<Frame> frame = camera.Next({});
+  std::optional<Frame> frame = camera->Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);
   EXPECT_LT((estimator.eyes().tool_direction_I() - Eigen::Vector2d(-1, 0)).norm(), 0.1);
   double peak = 0, worst = 0;
   int valid = 0, pictures = 0;
   std::string checks;
-  for (; frame; frame = camera.Next({})) {
+  for (; frame; frame = camera->Next({})) {
     const ContactEstimate& felt = estimator.Estimate(*frame);
     const Eigen::Vector3d truth = site.truth().force;
     peak = std::max(peak, truth.norm());
