@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/simulator/fingertips/simulated_fingertip.h"
-#include "slave/simulator/fingertips/simulated_presses.h"
+#include "slave/simulator/presses/simulated_presses.h"
 #include "slave/tactile/network/force_network.h"
 #include "slave/tactile/signals/rest_values.h"
 #include "tests/support/paths.h"

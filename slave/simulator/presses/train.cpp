@@ -1,4 +1,4 @@
-#include "slave/commands/train/train.h"
+#include "slave/simulator/presses/train.h"
 
 #include <cstdio>
 #include <stdexcept>
@@ -8,7 +8,7 @@
 #include "shared/text/csv.h"
 #include "shared/text/text.h"
 #include "slave/commands/progress_bar.h"
-#include "slave/simulator/fingertips/simulated_presses.h"
+#include "slave/simulator/presses/simulated_presses.h"
 
 namespace palpate {
 namespace {

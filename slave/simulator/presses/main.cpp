@@ -1,6 +1,6 @@
 // palpate-train: the command line of `palpate-slave train`.
 #include "slave/commands/command_program.h"
-#include "slave/commands/train/train.h"
+#include "slave/simulator/presses/train.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "slave/commands/train/train.h"
+#include "slave/simulator/presses/train.h"
 
 #include <filesystem>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "slave/simulator/fingertips/simulated_presses.h"
+#include "slave/simulator/presses/simulated_presses.h"
 
 #include <algorithm>
 #include <cmath>
