@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "shared/statistics/robust.h"
-#include "slave/vision/contour_tracker.h"
+#include "slave/vision/rest_contour.h"
 
 namespace palpate {
 namespace {

@@ -1,8 +1,6 @@
-// Finds the object's outline, tracks it from image to image, and measures it accurately at rest.
+// The object's outline in the first image: found, settled on by the snake (paper A, eq. 2), and
+// measured to a small part of a pixel.
 #pragma once
-
-#include <span>
-#include <vector>
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
@@ -10,42 +8,21 @@
 #include "slave/scene/scene.h"
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/grey.h"
-#include "slave/vision/snake.h"
 
 namespace palpate {
 
-class ContourTracker {
- public:
-  // Finds the object at rest in `first`: starts the snake at `options.start` (whose size may be
-  // wrong by 40 %) or, without one, at the result of FindObject, lets it settle and refines it.
-  // `tool_width` [px], 0: no tool. `clockwise_I`: orientation in the image. Throws
-  // std::runtime_error: no contour found, an image too small, the contour collapsed, intersected
-  // itself or found no edge.
-  ContourTracker(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
-                 double tool_width, bool clockwise_I);
-
-  // Control points in this image [px]; empty if the contour has lost its edge, collapsed,
-  // intersected itself or moved away: then it starts again from rest. Valid until the next call.
-  // `image` fits the format. Real-time safe.
-  std::span<const Eigen::Vector2d> Track(const cv::Mat& image) noexcept;
-
-  [[nodiscard]] const Curve& rest() const { return rest_; }  // refined [px]
-  void Restart() noexcept { snake_.Restart(settled_); }
-
- private:
-  // The best that settles from one of `starts`.
-  ContourTracker(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
-                 const std::vector<Curve>& starts);
-  void Begin(const cv::Mat& first, const GreyFormat& format, std::span<const double> blurs);
-  void Settle(const cv::Mat& first, std::span<const double> blurs);
-  [[nodiscard]] bool IsSound() const noexcept;
-
-  Snake snake_;
-  Curve settled_;  // the snake at rest, for a new start
-  Curve rest_;
-  // Of `settled_`; the area is signed, the strength the mean gradient under its points.
-  double rest_area_ = 0, rest_length_ = 0, rest_strength_ = 0;
+// Of the object at rest, in its orientation in the image [px].
+struct RestContour {
+  Curve outline;  // the snake's control points
+  Curve edge;     // points on the edge, see RefineContour; gaps where it is not clear
 };
+
+// Starts the snake at `options.start` (whose size may be wrong by 40 %) or, without one, at the
+// result of FindObject, lets it settle and refines it. `tool_width` [px], 0: no tool.
+// `clockwise_I`: orientation in the image. Throws std::runtime_error: no contour found, an image
+// too small, the contour collapsed, intersected itself or found no edge.
+RestContour FindRestContour(const ContourTracking& options, const cv::Mat& first,
+                            const GreyFormat& format, double tool_width, bool clockwise_I);
 
 // Finds the object in an image without a start: the outline [px] of the object in `picture` (8 bit
 // grey). Among all closed regions that some threshold separates, darker or brighter, completely in
