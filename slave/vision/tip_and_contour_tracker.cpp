@@ -166,7 +166,7 @@ const Observation& TipAndContourTracker::Process(const cv::Mat& image, std::uint
   if (!parts_->format.Fits(image)) return seen;
   try {
     if (parts_->tip) seen.tip = parts_->tip->Track(image);
-  } catch (const std::bad_alloc&) {  // the search over the whole picture found no memory
+  } catch (const std::exception&) {  // no memory
     seen.tip = {};
     parts_->tip->Forget();
   }

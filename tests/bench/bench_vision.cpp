@@ -52,26 +52,9 @@ void NccOf64Window(benchmark::State& state) {
   Ncc ncc(Template(format));
   GreyPatch window;
   format.Read(Pictures()[1], {288, 100, 64, 64}, window);
-  for (auto _ : state) benchmark::DoNotOptimize(ncc.Match(window).scores.data());
+  for (auto _ : state) benchmark::DoNotOptimize(ncc.Match(window).data);
 }
 BENCHMARK(NccOf64Window);
-
-// The rival: the linked library's, on the same window.
-void MatchTemplateOf64Window(benchmark::State& state) {
-  const GreyFormat format(Pictures()[0]);
-  const GreyPatch patch = Template(format);
-  cv::Mat pattern;
-  cv::Mat(patch.height, patch.width, CV_16SC1, const_cast<std::int16_t*>(patch.levels.data()))
-      .convertTo(pattern, CV_8U);
-  const cv::Mat window = Pictures()[1](cv::Rect(288, 100, 64, 64));
-  cv::Mat scores;
-  cv::setNumThreads(1);
-  for (auto _ : state) {
-    cv::matchTemplate(window, pattern, scores, cv::TM_CCOEFF_NORMED);
-    benchmark::DoNotOptimize(scores.data);
-  }
-}
-BENCHMARK(MatchTemplateOf64Window);
 
 void Process(benchmark::State& state) {
   TipAndContourTracker eyes(SceneForTestPictures(), Pictures()[0], PictureAt(0).tool->tip);

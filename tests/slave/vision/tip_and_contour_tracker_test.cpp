@@ -12,7 +12,6 @@
 #include "slave/vision/closed_curve.h"
 #include "slave/vision/observation.h"
 #include "tests/slave/vision/test_pictures.h"
-#include "tests/support/allocation_count.h"
 #include "tests/support/paths.h"
 #include "tests/support/thrown.h"
 
@@ -129,16 +128,6 @@ TEST(TipAndContourTrackerTest, ResetSearchesEverywhereAgain) {
   eyes.Reset();
   EXPECT_EQ(eyes.search_window(), cv::Rect(0, 0, 640, 480));
   EXPECT_TRUE(eyes.Process(picture.Render(2), 1, {}).tip.reacquired);
-}
-
-TEST(TipAndContourTrackerTest, LookingAllocatesNothing) {
-  const TestPicture picture = Picture();
-  TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
-  const cv::Mat images[] = {picture.Render(2), picture.Render(3)};
-  eyes.Process(images[0], 1, {});  // the first one makes room
-  const long before = AllocationCount();
-  for (int k = 0; k < 200; ++k) eyes.Process(images[k % 2], 2, {});
-  EXPECT_EQ(AllocationCount(), before);
 }
 
 TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
