@@ -1,7 +1,6 @@
 #include "slave/vision/closed_curve.h"
 
 #include <cmath>
-#include <numbers>
 
 namespace palpate {
 namespace {
@@ -38,17 +37,6 @@ double CurveLength(CurveView curve) noexcept {
   return length;
 }
 
-int TurningNumber(CurveView curve) noexcept {
-  const std::size_t n = curve.size();
-  double turned = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector2d in = curve[i] - curve[(i + n - 1) % n];
-    const Eigen::Vector2d out = curve[(i + 1) % n] - curve[i];
-    turned += std::atan2(Cross(in, out), in.dot(out));
-  }
-  return static_cast<int>(std::lround(turned / (2 * std::numbers::pi)));
-}
-
 bool CrossesItself(CurveView curve) noexcept {
   const std::size_t n = curve.size();
   for (std::size_t i = 0; i + 2 < n; ++i) {
@@ -61,15 +49,9 @@ bool CrossesItself(CurveView curve) noexcept {
 }
 
 Curve Resample(CurveView curve, int count) {
+  const double spacing = CurveLength(curve) / count;
   Curve even;
   even.reserve(static_cast<std::size_t>(count));
-  Resample(curve, count, even);
-  return even;
-}
-
-void Resample(CurveView curve, int count, Curve& even) {
-  const double spacing = CurveLength(curve) / count;
-  even.clear();
   double ahead = 0;  // arc length from curve[i] to the next even point
   for (std::size_t i = 0; i < curve.size(); ++i) {
     const Eigen::Vector2d& a = curve[i];
@@ -81,6 +63,7 @@ void Resample(CurveView curve, int count, Curve& even) {
     ahead -= length;
   }
   while (even.size() < static_cast<std::size_t>(count)) even.push_back(curve.front());  // rounding
+  return even;
 }
 
 Curve Smoothed(CurveView curve, int count) {

@@ -16,9 +16,6 @@ using CurveView = std::span<const Eigen::Vector2d>;
 double CurveArea(CurveView curve) noexcept;
 // Perimeter [px].
 double CurveLength(CurveView curve) noexcept;
-// How often the tangent turns round: +1 or -1 for a simple curve; the first sign of a crossing.
-// O(n).
-int TurningNumber(CurveView curve) noexcept;
 // Two sides that are not neighbours cross or touch. O(n^2).
 bool CrossesItself(CurveView curve) noexcept;
 // `count` points at equal arc length from the first point on. `curve` has a length > 0.
@@ -27,7 +24,5 @@ Curve Resample(CurveView curve, int count);
 // it: jitter of single points averages out, features shorter than a spacing are rounded. For
 // outlines found in images.
 Curve Smoothed(CurveView curve, int count);
-// The same into `even`, another curve; allocates only where it has too little room.
-void Resample(CurveView curve, int count, Curve& even);
 
 }  // namespace palpate

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "shared/statistics/robust.h"
-#include "slave/vision/contour_tracker.h"
+#include "slave/vision/rest_contour.h"
 
 namespace palpate {
 namespace {
@@ -133,7 +133,7 @@ constexpr double kWorkingEdge = 480;
 constexpr double kBlur = 1.5;
 constexpr int kThresholds = 32;  // between the darkest and the brightest percent
 constexpr double kSmallest = 0.001, kLargest = 0.7;  // area, part of the picture
-// Area / area of the convex hull. [-] [tuned: AContourThatLosesItsEdgeIsFlaggedAndComesBack]
+// Area / area of the convex hull. [-] [tuned: PicturesWithoutAnObjectAreRefused]
 constexpr double kLeastSolidity = 0.8;
 constexpr double kLeastRoundness = 0.35;  // 4 pi area / length^2 of the hull: no bar
 constexpr double kLeastAgreement = 0.5;   // of the edge's sign along the outline, 0 to 1

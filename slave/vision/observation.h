@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -29,8 +28,6 @@ struct Observation {
   std::uint64_t sequence = 0;
   Time sensed_at{};
   TipObservation tip;
-  std::span<const Eigen::Vector2d>
-      contour_I;  // control points [px], counter-clockwise in S; may be empty
 };
 
 // Mapping of the image plane I to the plane z = 0 of S: one pixel size, one pose, no perspective

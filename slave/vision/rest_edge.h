@@ -1,7 +1,6 @@
 // The object's edge at rest, searched again in every image, point by point.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -9,6 +8,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "slave/vision/closed_curve.h"
+#include "slave/vision/edge_profile.h"
 #include "slave/vision/grey.h"
 
 namespace palpate {
@@ -45,7 +45,9 @@ class RestEdge {
   RestEdge(const cv::Mat& first, const GreyFormat& format, CurveView rest);
 
   [[nodiscard]] const std::vector<Place>& places() const { return places_; }
-  [[nodiscard]] bool Fits(const cv::Mat& image) const noexcept { return format_.Fits(image); }
+  [[nodiscard]] bool Fits(const cv::Mat& image) const noexcept {
+    return profile_.format().Fits(image);
+  }
 
   // Distance along the unit vector `n` from `p` [px] to the edge of the point, at most `reach`: the
   // steepest step of its sign, nearer ones preferred; then its centroid, as in RefineContour.
@@ -66,21 +68,12 @@ class RestEdge {
 
  private:
   static constexpr int kMargin = 8;  // beyond the reach, for the windows of step and centroid [px]
-  static constexpr int kMostSamples = 2 * (kMostReach + kMargin) + 1;  // [by definition]
 
-  bool ReadProfile(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
-                   int half) noexcept;
-  [[nodiscard]] double StepAt(int k, int first = 1) const noexcept;
-  [[nodiscard]] double Level(int k) const noexcept;
   void Expose(const Place& place, int at) noexcept;
-  [[nodiscard]] double Centroid(double sign, int at) const noexcept;
   [[nodiscard]] double Votes(const Eigen::Vector2d& shift) const noexcept;
 
-  GreyFormat format_;
+  EdgeProfile profile_;
   std::vector<Place> places_;
-  std::vector<std::int16_t> window_;
-  std::vector<float> level_;  // of the profile, 1 px apart
-  int half_ = 0;              // the profile's middle
   double sharpness_ = 1, exposure_ = 0;
   std::vector<float> votes_;  // points x (2 kMostReach + 1)
   std::vector<Eigen::Vector2d> normals_;

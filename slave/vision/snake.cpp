@@ -57,11 +57,10 @@ Snake::Snake(const GreyFormat& format, const SnakeWeights& weights, CurveView st
              int control_points)
     : format_(format), weights_(weights) {
   points_ = Resample(start, control_points);
-  even_.reserve(points_.size());
+  for (Eigen::Vector2d& p : points_) p = Clamped(p);
   strength_.assign(points_.size(), 0);
   bend_.assign(points_.size(), 0);
   beta_.assign(points_.size(), weights_.beta);
-  Restart(Curve(points_));
 }
 
 Eigen::Vector2d Snake::Clamped(const Eigen::Vector2d& v) const noexcept {
@@ -70,12 +69,7 @@ Eigen::Vector2d Snake::Clamped(const Eigen::Vector2d& v) const noexcept {
   return v.array().round().matrix().cwiseMin(last).cwiseMax(kBorder);
 }
 
-void Snake::Restart(CurveView start) noexcept {
-  for (std::size_t i = 0; i < points_.size(); ++i) points_[i] = Clamped(start[i]);
-  std::fill(beta_.begin(), beta_.end(), weights_.beta);
-}
-
-int Snake::Creep(const cv::Mat& image, int max_rounds) noexcept {
+int Snake::Creep(const cv::Mat& image, int max_rounds) {
   const int at_rest = static_cast<int>(kStillMoving * static_cast<double>(points_.size()));
   for (int round = 1; round <= max_rounds; ++round) {
     const bool rests = CreepRound(image) <= at_rest;
@@ -97,15 +91,15 @@ void Snake::AdaptTo(const cv::Mat& image) noexcept {
   gain_ = std::clamp(kStrongEdge / std::max(mean, 1.0), 1.0, kMostGain);
 }
 
-void Snake::EvenOut() noexcept {
+void Snake::EvenOut() {
   const std::size_t n = points_.size();
   double longest = 0;
   for (std::size_t i = 0; i < n; ++i) {
     longest = std::max(longest, (points_[(i + 1) % n] - points_[i]).norm());
   }
   if (longest <= kGap * CurveLength(points_) / static_cast<double>(n)) return;
-  Resample(points_, static_cast<int>(n), even_);
-  for (std::size_t i = 0; i < n; ++i) points_[i] = Clamped(even_[i]);
+  points_ = Resample(points_, static_cast<int>(n));
+  for (Eigen::Vector2d& p : points_) p = Clamped(p);
 }
 
 int Snake::CreepRound(const cv::Mat& image) noexcept {
@@ -141,11 +135,6 @@ NinePlaces Snake::MagnitudeAround(const cv::Mat& image, const Eigen::Vector2d& v
   return magnitude;
 }
 
-double Snake::mean_strength() const noexcept {
-  return std::accumulate(strength_.begin(), strength_.end(), 0.0) /
-         static_cast<double>(strength_.size());
-}
-
 // A point is a corner where the chain bends more than at both neighbours and there is an edge.
 void Snake::RelaxCorners() noexcept {
   const std::size_t n = points_.size();
@@ -154,7 +143,9 @@ void Snake::RelaxCorners() noexcept {
     const Eigen::Vector2d out = points_[(i + 1) % n] - points_[i];
     bend_[i] = (in.normalized() - out.normalized()).squaredNorm();
   }
-  const double least = kCornerStrength * mean_strength();
+  const double mean_strength =
+      std::accumulate(strength_.begin(), strength_.end(), 0.0) / static_cast<double>(n);
+  const double least = kCornerStrength * mean_strength;
   for (std::size_t i = 0; i < n; ++i) {
     const bool sharpest = bend_[i] > bend_[(i + n - 1) % n] && bend_[i] > bend_[(i + 1) % n];
     const bool corner = sharpest && bend_[i] > kCornerBend && strength_[i] > least;

@@ -42,7 +42,7 @@ struct SnakeWeights {
 };
 
 // One greedy step of the point `v` between its neighbours. `magnitude`: gradient magnitude at the
-// nine positions, in 1/255 of full scale. Real-time safe.
+// nine positions, in 1/255 of full scale.
 GreedyStep EvaluateStep(const Eigen::Vector2d& previous, const Eigen::Vector2d& v,
                         const Eigen::Vector2d& next, double mean_spacing,
                         const SnakeWeights& weights, const NinePlaces& magnitude) noexcept;
@@ -55,33 +55,27 @@ class Snake {
 
   // Moves at most `max_rounds` times around the chain, until few points move. If some points have
   // slid together and left a gap, the points are spaced evenly again: E_cont alone does not close
-  // it, because it hardly differs between the nine positions. Real-time safe. Returns the number of
-  // rounds. `image` fits the format.
-  int Creep(const cv::Mat& image, int max_rounds) noexcept;
+  // it, because it hardly differs between the nine positions. Returns the number of rounds. `image`
+  // fits the format.
+  int Creep(const cv::Mat& image, int max_rounds);
 
   // From now on amplifies weak or blurred gradients near the points (up to 8 times), as Williams &
   // Shah do by scaling those of the whole image.
   void AdaptTo(const cv::Mat& image) noexcept;
 
-  // Starts again on `start`, which has as many points.
-  void Restart(CurveView start) noexcept;
-
   [[nodiscard]] const Curve& points() const { return points_; }  // [px]
-  // Mean gradient magnitude under the points after the last round, amplified, in 1/255 of full
-  // scale.
-  [[nodiscard]] double mean_strength() const noexcept;
 
  private:
   NinePlaces MagnitudeAround(const cv::Mat& image, const Eigen::Vector2d& v) const noexcept;
   int CreepRound(const cv::Mat& image) noexcept;
   void RelaxCorners() noexcept;
-  void EvenOut() noexcept;
+  void EvenOut();
   [[nodiscard]] Eigen::Vector2d Clamped(const Eigen::Vector2d& v) const noexcept;
 
   GreyFormat format_;
   SnakeWeights weights_;
   double gain_ = 1;  // of gradients
-  Curve points_, even_;
+  Curve points_;
   std::vector<double> beta_;      // per point: weights_.beta, 0 at corners
   std::vector<double> strength_;  // gradient magnitude under each point
   std::vector<double> bend_;      // curvature at each point

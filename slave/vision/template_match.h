@@ -2,26 +2,18 @@
 // pixel.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
 
 #include "slave/vision/grey.h"
 
 namespace palpate {
 
-// Scores of all positions (upper left corners) of the template in a window.
-struct ScoreMap {
-  int width = 0, height = 0;
-  std::vector<double> scores;  // width x height, [-1, 1] or kNoMatch
-
-  [[nodiscard]] double At(int x, int y) const {
-    return scores[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                  static_cast<std::size_t>(x)];
-  }
-};
+// Scores of all positions (upper left corners) of a template in a window, [-1, 1].
+using ScoreMap = cv::Mat_<float>;
 
 // Normalised cross-correlation of a template with every place of a window.
 //
@@ -29,34 +21,26 @@ struct ScoreMap {
 //   I~ = I - mean of I under the template (at each place again)
 //
 // Source: paper A, eq. (1), with the two means the right way round (the sentence below the printed
-// equation swaps them). Invariant to a gain > 0 and an offset of the light. All sums are exact
-// integers; only the last division rounds.
+// equation swaps them). Invariant to a gain > 0 and an offset of the light.
 class Ncc {
  public:
-  // The score of a window without contrast: undefined in eq. (1), below every other here. [by
-  // definition]
-  static constexpr double kNoMatch = -2;
-
   // Throws std::invalid_argument: an empty template, or one without contrast.
   explicit Ncc(GreyPatch pattern);
 
-  // Scores every position of `window`; an empty map if the template is larger. Allocates only when
-  // a window is larger than all before. Not thread-safe.
+  // Scores every position of `window`; an empty map if the template is larger. 0 where the window
+  // has no contrast. Not thread-safe.
   const ScoreMap& Match(const GreyPatch& window);
+  // At one position, which is inside: faster than a map for a few positions of a small template.
+  [[nodiscard]] double At(const GreyPatch& window, int x, int y) const;
 
   [[nodiscard]] const GreyPatch& pattern() const { return pattern_; }
+  [[nodiscard]] const ScoreMap& map() const { return map_; }  // of the last window
 
  private:
-  void SumRows(const GreyPatch& window, int x);
-  void MatchColumn(const GreyPatch& window, int x);
-
   GreyPatch pattern_;
-  std::int64_t count_ = 0;     // pixels n
-  std::int64_t sum_ = 0;       // sum T
-  std::int64_t variance_ = 0;  // n sum T^2 - (sum T)^2
+  double mean_ = 0, contrast_ = 0;  // of the template's levels; sum T~^2
+  cv::Mat levels_;                  // of the template, as cv::matchTemplate takes them
   ScoreMap map_;
-  GreyPatch strip_;                                 // the window's columns under the template
-  std::vector<std::int64_t> row_sum_, row_square_;  // of the strip
 };
 
 // Vertex of the parabola through three equally spaced values.

@@ -3,6 +3,8 @@
 #include <functional>
 #include <numeric>
 
+#include <opencv2/core.hpp>
+
 #include "slave/vision/tip_tracker.h"
 
 namespace palpate {
@@ -100,7 +102,6 @@ TemplateParts::TemplateParts(const TipTemplate& tip)
   most_ = static_cast<int>(kMostChange * largest);
   const double noise = NoiseOf(tip.pixels);
   signal_ = std::max(variance_ - 2 * noise * noise, kLeastSignal * variance_);
-  maps_.resize(parts_.size());
   scores_.resize(parts_.size());
 }
 
@@ -112,45 +113,36 @@ double TemplateParts::Attenuation(double noise) const {
   return signal_ / std::sqrt(variance_ * (signal_ + 2 * noise * noise));
 }
 
-const ScoreMap& TemplateParts::Match(const GreyPatch& window) {
-  map_.width = std::max(0, window.width - width_ + 1);
-  map_.height = std::max(0, window.height - height_ + 1);
-  map_.scores.assign(static_cast<std::size_t>(map_.width * map_.height), 0);
-  if (map_.scores.empty() || !usable()) return map_;
-  Differentiate(window, step_, most_, change_);
-  for (std::size_t k = 0; k < parts_.size(); ++k) maps_[k] = &parts_[k].ncc.Match(change_);
-  const std::size_t half = (parts_.size() + 1) / 2;
-  const auto middle = scores_.begin() + static_cast<std::ptrdiff_t>(half);
-  for (int y = 0, i = 0; y < map_.height; ++y) {
-    for (int x = 0; x < map_.width; ++x, ++i) {
-      for (std::size_t k = 0; k < parts_.size(); ++k) {
-        scores_[k] = std::max(0.0, maps_[k]->At(x + parts_[k].corner.x, y + parts_[k].corner.y));
-      }
-      std::nth_element(scores_.begin(), middle - 1, scores_.end(), std::greater<>());
-      map_.scores[static_cast<std::size_t>(i)] =
-          std::accumulate(scores_.begin(), middle, 0.0) / static_cast<double>(half);
-    }
-  }
-  return map_;
+// Mean of the better half of the parts; `score` of each one.
+template <typename Score>
+double TemplateParts::BetterHalf(const Score& score) {
+  for (std::size_t k = 0; k < parts_.size(); ++k)
+    scores_[k] = std::max<double>(0, score(parts_[k]));
+  const auto half = static_cast<std::ptrdiff_t>((parts_.size() + 1) / 2);
+  const auto middle = scores_.begin() + half;
+  std::nth_element(scores_.begin(), middle - 1, scores_.end(), std::greater<>());
+  return std::accumulate(scores_.begin(), middle, 0.0) / static_cast<double>(half);
 }
 
 TemplateParts::Place TemplateParts::Find(const GreyPatch& window) {
   Place place;
-  const ScoreMap& map = Match(window);
-  if (map.scores.empty() || !usable()) return place;
-  const auto best = std::max_element(map.scores.begin(), map.scores.end());
-  const int index = static_cast<int>(best - map.scores.begin());
-  place.at = {index % map.width, index / map.width};
-  place.score = *best;
-  place.on_border = place.at.x == 0 || place.at.y == 0 || place.at.x == map.width - 1 ||
-                    place.at.y == map.height - 1;
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      const bool same =
-          std::abs(x - place.at.x) <= kSamePeak && std::abs(y - place.at.y) <= kSamePeak;
-      if (!same) place.second = std::max(place.second, map.At(x, y));
+  const cv::Size size(window.width - width_ + 1, window.height - height_ + 1);
+  if (size.width < 1 || size.height < 1 || !usable()) return place;
+  Differentiate(window, step_, most_, change_);
+  for (Part& part : parts_) part.ncc.Match(change_);
+  ScoreMap map(size);
+  for (int y = 0; y < map.rows; ++y) {
+    for (int x = 0; x < map.cols; ++x) {
+      map(y, x) = static_cast<float>(BetterHalf(
+          [&](const Part& part) { return part.ncc.map()(y + part.corner.y, x + part.corner.x); }));
     }
   }
+  cv::minMaxLoc(map, nullptr, &place.score, nullptr, &place.at);
+  place.on_border = place.at.x == 0 || place.at.y == 0 || place.at.x == map.cols - 1 ||
+                    place.at.y == map.rows - 1;
+  const cv::Point reach(kSamePeak, kSamePeak);
+  map(cv::Rect(place.at - reach, place.at + reach + cv::Point(1, 1)) & cv::Rect({}, size)) = 0;
+  cv::minMaxLoc(map, nullptr, &place.second);
   MarkFitting(place.at);
   return place;
 }
@@ -160,15 +152,23 @@ double TemplateParts::ScoreNear(const GreyPatch& window, const cv::Point& at) {
   const cv::Rect around = cv::Rect(at - reach, cv::Size(width_, height_) + cv::Size(2 * reach)) &
                           cv::Rect(0, 0, window.width, window.height);
   CutOut(window, around, crop_);
-  const ScoreMap& map = Match(crop_);
-  return map.scores.empty() ? 0 : *std::max_element(map.scores.begin(), map.scores.end());
+  Differentiate(crop_, step_, most_, change_);
+  double best = 0;
+  for (int y = 0; y + height_ <= around.height; ++y) {
+    for (int x = 0; x + width_ <= around.width; ++x) {
+      best = std::max(best, BetterHalf([&](const Part& part) {
+                        return part.ncc.At(change_, x + part.corner.x, y + part.corner.y);
+                      }));
+    }
+  }
+  return best;
 }
 
 void TemplateParts::MarkFitting(const cv::Point& at) {
   std::fill(trust_.begin(), trust_.end(), 1.0F);
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     const cv::Point& corner = parts_[k].corner;
-    if (maps_[k]->At(at.x + corner.x, at.y + corner.y) >= kFits) continue;
+    if (parts_[k].ncc.map()(at + corner) >= kFits) continue;
     const GreyPatch& pattern = parts_[k].ncc.pattern();
     for (int y = 0; y < pattern.height; ++y) {
       std::fill_n(trust_.begin() + (corner.y + y) * width_ + corner.x, pattern.width, 0.0F);

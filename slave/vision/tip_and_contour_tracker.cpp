@@ -16,10 +16,10 @@
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/vision/closed_curve.h"
-#include "slave/vision/contour_tracker.h"
 #include "slave/vision/edge_path.h"
 #include "slave/vision/grey.h"
 #include "slave/vision/observation.h"
+#include "slave/vision/rest_contour.h"
 #include "slave/vision/tip_tracker.h"
 
 namespace palpate {
@@ -114,8 +114,9 @@ struct TipAndContourTracker::Parts {
     if (scene.sense.Find<ContourTracking>()) {
       // Counter-clockwise in S is counter-clockwise to the eye, unless the camera looks from below.
       const bool clockwise_I = camera.X_SC.linear()(2, 2) < 0;
-      contour.emplace(*scene.sense.Find<ContourTracking>(), first, format, tool_width, clockwise_I);
-      if (IsOnlySeen(scene)) RequireConvincing(first, contour->Track(first));
+      contour = FindRestContour(*scene.sense.Find<ContourTracking>(), first, format, tool_width,
+                                clockwise_I);
+      if (IsOnlySeen(scene)) RequireConvincing(first, contour.outline);
     }
     if (!tip_first) MakeTip(scene, first, view, tip_hint_I);
   }
@@ -136,8 +137,8 @@ struct TipAndContourTracker::Parts {
 
   // Where the scene has none: towards the object, along the tool's sides.
   void FindDirection(const cv::Mat& first, const Eigen::Vector2d& p_I_tip, double tool_width) {
-    if (!direction.isZero(0) || !contour || !(tool_width > 0)) return;
-    const Curve& rest = contour->rest();
+    const Curve& rest = contour.edge;
+    if (!direction.isZero(0) || rest.empty() || !(tool_width > 0)) return;
     Eigen::Vector2d middle(0, 0);
     for (const Eigen::Vector2d& p : rest) middle += p / static_cast<double>(rest.size());
     direction = FindToolDirection(first, format, p_I_tip, middle - p_I_tip, tool_width);
@@ -147,7 +148,7 @@ struct TipAndContourTracker::Parts {
   double noise = 0;                 // of the first picture [1/255 of full scale]
   Eigen::Vector2d direction{0, 0};  // of the tool in the picture; zero: nobody knows
   std::optional<TipTracker> tip;
-  std::optional<ContourTracker> contour;
+  RestContour contour;
   Observation observation;
 };
 
@@ -165,17 +166,15 @@ const Observation& TipAndContourTracker::Process(const cv::Mat& image, std::uint
   if (!parts_->format.Fits(image)) return seen;
   try {
     if (parts_->tip) seen.tip = parts_->tip->Track(image);
-  } catch (const std::bad_alloc&) {  // the search over the whole picture found no memory
+  } catch (const std::exception&) {  // no memory
     seen.tip = {};
     parts_->tip->Forget();
   }
-  if (parts_->contour) seen.contour_I = parts_->contour->Track(image);
   return seen;
 }
 
-const std::vector<Eigen::Vector2d>& TipAndContourTracker::rest_contour_I() const {
-  static const std::vector<Eigen::Vector2d> kNone;
-  return parts_->contour ? parts_->contour->rest() : kNone;
+const RestContour& TipAndContourTracker::rest_contour() const {
+  return parts_->contour;
 }
 
 double TipAndContourTracker::noise() const {
@@ -192,11 +191,6 @@ cv::Rect TipAndContourTracker::search_window() const {
 
 void TipAndContourTracker::Reset() noexcept {
   if (parts_->tip) parts_->tip->Forget();
-  RestartContour();
-}
-
-void TipAndContourTracker::RestartContour() noexcept {
-  if (parts_->contour) parts_->contour->Restart();
 }
 
 }  // namespace palpate

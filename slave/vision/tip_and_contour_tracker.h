@@ -1,13 +1,14 @@
-// From images to tool tip and contour (paper A, 3.2). Owns the trackers; independent of forces.
+// The object's contour in the first image and the tool's tip in every one (paper A, 3.2).
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <optional>
 
 #include <opencv2/core/mat.hpp>
 
 #include "slave/scene/scene.h"
 #include "slave/vision/observation.h"
+#include "slave/vision/rest_contour.h"
 
 namespace palpate {
 
@@ -26,19 +27,17 @@ class TipAndContourTracker {
   // an observation with nothing found; never throws. Call from one thread.
   const Observation& Process(const cv::Mat& image, std::uint64_t sequence, Time sensed_at) noexcept;
 
-  // Contour of the object at rest in the first image, refined to sub-pixel accuracy along its
-  // normals [px], counter-clockwise in S. Empty if the scene tracks no contour.
-  [[nodiscard]] const std::vector<Eigen::Vector2d>& rest_contour_I() const;
+  // Of the object at rest in the first image, counter-clockwise in S. Empty if the scene tracks no
+  // contour.
+  [[nodiscard]] const RestContour& rest_contour() const;
   // Direction of the tool in the image, unit length; zero: unknown.
   [[nodiscard]] Eigen::Vector2d tool_direction_I() const;
   // Noise of the first image, one standard deviation [1/255 of full scale].
   [[nodiscard]] double noise() const;
   // Search window of the tip [px], for overlays.
   [[nodiscard]] cv::Rect search_window() const;
-  // Searches the whole next image and starts the contour again.
+  // Searches the whole next image.
   void Reset() noexcept;
-  // The object has sprung back: its contour is searched at its position in the first image.
-  void RestartContour() noexcept;
 
  private:
   struct Parts;

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include <opencv2/core.hpp>
+
 #include "slave/vision/template_match.h"
 
 namespace palpate {
@@ -34,29 +36,29 @@ constexpr int kLeastCoarse = 7;  // edge below which a shrunk template tells too
 
 struct Peak {
   cv::Point at;
-  double score = Ncc::kNoMatch;
+  double score = -1;
 };
 
 Peak BestOf(const ScoreMap& map) {
-  const auto best = std::max_element(map.scores.begin(), map.scores.end());
-  const int index = static_cast<int>(best - map.scores.begin());
-  return {{index % map.width, index / map.width}, *best};
+  Peak best;
+  cv::minMaxLoc(map, nullptr, &best.score, nullptr, &best.at);
+  return best;
 }
 
 bool IsLocalPeak(const ScoreMap& map, int x, int y) {
-  const double score = map.At(x, y);
-  for (int j = std::max(0, y - 1); j <= std::min(map.height - 1, y + 1); ++j) {
-    for (int i = std::max(0, x - 1); i <= std::min(map.width - 1, x + 1); ++i) {
-      if (map.At(i, j) > score) return false;
+  const double score = map(y, x);
+  for (int j = std::max(0, y - 1); j <= std::min(map.rows - 1, y + 1); ++j) {
+    for (int i = std::max(0, x - 1); i <= std::min(map.cols - 1, x + 1); ++i) {
+      if (map(j, i) > score) return false;
     }
   }
   return true;
 }
 
 bool HasEqual(const ScoreMap& map, const Peak& best) {
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      if (map.At(x, y) < best.score - kAsGood) continue;
+  for (int y = 0; y < map.rows; ++y) {
+    for (int x = 0; x < map.cols; ++x) {
+      if (map(y, x) < best.score - kAsGood) continue;
       const bool near =
           std::abs(x - best.at.x) <= kSamePeak && std::abs(y - best.at.y) <= kSamePeak;
       if (!near && IsLocalPeak(map, x, y)) return true;
@@ -66,7 +68,7 @@ bool HasEqual(const ScoreMap& map, const Peak& best) {
 }
 
 bool OnBorder(const ScoreMap& map, const cv::Point& at) {
-  return at.x == 0 || at.y == 0 || at.x == map.width - 1 || at.y == map.height - 1;
+  return at.x == 0 || at.y == 0 || at.x == map.cols - 1 || at.y == map.rows - 1;
 }
 
 Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
@@ -175,9 +177,9 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   Match match;
   format_.Read(image, window, window_);
   const ScoreMap& map = ncc_.Match(window_);
-  if (map.scores.empty()) return match;
+  if (map.empty()) return match;
   const Peak best = BestOf(map);
-  match.tip.score = std::max(best.score, -1.0);
+  match.tip.score = best.score;
   match.on_border = best.score >= options_.min_score && OnBorder(map, best.at);
   if (match.on_border) {
     const double usual = parts_.usable() ? usual_ * parts_.Attenuation(NoiseOf(window_)) : 0;
@@ -248,8 +250,8 @@ TipObservation TipTracker::MeasureByParts(const cv::Rect& window, double usual) 
 
 TipObservation TipTracker::Measure(const ScoreMap& map, const cv::Rect& window,
                                    const cv::Point& peak) {
-  const double score = map.At(peak.x, peak.y);
-  const auto at = [&](int dx, int dy) { return map.At(peak.x + dx, peak.y + dy); };
+  const double score = map(peak);
+  const auto at = [&](int dx, int dy) -> double { return map(peak.y + dy, peak.x + dx); };
   const Eigen::Vector2d rough(peak.x + FitParabola(at(-1, 0), score, at(1, 0)).offset,
                               peak.y + FitParabola(at(0, -1), score, at(0, 1)).offset);
   TemplateAligner::Result fine = aligner_.Align(window_, rough);
@@ -304,12 +306,12 @@ void TipTracker::FindCandidates(const cv::Mat& image) {
   if (shrink_ > 1) Shrink(whole_, shrink_, shrunk_);
   const ScoreMap& map = coarse_->Match(shrink_ > 1 ? shrunk_ : whole_);
   candidates_.clear();
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      const double score = map.At(x, y);
+  for (int y = 0; y < map.rows; ++y) {
+    for (int x = 0; x < map.cols; ++x) {
+      const double score = map(y, x);
       const bool full = candidates_.size() == kCandidates;
       if (full && score <= candidates_.back().score) continue;
-      if (score == Ncc::kNoMatch || !IsLocalPeak(map, x, y)) continue;
+      if (!IsLocalPeak(map, x, y)) continue;
       if (full) candidates_.pop_back();
       const auto place = std::find_if(candidates_.begin(), candidates_.end(),
                                       [&](const Candidate& c) { return c.score < score; });

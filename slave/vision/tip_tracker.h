@@ -66,7 +66,7 @@ class TemplateParts {
     bool on_border = false;  // of the window: the best may lie beyond
     double second = 0;       // the score of the second-best position that is not the same peak
   };
-  // The best position in `window`. Allocates as Ncc does.
+  // The best position in `window`.
   Place Find(const GreyPatch& window);
   // The best score within a pixel of `at`.
   double ScoreNear(const GreyPatch& window, const cv::Point& at);
@@ -80,7 +80,8 @@ class TemplateParts {
     cv::Point corner;
     Ncc ncc;
   };
-  const ScoreMap& Match(const GreyPatch& window);
+  template <typename Score>
+  double BetterHalf(const Score& score);
   void MarkFitting(const cv::Point& at);
 
   int width_, height_;
@@ -89,10 +90,8 @@ class TemplateParts {
   double variance_ = 0;  // of a part's differences, mean [levels^2]
   double signal_ = 0;    // variance beyond the template's own noise [levels^2]
   std::vector<Part> parts_;
-  std::vector<const ScoreMap*> maps_;
   std::vector<double> scores_;  // of the parts at one position
   GreyPatch change_, crop_;
-  ScoreMap map_;
   std::vector<float> trust_;
 };
 
@@ -113,8 +112,7 @@ class TipTracker {
 
   // Processes one image (which fits the format). The tip is lost if the best score is below
   // `min_score`, on the border of the window even after widening it, or matched by another
-  // position; then the whole image is searched. May throw std::bad_alloc during the first such
-  // search.
+  // position; then the whole image is searched. May throw where memory is out.
   TipObservation Track(const cv::Mat& image);
 
   // First search position in the next image [px].

@@ -74,14 +74,14 @@ TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   scene.sense.Find<CameraOptions>()->contour.emplace();
   const cv::Mat image = Read(name);
   TipAndContourTracker eyes(scene, image, std::nullopt);
-  const Observation& seen = eyes.Process(image, 1, {});
-  ASSERT_EQ(seen.contour_I.size(), 60U);
-  EXPECT_FALSE(CrossesItself(seen.contour_I));
-  const Shape shape = ShapeOf(seen.contour_I);
+  const Curve& outline = eyes.rest_contour().outline;
+  ASSERT_EQ(outline.size(), 60U);
+  EXPECT_FALSE(CrossesItself(outline));
+  const Shape shape = ShapeOf(outline);
   EXPECT_LT((shape.centre - Eigen::Vector2d(888, 318)).norm(), 20);
   EXPECT_NEAR(std::sqrt(shape.area / std::numbers::pi), 150, 15);
   EXPECT_GT(shape.roundness, 0.85);
-  EXPECT_GT(eyes.rest_contour_I().size(), 100U);
+  EXPECT_GT(eyes.rest_contour().edge.size(), 100U);
 }
 
 // A person's outline: the centre of the embryo's body to 25 px, and its area to a quarter (torn
@@ -107,10 +107,10 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
     scene.sense.Find<CameraOptions>()->contour.emplace();
     const cv::Mat image = Read(embryo.name);
     TipAndContourTracker eyes(scene, image, std::nullopt);
-    const Observation& seen = eyes.Process(image, 1, {});
-    ASSERT_EQ(seen.contour_I.size(), 60U) << embryo.name;
-    EXPECT_FALSE(CrossesItself(seen.contour_I)) << embryo.name;
-    const Shape shape = ShapeOf(seen.contour_I);
+    const Curve& outline = eyes.rest_contour().outline;
+    ASSERT_EQ(outline.size(), 60U) << embryo.name;
+    EXPECT_FALSE(CrossesItself(outline)) << embryo.name;
+    const Shape shape = ShapeOf(outline);
     EXPECT_LT((shape.centre - embryo.centre).norm(), 25) << embryo.name << " " << shape.centre;
     EXPECT_NEAR(shape.area / embryo.area, 1, 0.25) << embryo.name;
     EXPECT_GT(shape.roundness, 0.5) << embryo.name;

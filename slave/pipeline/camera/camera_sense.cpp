@@ -100,10 +100,7 @@ cv::Mat DrawOverlay(const cv::Mat& image, const Overlay& overlay) {
   std::vector<cv::Point> contour;
   contour.reserve(overlay.contour_I.size());
   for (const Eigen::Vector2d& p : overlay.contour_I) contour.push_back(Round(p));
-  if (!contour.empty()) {
-    cv::polylines(picture, contour, true, kContourColour, 1, cv::LINE_AA);
-    for (const cv::Point& p : contour) cv::circle(picture, p, 2, kContourColour, -1, cv::LINE_AA);
-  }
+  if (!contour.empty()) cv::polylines(picture, contour, true, kContourColour, 1, cv::LINE_AA);
   cv::rectangle(picture, overlay.search_window, kWindowColour, 1);
   const cv::Point tip = Round(overlay.tip.p_I);
   if (overlay.tip.found)

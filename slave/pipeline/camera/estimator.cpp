@@ -48,10 +48,11 @@ Estimator::Estimator(const Scene& scene, const Frame& first,
     : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
       eyes_(std::make_unique<TipAndContourTracker>(scene, first.image,
                                                    ToImage(view_, p_S_tip_reported))) {
-  registration_ = RegisterObject(scene, eyes_->rest_contour_I(), view_);
+  registration_ = RegisterObject(scene, eyes_->rest_contour().edge, view_);
   Adopt(Prepare(scene), scene);
-  if (!eyes_->rest_contour_I().empty()) {
-    watch_.emplace(first.image, eyes_->rest_contour_I(), view_, registration_.X_SO, touch_->mesh);
+  if (!eyes_->rest_contour().edge.empty()) {
+    watch_.emplace(first.image, eyes_->rest_contour().edge, view_, registration_.X_SO,
+                   touch_->mesh);
   }
   tool_.d_I = eyes_->tool_direction_I();
   tool_.width = scene.tool->width / view_.pixel();
@@ -130,7 +131,6 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
   looked_at_.reset();
   lap.Lap();
   times_.vision.Add(look_us_);
-  shown_contour_I_.assign(observation_->contour_I.begin(), observation_->contour_I.end());
   shown_window_ = eyes_->search_window();
   shown_tip_ = observation_->tip;
   felt_.processed_at = Clock::now();
@@ -325,10 +325,6 @@ bool Estimator::Touch(const Eigen::Vector3d& p_S_tip) noexcept {
     moment = -(X_SO.linear() * (*moment + arm.cross(response.force_O)));
   }
   rules_.SetMoment(moment, response.moment_sigma, touch_->reach(), &felt_);
-  if (!rules_.broken()) return true;
-  // Through a broken membrane nothing is dented, and the force is zero whatever the edge says; the
-  // snake, which would follow the tool inwards, begins at the rest surface again.
-  eyes_->RestartContour();
   return true;
 }
 

@@ -43,10 +43,10 @@ class Estimator {
             std::optional<Eigen::Vector3d> p_S_tip_reported);
   ~Estimator();
 
-  // Tracks tip and contour in an image. Touches nothing that the other functions share with
+  // Tracks the tip in an image. Touches nothing that the other functions share with
   // Estimate: other threads may call them meanwhile.
   void Look(const Frame& frame) noexcept;
-  // Tracks tip and contour unless Look did. Never throws; unknown values are flagged. The estimate
+  // Tracks the tip unless Look did. Never throws; unknown values are flagged. The estimate
   // is relative to the object at rest: `motion` is the object's motion.
   const ContactEstimate& Estimate(const Frame& frame,
                                   const std::optional<EncoderReading>& said = {}) noexcept;
@@ -82,9 +82,7 @@ class Estimator {
   }
   [[nodiscard]] const StageHistograms& times() const { return times_; }
   // Shown with the last estimate [px].
-  [[nodiscard]] const std::vector<Eigen::Vector2d>& shown_contour_I() const {
-    return shown_contour_I_;
-  }
+  [[nodiscard]] Curve shown_contour_I() const { return watch_ ? watch_->Edge() : Curve(); }
   [[nodiscard]] cv::Rect shown_window() const { return shown_window_; }
   [[nodiscard]] const TipObservation& shown_tip() const { return shown_tip_; }
 
@@ -122,7 +120,6 @@ class Estimator {
   const Observation* observation_ = nullptr;  // in the image of Look
   std::optional<std::uint64_t> looked_at_;    // sequence number of that image, until its estimate
   ContactEstimate felt_;
-  std::vector<Eigen::Vector2d> shown_contour_I_;
   cv::Rect shown_window_;
   TipObservation shown_tip_;
   double look_us_ = 0;

@@ -125,6 +125,17 @@ PictureMotion ObjectRegistrationMonitor::MotionOf(const Vector& x) const noexcep
   return {centre_, x.head<2>(), x(2) / size_, x(3) / size_};
 }
 
+Curve ObjectRegistrationMonitor::Edge() const {
+  Curve edge;
+  if (!sighting_.known) return edge;
+  const PictureMotion motion = MotionOf(last_);
+  for (std::size_t k = 0; k < anchors_.size(); ++k) {
+    if (!anchors_[k].on_outline) continue;
+    edge.push_back(motion.Apply(edge_.places()[k].p_I + anchors_[k].dent_I * last_.tail<2>()));
+  }
+  return edge;
+}
+
 // Looks at every place where `x` says that it is now.
 void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
                                        const Vector& x) noexcept {

@@ -47,6 +47,8 @@ class ObjectRegistrationMonitor {
   const ObjectSighting& Process(const cv::Mat& image, const Bar& tool,
                                 const Eigen::Vector2d& expected_O) noexcept;
   [[nodiscard]] const ObjectSighting& sighting() const { return sighting_; }
+  // The edge of the first image with the observed motion and indentation [px]; empty: not observed.
+  [[nodiscard]] Curve Edge() const;
   void Reset() noexcept;
 
  private:

@@ -241,17 +241,15 @@ std::optional<MeasuredDot> MeasureWithin(const Window& w, const Dot& dot, double
 
 }  // namespace
 
-std::optional<Dot> EllipseOf(const Blob& blob, const DotShapeLimits& limits) noexcept {
-  const auto n = static_cast<double>(blob.area);
+std::optional<Dot> EllipseOf(const cv::Moments& region, const cv::Point& origin,
+                             const DotShapeLimits& limits) noexcept {
+  const double n = region.m00;
   if (!(n >= limits.area_min && n <= limits.area_max)) return std::nullopt;
   Dot dot;
   dot.area = n;
-  dot.centre = Eigen::Vector2d(static_cast<double>(blob.x), static_cast<double>(blob.y)) / n;
+  dot.centre = Eigen::Vector2d(origin.x + region.m10 / n, origin.y + region.m01 / n);
   const double square = 1.0 / 12;  // a pixel's own second moment
-  dot.shape(0, 0) = static_cast<double>(blob.xx) / n - dot.centre.x() * dot.centre.x() + square;
-  dot.shape(1, 1) = static_cast<double>(blob.yy) / n - dot.centre.y() * dot.centre.y() + square;
-  dot.shape(0, 1) = static_cast<double>(blob.xy) / n - dot.centre.x() * dot.centre.y();
-  dot.shape(1, 0) = dot.shape(0, 1);
+  dot.shape << region.mu20 / n + square, region.mu11 / n, region.mu11 / n, region.mu02 / n + square;
   const Axes axes = AxesOf(dot.shape);
   if (!(axes.shorter >= limits.axes_ratio_min * axes.longer)) return std::nullopt;
   // 1 for an ellipse, less for everything else; small ones are blurred by whole pixels.

@@ -5,9 +5,7 @@
 #include <optional>
 
 #include <Eigen/Core>
-#include <opencv2/core/mat.hpp>
-
-#include "slave/vision/dots/blob_labeller.h"
+#include <opencv2/core.hpp>
 
 namespace palpate {
 
@@ -30,8 +28,10 @@ struct DotShapeLimits {
 };
 
 // From a region of pixels to a dot. An ellipse by its pixels' second moments: its area is 4 pi
-// sqrt(det) of these. nullopt: outside `limits`, or not elliptical.
-std::optional<Dot> EllipseOf(const Blob& blob, const DotShapeLimits& limits) noexcept;
+// sqrt(det) of these. `origin`: of the pixels in the image. nullopt: outside `limits`, or not
+// elliptical.
+std::optional<Dot> EllipseOf(const cv::Moments& region, const cv::Point& origin,
+                             const DotShapeLimits& limits) noexcept;
 
 // The grey-weighted centroid. The background is a plane fitted to a ring around the dot, so that a
 // gradient of light does not shift the result; parts of the ring with another edge are excluded.

@@ -42,24 +42,35 @@ StereoDots::Params Checked(StereoDots::Params params) {
   return params;
 }
 
-// From inside, x turns to y as the picture's do; from outside, against that.
-DotTracker::Params TrackerParams(const StereoDots::Params& params) {
+// The dots of the array at rest, seen by the left and the right camera [px].
+std::array<std::vector<Eigen::Vector2d>, 2> Projected(const StereoDots::Params& params) {
+  const Eigen::Isometry3d X_LO = params.X_SL.inverse() * params.X_SO;
+  std::array<std::vector<Eigen::Vector2d>, 2> places;
+  for (const Eigen::Vector2d& p_O : params.layout) {
+    const Eigen::Vector3d p_L = X_LO * Eigen::Vector3d(p_O.x(), p_O.y(), 0);
+    const auto left = Project(params.rig.left, p_L);
+    const auto right = Project(params.rig.right, params.rig.X_RL * p_L);
+    if (!left || !right) {
+      throw std::invalid_argument("pose: accepted is the array of dots in front of both cameras");
+    }
+    places[0].push_back(*left);
+    places[1].push_back(*right);
+  }
+  return places;
+}
+
+std::array<DotTracker, 2> MakeTrackers(const StereoDots::Params& params) {
+  auto [left, right] = Projected(params);
   DotTracker::Params tracker;
   tracker.finder = params.finder;
-  tracker.search = params.search;
-  const Eigen::Isometry3d X_LO = params.X_SL.inverse() * params.X_SO;
-  const bool from_inside = X_LO.linear().col(2).dot(X_LO.translation()) > 0;
-  tracker.array.handedness =
-      from_inside ? DotArray::Handedness::kAsDrawn : DotArray::Handedness::kMirrored;
-  return tracker;
+  return {DotTracker(params.layout, std::move(left), tracker),
+          DotTracker(params.layout, std::move(right), tracker)};
 }
 
 }  // namespace
 
 StereoDots::StereoDots(const Params& params)
-    : params_(Checked(params)),
-      eyes_{DotTracker(params.layout, TrackerParams(params)),
-            DotTracker(params.layout, TrackerParams(params))} {
+    : params_(Checked(params)), trackers_(MakeTrackers(params)) {
   const std::size_t n = params_.layout.size();
   observation_.points.resize(n);
   for (std::size_t k = 0; k < n; ++k) observation_.points[k].id = static_cast<int>(k);
@@ -68,23 +79,6 @@ StereoDots::StereoDots(const Params& params)
   raw_.resize(n);
   located_.resize(n);
   ratios_.reserve(8 * n);
-  Hint();
-}
-
-void StereoDots::Hint() {
-  const Eigen::Isometry3d X_LO = params_.X_SL.inverse() * params_.X_SO;
-  std::array<std::vector<Eigen::Vector2d>, 2> places;
-  for (const Eigen::Vector2d& p_O : params_.layout) {
-    const Eigen::Vector3d p_L = X_LO * Eigen::Vector3d(p_O.x(), p_O.y(), 0);
-    const auto left = Project(params_.rig.left, p_L);
-    const auto right = Project(params_.rig.right, params_.rig.X_RL * p_L);
-    if (!left || !right) {
-      throw std::invalid_argument("pose: accepted is the array of dots in front of both cameras");
-    }
-    places[0].push_back(*left);
-    places[1].push_back(*right);
-  }
-  for (std::size_t i = 0; i < 2; ++i) eyes_[i].Hint(std::move(places[i]));
 }
 
 const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat& right,
@@ -94,10 +88,10 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
   observation_.found = false;
   for (SurfacePoint& point : observation_.points) point.seen = false;
   if (!Fits(left, params_.rig.left) || !Fits(right, params_.rig.right)) return observation_;
-  const bool in_left = eyes_[0].Process(left), in_right = eyes_[1].Process(right);
+  const bool in_left = trackers_[0].Process(left), in_right = trackers_[1].Process(right);
   if (!in_left || !in_right) return observation_;
   if (!Locate()) {
-    for (DotTracker& eye : eyes_) eye.Lose();
+    for (DotTracker& tracker : trackers_) tracker.Lose();
     return observation_;
   }
   const bool was_known = at_rest_known();
@@ -108,7 +102,7 @@ const SurfaceObservation& StereoDots::Observe(const cv::Mat& left, const cv::Mat
     const Eigen::Matrix3d R_SL = params_.X_SL.linear();
     point.p_S = params_.X_SL * located_[k]->p_L;
     point.covariance = R_SL * located_[k]->covariance * R_SL.transpose();
-    const Dot &left_dot = eyes_[0].dots()[k].dot, &right_dot = eyes_[1].dots()[k].dot;
+    const Dot &left_dot = trackers_[0].dots()[k].dot, &right_dot = trackers_[1].dots()[k].dot;
     point.left_I = left_dot.centre;
     point.right_I = right_dot.centre;
     point.sigma_px = std::hypot(left_dot.sigma, right_dot.sigma) / std::numbers::sqrt2;
@@ -129,7 +123,7 @@ bool StereoDots::Locate() {
   int both = 0, met = 0;
   for (std::size_t k = 0; k < raw_.size(); ++k) {
     raw_[k].reset();
-    if (!eyes_[0].dots()[k].seen || !eyes_[1].dots()[k].seen) continue;
+    if (!trackers_[0].dots()[k].seen || !trackers_[1].dots()[k].seen) continue;
     ++both;
     raw_[k] = Place(k, flat);
     if (raw_[k] && std::abs(raw_[k]->miss_px) > params_.miss_px) raw_[k].reset();
@@ -145,8 +139,8 @@ bool StereoDots::Locate() {
 // `n_L`: of the dot; zero: its tilt is not known, and not corrected.
 std::optional<Triangulated> StereoDots::Place(std::size_t k,
                                               const Eigen::Vector3d& n_L) const noexcept {
-  const Dot& left = eyes_[0].dots()[k].dot;
-  const Dot& right = eyes_[1].dots()[k].dot;
+  const Dot& left = trackers_[0].dots()[k].dot;
+  const Dot& right = trackers_[1].dots()[k].dot;
   Eigen::Vector2d left_I = left.centre, right_I = right.centre;
   if (raw_[k] && n_L.squaredNorm() > 0) {
     const Eigen::Vector3d p_L = raw_[k]->p_L;
@@ -167,7 +161,7 @@ std::optional<Triangulated> StereoDots::Place(std::size_t k,
 Eigen::Vector3d StereoDots::Normal(std::size_t k) const noexcept {
   Eigen::Matrix2d D = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, 3, 2> P = Eigen::Matrix<double, 3, 2>::Zero();
-  for (const int j : eyes_[0].array().neighbours(k)) {
+  for (const int j : trackers_[0].array().neighbours(k)) {
     const auto other = Index(j);
     if (!raw_[other]) continue;
     const Eigen::Vector2d d = params_.layout[other] - params_.layout[k];
@@ -187,7 +181,7 @@ Eigen::Vector3d StereoDots::Normal(std::size_t k) const noexcept {
 bool StereoDots::SizeFits() noexcept {
   ratios_.clear();
   for (std::size_t k = 0; k < raw_.size(); ++k) {
-    for (const int j : eyes_[0].array().neighbours(k)) {
+    for (const int j : trackers_[0].array().neighbours(k)) {
       const auto other = Index(j);
       if (other < k || !raw_[k] || !raw_[other]) continue;
       ratios_.push_back((raw_[k]->p_L - raw_[other]->p_L).norm() /
@@ -219,7 +213,7 @@ void StereoDots::CompareRest() noexcept {
   Eigen::Vector2d aside(0, 0);
   double apart = 0;
   for (std::size_t k = 0; k < rest_counts_.size(); ++k) {
-    const auto& neighbours = eyes_[0].array().neighbours(k);
+    const auto& neighbours = trackers_[0].array().neighbours(k);
     if (rest_counts_[k] == 0 || neighbours.empty()) continue;
     aside += (X_OS * observation_.points[k].p_S_rest).head<2>() - params_.layout[k];
     apart += (params_.layout[Index(neighbours.front())] - params_.layout[k]).norm();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -16,20 +17,19 @@
 
 namespace palpate {
 
-// Not thread-safe. Allocates in the first images only.
+// Not thread-safe.
 class StereoDots {
  public:
   struct Params {
     StereoRig rig;
     Eigen::Isometry3d X_SL = Eigen::Isometry3d::Identity();
     Eigen::Isometry3d X_SO =
-        Eigen::Isometry3d::Identity();    // approximate pose, where the array is searched
+        Eigen::Isometry3d::Identity();    // pose at rest, to about half a spacing of the dots
     std::vector<Eigen::Vector2d> layout;  // of the dots, frame O [m]
     double dot_radius = 0.002;            // [m]
     double sigma_px = 0.1;   // least sigma of a dot's position in an image, per axis [px]
     int rest_pictures = 10;  // the rest frame is their mean
     double miss_px = 3;      // the two rays of a dot pass no farther from each other [px]
-    DotTracker::Search search = DotTracker::Search::kNear;
     DotFinder::Params finder;
   };
   // Throws std::invalid_argument naming the parameter: a lens without focal length or size, no
@@ -44,11 +44,10 @@ class StereoDots {
                                     Time sensed_at) noexcept;
 
   [[nodiscard]] bool at_rest_known() const { return rest_taken_ >= params_.rest_pictures; }
-  [[nodiscard]] const DotTracker& left() const { return eyes_[0]; }
-  [[nodiscard]] const DotTracker& right() const { return eyes_[1]; }
+  [[nodiscard]] const DotTracker& left() const { return trackers_[0]; }
+  [[nodiscard]] const DotTracker& right() const { return trackers_[1]; }
 
  private:
-  void Hint();
   bool Locate();
   [[nodiscard]] bool SizeFits() noexcept;
   [[nodiscard]] Eigen::Vector3d Normal(std::size_t k) const noexcept;
@@ -58,7 +57,7 @@ class StereoDots {
   void CompareRest() noexcept;
 
   Params params_;
-  std::array<DotTracker, 2> eyes_;
+  std::array<DotTracker, 2> trackers_;
   SurfaceObservation observation_;
   int rest_taken_ = 0;
   double size_ = 1, rest_sizes_ = 0;        // of the array by the layout's: now, summed over rest

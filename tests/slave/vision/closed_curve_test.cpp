@@ -17,14 +17,6 @@ TEST(ClosedCurveTest, AreaAndLengthOfASquare) {
   EXPECT_DOUBLE_EQ(CurveLength(kSquare), 16);
 }
 
-TEST(ClosedCurveTest, TheTurningNumberTellsTheWayRoundAndAnEight) {
-  EXPECT_EQ(TurningNumber(kSquare), 1);
-  EXPECT_EQ(TurningNumber(Curve(kSquare.rbegin(), kSquare.rend())), -1);
-  EXPECT_EQ(TurningNumber(kEight), 0);
-  const Curve star = {{0, 10}, {6, -8}, {-10, 3}, {10, 3}, {-6, -8}};  // a pentagram turns twice
-  EXPECT_EQ(std::abs(TurningNumber(star)), 2);
-}
-
 TEST(ClosedCurveTest, CrossingsAreFound) {
   EXPECT_FALSE(CrossesItself(kSquare));
   EXPECT_TRUE(CrossesItself(kEight));

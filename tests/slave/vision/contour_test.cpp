@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include "slave/vision/contour_registration.h"
-#include "slave/vision/contour_tracker.h"
+#include "slave/vision/rest_contour.h"
 #include "tests/slave/vision/test_pictures.h"
 #include "tests/support/thrown.h"
 
@@ -161,15 +161,16 @@ TEST_P(ContourSizes, TheContourRunsAroundTheBlock) {
   const cv::Mat image = picture.Render(1, type);
   ContourTracking options;
   options.control_points = count;
-  ContourTracker tracker(options, image, GreyFormat(image), picture.tool->width, false);
-  const auto points = tracker.Track(image);
+  const RestContour contour =
+      FindRestContour(options, image, GreyFormat(image), picture.tool->width, false);
+  const Curve& points = contour.outline;
   ASSERT_EQ(points.size(), static_cast<std::size_t>(count));
   EXPECT_LT(CurveArea(points), 0) << "counter-clockwise to the eye";
   const double area = 4 * picture.body->half.prod();
   EXPECT_NEAR(-CurveArea(points) / area, 1, 0.06 + 4.0 / count);
-  EXPECT_LT(CurveArea(tracker.rest()), 0);
+  EXPECT_LT(CurveArea(contour.edge), 0);
   const Spread spread =
-      SpreadOf(tracker.rest(), [&](const auto& p) { return OutsideBlock(*picture.body, p); });
+      SpreadOf(contour.edge, [&](const auto& p) { return OutsideBlock(*picture.body, p); });
   EXPECT_LT(std::abs(spread.mean), 0.05);
 }
 
@@ -183,11 +184,11 @@ INSTANTIATE_TEST_SUITE_P(, ContourSizes,
                                          std::tuple(cv::Size(1280, 960), 120, CV_16UC3),
                                          std::tuple(cv::Size(751, 499), 61, CV_8UC1)));
 
-TEST(ContourTrackerTest, StartsFromACircleOrAPolygonOfTheScene) {
+TEST(RestContourTest, StartsFromACircleOrAPolygonOfTheScene) {
   const cv::Mat image = Embryo().Render();
   ContourTracking options;
   options.start = ContourTracking::Circle{{322, 297}, 97};
-  EXPECT_GT(ContourTracker(options, image, GreyFormat(image), 0, false).rest().size(), 130U);
+  EXPECT_GT(FindRestContour(options, image, GreyFormat(image), 0, false).edge.size(), 130U);
   options.start = ContourTracking::Polygon{{{420, 300},
                                             {391, 371},
                                             {320, 400},
@@ -196,16 +197,16 @@ TEST(ContourTrackerTest, StartsFromACircleOrAPolygonOfTheScene) {
                                             {249, 229},
                                             {320, 200},
                                             {391, 229}}};
-  EXPECT_GT(ContourTracker(options, image, GreyFormat(image), 0, false).rest().size(), 130U);
+  EXPECT_GT(FindRestContour(options, image, GreyFormat(image), 0, false).edge.size(), 130U);
 }
 
-TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {
+TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
   const cv::Mat image = Embryo().Render();
   const auto message = [&](const auto& start, const cv::Mat& first) {
     ContourTracking options;
     options.start = start;
     return Thrown<std::runtime_error>(
-        [&] { ContourTracker(options, first, GreyFormat(first), 0, false); });
+        [&] { FindRestContour(options, first, GreyFormat(first), 0, false); });
   };
   using Circle = ContourTracking::Circle;
   using Polygon = ContourTracking::Polygon;
@@ -222,18 +223,9 @@ TEST(ContourTrackerTest, StartsThatLeadNowhereAreRefused) {
   EXPECT_THAT(message(eight, image), testing::HasSubstr("intersected itself"));
 }
 
-TEST(ContourTrackerTest, AContourThatLosesItsEdgeIsFlaggedAndComesBack) {
-  const cv::Mat image = Block().Render();
-  ContourTracker tracker({}, image, GreyFormat(image), 17, false);
-  EXPECT_FALSE(tracker.Track(image).empty());
-  EXPECT_TRUE(tracker.Track(cv::Mat::zeros(480, 640, CV_8UC1)).empty());
-  EXPECT_TRUE(tracker.Track(cv::Mat(480, 640, CV_8UC1, cv::Scalar(255))).empty());
-  EXPECT_FALSE(tracker.Track(Block().Render(2)).empty());
-}
-
 // A person who knows where the object is need not know how large it is. Reference: the drawn disc
 // and block; 2 % of the area is a pixel of the radius, 5 % what the block's corners take off.
-TEST(ContourTrackerTest, AStartMayBeOffByFortyPercentInRadius) {
+TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
     const TestPicture picture = disc ? Embryo() : Block();
     const PaintedBody& body = *picture.body;
@@ -243,8 +235,9 @@ TEST(ContourTrackerTest, AStartMayBeOffByFortyPercentInRadius) {
     for (const double off : {0.6, 0.8, 1.0, 1.25, 1.4}) {
       ContourTracking options;
       options.start = ContourTracking::Circle{body.centre + Eigen::Vector2d(6, -5), off * radius};
-      ContourTracker tracker(options, image, GreyFormat(image), disc ? 0 : 17, false);
-      EXPECT_NEAR(std::abs(CurveArea(tracker.rest())) / area, 1, disc ? 0.02 : 0.05)
+      const RestContour contour =
+          FindRestContour(options, image, GreyFormat(image), disc ? 0 : 17, false);
+      EXPECT_NEAR(std::abs(CurveArea(contour.edge)) / area, 1, disc ? 0.02 : 0.05)
           << disc << " " << off;
     }
   }
@@ -262,18 +255,18 @@ TEST(FitOutlineTest, FindsWhereTheBlockReallyIs) {
     picture.body->centre = {325.3, 296.2};
     picture.tool->tip = {330, 199};
     const cv::Mat image = picture.Render();
-    ContourTracker tracker({}, image, GreyFormat(image), 17, false);
+    const RestContour contour = FindRestContour({}, image, GreyFormat(image), 17, false);
     const double w = 220 * camera.pixel, h = 200 * camera.pixel;
     const Outline outline{{{0, 0}, {w, 0}, {w, h}, {0, h}}, {}};
     Eigen::Isometry3d X_SO = Eigen::Isometry3d::Identity();
     X_SO.translation() = view.ToSlave({320 - 110, 300 + 100});
-    const OutlineFit fit = FitOutline(outline, X_SO, tracker.rest(), view);
+    const OutlineFit fit = FitOutline(outline, X_SO, contour.edge, view);
     ASSERT_TRUE(fit.found);
     EXPECT_NEAR(fit.rotation, turn, 2e-4);
     const Eigen::Vector3d centre = fit.X_SO * Eigen::Vector3d(w / 2, h / 2, 0);
     EXPECT_LT((view.ToImage(centre) - picture.body->centre).norm(), 0.02) << "turned " << turn;
     EXPECT_LT(fit.rms_px, 0.1);
-    EXPECT_GT(fit.inliers, static_cast<int>(0.9 * static_cast<double>(tracker.rest().size())));
+    EXPECT_GT(fit.inliers, static_cast<int>(0.9 * static_cast<double>(contour.edge.size())));
   }
 }
 
@@ -285,13 +278,13 @@ TEST(FitOutlineTest, ADiscIsShiftedAndNotTurned) {
   picture.body->centre = {318.6, 243.3};
   picture.body->texture = 0;  // its mean differs along the edge and would move that in earnest
   const cv::Mat image = picture.Render();
-  ContourTracker tracker({}, image, GreyFormat(image), 0, false);
+  const RestContour contour = FindRestContour({}, image, GreyFormat(image), 0, false);
   Outline disc;
   for (int k = 0; k < 360; ++k) {
     const double a = k * std::numbers::pi / 180;
     disc.outer.push_back(90 * camera.pixel * Eigen::Vector2d(std::cos(a), std::sin(a)));
   }
-  const OutlineFit fit = FitOutline(disc, Eigen::Isometry3d::Identity(), tracker.rest(), view);
+  const OutlineFit fit = FitOutline(disc, Eigen::Isometry3d::Identity(), contour.edge, view);
   ASSERT_TRUE(fit.found);
   EXPECT_LT((view.ToImage(fit.X_SO.translation()) - picture.body->centre).norm(), 0.03);
   EXPECT_NEAR(fit.rotation, 0, 0.01);
@@ -302,16 +295,16 @@ TEST(FitOutlineTest, AnotherShapeOrPlaceIsNotFound) {
   camera.pixel = 1e-3;
   const CameraView view(camera, 640, 480);
   const cv::Mat image = Block().Render();
-  ContourTracker tracker({}, image, GreyFormat(image), 17, false);
+  const RestContour contour = FindRestContour({}, image, GreyFormat(image), 17, false);
   const Outline outline{{{0, 0}, {.22, 0}, {.22, .2}, {0, .2}}, {}};
   Eigen::Isometry3d far = Eigen::Isometry3d::Identity();
   far.translation() = view.ToSlave({20, 400});
-  const OutlineFit fit = FitOutline(outline, far, tracker.rest(), view);
+  const OutlineFit fit = FitOutline(outline, far, contour.edge, view);
   EXPECT_FALSE(fit.found);
   EXPECT_TRUE(fit.X_SO.isApprox(far));
   const Outline half{{{0, 0}, {.11, 0}, {.11, .1}, {0, .1}}, {}};
-  EXPECT_FALSE(FitOutline(half, far, tracker.rest(), view).found);
-  EXPECT_FALSE(FitOutline({}, far, tracker.rest(), view).found);
+  EXPECT_FALSE(FitOutline(half, far, contour.edge, view).found);
+  EXPECT_FALSE(FitOutline({}, far, contour.edge, view).found);
   EXPECT_FALSE(FitOutline(outline, far, Curve{}, view).found);
   EXPECT_FALSE(FitOutline(outline, far, Curve(20, {NAN, 0}), view).found);
 }

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "slave/vision/contour_tracker.h"
+#include "slave/vision/rest_contour.h"
 #include "tests/slave/vision/test_pictures.h"
 
 namespace palpate {
@@ -20,8 +20,7 @@ TestPicture Block() {
 RestEdge EdgeOf(const TestPicture& picture) {
   const cv::Mat first = picture.Render();
   const GreyFormat format(first);
-  ContourTracker tracker({}, first, format, 0, false);
-  return {first, format, tracker.rest()};
+  return {first, format, FindRestContour({}, first, format, 0, false).edge};
 }
 
 // Reference: the drawn block, moved by a known way. Mean and spread over all places: 0.03 px and

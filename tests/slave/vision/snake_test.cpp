@@ -91,19 +91,6 @@ TEST(SnakeTest, CreepsOntoADiscFromOutsideAndInside) {
   }
 }
 
-TEST(SnakeTest, FollowsADiscThatSwellsAndMoves) {
-  const GreyFormat format(Disc(90).Render());
-  Snake snake(format, {}, CircleAround({320, 240}, 90, 360), 60);
-  for (int k = 0; k < 20; ++k) {
-    TestPicture picture = Disc(90 + 0.5 * k);
-    picture.body->centre.x() += 1.0 * k;
-    snake.Creep(picture.Render(static_cast<std::uint64_t>(k)), 4);
-    for (const Eigen::Vector2d& p : snake.points()) {
-      EXPECT_NEAR((p - picture.body->centre).norm(), 90 + 0.5 * k, 2.5) << "picture " << k;
-    }
-  }
-}
-
 TEST(SnakeTest, StaysInsideThePicture) {
   const cv::Mat flat(40, 50, CV_8UC1, cv::Scalar(100));
   Snake snake(GreyFormat(flat), {0, 0, 1}, CircleAround({25, 20}, 60, 90), 40);

@@ -13,7 +13,6 @@
 #include "tests/slave/vision/depth/depth_pictures.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
 #include "tests/slave/vision/texture/target_pictures.h"
-#include "tests/support/allocation_count.h"
 #include "tests/support/thrown.h"
 
 namespace palpate {
@@ -92,16 +91,6 @@ TEST(TipAndContourTrackerTest, CoveredEyesSeeNothingAndAResetTakesTheRestAnew) {
     EXPECT_LT((point.p_S - point.p_S_rest).norm(),
               5e-6);  // the same picture, searched near the last places
   }
-}
-
-TEST(TipAndContourTrackerTest, LookingAllocatesNothingAfterTheFirstPictures) {
-  const Scene scene = MembraneScene();
-  const auto eyes = MakeSurfacePointTracker(scene, RigOf(scene));
-  const StereoPair rest = DotPairs().Draw({}, 1), pressed = DotPairs().Draw({4.0, {0, 0}}, 2);
-  for (int i = 0; i < 20; ++i) eyes->Process(i % 2 == 0 ? rest : pressed);
-  const long before = AllocationCount();
-  for (int i = 0; i < 20; ++i) eyes->Process(i % 2 == 0 ? rest : pressed);
-  EXPECT_EQ(AllocationCount(), before);
 }
 
 // Reference: the target's own motion, drawn by perspective alone. Tolerance: a window is found to

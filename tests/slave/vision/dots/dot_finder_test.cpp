@@ -1,6 +1,7 @@
+#include "slave/vision/dots/dot_finder.h"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -9,9 +10,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "slave/vision/dots/dot_tracker.h"
 #include "tests/slave/vision/dots/dot_pictures.h"
-#include "tests/support/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -135,16 +134,11 @@ TEST(DotFinder, EvenlyFallingLightDoesNotPullADot) {
   }
 }
 
-// One dot, where it was told to be looked for.
-std::optional<Dot> Tracked(const DotPicture& picture, const Eigen::Vector2d& place) {
-  DotFinder finder = Finder();
-  ExpectedDot expected;
-  expected.place = place + Eigen::Vector2d(1, -1);
-  expected.extent = {8, 8};
-  expected.search = 10;
-  std::vector<SightedDot> sighted;
-  EXPECT_TRUE(finder.Track(picture.Render(), std::vector{expected}, &sighted));
-  return sighted[0].seen ? std::optional(sighted[0].dot) : std::nullopt;
+// The dot at `place`.
+std::optional<Dot> FoundAt(const DotPicture& picture, const Eigen::Vector2d& place) {
+  const std::vector<Dot> dots = Found(picture.Render());
+  const Dot* nearest = NearestTo(dots, place);
+  return nearest && (nearest->centre - place).norm() < 3 ? std::optional(*nearest) : std::nullopt;
 }
 
 struct OffTheDot {
@@ -163,7 +157,7 @@ OffTheDot BesideAnEdge(DotPicture picture, double radius, double gap, double bey
     picture.width = picture.height = 80;
     picture.dots = {Ellipse(place, radius, radius)};
     picture.edges = {{n, n.dot(place) + radius + gap, beyond}};
-    const auto dot = Tracked(picture, place);
+    const auto dot = FoundAt(picture, place);
     if (!dot) return {1e3, 1e3};
     off.mean += n.dot(dot->centre - place) / kSides;
     off.worst = std::max(off.worst, (dot->centre - place).norm());
@@ -225,31 +219,17 @@ TEST(DotFinder, TakesNoSquareLineOrCutDotForADot) {
   EXPECT_NEAR(dots[0].centre.x(), 100, 0.1);
 }
 
-// Reference: the full search on the same picture; both weigh the same pixels about the same
-// ellipse but for the threshold, which one takes from the window and one from the tiles.
-TEST(DotFinder, TrackingSeesWhatTheFullSearchSees) {
-  const cv::Mat image = ManyDots().Render();
-  const auto dots = Found(image);
-  std::vector<ExpectedDot> expected;
-  for (const Eigen::Vector2d& place : ManyPlaces()) {
-    ExpectedDot& dot = expected.emplace_back();
-    dot.place = place + Eigen::Vector2d(6, -5);
-    dot.extent = {11, 11};
+// As a membrane's clamp.
+TEST(DotFinder, DotsWithinADarkFrameAreFound) {
+  cv::Mat image = ManyDots().Render();
+  for (const cv::Rect& side : {cv::Rect(10, 10, 620, 12), cv::Rect(10, 460, 620, 12),
+                               cv::Rect(10, 10, 12, 460), cv::Rect(620, 10, 12, 462)}) {
+    image(side).setTo(90);
   }
-  expected.emplace_back().place = {320, 10};
-  DotFinder finder = Finder();
-  std::vector<SightedDot> sighted;
-  ASSERT_TRUE(finder.Track(image, expected, &sighted));
-  ASSERT_EQ(sighted.size(), expected.size());
-  for (std::size_t k = 0; k < dots.size(); ++k) {
-    ASSERT_TRUE(sighted[k].seen);
-    const Dot* same = NearestTo(dots, sighted[k].dot.centre);
-    EXPECT_LT((same->centre - sighted[k].dot.centre).norm(), 0.01);
-  }
-  EXPECT_FALSE(sighted.back().seen);
+  EXPECT_EQ(Found(image).size(), ManyPlaces().size());
 }
 
-TEST(DotFinder, BadPicturesAndPlacesAreRefusedNotFollowed) {
+TEST(DotFinder, BadPicturesAreRefused) {
   DotFinder finder = Finder();
   std::vector<Dot> dots(3);
   EXPECT_FALSE(finder.Find(cv::Mat(), &dots));
@@ -263,20 +243,6 @@ TEST(DotFinder, BadPicturesAndPlacesAreRefusedNotFollowed) {
   for (const auto& [width, height] : {std::pair{1, 1}, {640, 1}, {1, 480}, {17, 33}, {63, 5}}) {
     EXPECT_TRUE(finder.Find(cv::Mat(height, width, CV_8UC1, cv::Scalar::all(7)), &dots));
   }
-  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
-  const cv::Mat image = ManyDots().Render();
-  std::vector<ExpectedDot> expected(6);
-  expected[0].place = {nan, 100};
-  expected[1].place = {1e300, -1e300};
-  expected[2].search = inf;
-  expected[3].extent = {nan, 4};
-  expected[4].search = -50;
-  expected[5].place = {-400, 900};
-  std::vector<SightedDot> sighted;
-  EXPECT_TRUE(finder.Track(image, expected, &sighted));
-  for (const SightedDot& dot : sighted) EXPECT_FALSE(dot.seen);
-  EXPECT_FALSE(finder.Track(cv::Mat(), expected, &sighted));
-  EXPECT_EQ(sighted.size(), expected.size());
 }
 
 // Saturated ground and dots, a picture of one-pixel speckles, and thousands of small discs.
@@ -299,24 +265,6 @@ TEST(DotFinder, CrowdsAndSaturationEndInBoundedAnswers) {
   std::vector<Dot> dots;
   EXPECT_TRUE(finder.Find(crowd, &dots));
   EXPECT_LE(dots.size(), finder.params().most);
-}
-
-TEST(DotFinder, AllocatesNothingAfterTheFirstPicture) {
-  std::vector<cv::Mat> images;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) images.push_back(ManyDots().Render(seed));
-  std::vector<ExpectedDot> expected;
-  for (const Eigen::Vector2d& place : ManyPlaces()) expected.emplace_back().place = place;
-  DotFinder finder = Finder();
-  std::vector<Dot> dots;
-  std::vector<SightedDot> sighted;
-  finder.Find(images[0], &dots);
-  finder.Track(images[0], expected, &sighted);
-  const long before = AllocationCount();
-  for (const cv::Mat& image : images) {
-    finder.Find(image, &dots);
-    finder.Track(image, expected, &sighted);
-  }
-  EXPECT_EQ(AllocationCount(), before);
 }
 
 TEST(DotFinder, ImpossibleLimitsAreRefused) {

@@ -36,6 +36,15 @@ std::vector<Eigen::Vector2d> SixBySix() {
   return layout;
 }
 
+// Where OpenCV sees the grid [px].
+std::vector<Eigen::Vector2d> GridPlaces(const cv::Mat& image) {
+  std::vector<cv::Point2f> centres;
+  EXPECT_TRUE(cv::findCirclesGrid(image, {6, 6}, centres));
+  std::vector<Eigen::Vector2d> places;
+  for (const cv::Point2f& p : centres) places.emplace_back(p.x + 4, p.y - 3);
+  return places;
+}
+
 // RMS of centres against a square grid seen through a homography [px].
 double HomographyResidual(const std::vector<SightedDot>& dots) {
   std::vector<cv::Point2d> grid, seen;
@@ -65,7 +74,7 @@ TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
     std::vector<Dot> dots;
     ASSERT_TRUE(finder.Find(image, &dots));
     EXPECT_EQ(dots.size(), 36u) << file;
-    DotTracker tracker(SixBySix(), DotTracker::Params{});
+    DotTracker tracker(SixBySix(), GridPlaces(image), {});
     ASSERT_TRUE(tracker.Process(image)) << file;
     EXPECT_EQ(tracker.seen(), 36) << file;
     const double residual = HomographyResidual(tracker.dots());
@@ -75,13 +84,30 @@ TEST(RealDots, EveryGridPictureShowsItsThirtySixDotsAndNoOther) {
 
 const std::vector<Eigen::Vector2d> kFive = {{-1, -1}, {1, -1}, {0, 0}, {-1, 1}, {1, 1}};
 
-DotTracker::Params OfFive(DotTracker::Search search) {
+DotTracker::Params OfFive() {
   DotTracker::Params params;
   params.finder.tone = DotTone::kLight;
   params.any_tone = false;
-  params.array.area_ratio = 30;  // the middle one is larger
-  params.search = search;
   return params;
+}
+
+// Of the five in the first image: the largest, and the nearest to it in each quadrant.
+std::vector<Eigen::Vector2d> PlacesIn(const cv::Mat& image) {
+  DotFinder finder(OfFive().finder);
+  std::vector<Dot> dots;
+  EXPECT_TRUE(finder.Find(image, &dots));
+  std::vector<Eigen::Vector2d> places(5, Eigen::Vector2d::Constant(1e3));
+  places[2] = std::max_element(dots.begin(), dots.end(), [](const Dot& a, const Dot& b) {
+                return a.area < b.area;
+              })->centre;
+  for (const Dot& dot : dots) {
+    const Eigen::Vector2d d = dot.centre - places[2];
+    for (const std::size_t k : {0u, 1u, 3u, 4u}) {
+      const bool there = d.x() * kFive[k].x() > 40 && d.y() * kFive[k].y() > 25;
+      if (there && d.norm() < (places[k] - places[2]).norm()) places[k] = dot.centre;
+    }
+  }
+  return places;
 }
 
 // The middle one is by far the largest, the others lie around it as in the layout.
@@ -105,12 +131,11 @@ void ExpectNamed(const DotTracker& tracker, const std::string& where) {
 TEST(RealDots, FiveDotsKeepTheirIdentitiesThroughTheSequence) {
   const auto files = Pictures(kDots / "five_dots_seq", "frame_");
   if (files.empty()) GTEST_SKIP() << "no pictures in " << kDots;
-  for (const auto search : {DotTracker::Search::kWhole, DotTracker::Search::kNear}) {
-    DotTracker tracker(kFive, OfFive(search));
-    for (const auto& file : files) {
-      ASSERT_TRUE(tracker.Process(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
-      ExpectNamed(tracker, file.string());
-    }
+  const cv::Mat first = cv::imread(files.front().string(), cv::IMREAD_GRAYSCALE);
+  DotTracker tracker(kFive, PlacesIn(first), OfFive());
+  for (const auto& file : files) {
+    ASSERT_TRUE(tracker.Process(cv::imread(file.string(), cv::IMREAD_GRAYSCALE))) << file;
+    ExpectNamed(tracker, file.string());
   }
 }
 
@@ -123,7 +148,7 @@ TEST(RealDots, FiveDotsAreNamedAlikeFromAnyPictureBothWays) {
   const int count = static_cast<int>(images.size());
   for (int start = 0; start < count; ++start) {
     for (const int way : {1, -1}) {
-      DotTracker tracker(kFive, OfFive(DotTracker::Search::kNear));
+      DotTracker tracker(kFive, PlacesIn(images[static_cast<std::size_t>(start)]), OfFive());
       for (int i = start; i >= 0 && i < count; i += way) {
         const std::string where = std::to_string(i) + " from " + std::to_string(start);
         ASSERT_TRUE(tracker.Process(images[static_cast<std::size_t>(i)])) << where;

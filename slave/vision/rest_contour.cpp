@@ -1,36 +1,30 @@
-#include "slave/vision/contour_tracker.h"
+#include "slave/vision/rest_contour.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "slave/vision/edge_path.h"
+#include "slave/vision/snake.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kSettleRounds = 60;  // at start
+constexpr int kSettleRounds = 60;
 // Before it settles in the picture itself, in blurred ones: sigma [px], for a start found in the
 // picture and for one given by a person.
 constexpr std::array kFoundBlurs = {1.5};
 constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
-constexpr int kTrackRounds = 4;    // per picture: the contour may move as many pixels
 constexpr int kLeastPicture = 16;  // edge [px]
-// How far the tracked contour may change before it is no longer believed.
-// Of the area at rest. [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
-constexpr double kLeastArea = 0.5, kMostArea = 1.6;
-// Of the length at rest. [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
-constexpr double kMostLength = 1.8;
-constexpr double kMostSpacing = 4;      // longest side / mean side
-constexpr double kLeastStrength = 0.3;  // of the mean gradient under the points
 // At start, the snake against the shape it started from.
 constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
 constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
@@ -98,93 +92,64 @@ std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& fi
   return starts;
 }
 
-}  // namespace
-
-ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& first,
-                               const GreyFormat& format, double tool_width, bool clockwise_I)
-    : ContourTracker(options, first, format,
-                     StartCurves(options, first, format, tool_width, clockwise_I)) {}
-
-ContourTracker::ContourTracker(const ContourTracking& options, const cv::Mat& first,
-                               const GreyFormat& format, const std::vector<Curve>& starts)
-    : snake_(format, {options.alpha, options.beta, options.gamma}, starts.front(),
-             options.control_points) {
-  const bool given = !std::holds_alternative<std::monostate>(options.start);
-  const cv::Mat grey8 = AsGrey8(first, format);
-  std::optional<ContourTracker> best;
-  double most = 0;
-  std::string why;
-  for (std::size_t k = 0; k < starts.size(); ++k) {
-    try {
-      ContourTracker settled = *this;
-      settled.snake_.Restart(Resample(starts[k], options.control_points));
-      settled.Begin(first, format,
-                    given && k == 0 ? std::span<const double>(kGivenBlurs) : kFoundBlurs);
-      const EdgePath edge = MeasureEdge(grey8, settled.settled_);
-      const double worth = edge.strength * edge.closedness * (k == 0 ? kGivenIsBetter : 1);
-      if (!best || worth > most) best = std::move(settled), most = worth;
-    } catch (const std::runtime_error& error) {
-      if (why.empty()) why = error.what();
-    }
+// A snake sees no farther than the edge's blur; so the image is blurred, much, then less.
+Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
+             CurveView start, std::span<const double> blurs) {
+  Snake snake(format, {options.alpha, options.beta, options.gamma}, start, options.control_points);
+  const double start_area = CurveArea(snake.points());
+  cv::Mat blurred;
+  for (const double blur : blurs) {
+    cv::GaussianBlur(first, blurred, {}, blur);
+    snake.AdaptTo(blurred);
+    snake.Creep(blurred, kSettleRounds);
   }
-  if (!best) throw std::runtime_error(why);
-  *this = *std::move(best);
-}
-
-void ContourTracker::Begin(const cv::Mat& first, const GreyFormat& format,
-                           std::span<const double> blurs) {
-  const double start_area = CurveArea(snake_.points());
-  Settle(first, blurs);
-  settled_ = snake_.points();
-  rest_area_ = CurveArea(settled_);
-  rest_length_ = CurveLength(settled_);
-  rest_strength_ = snake_.mean_strength();
-  const double change = rest_area_ / start_area;
-  if (!(change > kLeastSettled && change < kMostSettled) || CrossesItself(settled_) || !IsSound()) {
+  snake.AdaptTo(first);
+  snake.Creep(first, kSettleRounds);
+  const double change = CurveArea(snake.points()) / start_area;
+  if (!(change > kLeastSettled && change < kMostSettled) || CrossesItself(snake.points())) {
     throw std::runtime_error("the contour collapsed, intersected itself or left its start (area " +
                              std::to_string(change) +
                              " of the start's): give another sense.contour.start or weights");
   }
-  rest_ = RefineContour(first, format, settled_);
-  const double wanted = rest_length_ / RefinementOptions().spacing;
-  if (static_cast<double>(rest_.size()) < kLeastClear * wanted) {
+  return snake.points();
+}
+
+Curve MeasureClearEdge(const cv::Mat& first, const GreyFormat& format, CurveView outline) {
+  Curve edge = RefineContour(first, format, outline);
+  const double wanted = CurveLength(outline) / RefinementOptions().spacing;
+  if (static_cast<double>(edge.size()) < kLeastClear * wanted) {
     throw std::runtime_error(
         "the contour found no clear edge on most of its length: give another "
         "sense.contour.start");
   }
+  return edge;
 }
 
-// A snake sees no farther than the edge's blur; so the first picture is blurred, much, then less.
-void ContourTracker::Settle(const cv::Mat& first, std::span<const double> blurs) {
-  cv::Mat blurred;
-  for (const double blur : blurs) {
-    cv::GaussianBlur(first, blurred, {}, blur);
-    snake_.AdaptTo(blurred);
-    snake_.Creep(blurred, kSettleRounds);
+}  // namespace
+
+RestContour FindRestContour(const ContourTracking& options, const cv::Mat& first,
+                            const GreyFormat& format, double tool_width, bool clockwise_I) {
+  const std::vector<Curve> starts = StartCurves(options, first, format, tool_width, clockwise_I);
+  const bool given = !std::holds_alternative<std::monostate>(options.start);
+  const cv::Mat grey8 = AsGrey8(first, format);
+  RestContour best;
+  double most = -1;
+  std::string why;
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    const bool by_person = given && k == 0;
+    try {
+      Curve outline = Settle(options, first, format, starts[k],
+                             by_person ? std::span<const double>(kGivenBlurs) : kFoundBlurs);
+      Curve edge = MeasureClearEdge(first, format, outline);
+      const EdgePath path = MeasureEdge(grey8, outline);
+      const double worth = path.strength * path.closedness * (k == 0 ? kGivenIsBetter : 1);
+      if (worth > most) best = {std::move(outline), std::move(edge)}, most = worth;
+    } catch (const std::runtime_error& error) {
+      if (why.empty()) why = error.what();
+    }
   }
-  snake_.AdaptTo(first);
-  snake_.Creep(first, kSettleRounds);
-}
-
-bool ContourTracker::IsSound() const noexcept {
-  const Curve& points = snake_.points();
-  const double area = CurveArea(points) / rest_area_;
-  const double length = CurveLength(points);
-  double longest = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    longest = std::max(longest, (points[(i + 1) % points.size()] - points[i]).norm());
-  }
-  return area > kLeastArea && area < kMostArea && length < kMostLength * rest_length_ &&
-         longest < kMostSpacing * length / static_cast<double>(points.size()) &&
-         snake_.mean_strength() >= kLeastStrength * rest_strength_ &&
-         TurningNumber(points) == (rest_area_ > 0 ? 1 : -1);
-}
-
-std::span<const Eigen::Vector2d> ContourTracker::Track(const cv::Mat& image) noexcept {
-  snake_.Creep(image, kTrackRounds);
-  if (IsSound()) return snake_.points();
-  Restart();
-  return {};
+  if (best.outline.empty()) throw std::runtime_error(why);
+  return best;
 }
 
 }  // namespace palpate

@@ -1,0 +1,48 @@
+// Grey levels across an edge, and the edge's place in them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include "slave/vision/grey.h"
+
+namespace palpate {
+
+// Levels along a unit normal, 1 px apart, each the mean over 5 px along the edge, so that noise and
+// texture do not count. One thread.
+class EdgeProfile {
+ public:
+  // Profiles of at most `most_half` samples to either side.
+  EdgeProfile(const GreyFormat& format, int most_half);
+
+  // `half` samples to either side of `p` [px] along `n`. False: it leaves the image. `image` fits
+  // the format. Real-time safe.
+  bool Read(const cv::Mat& image, const Eigen::Vector2d& p, const Eigen::Vector2d& n,
+            int half) noexcept;
+
+  // Below: of the last profile; `k` samples from its middle [levels].
+  // The mean of three samples.
+  [[nodiscard]] double Level(int k) const noexcept;
+  // The change from three samples behind `k` to three ahead, `first` the nearest on either side.
+  [[nodiscard]] double StepAt(int k, int first = 1) const noexcept;
+  // Place along the normal [px] of the edge near the sample `at`: the centroid of the slopes of one
+  // sign within `half_window` [px], which is moved until it is centred on the edge. Unbiased for
+  // every symmetric blur (E. P. Lyvers et al., Subpixel measurements using a moment-based edge
+  // operator, PAMI 11, 1989, has the same in two dimensions).
+  [[nodiscard]] double Centroid(double sign, int at, double half_window) const noexcept;
+  // Samples beyond the edge that Centroid and StepAt need.
+  static constexpr int kMargin = 5;
+
+  [[nodiscard]] const GreyFormat& format() const { return format_; }
+
+ private:
+  GreyFormat format_;
+  std::vector<std::int16_t> window_;
+  std::vector<float> level_;
+  int half_ = 0;
+};
+
+}  // namespace palpate
