@@ -78,6 +78,12 @@ Painter::Painter(const Scene& scene, const TrueBody& body)
   if (scene.site.embryo) microscope_.emplace(scene, body, X_IO_, size_);
 }
 
+Painter::Layer::Layer(const cv::Rect& part, const std::vector<std::vector<Point>>& polygons,
+                      float level)
+    : window(part),
+      grey(part.size(), CV_32F, cv::Scalar(level)),
+      alpha(CoverageOf(polygons, part)) {}
+
 // Of the pressed body's mesh in the picture [px].
 std::vector<Point> Painter::NodesOf(const Pose& pose) const {
   const PatchSolution& c = *pose.contact;
@@ -96,41 +102,44 @@ void Painter::PaintBody(const Pose& pose) {
                     (!pose.contact || pose.displacement_O == painted_.displacement_O);
   if (same) return;
   painted_ = pose;
-  body_.grey.create(size_, CV_32F);
-  body_.grey.setTo(kBody);  // rim pixels whose centre lies outside keep the mean grey
   std::vector<std::vector<Point>> loops;
+  std::vector<Point> nodes;
   if (pose.contact) {
     const PatchSolution& c = *pose.contact;
-    const std::vector<Point> nodes = NodesOf(pose);
+    nodes = NodesOf(pose);
     for (std::size_t k = 0; k + 1 < c.loop_begin.size(); ++k) {
       auto& loop = loops.emplace_back();
       for (std::size_t i = c.loop_begin[k]; i < c.loop_begin[k + 1]; ++i) {
         loop.push_back(nodes[Index(c.boundary[i])]);
       }
     }
-    FillMesh(c.mesh, nodes);
   } else {
     for (const TrueBody::Edge& e : true_body_.edges()) {
       if (Index(e.loop) == loops.size()) loops.emplace_back();
       loops.back().push_back(X_IO_ * e.a);
     }
+  }
+  body_ = Layer(cv::Rect({0, 0}, size_), loops, kBody);
+  if (pose.contact) {
+    FillMesh(pose.contact->mesh, nodes);
+  } else {
     const Point rim(2 * pixel_, 2 * pixel_);  // reaches the rim pixels whose centres lie outside
     const Point low = true_body_.lower_corner() - rim, high = true_body_.upper_corner() + rim;
-    FillQuad(
-        speckle_, {low, {high.x(), low.y()}, high, {low.x(), high.y()}},
-        [&](const Point& p_O) -> Point { return p_O / pixel_; }, &body_.grey);
+    const auto on_speckle = [&](const Point& p_O) -> Point { return p_O / pixel_; };
+    FillQuad(speckle_, {low, {high.x(), low.y()}, high, {low.x(), high.y()}}, on_speckle, &body_);
   }
-  body_.alpha = CoverageOf(loops, size_);
+  body_alone_ = kGround + body_.alpha.mul(body_.grey - kGround);
 }
 
 // `on_texture`: the place of a corner, frame O [m], on the texture [texels].
 template <typename OnTexture>
 void Painter::FillQuad(const Texture& texture, const std::array<Point, 4>& corners,
-                       const OnTexture& on_texture, cv::Mat* grey) const {
+                       const OnTexture& on_texture, Layer* layer) const {
+  const Point shift(layer->window.x, layer->window.y);
+  const auto at = [&](const Point& p_O) -> Point { return X_IO_ * p_O - shift; };
   for (const auto& [i, j, k] : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
     const Point &a = corners[i], &b = corners[j], &c = corners[k];
-    texture.Fill(*grey, {X_IO_ * a, X_IO_ * b, X_IO_ * c},
-                 {on_texture(a), on_texture(b), on_texture(c)});
+    texture.Fill(layer->grey, {at(a), at(b), at(c)}, {on_texture(a), on_texture(b), on_texture(c)});
   }
 }
 
@@ -184,11 +193,9 @@ void Painter::PaintTool(const Pose& pose) {
     silhouette.erase(silhouette.begin(), silhouette.begin() + 2);
     silhouette.insert(silhouette.begin(), arc.begin(), arc.end());
   }
-  tool_.alpha = CoverageOf({silhouette}, size_);
-  tool_.grey.create(size_, CV_32F);
-  tool_.grey.setTo(kToolDark);
+  tool_ = Layer(WindowAround(silhouette, 1, size_), {silhouette}, kToolDark);
   // Reaches the rim pixels whose centres lie outside.
-  FillQuad(marks_, bar(2 * pixel_), on_marks, &tool_.grey);
+  FillQuad(marks_, bar(2 * pixel_), on_marks, &tool_);
 }
 
 // Where tool and body share a pixel they lie side by side, not one behind the other: their parts of
@@ -196,8 +203,13 @@ void Painter::PaintTool(const Pose& pose) {
 cv::Mat Painter::Paint(const Pose& pose) {
   PaintBody(pose);
   PaintTool(pose);
-  const cv::Mat body = cv::min(body_.alpha, 1 - tool_.alpha);
-  cv::Mat seen = kGround + body.mul(body_.grey - kGround) + tool_.alpha.mul(tool_.grey - kGround);
+  cv::Mat seen = body_alone_.clone();
+  if (!tool_.window.empty()) {
+    const cv::Mat body = cv::min(body_.alpha(tool_.window), 1 - tool_.alpha);
+    const cv::Mat both = kGround + body.mul(body_.grey(tool_.window) - kGround) +
+                         tool_.alpha.mul(tool_.grey - kGround);
+    both.copyTo(seen(tool_.window));
+  }
   exposure_.Blur(seen);
   exposure_.Advance();
   if (microscope_) microscope_->Show(&seen);
@@ -231,10 +243,7 @@ void Microscope::PaintCapillary(const FixedArc& arc, double radius, const Eigen:
     }
     const cv::Rect window = WindowAround(wall, 1, size_);
     if (window.empty()) continue;
-    Coverage coverage(window);
-    coverage.Add(wall);
-    cv::Mat alpha;
-    coverage.Resolve(alpha);
+    const cv::Mat alpha = CoverageOf({wall}, window);
     cv::Mat part = glass_(window);
     cv::scaleAdd(alpha, kGlass - 1, part, part);
   }

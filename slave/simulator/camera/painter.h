@@ -78,9 +78,14 @@ class Painter {
   cv::Mat Paint(const Pose& pose);
 
  private:
-  // Grey where `alpha` (0 to 1, coverage) is the opacity; both CV_32F.
+  // A part of the image: grey where `alpha` (0 to 1, coverage) is the opacity.
   struct Layer {
-    cv::Mat grey, alpha;
+    Layer() = default;
+    // What the polygons surround, in one grey level.
+    Layer(const cv::Rect& part, const std::vector<std::vector<Eigen::Vector2d>>& polygons,
+          float level);
+    cv::Rect window;
+    cv::Mat grey, alpha;  // CV_32F, the window's size
   };
 
   [[nodiscard]] std::vector<Eigen::Vector2d> NodesOf(const Pose& pose) const;
@@ -89,7 +94,7 @@ class Painter {
   void PaintTool(const Pose& pose);
   template <typename OnTexture>
   void FillQuad(const Texture& texture, const std::array<Eigen::Vector2d, 4>& corners,
-                const OnTexture& on_texture, cv::Mat* grey) const;
+                const OnTexture& on_texture, Layer* layer) const;
 
   const TrueBody& true_body_;
   cv::Size size_;
@@ -102,7 +107,8 @@ class Painter {
   Exposure exposure_;
 
   Layer body_, tool_;
-  Pose painted_;  // what body_ shows
+  cv::Mat body_alone_;  // CV_32F: the image without the tool
+  Pose painted_;        // what body_ shows
   std::optional<Microscope> microscope_;
   std::optional<LensWarp> lens_;
 };

@@ -144,29 +144,33 @@ void Texture::Fill(cv::Mat& canvas, const std::array<Eigen::Vector2d, 3>& p,
   }
 }
 
-Coverage::Coverage(const cv::Rect& window)
-    : window_(window),
-      stride_(window.width + 2),
-      change_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(window.height), 0) {}
+namespace {
 
-void Coverage::Add(const std::vector<Eigen::Vector2d>& polygon) {
-  if (window_.empty()) return;
-  // Pixel (0, 0) of the window spans 0 to 1 from here on.
-  const Eigen::Vector2d corner(window_.x - 0.5, window_.y - 0.5);
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    AddEdge(polygon[i] - corner, polygon[(i + 1) % polygon.size()] - corner);
-  }
-}
+// Change of coverage from one pixel to the next, row by row. Pixel (0, 0) of the window spans 0
+// to 1.
+class Coverage {
+ public:
+  explicit Coverage(const cv::Size& size)
+      : size_(size), change_(size.height, size.width + 2, CV_32F, cv::Scalar(0)) {}
+  void AddEdge(const Eigen::Vector2d& a, const Eigen::Vector2d& b);
+  [[nodiscard]] cv::Mat Sum() const;
+
+ private:
+  void AddRowPiece(int row, double x0, double y0, double x1, double y1);
+
+  cv::Size size_;
+  cv::Mat change_;
+};
 
 // Cuts the edge into pieces that stay within one row.
 void Coverage::AddEdge(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   if (a.y() == b.y()) return;
   const double slope = (b.x() - a.x()) / (b.y() - a.y());
-  const double height = window_.height;
+  const double height = size_.height;
   const double from = std::clamp(a.y(), 0.0, height), to = std::clamp(b.y(), 0.0, height);
   if (from == to) return;
   const double low = std::min(from, to), high = std::max(from, to);
-  const int last = std::min(window_.height - 1, static_cast<int>(high));
+  const int last = std::min(size_.height - 1, static_cast<int>(high));
   for (int row = static_cast<int>(low); row <= last; ++row) {
     const double y0 = std::max(low, static_cast<double>(row));
     const double y1 = std::min(high, row + 1.0);
@@ -182,8 +186,8 @@ void Coverage::AddEdge(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
 
 // Everything right of the piece is covered by its height; the pixels it passes, in part.
 void Coverage::AddRowPiece(int row, double x0, double y0, double x1, double y1) {
-  float* change = change_.data() + static_cast<std::ptrdiff_t>(row) * stride_;
-  const double width = window_.width, dy = y1 - y0;
+  auto* change = change_.ptr<float>(row);
+  const double width = size_.width, dy = y1 - y0;
   const double left = std::min(x0, x1), right = std::max(x0, x1);
   const auto add = [&](int pixel, double cover, double middle) {
     // `middle`: mean place of the piece within the pixel, 0 left to 1 right.
@@ -193,40 +197,47 @@ void Coverage::AddRowPiece(int row, double x0, double y0, double x1, double y1) 
   if (right <= 0) return add(0, dy, 0);
   if (left >= width) return;
   if (right - left < 1e-12) {
-    const int pixel = std::min(static_cast<int>(left), window_.width - 1);
+    const int pixel = std::min(static_cast<int>(left), size_.width - 1);
     return add(pixel, dy, left - pixel);
   }
   const double per_x = dy / (right - left);
   if (left < 0) add(0, -left * per_x, 0);
   const double end = std::min(right, width);
   for (double x = std::max(left, 0.0); x < end;) {
-    const int pixel = std::min(static_cast<int>(x), window_.width - 1);
+    const int pixel = std::min(static_cast<int>(x), size_.width - 1);
     const double next = std::min(end, pixel + 1.0);
     add(pixel, (next - x) * per_x, 0.5 * (x + next) - pixel);
     x = next;
   }
 }
 
-void Coverage::Resolve(cv::Mat& alpha) const {
-  alpha.create(window_.height, window_.width, CV_32F);
-  for (int row = 0; row < window_.height; ++row) {
-    const float* change = change_.data() + static_cast<std::ptrdiff_t>(row) * stride_;
+cv::Mat Coverage::Sum() const {
+  cv::Mat alpha(size_, CV_32F);
+  for (int row = 0; row < size_.height; ++row) {
+    const auto* change = change_.ptr<float>(row);
     auto* out = alpha.ptr<float>(row);
     float sum = 0;
-    for (int x = 0; x < window_.width; ++x) {
+    for (int x = 0; x < size_.width; ++x) {
       sum += change[x];
       out[x] = std::min(std::abs(sum), 1.0F);
     }
   }
+  return alpha;
 }
 
+}  // namespace
+
 cv::Mat CoverageOf(const std::vector<std::vector<Eigen::Vector2d>>& polygons,
-                   const cv::Size& size) {
-  Coverage coverage(cv::Rect({0, 0}, size));
-  for (const auto& polygon : polygons) coverage.Add(polygon);
-  cv::Mat alpha;
-  coverage.Resolve(alpha);
-  return alpha;
+                   const cv::Rect& window) {
+  if (window.empty()) return {};
+  Coverage coverage(window.size());
+  const Eigen::Vector2d corner(window.x - 0.5, window.y - 0.5);
+  for (const auto& polygon : polygons) {
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      coverage.AddEdge(polygon[i] - corner, polygon[(i + 1) % polygon.size()] - corner);
+    }
+  }
+  return coverage.Sum();
 }
 
 cv::Rect WindowAround(const std::vector<Eigen::Vector2d>& polygon, int margin,

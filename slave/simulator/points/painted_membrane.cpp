@@ -40,7 +40,7 @@ cv::Mat MembraneView::PlainFace() const {
     const auto p_I = Project(lens, X_CO * p_O);
     if (p_I) rim.push_back(*p_I);
   }
-  return kBeyond + (kRubber - kBeyond) * CoverageOf({rim}, {lens.size[0], lens.size[1]});
+  return kBeyond + (kRubber - kBeyond) * CoverageOf({rim}, {0, 0, lens.size[0], lens.size[1]});
 }
 
 PrintedDots DotsOn(const PointTracking& points) {
@@ -81,12 +81,10 @@ const cv::Mat& DottedMembrane::Paint(const Dent& dent) {
     if (!Outline(p_O, dent, &outline)) continue;
     const cv::Rect window = WindowAround(outline, exposure_.reach() + 1, seen_.size());
     if (window.empty()) continue;
-    Coverage coverage(window);
-    coverage.Add(outline);
-    coverage.Resolve(covered_);
-    exposure_.Blur(covered_);
+    cv::Mat covered = CoverageOf({outline}, window);
+    exposure_.Blur(covered);
     cv::Mat part = seen_(window);
-    part += (kDot - MembraneView::kRubber) * covered_;
+    part += (kDot - MembraneView::kRubber) * covered;
   }
   return seen_;
 }

@@ -59,8 +59,8 @@ class DottedMembrane {
   MembraneView view_;
   PrintedDots dots_;
   const Exposure& exposure_;
-  cv::Mat ground_;          // CV_32F: blurred, without dots
-  cv::Mat seen_, covered_;  // CV_32F
+  cv::Mat ground_;  // CV_32F: blurred, without dots
+  cv::Mat seen_;    // CV_32F
 };
 
 // A fine texture printed on the inner face of a membrane, for one camera.

@@ -190,50 +190,41 @@ std::vector<double> StepsTo(double depth) {
   return depths;
 }
 
+// Straight below home, `depth` below the rest plane.
+Vector3d TipAt(const Scene& scene, double depth) {
+  const Isometry3d X_SO = TruePose(scene);
+  const Vector3d p_O_home = X_SO.inverse() * scene.manipulator.home;
+  return X_SO * Vector3d(p_O_home.x(), p_O_home.y(), -depth);
+}
+
 // A press without an operator, where the tip is in each pair. It waits at manipulator.home, moves
 // straight down to the point below it, on in steps to operator.press.depth, back in the same steps,
 // and home.
 std::vector<Vector3d> ScriptedTips(const Scene& scene) {
-  const Isometry3d X_SO = TruePose(scene);
-  const Vector3d p_O_home = X_SO.inverse() * scene.manipulator.home;
-  const auto at = [&](double depth) -> Vector3d {
-    return X_SO * Vector3d(p_O_home.x(), p_O_home.y(), -depth);
-  };
   const std::vector<double> depths = StepsTo(scene.operator_options.press_depth);
   std::vector<Vector3d> tips(kRest, scene.manipulator.home);
-  for (const double depth : depths) tips.insert(tips.end(), kDwell, at(depth));
-  for (auto depth = depths.rbegin() + 1; depth != depths.rend(); ++depth)
-    tips.push_back(at(*depth));
+  for (const double depth : depths) tips.insert(tips.end(), kDwell, TipAt(scene, depth));
+  for (auto depth = depths.rbegin() + 1; depth != depths.rend(); ++depth) {
+    tips.push_back(TipAt(scene, *depth));
+  }
   tips.insert(tips.end(), kDwell, scene.manipulator.home);
   return tips;
-}
-
-// The tip straight below home, as deep as the scene presses.
-Vector3d DeepestOf(const Scene& scene) {
-  const Vector3d n_S = scene.object.X_SO.linear().col(2);
-  const double height = n_S.dot(scene.manipulator.home - scene.object.X_SO.translation());
-  return scene.manipulator.home - (height + scene.operator_options.press_depth) * n_S;
 }
 
 }  // namespace
 
 struct StereoSite::State {
-  State(const Scene& scene, const site::MembraneResolution& resolution)
-      : rig(SimulatedRig(scene)),
+  State(const Scene& true_scene, const site::MembraneResolution& resolution)
+      : scene(true_scene),
+        rig(SimulatedRig(scene)),
         exposure(scene.site, rig.left.size),
-        stage(MakeStage(scene, resolution, rig, exposure)),
-        rate(scene.sense.Find<StereoCameras>()->rate),
-        press_depth(scene.operator_options.press_depth),
-        p_S_home(scene.manipulator.home),
-        p_S_deepest(DeepestOf(scene)) {}
+        stage(MakeStage(scene, resolution, rig, exposure)) {}
 
+  const Scene scene;
   const StereoRig rig;
   site::Exposure exposure;  // TakePictures's thread only
   const std::unique_ptr<Stage> stage;
-  const double rate;                     // [Hz]
-  const double press_depth;              // of the scene's own press [m]
-  const Vector3d p_S_home, p_S_deepest;  // of the tip in it [m]
-  std::uint64_t pictures = 0;            // pairs taken; TakePictures's thread only
+  std::uint64_t pictures = 0;  // pairs taken; TakePictures's thread only
 };
 
 StereoSite::StereoSite(const Scene& scene, const site::MembraneResolution& resolution) try
@@ -250,12 +241,13 @@ void StereoSite::MoveTool(const Vector3d& p_S_tip, Patience patience) {
 }
 
 void StereoSite::SolveAhead() {
+  const Scene& scene = state_->scene;
   if (!target()) {
-    spdlog::info("the simulator precomputes an indentation of {:.3g} mm",
-                 1e3 * state_->press_depth);
-    MoveTool(state_->p_S_deepest);
+    const double depth = scene.operator_options.press_depth;
+    spdlog::info("the simulator precomputes an indentation of {:.3g} mm", 1e3 * depth);
+    MoveTool(TipAt(scene, depth));
   }
-  MoveTool(state_->p_S_home);
+  MoveTool(scene.manipulator.home);
   state_->stage->SolveEverywhere();
 }
 
@@ -274,7 +266,8 @@ Vector3d StereoSite::TrueDisplacement(const Eigen::Vector2d& p_O) const {
 StereoPictures StereoSite::TakePictures() {
   State& state = *state_;
   state.exposure.Advance();
-  state.stage->Hold(static_cast<double>(state.pictures++) / state.rate);
+  state.stage->Hold(static_cast<double>(state.pictures++) /
+                    state.scene.sense.Find<StereoCameras>()->rate);
   StereoPictures pictures;
   pictures.left = state.exposure.Expose(state.stage->Paint(0));
   pictures.right = state.exposure.Expose(state.stage->Paint(1));
@@ -283,7 +276,7 @@ StereoPictures StereoSite::TakePictures() {
 
 std::unique_ptr<StereoSource> StereoSite::OpenPair(const Scene& scene, const Pace& pace) {
   using PairSource = SimulatedSource<StereoSource, StereoPair>;
-  const double rate = state_->rate;
+  const double rate = scene.sense.Find<StereoCameras>()->rate;
   const auto take = [this] {
     auto [left, right] = TakePictures();
     return StereoPair{.left = std::move(left), .right = std::move(right)};

@@ -12,14 +12,6 @@ namespace {
 using Point = Eigen::Vector2d;
 using Polygon = std::vector<Point>;
 
-cv::Mat Cover(const cv::Rect& window, const std::vector<Polygon>& loops) {
-  Coverage coverage(window);
-  for (const auto& loop : loops) coverage.Add(loop);
-  cv::Mat alpha;
-  coverage.Resolve(alpha);
-  return alpha;
-}
-
 double AreaOf(const Polygon& p) {
   double twice = 0;
   for (std::size_t i = 0; i < p.size(); ++i) {
@@ -31,7 +23,8 @@ double AreaOf(const Polygon& p) {
 
 // Reference: areas by hand. Pixel (x, y) spans x - 0.5 to x + 0.5. Tolerance: single precision.
 TEST(Coverage, AnAlignedRectangleCoversItsPartOfEachPixel) {
-  const cv::Mat alpha = Cover({0, 0, 6, 5}, {{{0.75, 0.9}, {3.2, 0.9}, {3.2, 2.6}, {0.75, 2.6}}});
+  const cv::Mat alpha =
+      CoverageOf({{{0.75, 0.9}, {3.2, 0.9}, {3.2, 2.6}, {0.75, 2.6}}}, {0, 0, 6, 5});
   EXPECT_NEAR(alpha.at<float>(2, 2), 1, 1e-6);
   EXPECT_NEAR(alpha.at<float>(2, 1), 0.75, 1e-6);
   EXPECT_NEAR(alpha.at<float>(2, 3), 0.7, 1e-6);
@@ -48,9 +41,9 @@ TEST(Coverage, SumsToTheArea) {
     const double angle = 2 * std::numbers::pi * k / 14, r = k % 2 == 0 ? 14.3 : 6.1;
     star.emplace_back(20.37 + r * std::cos(angle), 19.81 + r * std::sin(angle));
   }
-  EXPECT_NEAR(cv::sum(Cover({0, 0, 40, 40}, {star}))[0], AreaOf(star), 1e-3);
+  EXPECT_NEAR(cv::sum(CoverageOf({star}, {0, 0, 40, 40}))[0], AreaOf(star), 1e-3);
   const Polygon hole{{18, 18}, {18, 21}, {22, 21}, {22, 18}};
-  EXPECT_NEAR(cv::sum(Cover({0, 0, 40, 40}, {star, hole}))[0], AreaOf(star) - 12, 1e-3);
+  EXPECT_NEAR(cv::sum(CoverageOf({star, hole}, {0, 0, 40, 40}))[0], AreaOf(star) - 12, 1e-3);
 }
 
 }  // namespace
