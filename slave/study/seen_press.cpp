@@ -1,7 +1,6 @@
 #include "slave/study/seen_press.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <exception>
 #include <map>
 #include <memory>
@@ -88,12 +87,8 @@ std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene&
                                                      const MembraneGeometry& membrane) {
   site::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0}, {},
                               scene.model.prestress);
-  const int V = std::atoi(std::getenv("V"));
-  if (V & 1) for (const double d : {0.1 * membrane.thickness, 0.05 * question.depth, 0.1 * question.depth}) {
-    if (!solid.Deepen(d)) return nullptr;
-  }
-  for (int image = 1; image <= (V & 2 ? 8 : 5); ++image) {
-    if (!solid.Deepen(V & 4 ? 0.2 * image * question.depth : question.depth * image / kImages)) return nullptr;
+  for (int image = 1; image <= kImages; ++image) {
+    if (!solid.Deepen(question.depth * image / kImages)) return nullptr;
   }
   return std::make_shared<site::MembranePress>(solid.press());
 }
@@ -102,7 +97,7 @@ std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene&
 SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Dent dent, double full_depth) {
   SeenPress seen;
   for (int image = 0; image <= kImages; ++image) {
-    dent.depth = (std::atoi(std::getenv("V")) & 8) ? 0.2 * image * full_depth : full_depth * image / kImages;
+    dent.depth = full_depth * image / kImages;
     seen.images_O.push_back(rest);
     for (SurfacePoint& point : seen.images_O.back()) {
       point.p_S = point.p_S_rest + site::DisplacementOf(dent, point.p_S_rest.head<2>());
