@@ -15,8 +15,7 @@ constexpr int kRestAfter = 1000;  // steps: what the site solves for a still too
 }  // namespace
 
 SimulatedManipulator::SimulatedManipulator(const ManipulatorOptions& options)
-    : follower_(options),
-      thread_([this](const std::stop_token& stop) { Run(stop); }) {}
+    : follower_(options), thread_([this](const std::stop_token& stop) { Run(stop); }) {}
 
 SimulatedManipulator::~SimulatedManipulator() = default;
 
