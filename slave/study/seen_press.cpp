@@ -21,6 +21,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kImages = 5;       // from rest to full depth: each fit begins at the one before
+constexpr double kStep = 0.2;    // of the full depth, between two solutions of the solid [-]
 constexpr double kInView = 0.9;  // of the radius: texture and depths reach so far [-]
 // Of the membrane's radius: radii that differ by less share a solid [-]. [derived: rounding]
 constexpr double kSameRadius = 1e-6;
@@ -87,8 +88,8 @@ std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene&
                                                      const MembraneGeometry& membrane) {
   site::PressedMembrane solid(membrane, scene.object.material, question.width, {radius, 0}, {},
                               scene.model.prestress);
-  for (int image = 1; image <= kImages; ++image) {
-    if (!solid.Deepen(question.depth * image / kImages)) return nullptr;
+  for (int step = 1; kStep * step <= 1; ++step) {
+    if (!solid.Deepen(kStep * step * question.depth)) return nullptr;
   }
   return std::make_shared<site::MembranePress>(solid.press());
 }
