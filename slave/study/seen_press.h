@@ -12,8 +12,8 @@ namespace palpate::study {
 // 0.3 % of the difference from another program's solid, see pressed_membrane_test]
 inline constexpr double kSeenForce = 0.006;
 
-// One per press at the question's depth, by a neo-Hookean solid (PressedMembrane); about a second for
-// each radius. Empty: no membrane before a stereo pair or depth camera, or the solid has no
+// One per press at the question's depth, by a neo-Hookean solid (PressedMembrane); about a second
+// for each radius. Empty: no membrane before a stereo pair or depth camera, or the solid has no
 // equilibrium at this depth.
 std::vector<SeenPress> SeePresses(const Scene& scene, const PressSpec& question);
 

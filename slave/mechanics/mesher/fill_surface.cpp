@@ -20,8 +20,8 @@
 #include "shared/mesh/files/file_cursor.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
-#include "shared/text/text.h"
 #include "shared/program/run_program.h"
+#include "shared/text/text.h"
 
 namespace palpate {
 namespace {

@@ -167,7 +167,8 @@ class SensingPipeline {
 
   [[nodiscard]] virtual SenseInfo info() const = 0;
   [[nodiscard]] virtual std::vector<StageTimes> Stages() const = 0;
-  // The report of a run with this sensing, which must outlive it. `truth`: null where it is unknown.
+  // The report of a run with this sensing, which must outlive it. `truth`: null where it is
+  // unknown.
   virtual std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) = 0;
   // Receiver of streamed samples; null: none.
   [[nodiscard]] virtual TactileInbox* inbox() = 0;

@@ -306,8 +306,7 @@ std::vector<StageTimes> CameraSense::Stages() const {
           TimesOf("total", times.total)};
 }
 
-std::unique_ptr<OfflineReport> CameraSense::OpenOfflineReport(
-    const GroundTruth* /*truth*/) {
+std::unique_ptr<OfflineReport> CameraSense::OpenOfflineReport(const GroundTruth* /*truth*/) {
   return std::make_unique<CameraOfflineReport>(*this);
 }
 

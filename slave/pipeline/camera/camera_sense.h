@@ -44,8 +44,7 @@ class CameraSense final : public SensingPipeline {
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const GroundTruth* truth) override;
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return Clock::now(); }

@@ -108,8 +108,7 @@ std::unique_ptr<TactileSource> Open(const Scene& scene, const Pace& pace) {
 
 }  // namespace
 
-std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(
-    const GroundTruth* /*truth*/) {
+std::unique_ptr<OfflineReport> FingertipSense::OpenOfflineReport(const GroundTruth* /*truth*/) {
   return std::make_unique<FingertipOfflineReport>(*this);
 }
 

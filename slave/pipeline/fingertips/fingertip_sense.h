@@ -48,8 +48,7 @@ class FingertipSense final : public SensingPipeline {
   void Reset() override { estimator_.Reset(); }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const GroundTruth* truth) override;
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override;
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return Clock::now(); }

@@ -19,8 +19,8 @@
 #include "shared/state/slave_state.h"
 #include "shared/state/validity.h"
 #include "shared/telemetry/latency_histogram.h"
-#include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/capture/ground_truth.h"
+#include "slave/pipeline/base/sensing_pipeline.h"
 
 namespace palpate {
 

@@ -79,8 +79,8 @@ class Comparison {
     for (const SurfacePoint& point : seen.points) {
       if (!point.seen) continue;
       const Vector3d p_O = X_SO_.inverse() * point.p_S_rest;
-      const Vector3d error = point.p_S - point.p_S_rest -
-                             X_SO_.linear() * truth_.TrueDisplacement(p_O.head<2>());
+      const Vector3d error =
+          point.p_S - point.p_S_rest - X_SO_.linear() * truth_.TrueDisplacement(p_O.head<2>());
       displacement_.Add(error);
       steps_.Add(error);
     }

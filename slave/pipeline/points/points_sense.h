@@ -85,8 +85,7 @@ class PointsSense final : public SensingPipeline {
   void Reset() override;
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
-  std::unique_ptr<OfflineReport> OpenOfflineReport(
-      const GroundTruth* truth) override;
+  std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
   [[nodiscard]] TactileInbox* inbox() override { return nullptr; }
   [[nodiscard]] PictureInbox* pictures() override { return nullptr; }
   [[nodiscard]] Time sensed_at() const override { return Clock::now(); }

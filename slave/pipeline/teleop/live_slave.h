@@ -103,8 +103,7 @@ class LiveSlave final : public Slave {
 // come from palpate-simulator, see StreamSimulated. Throws as they do.
 // `state_folder`: see KeepStopIn; empty: an emergency stop ends with the process. `recorder`: of
 // the sensing, outlives the slave; null: none. `choose`: see LiveSlave.
-std::unique_ptr<Slave> MakeLiveSlave(Scene scene,
-                                     const std::filesystem::path& state_folder = {},
+std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& state_folder = {},
                                      SenseRecorder* recorder = nullptr,
                                      const ModelChooser& choose = {});
 

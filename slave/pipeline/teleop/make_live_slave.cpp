@@ -23,8 +23,7 @@ std::unique_ptr<Slave> MakeLiveSlave(Scene scene, const std::filesystem::path& s
   std::unique_ptr<SensingPipeline> sense = MakeSensingPipeline(scene, pace);
   const bool may_rest = recorder == nullptr && MayRest(scene, *sense);
   if (recorder != nullptr) sense = recorder->Watch(std::move(sense));
-  auto slave =
-      std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense), choose);
+  auto slave = std::make_unique<LiveSlave>(scene, std::move(manipulator), std::move(sense), choose);
   if (may_rest) slave->AllowRest();
   if (!state_folder.empty()) slave->KeepStopIn(state_folder);
   return slave;

@@ -127,8 +127,8 @@ class Streams {
   std::vector<std::jthread> threads_;  // last: they use everything above
 };
 
-// Whether the slave estimates from samples after the first `frames`, and its tool is driven. Where it
-// estimates a force, its baseline or rest shape must be known as well.
+// Whether the slave estimates from samples after the first `frames`, and its tool is driven. Where
+// it estimates a force, its baseline or rest shape must be known as well.
 bool UsesSamples(const v1::Status& status, std::uint64_t frames, bool has_force) {
   const bool is_known = !has_force || status.validity() == v1::VALIDITY_VALID;
   return status.frames() > frames && is_known && status.arm().fault().empty() &&

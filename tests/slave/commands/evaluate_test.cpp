@@ -14,8 +14,8 @@
 
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/solid_mesh.h"
-#include "shared/text/text.h"
 #include "shared/program/run_program.h"
+#include "shared/text/text.h"
 #include "slave/mechanics/object_mesh.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/clouds/pcd_file.h"

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "shared/mesh/mesh_check.h"
-#include "shared/text/progress.h"
 #include "shared/program/run_program.h"
+#include "shared/text/progress.h"
 #include "tests/slave/mechanics/mesher/path_guard.h"
 #include "tests/support/scratch.h"
 #include "tests/support/thrown.h"

@@ -1,4 +1,3 @@
-#include "slave/manipulator/simulated_manipulator.h"
 #include "slave/pipeline/fingertips/fingertip_sense.h"
 
 #include <atomic>
@@ -11,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "slave/capture/tactile_inbox.h"
+#include "slave/manipulator/simulated_manipulator.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "tests/slave/pipeline/fingertips/tactile_scene.h"
 
