@@ -154,7 +154,10 @@ void StreamSimulated(Scene* scene) {
   stream(scene->sense.Find<Camera>());
   stream(scene->sense.Find<StereoCameras>());
   stream(scene->sense.Find<Tactile>());
-  if (scene->simulator_connects) stream(&scene->manipulator);
+  if (!scene->simulator_connects) return;
+  stream(&scene->manipulator);
+  // The largest that a scene may ask for: a late report of a simulated tool harms nothing.
+  scene->manipulator.silence = 0.1;
 }
 
 double SensorRate(const SenseOptions& sense) {
