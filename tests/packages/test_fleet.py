@@ -91,7 +91,7 @@ class Manifests(unittest.TestCase):
             done = run(*words(pod[name], None, secret))
             self.assertEqual(done.returncode, 0, done.stderr)
         container = slave_pod["slave"]
-        with Slave(command=words(container, SLAVE, "slave", **{"0.0.0.0:50051": "0.0.0.0:0"})) as slave:
+        with Slave(command=words(container, SLAVE, "slave", **{"0.0.0.0:50051": "0.0.0.0:0"}), simulates=False) as slave:
             here = "127.0.0.1:" + slave.address.split(":")[-1]
             for probe in ("startupProbe", "readinessProbe"):
                 health = words({**container, "command": container[probe]["exec"]["command"], "args": []}, None, "slave", **{"127.0.0.1:50051": here})
