@@ -121,10 +121,10 @@ class Python(Examples):
         import numpy as np
         import palpate
         recording = self.out / "session.mcap"
-        with Slave(BLOCK, "--record", self.out / "slave.mcap") as slave:
-            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "4", "--record", recording], env=BARE,
+        with Slave(BLOCK, "--record", self.out / "slave.mcap", "--override", "sense.camera.rate=30 Hz") as slave:
+            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "8", "--record", recording], env=BARE,
                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "4")
+            self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "8")
             self.assertEqual(master.wait(timeout=60), 0)
             self.assertEqual(slave.stop(), 0)
         live = np.load(self.out / "live.npz")
