@@ -128,10 +128,10 @@ class Python(Examples):
             self.assertEqual(master.wait(timeout=60), 0)
             self.assertEqual(slave.stop(), 0)
         live = np.load(self.out / "live.npz")
-        contact = live["true_force"][:, 1] > 0.1
+        contact = (live["true_force"][:, 1] > 0.1) & np.isfinite(live["force"][:, 1])
         error = live["force"][contact, 1] - live["true_force"][contact, 1]
         self.assertGreater(contact.sum(), 20)
-        self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * live["true_force"][:, 1].max())
+        self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * np.nanmax(live["true_force"][:, 1]))
         # Reference: the arrays that are exported of the same files.
         self.run_example("record", recording, self.out / "read.npz")
         from palpate.export import export
