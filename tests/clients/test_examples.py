@@ -121,17 +121,17 @@ class Python(Examples):
         import numpy as np
         import palpate
         recording = self.out / "session.mcap"
-        with Slave(BLOCK, "--record", self.out / "slave.mcap", "--override", "sense.camera.rate=30 Hz") as slave:
-            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "8", "--record", recording], env=BARE,
+        with Slave(BLOCK, "--record", self.out / "slave.mcap") as slave:
+            master = subprocess.Popen([MASTER, "connect", slave.address, "--duration", "4", "--record", recording], env=BARE,
                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "8")
+            self.run_example("record", slave.address, self.out / "live.npz", "--seconds", "4")
             self.assertEqual(master.wait(timeout=60), 0)
             self.assertEqual(slave.stop(), 0)
         live = np.load(self.out / "live.npz")
-        contact = (live["true_force"][:, 1] > 0.1) & np.isfinite(live["force"][:, 1])
+        contact = live["true_force"][:, 1] > 0.1
         error = live["force"][contact, 1] - live["true_force"][contact, 1]
         self.assertGreater(contact.sum(), 20)
-        self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * np.nanmax(live["true_force"][:, 1]))
+        self.assertLess(np.sqrt(np.mean(error ** 2)), 0.1 * live["true_force"][:, 1].max())
         # Reference: the arrays that are exported of the same files.
         self.run_example("record", recording, self.out / "read.npz")
         from palpate.export import export
