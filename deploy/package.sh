@@ -45,7 +45,7 @@ if [ -z "$built" ]; then
   deploy/build.sh release -DPALPATE_TESTS=OFF
 fi
 build=$root/build/release made=$root/build/release/package
-for program in palpate-slave palpate-master; do
+for program in palpate-slave palpate-simulator palpate-master; do
   [ -x "$build/bin/$program" ] || { echo "package.sh: $build/bin/$program is missing: leave out --built" >&2; exit 1; }
 done
 rm -rf "$made" "$out"

@@ -16,6 +16,7 @@
 
 #include "palpate/v1/simulation.pb.h"
 
+#include "shared/program/private_folder.h"
 #include "shared/program/program.h"
 #include "shared/program/run_program.h"
 #include "shared/text/text.h"
@@ -113,27 +114,6 @@ Eigen::Vector3d Interpolated(const v1::DisplacementGrid& grid, const Eigen::Vect
   }
   return sum;
 }
-
-// A folder that lasts as long as this.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = std::filesystem::temp_directory_path() / "palpate-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be created");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 struct Pipe {
   int read = -1, write = -1;
@@ -275,7 +255,7 @@ class RunningSimulation final : public Simulation {
   }
 
   std::string description_;
-  TemporaryFolder folder_;
+  PrivateFolder folder_;
   Pipe pipe_;
   RunningProgram program_;
   google::protobuf::io::FileInputStream stream_;

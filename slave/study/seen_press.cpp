@@ -94,17 +94,17 @@ std::shared_ptr<const site::MembranePress> PressedAt(double radius, const Scene&
   return std::make_shared<site::MembranePress>(solid.press());
 }
 
-// `dent`: at rest.
-SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Dent dent, double full_depth) {
+// `indentation`: at rest.
+SeenPress Seen(const std::vector<SurfacePoint>& rest, site::Dent indentation, double full_depth) {
   SeenPress seen;
   for (int image = 0; image <= kImages; ++image) {
-    dent.depth = full_depth * image / kImages;
+    indentation.depth = full_depth * image / kImages;
     seen.images_O.push_back(rest);
     for (SurfacePoint& point : seen.images_O.back()) {
-      point.p_S = point.p_S_rest + site::DisplacementOf(dent, point.p_S_rest.head<2>());
+      point.p_S = point.p_S_rest + site::DisplacementOf(indentation, point.p_S_rest.head<2>());
     }
   }
-  seen.force = -site::ForceOf(dent);
+  seen.force = -site::ForceOf(indentation);
   return seen;
 }
 
@@ -120,9 +120,9 @@ std::vector<SeenPress> Solve(const Scene& scene, const PressSpec& question,
     auto& solid = solids[std::lround(radius / (kSameRadius * membrane.radius))];
     if (!solid) solid = PressedAt(radius, scene, question, membrane);
     if (!solid) return {};
-    const site::Dent dent{
+    const site::Dent indentation{
         .rim = membrane.radius, .place_O = place_O, .parts = {{{solid, radius, 1}, {}}}};
-    seen.push_back(Seen(rest, dent, question.depth));
+    seen.push_back(Seen(rest, indentation, question.depth));
   }
   return seen;
 }

@@ -33,21 +33,11 @@
 #include "slave/capture/tactile_frame.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/environment/simulated_environment.h"
+#include "slave/simulator/program/driver_messages.h"
 #include "slave/simulator/program/tool_socket.h"
 
 namespace palpate {
 namespace {
-
-void Put(const cv::Mat& picture, v1::CameraPicture* message) {
-  const bool is_deep = picture.depth() == CV_16U;
-  message->set_encoding(is_deep                   ? v1::CameraPicture::ENCODING_GREY16
-                        : picture.channels() == 3 ? v1::CameraPicture::ENCODING_BGR8
-                                                  : v1::CameraPicture::ENCODING_GREY8);
-  const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
-  message->set_data(whole.data, whole.total() * whole.elemSize());
-  message->set_width(static_cast<unsigned>(picture.cols));
-  message->set_height(static_cast<unsigned>(picture.rows));
-}
 
 // A socket on a free port of this machine, which is told as `what on HOST:PORT`.
 int SocketHere(int type, const char* what) {
@@ -167,10 +157,9 @@ int FeedPictures(Pictures pictures, WrongDriver driver, v1::Teleoperation::Stub*
   v1::PictureSample sample;
   do {
     const auto shot = driver.Spoilt(pictures.Next());
-    sample.set_sequence(sample.sequence() + 1);
-    Put(shot.pictures.front(), sample.mutable_picture());
-    if (shot.pictures.size() > 1) Put(shot.pictures.back(), sample.mutable_right());
-    ToProto(shot.sensed_at, sample.mutable_sensed_at());
+    const cv::Mat right = shot.pictures.size() > 1 ? shot.pictures.back() : cv::Mat();
+    sample = ToMessage(
+        StereoPair{shot.pictures.front(), right, sample.sequence() + 1, shot.sensed_at, 0});
   } while (writer->Write(sample));
   return Finish(writer.get());
 }
@@ -185,16 +174,8 @@ int FeedTactile(SimulatedEnvironment& environment, const Scene& scene,
   const auto writer = stub->FeedTactile(&context, &reply);
   for (bool is_taken = true; is_taken;) {
     const auto frame = source->Next({});
-    for (std::size_t i = 0; i < fingers.size() && is_taken; ++i) {
-      const FingerReading& reading = frame->fingers[i];
-      v1::TactileSample sample;
-      sample.set_sequence(frame->sequence);
-      ToProto(frame->sensed_at, sample.mutable_sensed_at());
-      sample.set_finger(fingers[i].name);
-      sample.mutable_electrodes()->Assign(reading.electrodes.begin(), reading.electrodes.end());
-      sample.add_pressure(reading.pdc);
-      sample.add_pressure(reading.pac);
-      is_taken = writer->Write(sample);
+    for (const auto& sample : ToMessages(*frame, fingers)) {
+      is_taken = is_taken && writer->Write(sample);
     }
   }
   return Finish(writer.get());

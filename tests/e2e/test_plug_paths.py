@@ -22,7 +22,7 @@ import threading
 import time
 import unittest
 
-from felt_error import felt_error
+from force_error import force_error
 from plugs import EXAMPLES, Plugged
 from programs import BIN, ROOT, SLAVE, Slave, run, wait_until
 
@@ -44,7 +44,7 @@ class Paths(Plugged):
         self.out = pathlib.Path(self.folder.name)
 
     def press(self, name, environment=(), command=SLAVE, **how):
-        """A slave with the site inside, or plugged in by overrides; what felt_error says of a press."""
+        """A slave whose devices are simulated, or plugged in by overrides; what force_error says of a press."""
         overrides = [word for override in how.get("overrides", ()) for word in ("--override", override)]
         whole = ["/usr/bin/env", *environment, str(command), "serve", str(SCENES / f"{name}.yaml"), "--listen", "127.0.0.1:0",
                  *SLOW, *overrides]
@@ -54,7 +54,7 @@ class Paths(Plugged):
             try:
                 self.assertTrue(self.ready(), (name, overrides, self.status()))
                 self.report(self.operate(SECONDS))
-                return felt_error(self.out / "log.csv")
+                return force_error(self.out / "log.csv")
             finally:
                 for process in processes:
                     self.end(process)

@@ -5,7 +5,7 @@ import pathlib
 import tempfile
 import unittest
 
-from felt_error import felt_error
+from force_error import force_error
 from programs import MASTER, ROOT, SIMULATOR, Slave, run
 
 SCENES = ROOT / "deploy/scenes"
@@ -45,7 +45,7 @@ class Simulator(unittest.TestCase):
             done = run(MASTER, "connect", slave.address, "--duration", SECONDS, "--report", self.out / "report.json",
                        "--log", log)
             self.assertEqual(done.returncode, 0, done.stderr)
-        error, delay, ticks = felt_error(log)
+        error, delay, ticks = force_error(log)
         print(f"{scene}: {100 * error:.2f} % after {delay} ms", flush=True)
         self.assertGreater(ticks, LEAST)
         self.assertLess(error, most)

@@ -1,5 +1,5 @@
 // Real microscope pictures of embryos and injection pipettes (../shared, not ours to pass on): the
-// eyes find contour and tip without being told where they are.
+// tracking find contour and tip without being told where they are.
 #include <cmath>
 #include <filesystem>
 #include <numbers>
@@ -73,15 +73,15 @@ TEST_F(ZebrafishTest, TheChorionOfAnEmbryoInARowIsFound) {
   Scene scene = MicroscopeScene();
   scene.sense.Find<CameraOptions>()->contour.emplace();
   const cv::Mat image = Read(name);
-  TipAndContourTracker eyes(scene, image, std::nullopt);
-  const Curve& outline = eyes.rest_contour().outline;
+  TipAndContourTracker tracking(scene, image, std::nullopt);
+  const Curve& outline = tracking.rest_contour().outline;
   ASSERT_EQ(outline.size(), 60U);
   EXPECT_FALSE(CrossesItself(outline));
   const Shape shape = ShapeOf(outline);
   EXPECT_LT((shape.centre - Eigen::Vector2d(888, 318)).norm(), 20);
   EXPECT_NEAR(std::sqrt(shape.area / std::numbers::pi), 150, 15);
   EXPECT_GT(shape.roundness, 0.85);
-  EXPECT_GT(eyes.rest_contour().edge.size(), 100U);
+  EXPECT_GT(tracking.rest_contour().edge.size(), 100U);
 }
 
 // A person's outline: the centre of the embryo's body to 25 px, and its area to a quarter (torn
@@ -106,8 +106,8 @@ TEST_F(ZebrafishTest, DrosophilaEmbryosAreFound) {
     Scene scene = MicroscopeScene();
     scene.sense.Find<CameraOptions>()->contour.emplace();
     const cv::Mat image = Read(embryo.name);
-    TipAndContourTracker eyes(scene, image, std::nullopt);
-    const Curve& outline = eyes.rest_contour().outline;
+    TipAndContourTracker tracking(scene, image, std::nullopt);
+    const Curve& outline = tracking.rest_contour().outline;
     ASSERT_EQ(outline.size(), 60U) << embryo.name;
     EXPECT_FALSE(CrossesItself(outline)) << embryo.name;
     const Shape shape = ShapeOf(outline);
@@ -159,8 +159,8 @@ TEST_F(ZebrafishTest, PipetteTipsAreFoundInOtherPictures) {
     Scene scene = MicroscopeScene();
     UseTemplate(scene, tip.from, tip.window, tip.from_tip);
     const cv::Mat image = Read(tip.picture);
-    TipAndContourTracker eyes(scene, image, std::nullopt);
-    const Observation& seen = eyes.Process(image, 1, {});
+    TipAndContourTracker tracking(scene, image, std::nullopt);
+    const Observation& seen = tracking.Process(image, 1, {});
     ASSERT_TRUE(seen.tip.found) << tip.picture << ", score " << seen.tip.score;
     EXPECT_GT(seen.tip.score, 0.9) << tip.picture;
     EXPECT_LT((seen.tip.p_I - tip.tip).norm(), 6) << tip.picture << " " << seen.tip.p_I.transpose();
@@ -221,8 +221,8 @@ TEST_F(ZebrafishTest, ATipIsAtItsMarkOrLost) {
       Scene scene = MicroscopeScene();
       UseTemplate(scene, pipette.from, pipette.window, pipette.tip);
       const cv::Mat image = Read(mark.picture);
-      TipAndContourTracker eyes(scene, image, std::nullopt);
-      const Observation& seen = eyes.Process(image, 1, {});
+      TipAndContourTracker tracking(scene, image, std::nullopt);
+      const Observation& seen = tracking.Process(image, 1, {});
       marked += mark.tip.has_value() ? 1 : 0;
       if (!seen.tip.found) continue;
       ++found;
@@ -244,7 +244,7 @@ TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
   Scene scene = MicroscopeScene();
   UseTemplate(scene, name, {612, 232, 34, 60}, tip);
   const cv::Mat image = Read(name);
-  TipAndContourTracker eyes(scene, image, tip);
+  TipAndContourTracker tracking(scene, image, tip);
   cv::theRNG().state = 5;
   for (int k = 1; k <= 10; ++k) {
     const Eigen::Vector2d way(0.37 * k, 1.23 * k);
@@ -253,7 +253,7 @@ TEST_F(ZebrafishTest, ThePipetteIsFollowedToATenthOfAPixel) {
     cv::warpAffine(image, moved, motion, image.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
     cv::randn(noise, 0, 1);
     cv::add(moved, noise, moved, cv::noArray(), CV_8U);
-    const Observation& seen = eyes.Process(moved, static_cast<std::uint64_t>(k), {});
+    const Observation& seen = tracking.Process(moved, static_cast<std::uint64_t>(k), {});
     ASSERT_TRUE(seen.tip.found) << k << ", score " << seen.tip.score;
     EXPECT_FALSE(seen.tip.reacquired) << k;
     EXPECT_LT((seen.tip.p_I - tip - way).norm(), 0.1) << k;

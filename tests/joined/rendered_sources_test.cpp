@@ -15,7 +15,7 @@
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/recording/sense_recording.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/environment_player.h"
+#include "tests/slave/simulator/environment_player.h"
 #include "tests/support/paths.h"
 #include "tests/support/scratch.h"
 

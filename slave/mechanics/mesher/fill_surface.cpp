@@ -20,6 +20,7 @@
 #include "shared/mesh/files/file_cursor.h"
 #include "shared/mesh/files/mesh_file.h"
 #include "shared/mesh/mesh_check.h"
+#include "shared/program/private_folder.h"
 #include "shared/program/run_program.h"
 #include "shared/text/text.h"
 
@@ -38,28 +39,6 @@ constexpr const char* kQuality = "1.4/12";  // radius-edge ratio, smallest dihed
 double VolumeOfEdge(double edge) {
   return edge * edge * edge / (6 * std::numbers::sqrt2);
 }
-
-// Removed with everything in it.
-class PrivateFolder {
- public:
-  PrivateFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-      throw std::runtime_error(pattern + ": no temporary folder can be created");
-    }
-    path_ = pattern;
-  }
-  ~PrivateFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 // Keeps the nodes that elements use.
 template <class Elements>

@@ -46,19 +46,19 @@ void ReportSighting(const ObjectSighting* seen, CheckDetails* details) {
 Estimator::Estimator(const Scene& scene, const Frame& first,
                      std::optional<Eigen::Vector3d> p_S_tip_reported)
     : view_(*scene.sense.Find<Camera>(), first.image.cols, first.image.rows),
-      eyes_(std::make_unique<TipAndContourTracker>(scene, first.image,
-                                                   ToImage(view_, p_S_tip_reported))) {
-  registration_ = RegisterObject(scene, eyes_->rest_contour().edge, view_);
+      tracker_(std::make_unique<TipAndContourTracker>(scene, first.image,
+                                                      ToImage(view_, p_S_tip_reported))) {
+  registration_ = RegisterObject(scene, tracker_->rest_contour().edge, view_);
   Adopt(Prepare(scene), scene);
-  if (!eyes_->rest_contour().edge.empty()) {
-    watch_.emplace(first.image, eyes_->rest_contour().edge, view_, registration_.X_SO,
+  if (!tracker_->rest_contour().edge.empty()) {
+    watch_.emplace(first.image, tracker_->rest_contour().edge, view_, registration_.X_SO,
                    touch_->mesh);
   }
-  tool_.d_I = eyes_->tool_direction_I();
+  tool_.d_I = tracker_->tool_direction_I();
   tool_.width = scene.tool->width / view_.pixel();
-  checks_ = MakeCameraChecks(scene, {first.image, eyes_->noise(), tool_.d_I, tool_.width,
+  checks_ = MakeCameraChecks(scene, {first.image, tracker_->noise(), tool_.d_I, tool_.width,
                                      ToImage(view_, p_S_tip_reported)});
-  observation_ = &eyes_->Process(first.image, first.sequence, first.sensed_at);
+  observation_ = &tracker_->Process(first.image, first.sequence, first.sensed_at);
 }
 
 Estimator::~Estimator() = default;
@@ -104,7 +104,7 @@ Eigen::Isometry3d Estimator::ApparentPose() const {
 }
 
 void Estimator::Reset() noexcept {
-  eyes_->Reset();
+  tracker_->Reset();
   touch_->contact->Reset();
   rules_.Reset();
   cue_.Reset();
@@ -115,7 +115,7 @@ void Estimator::Reset() noexcept {
 
 void Estimator::Look(const Frame& frame) noexcept {
   Stopwatch lap;
-  observation_ = &eyes_->Process(frame.image, frame.sequence, frame.sensed_at);
+  observation_ = &tracker_->Process(frame.image, frame.sequence, frame.sensed_at);
   looked_at_ = frame.sequence;
   look_us_ = lap.Lap();
 }
@@ -131,7 +131,7 @@ const ContactEstimate& Estimator::Estimate(const Frame& frame,
   looked_at_.reset();
   lap.Lap();
   times_.vision.Add(look_us_);
-  shown_window_ = eyes_->search_window();
+  shown_window_ = tracker_->search_window();
   shown_tip_ = observation_->tip;
   felt_.processed_at = Clock::now();
   ProcessObject(frame.image);

@@ -65,7 +65,7 @@ class Estimator {
   void Reset() noexcept;
 
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
-  [[nodiscard]] const TipAndContourTracker& eyes() const { return *eyes_; }
+  [[nodiscard]] const TipAndContourTracker& eyes() const { return *tracker_; }
   [[nodiscard]] const CameraView& view() const { return view_; }
   [[nodiscard]] const Registration& registration() const { return registration_; }
   [[nodiscard]] TouchModel& touch() { return *touch_; }
@@ -101,7 +101,7 @@ class Estimator {
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
 
   CameraView view_;
-  std::unique_ptr<TipAndContourTracker> eyes_;
+  std::unique_ptr<TipAndContourTracker> tracker_;
   Registration registration_;
   std::unique_ptr<TouchModel> touch_;
   std::optional<ObjectRegistrationMonitor> watch_;

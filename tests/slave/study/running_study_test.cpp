@@ -13,9 +13,9 @@
 #include "slave/pipeline/base/sensing_pipeline.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/environment_player.h"
 #include "slave/study/auto_model.h"
 #include "slave/study/volume_stiffness.h"
+#include "tests/slave/simulator/environment_player.h"
 #include "tests/support/paths.h"
 
 namespace palpate::study {

@@ -28,26 +28,26 @@ TestPicture Picture() {
 
 std::string ConstructionMessage(const Scene& scene, const cv::Mat& first,
                                 std::optional<Eigen::Vector2d> hint) {
-  return Thrown<std::runtime_error>([&] { TipAndContourTracker eyes(scene, first, hint); });
+  return Thrown<std::runtime_error>([&] { TipAndContourTracker tracking(scene, first, hint); });
 }
 
 TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
     for (const double full_scale : {65535.0, 4095.0}) {
       TestPicture picture = Picture();
-      TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(1, type, full_scale),
-                                picture.tool->tip);
-      EXPECT_GT(eyes.rest_contour().edge.size(), 180U);
+      TipAndContourTracker tracking(SceneForTestPictures(), picture.Render(1, type, full_scale),
+                                    picture.tool->tip);
+      EXPECT_GT(tracking.rest_contour().edge.size(), 180U);
       picture.tool->tip += Eigen::Vector2d(1.7, 2.6);
       const Observation& seen =
-          eyes.Process(picture.Render(2, type, full_scale), 41, Time(Seconds(3)));
+          tracking.Process(picture.Render(2, type, full_scale), 41, Time(Seconds(3)));
       EXPECT_EQ(seen.sequence, 41U);
       EXPECT_EQ(seen.sensed_at, Time(Seconds(3)));
       ASSERT_TRUE(seen.tip.found) << type;
       EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05) << type;
       EXPECT_GT(seen.tip.score, 0.9);
-      EXPECT_EQ(eyes.rest_contour().outline.size(), 60U);
-      EXPECT_TRUE(eyes.search_window().contains(cv::Point(322, 130)));
+      EXPECT_EQ(tracking.rest_contour().outline.size(), 60U);
+      EXPECT_TRUE(tracking.search_window().contains(cv::Point(322, 130)));
     }
   }
 }
@@ -58,10 +58,10 @@ TEST(TipAndContourTrackerTest, ContoursRunCounterClockwiseInS) {
     Scene scene = SceneForTestPictures();
     scene.sense.Find<CameraOptions>()->tip.reset();
     scene.sense.Find<Camera>()->X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
-    TipAndContourTracker eyes(scene, Picture().Render(), std::nullopt);
+    TipAndContourTracker tracking(scene, Picture().Render(), std::nullopt);
     const CameraView view(*scene.sense.Find<Camera>(), 640, 480);
     Curve rest_S;
-    for (const auto& p : eyes.rest_contour().edge) rest_S.push_back(view.ToSlave(p).head<2>());
+    for (const auto& p : tracking.rest_contour().edge) rest_S.push_back(view.ToSlave(p).head<2>());
     EXPECT_GT(CurveArea(rest_S), 0) << turn;
   }
 }
@@ -81,15 +81,15 @@ TEST(TipAndContourTrackerTest, TrackOnlyWhatTheSceneAsksFor) {
 
 TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
   const TestPicture picture = Picture();
-  const auto file = std::filesystem::path(BinaryPath()) / "test-output" / "eyes-tip.png";
+  const auto file = std::filesystem::path(BinaryPath()) / "test-output" / "tracking-tip.png";
   std::filesystem::create_directories(file.parent_path());
   const cv::Rect window(305, 110, 31, 46);
   ASSERT_TRUE(cv::imwrite(file.string(), picture.Render(5)(window)));
   Scene scene = SceneForTestPictures();
   scene.sense.Find<TipTracking>()->template_file = file;
   scene.sense.Find<TipTracking>()->anchor = picture.tool->tip - Eigen::Vector2d(window.x, window.y);
-  TipAndContourTracker eyes(scene, picture.Render(), std::nullopt);
-  const Observation& seen = eyes.Process(picture.Render(2), 1, {});
+  TipAndContourTracker tracking(scene, picture.Render(), std::nullopt);
+  const Observation& seen = tracking.Process(picture.Render(2), 1, {});
   ASSERT_TRUE(seen.tip.found);
   EXPECT_TRUE(seen.tip.reacquired);
   EXPECT_LT((seen.tip.p_I - picture.tool->tip).norm(), 0.05);
@@ -98,7 +98,7 @@ TEST(TipAndContourTrackerTest, ATemplateFileIsFoundWithoutAHint) {
 // Whatever comes mid-stream: nothing found, nothing thrown, and the next good picture is seen.
 TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
   const TestPicture picture = Picture();
-  TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
+  TipAndContourTracker tracking(SceneForTestPictures(), picture.Render(), picture.tool->tip);
   const cv::Mat nan(480, 640, CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
   cv::Mat noise(480, 640, CV_8UC1);
   cv::randu(noise, 0, 255);
@@ -113,21 +113,21 @@ TEST(TipAndContourTrackerTest, BadPicturesMidStreamAreFlagged) {
                                     cv::Mat(480, 640, CV_8UC1, cv::Scalar(255))};
   std::uint64_t sequence = 0;
   for (const cv::Mat& image : bad) {
-    const Observation& seen = eyes.Process(image, ++sequence, {});
+    const Observation& seen = tracking.Process(image, ++sequence, {});
     EXPECT_EQ(seen.sequence, sequence);
     EXPECT_FALSE(seen.tip.found) << sequence;
     EXPECT_TRUE(seen.tip.p_I.allFinite() && std::isfinite(seen.tip.score));
-    const Observation& good = eyes.Process(picture.Render(sequence), sequence, {});
+    const Observation& good = tracking.Process(picture.Render(sequence), sequence, {});
     EXPECT_TRUE(good.tip.found) << "after bad picture " << sequence;
   }
 }
 
 TEST(TipAndContourTrackerTest, ResetSearchesEverywhereAgain) {
   const TestPicture picture = Picture();
-  TipAndContourTracker eyes(SceneForTestPictures(), picture.Render(), picture.tool->tip);
-  eyes.Reset();
-  EXPECT_EQ(eyes.search_window(), cv::Rect(0, 0, 640, 480));
-  EXPECT_TRUE(eyes.Process(picture.Render(2), 1, {}).tip.reacquired);
+  TipAndContourTracker tracking(SceneForTestPictures(), picture.Render(), picture.tool->tip);
+  tracking.Reset();
+  EXPECT_EQ(tracking.search_window(), cv::Rect(0, 0, 640, 480));
+  EXPECT_TRUE(tracking.Process(picture.Render(2), 1, {}).tip.reacquired);
 }
 
 TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
@@ -163,15 +163,16 @@ TEST(TipAndContourTrackerTest, WhatCannotBeSeenIsRefusedAtStart) {
     if (!image.empty()) cv::imwrite((folder / name).string(), image);
     return ConstructionMessage(named, first, tip);
   };
-  EXPECT_THAT(with_template("eyes-none.png", {}), testing::HasSubstr("eyes-none.png: image"));
-  EXPECT_THAT(with_template("eyes-flat.png", cv::Mat(20, 20, CV_8UC1, cv::Scalar(7))),
-              testing::HasSubstr("eyes-flat.png: the template has no contrast"));
-  EXPECT_THAT(with_template("eyes-tiny.png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(7))),
+  EXPECT_THAT(with_template("tracking-none.png", {}),
+              testing::HasSubstr("tracking-none.png: image"));
+  EXPECT_THAT(with_template("tracking-flat.png", cv::Mat(20, 20, CV_8UC1, cv::Scalar(7))),
+              testing::HasSubstr("tracking-flat.png: the template has no contrast"));
+  EXPECT_THAT(with_template("tracking-tiny.png", cv::Mat(2, 2, CV_8UC1, cv::Scalar(7))),
               testing::HasSubstr("2 x 2 px: accepted are"));
   cv::Mat wide(40, 700, CV_8UC1);
   cv::randu(wide, 0, 255);
-  EXPECT_THAT(with_template("eyes-wide.png", wide), testing::HasSubstr("700 x 40 px"));
-  EXPECT_THAT(with_template("eyes-high.png", wide.rowRange(0, 30).colRange(0, 500).t()),
+  EXPECT_THAT(with_template("tracking-wide.png", wide), testing::HasSubstr("700 x 40 px"));
+  EXPECT_THAT(with_template("tracking-high.png", wide.rowRange(0, 30).colRange(0, 500).t()),
               testing::HasSubstr("larger than the image"));
 }
 

@@ -17,8 +17,8 @@
 #include "slave/pipeline/teleop/patch_publisher.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/simulator/camera/simulated_site.h"
-#include "slave/simulator/environment/environment_player.h"
 #include "slave/vision/observation.h"
+#include "tests/slave/simulator/environment_player.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

@@ -10,7 +10,7 @@
 #include "slave/capture/picture_inbox.h"
 #include "slave/pipeline/teleop/live_slave.h"
 #include "slave/scene/scene_loader.h"
-#include "slave/simulator/environment/environment_player.h"
+#include "tests/slave/simulator/environment_player.h"
 #include "tests/support/eventually.h"
 #include "tests/support/paths.h"
 

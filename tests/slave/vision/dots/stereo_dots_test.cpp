@@ -79,12 +79,12 @@ StereoDots::Params Params() {
   return params;
 }
 
-void Rest(StereoDots* eyes, const Bump& bump = {}) {
+void Rest(StereoDots* stereo, const Bump& bump = {}) {
   for (std::uint64_t k = 0; k < 3; ++k) {
     const Pair pair = Pictures(bump, 100 + k);
-    eyes->Observe(pair.left, pair.right, Time{});
+    stereo->Observe(pair.left, pair.right, Time{});
   }
-  ASSERT_TRUE(eyes->at_rest_known());
+  ASSERT_TRUE(stereo->at_rest_known());
 }
 
 // Largest error of the seen dots' displacements [m].
@@ -105,18 +105,18 @@ int Seen(const SurfaceObservation& observation) {
 }
 
 // Reference: the bump drawn. A pixel of disparity is 1.3 mm at 250 mm; the centroids' noise of
-// 0.009 px in two eyes and a rest frame of three pictures make 0.02 mm, and four times that for the
-// worst of 341.
+// 0.009 px in two stereo and a rest frame of three pictures make 0.02 mm, and four times that for
+// the worst of 341.
 TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
-  StereoDots eyes(Params());
-  Rest(&eyes);
+  StereoDots stereo(Params());
+  Rest(&stereo);
   double worst = 0;
   for (int step = 0; step <= 10; ++step) {
     Bump bump;
     bump.depth = 0.0005 * step;
     bump.centre = {0.006, -0.004};
     const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
-    const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(Seen(seen), 31) << step;
     worst = std::max(worst, Worst(seen, bump));
@@ -127,13 +127,13 @@ TEST(StereoDots, SeesEveryDotMoveByWhatItMoved) {
 // Reference: the bump drawn. Blur sets in after a sharp rest; it makes places less certain, by as
 // much as the slopes of the dots' edges are less steep, and pulls none.
 TEST(StereoDots, BlurAfterASharpRestIsNoDisplacement) {
-  StereoDots eyes(Params());
-  Rest(&eyes);
+  StereoDots stereo(Params());
+  Rest(&stereo);
   Bump bump;
   bump.depth = 0.002;
   for (const double blur : {1.5, 3.0}) {
     const Pair pair = Pictures(bump, 7, 2, 0.15, blur);
-    const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
     ASSERT_TRUE(seen.found);
     EXPECT_EQ(Seen(seen), 31) << blur;
     EXPECT_LT(Worst(seen, bump), 0.05e-3 * (1 + blur)) << blur;
@@ -141,7 +141,8 @@ TEST(StereoDots, BlurAfterASharpRestIsNoDisplacement) {
 }
 
 // Reference: the places drawn. Without the tilt's bias the places in depth would be off by up to
-// what the two eyes' biases differ; dots of 4 mm radius on a surface tilted by 40 degrees show it.
+// what the two stereo' biases differ; dots of 4 mm radius on a surface tilted by 40 degrees show
+// it.
 TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   Bump bump;
   bump.X_SO.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
@@ -151,8 +152,8 @@ TEST(StereoDots, TiltOfTheDotsDoesNotPullThem) {
   const Pair pair = Pictures(bump, 1, 0, 0);
   const auto depth_error = [&](double radius) {
     params.dot_radius = radius;
-    StereoDots eyes(params);
-    const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+    StereoDots stereo(params);
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
     EXPECT_EQ(Seen(seen), 31);
     double sum = 0;
     for (std::size_t k = 0; k < Layout().size(); ++k) {
@@ -170,13 +171,13 @@ TEST(StereoDots, ErrorsAreAsLargeAsTheCovariancesSay) {
   StereoDots::Params params = Params();
   params.sigma_px = 0;
   params.rest_pictures = 1;
-  StereoDots eyes(params);
+  StereoDots stereo(params);
   const Bump bump;
   double mahalanobis = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Pair pair = Pictures(bump, seed, 2, 0);
-    const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
     for (std::size_t k = 0; k < Layout().size(); ++k) {
       const Eigen::Vector3d error = seen.points[k].p_S - bump.Place(Layout()[k]);
       mahalanobis += error.dot(seen.points[k].covariance.inverse() * error) / 3;
@@ -188,15 +189,15 @@ TEST(StereoDots, ErrorsAreAsLargeAsTheCovariancesSay) {
 }
 
 TEST(StereoDots, DotsThatLeaveComeBackAsThemselves) {
-  StereoDots eyes(Params());
-  Rest(&eyes);
+  StereoDots stereo(Params());
+  Rest(&stereo);
   for (int step = 0; step < 40; ++step) {
     Bump bump;
     bump.depth = 0.004 * std::sin(0.2 * step) * std::sin(0.2 * step);
     bump.X_SO.translation() << 0.0005 * step, 0.0003 * step, 0.0002 * step;
     if (step >= 10 && step < 30) bump.hidden = {0, 7, 8, 13, 30};
     const Pair pair = Pictures(bump, static_cast<std::uint64_t>(step));
-    const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+    const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
     ASSERT_TRUE(seen.found) << step;
     EXPECT_EQ(Seen(seen), 31 - static_cast<int>(bump.hidden.size())) << step;
     for (const int k : bump.hidden) EXPECT_FALSE(seen.points[static_cast<std::size_t>(k)].seen);
@@ -206,12 +207,12 @@ TEST(StereoDots, DotsThatLeaveComeBackAsThemselves) {
 
 // A jump of exactly one column: 48 px, at which every dot but the last column's falls on another.
 TEST(StereoDots, JumpOfOneColumnIsNotTakenForStandingStill) {
-  StereoDots eyes(Params());
-  Rest(&eyes);
+  StereoDots stereo(Params());
+  Rest(&stereo);
   Bump bump;
   bump.X_SO.translation() << 0.015, 0, 0;
   const Pair pair = Pictures(bump, 3);
-  const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+  const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
   ASSERT_TRUE(seen.found);
   EXPECT_EQ(Seen(seen), 31);
   EXPECT_LT(Worst(seen, bump), 0.1e-3);
@@ -226,9 +227,9 @@ TEST(StereoDots, FindsTheArrayBesideItsPose) {
   bump.X_SO.translation() << 0.006, -0.004, 0.01;
   StereoDots::Params params = Params();
   params.rest_pictures = 1;
-  StereoDots eyes(params);
+  StereoDots stereo(params);
   const Pair pair = Pictures(bump, 1);
-  const SurfaceObservation& seen = eyes.Observe(pair.left, pair.right, Time{});
+  const SurfaceObservation& seen = stereo.Observe(pair.left, pair.right, Time{});
   EXPECT_EQ(Seen(seen), 31);
   for (std::size_t k = 0; k < Layout().size(); ++k) {
     EXPECT_LT((seen.points[k].p_S - bump.Place(Layout()[k])).norm(), 0.1e-3);
@@ -236,15 +237,15 @@ TEST(StereoDots, FindsTheArrayBesideItsPose) {
 }
 
 TEST(StereoDots, BadPairsAreNotFoundAndNotFatal) {
-  StereoDots eyes(Params());
-  Rest(&eyes);
+  StereoDots stereo(Params());
+  Rest(&stereo);
   const Pair good = Pictures({}, 1);
   const cv::Mat none, grey(480, 640, CV_8UC1, cv::Scalar::all(100));
   const cv::Mat colour(480, 640, CV_8UC3, cv::Scalar::all(100)), small(48, 64, CV_8UC1);
   for (const cv::Mat& bad : {none, grey, colour, cv::Mat(small)}) {
-    EXPECT_FALSE(eyes.Observe(bad, good.right, Time{}).found);
-    EXPECT_FALSE(eyes.Observe(good.left, bad, Time{}).found);
-    const SurfaceObservation& again = eyes.Observe(good.left, good.right, Time{});
+    EXPECT_FALSE(stereo.Observe(bad, good.right, Time{}).found);
+    EXPECT_FALSE(stereo.Observe(good.left, bad, Time{}).found);
+    const SurfaceObservation& again = stereo.Observe(good.left, good.right, Time{});
     EXPECT_TRUE(again.found);
     EXPECT_EQ(Seen(again), 31);
     EXPECT_LT(Worst(again, {}), 0.08e-3);

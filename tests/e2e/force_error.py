@@ -9,18 +9,18 @@ def vector(row, name):
     return tuple(float(row[f"{name}_{axis}"]) for axis in "xyz") if row[f"{name}_x"] else None
 
 
-def felt_error(log):
-    """(rms over the largest true force, after how many ticks, over how many) of the force that the slave felt."""
+def force_error(log):
+    """(rms over the largest true force, after how many ticks, over how many) of the force that the slave estimated."""
     with open(log, encoding="ascii") as file:
         rows = list(csv.DictReader(file))
     truth = [vector(row, "true") for row in rows]
-    felt = [vector(row, "estimated") if row["state"] == "FOLLOWING" else None for row in rows]
+    estimated = [vector(row, "estimated") if row["state"] == "FOLLOWING" else None for row in rows]
     peak = max((math.hypot(*force) for force in truth if force), default=0)
     if peak == 0:
         return math.inf, 0, 0  # it was not touched
 
     def after(delay):
-        pairs = [(felt[i], truth[i - delay]) for i in range(delay, len(rows)) if felt[i] and truth[i - delay]]
+        pairs = [(estimated[i], truth[i - delay]) for i in range(delay, len(rows)) if estimated[i] and truth[i - delay]]
         squares = [math.dist(*pair) ** 2 for pair in pairs if math.hypot(*pair[1]) > 0.01 * peak]
         return math.sqrt(sum(squares) / max(1, len(squares))) / peak, delay, len(squares)
     return min(after(delay) for delay in range(0, LATEST, 5))
