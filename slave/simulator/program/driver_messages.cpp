@@ -21,8 +21,8 @@ void Put(const cv::Mat& image, v1::CameraPicture* message) {
   message->set_height(static_cast<unsigned>(whole.rows));
 }
 
-// Steps from the centre of a membrane to its rim [-]. [measured on rubber-membrane: with 100 the rms
-// of the displacement error changes by 0.12 %, the largest by 1 %]
+// Steps from the centre of a membrane to its rim [-]. [measured on rubber-membrane: with 100 the
+// rms of the displacement error changes by 0.12 %, the largest by 1 %]
 constexpr int kHalfGrid = 50;
 
 void Put(const Eigen::Isometry3d& pose, v1::Vec3* position,
