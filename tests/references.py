@@ -476,7 +476,7 @@ def argument_text(text):
 
 OPTIONS_INTRO = """# Options
 
-`palpate-slave` observes and computes; `palpate-master` renders. The tables follow the `--help` texts of the built programs.
+`palpate-slave` observes and computes; `palpate-master` renders; `palpate-simulator` stands for object and devices. The tables follow the `--help` texts of the built programs.
 Every command also accepts `--help`, and all programs accept `--version`. Exit codes: 0 done, 1 failed, 2 unusable arguments or scene.
 
 """
@@ -495,6 +495,8 @@ def options_text():
         for command in parse_help(help_of(program)).commands:
             titles.append(f"{program} {command}")
             text += options_section(titles[-1], parse_help(help_of(program, command)))
+    titles.append("palpate-simulator")
+    text += options_section(titles[-1], parse_help(help_of(titles[-1])))
     return MARK + OPTIONS_INTRO + contents(titles) + text
 
 

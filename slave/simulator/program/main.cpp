@@ -1,12 +1,13 @@
 // palpate-simulator: the command line.
 #include <cstdio>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
 
+#include "shared/program/command_line.h"
 #include "shared/program/program.h"
 #include "slave/commands/command_program.h"
 #include "slave/commands/program.h"
@@ -32,17 +33,13 @@ struct Options {
 
 void AddOptions(CLI::App* app, Options* options) {
   AddSceneOptions(app, &options->scene, &options->overrides);
-  auto* output = app->add_option_group("output");
-  output
-      ->add_option("--slave", options->slave.address,
-                   "Slave that takes the samples and moves the tool, in real time")
-      ->type_name("HOST:PORT");
-  output
-      ->add_option("--record", options->record.folder,
-                   "Folder for the samples of a scripted press, as fast as they are computed; -: "
-                   "standard output")
-      ->type_name("DIR");
-  output->require_option(1);
+  auto* const slave =
+      Add(app, "--slave", &options->slave.address, "HOST:PORT",
+          "Slave that takes the samples and moves the tool, in real time; or --record");
+  Add(app, "--record", &options->record.folder, "DIR",
+      "Folder for the samples of a scripted press, as fast as they are computed; -: standard "
+      "output")
+      ->excludes(slave);
   app->add_option(
          "--tls", options->slave.tls,
          "Mutual TLS 1.3 with the slave: folder with folders sensor and arm, each with ca.pem, "
@@ -58,6 +55,9 @@ void AddOptions(CLI::App* app, Options* options) {
 }
 
 int Run(const Options& options, const std::stop_token& stop) {
+  if (options.slave.address.empty() && options.record.folder.empty()) {
+    throw std::invalid_argument("--slave, --record: expected is one of them");
+  }
   const Scene scene = LoadScene(options.scene, options.overrides);
   const auto environment = MakeSimulatedEnvironment(scene);
   if (!environment) {
