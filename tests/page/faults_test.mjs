@@ -73,7 +73,9 @@ describe('what goes wrong', () => {
   });
 
   test('another slave at its address is not taken up', async () => {
-    another = await serve('silicone-block', [...FEW, '--override', 'name=another'], undefined, stage.slave.said);
+    const address = stage.slave.said;
+    await stage.endSlave();
+    another = await serve('silicone-block', [...FEW, '--override', 'name=another'], undefined, address);
     await told('another scene is served there now, another instead of silicone-block: restart palpate-master', 'The slave answers and states the reason');
     await pause(500);
     await letGo('DISCONNECTED');

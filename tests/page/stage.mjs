@@ -54,15 +54,23 @@ async function end(child, signal) {
 // A browser takes seconds to start, a slave too: all stages of a file share the one, those of a scene the other.
 let browser = null;
 const slaves = new Map();
-export function serve(scene, args = [], program = path.join(BIN, 'palpate-slave'), at = '127.0.0.1:0') {
-  return start(program, ['serve', path.join(ROOT, `deploy/scenes/${scene}.yaml`), '--listen', at, ...args], /^listening on (\S+)/m);
+// A slave of `scene`, and the `simulator` of its sensors and its manipulator. `overrides` are those of both.
+export async function serve(scene, overrides = [], program = path.join(BIN, 'palpate-slave'), at = '127.0.0.1:0') {
+  const file = path.join(ROOT, `deploy/scenes/${scene}.yaml`);
+  const slave = await start(program, ['serve', file, '--listen', at, ...overrides], /^listening on (\S+)/m);
+  slave.simulator = await start(path.join(BIN, 'palpate-simulator'), [file, '--slave', slave.said, ...overrides], /^streaming to (\S+)/m);
+  return slave;
+}
+async function endBoth(slave) {
+  await end(slave?.simulator, 'SIGTERM');
+  await end(slave, 'SIGTERM');
 }
 async function slaveOf(scene) {
   if (!slaves.has(scene)) slaves.set(scene, await serve(scene));
   return slaves.get(scene);
 }
 export async function endSlave(scene) {
-  await end(slaves.get(scene), 'SIGTERM');
+  await endBoth(slaves.get(scene));
   slaves.delete(scene);
 }
 after(async () => {
@@ -86,7 +94,7 @@ export class Stage {
     this.master = await start(program, words, /view at (\S+)/);
   }
   endSlave() {
-    return end(this.slave, 'SIGTERM');
+    return endBoth(this.slave);
   }
   // A recording, without a slave, as from another machine: in TLS, with a token.
   static async replay(file, args = []) {
