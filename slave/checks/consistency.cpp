@@ -67,8 +67,8 @@ Consistency::Result Consistency::Close() noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     const Sum total = Total(windows_[i]);
     if (total.n == 0) continue;
-    result.widening = std::max(result.widening, std::sqrt(total.q / total.n));
-    const double excess = total.q / Gate(total.n);
+    const double gate = Gate(total.n), excess = total.q / gate;
+    result.widening = std::max(result.widening, std::sqrt(std::min(total.q, gate) / total.n));
     if (!(excess > worst)) continue;
     worst = excess;
     result.verdict = {Validity::kExtrapolated, windows_[i].code, windows_[i].reason};

@@ -31,7 +31,7 @@ class Consistency {
 
   struct Result {
     Verdict verdict{Validity::kValid};
-    double widening = 1;  // factor >= 1 for the estimate's sigma: largest sqrt(q / n) of the codes
+    double widening = 1;  // of the estimate's sigma: largest sqrt(q / n), of q up to the gate, >= 1
   };
 
   // `window`: samples that are summed, 1 to kMostWindow.
