@@ -16,6 +16,7 @@ namespace palpate {
 struct Findings {
   Verdict verdict{Validity::kValid};
   double sigma_force = 0;  // independent of the sigma of the estimate [N]
+  double widening = 1;     // factor of the sigma of the estimate, >= 1 [-]
 
   void Fail(FailedCheck check, std::string_view reason) noexcept { verdict.Fail(check, reason); }
   void Widen(double sigma) noexcept { sigma_force = std::hypot(sigma_force, sigma); }

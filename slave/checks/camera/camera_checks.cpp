@@ -1,29 +1,190 @@
 #include "slave/checks/camera/camera_checks.h"
 
-#include "slave/checks/camera/encoders.h"
-#include "slave/checks/camera/frozen_image.h"
-#include "slave/checks/camera/image_quality.h"
-#include "slave/checks/camera/indentation.h"
-#include "slave/checks/camera/interlace.h"
-#include "slave/checks/camera/object_in_place.h"
-#include "slave/checks/camera/regained.h"
-#include "slave/checks/camera/tool_at_start.h"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <Eigen/Cholesky>
+
+#include "slave/checks/consistency.h"
+#include "slave/checks/repeat_detector.h"
+#include "slave/vision/tool_end.h"
 
 namespace palpate {
+namespace {
+
+using Limits = CameraLimits;
+
+// A function of one image.
+class ImageCheck final : public Check<CameraSample> {
+ public:
+  using Function = Verdict (*)(const CameraSample&);
+  explicit ImageCheck(Function function) : function_(function) {}
+  void Examine(const CameraSample& sample, Findings* findings) noexcept override {
+    findings->verdict.Add(function_(sample));
+  }
+
+ private:
+  Function function_;
+};
+
+Verdict Failed(FailedCheck check, std::string_view reason) {
+  return {Validity::kExtrapolated, check, reason};
+}
+
+// The object's edge is found, and has moved no farther than is compensated.
+Verdict ExamineMotion(const CameraSample& sample) {
+  Verdict verdict{Validity::kValid};
+  if (!sample.compares_edge()) return verdict;
+  const ObjectSighting& object = *sample.object;
+  if (!object.known) return Failed(FailedCheck::kRegistration, "the object's edge is not found");
+  if (object.motion.shift.norm() > Limits::kMostShift ||
+      std::abs(object.motion.angle) > Limits::kMostTurn) {
+    verdict.Fail(FailedCheck::kCameraMotion, "the image has moved too far");
+  }
+  if (std::abs(object.motion.growth) > Limits::kMostGrowth) {
+    verdict.Fail(FailedCheck::kScale, "the image has grown or shrunk: zoom");
+  }
+  return verdict;
+}
+
+bool IsBlurred(const ObjectSighting& object) {
+  return object.sharpness < Limits::kSharpness || object.sharpness_at_rest < Limits::kSharpAtRest;
+}
+
+bool IsTipRough(const CameraSample& sample) {
+  return sample.tip_sigma >
+         std::max(Limits::kRoughTip, Limits::kRough * sample.indentation_O.norm());
+}
+
+// Sharpness and brightness are those of the first image, and the tip is known well enough for its
+// indentation.
+Verdict ExamineQuality(const CameraSample& sample) {
+  if (!sample.compares_edge() || !sample.object->known) return {Validity::kValid};
+  const ObjectSighting& object = *sample.object;
+  if (!IsBlurred(object) && !IsTipRough(sample) && object.exposure <= Limits::kOverexposed)
+    return {Validity::kValid};
+  return Failed(FailedCheck::kPicture, "the image is blurred, overexposed or too noisy at the tip");
+}
+
+class RepeatedImageCheck final : public Check<CameraSample> {
+ public:
+  // `noise`: of the first image [1/255 of full scale].
+  explicit RepeatedImageCheck(double noise)
+      : detector_({.has_noise = noise > Limits::kLeastNoise}) {}
+
+  void Examine(const CameraSample& sample, Findings* findings) noexcept override {
+    if (!detector_.Repeats(sample.image)) return;
+    findings->Fail(FailedCheck::kFrozen, "the camera repeats the same image");
+  }
+
+ private:
+  RepeatDetector detector_;
+};
+
+// Encoders, observed and computed indentation agree with the tip.
+class AgreementCheck final : public Check<CameraSample> {
+ public:
+  void Examine(const CameraSample& sample, Findings* findings) noexcept override {
+    AddLoss(sample);
+    if (sample.tip.found && sample.encoder) AddEncoder(*sample.encoder);
+    if (sample.compares_edge() && sample.object->known) AddIndentation(sample, findings);
+    const Consistency::Result result = consistency_.Close();
+    findings->verdict.Add(result.verdict);
+    findings->widening = result.widening;
+  }
+  void Reset() noexcept override {
+    consistency_.Reset();
+    unconfirmed_ = 0;
+  }
+
+ private:
+  // An image that fails counts in the three after it as well. [images] [tuned: a hand comes and
+  // stays]
+  static constexpr int kWindow = 4;
+
+  // What is found after a loss may be something else.
+  void AddLoss(const CameraSample& sample) noexcept {
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    const bool has_object = !sample.object || sample.is_broken || sample.object->known;
+    if (sample.tip.found && has_object) return;
+    consistency_.Add({FailedCheck::kTip, "tip or object was lost a moment ago", kInfinite, 1});
+  }
+  void AddEncoder(const EncoderInnovation& innovation) noexcept {
+    for (const double value : innovation.value) {
+      consistency_.Add({FailedCheck::kArm, "the tip is not where the encoders report it", value,
+                        innovation.sigma});
+    }
+  }
+  void AddIndentation(const CameraSample& sample, Findings* findings) noexcept {
+    constexpr std::string_view kReason = "observed and computed indentation differ";
+    const ObjectSighting& object = *sample.object;
+    if (object.apart > Limits::kMostApart) {
+      findings->Fail(FailedCheck::kDent,
+                     "the object's edge lies beside the computed outline: something covers it, or "
+                     "touches elsewhere");
+    }
+    const bool is_confirmed =
+        object.dent_known || sample.indentation_O.norm() < Limits::kSmallIndentation;
+    unconfirmed_ = is_confirmed ? 0 : unconfirmed_ + 1;
+    if (unconfirmed_ > Limits::kUnconfirmed) findings->Fail(FailedCheck::kDent, kReason);
+    if (!object.dent_known) return;
+    const double model = sample.indentation_sigma * sample.indentation_O.norm();
+    const double sigma2 = Limits::kEdgeSigma * Limits::kEdgeSigma + model * model +
+                          sample.tip_sigma * sample.tip_sigma;
+    const Eigen::LLT<Eigen::Matrix2d> C(object.dent_covariance +
+                                        sigma2 * Eigen::Matrix2d::Identity());
+    const Eigen::Vector2d residual = C.matrixL().solve(object.dent_O - sample.indentation_O);
+    for (const double value : residual) {
+      consistency_.Add({FailedCheck::kDent, kReason, value, 1});
+    }
+  }
+
+  Consistency consistency_{kWindow};
+  int unconfirmed_ = 0;  // images since the indentation was last detected
+};
+
+// The tool in the first image is the scene's, at the manipulator's home.
+Verdict ExamineTool(const Scene& scene, const FirstImage& first) {
+  if (!first.p_I_tip || first.d_I.isZero(0)) return {Validity::kValid};
+  if (!scene.sense.Find<TipTracking>()->template_file.empty()) return {Validity::kValid};
+  const Verdict elsewhere =
+      Failed(FailedCheck::kArm, "the tool is not at the manipulator's home in the first image");
+  const GreyFormat format(first.image);
+  const auto end = DetectToolEnd(first.image, format, *first.p_I_tip, first.d_I, first.width_px);
+  if (!end) {
+    const bool goes_on = ToolGoesOn(first.image, format, *first.p_I_tip, first.d_I, first.width_px);
+    return goes_on ? elsewhere : Verdict(Validity::kValid);
+  }
+  const bool beyond = std::abs(end->beyond) > Limits::kToolElsewhere;
+  const bool aside = std::abs(end->aside) > Limits::kToolElsewhere;
+  const bool wide = std::abs(end->width / first.width_px - 1) > Limits::kToolWidth;
+  if (beyond || (aside && !wide)) return elsewhere;
+  if (aside == wide) return {Validity::kValid};  // both: something covers a side of it
+  return Failed(FailedCheck::kScale, "the tool is not as wide as the scene's in the first image");
+}
+
+class ToolAtStartCheck final : public Check<CameraSample> {
+ public:
+  explicit ToolAtStartCheck(const Verdict& verdict) : verdict_(verdict) {}
+  void Examine(const CameraSample& /*sample*/, Findings* findings) noexcept override {
+    findings->verdict.Add(verdict_);
+  }
+
+ private:
+  Verdict verdict_;
+};
+
+}  // namespace
 
 Checks<CameraSample> MakeCameraChecks(const Scene& scene, const FirstImage& first) {
   Checks<CameraSample> checks;
-  checks.Add("object_in_place", std::make_unique<ObjectInPlaceCheck>());
-  checks.Add("image_quality", std::make_unique<ImageQualityCheck>());
-  checks.Add("indentation", std::make_unique<IndentationCheck>());
-  checks.Add("encoders", std::make_unique<EncoderCheck>());
-  if (first.p_I_tip) {
-    checks.Add("tool_at_start", std::make_unique<ToolAtStartCheck>(
-                                    scene, first.image, *first.p_I_tip, first.d_I, first.width_px));
-  }
-  checks.Add("regained", std::make_unique<RegainedCheck>());
-  checks.Add("frozen_image", std::make_unique<FrozenImageCheck>(first.noise));
-  checks.Add("interlace", std::make_unique<InterlaceCheck>(first.image));
+  checks.Add("object_in_place", std::make_unique<ImageCheck>(ExamineMotion));
+  checks.Add("image_quality", std::make_unique<ImageCheck>(ExamineQuality));
+  checks.Add("repeated_image", std::make_unique<RepeatedImageCheck>(first.noise));
+  checks.Add("agreement", std::make_unique<AgreementCheck>());
+  checks.Add("tool_at_start", std::make_unique<ToolAtStartCheck>(ExamineTool(scene, first)));
   return checks;
 }
 

@@ -21,14 +21,22 @@ struct CameraLimits {
   static constexpr double kSharpness = 0.47;
   // Brightest edge, of the largest grey level [-]. [tuned: over-exposed at rest]
   static constexpr double kOverexposed = 1.15;
-  // Offset of every other row at the tip [px]. [tuned: every other row aside]
-  static constexpr int kMostComb = 1;
+  // Noise of a real camera [1/255 of full scale].
+  static constexpr double kLeastNoise = 0.5;
+  // Sigma from which on the tip is only roughly known [px], and the same by the indentation [-].
+  static constexpr double kRoughTip = 0.4, kRough = 0.12;
   // Motion of the image [px]. [tuned: camera bumped while pressed]
   static constexpr double kMostShift = 40;
   // Turn of the image [rad], and its growth [-].
   static constexpr double kMostTurn = 0.06, kMostGrowth = 0.03;
   // Indentation that needs no confirmation [px].
-  static constexpr double kSmallDent = 1.5;
+  static constexpr double kSmallIndentation = 1.5;
+  // Images in which a larger one may stay out of sight [-].
+  static constexpr int kUnconfirmed = 6;
+  // Sigma of the edge's indentation without any model error, per axis [px].
+  static constexpr double kEdgeSigma = 0.2;
+  // Consecutive edge positions beside the outline: more is an occlusion [-].
+  static constexpr int kMostApart = 7;
 };
 
 }  // namespace palpate

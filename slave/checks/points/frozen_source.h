@@ -1,4 +1,4 @@
-// Images of a pair or depth camera do not repeat, nor do parts of them.
+// Images of a pair or depth camera do not repeat.
 #pragma once
 
 #include "slave/checks/check.h"
@@ -11,7 +11,7 @@ namespace palpate {
 class FrozenSourceCheck final : public Check<PointsSample> {
  public:
   void Examine(const PointsSample& sample, Findings* findings) noexcept override {
-    if (detector_.Find(sample.left, sample.right) == Repeat::kNothing) return;
+    if (!detector_.Repeats(sample.left, sample.right)) return;
     findings->Fail(FailedCheck::kFrozen, "a camera repeats the same image: it is frozen");
   }
 

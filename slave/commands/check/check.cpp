@@ -77,13 +77,11 @@ void PrintChecks(const Scene& scene) {
   PrintLine(
       "checked",
       fmt::format("each image: the tip by parts of its template{}; a repeated image, if the "
-                  "camera has noise; interlaced rows that differ by {} px or more at the "
-                  "tip; a tip found after a loss, for three images",
+                  "camera has noise; a tip found after a loss, for three images",
                   camera.source == Camera::Source::kSimulated
-                      ? fmt::format(" and by the manipulator, within {} and three sigma",
-                                    LengthInWords(ManipulatorAgreement::kApart * camera.pixel))
-                      : "",
-                  CameraLimits::kMostComb + 1));
+                      ? fmt::format(" and by the manipulator, to {} and the tip's sigma",
+                                    LengthInWords(ManipulatorAgreement::kTipSigma * camera.pixel))
+                      : ""));
   if (!scene.sense.Find<ContourTracking>()) {
     return PrintLine("UNDETECTED",
                      "motion of the object or camera, a wrong size, a missing indentation: "
@@ -93,7 +91,7 @@ void PrintChecks(const Scene& scene) {
   PrintLine("checked",
             fmt::format("object edge: indentations of {} or more, where the edge next to the tool "
                         "is visible; occlusion; blur, by the edge width; overexposure by {:.0f} %",
-                        LengthInWords(CameraLimits::kSmallDent * camera.pixel),
+                        LengthInWords(CameraLimits::kSmallIndentation * camera.pixel),
                         100 * (CameraLimits::kOverexposed - 1)));
   PrintLine("compensated",
             fmt::format("motion of the camera or object by up to {} ({:g} px), rotation by {:.1f} "

@@ -1,19 +1,17 @@
 #include "slave/pipeline/camera/camera_sense.h"
 
-#include <cmath>
-#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/mechanics/factory/make_model.h"
 #include "slave/pipeline/base/estimate_builder.h"
-#include "slave/pipeline/base/overlay_words.h"
+#include "slave/pipeline/camera/camera_overlay.h"
 #include "slave/pipeline/manipulator_agreement/arm_lag.h"
 #include "slave/pipeline/offline/offline_report.h"
 #include "slave/vision/stereo/lens_warp.h"
@@ -21,30 +19,25 @@
 namespace palpate {
 namespace {
 
-constexpr int kMostElements = 4000;
-constexpr double kReplayedLag = 0.45;  // of the arm's word [periods]
-constexpr double kResolved = 0.05;     // of a pixel: what the eyes resolve
-
-std::unique_ptr<FrameSource> OpenSource(const Scene& scene, const Pace& pace) {
-  if (pace.player != nullptr) return pace.player->OpenFrames();
-  if (pace.pictures != nullptr) {
-    return pace.pictures->OpenFrames(StraighteningOf(*scene.sense.Find<Camera>()));
-  }
-  return OpenFrameSource(scene, pace.is_live, StraighteningOf(*scene.sense.Find<Camera>()));
-}
+constexpr int kMostElements = 4000;    // of a model that an operator may request [-]
+constexpr double kReplayedLag = 0.45;  // between encoder reading and replayed image [periods]
+constexpr double kResolved = 0.05;     // resolution of the tip [px]
 
 std::unique_ptr<FrameSource> Open(const Scene& scene, const Pace& pace) {
-  return Tapped(OpenSource(scene, pace), pace.tap);
+  if (pace.player != nullptr) return Tapped(pace.player->OpenFrames(), pace.tap);
+  const auto straighten = StraighteningOf(*scene.sense.Find<Camera>());
+  if (pace.pictures != nullptr) return Tapped(pace.pictures->OpenFrames(straighten), pace.tap);
+  return Tapped(OpenFrameSource(scene, pace.is_live, straighten), pace.tap);
 }
 
-Frame FirstPicture(FrameSource& source) {
+Frame FirstImageOf(FrameSource& source) {
   std::optional<Frame> first = source.Next({});
   if (!first) throw std::runtime_error(source.description() + ": no image received");
   return *std::move(first);
 }
 
-// Where the tip is in the first picture. Nobody says where a recorded tool is; without a template
-// it is looked for at its home.
+// The tip in the first image. For a recorded tool no encoders report it; without a template it is
+// searched at its home.
 std::optional<Eigen::Vector3d> ReportedTip(const Scene& scene, const Pace& pace) {
   if (pace.p_S_tip) return pace.p_S_tip;
   if (scene.sense.Find<TipTracking>()->template_file.empty()) return scene.manipulator.home;
@@ -69,79 +62,17 @@ int NearestElement(const BoundaryMesh& mesh, const Eigen::Vector2d& p_O) {
   return best;
 }
 
-// What the slave sees, drawn into its picture for a person.
-struct Overlay {
-  std::vector<Eigen::Vector2d> contour_I;  // [px]
-  cv::Rect search_window;                  // [px]
-  TipObservation tip;
-  std::optional<Eigen::Vector3d> force;  // object on tool, S [N]
-  Eigen::Vector2d force_I{0, 0};         // the same as an arrow in the picture [px]
-};
-
-const cv::Scalar kContourColour(80, 200, 80), kWindowColour(220, 160, 60), kTipColour(60, 60, 240),
-    kForceColour(40, 140, 255);
-
-cv::Point Round(const Eigen::Vector2d& p) {
-  return {static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y()))};
-}
-
-cv::Mat ToColour(const cv::Mat& image) {
-  cv::Mat eight, colour;
-  image.convertTo(eight, CV_8U, image.depth() == CV_16U ? 1.0 / 257 : 1.0);
-  if (eight.channels() == 3) return eight.clone();
-  cv::cvtColor(eight, colour, cv::COLOR_GRAY2BGR);
-  return colour;
-}
-
-// A copy of `image` (grey or colour, 8 or 16 bit) as 8-bit colour with contour, search window, tip,
-// force arrow and the force in numbers.
-cv::Mat DrawOverlay(const cv::Mat& image, const Overlay& overlay) {
-  cv::Mat picture = ToColour(image);
-  std::vector<cv::Point> contour;
-  contour.reserve(overlay.contour_I.size());
-  for (const Eigen::Vector2d& p : overlay.contour_I) contour.push_back(Round(p));
-  if (!contour.empty()) cv::polylines(picture, contour, true, kContourColour, 1, cv::LINE_AA);
-  cv::rectangle(picture, overlay.search_window, kWindowColour, 1);
-  const cv::Point tip = Round(overlay.tip.p_I);
-  if (overlay.tip.found)
-    cv::drawMarker(picture, tip, kTipColour, cv::MARKER_CROSS, 13, 1, cv::LINE_AA);
-  char text[64];
-  if (overlay.force) {
-    if (overlay.force_I.norm() > 1) {
-      cv::arrowedLine(picture, tip, Round(overlay.tip.p_I + overlay.force_I), kForceColour, 2,
-                      cv::LINE_AA, 0, 0.2);
-    }
-    std::snprintf(text, sizeof text, "%.3g N  score %.2f", overlay.force->norm(),
-                  overlay.tip.score);
-  } else {
-    std::snprintf(text, sizeof text, "force unknown");
-  }
-  DrawWords(text, kForceColour, &picture);
-  return picture;
-}
-
-// The arrow for `force_S` in the picture: the direction seen, and a length of a fifth of the
-// picture's height at `full_scale` [N].
-Eigen::Vector2d ForceArrow(const CameraView& view, const Eigen::Vector3d& p_S,
-                           const Eigen::Vector3d& force_S, double full_scale, int height) {
-  const double magnitude = force_S.norm();
-  if (!(magnitude > 0) || !(full_scale > 0)) return {0, 0};
-  const Eigen::Vector3d ahead = p_S + force_S / magnitude * view.pixel();
-  const Eigen::Vector2d direction = view.ToImage(ahead) - view.ToImage(p_S);
-  return direction * (0.2 * height * std::fmin(1.5, magnitude / full_scale));
-}
-
-// One row per picture. What the model would make of the true depth is told by the local model.
+// One row per image. The local model gives the force at the true depth.
 class CameraOfflineReport final : public OfflineReport {
  public:
   explicit CameraOfflineReport(const CameraSense& sense) : sense_(sense) {}
 
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
-    const ContactEstimate& felt = sense_.felt();
-    if (truth == nullptr) return {RowOf(felt, start, std::nullopt)};
-    compared_.push_back({felt.force.value_or(kUnknownVector), truth->force,
-                         ForceAt(felt.local_model, truth->depth)});
-    return {RowOf(felt, start, truth->force)};
+    const ContactEstimate& estimate = sense_.estimate();
+    if (truth == nullptr) return {RowOf(estimate, start, std::nullopt)};
+    compared_.push_back({estimate.force.value_or(kUnknownVector), truth->force,
+                         ForceAt(estimate.local_model, truth->depth)});
+    return {RowOf(estimate, start, truth->force)};
   }
   void OpenFrames(const std::filesystem::path& folder) override {
     std::filesystem::create_directories(folder);
@@ -165,7 +96,7 @@ class CameraOfflineReport final : public OfflineReport {
 CameraSense::CameraSense(const Scene& scene, const Pace& pace)
     : scene_(scene),
       source_(Open(scene, pace)),
-      next_(FirstPicture(*source_)),
+      next_(FirstImageOf(*source_)),
       pixel_(scene.sense.Find<Camera>()->pixel),
       plane_(scene.model.plane),
       reason_(ChooseModel(scene).reason),
@@ -184,15 +115,17 @@ const ContactEstimate& CameraSense::Estimate(const Eigen::Vector3d& p_S_tip) noe
   seen_ = next_;
   p_S_encoders_ = p_S_tip;
   if (restarting_) Restart();
-  std::optional<EncoderReading> said;
-  if (arm_lag_) said = {p_S_tip, *arm_lag_, *arm_lag_ <= kReplayedLag};
-  const LocalModel last = felt_.local_model;
-  felt_ = estimator_->Estimate(seen_, said);
+  std::optional<EncoderReading> encoder;
+  if (arm_lag_) encoder = {p_S_tip, *arm_lag_, *arm_lag_ <= kReplayedLag};
+  const LocalModel last = estimate_.local_model;
+  if (!observation_) observation_ = estimator_->See(seen_);
+  estimate_ = estimator_->Estimate(seen_, *observation_, encoder);
+  observation_.reset();
   const Eigen::Vector3d& offset = motion().offset;
-  felt_.p_S_tip += offset;
-  felt_.p_S_contact += offset;
-  felt_.local_model = Moved(felt_.local_model, offset, last);
-  return felt_;
+  estimate_.p_S_tip += offset;
+  estimate_.p_S_contact += offset;
+  estimate_.local_model = Moved(estimate_.local_model, offset, last);
+  return estimate_;
 }
 
 void CameraSense::Reset() {
@@ -220,12 +153,11 @@ void CameraSense::Restart() noexcept {
 LocalModel CameraSense::LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept {
   const Eigen::Vector3d offset = motion().offset;
   const LocalModel local = estimator_->LocalAt(p_S_tip - offset);
-  felt_.local_model = Moved(local, offset, felt_.local_model);
-  return felt_.local_model;
+  estimate_.local_model = Moved(local, offset, estimate_.local_model);
+  return estimate_.local_model;
 }
 
 BoundaryShape CameraSense::Shape(bool nodal_forces) {
-  const ContactEstimate& felt = felt_;
   const Eigen::Isometry3d& X_SO = estimator_->registration().X_SO;
   const BoundaryMesh& mesh = estimator_->touch().mesh;
   const Eigen::Vector3d moved = motion().offset;
@@ -233,7 +165,7 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
   TouchModel& touch = estimator_->touch();
   touch.deformation->Displacements(touch.pressed, &u_O);
 
-  BoundaryShape shape = ShapeAsOf(felt, 2);
+  BoundaryShape shape = ShapeAsOf(estimate_, 2);
   shape.fixed_nodes = estimator_->touch().held;
   for (int i = 0; i < mesh.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -244,17 +176,17 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
     Append(&shape.rest, moved + X_SO * p_O);
     Append(&shape.positions, moved + X_SO * (p_O + u_O[k]));
   }
-  if (!nodal_forces || !felt.force) return shape;
+  if (!nodal_forces || !estimate_.force) return shape;
   shape.nodal_forces.assign(3 * mesh.elements.size(), 0.0F);
   shape.traction.assign(mesh.elements.size(), 0.0F);
-  if (!felt.local_model.in_contact) return shape;
+  if (!estimate_.local_model.in_contact) return shape;
   touch.deformation->Tractions(touch.pressed, &shape.traction);
-  const Eigen::Vector3d p_O = X_SO.inverse() * (felt.p_S_contact - moved);
+  const Eigen::Vector3d p_O = X_SO.inverse() * (estimate_.p_S_contact - moved);
   const int element = NearestElement(mesh, p_O.head<2>());
   for (const int vertex : {element, mesh.Next(element)}) {
     for (int axis = 0; axis < 3; ++axis) {
       shape.nodal_forces[3 * static_cast<std::size_t>(vertex) + static_cast<std::size_t>(axis)] =
-          static_cast<float>(-0.5 * (*felt.force)[axis]);
+          static_cast<float>(-0.5 * (*estimate_.force)[axis]);
     }
   }
   return shape;
@@ -262,18 +194,15 @@ BoundaryShape CameraSense::Shape(bool nodal_forces) {
 
 std::optional<SeenPicture> CameraSense::Picture(double full_scale) const {
   if (seen_.image.empty()) return std::nullopt;
-  const ContactEstimate& felt = felt_;
-  Overlay overlay{estimator_->shown_contour_I(),
-                  estimator_->shown_window(),
-                  estimator_->shown_tip(),
-                  felt.force,
-                  {0, 0}};
-  if (felt.force) {
-    overlay.force_I =
-        ForceArrow(estimator_->view(), felt.p_S_tip, *felt.force, full_scale, seen_.image.rows);
+  const CameraObservation& shown = estimator_->observation();
+  CameraOverlay overlay{
+      estimator_->edge_I(), shown.search_window, shown.tip, estimate_.force, {0, 0}};
+  if (estimate_.force) {
+    overlay.force_I = ForceArrow(estimator_->view(), estimate_.p_S_tip, *estimate_.force,
+                                 full_scale, seen_.image.rows);
   }
   return SeenPicture{seen_.sensed_at, seen_.image,
-                     [image = seen_.image, overlay] { return DrawOverlay(image, overlay); }};
+                     [image = seen_.image, overlay] { return Draw(overlay, image); }};
 }
 
 void CameraSense::Adopt(std::unique_ptr<PreparedModel> prepared, const Scene& changed) {

@@ -18,7 +18,7 @@ class CameraSense final : public SensingPipeline {
 
   bool Acquire(const std::stop_token& stop) override;
   void Process() noexcept override {
-    if (!restarting_) estimator_->Look(next_);
+    if (!restarting_) observation_ = estimator_->See(next_);
   }
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   [[nodiscard]] std::string_view doubt() const override { return {}; }
@@ -41,7 +41,7 @@ class CameraSense final : public SensingPipeline {
   // ones stay, and the images after it are tried.
   void Reset() override;
   // The last estimate, of the object where it is now.
-  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] SenseInfo info() const override;
   [[nodiscard]] std::vector<StageTimes> Stages() const override;
   std::unique_ptr<OfflineReport> OpenOfflineReport(const GroundTruth* truth) override;
@@ -60,8 +60,9 @@ class CameraSense final : public SensingPipeline {
 
   Scene scene_;  // with the model in force
   std::unique_ptr<FrameSource> source_;
-  Frame next_, seen_;     // acquired; of the last estimate
-  bool is_first_ = true;  // next_ is there since the beginning
+  Frame next_, seen_;                             // acquired; of the last estimate
+  bool is_first_ = true;                          // next_ is there since the beginning
+  std::optional<CameraObservation> observation_;  // of next_, until its estimate
   // The rest state is to be measured again: where the tip is by the encoders or the last image, and
   // the object by the last image.
   struct Restarting {
@@ -74,7 +75,7 @@ class CameraSense final : public SensingPipeline {
   Plane plane_;
   std::string reason_;
   std::unique_ptr<Estimator> estimator_;
-  ContactEstimate felt_;
+  ContactEstimate estimate_;
   std::optional<double> arm_lag_;  // nullopt: the images do not show the manipulator's tool
 };
 

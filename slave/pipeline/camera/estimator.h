@@ -28,12 +28,19 @@
 
 namespace palpate {
 
+// What one image shows of the tip.
+struct CameraObservation {
+  TipObservation tip;
+  cv::Rect search_window;  // of the tip, for overlays [px]
+  double duration_us = 0;  // of the tracking
+};
+
 // Times per image.
 struct StageHistograms {
   LatencyHistogram vision, checks, contact, mechanics, total;
 };
 
-// One thread at a time.
+// One thread at a time, except See.
 class Estimator {
  public:
   // `first`: an image of the object at rest. `p_S_tip_reported`: tip position from the encoders.
@@ -43,13 +50,17 @@ class Estimator {
             std::optional<Eigen::Vector3d> p_S_tip_reported);
   ~Estimator();
 
-  // Tracks the tip in an image. Touches nothing that the other functions share with
-  // Estimate: other threads may call them meanwhile.
-  void Look(const Frame& frame) noexcept;
-  // Tracks the tip unless Look did. Never throws; unknown values are flagged. The estimate
-  // is relative to the object at rest: `motion` is the object's motion.
+  // Tracks the tip in an image. Shares nothing with the functions below: other threads may call
+  // them meanwhile.
+  [[nodiscard]] CameraObservation See(const Frame& frame) noexcept;
+  // The contact in the image of `observation`. Never throws; unknown values are flagged. The
+  // estimate is relative to the object at rest: `motion` is the object's motion.
+  const ContactEstimate& Estimate(const Frame& frame, const CameraObservation& observation,
+                                  const std::optional<EncoderReading>& encoder) noexcept;
   const ContactEstimate& Estimate(const Frame& frame,
-                                  const std::optional<EncoderReading>& said = {}) noexcept;
+                                  const std::optional<EncoderReading>& encoder = {}) noexcept {
+    return Estimate(frame, See(frame), encoder);
+  }
   // The plane that the master renders for a tip at p_S_tip [m] now, also between images: before
   // contact at the nearest point of the outline; it is fixed during a contact.
   LocalModel LocalAt(const Eigen::Vector3d& p_S_tip) noexcept;
@@ -64,13 +75,13 @@ class Estimator {
   // Resets tracker and contact.
   void Reset() noexcept;
 
-  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
-  [[nodiscard]] const TipAndContourTracker& eyes() const { return *tracker_; }
+  [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
+  [[nodiscard]] const CameraObservation& observation() const { return observation_; }
+  [[nodiscard]] const TipAndContourTracker& tracker() const { return *tracker_; }
   [[nodiscard]] const CameraView& view() const { return view_; }
   [[nodiscard]] const Registration& registration() const { return registration_; }
   [[nodiscard]] TouchModel& touch() { return *touch_; }
   [[nodiscard]] const TouchModel& touch() const { return *touch_; }
-  [[nodiscard]] const Observation& observation() const { return *observation_; }
   // Motion of the object since the first image, S; zero if the camera moves, or if the tool
   // position is unknown.
   [[nodiscard]] const SurfaceMotion& motion() const { return agreement_.motion(); }
@@ -78,51 +89,61 @@ class Estimator {
   [[nodiscard]] Eigen::Isometry3d ApparentPose() const;
   // For the last image; null: the scene tracks no contour, so nothing checks the tip.
   [[nodiscard]] const ObjectSighting* sighting() const {
-    return watch_ ? &watch_->sighting() : nullptr;
+    return edge_ ? &edge_->sighting() : nullptr;
   }
+  // The rest outline with the observed motion and indentation [px]; empty: not observed.
+  [[nodiscard]] Curve edge_I() const { return edge_ ? edge_->Edge() : Curve(); }
   [[nodiscard]] const StageHistograms& times() const { return times_; }
-  // Shown with the last estimate [px].
-  [[nodiscard]] Curve shown_contour_I() const { return watch_ ? watch_->Edge() : Curve(); }
-  [[nodiscard]] cv::Rect shown_window() const { return shown_window_; }
-  [[nodiscard]] const TipObservation& shown_tip() const { return shown_tip_; }
 
  private:
-  void ResumeContact() noexcept;
-  Eigen::Vector2d CompensatedTip(const TipObservation& tip) noexcept;
-  void CompareWithEncoders(const Eigen::Vector3d& p_S_tip,
-                           const std::optional<EncoderReading>& said) noexcept;
-  void ProcessObject(const cv::Mat& image) noexcept;
-  [[nodiscard]] double DepthOf(const Eigen::Vector2d& dent_O) const noexcept;
-  void DetectPuncture(double depth) noexcept;
+  // The tip in the first image's frame.
+  struct CompensatedTip {
+    Eigen::Vector2d p_I{0, 0};  // [px]
+    double sigma = 0;           // including the compensated image motion [px]
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of the same [px^2]
+  };
+  // What the model solved last for the tool.
+  struct Press {
+    BoundaryPlace place;
+    Eigen::Vector3d displacement_O{0, 0, 0};  // [m]
+  };
+
+  void PredictIndentation() noexcept;
+  void MeasureEdge(const cv::Mat& image) noexcept;
+  [[nodiscard]] CompensatedTip CompensateMotion() const noexcept;
+  [[nodiscard]] std::optional<CompensatedTip> TipByIndentation() const noexcept;
+  void CompareWithEncoders(const CompensatedTip& tip,
+                           const std::optional<EncoderReading>& encoder) noexcept;
   // False: the model has no solution.
-  bool Touch(const Eigen::Vector3d& p_S_tip) noexcept;
-  [[nodiscard]] double GapSigma(const BoundaryPlace& place) const noexcept;
-  void ExpectDent(const BoundaryPlace& place) noexcept;
+  bool UpdateContact(const CompensatedTip& tip) noexcept;
+  void SetPressForce(const BoundaryPlace& place, const ContactResponse& response,
+                     double sigma) noexcept;
   void UpdateLocalModel(const BoundaryPlace& place, const ContactResponse& response) noexcept;
+  void DetectPuncture(double depth) noexcept;
+  void Examine(const cv::Mat& image, double tip_sigma, bool is_solved) noexcept;
+  [[nodiscard]] std::optional<EncoderInnovation> Innovation() const noexcept;
+  void ResumeContact() noexcept;
+  [[nodiscard]] double DepthOf(const Eigen::Vector2d& indentation_O) const noexcept;
+  [[nodiscard]] double GapSigma(const BoundaryPlace& place,
+                                const Eigen::Matrix2d& covariance) const noexcept;
+  void ForecastIndentation(const BoundaryPlace& place) noexcept;
 
   CameraView view_;
   std::unique_ptr<TipAndContourTracker> tracker_;
   Registration registration_;
   std::unique_ptr<TouchModel> touch_;
-  std::optional<ObjectRegistrationMonitor> watch_;
-  ManipulatorAgreement agreement_;
+  std::optional<ObjectRegistrationMonitor> edge_;
   ObjectRegistrationMonitor::Bar tool_;  // in the last image
-  IndentationForecast dent_;
-  Eigen::Vector2d dent_O_{0, 0};  // expected in the last image [px]
-  double tip_sigma_ = 0;          // including the compensated image motion [px]
-  Eigen::Matrix2d tip_covariance_ = Eigen::Matrix2d::Zero();  // of the same [px^2]
-  Checks<CameraSample> checks_;
-  double checks_us_ = 0;                 // in this image
-  BoundaryPlace pressed_place_;          // that the model answered last for the tool
-  Eigen::Vector3d pressed_by_{0, 0, 0};  // displacement there, frame O [m]
+  IndentationForecast forecast_;
+  Eigen::Vector2d predicted_O_{0, 0};  // indentation in the last image [px]
+  ManipulatorAgreement agreement_;
+  Press press_;
   EstimateBuilder rules_;
   PunctureCue cue_;
-  const Observation* observation_ = nullptr;  // in the image of Look
-  std::optional<std::uint64_t> looked_at_;    // sequence number of that image, until its estimate
-  ContactEstimate felt_;
-  cv::Rect shown_window_;
-  TipObservation shown_tip_;
-  double look_us_ = 0;
+  Checks<CameraSample> checks_;
+  CameraObservation observation_;  // of the last estimate
+  ContactEstimate estimate_;
+  double checks_us_ = 0;  // in this image
   StageHistograms times_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -12,32 +13,31 @@
 namespace palpate {
 namespace {
 
-constexpr double kOffOutline = 2;      // farther from the mesh than this, a point is not on it [px]
-constexpr double kEdgeSigma = 0.1;     // of one place's offset in a good picture [px]
-constexpr double kModelSigma = 0.06;   // of a displacement that the model tells, relative [-]
-constexpr double kBesidePatch = 0.25;  // besides right at the contact; it fades over an element
-constexpr int kReach = 5;              // around where an edge is expected [px]
-constexpr double kDentReach = 0.6;     // and this part of the dent there
-constexpr double kBesideTool = 4;      // the tool's own edge is this near to its side [px]
-constexpr double kBeforeTip = 6;       // and reaches this far beyond its end [px]
-constexpr double kBorder = 12;         // of the picture: no room there to look for an edge [px]
-constexpr int kRounds = 12;
-constexpr double kAgrees = 4;         // sigmas
-constexpr double kApart = 0.8;        // of a piece of the edge: less a lens does, or a shutter [px]
-constexpr double kMostDisturbed = 4;  // of the sigmas, by whatever disturbs the picture
-constexpr double kLeastAgreeing = 0.5;  // part of the places in view
-constexpr int kFewest = 12;             // places
-constexpr double kKnown = 0.4;          // sigma above which the motion is not known [px]
-constexpr double kDentKnown = 1.0;      // the same of the dent [px]
-// Motion that is none [px]. [tuned: MotionThatIsNotPutRightIsInSigma]
+constexpr double kOffOutline = 2;       // distance from the mesh of a point that is not on it [px]
+constexpr double kEdgeSigma = 0.1;      // sigma of one edge position in a sharp image [px]
+constexpr double kModelSigma = 0.06;    // sigma of a computed displacement, relative [-]
+constexpr double kBesidePatch = 0.25;   // in addition at the contact; fades over an element [-]
+constexpr int kReach = 5;               // search distance along the normal [px]
+constexpr double kDentReach = 0.6;      // in addition, of the indentation there [-]
+constexpr double kBesideTool = 4;       // margin of the occlusion beside the tool [px]
+constexpr double kBeforeTip = 6;        // and beyond its end [px]
+constexpr double kBorder = 12;          // margin of the image without room for a search [px]
+constexpr int kRounds = 12;             // iterations of the fit, at most [-]
+constexpr double kAgrees = 4;           // gate of one edge position [sigma]
+constexpr double kApart = 0.8;          // error that lens or shutter may cause [px]
+constexpr double kMostDisturbed = 4;    // factor by which a disturbed image widens the gate [-]
+constexpr double kLeastAgreeing = 0.5;  // part of the positions in view [-]
+constexpr int kFewest = 12;             // positions of a fit [-]
+constexpr double kKnown = 0.4;          // sigma above which the motion is unknown [px]
+constexpr double kDentKnown = 1.0;      // the same of the indentation [px]
+// Motion that is not compensated [px]. [tuned: MotionThatIsNotPutRightIsInSigma]
 constexpr double kStill = 0.2;
-constexpr double kLookAgain = 1.5;  // after such a correction [px]
-// What is held true before the picture says anything, sigma [px]: a bump may be anything; the
-// object turns and grows little, a disc tells nothing about the one, half an outline little about
-// the other.
+constexpr double kLookAgain = 1.5;  // correction after which the edge is searched again [px]
+// Prior sigmas [px]: the shift may be anything; object and camera turn and grow little, which a
+// disc or half an outline does not determine.
 constexpr double kAnyShift = 100, kTurn = 0.15, kGrowth = 0.7, kAnyDent = 6;
 
-// With a tool that points nobody knows where, what is near its tip.
+// Whether the tool hides `p`. With an unknown direction: what is near its tip.
 bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p) {
   const Eigen::Vector2d from_tip = p - tool.p_I_tip;
   if (tool.d_I.isZero(0)) return from_tip.norm() < tool.width + kBesideTool;
@@ -45,7 +45,7 @@ bool Hides(const ObjectRegistrationMonitor::Bar& tool, const Eigen::Vector2d& p)
   return aside < 0.5 * tool.width + kBesideTool && from_tip.dot(tool.d_I) < kBeforeTip;
 }
 
-// What a motion that was measured as `moved`, of covariance C, is squared without what noise adds.
+// Square of a motion measured as `moved` with covariance C, without the part of the noise.
 Eigen::Matrix2d StandingOut(const Eigen::Vector2d& moved, const Eigen::Matrix2d& C) {
   const double square = moved.dot(C.inverse() * moved);
   const double share = square > 2 ? 1 - 2 / square : 0;
@@ -73,16 +73,15 @@ ObjectRegistrationMonitor::ObjectRegistrationMonitor(const cv::Mat& first, Curve
         view.ToImage(origin + unit * X_SO.linear().col(axis)) - view.ToImage(origin);
   }
   anchors_.resize(places.size());
-  looks_.reserve(places.size());
+  sights_.reserve(places.size());
   sorted_.reserve(places.size());
   Adopt(mesh);
   Reset();
 }
 
 void ObjectRegistrationMonitor::Reset() noexcept {
-  last_.setZero();
-  sighting_ = {};
-  sighting_.motion = MotionOf(last_);
+  match_ = {};
+  match_.sighting.motion = MotionOf(match_.x);
 }
 
 void ObjectRegistrationMonitor::Adopt(const BoundaryMesh& mesh) {
@@ -127,22 +126,22 @@ PictureMotion ObjectRegistrationMonitor::MotionOf(const Vector& x) const noexcep
 
 Curve ObjectRegistrationMonitor::Edge() const {
   Curve edge;
-  if (!sighting_.known) return edge;
-  const PictureMotion motion = MotionOf(last_);
+  if (!match_.sighting.known) return edge;
+  const PictureMotion motion = MotionOf(match_.x);
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     if (!anchors_[k].on_outline) continue;
-    edge.push_back(motion.Apply(edge_.places()[k].p_I + anchors_[k].dent_I * last_.tail<2>()));
+    edge.push_back(motion.Apply(edge_.places()[k].p_I + anchors_[k].dent_I * match_.x.tail<2>()));
   }
   return edge;
 }
 
-// Looks at every place where `x` says that it is now.
+// Searches every edge position where `x` predicts it.
 void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
                                        const Vector& x) noexcept {
   const PictureMotion motion = MotionOf(x);
   const Eigen::Matrix2d linear = motion.linear();
-  looks_.clear();
-  in_view_ = 0;
+  sights_.clear();
+  found_.sighting.places = 0;
   for (std::size_t k = 0; k < anchors_.size(); ++k) {
     if (!anchors_[k].on_outline) continue;
     const RestEdge::Place& place = edge_.places()[k];
@@ -152,31 +151,31 @@ void ObjectRegistrationMonitor::Gather(const cv::Mat& image, const Bar& tool,
     const bool in_picture = p.minCoeff() > kBorder && p.x() < image.cols - 1 - kBorder &&
                             p.y() < image.rows - 1 - kBorder;
     if (!in_picture || Hides(tool, p)) continue;
-    ++in_view_;
+    ++found_.sighting.places;
     const Eigen::Vector2d n = (linear * place.n_I).normalized();
     const int reach = std::min(RestEdge::kMostReach,
                                kReach + static_cast<int>(kDentReach * std::abs(n.dot(dent))));
     const auto offset = edge_.Locate(image, place, p, n, reach);
     if (!offset) continue;
-    Sight look{k,
-               *offset,
-               std::abs(n.x()) > std::abs(n.y()),
-               edge_.sharpness(),
-               edge_.exposure(),
-               std::hypot(kEdgeSigma, anchors_[k].dent_sigma * dent.norm()),
-               Vector::Zero()};
-    look.J.head<2>() = n;
-    look.J(2) = (arm.x() * n.y() - arm.y() * n.x()) / size_;
-    look.J(3) = arm.dot(n) / size_;
-    if (has_dent_) look.J.tail<2>() = (linear * anchors_[k].dent_I).transpose() * n;
-    looks_.push_back(look);
+    Sight sight{k,
+                *offset,
+                std::abs(n.x()) > std::abs(n.y()),
+                edge_.sharpness(),
+                edge_.exposure(),
+                std::hypot(kEdgeSigma, anchors_[k].dent_sigma * dent.norm()),
+                Vector::Zero()};
+    sight.J.head<2>() = n;
+    sight.J(2) = (arm.x() * n.y() - arm.y() * n.x()) / size_;
+    sight.J(3) = arm.dot(n) / size_;
+    if (has_dent_) sight.J.tail<2>() = (linear * anchors_[k].dent_I).transpose() * n;
+    sights_.push_back(sight);
   }
 }
 
 // Iteratively reweighted squares of the offsets gathered at `x`, which gets the correction. False:
 // too few places agree.
 bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
-  if (static_cast<int>(looks_.size()) < kFewest) return false;
+  if (static_cast<int>(sights_.size()) < kFewest) return false;
   Vector hold;  // 1 / sigma^2
   hold << 1 / (kAnyShift * kAnyShift), 1 / (kAnyShift * kAnyShift), 1 / (kTurn * kTurn),
       1 / (kGrowth * kGrowth), 1 / (kAnyDent * kAnyDent), 1 / (kAnyDent * kAnyDent);
@@ -184,18 +183,18 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
   double scale = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kRounds; ++round) {
     sorted_.clear();
-    for (const Sight& look : looks_) {
-      sorted_.push_back(std::abs(look.offset - look.J.dot(move)) / look.sigma);
+    for (const Sight& sight : sights_) {
+      sorted_.push_back(std::abs(sight.offset - sight.J.dot(move)) / sight.sigma);
     }
     scale = std::max(SigmaOfSizes(sorted_), 1.0);
     Matrix A = hold.asDiagonal();
     Vector b = hold.cwiseProduct(prior_ - x);
-    for (const Sight& look : looks_) {
-      const double u = (look.offset - look.J.dot(move)) / (kBiweightCut * scale * look.sigma);
+    for (const Sight& sight : sights_) {
+      const double u = (sight.offset - sight.J.dot(move)) / (kBiweightCut * scale * sight.sigma);
       if (std::abs(u) >= 1) continue;
-      const double weight = Biweight(u) / (scale * scale * look.sigma * look.sigma);
-      A += weight * look.J * look.J.transpose();
-      b += weight * look.offset * look.J;
+      const double weight = Biweight(u) / (scale * scale * sight.sigma * sight.sigma);
+      A += weight * sight.J * sight.J.transpose();
+      b += weight * sight.offset * sight.J;
     }
     const Eigen::LLT<Matrix> solver(A);
     const Vector next = solver.solve(b);
@@ -208,33 +207,35 @@ bool ObjectRegistrationMonitor::Fit(Vector& x) noexcept {
   }
   Compare(move, scale);
   x += move;
-  return x.allFinite() && agreeing_ >= std::max<double>(kFewest, kLeastAgreeing * in_view_);
+  const ObjectSighting& found = found_.sighting;
+  return x.allFinite() &&
+         found.agreeing >= std::max<double>(kFewest, kLeastAgreeing * found.places);
 }
 
-// Which places agree with the fit, and how long a piece of the edge lies off to one side.
+// Counts the positions that agree with the fit, and the longest run that lies off to one side.
 void ObjectRegistrationMonitor::Compare(const Vector& move, double scale) noexcept {
-  agreeing_ = 0;
-  sighting_.apart = 0;
+  ObjectSighting& found = found_.sighting;
+  found.agreeing = found.apart = 0;
   double square = 0, side = 0;
   int row = 0;
   std::size_t last = 0;
-  for (const Sight& look : looks_) {
-    const double error = look.offset - look.J.dot(move);
-    const bool agrees = std::abs(error) <= kAgrees * std::min(scale, kMostDisturbed) * look.sigma;
-    if (agrees) ++agreeing_, square += error * error;
+  for (const Sight& sight : sights_) {
+    const double error = sight.offset - sight.J.dot(move);
+    const bool agrees = std::abs(error) <= kAgrees * std::min(scale, kMostDisturbed) * sight.sigma;
+    if (agrees) ++found.agreeing, square += error * error;
     const bool is_apart = !agrees && std::abs(error) > kApart;
-    const bool goes_on = is_apart && row > 0 && look.place == last + 1 && error * side > 0;
+    const bool goes_on = is_apart && row > 0 && sight.place == last + 1 && error * side > 0;
     row = !is_apart ? 0 : goes_on ? row + 1 : 1;
-    sighting_.apart = std::max(sighting_.apart, row);
-    last = look.place, side = error;
+    found.apart = std::max(found.apart, row);
+    last = sight.place, side = error;
   }
-  sighting_.residual_px = agreeing_ > 0 ? std::sqrt(square / agreeing_) : 0;
+  found.residual_px = found.agreeing > 0 ? std::sqrt(square / found.agreeing) : 0;
 }
 
 double ObjectRegistrationMonitor::SharpnessAlong(bool along_x) noexcept {
   sorted_.clear();
-  for (const Sight& look : looks_) {
-    if (look.along_x == along_x) sorted_.push_back(look.sharpness);
+  for (const Sight& sight : sights_) {
+    if (sight.along_x == along_x) sorted_.push_back(sight.sharpness);
   }
   if (sorted_.size() < kFewest) return 1;
   return MedianOf(sorted_);
@@ -242,7 +243,7 @@ double ObjectRegistrationMonitor::SharpnessAlong(bool along_x) noexcept {
 
 double ObjectRegistrationMonitor::Exposure() noexcept {
   sorted_.clear();
-  for (const Sight& look : looks_) sorted_.push_back(look.exposure);
+  for (const Sight& sight : sights_) sorted_.push_back(sight.exposure);
   return MedianOf(sorted_);
 }
 
@@ -255,54 +256,64 @@ bool ObjectRegistrationMonitor::FitFrom(const cv::Mat& image, const Bar& tool, V
   return Fit(x);
 }
 
-const ObjectSighting& ObjectRegistrationMonitor::Process(
+ObjectRegistrationMonitor::Match ObjectRegistrationMonitor::Measure(
     const cv::Mat& image, const Bar& tool, const Eigen::Vector2d& expected_O) noexcept {
-  sighting_.known = sighting_.dent_known = false;
-  if (!edge_.Fits(image)) return sighting_;
-  Vector start = last_;
+  found_ = match_;
+  found_.sighting.known = found_.sighting.dent_known = false;
+  if (!edge_.Fits(image)) return found_;
+  Vector start = match_.x;
   start.tail<2>() = has_dent_ ? expected_O : Eigen::Vector2d(0, 0);
   prior_.setZero();
   prior_.tail<2>() = start.tail<2>();
   Vector x = start;
-  bool known = FitFrom(image, tool, x);
-  if (!known) {
+  bool is_fitted = FitFrom(image, tool, x);
+  if (!is_fitted) {
     x = start;
     x.head<2>() += edge_.FindShift(image, MotionOf(start));
-    known = FitFrom(image, tool, x);
+    is_fitted = FitFrom(image, tool, x);
   }
-  sighting_.places = in_view_;
-  sighting_.agreeing = agreeing_;
-  if (known) SetSighting(x, tool);
-  return sighting_;
+  if (!is_fitted) return found_;
+  const Vector before = std::exchange(found_.x, x);
+  SetSighting(tool);
+  if (!found_.sighting.known) found_.x = before;
+  return found_;
 }
 
-void ObjectRegistrationMonitor::SetSighting(const Vector& x, const Bar& tool) noexcept {
-  // How the picture's motion moves the place of the tip.
+void ObjectRegistrationMonitor::Accept(const Match& match) noexcept {
+  match_ = match;
+  if (sharpness_at_rest_ == 0 && match.sighting.known) {
+    sharpness_at_rest_ = match.sighting.sharpness_at_rest;
+  }
+}
+
+// The result of the fit x in the terms of a sighting.
+void ObjectRegistrationMonitor::SetSighting(const Bar& tool) noexcept {
+  const Vector& x = found_.x;
+  ObjectSighting& found = found_.sighting;
+  // How the image's motion moves the tip.
   const Eigen::Vector2d arm = (tool.p_I_tip - centre_ - x.head<2>()) / size_;
   Eigen::Matrix<double, 2, 4> J;
   J << 1, 0, -arm.y(), arm.x(), 0, 1, arm.x(), arm.y();
   const Eigen::Matrix2d C = J * covariance_.topLeftCorner<4, 4>() * J.transpose();
   const double sigma = std::sqrt(C.trace());
   if (!(sigma < kKnown)) return;
-  sighting_.known = true;
-  sighting_.sigma_px = sigma;
-  // What is no more than its own error would only shake the tip.
+  found.known = true;
+  found.sigma_px = sigma;
+  // A motion within its own error would only shake the tip.
   const bool still = x.head<4>().cwiseAbs().maxCoeff() < kStill;
-  sighting_.motion = MotionOf(still ? Vector(Vector::Zero()) : x);
-  sighting_.motion_covariance = still ? StandingOut(J * x.head<4>(), C) : C;
-  last_ = x;
+  found.motion = MotionOf(still ? Vector(Vector::Zero()) : x);
+  found.motion_covariance = still ? StandingOut(J * x.head<4>(), C) : C;
   const double sharpness = std::min(SharpnessAlong(true), SharpnessAlong(false));
-  if (sharpness_at_rest_ == 0) sharpness_at_rest_ = sharpness;
-  sighting_.sharpness_at_rest = sharpness_at_rest_;
-  sighting_.sharpness = sharpness / sharpness_at_rest_;
-  sighting_.exposure = Exposure();
-  sighting_.dent_O = x.tail<2>();
-  sighting_.dent_covariance = covariance_.bottomRightCorner<2, 2>();
-  // One direction is enough: without friction nothing tells of the other.
-  const Eigen::Matrix2d& C_dent = sighting_.dent_covariance;
+  found.sharpness_at_rest = sharpness_at_rest_ > 0 ? sharpness_at_rest_ : sharpness;
+  found.sharpness = sharpness / found.sharpness_at_rest;
+  found.exposure = Exposure();
+  found.dent_O = x.tail<2>();
+  found.dent_covariance = covariance_.bottomRightCorner<2, 2>();
+  // One direction is enough: without friction the other is not observable.
+  const Eigen::Matrix2d& C_dent = found.dent_covariance;
   const double mean = 0.5 * C_dent.trace();
   const double better = mean - std::sqrt(std::max(0.0, mean * mean - C_dent.determinant()));
-  sighting_.dent_known = has_dent_ && better < kDentKnown * kDentKnown;
+  found.dent_known = has_dent_ && better < kDentKnown * kDentKnown;
 }
 
 }  // namespace palpate

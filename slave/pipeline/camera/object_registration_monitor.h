@@ -18,6 +18,11 @@ namespace palpate {
 
 // One thread.
 class ObjectRegistrationMonitor {
+  static constexpr int kUnknowns =
+      6;  // shift x, y, rotation, growth, indentation x, y [px] [by definition]
+  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+
  public:
   // Occlusion of the edge: a bar of `width` [px] that ends at `p_I_tip` and points along the unit
   // vector `d_I`.
@@ -43,20 +48,23 @@ class ObjectRegistrationMonitor {
                const std::vector<Eigen::Vector3d>& along_y, const Patch& patch) noexcept;
   void ForgetDent() noexcept { has_dent_ = false; }
 
-  // `expected_O`: displacement of the patch that is to be expected [px], O. Real-time safe.
-  const ObjectSighting& Process(const cv::Mat& image, const Bar& tool,
-                                const Eigen::Vector2d& expected_O) noexcept;
-  [[nodiscard]] const ObjectSighting& sighting() const { return sighting_; }
+  // What an image shows, as Measure found it.
+  struct Match {
+    ObjectSighting sighting;
+    Vector x = Vector::Zero();
+  };
+  // Finds the edge in `image` from the last accepted match on. `expected_O`: displacement of the
+  // patch that is to be expected [px], O. Changes no match. Real-time safe.
+  [[nodiscard]] Match Measure(const cv::Mat& image, const Bar& tool,
+                              const Eigen::Vector2d& expected_O) noexcept;
+  // `match` is that of the last image.
+  void Accept(const Match& match) noexcept;
+  [[nodiscard]] const ObjectSighting& sighting() const { return match_.sighting; }
   // The edge of the first image with the observed motion and indentation [px]; empty: not observed.
   [[nodiscard]] Curve Edge() const;
   void Reset() noexcept;
 
  private:
-  static constexpr int kUnknowns =
-      6;  // shift x, y, rotation, growth, indentation x, y [px] [by definition]
-  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
-  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-
   struct Anchor {                  // normal of a point on the mesh
     std::size_t from = 0, to = 0;  // vertices
     double s = 0;                  // of the way between them [0, 1]
@@ -80,7 +88,7 @@ class ObjectRegistrationMonitor {
   void Compare(const Vector& move, double scale) noexcept;
   [[nodiscard]] double SharpnessAlong(bool along_x) noexcept;
   [[nodiscard]] double Exposure() noexcept;
-  void SetSighting(const Vector& x, const Bar& tool) noexcept;
+  void SetSighting(const Bar& tool) noexcept;
 
   CameraView view_;
   Eigen::Isometry3d X_SO_;
@@ -92,13 +100,13 @@ class ObjectRegistrationMonitor {
   bool has_dent_ = false;
   double sharpness_at_rest_ = 0;  // 0: not known yet
 
-  Vector prior_, last_;
-  std::vector<Sight> looks_;
-  std::vector<double> sorted_;
-  int in_view_ = 0;  // points that should be visible
-  int agreeing_ = 0;
+  Match match_;  // of the last image
+  // Of the Measure in progress.
+  Match found_;
+  Vector prior_;
   Matrix covariance_;
-  ObjectSighting sighting_;
+  std::vector<Sight> sights_;
+  std::vector<double> sorted_;
 };
 
 }  // namespace palpate

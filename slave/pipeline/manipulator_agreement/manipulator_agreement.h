@@ -1,71 +1,97 @@
 // Whether one camera and the manipulator's encoders agree on the tip, and whose motion an image
-// shows.
+// shows: the camera's or the object's.
 #pragma once
+
+#include <algorithm>
+#include <cmath>
 
 #include <Eigen/Core>
 
 #include "shared/state/clock.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
-#include "slave/pipeline/manipulator_agreement/arm_consistency_check.h"
-#include "slave/pipeline/manipulator_agreement/moving_object.h"
+#include "slave/pipeline/manipulator_agreement/encoder_registration.h"
+#include "slave/pipeline/manipulator_agreement/motion_trend.h"
 
 namespace palpate {
 
-// Allocation-free. Frame S.
+// Two hypotheses, each with a registration of the encoders. If the camera moved, the tip relative
+// to the object agrees with them; if the object moved, the tip in the image does. A sequential
+// probability ratio test (Wald, 1945) decides between both. Allocation-free. Frame S.
 class ManipulatorAgreement {
  public:
   struct Sight {
     Time at{};
     Eigen::Vector3d p_S_seen{0, 0, 0};       // tip in the image [m]
-    Eigen::Vector3d p_S_at_rest{0, 0, 0};    // relative to an object at rest, for the estimate [m]
-    double sigma = 0;                        // of both [m]
+    Eigen::Vector3d p_S_at_rest{0, 0, 0};    // of the estimate, relative to the object at rest [m]
+    double sigma = 0;                        // of both, per axis [m]
+    Eigen::Vector3d p_S_on_object{0, 0, 0};  // as seen, relative to the object at rest [m]
     bool object_known = false;               // the image shows the object
-    Eigen::Vector3d p_S_on_object{0, 0, 0};  // as seen, relative to an object at rest [m]
     double object_sigma = 0;                 // of the object's motion [m]
     double pixel = 0;                        // [m]
   };
 
-  // One image. Where the camera moved the image agrees with the encoders relative to the object,
-  // where the object moved it agrees as it is: one of both is enough.
+  // One image.
   void Update(const Sight& sight, const EncoderReading& reading) noexcept {
-    const double tolerance = kApart * sight.pixel + kSigmas * sight.sigma;
-    const bool in_image = in_image_.Agree(sight.p_S_seen, reading, tolerance);
-    const bool on_object = on_object_.Agree(sight.p_S_at_rest, reading, tolerance);
-    agrees_ = in_image || on_object;
-    parting_.setZero();
-    if (reading.is_of_picture) {  // else ImageLatencyEstimator knows better
-      const Eigen::Vector3d a = in_image_.PartingBeyond(kNoiseSigmas * sight.sigma);
-      const Eigen::Vector3d b = on_object_.PartingBeyond(kNoiseSigmas * sight.sigma);
-      parting_ = a.norm() < b.norm() ? a : b;
-    }
+    const double sigma = std::hypot(sight.sigma, kTipSigma * sight.pixel);
+    has_reading_ = true;
+    sigma_ = sight.sigma;
+    is_of_image_ = reading.is_of_picture;
+    if_object_moves_.Update(sight.p_S_seen, reading, sigma);
+    if_camera_moves_.Update(sight.p_S_at_rest, reading, sigma);
     if (!sight.object_known) return;
-    object_.Update(sight.at, sight.p_S_seen, sight.p_S_on_object, sight.object_sigma,
-                   kStill * sight.pixel, reading);
+    const double ratio = 0.5 * (if_camera_moves_.nis() - if_object_moves_.nis());
+    evidence_ += std::clamp(ratio, -kMostPerImage, kMostPerImage);
+    evidence_ = std::clamp(evidence_, -kSure, kSure);
+    if (evidence_ >= kSure) object_moves_ = true;
+    if (evidence_ <= -kSure) object_moves_ = false;
+    motion_ = {};
+    if (object_moves_) motion_.offset = sight.p_S_seen - sight.p_S_on_object;
+    trend_.Add(sight.at, motion_.offset, sight.object_sigma);
+    motion_.velocity = trend_.velocity();
+    motion_.velocity_error = trend_.error();
   }
   // No encoder reading belongs to this image.
-  void Skip() noexcept { agrees_ = true, parting_.setZero(); }
+  void Skip() noexcept { has_reading_ = false; }
 
-  [[nodiscard]] bool agrees() const { return agrees_; }
-  // Unexplained difference of image and encoders, S [m].
-  [[nodiscard]] const Eigen::Vector3d& parting() const { return parting_; }
-  [[nodiscard]] const SurfaceMotion& motion() const { return object_.motion(); }
+  [[nodiscard]] bool has_reading() const { return has_reading_; }
+  // The registration of the hypothesis that explains the last image better.
+  [[nodiscard]] const EncoderRegistration& registration() const {
+    const bool object = if_object_moves_.nis() < if_camera_moves_.nis();
+    return object ? if_object_moves_ : if_camera_moves_;
+  }
+  // Deviation of the tip from the encoders that its noise does not explain, S [m]. A live reading
+  // is compared by ImageLatencyEstimator instead.
+  [[nodiscard]] Eigen::Vector3d Unexplained() const noexcept {
+    Eigen::Vector3d unexplained = Eigen::Vector3d::Zero();
+    if (!has_reading_ || !is_of_image_) return unexplained;
+    const Eigen::Vector3d deviation = registration().deviation();
+    const double noise = kNoiseSigmas * sigma_, size = deviation.norm();
+    if (size > noise) unexplained = (1 - noise / size) * deviation;
+    return unexplained;
+  }
+  // Zero if the camera moves, or if nothing is decided.
+  [[nodiscard]] const SurfaceMotion& motion() const { return motion_; }
   void Reset() noexcept { *this = {}; }
 
-  // Distance of the tip from the encoder reading, after the start [px]. [tuned: late]
-  static constexpr double kApart = 0.3;
+  // Error of the tip that its tracker does not report [px]. [tuned: late]
+  static constexpr double kTipSigma = 0.1;
 
  private:
-  // The same by its sigma [-].
-  static constexpr double kSigmas = 3;
-  // Difference that is noise of the image alone [sigma].
-  static constexpr double kNoiseSigmas = 2;
-  // Difference that is no motion [px].
-  static constexpr double kStill = 1;
+  // Log-likelihood ratio at which a hypothesis is accepted: ln 10^4 [-]. [by definition]
+  static constexpr double kSure = 9.2;
+  // Part of it that one image may contribute: three must agree [-]. [tuned:
+  // ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesThen]
+  static constexpr double kMostPerImage = kSure / 3;
 
-  ArmConsistencyCheck in_image_, on_object_;
-  MovingObject object_;
-  Eigen::Vector3d parting_{0, 0, 0};
-  bool agrees_ = true;
+  // Deviation that is noise of the image alone [sigma]. [tuned: late]
+  static constexpr double kNoiseSigmas = 2;
+
+  EncoderRegistration if_object_moves_, if_camera_moves_;
+  double sigma_ = 0;     // of the last image's tip [m]
+  double evidence_ = 0;  // log-likelihood ratio, > 0: the object moves
+  bool object_moves_ = false, has_reading_ = false, is_of_image_ = false;
+  MotionTrend trend_;
+  SurfaceMotion motion_;
 };
 
 }  // namespace palpate

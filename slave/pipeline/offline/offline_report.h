@@ -14,7 +14,6 @@
 
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
-#include <nlohmann/json_fwd.hpp>
 
 #include "shared/state/slave_state.h"
 #include "shared/state/validity.h"
@@ -75,7 +74,7 @@ struct StateRow {
 };
 
 // The estimate for a camera's tool; `start`: of the run.
-StateRow RowOf(const ContactEstimate& felt, Time start,
+StateRow RowOf(const ContactEstimate& estimate, Time start,
                const std::optional<Eigen::Vector3d>& true_force);
 
 // Rows are flushed one by one, so that the file stays readable whatever happens.
@@ -109,7 +108,9 @@ struct OfflineSummary {
   nlohmann::ordered_json own;      // keys of this sense only
   std::vector<std::string> lines;  // further lines for people
 
-  [[nodiscard]] double rate() const;  // [1/s]
+  [[nodiscard]] double rate() const {  // [1/s]
+    return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
+  }
 };
 
 class OfflineReport {

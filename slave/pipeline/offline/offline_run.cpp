@@ -59,16 +59,16 @@ nlohmann::ordered_json ToJson(const OfflineSummary& s, const Scene& scene) {
   return json;
 }
 
-// How an insertion went: of the tool and where it was to go, S [m]; of samples, from 1.
+// Puncture of a simulated target. Samples count from 1; 0: none.
 struct Insertion {
   double closest = std::numeric_limits<double>::infinity();  // tip to target, once punctured [m]
-  std::uint64_t punctured = 0, told = 0;  // the first sample of it, and that told it; 0: none
+  std::uint64_t punctured = 0, detected = 0;                 // first sample
 
   void Add(std::uint64_t sample, const Truth& truth, const Eigen::Vector3d& p_S_target,
-           const ContactEstimate& felt) {
+           const ContactEstimate& estimate) {
     if (truth.punctured) closest = std::min(closest, (truth.p_S_tip - p_S_target).norm());
     if (truth.punctured && punctured == 0) punctured = sample;
-    if (felt.events.Has(Event::kPuncture) && told == 0) told = sample;
+    if (estimate.events.Has(Event::kPuncture) && detected == 0) detected = sample;
   }
 };
 
@@ -100,8 +100,12 @@ class Run {
   }
 
   OfflineSummary Go(const std::stop_token& stop) {
-    Stopwatch whole;
-    while (Acquire(stop)) ProcessSample();
+    Stopwatch whole, lap;
+    while (sense_->Acquire(stop)) {
+      summary_.capture.Add(lap.Lap());
+      ProcessSample();
+      lap.Lap();
+    }
     if (!stop.stop_requested()) RequireComplete();
     summary_.seconds = 1e-6 * whole.Lap();
     summary_.stages = sense_->Stages();
@@ -113,22 +117,15 @@ class Run {
   }
 
  private:
-  bool Acquire(const std::stop_token& stop) {
-    Stopwatch lap;
-    const bool acquired = sense_->Acquire(stop);
-    summary_.capture.Add(lap.Lap());
-    return acquired;
-  }
-
   void ProcessSample() {
     const std::optional<Truth> truth =
         simulation_ ? std::optional(simulation_->truth()) : std::nullopt;
     sense_->Process();
-    const ContactEstimate& felt =
+    const ContactEstimate& estimate =
         sense_->Estimate(truth ? truth->p_S_tip : scene_.manipulator.home);
-    if (summary_.frames++ == 0) start_ = felt.sensed_at;
+    if (summary_.frames++ == 0) start_ = estimate.sensed_at;
     if (const auto goal = simulation_ ? simulation_->goal() : std::nullopt; goal) {
-      insertion_.Add(summary_.frames, *truth, *goal, felt);
+      insertion_.Add(summary_.frames, *truth, *goal, estimate);
     }
     for (const StateRow& row : offline_report_->Add(start_, truth ? &*truth : nullptr)) {
       ++summary_.validity[std::string(ToString(row.validity))];
@@ -137,7 +134,7 @@ class Run {
       states_->Write(row);
     }
     if (options_.frames) offline_report_->WriteFrame(options_.out / "frames");
-    if (options_.pictures) WritePicture(felt.sample);
+    if (options_.pictures) WritePicture(estimate.sample);
     if (options_.progress) options_.progress(summary_.frames);
   }
 
@@ -149,7 +146,6 @@ class Run {
     WriteWholeFile(file, EncodeJpeg(picture->draw(), kJpegQuality));
   }
 
-  // For people and for whoever plays the hand.
   void ReportInsertion() {
     const auto goal = simulation_ ? simulation_->goal() : std::nullopt;
     if (!goal) return;
@@ -160,16 +156,17 @@ class Run {
     json["position_scale"] = scene_.operator_options.transform.position_scale;
     json["speed"] = scene_.operator_options.press_speed;
     json["punctured_sample"] = insertion_.punctured;
-    json["told_sample"] = insertion_.told;
+    json["told_sample"] = insertion_.detected;
     json["closest_m"] =
         is_near ? nlohmann::ordered_json(insertion_.closest) : nlohmann::ordered_json();
     summary_.lines.push_back(
-        is_near ? fmt::format(
-                      "puncture in image {}, {}; {:.1f} um from the target", insertion_.punctured,
-                      insertion_.told > 0 ? fmt::format("detected in image {}", insertion_.told)
+        is_near
+            ? fmt::format(
+                  "puncture in image {}, {}; {:.1f} um from the target", insertion_.punctured,
+                  insertion_.detected > 0 ? fmt::format("detected in image {}", insertion_.detected)
                                           : "not detected (model.puncture)",
-                      1e6 * insertion_.closest)
-                : "no puncture");
+                  1e6 * insertion_.closest)
+            : "no puncture");
   }
 
   void RequireComplete() const {
@@ -192,10 +189,6 @@ class Run {
 };
 
 }  // namespace
-
-double OfflineSummary::rate() const {
-  return seconds > 0 ? static_cast<double>(frames) / seconds : 0;
-}
 
 OfflineSummary RunOffline(const Scene& scene, const OfflineOptions& options,
                           const std::stop_token& stop) {

@@ -117,7 +117,7 @@ TEST_F(EstimatorTest, FindsTheRestSurfaceAndTheTip) {
 TEST_F(EstimatorTest, APressIsStiffnessTimesDepthAndPushesTheToolOut) {
   Estimator estimator = Make();
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
-  const ContactEstimate& felt = estimator.felt();
+  const ContactEstimate& felt = estimator.estimate();
   ASSERT_TRUE(felt.force);
   const double expected = 0.4143 * 127e3 * 0.009 * 0.003;
   EXPECT_NEAR(felt.force->y() / expected, 1, 0.07 / 3);
@@ -174,7 +174,7 @@ TEST_F(EstimatorTest, TheLocalModelFollowsTheHandBetweenPictures) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.0935));
   const Eigen::Vector3d beside(0.094, 0.081, 0);
-  EXPECT_NEAR(estimator.felt().local_model.Penetration(beside), 0.007, 0.1e-3);
+  EXPECT_NEAR(estimator.estimate().local_model.Penetration(beside), 0.007, 0.1e-3);
   const LocalModel local = estimator.LocalAt(beside);
   EXPECT_NEAR(local.Penetration(beside), -0.006, 0.1e-3);
   EXPECT_NEAR(local.normal.x(), 1, 1e-3);
@@ -196,7 +196,7 @@ TEST_F(EstimatorTest, ContactAndReleaseAreEachToldOnce) {
   }
   EXPECT_EQ(contacts, 1);
   EXPECT_EQ(releases, 1);
-  EXPECT_EQ(estimator.felt().force->norm(), 0);
+  EXPECT_EQ(estimator.estimate().force->norm(), 0);
 }
 
 // A bonded contact that was dragged sideways keeps its shear when the model is replaced under it.
@@ -206,7 +206,7 @@ TEST_F(EstimatorTest, ANewModelGoesOnWithTheContactAsItIs) {
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
   const Eigen::Vector3d before = estimator.Estimate(Draw(0.046, 0.085)).force.value();
-  const Eigen::Vector3d place = estimator.felt().p_S_contact;
+  const Eigen::Vector3d place = estimator.estimate().p_S_contact;
   EXPECT_LT(before.x(), -0.1);
   Scene stiffer = scene_;
   stiffer.object.material.young_modulus *= 2;
@@ -229,11 +229,12 @@ TEST_F(EstimatorTest, AnUnknownForceIsNotZero) {
   EXPECT_TRUE(found.force);
   // Found somewhere, it may be another thing that looks like it.
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(estimator.felt().validity, Validity::kExtrapolated) << i;
-    EXPECT_EQ(estimator.felt().check, FailedCheck::kTip) << i;
+    EXPECT_EQ(estimator.estimate().validity, Validity::kExtrapolated) << i;
+    EXPECT_EQ(estimator.estimate().check, FailedCheck::kTip) << i;
     estimator.Estimate(Draw(0.044, 0.092));
   }
-  EXPECT_EQ(estimator.felt().validity, Validity::kValid) << ToString(estimator.felt().check);
+  EXPECT_EQ(estimator.estimate().validity, Validity::kValid)
+      << ToString(estimator.estimate().check);
 }
 
 TEST_F(EstimatorTest, PicturesOfAnotherKindAreFlagged) {
@@ -244,7 +245,7 @@ TEST_F(EstimatorTest, PicturesOfAnotherKindAreFlagged) {
   deep.image.convertTo(deep.image, CV_32F);
   for (const Frame& bad : {small, empty, deep}) {
     EXPECT_EQ(estimator.Estimate(bad).validity, Validity::kTrackingLost);
-    EXPECT_FALSE(estimator.felt().force);
+    EXPECT_FALSE(estimator.estimate().force);
   }
   EXPECT_NE(estimator.Estimate(Draw(0.044, 0.092)).validity, Validity::kTrackingLost);
 }
@@ -256,7 +257,7 @@ TEST_F(EstimatorTest, ThePunctureCueDropsTheForceToZero) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.090));
   estimator.Estimate(Draw(0.044, 0.0865));
-  EXPECT_GT(estimator.felt().force->norm(), 0.5);
+  EXPECT_GT(estimator.estimate().force->norm(), 0.5);
   const ContactEstimate& felt = estimator.Estimate(Draw(0.044, 0.0855));
   EXPECT_TRUE(felt.events.Has(Event::kPuncture));
   EXPECT_EQ(felt.validity, Validity::kPunctured);
@@ -271,7 +272,7 @@ TEST_F(EstimatorTest, BeyondTheModelsRangeTheForceIsMarkedExtrapolated) {
   Estimator estimator = Make();
   estimator.Estimate(Draw(0.044, 0.090));
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0865)).validity, Validity::kValid)
-      << ToString(estimator.felt().check);
+      << ToString(estimator.estimate().check);
   EXPECT_EQ(estimator.Estimate(Draw(0.044, 0.0855)).validity, Validity::kExtrapolated);
 }
 
@@ -280,10 +281,10 @@ TEST_F(EstimatorTest, APressWithoutItsDentIsNotValid) {
   dents_ = false;
   Estimator estimator = Make();
   for (const double y : {0.094, 0.090, 0.087, 0.085}) estimator.Estimate(Draw(0.044, y));
-  EXPECT_NE(estimator.felt().validity, Validity::kValid);
-  EXPECT_EQ(estimator.felt().check, FailedCheck::kDent);
+  EXPECT_NE(estimator.estimate().validity, Validity::kValid);
+  EXPECT_EQ(estimator.estimate().check, FailedCheck::kDent);
   for (const double y : {0.087, 0.090, 0.092, 0.092, 0.092}) estimator.Estimate(Draw(0.044, y));
-  EXPECT_EQ(estimator.felt().validity, Validity::kValid) << "free again, it says so";
+  EXPECT_EQ(estimator.estimate().validity, Validity::kValid) << "free again, it says so";
 }
 
 // A hand stumbles against the camera in the middle of a press: everything jumps by up to 20 px, the
@@ -292,7 +293,7 @@ TEST_F(EstimatorTest, ABumpOfTheCameraIsPutRight) {
   for (const Eigen::Vector2d& way : {Eigen::Vector2d(20, 0), {0, -20}, {-14.3, 13.8}}) {
     Estimator estimator = Make();
     for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
-    const Eigen::Vector3d before = estimator.felt().force.value();
+    const Eigen::Vector3d before = estimator.estimate().force.value();
     const Frame still = Draw(0.044, 0.085);
     Frame bumped = still;
     bumped.image = cv::Mat();
@@ -312,7 +313,8 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
   scene_.object.material.young_modulus_tolerance = 0;
   Estimator estimator = Make();
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
-  const double before = estimator.felt().force.value().norm(), sigma = estimator.felt().sigma;
+  const double before = estimator.estimate().force.value().norm(),
+               sigma = estimator.estimate().sigma;
   Frame moved = Draw(0.044, 0.085);
   const cv::Matx23d motion(1, 0, 0, 0, 1, 0.14);
   cv::warpAffine(moved.image.clone(), moved.image, motion, moved.image.size(), cv::INTER_CUBIC,
@@ -331,7 +333,7 @@ TEST_F(EstimatorTest, MotionThatIsNotPutRightIsInSigma) {
 TEST_F(EstimatorTest, AZoomedPictureIsPutRight) {
   Estimator estimator = Make();
   for (int i = 0; i <= 9; ++i) estimator.Estimate(Draw(0.044, 0.094 - 0.001 * i));
-  const Eigen::Vector3d before = estimator.felt().force.value();
+  const Eigen::Vector3d before = estimator.estimate().force.value();
   Frame zoomed = Draw(0.044, 0.085);
   const double x = 0.5 * (zoomed.image.cols - 1), y = 0.5 * (zoomed.image.rows - 1);
   const cv::Matx23d growth(1.02, 0, -0.02 * x, 0, 1.02, -0.02 * y);

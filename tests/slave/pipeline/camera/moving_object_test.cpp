@@ -263,25 +263,32 @@ TEST_F(MovingObjectTest, APressIntoItIsFeltAsDeepAsItIs) {
   }
 }
 
-// A tip that goes up and down by 20 mm, a picture with noise of a tenth of a pixel, an arm whose
-// word is a period old and whose scale is 8 % off.
+// A tip that goes up and down by 20 mm, images with noise of a tenth of a pixel, encoders whose
+// reading is a period old and whose scale is 8 % off.
 class MotionOwnerTest : public testing::Test {
  protected:
-  static constexpr double kPixel = 0.17e-3, kScale = 1.08;  // [m], [-]
+  static constexpr double kPixel = 0.17e-3, kEncoderScale = 1.08;  // [m], [-]
 
   void Run(double seconds, const std::function<Vector3d(double)>& object,
            const std::function<Vector3d(double)>& camera) {
     for (const double end = t_ + seconds; t_ < end; t_ += 1 / kRate) {
       const auto tip = [](double t) { return Vector3d(0, 10e-3 * std::sin(2 * t), 0); };
       const auto noise = [this] { return Vector3d(spread_(random_), spread_(random_), 0); };
-      const Vector3d seen = tip(t_) - camera(t_) + noise();
-      const Vector3d moved = object(t_) - camera(t_) + noise();
-      owner.Update(seen, seen - moved, {kScale * tip(t_ - 1 / kRate), 1.5}, kPixel);
+      ManipulatorAgreement::Sight sight;
+      sight.at = At(t_);
+      sight.p_S_seen = tip(t_) - camera(t_) + noise();
+      sight.p_S_on_object = sight.p_S_seen - (object(t_) - camera(t_) + noise());
+      sight.p_S_at_rest = sight.p_S_on_object;
+      sight.sigma = sight.object_sigma = 0.1 * kPixel;
+      sight.object_known = true;
+      sight.pixel = kPixel;
+      agreement_.Update(sight, {kEncoderScale * tip(t_ - 1 / kRate), 1.5});
     }
   }
+  [[nodiscard]] bool IsObjects() const { return !agreement_.motion().offset.isZero(0); }
   static Vector3d Nothing(double /*t*/) { return Vector3d::Zero(); }
 
-  MotionDisambiguator owner;
+  ManipulatorAgreement agreement_;
 
  private:
   std::mt19937 random_{3};
@@ -293,20 +300,20 @@ TEST_F(MotionOwnerTest, ABumpIsTheCamerasAndAShiftTheObjectsWhateverTheTipDoesTh
   const auto step = [](double /*t*/) { return Vector3d(0, 1.5e-3, 0); };
   Run(2, Nothing, Nothing);
   Run(20, Nothing, step);
-  EXPECT_FALSE(owner.is_objects());
-  owner.Reset();
+  EXPECT_FALSE(IsObjects());
+  agreement_.Reset();
   Run(2, Nothing, Nothing);
   Run(3, step, Nothing);
-  EXPECT_TRUE(owner.is_objects());
+  EXPECT_TRUE(IsObjects());
   Run(20, step, Nothing);
-  EXPECT_TRUE(owner.is_objects());
+  EXPECT_TRUE(IsObjects());
 }
 
 TEST_F(MotionOwnerTest, BreathIsTheObjects) {
   Run(2, Nothing, Nothing);
   Run(
       4, [](double t) { return Vector3d(0, 2e-3 * std::sin(2.1 * t), 0); }, Nothing);
-  EXPECT_TRUE(owner.is_objects());
+  EXPECT_TRUE(IsObjects());
 }
 
 TEST(MotionTrendTest, ALineIsKnownAndABendWidens) {

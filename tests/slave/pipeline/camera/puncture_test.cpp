@@ -282,51 +282,37 @@ TEST(PunctureTest, PressesWithoutPunctureTellNone) {
   EXPECT_EQ(PressMany({0, kFewPresses}), 0);
 }
 
-// The cue by itself: each of its three conditions is needed.
-class CueTest : public testing::Test {
- protected:
-  CueTest() { cue_.Adopt(50e-6); }
-  bool Broke(double depth_um, double seen_part, bool known = true) {
-    const double expected = depth_um / 3;
-    return cue_.Broke({.depth = depth_um * 1e-6,
-                       .expected_px = expected,
-                       .dent_known = known,
-                       .seen_px = seen_part * expected,
-                       .sigma_px = 0.5});
-  }
-  PunctureCue cue_;
+// The cue by itself, of images in a row: depth [um], observed part of the expected indentation,
+// whether it is observed at all. Each of its three conditions is needed.
+struct CueImage {
+  double depth_um, observed;
+  bool known;
+  bool breaks;
 };
 
-TEST_F(CueTest, ADentThatIsGoneWhileTheToolIsDrivenInIsAPuncture) {
-  EXPECT_FALSE(Broke(80, 1));
-  EXPECT_TRUE(Broke(90, 0.05));
+void ExpectCue(const char* name, double from, const std::vector<CueImage>& images) {
+  PunctureCue cue;
+  cue.Adopt(from);
+  for (const CueImage& image : images) {
+    const double expected = image.depth_um / 3;
+    const bool broke = cue.Broke({.depth = image.depth_um * 1e-6,
+                                  .expected_px = expected,
+                                  .dent_known = image.known,
+                                  .seen_px = image.observed * expected,
+                                  .sigma_px = 0.5});
+    EXPECT_EQ(broke, image.breaks) << name << " at " << image.depth_um;
+  }
 }
 
-TEST_F(CueTest, AboveTheDepthWhereMembranesBreakItIsNone) {
-  EXPECT_FALSE(Broke(40, 1));
-  EXPECT_FALSE(Broke(45, 0.05));
-}
-
-TEST_F(CueTest, ARetreatIsNone) {
-  EXPECT_FALSE(Broke(120, 1));
-  EXPECT_FALSE(Broke(95, 0.05));
-}
-
-TEST_F(CueTest, ADentThatIsHiddenTellsNothing) {
-  EXPECT_FALSE(Broke(120, 1));
-  EXPECT_FALSE(Broke(125, 0, false));
-  EXPECT_TRUE(Broke(130, 0.05)) << "seen again";
-}
-
-TEST_F(CueTest, WhereNoDentWasSeenBeforeTwoPicturesMustAgree) {
-  EXPECT_FALSE(Broke(80, 0.05));
-  EXPECT_TRUE(Broke(85, 0.05));
-}
-
-TEST_F(CueTest, NobodyLooksUnlessTheSceneSaysSo) {
-  cue_.Adopt(0);
-  EXPECT_FALSE(Broke(80, 1));
-  EXPECT_FALSE(Broke(90, 0.05));
+TEST(CueTest, AnIndentationThatIsGoneWhileTheToolIsDrivenInIsAPuncture) {
+  constexpr double kFrom = 50e-6;
+  ExpectCue("driven in", kFrom, {{80, 1, true, false}, {90, 0.05, true, true}});
+  ExpectCue("too shallow", kFrom, {{40, 1, true, false}, {45, 0.05, true, false}});
+  ExpectCue("retreat", kFrom, {{120, 1, true, false}, {95, 0.05, true, false}});
+  ExpectCue("hidden", kFrom,
+            {{120, 1, true, false}, {125, 0, false, false}, {130, 0.05, true, true}});
+  ExpectCue("never observed: two images", kFrom, {{80, 0.05, true, false}, {85, 0.05, true, true}});
+  ExpectCue("switched off", 0, {{80, 1, true, false}, {90, 0.05, true, false}});
 }
 
 }  // namespace
