@@ -1,4 +1,4 @@
-#include "master/haptics/record/tick_summary.h"
+#include "master/session/tick_summary.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "master/haptics/record/tick_words.h"
+#include "master/session/tick_words.h"
 
 #include <algorithm>
 #include <array>

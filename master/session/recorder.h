@@ -12,9 +12,9 @@
 
 #include <Eigen/Core>
 
-#include "master/haptics/record/tick_summary.h"
 #include "master/haptics/spsc_ring.h"
 #include "master/haptics/tick_record.h"
+#include "master/session/tick_summary.h"
 #include "shared/state/clock.h"
 
 namespace palpate {
