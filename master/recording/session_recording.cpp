@@ -128,11 +128,12 @@ void SessionRecording::OnObserved(const google::protobuf::Message& message) {
 
 void SessionRecording::PutMesh(Time now, const v1::MeshState& mesh) {
   const bool has_topology = mesh.rest_size() > 0;
-  if (!IsDue(now, kViews.mesh_rate, &mesh_kept_) && !has_topology) return;
-  const int before = std::exchange(topology_part_, recording_.part());
+  const bool begins_part = topology_part_ != recording_.part();
+  if (!IsDue(now, kViews.mesh_rate, &mesh_kept_) && !has_topology && !begins_part) return;
+  topology_part_ = recording_.part();
   if (has_topology) {
     topology_ = std::make_unique<v1::MeshState>(mesh);
-  } else if (before != topology_part_ && topology_) {
+  } else if (begins_part && topology_) {
     v1::MeshState whole = mesh;
     *whole.mutable_elements() = topology_->elements();
     *whole.mutable_rest() = topology_->rest();
