@@ -3,7 +3,7 @@
 //   /master/tick           palpate.v1.ForceTick, 1000 a second: the force chain
 //   /master/command        palpate.v1.OperatorCommand, as sent
 //   /slave/state           palpate.v1.SlaveState, as received: time of arrival, master's clock
-//   /slave/picture         foxglove.CompressedImage, JPEG, at most two a second
+//   /slave/picture         foxglove.CompressedImage, JPEG with overlays, at most two a second
 //   /slave/mesh            palpate.v1.MeshState, at most two a second
 //   /slave/trace           palpate.v1.TraceUpdate: times of each sample in the stages of the slave
 //   /slave/scene, /capabilities   at each change
