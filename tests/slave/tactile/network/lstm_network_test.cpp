@@ -67,17 +67,6 @@ TEST(LstmNetworkTest, AnyShapeIsTheReference) {
   }
 }
 
-// Reference and tolerance as above, for layers of gated recurrent units.
-TEST(LstmNetworkTest, GatedRecurrentUnitsAreTheReference) {
-  RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 7);
-  for (const LstmLayer& layer : network.weights.lstm) {
-    network.weights.gru.push_back(
-        {layer.kernel.leftCols(60), layer.bias.head(60), layer.bias.tail(20)});
-  }
-  network.weights.lstm.clear();
-  EXPECT_LT(WorstWindow(network, RandomSignals(120, 150, 8)), 1e-12);
-}
-
 // Law: without weights and biases no gate opens to anything: tanh(0) is 0 exactly.
 TEST(LstmNetworkTest, ANetworkOfZerosGivesItsOutputMeanExactly) {
   RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0, 9);
