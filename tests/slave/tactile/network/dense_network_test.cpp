@@ -89,17 +89,5 @@ TEST(DenseNetworkTest, OutputsBeyondAllNumbersAreNone) {
   EXPECT_FALSE(estimate->Push(sample, outputs));
 }
 
-TEST(DenseNetworkTest, PushingAllocatesNothing) {
-  for (const char* architecture : {"dnn_21", "tnn_21"}) {
-    const RandomNetwork network = MakeRandomNetwork(architecture, 20, 0.5f, 5);
-    const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
-    const auto samples = RandomSignals(100, 150, 6);
-    Outputs outputs{};
-    const long before = AllocationCount();
-    for (const auto& sample : samples) estimate->Push(sample, outputs);
-    EXPECT_EQ(AllocationCount(), before);
-  }
-}
-
 }  // namespace
 }  // namespace palpate
