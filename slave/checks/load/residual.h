@@ -2,7 +2,7 @@
 // noise, with a share of the deflection for the error of the model.
 #pragma once
 
-#include "slave/checks/consistency.h"
+#include "slave/checks/chi_square.h"
 #include "slave/checks/load/fit_sample.h"
 #include "slave/checks/load/load_limits.h"
 
@@ -22,8 +22,8 @@ class ResidualCheck final : public Check<FitSample> {
     const double rest = sample.rest_residual;
     // Without a load the residual is what that at rest is learnt from.
     const bool is_known = rest > 0 && sample.freedom > 0 && sample.load.force != 0;
-    const double noise = is_known ? rest * rest * Consistency::Gate(sample.freedom) / sample.freedom
-                                  : noise_ * noise_;
+    const double noise =
+        is_known ? rest * rest * ChiSquareGate(sample.freedom) / sample.freedom : noise_ * noise_;
     const double model = sample.sigma > 0 ? model_error_ * sample.deepest / sample.sigma : 0;
     if (sample.load.residual * sample.load.residual <= noise + model * model) return;
     findings->Fail(FailedCheck::kMisfit,
