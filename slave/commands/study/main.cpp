@@ -7,6 +7,7 @@ namespace {
 
 constexpr const char* kExamples = R"(Examples:
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --budget 60
+  palpate-slave study deploy/scenes/silicone-block.yaml --out build/study --end-to-end
   palpate-slave study deploy/scenes/silicone-block.yaml --out build/shards --shard 3/8
   palpate-slave study deploy/scenes/silicone-block.yaml --merge build/shards)";
 
@@ -19,10 +20,18 @@ void AddOptions(CLI::App* command, StudyOptions* options) {
                             ->capture_default_str();
   CLI::Option* shard = Add(command, "--shard", &options->shard, "I/N",
                            "Measure only part I of N of the models; run again, it continues");
-  Add(command, "--merge", &options->merge, "DIR",
-      "Make the study of all parts in DIR, with the same scene and overrides; --out is DIR")
+  CLI::Option* merge =
+      Add(command, "--merge", &options->merge, "DIR",
+          "Make the study of all parts in DIR, with the same scene and overrides; --out is DIR")
+          ->excludes(shard)
+          ->excludes(budget);
+  command
+      ->add_flag("--end-to-end", options->end_to_end,
+                 "Measure instead what each stage adds to the error of the rendered force")
       ->excludes(shard)
-      ->excludes(budget);
+      ->excludes(merge);
+  Add(command, "--delay", &options->delay, "FLOAT:s", "Delay of the link for --end-to-end")
+      ->capture_default_str();
 }
 
 }  // namespace

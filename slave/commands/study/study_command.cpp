@@ -8,6 +8,7 @@
 #include "slave/commands/progress_bar.h"
 #include "slave/commands/running_scene.h"
 #include "slave/commands/scene_remarks.h"
+#include "slave/commands/study/end_to_end.h"
 #include "slave/commands/study/shards.h"
 #include "slave/scene/scene_loader.h"
 #include "slave/study/auto_model.h"
@@ -16,6 +17,17 @@
 
 namespace palpate {
 namespace {
+
+int RunEndToEnd(const StudyOptions& options, const std::stop_token& stop) {
+  const Scene scene = LoadRunningScene(options.scene, options.overrides, SceneUse::kFull, stop);
+  RequireOtherThan("--out", options.out, {"end_to_end.json", "end_to_end.svg"},
+                   InputFilesOf(scene));
+  std::filesystem::create_directories(options.out);
+  const EndToEndBudget budget = MeasureEndToEnd(scene, options.delay, stop);
+  WriteBudget(budget, options.out);
+  std::fputs(ToTable(budget).c_str(), stdout);
+  return budget.total > 0 ? 0 : 1;
+}
 
 // Rewritten after every model.
 study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& settings,
@@ -30,6 +42,7 @@ study::StudyResult RunWhole(const Scene& scene, const study::StudySettings& sett
 int RunStudyCommand(const StudyOptions& options, const std::stop_token& stop) {
   const auto& out = options.out.empty() ? options.merge : options.out;
   if (out.empty()) throw std::invalid_argument("--out is required: accepted is a folder");
+  if (options.end_to_end) return RunEndToEnd(options, stop);
   study::StudySettings settings;
   if (!options.shard.empty()) settings.shard = ParseShard(options.shard);
   const Scene scene = LoadScene(options.scene, options.overrides, SceneUse::kSolve);

@@ -16,6 +16,10 @@ struct StudyOptions {
   double budget = 120;                 // of all models together, or of a shard's [s], > 0
   std::string shard;                   // i/n: only this part, as a file in `out`; empty: all
   std::filesystem::path merge;         // folder of all parts, to be put together; empty: measure
+  // Instead: the error budget of the rendered force, as end_to_end.json, end_to_end.svg and a
+  // table.
+  bool end_to_end = false;
+  double delay = 0.02;  // of its link [s]
 };
 
 // 0: studied, or stopped after at least one result (the files contain it); 1: no result, or a shard
