@@ -15,7 +15,9 @@ constexpr double kLeastEdge = 3;  // total step across a clear edge [1/255 of fu
 // Cosine between the normals before and after a point. [-] [tuned:
 // BothPolaritiesAndADeepPictureGiveTheSameEdge]
 constexpr double kStraight = 0.97;
-constexpr double kLeastContrast = 0.35;  // of the median edge, below which a point is left out
+constexpr std::size_t kNeighbours = 4;       // to either side, that tell whether an edge jumps
+constexpr double kLeastJump = 1, kJump = 4;  // what counts as one: [px], of the median jump
+constexpr double kLeastContrast = 0.35;      // of the median edge, below which a point is left out
 
 struct Edge {
   double place = 0;  // along the normal [px]
@@ -69,6 +71,28 @@ bool Rises(const std::vector<Ray>& rays) {
   return balance >= 0;
 }
 
+// Where the edge jumps away from those around it, farther than edges here do as a rule, another
+// edge was taken for it.
+void DropJumps(std::vector<std::optional<Edge>>& edges) {
+  const std::size_t n = edges.size();
+  if (n <= 2 * kNeighbours) return;
+  std::vector<double> jumps(n, 0), found;
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!edges[k]) continue;
+    std::vector<double> around;
+    for (std::size_t j = n + k - kNeighbours; j <= n + k + kNeighbours; ++j) {
+      if (edges[j % n]) around.push_back(edges[j % n]->place);
+    }
+    jumps[k] = std::abs(edges[k]->place - MedianOf(around));
+    found.push_back(jumps[k]);
+  }
+  if (found.empty()) return;
+  const double largest = std::max(kLeastJump, kJump * MedianOf(found));
+  for (std::size_t k = 0; k < n; ++k) {
+    if (jumps[k] > largest) edges[k].reset();
+  }
+}
+
 }  // namespace
 
 Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView contour,
@@ -79,17 +103,20 @@ Curve RefineContour(const cv::Mat& image, const GreyFormat& format, CurveView co
   const std::vector<Ray> rays = RaysAcross(image, format, Resample(contour, count), options.reach);
   const bool rises = Rises(rays);
 
-  const auto edge_of = [&](const Ray& ray) { return rises ? ray.rising : ray.falling; };
+  std::vector<std::optional<Edge>> edges;
   std::vector<double> steps;
   for (const Ray& ray : rays) {
-    if (const auto edge = edge_of(ray)) steps.push_back(edge->step);
+    edges.push_back(rises ? ray.rising : ray.falling);
+    if (edges.back()) steps.push_back(edges.back()->step);
   }
   if (steps.empty()) return {};
   const double least = std::max(kLeastEdge, kLeastContrast * MedianOf(steps));
+
+  DropJumps(edges);
   Curve refined;
-  for (const Ray& ray : rays) {
-    const auto edge = edge_of(ray);
-    if (edge && edge->step >= least) refined.push_back(ray.p + edge->place * ray.n);
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    if (edges[k] && edges[k]->step >= least)
+      refined.push_back(rays[k].p + edges[k]->place * rays[k].n);
   }
   return refined;
 }

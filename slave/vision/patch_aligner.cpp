@@ -266,12 +266,16 @@ void PatchAligner::Conclude(const Sums& sums, bool affine, Match* match) const n
   match->converged = match->covariance.allFinite();
 }
 
-PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey,
-                                                const PatchWarp& start) noexcept {
+PatchAligner::Match PatchAligner::AlignRobustly(const cv::Mat& grey, const PatchWarp& start,
+                                                std::span<const float> trust) noexcept {
   Match match;
   match.warp = start;
   if (!textured_) return match;
-  trust_.setOnes();
+  if (trust.empty()) {
+    trust_.setOnes();
+  } else {
+    trust_ = Eigen::Map<const Eigen::VectorXf>(trust.data(), count_);
+  }
   Fit fit;
   Eigen::Matrix4d inverse;
   double last = 1;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -59,8 +60,10 @@ class PatchAligner {
   // Aligns from within a few pixels of the result.
   Match Align(const cv::Mat& grey, const PatchWarp& start, Freedom freedom) noexcept;
   // Aligns a shift of at most 3 px by iteratively reweighted squares (Tukey): changed parts, such
-  // as a reflection, a wire or the edge of a shadow, are excluded.
-  Match AlignRobustly(const cv::Mat& grey, const PatchWarp& start) noexcept;
+  // as a reflection, a wire or the edge of a shadow, are excluded. `trust`: one per pixel of the
+  // patch, 0 for those excluded at first; empty: all are used.
+  Match AlignRobustly(const cv::Mat& grey, const PatchWarp& start,
+                      std::span<const float> trust) noexcept;
   // Correlation at one position; -1 outside the image or without contrast.
   double Score(const cv::Mat& grey, const PatchWarp& warp) noexcept;
 

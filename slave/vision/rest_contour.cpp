@@ -7,26 +7,30 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "slave/vision/edge_path.h"
 #include "slave/vision/snake.h"
 
 namespace palpate {
 namespace {
 
 constexpr int kSettleRounds = 60;
-// Before it settles in the image itself, in blurred ones: sigma, for a start found in the image and
-// for one given by a person [px].
+// Before it settles in the picture itself, in blurred ones: sigma [px], for a start found in the
+// picture and for one given by a person.
 constexpr std::array kFoundBlurs = {1.5};
 constexpr std::array kGivenBlurs = {4.0, 2.0, 1.0};
-constexpr int kLeastImage = 16;  // edge [px] [derived: StartsThatLeadNowhereAreRefused]
+constexpr int kLeastPicture = 16;  // edge [px]
+// At start, the snake against the shape it started from.
+constexpr double kLeastClosed = 0.7;    // of an edge around a start that a person gave
+constexpr double kGivenIsBetter = 1.1;  // than another around it, in strength and closedness
 // Of the outline: 0.64 and more of real embryos, up to 0.61 of flares, rims, rings and torn shells.
 // [-] [tuned: StartsFromACircleOrAPolygonOfTheScene]
 constexpr double kLeastClear = 0.625;
-constexpr double kGradientBlur = 1.5;  // against noise and fine texture [px]
 constexpr double kLeastSettled = 0.4, kMostSettled = 2.0;
 
 Curve CircleCurve(const ContourTracking::Circle& circle) {
@@ -49,13 +53,14 @@ cv::Mat AsGrey8(const cv::Mat& image, const GreyFormat& format) {
   return grey8;
 }
 
-// Where to start: at what was found, or what a person gave.
-Curve StartCurve(const ContourTracking& options, const cv::Mat& first, const GreyFormat& format,
-                 double tool_width, bool clockwise_I) {
-  if (std::min(first.cols, first.rows) < kLeastImage) {
+// Where to start: at what was found, or what a person gave and, if that is far off, at the edge
+// around it.
+std::vector<Curve> StartCurves(const ContourTracking& options, const cv::Mat& first,
+                               const GreyFormat& format, double tool_width, bool clockwise_I) {
+  if (std::min(first.cols, first.rows) < kLeastPicture) {
     throw std::runtime_error("no contour found: the image is " + std::to_string(first.cols) +
                              " x " + std::to_string(first.rows) + " px: accepted are edges of " +
-                             std::to_string(kLeastImage) + " px or more");
+                             std::to_string(kLeastPicture) + " px or more");
   }
   Curve start;
   if (const auto* circle = std::get_if<ContourTracking::Circle>(&options.start)) {
@@ -74,9 +79,17 @@ Curve StartCurve(const ContourTracking& options, const cv::Mat& first, const Gre
     throw std::runtime_error("sense.contour.start is too small for " +
                              std::to_string(options.control_points) + " control points");
   }
-  // Positive area in axes x right, y down is clockwise to the eye.
-  if ((CurveArea(start) > 0) != clockwise_I) std::reverse(start.begin(), start.end());
-  return start;
+  std::vector<Curve> starts = {std::move(start)};
+  const bool given = !std::holds_alternative<std::monostate>(options.start);
+  if (given && !CrossesItself(starts.front())) {
+    EdgePath around = FollowEdgeAround(AsGrey8(first, format), starts.front());
+    if (around.closedness > kLeastClosed) starts.push_back(std::move(around.curve));
+  }
+  for (Curve& curve : starts) {
+    // Positive area in axes x right, y down is clockwise to the eye.
+    if ((CurveArea(curve) > 0) != clockwise_I) std::reverse(curve.begin(), curve.end());
+  }
+  return starts;
 }
 
 // A snake sees no farther than the edge's blur; so the image is blurred, much, then less.
@@ -101,33 +114,6 @@ Curve Settle(const ContourTracking& options, const cv::Mat& first, const GreyFor
   return snake.points();
 }
 
-// The gradient, with its magnitude bent to 0 ... 1.
-class BentGradient {
- public:
-  explicit BentGradient(const cv::Mat& image) {
-    cv::Mat smooth;
-    cv::GaussianBlur(image, smooth, {}, kGradientBlur);
-    cv::Sobel(smooth, gx_, CV_32F, 1, 0, 3, 0.125);
-    cv::Sobel(smooth, gy_, CV_32F, 0, 1, 3, 0.125);
-    cv::magnitude(gx_, gy_, magnitude_);
-    half_ = static_cast<float>(2 * cv::mean(magnitude_)[0] + 0.1);
-  }
-  // Along the unit vector `n`; 0 outside the image.
-  [[nodiscard]] float Along(const Eigen::Vector2d& p, const Eigen::Vector2d& n) const {
-    const bool inside =
-        p.x() >= 1 && p.y() >= 1 && p.x() < gx_.cols - 1 && p.y() < gx_.rows - 1;  // false for NaN
-    if (!inside) return 0;
-    const cv::Point at(cvRound(p.x()), cvRound(p.y()));
-    const auto g = gx_.at<float>(at) * static_cast<float>(n.x()) +
-                   gy_.at<float>(at) * static_cast<float>(n.y());
-    return g / (magnitude_.at<float>(at) + half_);
-  }
-
- private:
-  cv::Mat gx_, gy_, magnitude_;
-  float half_ = 0;
-};
-
 Curve MeasureClearEdge(const cv::Mat& first, const GreyFormat& format, CurveView outline) {
   Curve edge = RefineContour(first, format, outline);
   const double wanted = CurveLength(outline) / RefinementOptions().spacing;
@@ -143,33 +129,26 @@ Curve MeasureClearEdge(const cv::Mat& first, const GreyFormat& format, CurveView
 
 RestContour FindRestContour(const ContourTracking& options, const cv::Mat& first,
                             const GreyFormat& format, double tool_width, bool clockwise_I) {
+  const std::vector<Curve> starts = StartCurves(options, first, format, tool_width, clockwise_I);
   const bool given = !std::holds_alternative<std::monostate>(options.start);
-  const Curve start = StartCurve(options, first, format, tool_width, clockwise_I);
-  RestContour contour;
-  contour.outline = Settle(options, first, format, start,
-                           given ? std::span<const double>(kGivenBlurs) : kFoundBlurs);
-  contour.edge = MeasureClearEdge(first, format, contour.outline);
-  return contour;
-}
-
-EdgeQuality MeasureEdge(const cv::Mat& image, CurveView outline) {
-  constexpr int kPoints = 128;     // along the outline
-  constexpr double kAnEdge = 0.2;  // bent gradient of an edge, not of texture [-]
-  const BentGradient gradient(image);
-  const Curve even = Resample(outline, kPoints);
-  EdgeQuality best;
-  for (const double sign : {-1.0, 1.0}) {
-    EdgeQuality quality;
-    for (std::size_t i = 0; i < even.size(); ++i) {
-      const Eigen::Vector2d t =
-          even[(i + 1) % even.size()] - even[(i + even.size() - 1) % even.size()];
-      const Eigen::Vector2d n = Eigen::Vector2d(t.y(), -t.x()).stableNormalized();
-      const double edge = sign * gradient.Along(even[i], n);
-      quality.strength += edge / kPoints;
-      quality.closedness += edge > kAnEdge ? 1.0 / kPoints : 0;
+  const cv::Mat grey8 = AsGrey8(first, format);
+  RestContour best;
+  double most = -1;
+  std::string why;
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    const bool by_person = given && k == 0;
+    try {
+      Curve outline = Settle(options, first, format, starts[k],
+                             by_person ? std::span<const double>(kGivenBlurs) : kFoundBlurs);
+      Curve edge = MeasureClearEdge(first, format, outline);
+      const EdgePath path = MeasureEdge(grey8, outline);
+      const double worth = path.strength * path.closedness * (k == 0 ? kGivenIsBetter : 1);
+      if (worth > most) best = {std::move(outline), std::move(edge)}, most = worth;
+    } catch (const std::runtime_error& error) {
+      if (why.empty()) why = error.what();
     }
-    if (quality.strength > best.strength) best = quality;
   }
+  if (best.outline.empty()) throw std::runtime_error(why);
   return best;
 }
 

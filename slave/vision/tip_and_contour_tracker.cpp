@@ -16,6 +16,7 @@
 #include "shared/text/text.h"
 #include "slave/capture/codecs/codecs.h"
 #include "slave/vision/closed_curve.h"
+#include "slave/vision/edge_path.h"
 #include "slave/vision/grey.h"
 #include "slave/vision/observation.h"
 #include "slave/vision/rest_contour.h"
@@ -24,7 +25,7 @@
 namespace palpate {
 namespace {
 
-// Of an outline that only the image tells: part with an edge, roundness (1: a circle), and mean
+// Of an outline that only the picture tells: part with an edge, roundness (1: a circle), and mean
 // strength of the edge (of at most 1) unless it is very round.
 constexpr double kLeastClosed = 0.8, kLeastRound = 0.55, kVeryRound = 0.95, kClearEdge = 0.55;
 
@@ -39,14 +40,14 @@ const Camera& CameraOf(const Scene& scene) {
   return *scene.sense.Find<Camera>();
 }
 
-// The scene's direction of the tool in the image; zero: only the image can tell.
+// The scene's direction of the tool in the picture; zero: only the picture can tell.
 Eigen::Vector2d GivenDirection(const Scene& scene, const CameraView& view) {
   if (!scene.tool) return {0, 0};
   const Eigen::Vector3d d_S(scene.tool->direction.x(), scene.tool->direction.y(), 0);
   return (view.ToImage(view.pixel() * d_S) - view.ToImage({0, 0, 0})).stableNormalized();
 }
 
-// Nothing but the image tells the outline, and nobody told where in the image it is.
+// Nothing but the picture tells the outline, and nobody told where in the picture it is.
 bool IsOnlySeen(const Scene& scene) {
   const bool found =
       std::holds_alternative<std::monostate>(scene.sense.Find<ContourTracking>()->start);
@@ -60,7 +61,7 @@ void RequireConvincing(const cv::Mat& first, CurveView outline) {
   first.convertTo(drawn, CV_8U, first.depth() == CV_16U ? 1.0 / 257 : 1.0);
   if (drawn.channels() == 3) cv::cvtColor(drawn, grey8, cv::COLOR_BGR2GRAY);
   if (drawn.channels() == 1) grey8 = drawn;
-  const EdgeQuality edge = MeasureEdge(grey8, outline);
+  const EdgePath edge = MeasureEdge(grey8, outline);
   const double length = CurveLength(outline);
   const double roundness = 4 * std::numbers::pi * std::abs(CurveArea(outline)) / (length * length);
   const bool clear = edge.strength > kClearEdge || roundness > kVeryRound;
@@ -144,8 +145,8 @@ struct TipAndContourTracker::Parts {
   }
 
   GreyFormat format;
-  double noise = 0;                 // of the first image [1/255 of full scale]
-  Eigen::Vector2d direction{0, 0};  // of the tool in the image; zero: nobody knows
+  double noise = 0;                 // of the first picture [1/255 of full scale]
+  Eigen::Vector2d direction{0, 0};  // of the tool in the picture; zero: nobody knows
   std::optional<TipTracker> tip;
   RestContour contour;
   Observation observation;

@@ -16,9 +16,12 @@ namespace {
 
 constexpr int kSmallest = 5, kLargest = 512;  // edge of a template [px]
 constexpr int kSide = 6;                      // background beside the tool [px]
-constexpr double kBeforeTip = 1;      // the blurred end itself already shows what lies beyond [px]
-constexpr double kBeyondTip = 4;      // taken in where the tool has no marks [px]
-constexpr double kWorstSigma = 0.15;  // of the tip along the tool, by the template's marks [px]
+constexpr int kReach = 10;                    // of the search around the template [px]
+constexpr double kBeforeTip = 1;  // the blurred end itself already shows what lies beyond [px]
+constexpr double kBeyondTip = 4;  // taken in where the tool has no marks [px]
+// A template that promises less is not good enough [px]; where a picture is noisy, by its noise
+// [levels]: the object below the tool's end, once it is there, draws the tip by a pixel.
+constexpr double kWorstSigma = 0.15, kWorstByNoise = 0.02;
 
 // Search of the tool's direction: how far along its sides [widths], how far across [px], angles.
 constexpr double kSideLength = 4, kSideStep = 2;
@@ -29,23 +32,50 @@ bool HasContrast(const GreyPatch& pixels) {
   return *high > *low;
 }
 
+// What bands across the tool tell of its place along `d`, their noise apart [levels^2/px^2]: in
+// their means noise is so small that they show where single pixels do not.
+double InformationOfBands(const TipTemplate& tip, const Eigen::Vector2d& d, double width,
+                          double noise) {
+  std::vector<double> sums, counts;
+  for (int y = 0; y < tip.pixels.height; ++y) {
+    for (int x = 0; x < tip.pixels.width; ++x) {
+      const Eigen::Vector2d p = Eigen::Vector2d(x, y) - tip.anchor;
+      const double aside = std::abs(p.x() * d.y() - p.y() * d.x()), behind = -p.dot(d);
+      if (aside > 0.5 * width - kBeforeTip || behind < 0) continue;
+      const auto band = static_cast<std::size_t>(behind);
+      if (band >= sums.size()) sums.resize(band + 1), counts.resize(band + 1);
+      sums[band] += tip.pixels.At(x, y), counts[band] += 1;
+    }
+  }
+  double information = 0;
+  for (std::size_t k = 1; k + 1 < sums.size(); ++k) {
+    if (counts[k - 1] == 0 || counts[k + 1] == 0) continue;
+    const double change = (sums[k + 1] / counts[k + 1] - sums[k - 1] / counts[k - 1]) / 2;
+    const double of_noise = noise * noise / 4 * (1 / counts[k + 1] + 1 / counts[k - 1]);
+    information += counts[k] * (change * change - of_noise);
+  }
+  return information;
+}
+
 // Does the template tell where along `d` the tool is? Noise has gradients too, which tell nothing:
 // a central difference of it has half its variance.
-bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d) {
+bool LocatesAlong(const TipTemplate& tip, const Eigen::Vector2d& d, double width) {
   const PatchAligner aligner = tip.Aligner();
   if (!aligner.textured()) return false;
   const double noise = std::max(NoiseOf(tip.pixels), 0.5);
   double used = 0;
   for (const float w : tip.weights) used += w;
-  const double information = d.dot(aligner.information() * d) - 0.5 * noise * noise * used;
-  return information > 2 * noise * noise / (kWorstSigma * kWorstSigma);
+  const double of_pixels = d.dot(aligner.information() * d) - 0.5 * noise * noise * used;
+  const auto least = [noise](double sigma) { return 2 * noise * noise / (sigma * sigma); };
+  const double worst = std::max(kWorstSigma, kWorstByNoise * noise);
+  return of_pixels > least(kWorstSigma) || InformationOfBands(tip, d, width, noise) > least(worst);
 }
 
 // The upright box around a piece of the tool (and kSide of background beside it) that ends, with
 // its farthest corner, `beyond` past the tip (before it: negative) in the direction of `d`. It is
 // `length` long in the direction nearest to the tool's.
 cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width, int length,
-                  double beyond, const cv::Size& image) {
+                  double beyond, const cv::Size& picture) {
   const double half = 0.5 * width + kSide;
   const Eigen::Vector2d along = d.cwiseAbs(), across(along.y(), along.x());
   const double end = 2 * half * along.prod() - beyond;  // of the piece, behind the tip
@@ -56,7 +86,7 @@ cv::Rect WindowAt(const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double w
   const cv::Point first(static_cast<int>(std::ceil(low.x())), static_cast<int>(std::ceil(low.y())));
   const cv::Point last(static_cast<int>(std::floor(high.x())),
                        static_cast<int>(std::floor(high.y())));
-  return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), image);
+  return cv::Rect(first, last + cv::Point(1, 1)) & cv::Rect(cv::Point(), picture);
 }
 
 // Beside the tool's end the dented object comes into view.
@@ -70,6 +100,7 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
                 const Eigen::Vector2d& tip, const Eigen::Vector2d& d, double width) {
   TipTemplate cut;
   format.Read(first, window, cut.pixels);
+  cut.along = d;
   cut.anchor = tip - Eigen::Vector2d(window.x, window.y);
   for (int y = 0; y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {
@@ -79,15 +110,15 @@ TipTemplate Cut(const cv::Mat& first, const GreyFormat& format, const cv::Rect& 
   return cut;
 }
 
-// How much the image changes across both sides of a bar that points along `d`; the weaker side
+// How much the picture changes across both sides of a bar that points along `d`; the weaker side
 // counts, so that an edge of something else is no bar.
-double SidesOf(const GreyPatch& image, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
+double SidesOf(const GreyPatch& picture, const Eigen::Vector2d& p_tip, const Eigen::Vector2d& d,
                double width) {
   const Eigen::Vector2d across(-d.y(), d.x());
   const auto level = [&](const Eigen::Vector2d& p) {
-    const int x = std::clamp(static_cast<int>(std::lround(p.x())), 0, image.width - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(p.y())), 0, image.height - 1);
-    return static_cast<double>(image.At(x, y));
+    const int x = std::clamp(static_cast<int>(std::lround(p.x())), 0, picture.width - 1);
+    const int y = std::clamp(static_cast<int>(std::lround(p.y())), 0, picture.height - 1);
+    return static_cast<double>(picture.At(x, y));
   };
   double weaker = std::numeric_limits<double>::infinity();
   for (const double side : {-1.0, 1.0}) {
@@ -110,27 +141,25 @@ PatchAligner TipTemplate::Aligner() const {
     inside.insert(inside.end(), row + 1, row + pixels.width - 1);
   }
   PatchAligner aligner({pixels.width - 2, pixels.height - 2}, inside);
-  aligner.Cut(pixels.Mat(), {Eigen::Matrix2d::Identity(), Centre({0, 0})},
-              PatchAligner::Freedom::kShift);
+  aligner.Cut(pixels.Mat(), {Eigen::Matrix2d::Identity(), Centre()}, PatchAligner::Freedom::kShift);
   return aligner;
 }
 
-Eigen::Vector2d TipTemplate::Centre(const cv::Point& corner) const {
-  return Eigen::Vector2d(corner.x, corner.y) +
-         0.5 * Eigen::Vector2d(pixels.width - 1, pixels.height - 1);
+Eigen::Vector2d TipTemplate::Centre() const {
+  return 0.5 * Eigen::Vector2d(pixels.width - 1, pixels.height - 1);
 }
 
 Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format,
                                   const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,
                                   double width) {
-  GreyPatch image;
-  format.Read(first, cv::Rect(cv::Point(), first.size()), image);
+  GreyPatch picture;
+  format.Read(first, cv::Rect(cv::Point(), first.size()), picture);
   const Eigen::Vector2d straight = towards.stableNormalized();
   Eigen::Vector2d best = straight;
   double most = 0;
   for (double angle = -kMostTurned; angle <= kMostTurned; angle += kTurnStep) {
     const Eigen::Vector2d d = Eigen::Rotation2Dd(angle) * straight;
-    const double sides = SidesOf(image, p_I_tip, d, width);
+    const double sides = SidesOf(picture, p_I_tip, d, width);
     if (sides > most) most = sides, best = d;
   }
   return best;
@@ -173,7 +202,7 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
                       p_I_tip.y() <= first.rows - 1;  // false for NaN
   if (!inside) refuse("outside the image");
   if (!(width > 0) || width > kLargest - 2 * kSide) refuse("the tool is too wide in the image");
-  const int length = std::clamp(roi - 2 * TipTracker::kReach, 12, kLargest);
+  const int length = std::clamp(roi - 2 * kReach, 12, kLargest);
   TipTemplate tip;
   for (const double beyond : {-kBeforeTip, kBeyondTip}) {
     const cv::Rect window = WindowAt(p_I_tip, d_I, width, length, beyond, first.size());
@@ -181,7 +210,7 @@ TipTemplate CutTipTemplate(const cv::Mat& first, const GreyFormat& format,
       refuse("too little of the tool is in the image");
     }
     tip = Cut(first, format, window, p_I_tip, d_I, width);
-    if (LocatesAlong(tip, d_I)) break;
+    if (LocatesAlong(tip, d_I, width)) break;
   }
   if (!HasContrast(tip.pixels)) refuse("no contrast");
   return tip;

@@ -10,13 +10,28 @@
 namespace palpate {
 namespace {
 
+constexpr int kReach = 10;              // least reach of the search around the template [px]
 constexpr int kSamePeak = 2;            // places this near to the best belong to it [px]
 constexpr double kAsGood = 0.01;        // a second peak within this score of the best is its equal
 constexpr std::size_t kCandidates = 6;  // of the coarse search, looked at closely
-constexpr double kMostCovered = 0.65;   // of the template
-// Where the tip may be anywhere: another bar fits a template along half its length. Without noise
-// so much more than min_score, and so little covered.
-constexpr double kReacquired = 0.3, kCoveredAgain = 0.15;
+constexpr double kCovered = 0.03;       // of the template: fewer pixels than that are only noise
+// A small thing over the tip that pulls the fine alignment by so much is left out [px], sigmas.
+constexpr double kPulled = 0.1, kPulledSigmas = 2;
+// Of a peak of the scores in whole pixels: sigma at worst, and farthest place that belongs to it.
+constexpr double kSigmaOfPeak = 0.5, kReachOfPeak = 2;  // [px]
+constexpr double kMuchCovered = 0.4;                    // of the template: its parts are asked
+constexpr double kMostCovered = 0.65;
+// Scores of the parts, in parts of the usual one: what confirms a place, what does not speak
+// against it, what is enough for a place of their own; and of the next best place in parts of the
+// best.
+constexpr double kAsUsual = 0.9, kLeastAsUsual = 0.75, kPartsFit = 0.6, kPartsSecond = 0.88;
+constexpr double kBetter = 0.03;      // score by which a place of the parts' own beats the whole's
+constexpr double kFollow = 0.05;      // of the usual score, per picture
+constexpr double kReacquired = 0.15;  // more than min_score where the tip may be anywhere
+// A template without parts knows a tool's sides better than its end: another pipette fits it along
+// half its length. Without noise so much more than min_score, and so little covered, for a tip
+// anywhere.
+constexpr double kFoundBlind = 0.3, kCoveredBlind = 0.15;
 constexpr int kLeastCoarse = 7;  // edge below which a shrunk template tells too little [px]
 
 struct Peak {
@@ -56,6 +71,10 @@ bool OnBorder(const ScoreMap& map, const cv::Point& at) {
   return at.x == 0 || at.y == 0 || at.x == map.cols - 1 || at.y == map.rows - 1;
 }
 
+double SigmaOf(const PatchAligner::Match& match) {  // the worse axis [px]
+  return std::sqrt(match.covariance.diagonal().maxCoeff());
+}
+
 Ncc MakeNcc(const TipTemplate& tip, const GreyFormat& format) {
   const cv::Size size = format.size();
   if (tip.pixels.width > size.width || tip.pixels.height > size.height) {
@@ -91,10 +110,12 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
                        std::optional<Eigen::Vector2d> start_I)
     : format_(format),
       options_(options),
-      template_(tip),
+      anchor_(tip.anchor),
+      centre_(tip.Centre()),
       lever_(LeverOf(tip)),
       ncc_(MakeNcc(tip, format)),
       aligner_(tip.Aligner()),
+      parts_(tip),
       last_(start_I) {
   const int edge = std::min(tip.pixels.width, tip.pixels.height);
   for (shrink_ = 4; shrink_ > 1 && edge / shrink_ < kLeastCoarse; shrink_ /= 2) {
@@ -114,8 +135,8 @@ TipTracker::TipTracker(const TipTemplate& tip, const GreyFormat& format, const O
 }
 
 Eigen::Vector2d TipTracker::Predicted() const {
-  const Eigen::Vector2d image(format_.size().width - 1, format_.size().height - 1);
-  return (*last_ + step_).cwiseMax(0).cwiseMin(image);
+  const Eigen::Vector2d picture(format_.size().width - 1, format_.size().height - 1);
+  return (*last_ + step_).cwiseMax(0).cwiseMin(picture);
 }
 
 cv::Rect TipTracker::WindowAround(const Eigen::Vector2d& tip, double scale) const {
@@ -126,7 +147,7 @@ cv::Rect TipTracker::WindowAround(const Eigen::Vector2d& tip, double scale) cons
   };
   const cv::Size size(edge(pattern.width), edge(pattern.height));
   const Eigen::Vector2d centre =
-      tip - template_.anchor + 0.5 * Eigen::Vector2d(pattern.width - 1, pattern.height - 1);
+      tip - anchor_ + 0.5 * Eigen::Vector2d(pattern.width - 1, pattern.height - 1);
   const cv::Point corner(static_cast<int>(std::lround(centre.x())) - size.width / 2,
                          static_cast<int>(std::lround(centre.y())) - size.height / 2);
   return cv::Rect(corner, size) & cv::Rect(cv::Point(), format_.size());
@@ -140,7 +161,11 @@ TipObservation TipTracker::Track(const cv::Mat& image) {
   Match match;
   if (last_) {
     match = SearchWindow(image, WindowAround(Predicted(), 1));
-    if (match.on_border) match = SearchWindow(image, WindowAround(Predicted(), 2));
+    if (match.on_border) {
+      // A bar that something lies on looks as well elsewhere along itself; its marks do not.
+      const Match around = SearchWindow(image, WindowAround(Predicted(), 2));
+      if (!(match.tip.found && match.fit > around.fit + kBetter)) match = around;
+    }
   }
   if (!match.tip.found) match.tip = SearchPicture(image);
   if (!match.tip.found) {
@@ -161,25 +186,97 @@ TipTracker::Match TipTracker::SearchWindow(const cv::Mat& image, const cv::Rect&
   const Peak best = BestOf(map);
   match.tip.score = best.score;
   match.on_border = best.score >= options_.min_score && OnBorder(map, best.at);
-  const bool is_unique = best.score >= options_.min_score && !HasEqual(map, best);
-  if (is_unique && !match.on_border) match.tip = Measure(best.score, window, best.at);
+  if (match.on_border) {
+    const double usual = parts_.usable() ? usual_ * parts_.Attenuation(NoiseOf(window_)) : 0;
+    const TipObservation by_parts = MeasureByParts(window, usual);
+    if (by_parts.found && by_parts.score >= kLeastAsUsual * usual) {
+      match.tip = by_parts;
+      match.fit = by_parts.score;
+    }
+    return match;
+  }
+  if (best.score >= options_.min_score && !HasEqual(map, best)) {
+    match.tip = Measure(best.score, window, best.at);
+  }
+  match.fit = Confirm(window, best.at, match.tip);
   return match;
 }
 
-TipObservation TipTracker::Measure(double score, const cv::Rect& window, const cv::Point& peak) {
-  constexpr double kCoarse = 0.5;  // of a peak of whole pixels, at worst [px]
-  const Eigen::Vector2d start = template_.Centre(peak);
-  const PatchAligner::Match fine =
-      aligner_.AlignRobustly(window_.Mat(), {Eigen::Matrix2d::Identity(), start});
-  const Eigen::Vector2d p = fine.converged ? (fine.warp.p - start).eval() : Eigen::Vector2d(0, 0);
+// The whole template at `peak` told `tip`; what changes along the tool must say so, too. Where it
+// does not, that is asked where the tip is.
+double TipTracker::Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip) {
+  if (!parts_.usable()) {
+    tip.found &= tip.covered < kMostCovered;
+    return 0;
+  }
+  const double score = tip.found ? parts_.ScoreNear(window_, peak) : 0;
+  const double attenuation = parts_.Attenuation(NoiseOf(window_));
+  // The picture that the template was cut from fits it better than any other will.
+  if (tip.found && usual_ == 0) usual_ = std::min(1.0, score / attenuation);
+  const double usual = usual_ * attenuation;
+  const bool fits = tip.found && score >= kLeastAsUsual * usual;
+  const bool as_usual = tip.found && score >= kAsUsual * usual && tip.covered < kMuchCovered;
+  // Blur lowers every score; what covers the tip must not become the usual.
+  if (fits && tip.covered < kCovered) {
+    usual_ += kFollow * (std::min(1.0, score / attenuation) - usual_);
+  }
+  if (as_usual) return score;
+  const TipObservation by_parts = MeasureByParts(window, usual);
+  const bool better = by_parts.found && by_parts.score > score + kBetter;
+  if (better) {
+    const double whole = tip.score;
+    tip = by_parts;
+    tip.score = std::max(by_parts.score, whole);
+  } else {
+    tip.found = fits;
+  }
+  tip.found &= tip.covered < kMostCovered;
+  return better ? by_parts.score : score;
+}
+
+TipObservation TipTracker::MeasureByParts(const cv::Rect& window, double usual) {
   TipObservation tip;
-  tip.found = fine.covered < kMostCovered;
-  tip.score = score;
-  tip.p_I = p + template_.anchor + Eigen::Vector2d(window.x + peak.x, window.y + peak.y);
-  tip.covered = fine.covered;
-  tip.aligned = fine.converged;
-  tip.sigma = fine.converged ? std::sqrt(fine.covariance.diagonal().maxCoeff()) : kCoarse;
+  if (usual == 0) return tip;
+  const TemplateParts::Place place = parts_.Find(window_);
+  if (place.on_border || place.score < kPartsFit * usual ||
+      place.second > kPartsSecond * place.score)
+    return tip;
+  const PatchAligner::Match fine =
+      aligner_.AlignRobustly(window_.Mat(), PatchAt(place.at), parts_.trust());
+  if (!fine.converged) return tip;
+  SetPosition(fine, window, &tip);
+  tip.found = true;
+  tip.score = place.score;
   return tip;
+}
+
+TipObservation TipTracker::Measure(double score, const cv::Rect& window, const cv::Point& peak) {
+  const PatchWarp start = PatchAt(peak);
+  PatchAligner::Match fine = aligner_.Align(window_.Mat(), start, PatchAligner::Freedom::kShift);
+  fine.converged &= (fine.warp.p - start.p).cwiseAbs().maxCoeff() <= kReachOfPeak;
+  const PatchAligner::Match around =
+      aligner_.AlignRobustly(window_.Mat(), fine.converged ? fine.warp : start, {});
+  const double apart = (around.warp.p - fine.warp.p).cwiseAbs().maxCoeff();
+  const bool pulled = apart > kPulled + kPulledSigmas * SigmaOf(around);
+  if (around.converged && (!fine.converged || around.covered > kCovered || pulled)) fine = around;
+  if (!fine.converged) fine.warp = start;
+  TipObservation tip;
+  SetPosition(fine, window, &tip);
+  tip.found = true;
+  tip.score = score;
+  return tip;
+}
+
+PatchWarp TipTracker::PatchAt(const cv::Point& corner) const {
+  return {.p = centre_ + Eigen::Vector2d(corner.x, corner.y)};
+}
+
+void TipTracker::SetPosition(const PatchAligner::Match& fine, const cv::Rect& window,
+                             TipObservation* tip) const {
+  tip->p_I = fine.warp.p - centre_ + anchor_ + Eigen::Vector2d(window.x, window.y);
+  tip->covered = fine.covered;
+  tip->aligned = fine.converged;
+  tip->sigma = fine.converged ? SigmaOf(fine) : kSigmaOfPeak;
 }
 
 TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
@@ -206,10 +303,11 @@ TipObservation TipTracker::SearchPicture(const cv::Mat& image) {
 }
 
 bool TipTracker::IsSureAgain(const TipObservation& tip) const {
+  if (parts_.usable()) return tip.score >= options_.min_score + kReacquired;
   const double noise = NoiseOf(whole_), signal = VarianceOf(ncc_.pattern());
   const double attenuation = std::sqrt(signal / (signal + noise * noise));
-  return tip.aligned && tip.covered < kCoveredAgain &&
-         tip.score >= (options_.min_score + kReacquired) * attenuation;
+  return tip.aligned && tip.covered < kCoveredBlind &&
+         tip.score >= (options_.min_score + kFoundBlind) * attenuation;
 }
 
 void TipTracker::FindCandidates(const cv::Mat& image) {

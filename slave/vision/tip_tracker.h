@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,11 +23,11 @@ struct TipTemplate {
   Eigen::Vector2d anchor{0, 0};
   // Per pixel: how far the fine alignment trusts it, 0 or 1.
   std::vector<float> weights;
+  Eigen::Vector2d along{0, 0};  // unit vector along which the tool points [px]; zero: not known
 
-  // Aligns its pixels but the outermost ones; `Centre` is its middle in a window in which the
-  // template's upper left pixel is at `corner`.
+  // Aligns its pixels but the outermost ones, which have no central difference.
   [[nodiscard]] PatchAligner Aligner() const;
-  [[nodiscard]] Eigen::Vector2d Centre(const cv::Point& corner) const;
+  [[nodiscard]] Eigen::Vector2d Centre() const;  // from the upper left pixel's centre [px]
 };
 
 // Reads the scene's template file. Without an anchor, the tip is in the middle of its lower edge.
@@ -53,13 +54,62 @@ Eigen::Vector2d FindToolDirection(const cv::Mat& first, const GreyFormat& format
                                   const Eigen::Vector2d& p_I_tip, const Eigen::Vector2d& towards,
                                   double width);
 
+// The parts of a template that change along the tool, each correlated separately. A bar's
+// silhouette, which dominates a whole template, is the same at all positions along the bar; its
+// marks and its end are not. If most parts fit, the tip is found although something covers the
+// others.
+class TemplateParts {
+ public:
+  // Parts without contrast, or beside the tool's end, are not used. Needs the tool's direction.
+  explicit TemplateParts(const TipTemplate& tip);
+  // Enough parts for a decision.
+  [[nodiscard]] bool usable() const;
+
+  struct Place {
+    cv::Point at;            // of the template's upper left pixel
+    double score = 0;        // mean of the better half of the parts
+    bool on_border = false;  // of the window: the best may lie beyond
+    double second = 0;       // the score of the second-best position that is not the same peak
+  };
+  // The best position in `window`.
+  Place Find(const GreyPatch& window);
+  // The best score within a pixel of `at`.
+  double ScoreNear(const GreyPatch& window, const cv::Point& at);
+  // Score that a perfect match has under white noise [levels]. With usable parts only.
+  [[nodiscard]] double Attenuation(double noise) const;
+  // At the last position: 1 if a pixel's part fits, else 0. Per pixel of the template but the
+  // outermost ones.
+  [[nodiscard]] std::span<const float> trust() const {
+    return {trust_.ptr<float>(), trust_.total()};
+  }
+
+ private:
+  struct Part {
+    cv::Point corner;
+    Ncc ncc;
+  };
+  template <typename Score>
+  double BetterHalf(const Score& score);
+  void MarkFitting(const cv::Point& at);
+
+  int width_, height_;
+  cv::Point step_;       // of the difference along the tool [px]
+  int most_ = 2047;      // difference that counts, to either side [levels]
+  double variance_ = 0;  // of a part's differences, mean [levels^2]
+  double signal_ = 0;    // variance beyond the template's own noise [levels^2]
+  std::vector<Part> parts_;
+  std::vector<double> scores_;  // of the parts at one position
+  GreyPatch change_, crop_;
+  cv::Mat_<float> trust_;
+};
+
 // Tracks the tool's tip from image to image: normalised cross-correlation in a moving window (paper
-// A, 3.2), robust sub-pixel alignment from its peak, loss and re-acquisition.
+// A, 3.2), sub-pixel alignment, loss and re-acquisition. If the whole template does not fit, or
+// much of it is covered, its parts decide.
 class TipTracker {
  public:
-  static constexpr int kReach = 10;  // least reach of the search around the template [px]
   struct Options {
-    int roi = 64;            // edge of the search window [px]; grows to kReach around the template
+    int roi = 64;            // edge of the search window [px]; grows to 10 px around the template
     double min_score = 0.6;  // below it the tip is lost
   };
 
@@ -82,6 +132,7 @@ class TipTracker {
   struct Match {
     bool on_border = false;
     TipObservation tip;
+    double fit = 0;  // score of the parts there
   };
   struct Candidate {
     cv::Point corner;
@@ -95,13 +146,19 @@ class TipTracker {
   [[nodiscard]] bool IsSureAgain(const TipObservation& tip) const;
   void FindCandidates(const cv::Mat& image);
   TipObservation Measure(double score, const cv::Rect& window, const cv::Point& peak);
+  [[nodiscard]] PatchWarp PatchAt(const cv::Point& corner) const;
+  void SetPosition(const PatchAligner::Match& fine, const cv::Rect& window,
+                   TipObservation* tip) const;
+  double Confirm(const cv::Rect& window, const cv::Point& peak, TipObservation& tip);
+  TipObservation MeasureByParts(const cv::Rect& window, double usual);
 
   GreyFormat format_;
   Options options_;
-  TipTemplate template_;
-  Eigen::Vector2d lever_;  // TipObservation::lever
+  Eigen::Vector2d anchor_, centre_;  // of the template [px]
+  Eigen::Vector2d lever_;            // TipObservation::lever
   Ncc ncc_;
   PatchAligner aligner_;
+  TemplateParts parts_;
   int shrink_ = 1;  // of a search in the whole image
   std::optional<Ncc> coarse_;
   GreyPatch window_, whole_, shrunk_;
@@ -109,6 +166,7 @@ class TipTracker {
 
   std::optional<Eigen::Vector2d> last_;  // tip in the last image; none: lost
   Eigen::Vector2d step_{0, 0};           // from the last but one to the last [px]
+  double usual_ = 0;  // score of the parts where the tip is, without noise; 0: not known yet
 };
 
 }  // namespace palpate

@@ -176,11 +176,29 @@ TEST_P(ContourSizes, TheContourRunsAroundTheBlock) {
 
 INSTANTIATE_TEST_SUITE_P(, ContourSizes,
                          testing::Values(std::tuple(cv::Size(640, 480), 60, CV_8UC1),
+                                         std::tuple(cv::Size(640, 480), 60, CV_16UC1),
+                                         std::tuple(cv::Size(640, 480), 60, CV_8UC3),
                                          std::tuple(cv::Size(640, 480), 24, CV_8UC1),
                                          std::tuple(cv::Size(640, 480), 200, CV_8UC1),
                                          std::tuple(cv::Size(320, 240), 40, CV_8UC1),
                                          std::tuple(cv::Size(1280, 960), 120, CV_16UC3),
                                          std::tuple(cv::Size(751, 499), 61, CV_8UC1)));
+
+TEST(RestContourTest, StartsFromACircleOrAPolygonOfTheScene) {
+  const cv::Mat image = Embryo().Render();
+  ContourTracking options;
+  options.start = ContourTracking::Circle{{322, 297}, 97};
+  EXPECT_GT(FindRestContour(options, image, GreyFormat(image), 0, false).edge.size(), 130U);
+  options.start = ContourTracking::Polygon{{{420, 300},
+                                            {391, 371},
+                                            {320, 400},
+                                            {249, 371},
+                                            {220, 300},
+                                            {249, 229},
+                                            {320, 200},
+                                            {391, 229}}};
+  EXPECT_GT(FindRestContour(options, image, GreyFormat(image), 0, false).edge.size(), 130U);
+}
 
 TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
   const cv::Mat image = Embryo().Render();
@@ -205,21 +223,18 @@ TEST(RestContourTest, StartsThatLeadNowhereAreRefused) {
   EXPECT_THAT(message(eight, image), testing::HasSubstr("intersected itself"));
 }
 
-// Reference: the drawn disc and block; 2 % of the area is a pixel of the radius, 5 % what the
-// block's corners take off.
-TEST(RestContourTest, AStartOfTheSceneMayBeOffBySomePixels) {
+// A person who knows where the object is need not know how large it is. Reference: the drawn disc
+// and block; 2 % of the area is a pixel of the radius, 5 % what the block's corners take off.
+TEST(RestContourTest, AStartMayBeOffByFortyPercentInRadius) {
   for (const bool disc : {true, false}) {
     const TestPicture picture = disc ? Embryo() : Block();
     const PaintedBody& body = *picture.body;
     const double area = disc ? std::numbers::pi * 90 * 90 : 4 * body.half.prod();
+    const double radius = std::sqrt(area / std::numbers::pi);
     const cv::Mat image = picture.Render();
-    for (const double off : {0.9, 1.0, 1.1}) {
+    for (const double off : {0.6, 0.8, 1.0, 1.25, 1.4}) {
       ContourTracking options;
-      if (disc)
-        options.start = ContourTracking::Circle{body.centre + Eigen::Vector2d(3, -2), off * 90};
-      PaintedBody around = body;
-      around.half *= off;
-      if (!disc) options.start = ContourTracking::Polygon{CornersOf(around)};
+      options.start = ContourTracking::Circle{body.centre + Eigen::Vector2d(6, -5), off * radius};
       const RestContour contour =
           FindRestContour(options, image, GreyFormat(image), disc ? 0 : 17, false);
       EXPECT_NEAR(std::abs(CurveArea(contour.edge)) / area, 1, disc ? 0.02 : 0.05)

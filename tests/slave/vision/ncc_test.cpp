@@ -88,6 +88,7 @@ TEST(NccTest, AgreesWithTheDefinitionOverTheWholeRangeOfLevels) {
       for (int x = 0; x < map.cols; ++x) {
         const double expected = ByDefinition(pattern, window, x, y);
         ASSERT_NEAR(map(y, x), expected, kSingle) << levels;
+        ASSERT_NEAR(ncc.At(window, x, y), expected, 1e-12) << levels;
       }
     }
   }

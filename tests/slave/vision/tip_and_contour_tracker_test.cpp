@@ -52,6 +52,20 @@ TEST(TipAndContourTrackerTest, SeeTipAndContourInPicturesOfEveryKind) {
   }
 }
 
+// Counter-clockwise in S, from above and from below.
+TEST(TipAndContourTrackerTest, ContoursRunCounterClockwiseInS) {
+  for (const double turn : {0.0, M_PI}) {
+    Scene scene = SceneForTestPictures();
+    scene.sense.Find<CameraOptions>()->tip.reset();
+    scene.sense.Find<Camera>()->X_SC = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX());
+    TipAndContourTracker tracking(scene, Picture().Render(), std::nullopt);
+    const CameraView view(*scene.sense.Find<Camera>(), 640, 480);
+    Curve rest_S;
+    for (const auto& p : tracking.rest_contour().edge) rest_S.push_back(view.ToSlave(p).head<2>());
+    EXPECT_GT(CurveArea(rest_S), 0) << turn;
+  }
+}
+
 TEST(TipAndContourTrackerTest, TrackOnlyWhatTheSceneAsksFor) {
   Scene scene = SceneForTestPictures();
   scene.sense.Find<CameraOptions>()->contour.reset();

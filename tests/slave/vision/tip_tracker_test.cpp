@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include "slave/vision/ncc.h"
 #include "tests/slave/vision/test_pictures.h"
 #include "tests/support/thrown.h"
 
@@ -211,6 +212,16 @@ TEST(TipTrackerTest, ASecondPlaceAsGoodMeansLost) {
   EXPECT_FALSE(tracked.tracker.Track(twice).found);
 }
 
+TEST(TipTrackerTest, PicturesWithoutContrastShowNothing) {
+  Tracked tracked(WithTool({160, 120}));
+  for (const int level : {0, 128, 255}) {
+    const TipObservation seen =
+        tracked.tracker.Track(cv::Mat(240, 320, CV_8UC1, cv::Scalar(level)));
+    EXPECT_FALSE(seen.found);
+    EXPECT_TRUE(std::isfinite(seen.score) && seen.score >= -1);
+  }
+}
+
 TEST(TipTemplateTest, NothingBeyondTheTipIsInTheTemplate) {
   for (const double angle : {-2.2, 0.0, 0.4, 1.5707963, 2.9}) {
     TestPicture picture = WithTool({160.3, 120.4});
@@ -223,6 +234,28 @@ TEST(TipTemplateTest, NothingBeyondTheTipIsInTheTemplate) {
         EXPECT_LE((Eigen::Vector2d(x, y) - tip.anchor).dot(d), 1e-9) << "angle " << angle;
       }
     }
+  }
+}
+
+constexpr double kFaint = 0.4;  // of what marks have elsewhere here
+
+// How far the template of a tool reaches beyond its tip, in a noisy picture [px].
+double ReachBeyond(bool has_marks, unsigned seed) {
+  TestPicture picture = WithTool({160.3, 120.4});
+  picture.tool->marks = has_marks;
+  picture.tool->contrast = kFaint;
+  picture.noise = 15;
+  const cv::Mat image = picture.Render(seed);
+  const TipTemplate tip =
+      CutTipTemplate(image, GreyFormat(image), picture.tool->tip, kDown, 17, 64);
+  return tip.pixels.height - 1 - tip.anchor.y();
+}
+
+// Bands tell the tool's place in much noise, too; noise alone never passes for them.
+TEST(TipTemplateTest, NoiseHidesNoMarksAndMakesNone) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    EXPECT_LE(ReachBeyond(true, seed), 0) << seed;
+    EXPECT_GT(ReachBeyond(false, seed), 2) << seed;
   }
 }
 
