@@ -75,7 +75,7 @@ struct Instant {
   bool after_gap = false;
 };
 
-// `step` [s] apart, 0: at each sample; anew after a pause longer than `gap` [s].
+// `step` [s] apart, 0: at each sample; from the start after a pause longer than `gap` [s].
 std::vector<Instant> InstantsOf(const std::vector<double>& t, double step, double gap) {
   std::vector<Instant> instants;
   double start = 0;  // of the samples without a gap

@@ -46,9 +46,6 @@ class Consistency {
   // Forgets all samples.
   void Reset() noexcept;
 
-  // The quantile 0.9999 of chi-square with n >= 1 degrees of freedom, to 8 %: never too small.
-  [[nodiscard]] static double Gate(int n) noexcept;
-
  private:
   struct Sum {
     double q = 0;

@@ -1,13 +1,8 @@
-// A simulated planar manipulator: a thread steps a TipFollower at 1 kHz and reports the tip. After
-// the tip was stationary for a second, the thread sleeps until a new target.
+// A manipulator without hardware, for recorded or live images without an arm: its tip follows the
+// targets as TipFollower computes, from call to call.
 #pragma once
 
-#include <atomic>
-#include <condition_variable>
-#include <cstdint>
 #include <mutex>
-#include <stop_token>
-#include <thread>
 
 #include "slave/manipulator/manipulator.h"
 #include "slave/manipulator/tip_follower.h"
@@ -16,33 +11,39 @@ namespace palpate {
 
 class SimulatedManipulator : public Manipulator {
  public:
-  // Starts the thread. Throws as TipFollower does.
-  explicit SimulatedManipulator(const ManipulatorOptions& options);
-  ~SimulatedManipulator() override;
+  // Throws as TipFollower does.
+  explicit SimulatedManipulator(const ManipulatorOptions& options) : follower_(options) {}
 
-  bool Command(const Eigen::Vector3d& p_S_target) noexcept override;
-  void Hold() noexcept override;
-  [[nodiscard]] Eigen::Vector3d Tip() const noexcept override;
-  [[nodiscard]] bool at_limit() const noexcept override;
+  bool Command(const Eigen::Vector3d& p_S_target) noexcept override {
+    const std::lock_guard lock(mutex_);
+    return Present().Aim(p_S_target);
+  }
+  void Hold() noexcept override {
+    const std::lock_guard lock(mutex_);
+    Present().Hold();
+  }
+  [[nodiscard]] Eigen::Vector3d Tip() const noexcept override {
+    const std::lock_guard lock(mutex_);
+    return Present().tip();
+  }
+  [[nodiscard]] bool at_limit() const noexcept override {
+    const std::lock_guard lock(mutex_);
+    return Present().at_limit();
+  }
   [[nodiscard]] bool carries_tool() const noexcept override { return false; }
 
-  // Commands that were not finite. Thread-safe.
-  [[nodiscard]] std::uint64_t ignored_commands() const noexcept { return ignored_; }
-  // Number of skipped periods. Thread-safe.
-  [[nodiscard]] std::uint64_t missed_periods() const noexcept { return missed_; }
-
  private:
-  void Run(const std::stop_token& stop);
-  void StepBy(double dt) noexcept;
-  // False, at once: the tip moves, or has stood for less than a second.
-  bool RestUntilSent(const std::stop_token& stop);
+  // The follower at the present time. With mutex_ held.
+  TipFollower& Present() const noexcept {
+    const Time now = Clock::now();
+    follower_.Step(SecondsBetween(stepped_at_, now));
+    stepped_at_ = now;
+    return follower_;
+  }
 
-  mutable std::mutex mutex_;  // guards follower_; never locked longer than a step
-  std::condition_variable_any sent_;
-  TipFollower follower_;
-  int still_ = 0;  // steps in a row that moved nothing
-  std::atomic<std::uint64_t> ignored_{0}, missed_{0};
-  std::jthread thread_;  // last: it uses everything above
+  mutable std::mutex mutex_;  // guards everything below
+  mutable TipFollower follower_;
+  mutable Time stepped_at_ = Clock::now();
 };
 
 }  // namespace palpate

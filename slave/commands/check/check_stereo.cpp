@@ -293,8 +293,7 @@ void PrintLoadChecks(const Scene& scene) {
   PrintLine(
       "checked",
       fmt::format(
-          "the membrane: bulges and indentations of {} at rest; neighbouring points that deviate "
-          "from the fitted indentation to one side{}",
+          "the membrane: bulges and indentations of {} at rest{}",
           LengthInWords(LoadLimits::kFlatHeight * membrane->thickness),
           sees_tension ? "; indentations whose width does not fit the scene's prestress" : ""));
   PrintLine("checked",

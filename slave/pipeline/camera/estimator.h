@@ -65,7 +65,7 @@ class Estimator {
   void Reset() noexcept;
 
   [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
-  [[nodiscard]] const TipAndContourTracker& eyes() const { return *tracker_; }
+  [[nodiscard]] const TipAndContourTracker& tracker() const { return *tracker_; }
   [[nodiscard]] const CameraView& view() const { return view_; }
   [[nodiscard]] const Registration& registration() const { return registration_; }
   [[nodiscard]] TouchModel& touch() { return *touch_; }

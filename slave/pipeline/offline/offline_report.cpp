@@ -1,8 +1,6 @@
 #include "slave/pipeline/offline/offline_report.h"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
@@ -13,27 +11,11 @@ namespace {
 
 constexpr double kContactShare = 0.01;  // of the true peak
 
-// Root mean square of what was added.
-class Rms {
- public:
-  void Add(double x) {
-    sum_ += x * x;
-    ++count_;
-  }
-  [[nodiscard]] double value() const {
-    return count_ > 0 ? std::sqrt(sum_ / static_cast<double>(count_)) : 0;
-  }
-
- private:
-  double sum_ = 0;
-  std::uint64_t count_ = 0;
-};
-
 std::string Number(double x) {
   return std::isfinite(x) ? fmt::format("{:.9g}", x) : "";
 }
 
-// With a comma before each.
+// Each with a comma before it.
 std::string Numbers(const Eigen::Vector3d& v) {
   return fmt::format(",{},{},{}", Number(v.x()), Number(v.y()), Number(v.z()));
 }
@@ -45,22 +27,27 @@ ErrorBudget BudgetOf(const std::vector<ComparedForces>& compared) {
   for (const ComparedForces& c : compared) {
     budget.peak_force = std::fmax(budget.peak_force, c.truth.norm());
   }
-  Rms total, model, tracking;
+  double total = 0, model = 0, tracking = 0;  // sums of squares [N^2]
+  std::uint64_t modelled = 0;
   for (const ComparedForces& c : compared) {
     const double estimated = c.estimated.norm(), truth = c.truth.norm();
     const bool touches = std::fmax(estimated, truth) > kContactShare * budget.peak_force;
     if (!touches || !std::isfinite(estimated)) continue;
     const double error = (c.estimated - c.truth).norm();
     ++budget.count;
-    total.Add(error);
+    total += error * error;
     budget.peak_error = std::fmax(budget.peak_error, error);
     if (!std::isfinite(c.model_at_truth)) continue;
-    model.Add(c.model_at_truth - truth);
-    tracking.Add(estimated - c.model_at_truth);
+    ++modelled;
+    model += std::pow(c.model_at_truth - truth, 2);
+    tracking += std::pow(estimated - c.model_at_truth, 2);
   }
-  budget.rms = total.value();
-  budget.model_rms = model.value();
-  budget.tracking_rms = tracking.value();
+  const auto rms = [](double sum, std::uint64_t count) {
+    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0;
+  };
+  budget.rms = rms(total, budget.count);
+  budget.model_rms = rms(model, modelled);
+  budget.tracking_rms = rms(tracking, modelled);
   return budget;
 }
 
@@ -74,21 +61,21 @@ nlohmann::ordered_json ToJson(const ErrorBudget& budget, const std::string& samp
           {"tracking_rms_N", budget.tracking_rms}};
 }
 
-StateRow RowOf(const ContactEstimate& felt, Time start,
+StateRow RowOf(const ContactEstimate& estimate, Time start,
                const std::optional<Eigen::Vector3d>& true_force) {
-  return {SecondsBetween(start, felt.sensed_at),
-          felt.sample,
+  return {SecondsBetween(start, estimate.sensed_at),
+          estimate.sample,
           "",
-          felt.p_S_tip,
-          felt.p_S_contact,
-          felt.force,
-          felt.sigma,
-          felt.validity,
-          felt.check,
+          estimate.p_S_tip,
+          estimate.p_S_contact,
+          estimate.force,
+          estimate.sigma,
+          estimate.validity,
+          estimate.check,
           true_force,
-          felt.details,
-          felt.moment,
-          felt.moment_sigma};
+          estimate.details,
+          estimate.moment,
+          estimate.moment_sigma};
 }
 
 StatesFile::StatesFile(const std::filesystem::path& folder, bool has_truth)

@@ -27,14 +27,6 @@ void StepFor(TipFollower& follower, double seconds, double dt = kDt) {
   for (double t = 0; t < seconds; t += dt) follower.Step(dt);
 }
 
-TEST(TipFollower, ReachesTheTargetAndStaysThere) {
-  TipFollower follower(Options());
-  ASSERT_TRUE(follower.Aim({0.01, 0.01, 0}));
-  StepFor(follower, 1);
-  EXPECT_LT((follower.tip() - Eigen::Vector3d(0.01, 0.01, 0)).norm(), 1e-12);
-  EXPECT_FALSE(follower.at_limit());
-}
-
 // Reference: the ramp response of a critically damped second-order servo: it lags by 2 / w. A
 // target that moves once per step is held for the step, as the servo sees it.
 TEST(TipFollower, LagsAConstantSpeedByTheStatedLag) {
@@ -102,17 +94,6 @@ TEST(TipFollower, NotFiniteIsIgnored) {
   EXPECT_EQ(follower.tip(), Eigen::Vector3d(0, 0.02, 0)) << "no time has passed";
   StepFor(follower, 1);
   EXPECT_LT((follower.tip() - Eigen::Vector3d(0.01, 0.01, 0)).norm(), 1e-12);
-}
-
-TEST(TipFollower, HoldStopsWhereItIs) {
-  TipFollower follower(Options());
-  follower.Aim({0.1, 0.02, 0});
-  StepFor(follower, 0.5);
-  const Eigen::Vector3d held = follower.tip();
-  EXPECT_GT(held.x(), 0.01);
-  follower.Hold();
-  StepFor(follower, 1);
-  EXPECT_EQ(follower.tip(), held);
 }
 
 std::string Refusal(const ManipulatorOptions& options) {

@@ -73,7 +73,7 @@ TEST(FromImageTest, TheEmbryoOfThePictureIsFeltByAPipetteThatPointsAtIt) {
   std::optional<Frame> frame = camera->Next({});
   ASSERT_TRUE(frame);
   Estimator estimator(scene, *frame, scene.manipulator.home);
-  EXPECT_LT((estimator.eyes().tool_direction_I() - Eigen::Vector2d(-1, 0)).norm(), 0.1);
+  EXPECT_LT((estimator.tracker().tool_direction_I() - Eigen::Vector2d(-1, 0)).norm(), 0.1);
   double peak = 0, worst = 0;
   int valid = 0, pictures = 0;
   std::string checks;
