@@ -67,11 +67,9 @@ BoundaryShape TactileEstimator::Shape(bool nodal_forces) {
   BoundaryShape shape = ShapeAsOf(estimate_, 3);
   shape.validity = object_.validity();
   if (body() == nullptr) return shape;
-  for (int i = 0; i < finger_count(); ++i) {  // what the model was not asked for it cannot tell
-    const bool is_left_out = object_.contact(i).has_place() && !object_.contact(i).acts();
-    if (is_left_out && finger(i).check == FailedCheck::kModelRange) {
-      shape.validity = Validity::kFailed;
-    }
+  for (int i = 0; i < finger_count(); ++i) {  // the model did not solve for this contact
+    const FingerContact& contact = object_.contact(i);
+    if (contact.has_place() && contact.is_beyond_model()) shape.validity = Validity::kFailed;
   }
   const bool is_known = shape.validity != Validity::kFailed;
   if (!is_known && !last_shape_.rest.empty()) {

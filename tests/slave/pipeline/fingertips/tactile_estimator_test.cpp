@@ -25,7 +25,7 @@ using namespace testing_fakes;
 // Reference: the scene's model alone, loaded with the same force at the place under the pad.
 TEST(TactileEstimatorTest, APressDeformsTheObjectAsItsForceDoes) {
   Touching t(CubeScene(kAbove));
-  const Vector3d force(0.02, 0, -0.2), way(0, 0, -0.003);
+  const Vector3d force(0.007, 0, -0.07), way(0, 0, -0.003);  // as the model's, about
   const ContactEstimate& felt = t.Press(force, way);
   EXPECT_EQ(felt.validity, Validity::kValid);
   ASSERT_TRUE(felt.force.has_value());
@@ -220,7 +220,7 @@ TEST(TactileEstimatorTest, AFingertipThatGoesAfterTheArmIsDoubted) {
 
 TEST(TactileEstimatorTest, PlacesThatAreNoNumbersHarmNothing) {
   Touching t(CubeScene(kAbove));
-  t.Press({0, 0, -0.2}, {0, 0, -0.002});
+  t.Press({0, 0, -0.05}, {0, 0, -0.002});  // as the model's, about
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
     const ContactEstimate& felt = t.Estimate(3, Vector3d(bad, 0, 0));
