@@ -1,4 +1,4 @@
-#include "slave/study/shape/simulated_experiment.h"
+#include "tests/stability/simulated_experiment.h"
 
 #include <cmath>
 #include <limits>
@@ -8,12 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "shared/text/progress.h"
 #include "slave/capture/simulated_samples.h"
 #include "slave/pipeline/fingertips/tactile_estimator.h"
-#include "slave/scene/scene_loader.h"
 #include "slave/study/shape/shape_score.h"
 #include "slave/study/shape/virtual_depth_camera.h"
 
@@ -162,12 +159,6 @@ class Experiment {
 
 }  // namespace
 
-Scene MadeOf(const Foam& foam, const Scene& scene) {
-  return Changed(scene, {fmt::format("object.material.young_modulus={} Pa", foam.young_modulus),
-                         fmt::format("object.material.density={} kg/m3", foam.density),
-                         fmt::format("object.material.poisson_ratio={}", kFoamPoissonRatio)});
-}
-
 double ShapeState::mean_undeformed() const {
   return std::accumulate(undeformed.begin(), undeformed.end(), 0.0) /
          static_cast<double>(undeformed.size());
@@ -180,21 +171,6 @@ double ShapeState::mean_octree() const {
 }
 
 SimulatedObject RunExperiment(const Scene& scene, const ExperimentOptions& options) {
-  if (!scene.sense.Find<Tactile>() ||
-      scene.sense.Find<Tactile>()->source != Tactile::Source::kSimulated) {
-    throw std::invalid_argument(scene.file.string() +
-                                ": sense.tactile.source: accepted by evaluate without --cloud is "
-                                "simulated");
-  }
-  if (!scene.sense.depth_camera) {
-    throw std::invalid_argument(
-        scene.file.string() +
-        ": sense.depth_camera: missing: accepted is {pose: {...}}, the pose of the virtual camera");
-  }
-  if (options.repetitions < 1) {
-    throw std::invalid_argument("--repetitions " + std::to_string(options.repetitions) +
-                                ": accepted is 1 or more");
-  }
   return Experiment(scene, options).Run();
 }
 
