@@ -124,7 +124,7 @@ void PrintPace(const Scene& scene, TactileEstimator& estimator) {
 }
 
 void PrintFelt(const Scene& scene, TactileEstimator& estimator) {
-  const LocalModel& local = estimator.felt().local_model;
+  const LocalModel& local = estimator.estimate().local_model;
   if (!local.known()) return;
   const double stiffness = local.normal.dot(local.stiffness * local.normal);
   const double depth = scene.operator_options.press_depth;
