@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "shared/statistics/robust.h"
 #include "shared/text/csv.h"
 #include "slave/capture/tactile_recording.h"
 
@@ -51,9 +52,49 @@ Eigen::Isometry3d ReadPose(const CsvTable& rows, const NumberColumns& columns) {
   return X_SF;
 }
 
-constexpr double kSameRate = 0.1;    // of a period: a recording this close is taken as it is
-constexpr double kLongestPause = 3;  // periods; longer ones are gaps
+constexpr double kSameRate = 0.1;    // relative difference of periods below which none is resampled
+constexpr double kSlowest = 4;       // periods of the scene from one recorded sample to the next
+constexpr double kJitter = 0.02;     // relative, of the recorded period
+constexpr double kLongestPause = 3;  // periods; a longer one is a gap
 constexpr double kHeldPose = 3;      // periods before the first and after the last pose
+constexpr double kRounding = 1e-6;   // periods that a sample may be late and still count
+
+// The median of the times between two samples [s]; 0: fewer than two samples.
+double MedianPeriod(const std::vector<double>& t) {
+  if (t.size() < 2) return 0;
+  std::vector<double> periods;
+  for (std::size_t i = 1; i < t.size(); ++i) periods.push_back(t[i] - t[i - 1]);
+  return MedianOf(periods);
+}
+
+// When a frame is due, and between which samples it lies.
+struct Instant {
+  double t = 0;           // [s], of the recording's clock
+  std::size_t after = 0;  // index of the sample at or after it
+  double share = 1;       // of that sample, > 0; the rest is that of the sample before
+  bool after_gap = false;
+};
+
+// `step` [s] apart, 0: at each sample; from the start after a pause longer than `gap` [s].
+std::vector<Instant> InstantsOf(const std::vector<double>& t, double step, double gap) {
+  std::vector<Instant> instants;
+  double start = 0;  // of the samples without a gap
+  double count = 0;  // of the instants since
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const bool after_gap = i > 0 && t[i] - t[i - 1] > gap;
+    if (i == 0 || after_gap || step == 0) {
+      instants.push_back({t[i], i, 1, after_gap});
+      start = t[i];
+      count = 1;
+      continue;
+    }
+    for (; start + count * step <= t[i] + kRounding * step; ++count) {
+      const double at = start + count * step;
+      instants.push_back({at, i, std::min((at - t[i - 1]) / (t[i] - t[i - 1]), 1.0), false});
+    }
+  }
+  return instants;
+}
 
 class RecordedTactile final : public TactileSource {
  public:
@@ -67,22 +108,30 @@ class RecordedTactile final : public TactileSource {
       poses_->RequireWithin(recording_.t.front(), recording_.t.back());
     }
     const double recorded = MedianPeriod(recording_.t);
-    RefuseSlow(tactile.file, recorded, tactile.rate);
-    const double gap = kLongestPause * std::max(period, recorded);
+    if (recorded > kSlowest * (1 + kJitter) * period) {
+      throw std::runtime_error(fmt::format("{}: {:.3g} Hz: accepted is {:g} Hz or more for {:g} Hz",
+                                           tactile.file.string(), 1 / recorded,
+                                           tactile.rate / kSlowest, tactile.rate));
+    }
     is_resampled_ = recorded > 0 && std::abs(recorded - period) > kSameRate * period;
-    instants_ = is_resampled_ ? SteadyInstants(recording_.t, tactile.rate, gap)
-                              : InstantsOfSamples(recording_.t, recorded, gap);
+    instants_ = InstantsOf(recording_.t, is_resampled_ ? period : 0,
+                           kLongestPause * std::max(period, recorded));
   }
 
   std::optional<TactileFrame> Next(const std::stop_token& stop) override {
     if (next_ == instants_.size() || stop.stop_requested()) return std::nullopt;
     if (next_ == 0) start_ = Clock::now();
-    const TactileInstant& instant = instants_[next_++];
-    TactileFrame frame = FrameAt(recording_, instant);
+    const Instant& instant = instants_[next_++];
+    TactileFrame frame;
     frame.sequence = next_;
     frame.sensed_at = start_ + Seconds(instant.t - recording_.t.front());
-    for (std::size_t i = 0; poses_ && i < tactile_.fingers.size(); ++i) {
-      frame.fingers[i].X_SF = poses_->At(tactile_.fingers[i].name, instant.t);
+    frame.after_gap = instant.after_gap;
+    for (std::size_t i = 0; i < tactile_.fingers.size(); ++i) {
+      const std::vector<FingerReading>& samples = recording_.fingers[i].samples;
+      const FingerReading& after = samples[instant.after];
+      frame.fingers[i] =
+          instant.share < 1 ? Between(samples[instant.after - 1], after, instant.share) : after;
+      if (poses_) frame.fingers[i].X_SF = poses_->At(tactile_.fingers[i].name, instant.t);
     }
     if (paced_ && !WaitUntil(frame.sensed_at, stop)) return std::nullopt;
     return frame;
@@ -111,7 +160,7 @@ class RecordedTactile final : public TactileSource {
   TactileRecording recording_;
   std::optional<FingerPoses> poses_;
   bool is_resampled_ = false;
-  std::vector<TactileInstant> instants_;
+  std::vector<Instant> instants_;
   std::size_t next_ = 0;
   Time start_{};  // when the first frame was asked for
 
@@ -120,6 +169,32 @@ class RecordedTactile final : public TactileSource {
 };
 
 }  // namespace
+
+FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept {
+  const auto mix = [share](float a, float b) {
+    return static_cast<float>((1 - share) * static_cast<double>(a) +
+                              share * static_cast<double>(b));
+  };
+  FingerReading reading;
+  reading.present = from.present && to.present;
+  for (std::size_t i = 0; i < reading.electrodes.size(); ++i) {
+    reading.electrodes[i] = mix(from.electrodes[i], to.electrodes[i]);
+  }
+  reading.pac = mix(from.pac, to.pac);
+  reading.pdc = mix(from.pdc, to.pdc);
+  if (from.X_SF && to.X_SF) reading.X_SF = Between(*from.X_SF, *to.X_SF, share);
+  return reading;
+}
+
+Eigen::Isometry3d Between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                          double share) noexcept {
+  const Eigen::Quaterniond q_from(from.linear());
+  const Eigen::Quaterniond q_to(to.linear());
+  Eigen::Isometry3d between = Eigen::Isometry3d::Identity();
+  between.translation() = (1 - share) * from.translation() + share * to.translation();
+  between.linear() = q_from.slerp(share, q_to).normalized().toRotationMatrix();
+  return between;
+}
 
 FingerPoses::FingerPoses(const std::filesystem::path& file, const std::vector<Finger>& fingers,
                          double hold)

@@ -11,7 +11,6 @@ namespace palpate {
 namespace {
 
 constexpr double kMostCounts = 1e9;  // beyond, no sensor and soon no float
-constexpr double kMostOther = 1e300;
 
 // Where one finger stands in the file.
 struct FingerColumns {
@@ -130,43 +129,6 @@ FingerReading ReadSample(const CsvTable& rows, const FingerColumns& columns) {
   return reading;
 }
 
-// Columns that are neither time nor of the fingers read, as long as all their cells are numbers.
-class OtherColumns {
- public:
-  OtherColumns(const CsvTable& rows, std::size_t time, const std::vector<FingerColumns>& fingers)
-      : is_kept_(rows.header().size(), true), values_(rows.header().size()) {
-    is_kept_[time] = false;
-    for (const FingerColumns& finger : fingers) {
-      for (const std::size_t column : finger.electrodes) is_kept_[column] = false;
-      if (finger.pac) is_kept_[*finger.pac] = false;
-      if (finger.pdc) is_kept_[*finger.pdc] = false;
-    }
-  }
-  void Take(const CsvTable& rows) {
-    for (std::size_t i = 0; i < is_kept_.size(); ++i) {
-      if (!is_kept_[i]) continue;
-      const auto value = ParseFinite(rows.Text(i));
-      is_kept_[i] = value.has_value();
-      if (value) {
-        values_[i].push_back(std::clamp(rows.to_si(i) * *value, -kMostOther, kMostOther));
-      } else {
-        refused_.emplace(rows.header()[i], rows.Complaint(i, "a finite number"));
-      }
-    }
-  }
-  void Release(const CsvTable& rows, TactileRecording* recording) {
-    for (std::size_t i = 0; i < is_kept_.size(); ++i) {
-      if (is_kept_[i]) recording->others.emplace(rows.header()[i], std::move(values_[i]));
-    }
-    recording->refused = std::move(refused_);
-  }
-
- private:
-  std::vector<bool> is_kept_;
-  std::vector<std::vector<double>> values_;
-  std::map<std::string, std::string> refused_;
-};
-
 constexpr std::array kNames{"rel_time_s", "time_s", "t", "time", "timestamp"};
 constexpr double kLatest = 9e9;  // the year 2255; stamps in milliseconds lie far beyond
 
@@ -194,17 +156,14 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
   TactileRecording recording;
   const std::vector<FingerColumns> fingers = FindFingers(rows, wanted);
   for (const FingerColumns& columns : fingers) recording.fingers.push_back(Described(columns));
-  OtherColumns others(rows, time, fingers);
   while (rows.Next()) {
     const double t = ReadTime(rows, time, recording.t.empty() ? nullptr : &recording.t.back());
     recording.t.push_back(t);
     for (std::size_t i = 0; i < fingers.size(); ++i) {
       recording.fingers[i].samples.push_back(ReadSample(rows, fingers[i]));
     }
-    others.Take(rows);
   }
   if (recording.t.empty()) rows.Fail("no samples: accepted is a header and one row or more");
-  others.Release(rows, &recording);
   return recording;
 }
 

@@ -30,9 +30,6 @@ struct RecordedFinger {
 struct TactileRecording {
   std::vector<double> t;  // [s], rising, as in the file
   std::vector<RecordedFinger> fingers;
-  std::map<std::string, std::vector<double>> others;  // every other numeric column by its name
-  std::map<std::string, std::string>
-      refused;  // errors `file:line: ...` of the other columns that are not numbers
 };
 
 // Columns: a time in seconds (the first of `rel_time_s`, `time_s`, `t`, `timestamp`), per finger
@@ -48,17 +45,12 @@ TactileRecording ReadTactileRecording(const std::filesystem::path& file,
 std::vector<RecordedFinger> ReadTactileFingers(const std::filesystem::path& file,
                                                std::span<const std::string> wanted);
 
-// `recording` at a steady `rate` [Hz], linear between samples; gaps longer than `largest_gap` [s]
-// are left out and the instant after one is marked. Linear over O(samples).
-std::vector<TactileFrame> Resample(const TactileRecording& recording, double rate,
-                                   double largest_gap);
-
-// The recording of the scene, at the scene's rate, with its fingertip poses. Samples within a tenth
-// of a period are used unchanged, others resampled; the slowest rate is a quarter of it. A finger's
-// first pose is valid from three periods before its time, its last one until three periods after
-// it; beyond, the finger has no pose and the estimate says so. `paced`: at the recorded rate;
-// otherwise as fast as it is read. Throws std::runtime_error like ReadTactileRecording, and if no
-// pose is within the recording's time.
+// The recording of the scene with its fingertip poses. A rate within a tenth of the scene's is
+// taken as it is, another one down to a quarter is resampled, linear between samples. The first
+// frame behind more than three periods without a sample is marked. A finger's first pose is valid
+// from three periods before its time, its last one until three periods after it; beyond, the finger
+// has no pose. `paced`: at the recorded rate; otherwise as fast as it is read. Throws
+// std::runtime_error like ReadTactileRecording, and if no pose is within the recording's time.
 std::unique_ptr<TactileSource> OpenTactileRecording(const Scene& scene, bool paced);
 
 // Where recorded fingertips were: a CSV file of columns `t,finger,x,y,z,qw,qx,qy,qz`: time on the
@@ -96,33 +88,6 @@ std::size_t FindTimeColumn(const CsvTable& rows);
 // first row).
 double ReadTime(const CsvTable& rows, std::size_t column, const double* before);
 
-// When a frame of a recording is due, and between which of its samples it lies.
-struct TactileInstant {
-  double t = 0;            // [s], of the recording's clock
-  std::size_t before = 0;  // index of the sample at or before it
-  double share = 0;        // of the sample after `before`, 0 to less than 1
-  bool after_gap = false;
-};
-
-// The typical time between two samples [s]: the median. 0: fewer than two samples.
-double MedianPeriod(const std::vector<double>& t);
-
-// Throws std::runtime_error `file: ...`: a sample every `period` [s] is less than a quarter of
-// `rate` [Hz]; what lies between such samples would be made up.
-void RefuseSlow(const std::filesystem::path& file, double period, double rate);
-
-// Instants 1 / `rate` [Hz] apart; after a gap longer than `largest_gap` [s], again from the first
-// sample behind it.
-std::vector<TactileInstant> SteadyInstants(const std::vector<double>& t, double rate,
-                                           double largest_gap);
-// Every sample as it is, and instants about `period` [s] apart where samples are missing: that is,
-// where the two samples before and behind a long step do not make up for it. A stamp that comes
-// late is followed by one that seems early, and nothing is missing. `period`: the typical one.
-std::vector<TactileInstant> InstantsOfSamples(const std::vector<double>& t, double period,
-                                              double largest_gap);
-
-// What the fingers read at `instant`, linear between samples.
-TactileFrame FrameAt(const TactileRecording& recording, const TactileInstant& instant);
 // `share` of the way from one reading to another, 0 to 1; a pose where both have one.
 FingerReading Between(const FingerReading& from, const FingerReading& to, double share) noexcept;
 // Linear in place, spherically linear in rotation.

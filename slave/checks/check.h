@@ -47,7 +47,7 @@ inline std::vector<std::string_view>& ChecksLeftOut() {
 template <class Sample>
 class Checks {
  public:
-  // `name`: that of the file without `.h`.
+  // `name`: for the ablation study.
   void Add(std::string_view name, std::unique_ptr<Check<Sample>> check) {
     for (const std::string_view left_out : ChecksLeftOut()) {
       if (left_out == name) return;

@@ -4,11 +4,11 @@
 #include <cassert>
 #include <cmath>
 
+#include "slave/checks/chi_square.h"
+
 namespace palpate {
 namespace {
 
-// Quantile 0.9999 of the normal distribution [-]. [by definition]
-constexpr double kNormalQuantile = 3.719;
 // Square that a residual counts for at most [-]. [by definition: over the gate of any window, and
 // finite]
 constexpr double kMostSquare = 1e6;
@@ -17,13 +17,6 @@ constexpr double kMostSquare = 1e6;
 
 Consistency::Consistency(int window) : window_(static_cast<std::size_t>(window)) {
   assert(window >= 1 && window <= kMostWindow);
-}
-
-// Wilson and Hilferty, 1931: the cube root of chi-square / n is nearly normal.
-double Consistency::Gate(int n) noexcept {
-  const double variance = 2.0 / (9.0 * n);
-  const double root = 1 - variance + kNormalQuantile * std::sqrt(variance);
-  return n * root * root * root;
 }
 
 Consistency::Window* Consistency::FindWindow(FailedCheck code) noexcept {
@@ -67,8 +60,8 @@ Consistency::Result Consistency::Close() noexcept {
   for (std::size_t i = 0; i < count_; ++i) {
     const Sum total = Total(windows_[i]);
     if (total.n == 0) continue;
-    const double gate = Gate(total.n), excess = total.q / gate;
-    result.widening = std::max(result.widening, std::sqrt(std::min(total.q, gate) / total.n));
+    result.widening = std::max(result.widening, std::sqrt(total.q / total.n));
+    const double excess = total.q / ChiSquareGate(total.n);
     if (!(excess > worst)) continue;
     worst = excess;
     result.verdict = {Validity::kExtrapolated, windows_[i].code, windows_[i].reason};

@@ -31,7 +31,7 @@ class Consistency {
 
   struct Result {
     Verdict verdict{Validity::kValid};
-    double widening = 1;  // of the estimate's sigma: largest sqrt(q / n), of q up to the gate, >= 1
+    double widening = 1;  // factor >= 1 for the estimate's sigma: largest sqrt(q / n) of the codes
   };
 
   // `window`: samples that are summed, 1 to kMostWindow.
@@ -45,9 +45,6 @@ class Consistency {
   Result Close() noexcept;
   // Forgets all samples.
   void Reset() noexcept;
-
-  // The quantile 0.9999 of chi-square with n >= 1 degrees of freedom, to 8 %: never too small.
-  [[nodiscard]] static double Gate(int n) noexcept;
 
  private:
   struct Sum {

@@ -34,7 +34,7 @@ EPILOG = """SOURCE is one of
   FOLDER              with tensors.json, the layout of the weights of paper B's authors
 The module gets [1, window, n] (recurrent) or [1, n] counts minus baseline, scaled by --input-mean and --input-scale, with
 n = 21 (E1 to E19, pac0, pdc) or 19. Its outputs begin with the force of the fingertip on the object, frame F [N].
-Accepted are LSTM or GRU layers, followed by linear layers with activations: tanh, relu, sigmoid, elu, leaky_relu.
+Accepted are LSTM layers, followed by linear layers with activations: tanh, relu, sigmoid, elu, leaky_relu.
 Activations that are functions of its forward pass are given by --activation. Before network.json is written, its forces are
 compared with those of PyTorch in 20 random windows.
 
@@ -48,20 +48,19 @@ Examples:
 class Layers:
     """Layers as network.json has them: kernels of inputs x outputs."""
     lstm: list[tuple[Array, Array]] = dataclasses.field(default_factory=list)
-    gru: list[tuple[Array, Array, Array]] = dataclasses.field(default_factory=list)
     dense: list[tuple[Array, Array]] = dataclasses.field(default_factory=list)
     activations: list[str] = dataclasses.field(default_factory=list)  # after each dense layer but the last
 
     @property
     def recurrent(self) -> bool:
-        return bool(self.lstm or self.gru)
+        return bool(self.lstm)
 
     @property
     def inputs(self) -> int:
         if not self.recurrent:
             return len(self.dense[0][0])
-        kernel = (self.lstm or self.gru)[0][0]
-        return len(kernel) - kernel.shape[1] // (4 if self.lstm else 3)
+        kernel = self.lstm[0][0]
+        return len(kernel) - kernel.shape[1] // 4
 
 
 def finite(name: str, values: torch.Tensor) -> Array:
@@ -72,28 +71,23 @@ def finite(name: str, values: torch.Tensor) -> Array:
     return array
 
 
-def recurrent_layers(name: str, module: torch.nn.RNNBase, layers: Layers) -> None:
-    gates = {torch.nn.LSTM: 4, torch.nn.GRU: 3}[type(module)]
+def recurrent_layers(name: str, module: torch.nn.LSTM, layers: Layers) -> None:
     for flag in ("bidirectional", "proj_size"):
         if getattr(module, flag, 0):
             raise InputError(f"{name}: {flag} = {getattr(module, flag)} is not accepted")
-    if layers.dense or (layers.gru if gates == 4 else layers.lstm):
-        raise InputError(f"{name}: expected LSTM or GRU layers first, not both, and then linear layers")
+    if layers.dense:
+        raise InputError(f"{name}: expected LSTM layers first, and then linear layers")
     n = module.hidden_size
     for k in range(module.num_layers):
         own, other = (finite(f"{name}.weight_{part}_l{k}", getattr(module, f"weight_{part}_l{k}")) for part in ("ih", "hh"))
-        biases = [finite(f"{name}.bias_{part}_l{k}", getattr(module, f"bias_{part}_l{k}")) if module.bias else np.zeros(gates * n)
+        biases = [finite(f"{name}.bias_{part}_l{k}", getattr(module, f"bias_{part}_l{k}")) if module.bias else np.zeros(4 * n)
                   for part in ("ih", "hh")]
         kernel = np.concatenate([own.T, other.T])
-        if gates == 4:  # PyTorch orders the gates i, f, j, o
-            order = np.concatenate([np.arange(part * n, (part + 1) * n) for part in (0, 2, 1, 3)])
-            bias = (biases[0] + biases[1])[order]
-            bias[2 * n:3 * n] -= FORGET_BIAS
-            layers.lstm.append((kernel[:, order], bias))
-        else:
-            bias = biases[0].copy()
-            bias[:2 * n] += biases[1][:2 * n]
-            layers.gru.append((kernel, bias, biases[1][2 * n:]))
+        # PyTorch orders the gates i, f, j, o.
+        order = np.concatenate([np.arange(part * n, (part + 1) * n) for part in (0, 2, 1, 3)])
+        bias = (biases[0] + biases[1])[order]
+        bias[2 * n:3 * n] -= FORGET_BIAS
+        layers.lstm.append((kernel[:, order], bias))
 
 
 def leaves(module: torch.nn.Module, name: str = "") -> Iterator[tuple[str, torch.nn.Module]]:
@@ -108,7 +102,7 @@ def layers_of(module: torch.nn.Module, activation: str) -> Layers:
     """`activation`: between linear layers without a module for it. Raises InputError naming the layer."""
     layers = Layers()
     for name, part in leaves(module):
-        if type(part) in (torch.nn.LSTM, torch.nn.GRU):
+        if isinstance(part, torch.nn.LSTM):
             recurrent_layers(name, part, layers)
         elif isinstance(part, torch.nn.Linear):
             if len(layers.activations) < len(layers.dense):
@@ -122,7 +116,7 @@ def layers_of(module: torch.nn.Module, activation: str) -> Layers:
                 raise InputError(f"{name}: {part} is not accepted: expected PyTorch's default slope")
             layers.activations.append(ACTIVATIONS[type(part)])
         elif not isinstance(part, PASSED_OVER):
-            raise InputError(f"{name}: {type(part).__name__} is not accepted: expected LSTM, GRU, Linear, Dropout, Flatten or "
+            raise InputError(f"{name}: {type(part).__name__} is not accepted: expected LSTM, Linear, Dropout, Flatten or "
                              f"one of {', '.join(kind.__name__ for kind in ACTIVATIONS)}")
     if not layers.dense:
         raise InputError("the module has no linear layer that gives the force")
@@ -139,8 +133,7 @@ def in_single_precision(layers: Layers) -> Layers:
     """As network.json has the numbers."""
     def rounded(arrays: tuple[Array, ...]) -> Any:
         return tuple(array.astype(np.float32).astype(float) for array in arrays)
-    return Layers([rounded(layer) for layer in layers.lstm], [rounded(layer) for layer in layers.gru],
-                  [rounded(layer) for layer in layers.dense], layers.activations)
+    return Layers([rounded(layer) for layer in layers.lstm], [rounded(layer) for layer in layers.dense], layers.activations)
 
 
 def sigmoid(x: Array) -> Array:
@@ -156,16 +149,6 @@ def forward(layers: Layers, x: Array) -> Array:
             i, j, f, o = np.split(np.concatenate([row, h]) @ kernel + bias, 4)
             c = c * sigmoid(f + FORGET_BIAS) + sigmoid(i) * np.tanh(j)
             h = np.tanh(c) * sigmoid(o)
-            states.append(h)
-        x = np.array(states)
-    for kernel, bias, candidate_bias in layers.gru:
-        n = kernel.shape[1] // 3
-        h, states = np.zeros(n), []
-        for row in x:
-            own, other = row @ kernel[:-n] + bias, h @ kernel[-n:]
-            r, z = (sigmoid((own + other)[part * n:(part + 1) * n]) for part in (0, 1))
-            candidate = np.tanh(own[2 * n:] + r * (other[2 * n:] + candidate_bias))
-            h = (1 - z) * candidate + z * h
             states.append(h)
         x = np.array(states)
     y = x[-1]
@@ -313,8 +296,6 @@ def document_of(layers: Layers, options: argparse.Namespace, authors: bool) -> d
         "sigma": options.sigma, "origin": origin,
         "input": {"mean": single_precision(scales["input_mean"]), "scale": single_precision(scales["input_scale"])},
         "lstm": [{"kernel": single_precision(kernel), "bias": single_precision(bias)} for kernel, bias in layers.lstm],
-        "gru": [{"kernel": single_precision(kernel), "bias": single_precision(bias), "candidate_bias": single_precision(candidate)}
-                for kernel, bias, candidate in layers.gru],
         "dense": dense,
         "output": {"mean": single_precision(scales["output_mean"]), "scale": single_precision(scales["output_scale"])}}
 

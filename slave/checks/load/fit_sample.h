@@ -1,28 +1,60 @@
 // What the checks of a fitted load get. Frame O.
 #pragma once
 
+#include <cmath>
 #include <string_view>
 #include <vector>
 
-#include "slave/checks/load/plate_fit.h"
 #include "slave/checks/load/surface_load.h"
+#include "slave/mechanics/plate/fit/load_fit.h"
 #include "slave/vision/stereo/surface_points.h"
 
 namespace palpate {
 
+// A nuisance parameter of a fit, zero if all is well: Wald's test tells whether it is.
+struct NuisanceParameter {
+  double value = 0, sigma = 0;
+  double tolerance = 0;  // share of the value that the model's error explains
+
+  [[nodiscard]] bool IsSignificant(double sigmas) const noexcept {
+    return std::abs(value) > sigmas * sigma + tolerance;
+  }
+};
+
+// What the fit of a load on a flat membrane finds.
+struct PlateFit {
+  LoadFit load;
+  int points = 0;    // points on the plate, visible and selected
+  int left_out = 0;  // of them: outliers
+  // The rim or the cameras have moved since rest. The load does not include it: a motion of the
+  // cameras within limits is compensated.
+  bool moved = false, compensated = false;
+  // Displacement along the plate with the distance from the points' centre, rms [m].
+  NuisanceParameter growth;
+  // Tension at rest beyond the scene's [N/m], the model's error as its tolerance, and the force by
+  // which the load would be another per tension [N / (N/m)]; sigma 0: not identified.
+  NuisanceParameter tension;
+  double force_per_tension = 0;
+  double sigma = 0;    // of a point along z, rms [m]
+  double deepest = 0;  // largest fitted deflection [m]
+};
+
 struct FitSample {
   const std::vector<SurfacePoint>& points_O;
   const SurfaceLoad& load;        // without the results of these checks
-  int points = 0, left_out = 0;   // that take part; of them, those that contradict the others
-  double off = 0;                 // rms of (measured - fitted) [m]
+  int points = 0, left_out = 0;   // that take part; of them, outliers
+  int freedom = 0;                // degrees of freedom of the residuals
+  double sigma = 0;               // of a point's residual [m]
+  double deepest = 0;             // largest deflection [m]
   std::string_view beyond_range;  // why the model's answer is extrapolated; empty: it is not
 
   const PlateFit* plate = nullptr;  // of a flat membrane
-  double rest_square = 0;           // mean of off^2 without contact [m^2]; 0: unknown
+  double rest_residual = 0;         // SurfaceLoad::residual without contact; 0: unknown
 
-  // Share of off^2 that the points have without contact as well; 1: unknown.
+  // Share of the squared residuals that the points have without contact as well; 1: unknown.
   [[nodiscard]] double NoiseShare() const noexcept {
-    return rest_square > 0 && off * off > rest_square ? rest_square / (off * off) : 1;
+    const double ratio = rest_residual / load.residual;
+    return rest_residual > 0 && ratio < 1 ? ratio * ratio : 1;
   }
 };
 

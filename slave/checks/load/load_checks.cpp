@@ -1,30 +1,71 @@
 #include "slave/checks/load/load_checks.h"
 
-#include "slave/checks/load/contradicting_points.h"
-#include "slave/checks/load/dome_at_rest.h"
-#include "slave/checks/load/dome_residual.h"
+#include "slave/checks/load/dome_rest_shape.h"
 #include "slave/checks/load/encoder_depth.h"
 #include "slave/checks/load/flat_at_rest.h"
-#include "slave/checks/load/growth.h"
-#include "slave/checks/load/model_range.h"
-#include "slave/checks/load/neighbours.h"
-#include "slave/checks/load/outward.h"
-#include "slave/checks/load/pull.h"
+#include "slave/checks/load/load_limits.h"
 #include "slave/checks/load/residual.h"
-#include "slave/checks/load/rig_motion.h"
-#include "slave/checks/load/scale.h"
-#include "slave/checks/load/scatter.h"
 #include "slave/checks/load/tension.h"
 #include "slave/checks/load/timing.h"
 
 namespace palpate {
+namespace {
+
+// The load is within the range of its model.
+class ModelRangeCheck final : public Check<FitSample> {
+ public:
+  void Examine(const FitSample& sample, Findings* findings) noexcept override {
+    if (sample.beyond_range.empty()) return;
+    findings->Fail(FailedCheck::kModelRange, sample.beyond_range);
+  }
+};
+
+// Cameras and rim have moved no farther than is compensated.
+class RigMotionCheck final : public Check<FitSample> {
+ public:
+  void Examine(const FitSample& sample, Findings* findings) noexcept override {
+    if (!sample.plate->moved || sample.plate->compensated) return;
+    findings->Fail(FailedCheck::kCameraMotion,
+                   "the cameras or the membrane's rim have moved since the rest images");
+  }
+};
+
+// The points are as far apart along the plate as at rest.
+class GrowthCheck final : public Check<FitSample> {
+ public:
+  void Examine(const FitSample& sample, Findings* findings) noexcept override {
+    if (!sample.plate->growth.IsSignificant(LoadLimits::kWaldSigmas)) return;
+    findings->Fail(FailedCheck::kScale,
+                   "the distances of the points have changed since rest: zoom");
+  }
+};
+
+// A tool can only press: a load that pulls comes from exchanged cameras or a wrong pose.
+class PullCheck final : public Check<LoadSample> {
+ public:
+  void Examine(const LoadSample& sample, Findings* findings) noexcept override {
+    if (!(sample.load.force > sample.load.sigma_force)) return;
+    findings->Fail(FailedCheck::kMisfit,
+                   "the load pulls outward: check the sides (left, right), the rig and the "
+                   "object's pose");
+  }
+};
+
+// An error of all distances is an error of the force.
+class ScaleCheck final : public Check<LoadSample> {
+ public:
+  void Examine(const LoadSample& sample, Findings* findings) noexcept override {
+    findings->Widen(LoadLimits::kForceOfScale * sample.seen.scale_error * sample.load.force);
+  }
+};
+
+}  // namespace
 
 Checks<FitSample> MakePlateChecks(double radius, double thickness, double prestress) {
   Checks<FitSample> checks;
   checks.Add("model_range", std::make_unique<ModelRangeCheck>());
-  checks.Add("contradicting_points", std::make_unique<ContradictingPointsCheck>());
-  checks.Add("neighbours", std::make_unique<NeighboursCheck>());
-  checks.Add("scatter", std::make_unique<ScatterCheck>());
+  checks.Add("residual",
+             std::make_unique<ResidualCheck>(LoadLimits::kGoodFit, LoadLimits::kModelError));
   checks.Add("rig_motion", std::make_unique<RigMotionCheck>());
   checks.Add("growth", std::make_unique<GrowthCheck>());
   checks.Add("flat_at_rest", std::make_unique<FlatAtRestCheck>(radius, thickness));
@@ -32,21 +73,19 @@ Checks<FitSample> MakePlateChecks(double radius, double thickness, double prestr
   return checks;
 }
 
-Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest, double model_error) {
+Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest) {
   Checks<FitSample> checks;
   checks.Add("model_range", std::make_unique<ModelRangeCheck>());
-  checks.Add("dome_residual", std::make_unique<DomeResidualCheck>(model_error));
-  if (!rest) return checks;
-  checks.Add("outward", std::make_unique<OutwardCheck>(*rest));
-  checks.Add("dome_at_rest", std::make_unique<DomeAtRestCheck>(*rest));
+  checks.Add("residual",
+             std::make_unique<ResidualCheck>(LoadLimits::kGoodDome, LoadLimits::kTrueDent));
+  if (rest) checks.Add("dome_rest_shape", std::make_unique<DomeRestShapeCheck>(*rest));
   return checks;
 }
 
 Checks<FitSample> MakeVolumeChecks() {
   Checks<FitSample> checks;
   checks.Add("model_range", std::make_unique<ModelRangeCheck>());
-  checks.Add("residual", std::make_unique<ResidualCheck>());
-  checks.Add("contradicting_points", std::make_unique<ContradictingPointsCheck>());
+  checks.Add("residual", std::make_unique<ResidualCheck>(LoadLimits::kGoodFit, 0));
   return checks;
 }
 

@@ -12,9 +12,8 @@ namespace palpate {
 
 // Of a fit on a flat membrane of `radius` and `thickness` [m]; `prestress` of the scene [N/m].
 Checks<FitSample> MakePlateChecks(double radius, double thickness, double prestress);
-// Of a fit on a domed membrane. `rest`: its shape; nullopt: not checked. `model_error`: of a
-// point's displacement [m].
-Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest, double model_error);
+// Of a fit on a domed membrane. `rest`: its shape; nullopt: not checked.
+Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest);
 // Of a fit on a volume.
 Checks<FitSample> MakeVolumeChecks();
 // Of every load, after those of its fit.

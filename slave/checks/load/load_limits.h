@@ -8,8 +8,15 @@ struct LoadLimits {
   // Share of the points that may contradict the others [-]. [tuned: surface_doubts_test,
   // many contradicting dots]
   static constexpr double kMostLeftOut = 0.25;
-  // Residual of a load on a volume, in sigmas [-]. [derived: that of LoadFitter]
+  // Residual of a load while that without contact is unknown [sigma]. [derived: that of LoadFitter]
   static constexpr double kGoodFit = 3;
+  // From which on a nuisance parameter is not zero [sigma]. [tuned: surface_doubts_test, a moved
+  // rim, a bumped rig, points that move apart]
+  static constexpr double kWaldSigmas = 6;
+  // Relative error of the force by that of the distances [-]. [derived: the force of a stretched
+  // membrane goes with the third power of the depth, and the depth of a camera that has turned with
+  // the square of the distance]
+  static constexpr double kForceOfScale = 6;
 
   // Flat membranes.
   // Height of a bulge at rest by the thickness [-]. [derived: a shell of this height is some
@@ -17,10 +24,10 @@ struct LoadLimits {
   static constexpr double kFlatHeight = 0.2;
   // Error of the plate's law by the largest deflection, rms [-]. [tuned: radius wrong]
   static constexpr double kModelError = 0.03;
-  // Scatter by that at rest [-]. [derived: the chance of two dozen points]
-  static constexpr double kClearly = 1.5;
 
   // Domed membranes.
+  // Residual while there is no indentation [sigma]. [tuned: domed_scene_test]
+  static constexpr double kGoodDome = 2;
   // Offset of the points at rest from the scene's shape, rms by the dome's height [-]. [tuned:
   // domed_scene_test]
   static constexpr double kTrueDome = 0.04;

@@ -1,6 +1,8 @@
-// One load explains the points of a volume within their noise.
+// One load explains the measured displacements: reduced chi-square of the residuals against their
+// noise, with a share of the deflection for the error of the model.
 #pragma once
 
+#include "slave/checks/chi_square.h"
 #include "slave/checks/load/fit_sample.h"
 #include "slave/checks/load/load_limits.h"
 
@@ -8,11 +10,28 @@ namespace palpate {
 
 class ResidualCheck final : public Check<FitSample> {
  public:
+  // `noise`: residual that is accepted while that without contact is unknown [sigma].
+  // `model_error`: by the largest deflection [-].
+  ResidualCheck(double noise, double model_error) : noise_(noise), model_error_(model_error) {}
+
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
-    if (!(sample.load.residual > LoadLimits::kGoodFit)) return;
+    if (sample.left_out > LoadLimits::kMostLeftOut * sample.points) {
+      findings->Fail(FailedCheck::kMisfit,
+                     "more than a quarter of the points contradict the others");
+    }
+    const double rest = sample.rest_residual;
+    // Without a load the residual is what that at rest is learnt from.
+    const bool is_known = rest > 0 && sample.freedom > 0 && sample.load.force != 0;
+    const double noise =
+        is_known ? rest * rest * ChiSquareGate(sample.freedom) / sample.freedom : noise_ * noise_;
+    const double model = sample.sigma > 0 ? model_error_ * sample.deepest / sample.sigma : 0;
+    if (sample.load.residual * sample.load.residual <= noise + model * model) return;
     findings->Fail(FailedCheck::kMisfit,
-                   "the residual of one load of this width exceeds the noise of the points");
+                   "no load of this width explains the measured surface within its noise");
   }
+
+ private:
+  double noise_, model_error_;
 };
 
 }  // namespace palpate

@@ -15,72 +15,69 @@ class TensionCheck final : public Check<FitSample> {
   // `prestress` of the scene [N/m].
   explicit TensionCheck(double prestress) : prestress_(prestress) {}
 
-  // What one image leaves open many determine together.
   void Examine(const FitSample& sample, Findings* findings) noexcept override {
     const PlateFit& fit = *sample.plate;
-    const LoadFitter::Sought& sought = fit.tension;
-    if (!(sought.sigma > 0) || sample.load.force == 0) return;
-    // Of the residuals that another tension leaves.
-    const double freedom = std::max(1, fit.points - fit.left_out - 4);
-    const double explained = sought.amount * sought.amount / (sought.sigma * sought.sigma);
-    const double residual = fit.load.residual * fit.load.residual * (freedom + 1) - explained;
-    const double scatter =
-        std::sqrt(
-            std::max(NoiseLimits::kLeastScatter * NoiseLimits::kLeastScatter, residual / freedom)) *
-        sought.sigma;
-    // Beyond the noise that the points have at rest, their errors go with the indentation's shape
-    // and come again with it: those of compression, for example.
-    const double again = scatter * std::sqrt(1 - sample.NoiseShare());
-    const double weight = 1 / (scatter * scatter + fit.sigma_of_law * fit.sigma_of_law);
-    auto& [information, score, law, sure, likely] = past_;
-    information = kRemembered * information + weight;
-    score = kRemembered * score + weight * sought.amount;
-    law = kRemembered * law + weight * std::hypot(fit.sigma_of_law, again);
-    const double amount = score / information;
-    const double sigma = std::hypot(1 / std::sqrt(information), law / information);
-    // What was sure once, at the depth that shows it best, stays so.
-    sure = std::max(kRemembered * sure, std::abs(amount) - kSigmas * sigma);
-    likely = std::max(kRemembered * likely, std::abs(amount) - 2 * sigma);
-    const double wrong = std::max(kUncertain * likely, SigmaOfScene(amount, sigma));
-    const double force = std::abs(sample.load.force), per_tension = std::abs(sought.force);
-    findings->Widen(std::min(per_tension * wrong, force / 2));
-    if (per_tension * sure > kShare * force) {
+    if (!(fit.tension.sigma > 0) || sample.load.force == 0) return;
+    Update(sample);
+    const double value = score_ / information_;
+    const double sigma = std::hypot(1 / std::sqrt(information_), systematic_ / information_);
+    const double force = std::abs(sample.load.force);
+    const double per_tension = std::abs(fit.force_per_tension);
+    findings->Widen(std::min(per_tension * PosteriorRms(value, sigma), force / 2));
+    // What was certain once, at the depth that shows it best, stays so.
+    certain_ = std::max(kForgetting * certain_, std::abs(value) - kSigmas * sigma);
+    if (per_tension * certain_ > kShare * force) {
       findings->Fail(FailedCheck::kMisfit,
                      "the width of the indentation does not fit the scene's prestress");
     }
   }
-  void Reset() noexcept override { past_ = {}; }
+  void Reset() noexcept override { information_ = score_ = systematic_ = certain_ = 0; }
 
  private:
-  // Of the evidence, from image to image [-]. [tuned: surface_doubts_test, dents of another
-  // tension]
-  static constexpr double kRemembered = 0.99;
-  // At which another tension is certain [sigma]. [tuned: undisturbed, prestress told - there is
-  // none]
+  // Weight of earlier images, from image to image [-]. [tuned: surface_doubts_test, dents of
+  // another tension]
+  static constexpr double kForgetting = 0.99;
+  // From which on another tension is certain [sigma]. [tuned: undisturbed, prestress told - there
+  // is none]
   static constexpr double kSigmas = 3.5;
-  // One sigma of a tension that is not certain, by its size: a likely one, and the scene's [-].
-  // [recorded: 300 N/m in the scene of a loose membrane, 6 of 17 forces up to 2.4 times too large]
-  static constexpr double kUncertain = 0.5;
-  // Of the force, that a wrong tension may make [-]. [tuned: prestress told - there is none]
+  // Prior sigma of the tension by its size [-]. [recorded: 300 N/m in the scene of a loose
+  // membrane, 6 of 17 forces up to 2.4 times too large]
+  static constexpr double kPrior = 0.5;
+  // Error of the force by a wrong tension that counts [-]. [tuned: prestress told - there is none]
   static constexpr double kShare = 0.02;
 
-  // By how much the tension may differ from the scene's, rms, where the scene names one, by what is
-  // known beforehand and what the indentations show: `amount`, `sigma` [N/m]. A membrane without
-  // prestress in the scene is loose.
-  [[nodiscard]] double SigmaOfScene(double amount, double sigma) const noexcept {
-    if (!(prestress_ > 0)) return 0;
-    const double own = kUncertain * prestress_;
-    const double known = 1 / (own * own), seen = 1 / (sigma * sigma);
-    return std::hypot(seen * amount / (known + seen), 1 / std::sqrt(known + seen));
+  // Weighted mean of the images' estimates. Their noise averages out; the error of the model, and
+  // residuals that the points do not have at rest, recur with the same indentation.
+  void Update(const FitSample& sample) noexcept {
+    const PlateFit& fit = *sample.plate;
+    const auto& [value, sigma, model] = fit.tension;
+    // Residuals without the part that the tension explains.
+    const double freedom = std::max(1, sample.freedom - 1);
+    const double square =
+        fit.load.residual * fit.load.residual * (freedom + 1) - value * value / (sigma * sigma);
+    constexpr double kLeast = NoiseLimits::kLeastScatter;
+    const double noise = sigma * std::sqrt(std::max(kLeast * kLeast, square / freedom));
+    const double recurring = std::hypot(model, noise * std::sqrt(1 - sample.NoiseShare()));
+    const double weight = 1 / (noise * noise + model * model);
+    information_ = kForgetting * information_ + weight;
+    score_ = kForgetting * score_ + weight * value;
+    systematic_ = kForgetting * systematic_ + weight * recurring;
+  }
+
+  // Expected difference from the scene's tension, rms [N/m], with a prior for a membrane of the
+  // scene's prestress, or of the tension that the indentations show. A membrane without prestress
+  // in the scene is loose.
+  [[nodiscard]] double PosteriorRms(double value, double sigma) const noexcept {
+    const double prior = kPrior * std::max(prestress_, std::abs(value) - 2 * sigma);
+    if (!(prior > 0)) return 0;
+    const double gain = prior * prior / (prior * prior + sigma * sigma);
+    return std::hypot(gain * value, std::sqrt(gain) * sigma);
   }
 
   double prestress_;  // [N/m]
-  // Least-squares estimate of the tension beyond the scene's, from the indentations of earlier
-  // images.
-  struct Past {
-    double information = 0, score = 0, law = 0;
-    double sure = 0, likely = 0;  // [N/m]
-  } past_;
+  // Of the tension beyond the scene's, over earlier images.
+  double information_ = 0, score_ = 0, systematic_ = 0;
+  double certain_ = 0;  // least difference from the scene's tension [N/m]
 };
 
 }  // namespace palpate

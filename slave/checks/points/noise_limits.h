@@ -4,8 +4,6 @@
 namespace palpate {
 
 struct NoiseLimits {
-  // From a median of sizes to a standard deviation [-]. [by definition]
-  static constexpr double kToNormal = 1.4826;
   // From which on something is no noise [sigma]. [derived: noise is beyond it once in two million]
   static constexpr double kStandsOut = 5;
   // Of the points, by their stated sigmas, at least [-]. [tuned: surface_doubts_test,

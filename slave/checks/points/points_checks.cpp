@@ -1,11 +1,43 @@
 #include "slave/checks/points/points_checks.h"
 
-#include "slave/checks/points/dots_at_rest.h"
 #include "slave/checks/points/epipolar.h"
-#include "slave/checks/points/frozen_source.h"
 #include "slave/checks/points/membrane_distance.h"
+#include "slave/checks/points/points_limits.h"
+#include "slave/checks/repeat_detector.h"
 
 namespace palpate {
+namespace {
+
+// Images of a pair or depth camera do not repeat.
+class FrozenSourceCheck final : public Check<PointsSample> {
+ public:
+  void Examine(const PointsSample& sample, Findings* findings) noexcept override {
+    if (!detector_.Repeats(sample.left, sample.right)) return;
+    findings->Fail(FailedCheck::kFrozen, "a camera repeats the same image: it is frozen");
+  }
+
+ private:
+  RepeatDetector detector_{{.learning = PointsLimits::kLearning}};
+};
+
+// Spacing and position of the dots at rest are those of the layout.
+class DotsAtRestCheck final : public Check<PointsSample> {
+ public:
+  void Examine(const PointsSample& sample, Findings* findings) noexcept override {
+    if (sample.seen.scale_error > PointsLimits::kTrueSize) {
+      findings->Fail(FailedCheck::kScale,
+                     "the distances of the dots differ from the layout: check the rig and the "
+                     "layout");
+    }
+    if (sample.seen.place_error > PointsLimits::kTruePlace) {
+      findings->Fail(FailedCheck::kRegistration,
+                     "the positions of the dots differ from the layout: check the pose and the "
+                     "layout");
+    }
+  }
+};
+
+}  // namespace
 
 Checks<PointsSample> MakePointsChecks(const Scene& scene, const StereoRig& rig) {
   Checks<PointsSample> checks;

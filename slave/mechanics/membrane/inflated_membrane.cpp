@@ -293,7 +293,7 @@ double InflatedMembrane::Displace(std::span<const Eigen::Vector3d> forces,
   return rise;
 }
 
-Eigen::MatrixXd InflatedMembrane::NormalCompliance(bool steady_air) const {
+Eigen::MatrixXd InflatedMembrane::NormalCompliance() const {
   const auto nodes = static_cast<Eigen::Index>(unknown_.size());
   Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(nodes, nodes);
   const auto normal_part = [this](const Eigen::VectorXd& u, Eigen::Index i) {
@@ -309,7 +309,7 @@ Eigen::MatrixXd InflatedMembrane::NormalCompliance(bool steady_air) const {
     f.segment<3>(at).setZero();
     for (Eigen::Index i = 0; i < nodes; ++i) compliance(i, j) = normal_part(u, i);
   }
-  if (!steady_air && params_.air_stiffness > 0) {
+  if (params_.air_stiffness > 0) {
     Eigen::VectorXd by_volume(nodes);
     for (Eigen::Index i = 0; i < nodes; ++i) by_volume[i] = normal_part(factor_->by_volume, i);
     compliance -= params_.air_stiffness / (1 + params_.air_stiffness * factor_->give_by_volume) *

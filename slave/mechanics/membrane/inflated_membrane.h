@@ -78,9 +78,8 @@ class InflatedMembrane {
   double Displace(std::span<const Eigen::Vector3d> forces,
                   std::vector<Eigen::Vector3d>* displacements) const;
   // nodes x nodes, symmetric [m/N]: displacement of node i along its normal under a unit force on
-  // node j along its normal. With the air's stiffness or, `steady_air`, at constant pressure.
-  // O(nodes^2).
-  [[nodiscard]] Eigen::MatrixXd NormalCompliance(bool steady_air = false) const;
+  // node j along its normal. O(nodes^2).
+  [[nodiscard]] Eigen::MatrixXd NormalCompliance() const;
 
   [[nodiscard]] const SurfaceMesh& surface() const { return shape_.surface; }
   [[nodiscard]] const std::vector<int>& held() const { return shape_.held; }

@@ -1,6 +1,8 @@
 // Limits of the fit of a load on a flat membrane. Rows are those of the robustness suite.
 #pragma once
 
+#include <cstddef>
+
 #include "slave/checks/load/load_limits.h"
 
 namespace palpate {
@@ -8,10 +10,7 @@ namespace palpate {
 struct PlateLimits {
   // Points that are used as they are; beyond, at most so many [-]. [tuned: surface_estimator_test,
   // a force from 1681 points]
-  static constexpr int kMostPoints = 128;
-  // Squares of a grid across the plate [-]. [derived: the plate meets 109 of 121, at most
-  // kMostPoints]
-  static constexpr int kSquares = 11;
+  static constexpr std::size_t kMostPoints = 128;
   // Points of a motion or an outlier [-]. [derived: four of a load, and one to spare]
   static constexpr int kLeastPoints = 5;
 
@@ -21,10 +20,6 @@ struct PlateLimits {
   static constexpr double kSoft = 2;  // [sigma] [tuned: surface_doubts_test, dots out of place]
   // The model's own error by the largest deflection [-]. [derived: that of the check of the fit]
   static constexpr double kModelError = LoadLimits::kModelError;
-  // Reach of a cluster of neighbours [radii], and their number [-]. [tuned: surface_doubts_test, a
-  // patch that lies off to one side]
-  static constexpr double kReach = 0.3;
-  static constexpr int kNeighbours = 3;  // [-] [tuned: surface_doubts_test, as kReach]
   // Solutions of the plate for fits with the same rim [-]. [recorded: a compensated rig needs up to
   // 650, a moved rim 1000; points of a mirrored image took seconds] [tuned:
   // AMovedRimIsFlaggedAndNotTurnedIntoForce]
@@ -34,11 +29,10 @@ struct PlateLimits {
   // [-]; and found if the residual falls to this share [-]. [tuned: surface_doubts_test, a moved
   // rim, a bumped rig]
   static constexpr double kManyLeftOut = 0.15, kPoorFit = 2, kClearlyBetter = 0.7;
-  // Motion from which on it counts [sigma], beyond a share of the depth that is the model's error,
-  // or that a contact carries and draws together its points along the plate [-]. [tuned:
-  // surface_doubts_test, a moved rim, a bumped rig, points that move apart]
-  static constexpr double kMotionSigmas = 6, kRimShare = 0.02, kSidewaysShare = 0.1,
-                          kGrowthShare = 0.03;
+  // Share of the depth that is the model's error in a motion of the rim, or by which a contact
+  // moves and draws together its points along the plate [-]. [tuned: surface_doubts_test, a moved
+  // rim, a bumped rig, points that move apart]
+  static constexpr double kRimShare = 0.02, kSidewaysShare = 0.1, kGrowthShare = 0.03;
   // Compensated rigid motion of rig or membrane [m]: along the plate, normal to it, and at the rim
   // by a tilt. Rotation of the cameras about themselves raises nothing. [tuned: rig bumped at rest]
   static constexpr double kMostSlide = 4e-3, kMostRise = 0.3e-3, kMostTilt = 1.5e-3;

@@ -63,33 +63,43 @@ SurfaceLoad PlateLoadIdentifier::Fit(const std::vector<SurfacePoint>& points_O) 
                    .load = load_,
                    .points = found.points,
                    .left_out = found.left_out,
-                   .off = found.off,
+                   .freedom = found.points - found.left_out - 3,
+                   .sigma = found.sigma,
+                   .deepest = found.deepest,
                    .plate = &found};
   if (fit.nothing) {
     load_.Set({Validity::kValid});
     load_.sigma_force = SigmaAtRest(points_O);
-    const double square = found.off * found.off;
+    const double square = fit.residual * fit.residual;
     rest_square_ += (rest_square_ > 0 ? PlateLimits::kForgetsRest : 1) * (square - rest_square_);
-    sample.rest_square = rest_square_;
-  } else {
-    const bool beyond = fit.validity == Validity::kExtrapolated && fit.reason.empty();
-    load_.Set({beyond ? Validity::kValid : fit.validity,
-               fit.reason.empty() ? FailedCheck::kNone : FailedCheck::kMisfit, fit.reason});
+  }
+  sample.rest_residual = std::sqrt(rest_square_);
+  if (!fit.nothing) {
+    SetLoad(sample);
     if (fit.validity == Validity::kFailed) return load_;
-    if (beyond) sample.beyond_range = "the indentation is beyond the plate model's range";
-    sample.rest_square = rest_square_;
-    load_.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
-    load_.force = fit.force;
-    load_.depth = -fit_.answered().Displacement(fit_.solution(), fit.p_O);
-    const double scatter = ScatterOf(sample);
-    load_.sigma_force =
-        std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load_) * load_.force);
-    const Eigen::Matrix2d place = fit.covariance.topLeftCorner<2, 2>();
-    const double half = (place(0, 0) - place(1, 1)) / 2;
-    load_.sigma_place = scatter * std::sqrt(place.trace() / 2 + std::hypot(half, place(0, 1)));
+    if (fit.validity == Validity::kExtrapolated && fit.reason.empty()) {
+      sample.beyond_range = "the indentation is beyond the plate model's range";
+    }
   }
   load_.Take(checks_.Examine(sample));
   return load_;
+}
+
+void PlateLoadIdentifier::SetLoad(const FitSample& sample) noexcept {
+  const LoadFit& fit = sample.plate->load;
+  const bool is_beyond_range = fit.validity == Validity::kExtrapolated && fit.reason.empty();
+  load_.Set({is_beyond_range ? Validity::kValid : fit.validity,
+             fit.reason.empty() ? FailedCheck::kNone : FailedCheck::kMisfit, fit.reason});
+  if (fit.validity == Validity::kFailed) return;
+  load_.p_O = {fit.p_O.x(), fit.p_O.y(), 0};
+  load_.force = fit.force;
+  load_.depth = -fit_.answered().Displacement(fit_.solution(), fit.p_O);
+  const double scatter = ScatterOf(sample);
+  load_.sigma_force =
+      std::hypot(scatter * std::sqrt(fit.covariance(2, 2)), LawsShare(load_) * load_.force);
+  const Eigen::Matrix2d place = fit.covariance.topLeftCorner<2, 2>();
+  const double half = (place(0, 0) - place(1, 1)) / 2;
+  load_.sigma_place = scatter * std::sqrt(place.trace() / 2 + std::hypot(half, place(0, 1)));
 }
 
 // One standard deviation of what the plate's law costs. A plate that bends only has an error of its
@@ -106,14 +116,13 @@ double PlateLoadIdentifier::LawsShare(const SurfaceLoad& load) const noexcept {
 // at rest neighbours share: it does not average out as fast.
 double PlateLoadIdentifier::ScatterOf(const FitSample& sample) noexcept {
   const PlateFit& fit = *sample.plate;
-  const double residual = fit.load.residual, sigma = fit.off / residual;
-  // Points that are compensated err by that, too.
+  const double residual = fit.load.residual;
+  // The errors of compensated points are not noise alone.
   const bool by_noise_alone =
       !fit.moved && std::ranges::all_of(sample.points_O, &SurfacePoint::errs_by_noise_alone);
-  const double at_rest = by_noise_alone && sample.rest_square > 0 && sigma > 0
-                             ? std::min(1.0, sample.rest_square / (sigma * sigma))
-                             : 1;
-  const double freedom = std::max(1, fit.points - fit.left_out - 3);
+  const double rest = sample.rest_residual;
+  const double at_rest = by_noise_alone && rest > 0 ? std::min(1.0, rest * rest) : 1;
+  const double freedom = std::max(1, sample.freedom);
   const double stated = residual < 1 ? PlateLimits::kStated : 0;
   const double noise = sample.NoiseShare();
   const double seen = residual * residual * (noise + (1 - noise) * PlateLimits::kTogether);

@@ -46,6 +46,7 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   [[nodiscard]] const ModelInfo& info() const override { return plate_->info(); }
 
  private:
+  void SetLoad(const FitSample& sample) noexcept;
   [[nodiscard]] double LawsShare(const SurfaceLoad& load) const noexcept;
   [[nodiscard]] static double ScatterOf(const FitSample& sample) noexcept;
   [[nodiscard]] double SigmaAtRest(const std::vector<SurfacePoint>& points_O) const noexcept;
@@ -57,7 +58,7 @@ class PlateLoadIdentifier final : public LoadIdentifier {
   SurfaceMesh surface_;
   SurfaceLoad load_;  // the last one
   Checks<FitSample> checks_;
-  double rest_square_ = 0;  // mean square of the residuals without contact [m^2]; 0: unknown
+  double rest_square_ = 0;  // mean squared residual without contact, in sigmas; 0: unknown
 };
 
 }  // namespace palpate

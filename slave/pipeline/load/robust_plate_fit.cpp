@@ -15,240 +15,191 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+bool IsUsable(const SurfacePoint& point) {
+  const double variance = point.covariance(2, 2);
+  return point.seen && (point.p_S - point.p_S_rest).allFinite() && variance > 0 &&
+         std::isfinite(variance) &&
+         std::isfinite(std::sqrt(point.covariance.topLeftCorner<2, 2>().trace()));
+}
+
 bool IsKnown(const LoadFit& load) {
   return load.validity != Validity::kFailed || load.nothing;
 }
 
 }  // namespace
 
-const std::vector<int>& GridSubsample::Of(const std::vector<SurfacePoint>& points_O) {
-  chosen_.clear();
-  chosen_.reserve(points_O.size());
-  for (std::size_t i = 0; i < points_O.size(); ++i) {
-    if (points_O[i].p_S_rest.head<2>().norm() <= radius_) chosen_.push_back(static_cast<int>(i));
-  }
-  if (chosen_.size() <= PlateLimits::kMostPoints) return chosen_;
-  squares_.assign(static_cast<std::size_t>(PlateLimits::kSquares) * PlateLimits::kSquares, {});
-  for (const int i : chosen_) Add(points_O[static_cast<std::size_t>(i)], i);
-  chosen_.clear();
-  for (const Square& square : squares_) {
-    if (square.has_points) chosen_.push_back(square.nearest);
-  }
-  return chosen_;
+RobustPlateFit::RobustPlateFit(PlateSurface& plate, double width, PlateSurface* finer,
+                               TighterPlate tighter)
+    : plate_(plate), tighter_(tighter), width_(width), fitter_(plate, width, finer) {
+  // Room for the solutions, before the first fit: a fit does not allocate.
+  const Contact none = PlateSurface::DiscContact(Contact::Kind::kForce, {0, 0}, width, 0);
+  plate.Solve({&none, 1}, &coarse_);
+  if (tighter.plate != nullptr) tighter.plate->Solve({&none, 1}, &tight_);
 }
 
-void GridSubsample::Add(const SurfacePoint& point, int index) {
-  const Eigen::Vector2d at = (point.p_S_rest.head<2>() / radius_ + Eigen::Vector2d::Ones()) *
-                             (PlateLimits::kSquares / 2.0);
-  const int column = std::min(static_cast<int>(at.x()), PlateLimits::kSquares - 1);
-  const int row = std::min(static_cast<int>(at.y()), PlateLimits::kSquares - 1);
-  Square& square = squares_[static_cast<std::size_t>(row) * PlateLimits::kSquares +
-                            static_cast<std::size_t>(column)];
-  square.has_points = true;
-  if (!point.seen) return;
-  const double distance = (at - Eigen::Vector2d(column + 0.5, row + 0.5)).squaredNorm();
-  if (square.nearest != kNone && distance >= square.distance) return;
-  square.nearest = index;
-  square.distance = distance;
-}
-
-// One entry per point or square, so that nothing is allocated when some hide.
+// As many rows for the same points, so that nothing is allocated when some hide. Of more points
+// than are used, visible ones at equal steps of their order.
 void RobustPlateFit::Read(const std::vector<SurfacePoint>& points_O) {
-  const std::vector<int>& chosen = choice_.Of(points_O);
-  seen_.assign(chosen.size(), {});
-  sorted_.reserve(chosen.size());
-  places_.resize(chosen.size());
-  displacements_.resize(chosen.size());
-  sigmas_.resize(chosen.size());
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (chosen[i] == GridSubsample::kNone) continue;
-    const SurfacePoint& point = points_O[static_cast<std::size_t>(chosen[i])];
-    Seen& seen = seen_[i];
-    const Vector2d place = point.p_S_rest.head<2>();
-    const Vector3d moved = point.p_S - point.p_S_rest;
-    const double sigma = std::sqrt(point.covariance(2, 2));
-    const double sideways = std::sqrt(point.covariance.topLeftCorner<2, 2>().trace() / 2);
-    const bool usable = point.seen && moved.allFinite() && sigma > 0 && std::isfinite(sigma) &&
-                        std::isfinite(sideways);
-    if (usable) seen = {place, moved, sigma, sideways, 0, 1, true, true};
+  visible_.clear();
+  visible_.reserve(points_O.size());
+  std::size_t on_plate = 0;
+  for (std::size_t i = 0; i < points_O.size(); ++i) {
+    if (!(points_O[i].p_S_rest.head<2>().norm() <= plate_.radius())) continue;
+    ++on_plate;
+    if (IsUsable(points_O[i])) visible_.push_back(i);
   }
-  usable_ = static_cast<int>(std::ranges::count_if(seen_, &Seen::usable));
+  const std::size_t size = std::min(on_plate, PlateLimits::kMostPoints);
+  const std::size_t used = std::min(size, visible_.size());
+  rows_.assign(size, {});
+  sorted_.reserve(size);
+  places_.resize(size);
+  displacements_.resize(size);
+  sigmas_.resize(size);
+  for (std::size_t k = 0; k < used; ++k) {
+    const SurfacePoint& point = points_O[visible_[k * visible_.size() / used]];
+    Row& row = rows_[k];
+    row.place = point.p_S_rest.head<2>();
+    row.moved = point.p_S - point.p_S_rest;
+    row.sigma = std::sqrt(point.covariance(2, 2));
+    row.sigma_along = std::sqrt(point.covariance.topLeftCorner<2, 2>().trace() / 2);
+    row.usable = true;
+  }
+  usable_ = static_cast<int>(used);
 }
 
-RobustPlateFit::Answer RobustPlateFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
+PlateFit RobustPlateFit::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
+  PlateFit fit;
   try {
     Read(points_O);
   } catch (const std::bad_alloc&) {
-    Answer none;
-    none.load.reason = "out of memory";
-    return none;
+    fit.load.reason = "out of memory";
+    return fit;
   }
-  Answer answer;
-  double slide = 0;
-  held_ = false;
-  if (!slid_ || !FitSlid(&answer, &slide)) Refit(&answer, &slide);
-  slid_ = slide > 0;
-  LearnRim(answer);
-  answer.moved = answer.moved || slide > 0;
-  const Eigen::Vector3d& rise = answer.load.rim_motion;
-  answer.put_right = slide > 0 && slide < PlateLimits::kMostSlide &&
-                     std::abs(rise[0]) < PlateLimits::kMostRise &&
-                     rise.tail<2>().norm() < PlateLimits::kMostTilt;
-  answer.grown = HasGrown(answer.load);
-  answer.off = Off(answer.load.nothing ? 0 : 3);
-  answer.deepest = deepest_;
-  if (answer.load.validity == Validity::kFailed || answer.load.nothing) return answer;
-  answer.cluster = Cluster();
-  SeekTension(&answer);
-  return answer;
+  const double slide = Slide();
+  fit = FitRim(slide);
+  LearnRim(fit, slide > 0);
+  const Vector3d& motion = fit.load.rim_motion;
+  fit.compensated = slide > 0 && slide < PlateLimits::kMostSlide &&
+                    std::abs(motion[0]) < PlateLimits::kMostRise &&
+                    motion.tail<2>().norm() < PlateLimits::kMostTilt;
+  fit.growth = Growth(fit.load);
+  fit.deepest = deepest_;
+  double square = 0;
+  for (const Row& row : rows_) square += row.kept ? row.sigma * row.sigma : 0;
+  fit.sigma = std::sqrt(square / std::max(1, kept_));
+  if (fit.load.validity != Validity::kFailed && !fit.load.nothing) EstimateTension(&fit);
+  return fit;
 }
 
-// What has slid once mostly stays so. False: nothing that was fitted says so.
-bool RobustPlateFit::FitSlid(Answer* answer, double* slide) noexcept {
-  held_ = FitHeld(answer);
-  if (!held_) {
-    KeepAll();
-    *answer = FitKept(Rim::kMayMove);
+// With the rim where it was last, and if that does not explain the points, with a free one. What
+// has slid has moved its rim.
+PlateFit RobustPlateFit::FitRim(double slide) noexcept {
+  const bool slid = slide > 0;
+  const Vector3d offset = slid ? rim_motion_ : Vector3d::Zero();
+  used_rim_ = !slid || rest_frames_ >= PlateLimits::kRestFrames;
+  PlateFit fit;
+  if (used_rim_) fit = FitLoad(Rim::kStays, offset);
+  if (!used_rim_ || !Explains(fit) || (slid && !IsKnown(fit.load))) {
+    const PlateFit free = FitLoad(Rim::kMayMove, Vector3d::Zero());
+    const bool better = free.left_out < fit.left_out ||
+                        free.load.residual < PlateLimits::kClearlyBetter * fit.load.residual;
+    if (slid || (IsKnown(free.load) && better && RimMoved(free.load))) {
+      used_rim_ = false;
+      fit = free;
+    } else {
+      fit = FitLoad(Rim::kStays, offset);
+    }
   }
-  *slide = Slide(answer->load);
-  answer->moved = true;
-  return *slide > 0 && IsKnown(answer->load);
+  if (used_rim_) fit.load.rim_motion += offset;
+  fit.moved = slid || !used_rim_;
+  return fit;
 }
 
-// With the rim where it was when nothing pressed. False: that is not known, or it moved again.
-bool RobustPlateFit::FitHeld(Answer* answer) noexcept {
-  if (rest_frames_ < PlateLimits::kRestFrames) return false;
-  RaiseAll(-rim_motion_);
-  KeepAll();
-  *answer = FitKept(Rim::kStays);
-  const bool explains = IsKnown(answer->load) && answer->load.residual <= PlateLimits::kPoorFit &&
-                        answer->left_out <= PlateLimits::kManyLeftOut * answer->points &&
-                        !RimMoved(answer->load);
-  if (explains) {
-    answer->load.rim_motion += rim_motion_;
-  } else {
-    RaiseAll(rim_motion_);
-  }
-  return explains;
+bool RobustPlateFit::Explains(const PlateFit& fit) const noexcept {
+  return fit.left_out <= PlateLimits::kManyLeftOut * fit.points &&
+         fit.load.residual <= PlateLimits::kPoorFit && !RimMoved(fit.load);
 }
 
-void RobustPlateFit::LearnRim(const Answer& answer) noexcept {
-  if (!slid_) rest_frames_ = 0;
-  if (!slid_ || !answer.load.nothing) return;
-  if (!held_ && rest_frames_ >= PlateLimits::kRestFrames) rest_frames_ = 0;  // it moved again
+void RobustPlateFit::LearnRim(const PlateFit& fit, bool slid) noexcept {
+  if (!slid) rest_frames_ = 0;
+  if (!slid || !fit.load.nothing) return;
+  if (!used_rim_ && rest_frames_ >= PlateLimits::kRestFrames) rest_frames_ = 0;  // it moved again
   if (rest_frames_ == 0) rim_motion_.setZero();
   rest_frames_ = std::min(rest_frames_ + 1, PlateLimits::kMostRestFrames);
-  rim_motion_ += (answer.load.rim_motion - rim_motion_) / rest_frames_;
+  rim_motion_ += (fit.load.rim_motion - rim_motion_) / rest_frames_;
 }
 
-void RobustPlateFit::RaiseAll(const Vector3d& rim_motion) noexcept {
-  for (Seen& point : seen_) {
-    const Vector2d x = point.place / plate_.radius();
-    point.moved.z() += rim_motion[0] + rim_motion.tail<2>().dot(x);
+// Iteratively reweighted least squares: if there are outliers, rounds with Cauchy's weights, so
+// that one does not hide another, and a last one without those that are left.
+PlateFit RobustPlateFit::FitLoad(Rim rim, const Vector3d& offset) noexcept {
+  PlateFit fit;
+  fit.points = kept_ = usable_;
+  for (Row& row : rows_) {
+    row.kept = row.usable;
+    row.weight = row.usable ? 1 : 0;
+    row.offset = offset[0] + offset.tail<2>().dot(row.place / plate_.radius());
   }
-}
-
-void RobustPlateFit::Refit(Answer* answer, double* slide) noexcept {
-  KeepAll();
-  *answer = FitKept(Rim::kStays);
-  *slide = Slide(answer->load);
-  if (answer->left_out <= PlateLimits::kManyLeftOut * answer->points &&
-      answer->load.residual <= PlateLimits::kPoorFit && !RimMoved(answer->load) && !(*slide > 0)) {
-    return;
-  }
-  KeepAll();
-  const Answer freed = FitKept(Rim::kMayMove);
-  const bool better = freed.left_out < answer->left_out ||
-                      freed.load.residual < PlateLimits::kClearlyBetter * answer->load.residual;
-  if (IsKnown(freed.load) && (*slide > 0 || (better && RimMoved(freed.load)))) {
-    *answer = freed;
-    answer->moved = true;
-    *slide = Slide(answer->load);
-  } else if (IsKnown(answer->load)) {
-    KeepAll();
-    *answer = FitKept(Rim::kStays);
-  }
-}
-
-void RobustPlateFit::KeepAll() noexcept {
-  for (Seen& point : seen_) {
-    point.kept = point.usable;
-    point.weight = point.usable ? 1 : 0;
-  }
-  kept_ = usable_;
-}
-
-// Where points stand out of the fit's residuals, least squares are bent by them and may hide one
-// behind another: so first fits in which a point weighs the less the farther it lies off (Cauchy's
-// weights), and then one without those that lie off that.
-RobustPlateFit::Answer RobustPlateFit::FitKept(Rim rim) noexcept {
-  Answer answer;
-  answer.points = usable_;
   fitter_.Allow(PlateLimits::kMostPresses);
-  answer.load = FitWeighed(rim, Modes::kAsNeeded);
-  if (Sift(answer.load, rim)) {
-    for (int round = 0; round < PlateLimits::kSoftRounds; ++round) {
-      Soften();
-      fitter_.Reset();
-      answer.load = FitWeighed(rim, Modes::kFew);
-      Sift(answer.load, rim);
-    }
-    for (Seen& point : seen_) point.weight = point.kept ? 1 : 0;
+  fit.load = SolveWeighted(rim, true);
+  bool outliers = FindOutliers(fit.load, rim);
+  for (int round = 0; outliers && round <= PlateLimits::kSoftRounds; ++round) {
+    const bool is_last = round == PlateLimits::kSoftRounds;
+    SetWeights(is_last);
     fitter_.Reset();
-    answer.load = FitWeighed(rim, Modes::kAsNeeded);
+    fit.load = SolveWeighted(rim, is_last);
+    if (!is_last) FindOutliers(fit.load, rim);
   }
-  answer.left_out = usable_ - kept_;
-  return answer;
+  fit.left_out = usable_ - kept_;
+  return fit;
 }
 
-LoadFit RobustPlateFit::FitWeighed(Rim rim, Modes modes) noexcept {
-  for (std::size_t i = 0; i < seen_.size(); ++i) {
-    places_[i] = seen_[i].place;
-    displacements_[i] = seen_[i].moved.z();
-    sigmas_[i] = seen_[i].weight > 0 ? seen_[i].sigma / seen_[i].weight
-                                     : std::numeric_limits<double>::infinity();
+LoadFit RobustPlateFit::SolveWeighted(Rim rim, bool is_last) noexcept {
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Row& row = rows_[i];
+    places_[i] = row.place;
+    displacements_[i] = row.moved.z() - row.offset;
+    sigmas_[i] = row.weight > 0 ? row.sigma / row.weight : std::numeric_limits<double>::infinity();
   }
-  return modes == Modes::kFew ? fitter_.FitCoarsely(places_, displacements_, sigmas_, rim)
-                              : fitter_.Fit(places_, displacements_, sigmas_, rim);
+  return is_last ? fitter_.Fit(places_, displacements_, sigmas_, rim)
+                 : fitter_.FitCoarsely(places_, displacements_, sigmas_, rim);
 }
 
-void RobustPlateFit::Soften() noexcept {
-  for (Seen& point : seen_) {
-    if (!point.usable) continue;
-    const double off = point.residual / (PlateLimits::kSoft * scatter_ * point.sigma);
-    point.weight = 1 / std::sqrt(1 + off * off);
+void RobustPlateFit::SetWeights(bool is_last) noexcept {
+  for (Row& row : rows_) {
+    if (!row.usable) continue;
+    const double by_scale = row.residual / (PlateLimits::kSoft * scatter_ * row.sigma);
+    row.weight = is_last ? (row.kept ? 1 : 0) : 1 / std::sqrt(1 + by_scale * by_scale);
   }
 }
 
-// Which points lie within what is accepted; true: not all.
-bool RobustPlateFit::Sift(const LoadFit& load, Rim rim) noexcept {
+// Residuals, their scatter, and which points lie within what is accepted; true: not all.
+bool RobustPlateFit::FindOutliers(const LoadFit& load, Rim rim) noexcept {
   deepest_ = 0;
   sorted_.clear();
-  for (Seen& point : seen_) {
-    if (!point.usable) continue;
-    double fitted = load.nothing ? 0 : answered().Displacement(solution(), point.place);
+  for (Row& row : rows_) {
+    if (!row.usable) continue;
+    double fitted = load.nothing ? 0 : answered().Displacement(solution(), row.place);
     deepest_ = std::max(deepest_, std::abs(fitted));
     if (rim == Rim::kMayMove) {
-      const Vector2d x = point.place / plate_.radius();
-      fitted += load.rim_motion[0] + load.rim_motion.tail<2>().dot(x);
+      fitted += load.rim_motion[0] + load.rim_motion.tail<2>().dot(row.place / plate_.radius());
     }
-    point.residual = point.moved.z() - fitted;
-    sorted_.push_back(std::abs(point.residual) / point.sigma);
+    row.residual = row.moved.z() - row.offset - fitted;
+    sorted_.push_back(std::abs(row.residual) / row.sigma);
   }
   if (usable_ <= PlateLimits::kLeastPoints) return false;
   scatter_ = std::max(NoiseLimits::kLeastScatter, SigmaOfSizes(sorted_));
   kept_ = 0;
-  for (Seen& point : seen_) {
-    const double accepted = std::max(NoiseLimits::kStandsOut * scatter_ * point.sigma,
+  for (Row& row : rows_) {
+    const double accepted = std::max(NoiseLimits::kStandsOut * scatter_ * row.sigma,
                                      PlateLimits::kModelError * deepest_);
-    point.kept = point.usable && std::abs(point.residual) <= accepted;
-    kept_ += point.kept ? 1 : 0;
+    row.kept = row.usable && std::abs(row.residual) <= accepted;
+    kept_ += row.kept ? 1 : 0;
   }
   return kept_ < usable_;
 }
 
-// One standard deviation of a motion of all points together, by their sigma along z [-].
-double RobustPlateFit::NoiseOfMotion(const LoadFit& load) const noexcept {
+// One standard deviation of a motion of all points together, by that of a point [-].
+double RobustPlateFit::SigmaOfMean(const LoadFit& load) const noexcept {
   const double scatter =
       std::clamp(load.residual, NoiseLimits::kLeastScatter, PlateLimits::kPoorFit);
   return scatter * std::sqrt(3.0 / kept_);
@@ -257,114 +208,89 @@ double RobustPlateFit::NoiseOfMotion(const LoadFit& load) const noexcept {
 bool RobustPlateFit::RimMoved(const LoadFit& load) const noexcept {
   if (kept_ < PlateLimits::kLeastPoints) return false;
   double sum = 0;
-  for (const Seen& point : seen_) sum += point.kept ? point.sigma * point.sigma : 0;
-  const double sigma = std::sqrt(sum / kept_);
-  const double motion =
-      std::hypot(load.rim_motion[0], load.rim_motion[1] / 2, load.rim_motion[2] / 2);
-  return motion > PlateLimits::kMotionSigmas * NoiseOfMotion(load) * sigma +
-                      PlateLimits::kRimShare * deepest_;
+  for (const Row& row : rows_) sum += row.kept ? row.sigma * row.sigma : 0;
+  const Vector3d& motion = load.rim_motion;
+  const NuisanceParameter rim{std::hypot(motion[0], motion[1] / 2, motion[2] / 2),
+                              SigmaOfMean(load) * std::sqrt(sum / kept_),
+                              PlateLimits::kRimShare * deepest_};
+  return rim.IsSignificant(LoadLimits::kWaldSigmas);
 }
 
-// How far all points went along the plate together [m]; 0: no farther than noise and a press carry
+// How far all points went along the plate together [m]; 0: no farther than noise and a load move
 // them.
-double RobustPlateFit::Slide(const LoadFit& load) noexcept {
-  if (kept_ < PlateLimits::kLeastPoints) return 0;
-  Eigen::Vector2d slid(0, 0);
-  double sigma = 0;
+double RobustPlateFit::Slide() noexcept {
+  if (usable_ < PlateLimits::kLeastPoints) return 0;
+  double deepest = 0, sigma = 0;
+  for (const Row& row : rows_) {
+    if (!row.usable) continue;
+    deepest = std::max(deepest, std::abs(row.moved.z()));
+    sigma = std::max(sigma, row.sigma_along);
+  }
+  Vector2d slide(0, 0);
+  bool is_significant = false;
   for (const int axis : {0, 1}) {
     sorted_.clear();
-    sigma = 0;
-    for (const Seen& point : seen_) {
-      if (!point.kept) continue;
-      sorted_.push_back(point.moved[axis]);
-      sigma = std::max(sigma, point.sideways);
+    for (const Row& row : rows_) {
+      if (row.usable) sorted_.push_back(row.moved[axis]);
     }
-    slid[axis] = MedianOf(sorted_);
+    slide[axis] = MedianOf(sorted_);
+    const double scatter = std::clamp(SigmaAboutMedian(sorted_) / sigma, NoiseLimits::kLeastScatter,
+                                      PlateLimits::kPoorFit);
+    const NuisanceParameter along{slide[axis], scatter * std::sqrt(3.0 / usable_) * sigma,
+                                  PlateLimits::kSidewaysShare * deepest};
+    is_significant |= along.IsSignificant(LoadLimits::kWaldSigmas);
   }
-  const double accepted = PlateLimits::kMotionSigmas * NoiseOfMotion(load) * sigma +
-                          PlateLimits::kSidewaysShare * deepest_;
-  return slid.cwiseAbs().maxCoeff() > accepted ? slid.norm() : 0;
+  return is_significant ? slide.norm() : 0;
 }
 
-// By the displacements along the plate that go with the places' distance from their middle.
-bool RobustPlateFit::HasGrown(const LoadFit& load) const noexcept {
-  if (kept_ < PlateLimits::kLeastPoints) return false;
-  Vector2d middle(0, 0), slid(0, 0);
+// Least squares over the displacements along the plate that go with the distance from the middle.
+NuisanceParameter RobustPlateFit::Growth(const LoadFit& load) const noexcept {
+  if (kept_ < PlateLimits::kLeastPoints) return {};
+  Vector2d middle(0, 0), slide(0, 0);
   double sigma = 0;
-  for (const Seen& point : seen_) {
-    if (!point.kept) continue;
-    middle += point.place / kept_;
-    slid += point.moved.head<2>() / kept_;
-    sigma = std::max(sigma, point.sideways);
+  for (const Row& row : rows_) {
+    if (!row.kept) continue;
+    middle += row.place / kept_;
+    slide += row.moved.head<2>() / kept_;
+    sigma = std::max(sigma, row.sigma_along);
   }
   double along = 0, square = 0;
-  for (const Seen& point : seen_) {
-    if (!point.kept) continue;
-    const Vector2d arm = point.place - middle;
-    along += arm.dot(point.moved.head<2>() - slid);
+  for (const Row& row : rows_) {
+    if (!row.kept) continue;
+    const Vector2d arm = row.place - middle;
+    along += arm.dot(row.moved.head<2>() - slide);
     square += arm.squaredNorm();
   }
-  if (!(square > 0)) return false;
-  const double growth = std::abs(along) / std::sqrt(square * kept_);
-  return growth > PlateLimits::kMotionSigmas * NoiseOfMotion(load) * sigma +
-                      PlateLimits::kGrowthShare * deepest_;
-}
-
-double RobustPlateFit::Off(int unknowns) const noexcept {
-  double square = 0;
-  for (const Seen& point : seen_) square += point.kept ? point.residual * point.residual : 0;
-  return std::sqrt(square / std::max(1, kept_ - unknowns));
-}
-
-// Where neighbours all lie off to one side, each may be within the noise.
-double RobustPlateFit::Cluster() const noexcept {
-  const double reach = PlateLimits::kReach * plate_.radius();
-  double largest = 0;
-  for (const Seen& middle : seen_) {
-    if (!middle.kept) continue;
-    double sum = 0, weights = 0;
-    int count = 0;
-    for (const Seen& point : seen_) {
-      if (!point.kept || (point.place - middle.place).squaredNorm() > reach * reach) continue;
-      const double weight = 1 / (point.sigma * point.sigma);
-      sum += weight * point.residual;
-      weights += weight;
-      ++count;
-    }
-    const double mean = std::abs(sum) / weights;
-    const double sigma = std::max(1.0, scatter_) / std::sqrt(weights);
-    if (count < PlateLimits::kNeighbours || mean < NoiseLimits::kStandsOut * sigma ||
-        mean < PlateLimits::kModelError * deepest_)
-      continue;
-    largest = std::max(largest, mean);
-  }
-  return deepest_ > 0 ? largest / deepest_ : 0;
+  if (!(square > 0)) return {};
+  return {along / std::sqrt(square * kept_), SigmaOfMean(load) * sigma,
+          PlateLimits::kGrowthShare * deepest_};
 }
 
 // The coarse plate against itself, so that no difference of modes is taken for tension.
-void RobustPlateFit::SeekTension(Answer* answer) noexcept {
+void RobustPlateFit::EstimateTension(PlateFit* fit) noexcept {
   if (tighter_.plate == nullptr) return;
-  const LoadFit& load = answer->load;
-  const Contact press =
+  const LoadFit& load = fit->load;
+  const Contact contact =
       PlateSurface::DiscContact(Contact::Kind::kForce, load.p_O, width_, load.force);
   const auto solve = [&](PlateSurface& plate, Solution* solution) {
-    plate.Solve({&press, 1}, solution);
+    plate.Solve({&contact, 1}, solution);
     return solution->responses().front().validity != Validity::kFailed;
   };
   const bool is_coarse = &answered() == &plate_;
   if (!is_coarse && !solve(plate_, &coarse_)) return;
   if (!solve(*tighter_.plate, &tight_)) return;
   const Solution& coarse = is_coarse ? solution() : coarse_;
-  double certainty = 0;
-  for (std::size_t i = 0; i < seen_.size(); ++i) {
-    const Vector2d& p = seen_[i].place;
+  double information = 0;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const Vector2d& p = rows_[i].place;
     displacements_[i] =
         (tighter_.plate->Displacement(tight_, p) - plate_.Displacement(coarse, p)) / tighter_.more;
-    if (seen_[i].kept) certainty += 1 / (seen_[i].sigma * seen_[i].sigma);
+    if (rows_[i].kept) information += 1 / (rows_[i].sigma * rows_[i].sigma);
   }
-  answer->tension = fitter_.Seek(displacements_);
-  answer->sigma_of_law =
-      PlateLimits::kLawsShape * deepest_ * std::sqrt(certainty) * answer->tension.sigma;
+  const LoadFitter::Sought tension = fitter_.Seek(displacements_);
+  const double model = PlateLimits::kLawsShape * deepest_ * std::sqrt(information) * tension.sigma;
+  fit->tension = {tension.amount, tension.sigma, model};
+  fit->force_per_tension = tension.force;
 }
 
 }  // namespace palpate

@@ -54,7 +54,7 @@ class Comparison {
     if (sense->estimator() == nullptr) return AddTarget(seen);
     if (!truth.solved) return;
     if (seen.found) AddDisplacements(seen);
-    const std::optional<Vector3d>& force = sense->felt().force;
+    const std::optional<Vector3d>& force = sense->estimate().force;
     steps_.Add(truth.depth, truth.force.norm(),
                force ? std::optional(force->norm()) : std::nullopt);
     LoadIdentifier& body = sense->estimator()->body();
@@ -145,16 +145,16 @@ class PointsOfflineReport final : public OfflineReport {
 
   std::vector<StateRow> Add(Time start, const Truth* truth) override {
     const SurfaceObservation& seen = sense_.observation();
-    const ContactEstimate& felt = sense_.felt();
+    const ContactEstimate& estimate = sense_.estimate();
     const bool tells_force = sense_.estimator() != nullptr;
     if (truth != nullptr) comparison_->Add(&sense_, *truth, &compared_);
     if (!sense_.why().empty()) ++reasons_[std::string(sense_.why())];
     tally_.Add(seen.points, !sense_.takes_rest());
-    if (points_) points_->Write(SecondsBetween(start, felt.sensed_at), seen);
+    if (points_) points_->Write(SecondsBetween(start, estimate.sensed_at), seen);
     const bool knows_force = truth != nullptr && tells_force && truth->solved;
-    StateRow row = RowOf(felt, start, knows_force ? std::optional(truth->force) : std::nullopt);
+    StateRow row = RowOf(estimate, start, knows_force ? std::optional(truth->force) : std::nullopt);
     if (truth == nullptr && tells_force) row.p_S_tip = kUnknownVector;
-    was_placed_ |= tells_force ? felt.force.has_value() : seen.found;
+    was_placed_ |= tells_force ? estimate.force.has_value() : seen.found;
     if (!was_placed_) row.p_S_contact = kUnknownVector;
     return {row};
   }
@@ -185,16 +185,16 @@ class PointsOfflineReport final : public OfflineReport {
   void OpenPoints(const std::filesystem::path& file) override { points_.emplace(file); }
 
   void RequireComplete(std::uint64_t samples) const override {
-    const SurfacePointTracker& eyes = sense_.eyes();
-    if (eyes.at_rest_known()) return;
+    const SurfacePointTracker& tracker = sense_.tracker();
+    if (tracker.at_rest_known()) return;
     const std::string source = sense_.info().source;
     throw std::runtime_error(
-        samples < static_cast<std::uint64_t>(eyes.rest_pictures())
+        samples < static_cast<std::uint64_t>(tracker.rest_pictures())
             ? fmt::format(
                   "{}: {} are fewer than the {} of the rest shape: no force can be estimated",
-                  source, samples, eyes.rest_pictures())
+                  source, samples, tracker.rest_pictures())
             : fmt::format("{}: {}; it was not complete in any of these {}: {}", source,
-                          RestInWords(eyes), samples, WhyNotFound(sense_.scene())));
+                          RestInWords(tracker), samples, WhyNotFound(sense_.scene())));
   }
 
   void Finish(OfflineSummary* summary) const override {

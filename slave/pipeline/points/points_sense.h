@@ -9,38 +9,15 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <opencv2/core/mat.hpp>
 
 #include "shared/state/slave_state.h"
 #include "slave/capture/frame_source.h"
 #include "slave/pipeline/base/sensing_pipeline.h"
+#include "slave/pipeline/points/points_overlay.h"
 #include "slave/pipeline/points/surface_estimator.h"
 #include "slave/pipeline/points/surface_point_tracker.h"
 
 namespace palpate {
-
-// Draws the tracked points and the estimated load into the left image, for people.
-struct PointsOverlay {
-  std::vector<Eigen::Vector2d> seen_I, lost_I;  // [px]; lost: the last position
-  double radius_px = 0;                         // of a point
-  bool windows = false;                         // squares, not circles
-  std::optional<Eigen::Vector2d> place_I;  // position of the load, or of the tracked object [px]
-  std::optional<double> force;             // its size [N]; nullopt: unknown
-  double sigma = 0;                        // [N]
-  Eigen::Vector2d along_I{0, 0};  // direction in the image; length 1 across the line of sight
-  std::string_view validity;
-};
-
-PointsOverlay MakePointsOverlay(const SurfacePointTracker& eyes, const SurfaceObservation& seen,
-                                const ContactEstimate& felt);
-
-// `image` unchanged; depth (16 bit) stretched to 8-bit grey, black without a measurement.
-cv::Mat AsPicture(const cv::Mat& image);
-// A copy of AsPicture(`image`) in colour with the points, the position of the load and its force as
-// a number. The force is also drawn relative to `full_scale` (the largest force that the device can
-// render, at the tool [N]) as an arrow and as a ring, because most of it points away from the
-// cameras.
-cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale);
 
 // Whether a force can be estimated: a tool touches an object with a fixed boundary. An object
 // without one is only tracked.
@@ -59,7 +36,7 @@ class PointsSense final : public SensingPipeline {
   void Process() noexcept override;
   const ContactEstimate& Estimate(const Eigen::Vector3d& p_S_tip) noexcept override;
   LocalModel LocalModelAt(const Eigen::Vector3d& p_S_tip) noexcept override {
-    return estimator_ ? estimator_->LocalAt(p_S_tip) : felt_->local_model;
+    return estimator_ ? estimator_->LocalAt(p_S_tip) : estimate_->local_model;
   }
   bool MakePatch(const Eigen::Vector3d& p_S_tip, SurfacePatch* patch) noexcept override {
     return estimator_ && estimator_->MakePatch(p_S_tip, patch);
@@ -73,7 +50,7 @@ class PointsSense final : public SensingPipeline {
   // a rigid body.
   BoundaryShape Shape(bool nodal_forces) override;
   [[nodiscard]] std::string_view doubt() const override {
-    return felt_->validity == Validity::kExtrapolated ? why() : std::string_view();
+    return estimate_->validity == Validity::kExtrapolated ? why() : std::string_view();
   }
   // The left image.
   [[nodiscard]] std::optional<SeenPicture> Picture(double full_scale) const override;
@@ -93,14 +70,14 @@ class PointsSense final : public SensingPipeline {
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const StereoRig& rig() const { return rig_; }
-  [[nodiscard]] const SurfacePointTracker& eyes() const { return *eyes_; }
+  [[nodiscard]] const SurfacePointTracker& tracker() const { return *tracker_; }
   // Of the last estimate.
   [[nodiscard]] const StereoPair& pair() const { return shown_; }
   [[nodiscard]] const SurfaceObservation& observation() const { return *seen_; }
-  [[nodiscard]] const ContactEstimate& felt() const { return *felt_; }
+  [[nodiscard]] const ContactEstimate& estimate() const { return *estimate_; }
   // Whether the points for the rest shape were detected, and no estimate is possible yet.
-  [[nodiscard]] bool takes_rest() const { return felt_ == &before_rest_ && sees_rest_; }
-  // Why felt() is not kValid, one clause; empty: it is.
+  [[nodiscard]] bool takes_rest() const { return estimate_ == &before_rest_ && sees_rest_; }
+  // Why estimate() is not kValid, one clause; empty: it is.
   [[nodiscard]] std::string_view why() const;
   // Null: no force is estimated.
   [[nodiscard]] SurfaceEstimator* estimator() { return estimator_.get(); }
@@ -111,7 +88,7 @@ class PointsSense final : public SensingPipeline {
   Scene scene_;
   std::unique_ptr<StereoSource> source_;
   StereoRig rig_;
-  std::unique_ptr<SurfacePointTracker> eyes_;
+  std::unique_ptr<SurfacePointTracker> tracker_;
   std::unique_ptr<SurfaceEstimator> estimator_;
   RigidTranslation place_;  // replaces the estimator if no force is estimated
   SurfaceMesh followed_;    // frame O; empty if a force is estimated or the scene has no mesh
@@ -119,7 +96,7 @@ class PointsSense final : public SensingPipeline {
   std::optional<double> arm_lag_;    // nullopt: the images do not show the manipulator's tool
   ContactEstimate before_rest_;
   bool sees_rest_ = false;
-  const ContactEstimate* felt_ = &before_rest_;
+  const ContactEstimate* estimate_ = &before_rest_;
 
   StereoPair next_;          // acquired
   bool rest_known_ = false;  // estimate before the rest shape is known

@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Range of the model, by the larger side, if it states none [-].
-constexpr double kVouchedFor = 0.5;
+constexpr double kDefaultRange = 0.5;
 // Spread of the ratio of estimated to modelled force before a contact [-]. [derived: at equal depth
 // the plate's force is high by up to 13 %, see PlateLoadIdentifier]
 constexpr double kSpread = 0.1;
@@ -35,45 +35,45 @@ SurfaceEstimator::SurfaceEstimator(const Scene& scene)
     : X_SO_(scene.object.X_SO),
       X_OS_(X_SO_.inverse()),
       full_depth_(scene.operator_options.press_depth),
-      telling_depth_(kTellingDepth * scene.operator_options.press_depth),
-      felt_ratio_(scene.operator_options.press_depth,
-                  LearningRate(kLearningTime, SensorRate(scene.sense)), kSpread) {
+      min_informative_depth_(kTellingDepth * scene.operator_options.press_depth),
+      stiffness_scale_(scene.operator_options.press_depth,
+                       LearningRate(kLearningTime, SensorRate(scene.sense)), kSpread) {
   Adopt(MakeLoadIdentifier(scene), scene);
 }
 
 void SurfaceEstimator::Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene) {
   body_ = std::move(body);
-  rules_.Adopt(scene);
+  builder_.Adopt(scene);
   const double range = body_->info().range;
   tool_width_ = scene.tool ? scene.tool->width : 0;
   larger_side_ = LargerSide(body_->surface().nodes);
-  valid_radius_ = (range > 0 ? range : kVouchedFor) * larger_side_;
-  felt_ratio_.Forget();
+  valid_radius_ = (range > 0 ? range : kDefaultRange) * larger_side_;
+  stiffness_scale_.Forget();
 }
 
 void SurfaceEstimator::Reset() noexcept {
   body_->Reset();
   load_ = {};
-  felt_ratio_.Forget();
-  rules_.Reset();
+  stiffness_scale_.Forget();
+  builder_.Reset();
   checks_.Reset();
 }
 
 const ContactEstimate& SurfaceEstimator::Estimate(const SurfaceObservation& seen,
                                                   const Vector3d& p_S_tip,
                                                   std::optional<double> arm_lag) noexcept {
-  felt_.sample = seen.sequence;
-  felt_.sensed_at = seen.sensed_at;
-  felt_.events.Clear();
-  if (p_S_tip.allFinite()) felt_.p_S_tip = p_S_tip;
-  rules_.Track(seen.found, &felt_);
-  felt_.details = {};
-  if (seen.epipolar_px > 0) felt_.details.epipolar = seen.epipolar_px;
+  estimate_.sample = seen.sequence;
+  estimate_.sensed_at = seen.sensed_at;
+  estimate_.events.Clear();
+  if (p_S_tip.allFinite()) estimate_.p_S_tip = p_S_tip;
+  builder_.Track(seen.found, &estimate_);
+  estimate_.details = {};
+  if (seen.epipolar_px > 0) estimate_.details.epipolar = seen.epipolar_px;
   if (seen.found) {
     Stopwatch lap;
     ToObject(seen.points);
     load_ = body_->Fit(points_O_);
-    felt_.details.misfit = load_.residual;
+    estimate_.details.misfit = load_.residual;
     LoadSample sample{.seen = seen, .load = load_, .size = larger_side_};
     if (arm_lag && p_S_tip.allFinite()) sample.tool = ToolAt(p_S_tip, *arm_lag);
     load_.Take(checks_.Examine(sample));
@@ -84,8 +84,8 @@ const ContactEstimate& SurfaceEstimator::Estimate(const SurfaceObservation& seen
   } else {
     Lose({Validity::kTrackingLost, seen.check, seen.reason});
   }
-  felt_.local_model = LocalAt(felt_.p_S_tip);
-  return felt_;
+  estimate_.local_model = LocalAt(estimate_.p_S_tip);
+  return estimate_;
 }
 
 void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
@@ -102,30 +102,31 @@ void SurfaceEstimator::ToObject(const std::vector<SurfacePoint>& points_S) {
 void SurfaceEstimator::SetEstimate(bool shows_tool) noexcept {
   if (!IsForceKnown(load_.validity)) return Lose(load_);
   const bool pressed = load_.force != 0;
-  rules_.Touch(pressed, &felt_);
+  builder_.Touch(pressed, &estimate_);
   Vector3d p_O = load_.p_O, n_O = load_.n_O;
-  if (!pressed) body_->Nearest(X_OS_ * felt_.p_S_tip, &p_O, &n_O);
-  felt_.p_S_contact = X_SO_ * p_O;
-  felt_.depth = std::max(0.0, load_.depth);
-  rules_.SetForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force, load_, &felt_);
+  if (!pressed) body_->Nearest(X_OS_ * estimate_.p_S_tip, &p_O, &n_O);
+  estimate_.p_S_contact = X_SO_ * p_O;
+  estimate_.depth = std::max(0.0, load_.depth);
+  builder_.SetForce(-load_.force * (X_SO_.linear() * n_O), load_.sigma_force, load_, &estimate_);
   SetMoment(shows_tool);
 }
 
 // The load is even over the tool's patch: its centre, which the points tell, is where its force
 // acts. Another load than the tip's says nothing of the tool.
 void SurfaceEstimator::SetMoment(bool shows_tool) noexcept {
-  felt_.moment.reset();
+  estimate_.moment.reset();
   if (!shows_tool || tool_width_ == 0) return;
   std::optional<Vector3d> moment;
-  const Vector3d arm = felt_.p_S_contact - felt_.p_S_tip;
-  if (felt_.force && arm.norm() < EncoderDepthCheck::kNear * larger_side_) {
-    moment = arm.cross(*felt_.force);
+  const Vector3d arm = estimate_.p_S_contact - estimate_.p_S_tip;
+  if (estimate_.force && arm.norm() < EncoderDepthCheck::kNear * larger_side_) {
+    moment = arm.cross(*estimate_.force);
   }
-  rules_.SetMoment(moment, std::abs(load_.force) * load_.sigma_place, tool_width_ / 2, &felt_);
+  builder_.SetMoment(moment, std::abs(load_.force) * load_.sigma_place, tool_width_ / 2,
+                     &estimate_);
 }
 
 void SurfaceEstimator::Lose(const Verdict& verdict) noexcept {
-  EstimateBuilder::LoseForce(verdict, &felt_);
+  EstimateBuilder::LoseForce(verdict, &estimate_);
   last_depth_ = std::numeric_limits<double>::quiet_NaN();
 }
 
@@ -142,17 +143,18 @@ ToolReading SurfaceEstimator::ToolAt(const Vector3d& p_S_tip, double lag) noexce
 // What the load that explains the points says of the press that the tip's depth alone would be. The
 // tip's depth is of another moment than the picture: what it moved since the last one is an error.
 void SurfaceEstimator::Learn() noexcept {
-  const Vector3d p_O_tip = X_OS_ * felt_.p_S_tip;
+  const Vector3d p_O_tip = X_OS_ * estimate_.p_S_tip;
   Vector3d p_O, n_O;
   body_->Nearest(p_O_tip, &p_O, &n_O);
   const double depth = n_O.dot(p_O - p_O_tip);
   const double moved = std::abs(depth - std::exchange(last_depth_, depth));
   const bool is_the_tips = (load_.p_O - p_O).norm() < EncoderDepthCheck::kNear * larger_side_;
-  if (felt_.validity != Validity::kValid || !is_the_tips || !(depth > telling_depth_)) return;
+  if (estimate_.validity != Validity::kValid || !is_the_tips || !(depth > min_informative_depth_))
+    return;
   const LoadIdentifier::Press press = body_->PressAt(p_O, depth);
   if (!press.valid) return;
   const double sigma = std::hypot(load_.sigma_force, press.stiffness * moved);
-  felt_ratio_.Learn(depth, CompareForces(-load_.force, sigma, press.force));
+  stiffness_scale_.Learn(depth, CompareForces(-load_.force, sigma, press.force));
 }
 
 // f(p) = F_r n + k n n^T (reference - p) is right in force and slope at the present depth d with
@@ -164,7 +166,7 @@ LocalModel SurfaceEstimator::LocalAt(const Vector3d& p_S_tip) noexcept {
   body_->Nearest(p_O_tip, &p_O, &n_O);
   double depth = n_O.dot(p_O - p_O_tip);
   const LoadIdentifier::Press modelled = body_->PressAt(p_O, std::max(0.0, depth));
-  auto press = felt_ratio_.Scaled({modelled.force, modelled.stiffness}, std::max(0.0, depth));
+  auto press = stiffness_scale_.Scaled({modelled.force, modelled.stiffness}, std::max(0.0, depth));
   const bool usable =
       std::isfinite(press.force) && std::isfinite(press.stiffness) && press.stiffness > 0;
   if (!usable) return local_;
@@ -200,17 +202,17 @@ bool SurfaceEstimator::MakePatch(const Vector3d& p_S_tip, SurfacePatch* patch) n
 
 void SurfaceEstimator::LearnLaw(PatchLaw* law) noexcept {
   Vector3d p_O, n_O;
-  body_->Nearest(X_OS_ * felt_.p_S_tip, &p_O, &n_O);
+  body_->Nearest(X_OS_ * estimate_.p_S_tip, &p_O, &n_O);
   const LoadIdentifier::Press begins = body_->PressAt(p_O, 0);
   if (!begins.valid || !(begins.stiffness > 0)) return;
   for (int i = 1; i < kLawPoints; ++i) {
     const double depth = full_depth_ * i / (kLawPoints - 1);
     const LoadIdentifier::Press press = body_->PressAt(p_O, depth);
-    const double force = felt_ratio_.Scaled({press.force, press.stiffness}, depth).force;
+    const double force = stiffness_scale_.Scaled({press.force, press.stiffness}, depth).force;
     if (!press.valid || !(force >= 0)) return;
     law->ratios[static_cast<std::size_t>(i)] = force / (begins.stiffness * depth);
   }
-  law->ratios[0] = felt_ratio_.At(0).ratio;
+  law->ratios[0] = stiffness_scale_.At(0).ratio;
 }
 
 void SurfaceEstimator::DeformedNodes(std::vector<Vector3d>* p_S) {
@@ -240,9 +242,9 @@ void RigidTranslation::Start(const SurfaceObservation& seen) noexcept {
 }
 
 const ContactEstimate& RigidTranslation::Estimate(const SurfaceObservation& seen) noexcept {
-  felt_.sample = seen.sequence;
-  felt_.sensed_at = seen.sensed_at;
-  felt_.events.Clear();
+  estimate_.sample = seen.sequence;
+  estimate_.sensed_at = seen.sensed_at;
+  estimate_.events.Clear();
   if (first_.size() != seen.points.size() && seen.found) Start(seen);
   Eigen::Vector3d moved = Eigen::Vector3d::Zero();
   int count = 0;
@@ -254,14 +256,14 @@ const ContactEstimate& RigidTranslation::Estimate(const SurfaceObservation& seen
   }
   if (count > 0) {
     moved_ = moved / count;
-    felt_.p_S_tip = felt_.p_S_contact = p_S_rest_ + moved_;
+    estimate_.p_S_tip = estimate_.p_S_contact = p_S_rest_ + moved_;
   }
   const Validity validity = count > 0 ? Validity::kFailed : Validity::kTrackingLost;
-  if (validity != felt_.validity) {
-    felt_.events.Add(count > 0 ? Event::kTrackingRegained : Event::kTrackingLost);
+  if (validity != estimate_.validity) {
+    estimate_.events.Add(count > 0 ? Event::kTrackingRegained : Event::kTrackingLost);
   }
-  felt_.Set({validity, seen.check, seen.reason});
-  return felt_;
+  estimate_.Set({validity, seen.check, seen.reason});
+  return estimate_;
 }
 
 }  // namespace palpate

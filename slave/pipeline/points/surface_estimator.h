@@ -50,7 +50,7 @@ class SurfaceEstimator {
   void Adopt(std::unique_ptr<LoadIdentifier> body, const Scene& scene);
   void Reset() noexcept;
 
-  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   [[nodiscard]] const SurfaceLoad& load() const { return load_; }
   [[nodiscard]] LoadIdentifier& body() { return *body_; }
   [[nodiscard]] const Eigen::Isometry3d& X_SO() const { return X_SO_; }
@@ -72,21 +72,21 @@ class SurfaceEstimator {
 
   std::unique_ptr<LoadIdentifier> body_;
   Eigen::Isometry3d X_SO_, X_OS_;
-  double larger_side_ = 0;    // [m]
-  double valid_radius_ = 0;   // of local models [m]
-  double tool_width_ = 0;     // [m]; 0: a point
-  double full_depth_ = 0;     // indentation of a contact, from the scene [m]
-  double telling_depth_ = 0;  // [m]
+  double larger_side_ = 0;            // [m]
+  double valid_radius_ = 0;           // of local models [m]
+  double tool_width_ = 0;             // [m]; 0: a point
+  double full_depth_ = 0;             // indentation of a contact, from the scene [m]
+  double min_informative_depth_ = 0;  // [m]
 
   std::vector<SurfacePoint> points_O_;
   SurfaceLoad load_;
-  ContactEstimate felt_;
-  StiffnessScale felt_ratio_;
+  ContactEstimate estimate_;
+  StiffnessScale stiffness_scale_;
   double last_depth_ = std::numeric_limits<double>::quiet_NaN();  // of the tip, last image [m]
   LocalModel local_;                                              // the last estimate
   Checks<LoadSample> checks_ = MakeLoadChecks();
   LatencyHistogram times_;
-  EstimateBuilder rules_;
+  EstimateBuilder builder_;
 };
 
 // Position of a moving object whose force is unknown, because the scene has no model of its
@@ -100,7 +100,7 @@ class RigidTranslation {
   // only.
   const ContactEstimate& Estimate(const SurfaceObservation& seen) noexcept;
   void Reset() noexcept { first_.clear(); }
-  [[nodiscard]] const ContactEstimate& felt() const { return felt_; }
+  [[nodiscard]] const ContactEstimate& estimate() const { return estimate_; }
   // Displacement from the position at rest [m]; while it is lost the last one.
   [[nodiscard]] const Eigen::Vector3d& moved() const { return moved_; }
 
@@ -109,7 +109,7 @@ class RigidTranslation {
 
   std::vector<char> first_;  // per point: in the first observation; empty: none yet
   Eigen::Vector3d p_S_rest_{0, 0, 0}, moved_{0, 0, 0};
-  ContactEstimate felt_;
+  ContactEstimate estimate_;
 };
 
 }  // namespace palpate

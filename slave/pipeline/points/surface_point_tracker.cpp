@@ -212,8 +212,8 @@ std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
   return std::make_unique<DotPointTracker>(scene, rig);
 }
 
-std::string RestInWords(const SurfacePointTracker& eyes) {
-  const int pictures = eyes.rest_pictures();
+std::string RestInWords(const SurfacePointTracker& tracker) {
+  const int pictures = tracker.rest_pictures();
   return pictures == 1
              ? "the rest shape needs one image of the untouched object"
              : fmt::format("the rest shape needs {} images of the untouched object", pictures);

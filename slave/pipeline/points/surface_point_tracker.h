@@ -48,7 +48,7 @@ class SurfacePointTracker {
 std::unique_ptr<SurfacePointTracker> MakeSurfacePointTracker(const Scene& scene,
                                                              const StereoRig& rig);
 // How many images the rest shape needs, one clause.
-std::string RestInWords(const SurfacePointTracker& eyes);
+std::string RestInWords(const SurfacePointTracker& tracker);
 // Depths beyond this [m] are not used: twice the distance of the object's origin, 1 m at least. For
 // scenes with depth images.
 double FarthestDepth(const Scene& scene);

@@ -32,11 +32,7 @@ constexpr double kLawShare = 0.09, kTurningShare = 0.08;
 
 // `seconds`: what the precompute took.
 MembranePress MakePress(InflatedMembrane membrane, double patch, double* seconds) {
-  if (!(patch > 0)) {
-    throw std::invalid_argument("patch = " + std::to_string(patch) + ": accepted is > 0 m");
-  }
   MembranePress::Params params;
-  params.pressure_is_measured = false;
   params.patch = patch;
   const auto start = std::chrono::steady_clock::now();
   MembranePress press(std::move(membrane), params);
@@ -51,7 +47,7 @@ MembraneBody::MembraneBody(InflatedMembrane membrane, double patch,
     : press_(MakePress(std::move(membrane), patch, &info_.precompute_s)),
       contact_(surface()),
       patch_(patch),
-      checks_(MakeDomeChecks(rest, MembranePress::Params().model_error)) {
+      checks_(MakeDomeChecks(rest)) {
   info_.kind = "membrane";
   info_.dof = 3 * (surface().nodes.size() - press_.membrane().held().size());
   info_.elements = static_cast<int>(surface().triangles.size());
@@ -60,32 +56,33 @@ MembraneBody::MembraneBody(InflatedMembrane membrane, double patch,
 }
 
 SurfaceLoad MembraneBody::Fit(const std::vector<SurfacePoint>& points_O) noexcept {
-  const auto& reading = press_.Fit(points_O);
+  const auto& estimate = press_.Fit(points_O);
   load_ = {};
-  FitSample sample{.points_O = points_O, .load = load_, .off = reading.residual};
-  if (!reading.found) {
+  FitSample sample{.points_O = points_O, .load = load_, .sigma = estimate.sigma};
+  if (!estimate.found) {
     load_.Set({Validity::kTrackingLost, FailedCheck::kNone,
                "too few points of the membrane are in view"});
     const Verdict& found = checks_.Examine(sample).verdict;
     load_.Add({Validity::kTrackingLost, found.check, found.reason});
     return load_;
   }
-  load_.p_O = reading.p_O;
-  load_.n_O = reading.n_O;
-  load_.sigma_force = reading.sigma_own_force;
-  load_.sigma_place = reading.sigma_place;
-  load_.residual = reading.relative_residual;
+  load_.p_O = estimate.p_O;
+  load_.n_O = estimate.n_O;
+  load_.sigma_force = estimate.sigma_force;
+  load_.sigma_place = estimate.sigma_place;
+  load_.residual = estimate.residual;
   load_.validity = Validity::kValid;
-  if (reading.own_force > NoiseLimits::kStandsOut * reading.sigma_own_force) {
-    load_.force = -reading.own_force;
-    load_.depth = reading.depth;
+  if (estimate.force > NoiseLimits::kStandsOut * estimate.sigma_force) {
+    load_.force = -estimate.force;
+    load_.depth = estimate.depth;
     const double turning = kTurningShare * load_.depth / (patch_ / 2);
-    const double own = std::max(1.0, reading.relative_residual) * reading.sigma_own_force;
+    const double own = std::max(1.0, estimate.residual) * estimate.sigma_force;
     load_.sigma_force = std::hypot(own, std::hypot(kLawShare, turning) * load_.force);
   }
   if (load_.depth > patch_ / 2) {
     sample.beyond_range = "the indentation is deeper than half the width of the tool's contact";
   }
+  sample.deepest = load_.depth;
   load_.Take(checks_.Examine(sample));
   return load_;
 }
@@ -96,7 +93,7 @@ LoadIdentifier::Press MembraneBody::PressAt(const Eigen::Vector3d& p_O, double d
   const auto place = contact_.Find(p_O, std::numeric_limits<double>::infinity());
   if (!place) return press;
   const double give =
-      press_.compliance().GiveAt(surface().triangles[Index(place->triangle)], place->weights);
+      press_.compliance().At(surface().triangles[Index(place->triangle)], place->weights);
   if (!(give > 0)) return press;  // on the rim nothing gives
   press.stiffness = 1 / give;
   press.force = std::max(0.0, depth) / give;

@@ -1,19 +1,10 @@
-// One tool pressed against an air-filled membrane: its place and force from the deflection of all
-// points that are seen, by least squares through the membrane's model.
+// Position and force of one tool on an air-filled membrane, by least squares over the deflections
+// of all visible points along the surface's normal:
 //
-// What is measured is y = n . (p - p_rest), the way of each point along the surface's normal. What
-// explains it is an even pressure on a round patch (force F, inward) and the rise dp of the air's
-// pressure behind the whole membrane:
+//   y_i = n_i . (p_i - p_i_rest) = F g_i(patch) + noise
 //
-//   y = (F g + dp b) / s
-//
-// g, b: deflections by a unit force and a unit pressure at the model's own stiffness; s: how many
-// times stiffer the membrane really is, the one number that a known load identifies. The patch lies
-// where both shapes together explain most; the force is then
-//
-//   F = s F_own + A dp,   F_own = <g, y> / <g, g>,   A = -<g, b> / <g, g>
-//
-// with dp measured. Without such a measurement the model's own air resists, and A = 0.
+// g: deflection by one newton of even pressure on a round patch, with the response of the enclosed
+// air. The patch lies where the sum of squared residuals is least. Frame O.
 #pragma once
 
 #include <array>
@@ -27,20 +18,18 @@
 
 namespace palpate {
 
-// What a unit force, spread evenly over a round patch, does to a membrane.
+// Response of a membrane to a unit force, spread evenly over a round patch.
 //
 // Deflections are along the nodes' outward normals [m]; the force is one newton inward. Patches are
-// centred at nodes; between them they are mixed by barycentric weights.
+// centred at nodes; between them they are interpolated by barycentric weights.
 class PatchCompliance {
  public:
-  // `diameter` of the patch [m]. `steady_air`: the pressure does not answer. O(nodes^2).
-  PatchCompliance(const InflatedMembrane& membrane, double diameter, bool steady_air);
+  // `diameter` of the patch [m]. O(nodes^2).
+  PatchCompliance(const InflatedMembrane& membrane, double diameter);
 
-  // nodes x nodes [m/N]: column j by a patch at node j, zero at held nodes.
+  // nodes x nodes [m/N]: column j by a patch at node j, zero at fixed nodes.
   [[nodiscard]] const Eigen::MatrixXd& by_patch() const { return by_patch_; }
-  // By one pascal behind the whole membrane [m/Pa].
-  [[nodiscard]] const Eigen::VectorXd& by_pressure() const { return by_pressure_; }
-  // The newton of a patch at `node`, shared out over the nodes under it; sums to one.
+  // The newton of a patch at `node`, distributed to the nodes under it; sums to one.
   struct Share {
     int node = 0;
     double share = 0;
@@ -48,96 +37,71 @@ class PatchCompliance {
   [[nodiscard]] const std::vector<Share>& shares(int node) const {
     return shares_[static_cast<std::size_t>(node)];
   }
-  // Mean way inward of a patch there under its own newton [m/N]; `triangle` names the nodes.
-  [[nodiscard]] double GiveAt(const std::array<int, 3>& triangle,
-                              const Eigen::Vector3d& weights) const noexcept;
+  // Mean inward displacement of a patch there under its own newton [m/N]; `triangle`: its nodes.
+  [[nodiscard]] double At(const std::array<int, 3>& triangle,
+                          const Eigen::Vector3d& weights) const noexcept;
 
  private:
   std::vector<std::vector<Share>> shares_;
   Eigen::MatrixXd by_patch_;
-  Eigen::VectorXd by_pressure_;
 };
 
 class MembranePress {
  public:
   struct Params {
-    bool pressure_is_measured = true;
-    double patch = 0.014;         // diameter of the load [m]
-    double model_error = 0.1e-3;  // of a point's way, beside its own sigma [m]
+    double patch = 0.014;         // diameter of the load [m], > 0
+    double model_error = 0.1e-3;  // of a point's deflection, in addition to its own sigma [m], > 0
   };
-  struct Reading {
+  struct Estimate {
     bool found = false;            // enough points for an estimate
-    int points = 0;                // that took part
-    Eigen::Vector3d p_O{0, 0, 0};  // the patch's centre, at rest [m]
+    Eigen::Vector3d p_O{0, 0, 0};  // centre of the patch, at rest [m]
     Eigen::Vector3d n_O{0, 0, 1};  // outward normal there
-    double own_force = 0;          // F_own [N]; it or F positive: presses
-    double air_area = 0;           // A [m^2]
-    // The two amplitudes that together explain most, at the model's own stiffness.
-    double explained_force = 0;    // [N]
-    double own_pressure = 0;       // [Pa]
-    double depth = 0;              // of the surface as it is explained there, along -n_O [m]
-    double sigma_own_force = 0;    // [N]
+    double force = 0;              // inward [N]
+    double depth = 0;              // of the surface under the patch, along -n_O, >= 0 [m]
+    double sigma_force = 0;        // [N]
     double sigma_place = 0;        // the larger of the two along the surface [m]
-    double deflection = 0;         // rms of the measurements y [m]
-    double residual = 0;           // rms of (measured - explained) [m]
-    double relative_residual = 0;  // the same in sigmas, with the model's own error [-]
-    // Size of the force of the tool on the membrane, along -n_O [N].
-    [[nodiscard]] double Force(double stiffness, double pressure_rise) const {
-      return stiffness * own_force + air_area * pressure_rise;
-    }
+    double sigma = 0;              // of a point's deflection, with the model error [m]
+    double residual = 0;           // rms of (measured - fitted) by that sigma [-]
   };
   // Precomputes the membrane's compliance: O(nodes^2). Throws std::invalid_argument naming the
   // parameter.
   MembranePress(InflatedMembrane membrane, const Params& params);
 
-  // Points in frame O. Points that lie farther from the surface at rest than half a triangle are
-  // left out. Never throws. Points with other names or rest places than in the last call are placed
-  // again, O(points nodes) with allocation; else O(points nodes) without. Valid until the next
-  // call.
-  const Reading& Fit(const std::vector<SurfacePoint>& points_O) noexcept;
-  [[nodiscard]] const Reading& reading() const { return reading_; }
+  // Points in frame O. Points farther from the surface at rest than half a triangle are excluded.
+  // Never throws. Points with other ids or rest positions than in the last call are located again,
+  // O(points nodes) with allocation; otherwise O(points nodes) without. Valid until the next call.
+  const Estimate& Fit(const std::vector<SurfacePoint>& points_O) noexcept;
 
   [[nodiscard]] const InflatedMembrane& membrane() const { return membrane_; }
   [[nodiscard]] const PatchCompliance& compliance() const { return compliance_; }
-  // Where the reading's patch lies, on the membrane's surface.
+  // Location of the estimated patch on the membrane's surface.
   [[nodiscard]] const SurfacePlace& place() const { return place_; }
 
  private:
-  struct Sums {  // of products over the points, weighted
-    double gg = 0, gy = 0, gb = 0;
-  };
-  struct Amplitudes {
-    double force = 0, pressure = 0;
-    double misfit = 0;  // sum of squares, in sigmas
-  };
   [[nodiscard]] bool IsAttached(const std::vector<SurfacePoint>& points_O) const noexcept;
   void Attach(const std::vector<SurfacePoint>& points_O);
   int Measure(const std::vector<SurfacePoint>& points_O) noexcept;
-  [[nodiscard]] Sums SumsOf(const Eigen::Ref<const Eigen::VectorXd>& g) const noexcept;
-  [[nodiscard]] Amplitudes Explaining(const Sums& sums) const noexcept;
+  [[nodiscard]] double Explained(const Eigen::Ref<const Eigen::VectorXd>& g) const noexcept;
   int BestNode() noexcept;
-  Eigen::Vector3d Between(int node) noexcept;
-  void ReadAt() noexcept;
+  Eigen::Vector3d Interpolate(int node) noexcept;
+  void FillEstimate(int points) noexcept;
 
   InflatedMembrane membrane_;
   Params params_;
   PatchCompliance compliance_;
   std::vector<std::vector<int>> neighbours_;  // of nodes, by an edge
 
-  // Attached points: where they are and what the patch of every node does to them.
+  // Attached points.
   std::vector<int> ids_;
   std::vector<Eigen::Vector3d> rest_;
-  std::vector<std::size_t> taking_part_;
+  std::vector<std::size_t> used_;         // indices of those on the surface
   std::vector<Eigen::Vector3d> normals_;  // of the surface there
-  Eigen::MatrixXd g_;                     // points x nodes
-  Eigen::VectorXd b_;
+  Eigen::MatrixXd g_;                     // points x nodes [m/N]
 
-  // Of the current points: ways along the normals, and weights.
-  Eigen::VectorXd y_, w_, g_here_;
-  double yy_ = 0, yb_ = 0, bb_ = 0;
-  std::vector<double> misfits_;  // of nodes
+  Eigen::VectorXd y_, w_, g_here_;  // deflections [m], weights [1/m^2], fitted shape [m/N]
+  std::vector<double> explained_;   // sum of squares by a patch at each node [sigma^2]
   SurfacePlace place_;
-  Reading reading_;
+  Estimate estimate_;
 };
 
 }  // namespace palpate

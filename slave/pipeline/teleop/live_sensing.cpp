@@ -102,6 +102,7 @@ bool LiveSensing::ProcessSample(const std::stop_token& stop) {
   ReportExtrapolation();
   patch_.Update(felt, parts_.settings.revision(), &parts_.sense, Clock::now());
   local_.Put(felt.local_model, p_S_sensed_, p_S_encoders_);
+  has_estimate_ = true;
   // Where looking is a part of the estimate, that one knows when it was done.
   trace.processed_at = std::max(trace.processed_at, felt.processed_at);
   const double update = SecondsBetween(std::max(began, felt.processed_at), Clock::now());
@@ -121,7 +122,7 @@ void LiveSensing::ReportExtrapolation() {
 // felt, the model of a moment ago will do.
 LocalModel LiveSensing::LocalNow() {
   const std::unique_lock sense(parts_.mutex, std::try_to_lock);
-  if (sense.owns_lock()) {
+  if (sense.owns_lock() && has_estimate_) {
     const Eigen::Vector3d p_S_arm = parts_.manipulator.Tip();
     const Eigen::Vector3d p_S = p_S_sensed_ + p_S_arm - p_S_encoders_;
     local_.Put(parts_.sense.LocalModelAt(p_S), p_S, p_S_arm);

@@ -50,44 +50,17 @@ std::optional<Row> ParseRow(const std::vector<std::string_view>& cells) {
   return row;
 }
 
-// Collects the rows of a file; the functions return what is wrong, empty if nothing.
-class LayoutReader {
- public:
-  std::string Take(const CsvLines& line) {
-    const auto electrode = ElectrodeOf(line.cells().front());
-    if (!electrode) return {};
-    const auto row = ParseRow(line.cells());
-    if (!row) return Shown(line.text()) + ": accepted is NAME,x,y,z,nx,ny,nz in millimetres";
-    return Place(*electrode, *row);
+// Throws std::runtime_error `file:line: ...`: one line about electrode `name` is no place.
+void RequirePlace(const CsvLines& lines, const std::string& name, const std::optional<Row>& row) {
+  if (!row) lines.Fail(Shown(lines.text()) + ": accepted is NAME,x,y,z,nx,ny,nz in millimetres");
+  const auto& [x, y, z, nx, ny, nz] = *row;
+  if (Eigen::Vector3d(x, y, z).stableNorm() > kFarthest) {
+    lines.Fail(name + " is farther than 1 m from the origin: accepted are millimetres");
   }
-  [[nodiscard]] std::string Missing() const {
-    const auto absent = std::find(known_.begin(), known_.end(), false);
-    if (absent == known_.end()) return {};
-    return NameOf(static_cast<std::size_t>(absent - known_.begin())) +
-           " is missing: accepted are all of E1 to E19";
+  if (!(std::abs(Eigen::Vector3d(nx, ny, nz).stableNorm() - 1) < kUnitTolerance)) {
+    lines.Fail(name + ": nx,ny,nz is not a unit vector");
   }
-  [[nodiscard]] const ElectrodeLayout& layout() const { return layout_; }
-
- private:
-  std::string Place(std::size_t electrode, const Row& row) {
-    const std::string name = NameOf(electrode);
-    if (known_[electrode]) return name + " occurs twice: accepted is one row each";
-    const Eigen::Vector3d p(row[0], row[1], row[2]), n(row[3], row[4], row[5]);
-    if (p.stableNorm() > kFarthest) {
-      return name + " is farther than 1 m from the origin: accepted are millimetres";
-    }
-    if (!(std::abs(n.stableNorm() - 1) < kUnitTolerance)) {
-      return name + ": nx,ny,nz is not a unit vector";
-    }
-    layout_.p_F[electrode] = kMillimetre * p;
-    layout_.n_F[electrode] = n.normalized();
-    known_[electrode] = true;
-    return {};
-  }
-
-  ElectrodeLayout layout_;
-  std::array<bool, kElectrodeCount> known_{};
-};
+}
 
 // Where a simulated electrode sits. On the cylinder: `along` the axis from the origin in radii,
 // <= 0. On the sphere: `along` is the elevation from the plane x = 0 towards the tip [degrees].
@@ -125,14 +98,23 @@ Eigen::Vector3d FingerSurface::Normal(const Eigen::Vector3d& p_F) const noexcept
 
 ElectrodeLayout ReadElectrodeLayout(const std::filesystem::path& file) {
   CsvLines lines(file);
-  LayoutReader reader;
+  ElectrodeLayout layout;
+  std::array<bool, kElectrodeCount> known{};
   while (lines.Next()) {
-    const std::string wrong = reader.Take(lines);
-    if (!wrong.empty()) lines.Fail(wrong);
+    const auto electrode = ElectrodeOf(lines.cells().front());
+    if (!electrode) continue;
+    const std::string name = NameOf(*electrode);
+    if (known[*electrode]) lines.Fail(name + " occurs twice: accepted is one row each");
+    const auto row = ParseRow(lines.cells());
+    RequirePlace(lines, name, row);
+    layout.p_F[*electrode] = kMillimetre * Eigen::Map<const Eigen::Vector3d>(row->data());
+    layout.n_F[*electrode] = Eigen::Map<const Eigen::Vector3d>(row->data() + 3).normalized();
+    known[*electrode] = true;
   }
-  const std::string missing = reader.Missing();
-  if (!missing.empty()) lines.Fail(missing);
-  return reader.layout();
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (!known[i]) lines.Fail(NameOf(i) + " is missing: accepted are all of E1 to E19");
+  }
+  return layout;
 }
 
 ElectrodeLayout SimulatedLayout(double radius) {

@@ -56,8 +56,8 @@ class PaperLocaliser final : public Localiser {
       intensity[active] = std::min(fall / full_scale_, 1.0);
       ++active;
     }
-    const auto point = ContactPointOf(std::span(p_F.data(), active),
-                                      std::span(intensity.data(), active), Division::kTwice);
+    const auto point =
+        ContactPointOf(std::span(p_F.data(), active), std::span(intensity.data(), active));
     if (!point) return NoPlace(TouchPlace::Status::kNoContact, flaws.any());
     const auto place_F = surface_.Project(point->c);
     if (!place_F) return NoPlace(TouchPlace::Status::kAtOrigin, flaws.any());
@@ -103,8 +103,7 @@ class PressureWeightedLocaliser final : public Localiser {
 }  // namespace
 
 std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
-                                           std::span<const double> intensity,
-                                           Division division) noexcept {
+                                           std::span<const double> intensity) noexcept {
   assert(p.size() == intensity.size());
   ContactPoint point;
   double total = 0;
@@ -119,7 +118,7 @@ std::optional<ContactPoint> ContactPointOf(std::span<const Eigen::Vector3d> p,
   for (std::size_t i = 0; i < p.size(); ++i) {
     d += intensity[i] / total * (p[i] - point.centroid);
   }
-  point.c = point.centroid + (division == Division::kTwice ? Eigen::Vector3d(d / m) : d);
+  point.c = point.centroid + d / m;
   if (!point.c.allFinite()) return std::nullopt;
   return point;
 }

@@ -135,10 +135,6 @@ void ReadLayers(const json& root, NetworkWeights* weights) {
   ForLayers(root, "lstm", [&](const json& layer, const std::string& name) {
     weights->lstm.push_back({kernel(layer, name), vector(layer, name, "bias")});
   });
-  ForLayers(root, "gru", [&](const json& layer, const std::string& name) {
-    weights->gru.push_back(
-        {kernel(layer, name), vector(layer, name, "bias"), vector(layer, name, "candidate_bias")});
-  });
   const HiddenActivation of_all = ReadActivation(root, HiddenActivation::kTanh);
   ForLayers(root, "dense", [&](const json& layer, const std::string& name) {
     weights->dense.push_back(

@@ -74,17 +74,14 @@ class LayerCheck {
  public:
   explicit LayerCheck(Eigen::Index inputs) : width_(inputs) {}
 
-  // `gates`: 4 of an LSTM layer, 3 of a GRU layer.
-  template <typename Layer>
-  std::string Recurrent(const std::string& name, const Layer& layer, Eigen::Index gates) {
+  std::string Recurrent(const std::string& name, const LstmLayer& layer) {
     const Eigen::Index n = layer.units();
-    if (n < 1 || n > kLargestWidth || layer.kernel.cols() != gates * n) {
-      return name + ".kernel has " + std::to_string(layer.kernel.cols()) + " columns, expected " +
-             std::to_string(gates) + " for each of 1 to " + std::to_string(kLargestWidth) +
-             " units";
+    if (n < 1 || n > kLargestWidth) {
+      return name + ".kernel has " + std::to_string(layer.kernel.cols()) +
+             " columns, expected 4 for each of 1 to " + std::to_string(kLargestWidth) + " units";
     }
-    std::string fault = FaultOfKernel(name + ".kernel", layer.kernel, width_ + n, gates * n);
-    if (fault.empty()) fault = FaultOfVector(name + ".bias", layer.bias, gates * n);
+    std::string fault = FaultOfKernel(name + ".kernel", layer.kernel, width_ + n, 4 * n);
+    if (fault.empty()) fault = FaultOfVector(name + ".bias", layer.bias, 4 * n);
     width_ = n;
     return fault;
   }
@@ -131,11 +128,9 @@ bool IsTraced(std::string_view architecture) {
 std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
   std::string fault = FaultOfInfo(info);
   if (!fault.empty()) return fault;
-  const bool has_lstm = !weights.lstm.empty(), has_gru = !weights.gru.empty();
-  if (IsRecurrent(info.architecture) ? has_lstm == has_gru : has_lstm || has_gru) {
-    return info.architecture + (IsRecurrent(info.architecture)
-                                    ? ": expected either lstm or gru layers"
-                                    : " must have no lstm or gru layer");
+  if (IsRecurrent(info.architecture) == weights.lstm.empty()) {
+    return info.architecture +
+           (weights.lstm.empty() ? ": expected lstm layers" : " must have no lstm layer");
   }
   if (weights.dense.empty()) return "there is no dense layer that gives the outputs";
   fault = FaultOfScale("input", weights.input_mean, weights.input_scale, info.inputs);
@@ -148,15 +143,7 @@ std::string FaultOf(const NetworkInfo& info, const NetworkWeights& weights) {
   }
   LayerCheck check(is_traced ? FeatureCount(info.inputs) : Eigen::Index{info.inputs});
   for (std::size_t k = 0; k < weights.lstm.size() && fault.empty(); ++k) {
-    fault = check.Recurrent("lstm[" + std::to_string(k) + "]", weights.lstm[k], 4);
-  }
-  for (std::size_t k = 0; k < weights.gru.size() && fault.empty(); ++k) {
-    const std::string name = "gru[" + std::to_string(k) + "]";
-    fault = check.Recurrent(name, weights.gru[k], 3);
-    if (fault.empty()) {
-      fault = FaultOfVector(name + ".candidate_bias", weights.gru[k].candidate_bias,
-                            weights.gru[k].units());
-    }
+    fault = check.Recurrent("lstm[" + std::to_string(k) + "]", weights.lstm[k]);
   }
   for (std::size_t k = 0; k < weights.dense.size() && fault.empty(); ++k) {
     fault = check.Dense("dense[" + std::to_string(k) + "]", weights.dense[k],

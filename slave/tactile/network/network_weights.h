@@ -27,18 +27,6 @@ struct LstmLayer {
 };
 inline constexpr float kForgetBias = 1;
 
-// A layer of gated recurrent units with n units. `kernel` and `bias` are cut into three parts r, z,
-// k of n columns each; W: its rows of the inputs, U: those of the units. One step is
-//
-//   r = sigmoid(x W_r + h U_r + bias_r),   z = sigmoid(x W_z + h U_z + bias_z)
-//   k = tanh(x W_k + bias_k + r (h U_k + candidate_bias)),   h' = (1 - z) k + z h
-struct GruLayer {
-  WeightMatrix kernel;             // (inputs + n) x 3 n: rows the inputs, then the units
-  Eigen::VectorXf bias;            // 3 n
-  Eigen::VectorXf candidate_bias;  // n
-  [[nodiscard]] Eigen::Index units() const { return kernel.cols() / 3; }
-};
-
 enum class HiddenActivation { kTanh, kRelu, kSigmoid, kElu, kLeakyRelu, kIdentity };
 inline constexpr double kLeak = 0.01;  // slope of kLeakyRelu below 0
 
@@ -49,8 +37,8 @@ struct DenseLayer {
   HiddenActivation activation = HiddenActivation::kTanh;
 };
 
-// x = (change - input_mean) / input_scale goes into the first layer of `lstm` or `gru`, which feeds
-// its whole sequence to the next; the last one's last state goes through `dense`. The outputs are
+// x = (change - input_mean) / input_scale goes into the first layer of `lstm`, which feeds its
+// whole sequence to the next; the last one's last state goes through `dense`. The outputs are
 // NetworkInfo::gain (output_mean + output_scale y), entry by entry. Without recurrent layers the
 // network is feed-forward and sees one sample.
 //
@@ -58,9 +46,8 @@ struct DenseLayer {
 // are multiplied by the size that these are parts of; input_mean and output_mean are 0.
 struct NetworkWeights {
   Eigen::VectorXf input_mean, input_scale;  // NetworkInfo::inputs [counts]; scale not 0
-  std::vector<LstmLayer> lstm;              // rnn_*: either LSTM or GRU layers
-  std::vector<GruLayer> gru;
-  std::vector<DenseLayer> dense;  // at least one, the last one's columns are the outputs
+  std::vector<LstmLayer> lstm;              // rnn_*: one or more
+  std::vector<DenseLayer> dense;            // at least one, the last one's columns are the outputs
   Eigen::VectorXf output_mean, output_scale;  // NetworkInfo::outputs [N]
 
   // 0 and 1: for networks that map counts to newtons.

@@ -25,7 +25,7 @@ class SignalTraces {
   // `inputs`: 19 or 21, E1 to E19[, pac0, pdc]; `rate` [Hz], > 0.
   SignalTraces(Eigen::Index inputs, double rate) : means_(inputs, kTraceTimes.size()) {
     for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
-      shares_[k] = static_cast<float>(1 - std::exp(-1 / (kTraceTimes[k] * rate)));
+      shares_[k] = 1 - std::exp(-1 / (kTraceTimes[k] * rate));
     }
     Reset();
   }
@@ -35,10 +35,10 @@ class SignalTraces {
   // Processes the next sample, counts minus baseline over their scale, all finite. Fills `features`
   // and returns the size by which they are normalised [-]: the force is this size times a function
   // of them. Allocation-free.
-  float Take(const Eigen::Ref<const Eigen::VectorXf>& now,
-             Eigen::Ref<Eigen::VectorXf> features) noexcept {
+  double Take(const Eigen::Ref<const Eigen::VectorXd>& now,
+              Eigen::Ref<Eigen::VectorXd> features) noexcept {
     const Eigen::Index inputs = means_.rows();
-    const float size =
+    const double size =
         std::sqrt(now.head(kElectrodeCount).squaredNorm() / kElectrodeCount + kLeast * kLeast);
     features.head(inputs) = now / size;
     for (std::size_t k = 0; k < kTraceTimes.size(); ++k) {
@@ -50,9 +50,9 @@ class SignalTraces {
   }
 
  private:
-  static constexpr float kLeast = 0.1F;  // below this size the features include the size
-  Eigen::MatrixXf means_;                // inputs x traces
-  std::array<float, kTraceTimes.size()> shares_{};
+  static constexpr double kLeast = 0.1;  // below this size the features include the size
+  Eigen::MatrixXd means_;                // inputs x traces
+  std::array<double, kTraceTimes.size()> shares_{};
 };
 
 }  // namespace palpate

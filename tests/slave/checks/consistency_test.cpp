@@ -13,18 +13,6 @@ namespace {
 
 constexpr FailedCheck kOne = FailedCheck::kDent, kOther = FailedCheck::kArm;
 
-// Reference: printed tables of chi-square at 0.9999.
-TEST(ConsistencyTest, TheGateIsTheQuantileOfChiSquare) {
-  const struct {
-    int n;
-    double quantile;
-  } table[] = {{1, 15.137}, {2, 18.421}, {5, 25.745}, {10, 35.564}, {20, 52.386}};
-  for (const auto& [n, quantile] : table) {
-    EXPECT_GE(Consistency::Gate(n), quantile) << n;
-    EXPECT_LT(Consistency::Gate(n), 1.08 * quantile) << n;
-  }
-}
-
 // Reference: the quantile. Windows overlap, so failures come in groups: ten times as many at most.
 TEST(ConsistencyTest, NoiseOfTheStatedSizeFailsNoOftenerThanTheQuantile) {
   std::mt19937 random(1);

@@ -42,7 +42,9 @@ void SimulatedDevices::FeedImages(const std::stop_token& stop) {
     sample.picture = {
         image.channels() == 3 ? PushedPicture::Encoding::kBgr8 : PushedPicture::Encoding::kGrey8,
         &data, static_cast<unsigned>(image.cols), static_cast<unsigned>(image.rows)};
-    if (const auto refusal = slave_.picture_inbox()->Feed(sample, Clock::now(), kId)) {
+    const Time now = Clock::now();
+    sample.delay = SecondsBetween(sample.sensed_at, now);
+    if (const auto refusal = slave_.picture_inbox()->Feed(sample, now, kId)) {
       throw std::runtime_error(refusal->why);
     }
   }

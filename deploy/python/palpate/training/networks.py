@@ -406,7 +406,7 @@ def read_network(folder: pathlib.Path) -> Network:
     file = folder / NETWORK_FILE
     try:
         root = json.loads(file.read_text(encoding="utf-8"))
-        if root.get("gru") or any("activation" in layer for layer in root["dense"]):
+        if any("activation" in layer for layer in root["dense"]):
             raise InputError(f"{file}: a converted network is not trained further: train it in PyTorch, and convert it again")
         pattern = None
         if "pattern" in root:

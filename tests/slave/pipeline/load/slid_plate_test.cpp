@@ -58,8 +58,8 @@ class SlidPlateTest : public testing::Test {
   double ScatterOfForce() {
     double square = 0;
     for (int k = 0; k < 40; ++k) {
-      const RobustPlateFit::Answer answer = fit_.Fit(Points(true));
-      EXPECT_TRUE(answer.put_right) << k;
+      const PlateFit answer = fit_.Fit(Points(true));
+      EXPECT_TRUE(answer.compensated) << k;
       EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z(), 2 * kSigma) << k;
       square += std::pow(answer.load.force - kForce, 2);
     }
@@ -69,10 +69,10 @@ class SlidPlateTest : public testing::Test {
   double PressesOf(bool slid) {
     plate_.TakePresses();
     for (int k = 0; k < 10; ++k) {
-      const RobustPlateFit::Answer answer = fit_.Fit(Points(slid));
+      const PlateFit answer = fit_.Fit(Points(slid));
       EXPECT_NEAR(answer.load.force, kForce, 0.03 * std::abs(kForce)) << k;
       EXPECT_EQ(answer.moved, slid) << k;
-      EXPECT_EQ(answer.put_right, slid) << k;
+      EXPECT_EQ(answer.compensated, slid) << k;
     }
     return plate_.TakePresses() / 10.0;
   }
@@ -108,7 +108,7 @@ TEST_F(SlidPlateTest, ARimThatMovesAgainIsNotHeldWhereItWas) {
   for (int k = 0; k < 5; ++k) {
     std::vector<SurfacePoint> points = Points(true);
     for (SurfacePoint& point : points) point.p_S.z() += 0.2e-3;
-    const RobustPlateFit::Answer answer = fit_.Fit(points);
+    const PlateFit answer = fit_.Fit(points);
     EXPECT_NEAR(answer.load.force, kForce, 0.03 * std::abs(kForce)) << k;
     EXPECT_NEAR(answer.load.rim_motion[0], kSlide.z() + 0.2e-3, 2 * kSigma) << k;
   }

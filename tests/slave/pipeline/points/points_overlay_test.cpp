@@ -1,8 +1,9 @@
+#include "slave/pipeline/points/points_overlay.h"
+
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "slave/pipeline/points/points_sense.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
 
 namespace palpate {
@@ -28,17 +29,17 @@ int Coloured(const cv::Mat& picture, const Eigen::Vector2d& p, int reach) {
 class PointsOverlayTest : public ::testing::Test {
  protected:
   PointsOverlayTest()
-      : scene_(MembraneScene()), eyes_(MakeSurfacePointTracker(scene_, RigOf(scene_))) {
-    while (!eyes_->at_rest_known()) eyes_->Process(pair_);
+      : scene_(MembraneScene()), tracker_(MakeSurfacePointTracker(scene_, RigOf(scene_))) {
+    while (!tracker_->at_rest_known()) tracker_->Process(pair_);
   }
   Scene scene_;
-  std::unique_ptr<SurfacePointTracker> eyes_;
+  std::unique_ptr<SurfacePointTracker> tracker_;
   StereoPair pair_ = DotPairs().Draw({}, 1);
 };
 
 TEST_F(PointsOverlayTest, EveryDotIsMarkedWhereItIsSeen) {
-  const SurfaceObservation& seen = eyes_->Process(pair_);
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, seen, ContactEstimate{});
+  const SurfaceObservation& seen = tracker_->Process(pair_);
+  const PointsOverlay overlay = MakePointsOverlay(*tracker_, seen, ContactEstimate{});
   ASSERT_EQ(overlay.seen_I.size(), 31U);
   EXPECT_TRUE(overlay.lost_I.empty());
   const cv::Mat drawn = DrawPoints(pair_.left, overlay, 4);
@@ -48,22 +49,22 @@ TEST_F(PointsOverlayTest, EveryDotIsMarkedWhereItIsSeen) {
 }
 
 TEST_F(PointsOverlayTest, WhatIsLostIsMarkedWhereItWas) {
-  eyes_->Process(pair_);
-  const SurfaceObservation& lost = eyes_->Process(DotPairs().Draw({0, {0, 0}, true}, 2));
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, lost, ContactEstimate{});
+  tracker_->Process(pair_);
+  const SurfaceObservation& lost = tracker_->Process(DotPairs().Draw({0, {0, 0}, true}, 2));
+  const PointsOverlay overlay = MakePointsOverlay(*tracker_, lost, ContactEstimate{});
   EXPECT_TRUE(overlay.seen_I.empty());
   EXPECT_EQ(overlay.lost_I.size(), 31U);
 }
 
 TEST_F(PointsOverlayTest, ALoadIsMarkedAtItsPlaceAndInNumbers) {
-  ContactEstimate felt;
-  felt.p_S_contact = {0.01, 0.005, 0};
-  felt.depth = 0.001;
-  felt.force = Eigen::Vector3d(0, 0, 2);
-  felt.validity = Validity::kValid;
-  const PointsOverlay overlay = MakePointsOverlay(*eyes_, eyes_->Process(pair_), felt);
+  ContactEstimate estimate;
+  estimate.p_S_contact = {0.01, 0.005, 0};
+  estimate.depth = 0.001;
+  estimate.force = Eigen::Vector3d(0, 0, 2);
+  estimate.validity = Validity::kValid;
+  const PointsOverlay overlay = MakePointsOverlay(*tracker_, tracker_->Process(pair_), estimate);
   ASSERT_TRUE(overlay.place_I.has_value());
-  EXPECT_LT((*overlay.place_I - *eyes_->Project(felt.p_S_contact)).norm(), 1e-9);
+  EXPECT_LT((*overlay.place_I - *tracker_->Project(estimate.p_S_contact)).norm(), 1e-9);
   const cv::Mat drawn = DrawPoints(pair_.left, overlay, 4);
   EXPECT_GT(Coloured(drawn, *overlay.place_I, 30), 60);
   EXPECT_GT(Coloured(drawn, {60, 15}, 20), 50);  // the words
@@ -72,21 +73,21 @@ TEST_F(PointsOverlayTest, ALoadIsMarkedAtItsPlaceAndInNumbers) {
   EXPECT_GT(Coloured(drawn, on_ring, 2), 3);
   EXPECT_EQ(Coloured(DrawPoints(pair_.left, overlay, 0), on_ring, 2), 0) << "nobody says how much";
   // Across the line of sight it is not foreshortened.
-  felt.force = Eigen::Vector3d(4, 0, 0);
-  const PointsOverlay aside = MakePointsOverlay(*eyes_, eyes_->Process(pair_), felt);
+  estimate.force = Eigen::Vector3d(4, 0, 0);
+  const PointsOverlay aside = MakePointsOverlay(*tracker_, tracker_->Process(pair_), estimate);
   EXPECT_NEAR(aside.along_I.norm(), 1, 0.05);
 }
 
 TEST_F(PointsOverlayTest, NumbersThatAreNoneAndPlacesFarOutDrawNothingAndBreakNothing) {
-  ContactEstimate felt;
-  felt.depth = 0.001;
-  felt.force = Eigen::Vector3d(0, 0, 1e300);
-  felt.p_S_contact = {1e6, -1e6, 0.3};
-  const SurfaceObservation& seen = eyes_->Process(pair_);
-  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt), 0).rows, 480);
-  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*eyes_, seen, felt), 1).rows, 480);
-  felt.p_S_contact.setConstant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_FALSE(MakePointsOverlay(*eyes_, seen, felt).place_I.has_value());
+  ContactEstimate estimate;
+  estimate.depth = 0.001;
+  estimate.force = Eigen::Vector3d(0, 0, 1e300);
+  estimate.p_S_contact = {1e6, -1e6, 0.3};
+  const SurfaceObservation& seen = tracker_->Process(pair_);
+  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*tracker_, seen, estimate), 0).rows, 480);
+  EXPECT_EQ(DrawPoints(pair_.left, MakePointsOverlay(*tracker_, seen, estimate), 1).rows, 480);
+  estimate.p_S_contact.setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_FALSE(MakePointsOverlay(*tracker_, seen, estimate).place_I.has_value());
 }
 
 TEST(DepthPictureTest, DepthsAreStretchedAndHolesStayBlack) {

@@ -123,15 +123,6 @@ TEST_F(PointsRunTest, FollowedPointsAreWrittenWhereAskedFor) {
   }
 }
 
-TEST_F(PointsRunTest, PicturesOfAnotherSizeThanTheRigsAreRefusedInWords) {
-  const Scene scene = Recorded({});
-  for (int i = 1; i <= 18; ++i) {
-    const auto file = folder_ / ("right-" + std::to_string(1000 + i) + ".png");
-    cv::imwrite(file.string(), cv::Mat::zeros(240, 320, CV_8UC1));
-  }
-  EXPECT_THROW(RunOffline(scene, {folder_ / "out", false, false, {}}, {}), std::runtime_error);
-}
-
 // With the cameras half as far again from each other all that they see is larger by as much.
 TEST_F(PointsRunTest, ARigOfOtherCamerasIsNoSuccessAndTellsNoPlace) {
   const Scene scene = Recorded({4.0, {0, 0}, false});
@@ -160,14 +151,6 @@ TEST_F(PointsRunTest, ExchangedSidesAreDoubted) {
   EXPECT_EQ(summary.validity.count("valid"), 0U);
   // Rays that pass each other are the cause; a rest shape that is not flat is the consequence.
   EXPECT_EQ(summary.checks.at("epipolar"), 8U);
-}
-
-TEST_F(PointsRunTest, PlacesAreToldFromTheFirstFeltPairOn) {
-  RunOffline(Recorded({4.0, {0, 0}, false}), {folder_ / "out", false, false, {}}, {});
-  const Rows rows = ReadCsv(folder_ / "out/states.csv");
-  ASSERT_EQ(rows.size(), 19U);
-  EXPECT_EQ(rows[10][6], "");
-  EXPECT_NE(rows[11][6], "");
 }
 
 TEST_F(PointsRunTest, FewerPairsThanTheRestFrameTakesAreRefused) {

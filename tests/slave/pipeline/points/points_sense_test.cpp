@@ -6,7 +6,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 
 #include "slave/pipeline/teleop/live_slave.h"
 #include "tests/slave/pipeline/points/watched_membrane.h"
@@ -58,7 +57,7 @@ class PointsSenseTest : public ::testing::Test {
   SlaveState UntilForce(double least) {
     return Until([&](const SlaveState& s) { return s.force && s.force->norm() > least; });
   }
-  // Nothing presses any more, and the eyes have seen it.
+  // Nothing presses any more, and the images show it.
   void UntilLeft() {
     environment_->Show({});
     Until([](const SlaveState& s) { return IsValid(s) && !(s.depth > 0); });
@@ -107,28 +106,6 @@ TEST_F(PointsSenseTest, APressIsFeltSeenAndShown) {
   EXPECT_FALSE(slave_->Describe().simulated);
 }
 
-TEST_F(PointsSenseTest, ThePictureHasTheSizeOfTheLeftOneAndItsOverlaysColours) {
-  const auto decode = [&](bool overlays) {
-    const auto picture = slave_->Picture(overlays, 90);
-    EXPECT_TRUE(picture.has_value());
-    EXPECT_EQ(picture->width, 640);
-    EXPECT_EQ(picture->height, 480);
-    return cv::imdecode(std::vector<char>(picture->jpeg.begin(), picture->jpeg.end()),
-                        cv::IMREAD_UNCHANGED);
-  };
-  EXPECT_EQ(decode(false).channels(), 1);
-  const cv::Mat drawn = decode(true);
-  ASSERT_EQ(drawn.channels(), 3);
-  int green = 0;
-  for (int v = 0; v < drawn.rows; ++v) {
-    for (int u = 0; u < drawn.cols; ++u) {
-      const auto& p = drawn.at<cv::Vec3b>(v, u);
-      green += p[1] > p[0] + 60 && p[1] > p[2] + 60 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(green, 31 * 5);
-}
-
 // Between pictures too: the source is silent while the hand goes down.
 TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   slave_->BeginOperating();
@@ -161,19 +138,7 @@ TEST_F(PointsSenseTest, TheLocalModelFollowsTheHandBetweenPictures) {
   slave_->EndOperating();
 }
 
-TEST_F(PointsSenseTest, CoveredEyesAreALossAndNoForce) {
-  slave_->TakeEvents();
-  environment_->Show({0, {0, 0}, true});
-  const SlaveState lost =
-      Until([](const SlaveState& s) { return s.validity == Validity::kTrackingLost; });
-  EXPECT_FALSE(lost.force.has_value());
-  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingLost));
-  environment_->Show({});
-  Until(IsValid);
-  EXPECT_TRUE(slave_->TakeEvents().Has(Event::kTrackingRegained));
-}
-
-// What presses would be taken for rest, and no longer be felt.
+// What presses would be taken for rest, and no longer be estimated.
 TEST_F(PointsSenseTest, AResetIsRefusedWhileTheObjectIsPressedAndTakesTheRestFrameAnew) {
   environment_->Show({4.0, {0, 0}, false});
   UntilForce(1.0);

@@ -32,11 +32,11 @@ TEST(TrackedPlaceTest, ABodyThatDoesNotTurnIsFollowedWhicheverPointsAreHidden) {
   for (unsigned hidden = 0; hidden < 15; ++hidden) {
     SurfaceObservation seen = Seen(way);
     for (std::size_t i = 0; i < 4; ++i) seen.points[i].seen = (hidden >> i & 1U) == 0;
-    const ContactEstimate& felt = place.Estimate(seen);
-    EXPECT_TRUE(felt.p_S_contact.isApprox(kMean + way, 1e-12)) << hidden;
+    const ContactEstimate& estimate = place.Estimate(seen);
+    EXPECT_TRUE(estimate.p_S_contact.isApprox(kMean + way, 1e-12)) << hidden;
     EXPECT_TRUE(place.moved().isApprox(way, 1e-12));
-    EXPECT_FALSE(felt.force.has_value());
-    EXPECT_EQ(felt.validity, Validity::kFailed);  // the force is unknown, the place is not
+    EXPECT_FALSE(estimate.force.has_value());
+    EXPECT_EQ(estimate.validity, Validity::kFailed);  // the force is unknown, the place is not
   }
 }
 
@@ -53,7 +53,7 @@ TEST(TrackedPlaceTest, PointsThatCameLaterDoNotCount) {
 
 TEST(TrackedPlaceTest, ALossIsToldAndSoIsItsEnd) {
   RigidTranslation place;
-  EXPECT_EQ(place.felt().validity, Validity::kFailed);
+  EXPECT_EQ(place.estimate().validity, Validity::kFailed);
   const Vector3d start = place.Estimate(Seen({0, 0, 0})).p_S_contact;
   SurfaceObservation nothing = Seen({0.01, 0, 0});
   nothing.found = false;
@@ -76,7 +76,7 @@ TEST(TrackedPlaceTest, PlacesThatAreNoNumbersAreNotTold) {
   SurfaceObservation broken = Seen({0, 0, 0});
   for (SurfacePoint& point : broken.points) point.p_S.x() = std::nan("");
   EXPECT_EQ(place.Estimate(broken).validity, Validity::kTrackingLost);
-  EXPECT_TRUE(place.felt().p_S_contact.allFinite());
+  EXPECT_TRUE(place.estimate().p_S_contact.allFinite());
 }
 
 TEST(TrackedPlaceTest, FeelingAllocatesNothingAfterTheFirstObservation) {

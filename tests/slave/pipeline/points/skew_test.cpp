@@ -60,7 +60,7 @@ class SkewedCameras final : public StereoSource {
     pair.sensed_at = Time{} + Seconds(told);
     return pair;
   }
-  [[nodiscard]] std::string description() const override { return "skewed eyes"; }
+  [[nodiscard]] std::string description() const override { return "skewed cameras"; }
   [[nodiscard]] const Truth& truth() const { return truth_; }  // at the pair's stamp
 
  private:
@@ -84,19 +84,19 @@ struct Row {
 };
 
 Row RunRow(StereoSite* site, const Scene& scene, double peak, double speed, const Skew& skew) {
-  auto eyes = std::make_unique<SkewedCameras>(site, scene, speed, skew);
-  const SkewedCameras& seen = *eyes;
-  PointsSense sense(scene, std::move(eyes));
+  auto cameras = std::make_unique<SkewedCameras>(site, scene, speed, skew);
+  const SkewedCameras& seen = *cameras;
+  PointsSense sense(scene, std::move(cameras));
   Row row;
   for (int pair = 0; pair < kRest + kMoving && sense.Acquire({}); ++pair) {
     sense.Process();
-    const ContactEstimate& felt = sense.Estimate(seen.truth().p_S_tip);
+    const ContactEstimate& estimate = sense.Estimate(seen.truth().p_S_tip);
     if (pair < kRest) continue;
-    if (felt.validity != Validity::kValid || !felt.force) continue;
-    const double error = (*felt.force - seen.truth().force).norm() / peak;
+    if (estimate.validity != Validity::kValid || !estimate.force) continue;
+    const double error = (*estimate.force - seen.truth().force).norm() / peak;
     ++row.valid;
     row.rms += error * error;
-    row.silent += !(error <= kRight || error <= kSigmas * felt.sigma / peak);
+    row.silent += !(error <= kRight || error <= kSigmas * estimate.sigma / peak);
   }
   row.rms = std::sqrt(row.rms / std::max(1, row.valid));
   return row;

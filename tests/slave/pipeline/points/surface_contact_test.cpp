@@ -72,7 +72,7 @@ TEST(SurfaceContactTest, TheLocalContactIsUsableAnywhereAndKeepsTheLastForNonsen
   EXPECT_EQ(kept.reference, last.reference);
 }
 
-// A scene whose eyes tell their rate: 30 Hz.
+// A scene whose cameras have a rate: 30 Hz.
 Scene WatchedScene() {
   Scene scene = MembraneScene("plate-large");
   scene.sense.Set(PointsOptions{StereoCameras{.rate = 30}, {}});
@@ -105,14 +105,14 @@ class RenderedMembraneTest : public ::testing::Test {
   std::mt19937 random_{12};
 };
 
-// Reference: the mean force felt from the dots, itself within 1.5 % of the load by the order of
-// modes.
+// Reference: the mean force estimated from the dots, itself within 1.5 % of the load by the order
+// of modes.
 TEST_F(RenderedMembraneTest, TheRenderedForceBecomesTheOneFelt) {
   constexpr int kPictures = 60;
   double mean = 0;
   for (int i = 0; i < kPictures; ++i) {
     Hold(4e-3, kSofter, 1);
-    mean += estimator().felt().force->z() / kPictures;
+    mean += estimator().estimate().force->z() / kPictures;
   }
   EXPECT_NEAR(Rendered(4e-3) / mean, 1, 5e-3);
   EXPECT_NEAR(Rendered(4e-3) / Modelled(4e-3), kSofter, 0.02);
@@ -172,8 +172,8 @@ TEST_F(RenderedMembraneTest, FlaggedAndStrangeLoadsTeachNothing) {
   EXPECT_EQ(Rendered(4e-3), modelled);
 }
 
-// The picture is older than the tip: on the way in the force felt is that of less depth. At 20 mm/s
-// and a whole period, 0.67 mm, between them, the ratio would fall to 0.7 at once.
+// The picture is older than the tip: on the way in the estimated force is that of less depth. At 20
+// mm/s and a whole period, 0.67 mm, between them, the ratio would fall to 0.7 at once.
 TEST_F(RenderedMembraneTest, ATipOnItsWayTeachesLittle) {
   constexpr double kStep = 0.02 / 30;
   for (int press = 0; press < 3; ++press) {

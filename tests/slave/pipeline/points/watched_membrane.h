@@ -1,4 +1,4 @@
-// A membrane with dots for tests of what its two eyes feel: its pictures come from the closed form
+// A membrane with dots for tests of a stereo pair: its images come from the closed form
 // of a thin plate, not from any model of the house.
 #pragma once
 

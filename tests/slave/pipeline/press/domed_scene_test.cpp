@@ -182,21 +182,22 @@ TEST_F(DomedSceneTest, APressIsFeltAnywhere) {
   for (const Vector2d& at : {Vector2d(0, 0), Vector2d(-0.02, 0.01), Vector2d(0.025, -0.012)}) {
     const Vector3d p_O = truth_.Over(at.x(), at.y());
     for (const double force : {0.5, 2.0, 4.0}) {
-      const ContactEstimate& felt = Estimate({{p_O, force}});
-      ASSERT_TRUE(felt.force);
-      EXPECT_EQ(felt.validity, Validity::kValid) << sense_.why();
-      EXPECT_NEAR(felt.force->norm(), force, 0.03 * force + 3 * felt.sigma) << at.transpose();
-      EXPECT_GT(felt.force->z(), 0);  // the skin pushes the tool out
-      EXPECT_LT((felt.p_S_contact - p_S_O - p_O).norm(), kTool / 5);
-      EXPECT_LT(felt.sigma, 0.15 * force);
+      const ContactEstimate& estimate = Estimate({{p_O, force}});
+      ASSERT_TRUE(estimate.force);
+      EXPECT_EQ(estimate.validity, Validity::kValid) << sense_.why();
+      EXPECT_NEAR(estimate.force->norm(), force, 0.03 * force + 3 * estimate.sigma)
+          << at.transpose();
+      EXPECT_GT(estimate.force->z(), 0);  // the skin pushes the tool out
+      EXPECT_LT((estimate.p_S_contact - p_S_O - p_O).norm(), kTool / 5);
+      EXPECT_LT(estimate.sigma, 0.15 * force);
     }
   }
 }
 
 TEST_F(DomedSceneTest, UntouchedItTellsNoForce) {
-  const ContactEstimate& felt = Estimate({});
-  EXPECT_EQ(felt.validity, Validity::kValid) << sense_.why();
-  EXPECT_EQ(felt.force->norm(), 0);
+  const ContactEstimate& estimate = Estimate({});
+  EXPECT_EQ(estimate.validity, Validity::kValid) << sense_.why();
+  EXPECT_EQ(estimate.force->norm(), 0);
 }
 
 // Of what presses while the rest frame is taken only the rest of a press is felt, which nothing
@@ -205,17 +206,17 @@ TEST_F(DomedSceneTest, ASurfaceThatComesOutIsNoLoad) {
   for (const double force : {0.5, 1.5, 3.0}) {
     sense_.Reset();
     for (int i = 0; i < 5; ++i) Estimate({{truth_.Over(-0.02, 0.01), force}});
-    const ContactEstimate& felt = Estimate({});
-    EXPECT_NE(felt.validity, Validity::kValid) << force;
-    EXPECT_EQ(felt.check, FailedCheck::kRestShape) << force;
+    const ContactEstimate& estimate = Estimate({});
+    EXPECT_NE(estimate.validity, Validity::kValid) << force;
+    EXPECT_EQ(estimate.check, FailedCheck::kRestShape) << force;
   }
 }
 
 TEST_F(DomedSceneTest, TwoToolsAtOnceAreNoForceOfOne) {
-  const ContactEstimate& felt =
+  const ContactEstimate& estimate =
       Estimate({{truth_.Over(-0.025, 0), 3}, {truth_.Over(0.025, 0.005), 3}});
-  EXPECT_NE(felt.validity, Validity::kValid);
-  EXPECT_EQ(felt.check, FailedCheck::kMisfit);
+  EXPECT_NE(estimate.validity, Validity::kValid);
+  EXPECT_EQ(estimate.check, FailedCheck::kMisfit);
 }
 
 TEST_F(DomedSceneTest, ADentDeeperThanHalfTheToolIsExtrapolated) {
@@ -239,9 +240,9 @@ class OtherDomeTest : public DomedSceneTest, public ::testing::WithParamInterfac
 
 // A fifth higher or lower, or moved by a seventh of its height.
 TEST_P(OtherDomeTest, IsNotTakenForTheScenes) {
-  const ContactEstimate& felt = Estimate({{truth_.Over(0, 0), 3}});
-  EXPECT_NE(felt.validity, Validity::kValid);
-  EXPECT_EQ(felt.check, FailedCheck::kRestShape);
+  const ContactEstimate& estimate = Estimate({{truth_.Over(0, 0), 3}});
+  EXPECT_NE(estimate.validity, Validity::kValid);
+  EXPECT_EQ(estimate.check, FailedCheck::kRestShape);
 }
 INSTANTIATE_TEST_SUITE_P(Shapes, OtherDomeTest,
                          ::testing::Values(Change{1.2, 0, 0}, Change{0.8, 0, 0}, Change{1, 0, 6e-3},
@@ -251,10 +252,10 @@ INSTANTIATE_TEST_SUITE_P(Shapes, OtherDomeTest,
 class NearlyThatDomeTest : public OtherDomeTest {};
 TEST_P(NearlyThatDomeTest, IsNearlyRight) {
   for (const double force : {1.0, 4.0}) {
-    const ContactEstimate& felt = Estimate({{truth_.Over(-0.01, 0.01), force}});
-    ASSERT_TRUE(felt.force);
-    if (felt.validity != Validity::kValid) continue;
-    EXPECT_NEAR(felt.force->norm(), force, 0.05 * 4 + 3 * felt.sigma);
+    const ContactEstimate& estimate = Estimate({{truth_.Over(-0.01, 0.01), force}});
+    ASSERT_TRUE(estimate.force);
+    if (estimate.validity != Validity::kValid) continue;
+    EXPECT_NEAR(estimate.force->norm(), force, 0.05 * 4 + 3 * estimate.sigma);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Shapes, NearlyThatDomeTest,

@@ -24,7 +24,7 @@ class MembraneBodyTest : public ::testing::Test {
  protected:
   // The nodes, displaced as a unit pressure patch of `force` at a node displaces them.
   std::vector<SurfacePoint> Points(int node, double force) {
-    const PatchCompliance patch(membrane_, 0.014, false);
+    const PatchCompliance patch(membrane_, 0.014);
     std::vector<SurfacePoint> points;
     for (std::size_t i = 0; i < membrane_.surface().nodes.size(); ++i) {
       SurfacePoint point;

@@ -24,15 +24,13 @@ std::vector<RecordedPress::Row> ReadRows(const std::filesystem::path& file) {
     std::vector<double> numbers;
     for (std::string cell; std::getline(cells, cell, ',');) numbers.push_back(std::stod(cell));
     if (numbers.size() < 12) throw std::runtime_error(file.string() + ": a row is cut off");
-    rows.push_back({100 * numbers[2], {numbers[9], numbers[10], numbers[11]}});
+    rows.push_back({{numbers[9], numbers[10], numbers[11]}});
   }
   RecordedPress::Row rest;
   for (int k = kRestFirst; k <= kRestLast; ++k) {
-    rest.pressure_rise += rows.at(static_cast<std::size_t>(k)).pressure_rise;
-    rest.force += rows[static_cast<std::size_t>(k)].force;
+    rest.force += rows.at(static_cast<std::size_t>(k)).force;
   }
   for (auto& row : rows) {
-    row.pressure_rise -= rest.pressure_rise / (kRestLast - kRestFirst + 1);
     row.force -= rest.force / (kRestLast - kRestFirst + 1);
   }
   return rows;

@@ -1,4 +1,4 @@
-// The recorded press on an air-filled membrane: depth pictures, air pressure and wrench.
+// The recorded press on an air-filled membrane: depth images and wrench.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,6 @@ namespace palpate {
 
 struct RecordedPress {
   struct Row {
-    double pressure_rise = 0;        // against frames 40 to 58 [Pa]
     Eigen::Vector3d force{0, 0, 0};  // change against frames 40 to 58, the wrench's frame [N]
   };
   struct Frame {

@@ -27,17 +27,6 @@ class DirectionMeanTest : public ::testing::Test {
   DirectionMean mean_{layout_, kRadius};
 };
 
-// Reference: equation (4) for that electrode alone. The simulated electrodes on the tip are above
-// the blend or on the plane of symmetry far from it, so its whole table is met.
-TEST_F(DirectionMeanTest, PutsTheContactOverTheOnlyElectrodeThatIsActive) {
-  for (std::size_t i = 0; i < kElectrodeCount; ++i) {
-    const auto direction = mean_.Mean(Only({{i, 3.0}}));
-    ASSERT_TRUE(direction);
-    const Vector3d expected = *FingerSurface{kRadius}.Project(layout_.p_F[i]);
-    EXPECT_LT((mean_.PlaceOf(*direction) - expected).norm(), 1e-15) << "electrode " << i + 1;
-  }
-}
-
 // Laws: the unit of intensity does not matter; mirrored intensities give the mirrored contact.
 TEST_F(DirectionMeanTest, KnowsNoUnitAndNoSide) {
   ElectrodeLayout mirrored = layout_;

@@ -121,14 +121,6 @@ TEST_P(LocaliserTest, FlagsSaturatedElectrodes) {
   EXPECT_EQ(localiser_->Locate(change, raw).status, Status::kFound);
 }
 
-TEST_P(LocaliserTest, SaysOfSaturatedElectrodesWhereItFindsNothing) {
-  FingerReading raw = RawOf({});
-  EXPECT_FALSE(localiser_->Locate({}, raw).is_flawed);
-  raw.electrodes.fill(4095);
-  EXPECT_EQ(localiser_->Locate({}, raw).status, Status::kNoContact);
-  EXPECT_TRUE(localiser_->Locate({}, raw).is_flawed);
-}
-
 // All electrodes move but one. Where pressure alone would make the dead one active, it must not be:
 // its neighbours rose by what the pressure explains and more.
 TEST_P(LocaliserTest, FlagsAndLeavesOutADeadElectrode) {

@@ -67,31 +67,6 @@ TEST(LstmNetworkTest, AnyShapeIsTheReference) {
   }
 }
 
-// Reference and tolerance as above, for layers of gated recurrent units.
-TEST(LstmNetworkTest, GatedRecurrentUnitsAreTheReference) {
-  RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0.3f, 7);
-  for (const LstmLayer& layer : network.weights.lstm) {
-    network.weights.gru.push_back(
-        {layer.kernel.leftCols(60), layer.bias.head(60), layer.bias.tail(20)});
-  }
-  network.weights.lstm.clear();
-  EXPECT_LT(WorstWindow(network, RandomSignals(120, 150, 8)), 1e-12);
-}
-
-// Law: without weights and biases no gate opens to anything: tanh(0) is 0 exactly.
-TEST(LstmNetworkTest, ANetworkOfZerosGivesItsOutputMeanExactly) {
-  RandomNetwork network = MakeRandomNetwork("rnn_21", 20, 0, 9);
-  network.weights.lstm[0].kernel.topRows(21).setOnes();
-  network.weights.lstm[0].kernel.middleCols(20, 20).setZero();  // j
-  const auto estimate = MakeForceNetwork(network.info, network.weights)->Windowed();
-  Outputs outputs{};
-  for (const auto& sample : RandomSignals(60, 4095, 10)) estimate->Push(sample, outputs);
-  for (std::size_t k = 0; k < outputs.size(); ++k) {
-    EXPECT_EQ(outputs[k], 1.25 * static_cast<double>(
-                                     network.weights.output_mean[static_cast<Eigen::Index>(k)]));
-  }
-}
-
 // A window with a bad sample in it would be silent garbage: it starts anew.
 TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
   const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 13);
@@ -117,21 +92,6 @@ TEST(LstmNetworkTest, SamplesThatAreNotFiniteStartTheWindowAnew) {
     estimate->Reset();
     EXPECT_FALSE(estimate->Push(samples[0], outputs));
   }
-}
-
-// A network of the electrodes alone does not look at the pressures.
-TEST(LstmNetworkTest, NineteenInputsLeaveThePressuresAlone) {
-  const RandomNetwork network = MakeRandomNetwork("rnn_19", 20, 0.3f, 15);
-  const auto made = MakeForceNetwork(network.info, network.weights);
-  const auto with = made->Windowed(), without = made->Windowed();
-  Outputs one{}, other{};
-  for (TactileSignals sample : RandomSignals(50, 150, 16)) {
-    with->Push(sample, one);
-    sample[19] = std::numeric_limits<float>::quiet_NaN();
-    sample[20] = 1e30f;
-    without->Push(sample, other);
-  }
-  EXPECT_EQ(one, other);
 }
 
 // Absurd but finite numbers must neither hang nor turn into NaN.

@@ -43,35 +43,6 @@ void Step(const LstmLayer& layer, const Vector& x, Vector* c, Vector* h) {
   }
 }
 
-// One step of a GRU layer.
-void Step(const GruLayer& layer, const Vector& x, Vector* h) {
-  const auto n = static_cast<std::size_t>(layer.units());
-  const auto sum = [&](std::size_t column, const Vector& factors, std::size_t first_row) {
-    double total = 0;
-    for (std::size_t k = 0; k < factors.size(); ++k) {
-      total +=
-          factors[k] * static_cast<double>(layer.kernel(static_cast<Eigen::Index>(first_row + k),
-                                                        static_cast<Eigen::Index>(column)));
-    }
-    return total;
-  };
-  const auto bias = [](const Eigen::VectorXf& values, std::size_t i) {
-    return static_cast<double>(values[static_cast<Eigen::Index>(i)]);
-  };
-  Vector next(n);
-  for (std::size_t u = 0; u < n; ++u) {
-    const auto gate = [&](std::size_t column) {
-      return sum(column, x, 0) + sum(column, *h, x.size()) + bias(layer.bias, column);
-    };
-    const double r = Sigmoid(gate(u)), z = Sigmoid(gate(n + u));
-    const double candidate =
-        std::tanh(sum(2 * n + u, x, 0) + bias(layer.bias, 2 * n + u) +
-                  r * (sum(2 * n + u, *h, x.size()) + bias(layer.candidate_bias, u)));
-    next[u] = (1 - z) * candidate + z * (*h)[u];
-  }
-  *h = next;
-}
-
 double Activated(HiddenActivation activation, double y) {
   switch (activation) {
     case HiddenActivation::kTanh:
@@ -128,8 +99,7 @@ Traced TracesOf(const NetworkInfo& info, const NetworkWeights& weights,
 }
 
 Vector InputOf(const NetworkWeights& weights, std::span<const TactileSignals> samples) {
-  const bool is_recurrent = !weights.lstm.empty() || !weights.gru.empty();
-  return is_recurrent ? ReferenceState(weights, samples) : Scaled(weights, samples.back());
+  return weights.lstm.empty() ? Scaled(weights, samples.back()) : ReferenceState(weights, samples);
 }
 
 }  // namespace
@@ -140,15 +110,10 @@ Vector ReferenceState(const NetworkWeights& weights, std::span<const TactileSign
     c.emplace_back(layer.units(), 0.0);
     h.emplace_back(layer.units(), 0.0);
   }
-  for (const GruLayer& layer : weights.gru) h.emplace_back(layer.units(), 0.0);
   for (const TactileSignals& sample : samples) {
     Vector x = Scaled(weights, sample);
     for (std::size_t k = 0; k < weights.lstm.size(); ++k) {
       Step(weights.lstm[k], x, &c[k], &h[k]);
-      x = h[k];
-    }
-    for (std::size_t k = 0; k < weights.gru.size(); ++k) {
-      Step(weights.gru[k], x, &h[k]);
       x = h[k];
     }
   }

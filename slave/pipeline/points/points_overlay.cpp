@@ -1,0 +1,114 @@
+#include "slave/pipeline/points/points_overlay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <opencv2/imgproc.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "slave/pipeline/base/overlay_words.h"
+
+namespace palpate {
+namespace {
+
+const cv::Scalar kSeenColour(80, 200, 80), kLostColour(60, 60, 240), kLoadColour(40, 140, 255);
+// Of the drawing: a ring at full scale by the image's height [-], the largest share of full scale
+// [-], the step that shows the direction of a force [m]. [by definition]
+constexpr double kRing = 0.1, kMostShare = 1.5, kShortStep = 1e-3;
+
+// Far outside stays outside, and drawable.
+cv::Point Round(const Eigen::Vector2d& p) {
+  const Eigen::Vector2d near = p.cwiseMax(-1e4).cwiseMin(1e4);
+  return {static_cast<int>(std::lround(near.x())), static_cast<int>(std::lround(near.y()))};
+}
+
+std::string ForceInWords(const PointsOverlay& overlay) {
+  if (!overlay.force) return "force unknown";
+  return fmt::format("{:.3g} N +- {:.2g}  {}", *overlay.force, overlay.sigma, overlay.validity);
+}
+
+double ShareOf(const PointsOverlay& overlay, double full_scale) {
+  const bool has_share = overlay.force && *overlay.force > 0 && full_scale > 0;
+  return has_share ? std::fmin(kMostShare, *overlay.force / full_scale) : 0;
+}
+
+}  // namespace
+
+PointsOverlay MakePointsOverlay(const SurfacePointTracker& tracker, const SurfaceObservation& seen,
+                                const ContactEstimate& estimate) {
+  PointsOverlay overlay;
+  for (std::size_t i = 0; i < seen.points.size(); ++i) {
+    const Eigen::Vector2d p_I = tracker.PlaceInPicture(i);
+    if (p_I.allFinite()) {
+      overlay.seen_I.push_back(p_I);
+      continue;
+    }
+    const bool was_seen = !seen.points[i].p_S.isZero(0);
+    const auto last_I = tracker.Project(seen.points[i].p_S);
+    if (was_seen && last_I) overlay.lost_I.push_back(*last_I);
+  }
+  overlay.radius_px = tracker.radius_px();
+  overlay.windows = tracker.stage() != "dots";
+  overlay.validity = ToString(estimate.validity);
+  const bool has_place = seen.found && (estimate.depth > 0 || !estimate.force);
+  if (has_place && estimate.validity != Validity::kTrackingLost) {
+    overlay.place_I = tracker.Project(estimate.p_S_contact);
+  }
+  if (!estimate.force) return overlay;
+  overlay.force = estimate.force->norm();
+  overlay.sigma = estimate.sigma;
+  if (!(*overlay.force > 0) || !overlay.place_I) return overlay;
+  const auto ahead =
+      tracker.Project(estimate.p_S_contact + kShortStep * estimate.force->normalized());
+  const auto aside =
+      tracker.Project(estimate.p_S_contact + kShortStep * estimate.force->unitOrthogonal());
+  if (!ahead || !aside) return overlay;
+  // As long as the same force would be drawn across the line of sight, foreshortened.
+  const double full_length = (*aside - *overlay.place_I).norm();
+  if (full_length > 0) overlay.along_I = (*ahead - *overlay.place_I) / full_length;
+  return overlay;
+}
+
+cv::Mat AsPicture(const cv::Mat& image) {
+  if (image.depth() != CV_16U) return image;
+  cv::Mat grey;
+  cv::normalize(image, grey, 0, 255, cv::NORM_MINMAX, CV_8U, image > 0);
+  return grey;
+}
+
+cv::Mat DrawPoints(const cv::Mat& image, const PointsOverlay& overlay, double full_scale) {
+  cv::Mat picture;
+  cv::cvtColor(AsPicture(image), picture, cv::COLOR_GRAY2BGR);
+  const int radius = std::max(2, static_cast<int>(std::lround(overlay.radius_px)));
+  for (const Eigen::Vector2d& p : overlay.seen_I) {
+    const cv::Point centre = Round(p);
+    if (overlay.windows) {
+      cv::rectangle(picture, centre - cv::Point(radius, radius), centre + cv::Point(radius, radius),
+                    kSeenColour, 1);
+    } else {
+      cv::circle(picture, centre, radius + 2, kSeenColour, 1, cv::LINE_AA);
+    }
+    cv::drawMarker(picture, centre, kSeenColour, cv::MARKER_CROSS, 5, 1);
+  }
+  for (const Eigen::Vector2d& p : overlay.lost_I) {
+    cv::drawMarker(picture, Round(p), kLostColour, cv::MARKER_TILTED_CROSS, 2 * radius, 1,
+                   cv::LINE_AA);
+  }
+  if (overlay.place_I) {
+    const double share = ShareOf(overlay, full_scale);
+    const Eigen::Vector2d force_I = 0.2 * image.rows * share * overlay.along_I;
+    const cv::Point place = Round(*overlay.place_I);
+    cv::drawMarker(picture, place, kLoadColour, cv::MARKER_CROSS, 21, 2, cv::LINE_AA);
+    const int ring = static_cast<int>(std::lround(kRing * image.rows * share));
+    if (ring > 1) cv::circle(picture, place, ring, kLoadColour, 2, cv::LINE_AA);
+    if (force_I.norm() > 3) {
+      cv::arrowedLine(picture, place, Round(*overlay.place_I + force_I), kLoadColour, 2,
+                      cv::LINE_AA, 0, 0.2);
+    }
+  }
+  DrawWords(ForceInWords(overlay), kLoadColour, &picture);
+  return picture;
+}
+
+}  // namespace palpate
