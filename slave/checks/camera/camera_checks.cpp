@@ -83,21 +83,17 @@ class RepeatedImageCheck final : public Check<CameraSample> {
   RepeatDetector detector_;
 };
 
-// Encoders, observed and computed indentation agree with the tip.
+// The encoders agree with the tip, which was not lost a moment ago.
 class AgreementCheck final : public Check<CameraSample> {
  public:
   void Examine(const CameraSample& sample, Findings* findings) noexcept override {
     AddLoss(sample);
     if (sample.tip.found && sample.encoder) AddEncoder(*sample.encoder);
-    if (sample.compares_edge() && sample.object->known) AddIndentation(sample, findings);
     const Consistency::Result result = consistency_.Close();
     findings->verdict.Add(result.verdict);
     findings->widening = result.widening;
   }
-  void Reset() noexcept override {
-    consistency_.Reset();
-    unconfirmed_ = 0;
-  }
+  void Reset() noexcept override { consistency_.Reset(); }
 
  private:
   // An image that fails counts in the three after it as well. [images] [tuned: a hand comes and
@@ -117,31 +113,45 @@ class AgreementCheck final : public Check<CameraSample> {
                         innovation.sigma});
     }
   }
-  void AddIndentation(const CameraSample& sample, Findings* findings) noexcept {
-    constexpr std::string_view kReason = "observed and computed indentation differ";
-    const ObjectSighting& object = *sample.object;
-    if (object.apart > Limits::kMostApart) {
+
+  Consistency consistency_{kWindow};
+};
+
+// Observed and computed indentation agree. With the gate of one image and a few images of distrust:
+// a window of Consistency detects less of what pulls the tip aside while a contact begins.
+class IndentationCheck final : public Check<CameraSample> {
+ public:
+  void Examine(const CameraSample& sample, Findings* findings) noexcept override {
+    if (!sample.compares_edge() || !sample.object->known) return;
+    if (sample.object->apart > Limits::kMostApart) {
       findings->Fail(FailedCheck::kDent,
                      "the object's edge lies beside the computed outline: something covers it, or "
                      "touches elsewhere");
     }
     const bool is_confirmed =
-        object.dent_known || sample.indentation_O.norm() < Limits::kSmallIndentation;
+        sample.object->dent_known || sample.indentation_O.norm() < Limits::kSmallIndentation;
+    distrust_ = Agrees(sample) ? std::max(0, distrust_ - 1) : Limits::kDistrust;
     unconfirmed_ = is_confirmed ? 0 : unconfirmed_ + 1;
-    if (unconfirmed_ > Limits::kUnconfirmed) findings->Fail(FailedCheck::kDent, kReason);
-    if (!object.dent_known) return;
+    if (distrust_ > 0 || unconfirmed_ > Limits::kUnconfirmed) {
+      findings->Fail(FailedCheck::kDent, "observed and computed indentation differ");
+    }
+  }
+  void Reset() noexcept override { distrust_ = unconfirmed_ = 0; }
+
+ private:
+  static bool Agrees(const CameraSample& sample) noexcept {
+    const ObjectSighting& object = *sample.object;
+    if (!object.dent_known) return true;
     const double model = sample.indentation_sigma * sample.indentation_O.norm();
     const double sigma2 = Limits::kEdgeSigma * Limits::kEdgeSigma + model * model +
                           sample.tip_sigma * sample.tip_sigma;
     const Eigen::LLT<Eigen::Matrix2d> C(object.dent_covariance +
                                         sigma2 * Eigen::Matrix2d::Identity());
     const Eigen::Vector2d residual = C.matrixL().solve(object.dent_O - sample.indentation_O);
-    for (const double value : residual) {
-      consistency_.Add({FailedCheck::kDent, kReason, value, 1});
-    }
+    return residual.squaredNorm() < Limits::kIndentationGate;
   }
 
-  Consistency consistency_{kWindow};
+  int distrust_ = 0;     // images until an indentation is trusted again
   int unconfirmed_ = 0;  // images since the indentation was last detected
 };
 
@@ -184,6 +194,7 @@ Checks<CameraSample> MakeCameraChecks(const Scene& scene, const FirstImage& firs
   checks.Add("image_quality", std::make_unique<ImageCheck>(ExamineQuality));
   checks.Add("repeated_image", std::make_unique<RepeatedImageCheck>(first.noise));
   checks.Add("agreement", std::make_unique<AgreementCheck>());
+  checks.Add("indentation", std::make_unique<IndentationCheck>());
   checks.Add("tool_at_start", std::make_unique<ToolAtStartCheck>(ExamineTool(scene, first)));
   return checks;
 }

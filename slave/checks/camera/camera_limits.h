@@ -35,6 +35,12 @@ struct CameraLimits {
   static constexpr int kUnconfirmed = 6;
   // Sigma of the edge's indentation without any model error, per axis [px].
   static constexpr double kEdgeSigma = 0.2;
+  // Square of the whitened difference from which on indentations disagree [-]: 3.5 sigma. [tuned:
+  // wire over the shaft at 0 deg]
+  static constexpr double kIndentationGate = 12.25;
+  // That must agree before an indentation is trusted again [images]. [tuned:
+  // APressWithoutItsDentIsNotValid]
+  static constexpr int kDistrust = 3;
   // Consecutive edge positions beside the outline: more is an occlusion [-].
   static constexpr int kMostApart = 7;
 };
