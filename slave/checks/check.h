@@ -37,23 +37,11 @@ class Check {
   virtual void Reset() noexcept {}
 };
 
-// Names of checks that are left out, for the ablation study. Set before a sensing pipeline is made.
-inline std::vector<std::string_view>& ChecksLeftOut() {
-  static std::vector<std::string_view> names;
-  return names;
-}
-
 // The checks of one sensing pipeline, in the order of their calls.
 template <class Sample>
 class Checks {
  public:
-  // `name`: for the ablation study.
-  void Add(std::string_view name, std::unique_ptr<Check<Sample>> check) {
-    for (const std::string_view left_out : ChecksLeftOut()) {
-      if (left_out == name) return;
-    }
-    checks_.push_back(std::move(check));
-  }
+  void Add(std::unique_ptr<Check<Sample>> check) { checks_.push_back(std::move(check)); }
   [[nodiscard]] Findings Examine(const Sample& sample) noexcept {
     Findings findings;
     for (const auto& check : checks_) check->Examine(sample, &findings);

@@ -190,12 +190,12 @@ class ToolAtStartCheck final : public Check<CameraSample> {
 
 Checks<CameraSample> MakeCameraChecks(const Scene& scene, const FirstImage& first) {
   Checks<CameraSample> checks;
-  checks.Add("object_in_place", std::make_unique<ImageCheck>(ExamineMotion));
-  checks.Add("image_quality", std::make_unique<ImageCheck>(ExamineQuality));
-  checks.Add("repeated_image", std::make_unique<RepeatedImageCheck>(first.noise));
-  checks.Add("agreement", std::make_unique<AgreementCheck>());
-  checks.Add("indentation", std::make_unique<IndentationCheck>());
-  checks.Add("tool_at_start", std::make_unique<ToolAtStartCheck>(ExamineTool(scene, first)));
+  checks.Add(std::make_unique<ImageCheck>(ExamineMotion));
+  checks.Add(std::make_unique<ImageCheck>(ExamineQuality));
+  checks.Add(std::make_unique<RepeatedImageCheck>(first.noise));
+  checks.Add(std::make_unique<AgreementCheck>());
+  checks.Add(std::make_unique<IndentationCheck>());
+  checks.Add(std::make_unique<ToolAtStartCheck>(ExamineTool(scene, first)));
   return checks;
 }
 

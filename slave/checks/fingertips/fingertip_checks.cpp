@@ -11,12 +11,12 @@ namespace palpate {
 
 Checks<FingertipSample> MakeFingertipChecks() {
   Checks<FingertipSample> checks;
-  checks.Add("electrodes", std::make_unique<ElectrodesCheck>());
-  checks.Add("response", std::make_unique<ResponseCheck>());
-  checks.Add("rest_contact", std::make_unique<RestContactCheck>());
-  checks.Add("pose", std::make_unique<PoseCheck>());
-  checks.Add("model_force", std::make_unique<ModelForceCheck>());
-  checks.Add("encoders", std::make_unique<FingerEncoderCheck>());
+  checks.Add(std::make_unique<ElectrodesCheck>());
+  checks.Add(std::make_unique<ResponseCheck>());
+  checks.Add(std::make_unique<RestContactCheck>());
+  checks.Add(std::make_unique<PoseCheck>());
+  checks.Add(std::make_unique<ModelForceCheck>());
+  checks.Add(std::make_unique<FingerEncoderCheck>());
   return checks;
 }
 

@@ -63,38 +63,36 @@ class ScaleCheck final : public Check<LoadSample> {
 
 Checks<FitSample> MakePlateChecks(double radius, double thickness, double prestress) {
   Checks<FitSample> checks;
-  checks.Add("model_range", std::make_unique<ModelRangeCheck>());
-  checks.Add("residual",
-             std::make_unique<ResidualCheck>(LoadLimits::kGoodFit, LoadLimits::kModelError));
-  checks.Add("rig_motion", std::make_unique<RigMotionCheck>());
-  checks.Add("growth", std::make_unique<GrowthCheck>());
-  checks.Add("flat_at_rest", std::make_unique<FlatAtRestCheck>(radius, thickness));
-  checks.Add("tension", std::make_unique<TensionCheck>(prestress));
+  checks.Add(std::make_unique<ModelRangeCheck>());
+  checks.Add(std::make_unique<ResidualCheck>(LoadLimits::kGoodFit, LoadLimits::kModelError));
+  checks.Add(std::make_unique<RigMotionCheck>());
+  checks.Add(std::make_unique<GrowthCheck>());
+  checks.Add(std::make_unique<FlatAtRestCheck>(radius, thickness));
+  checks.Add(std::make_unique<TensionCheck>(prestress));
   return checks;
 }
 
 Checks<FitSample> MakeDomeChecks(const std::optional<Ellipsoid>& rest) {
   Checks<FitSample> checks;
-  checks.Add("model_range", std::make_unique<ModelRangeCheck>());
-  checks.Add("residual",
-             std::make_unique<ResidualCheck>(LoadLimits::kGoodDome, LoadLimits::kTrueDent));
-  if (rest) checks.Add("dome_rest_shape", std::make_unique<DomeRestShapeCheck>(*rest));
+  checks.Add(std::make_unique<ModelRangeCheck>());
+  checks.Add(std::make_unique<ResidualCheck>(LoadLimits::kGoodDome, LoadLimits::kTrueDent));
+  if (rest) checks.Add(std::make_unique<DomeRestShapeCheck>(*rest));
   return checks;
 }
 
 Checks<FitSample> MakeVolumeChecks() {
   Checks<FitSample> checks;
-  checks.Add("model_range", std::make_unique<ModelRangeCheck>());
-  checks.Add("residual", std::make_unique<ResidualCheck>(LoadLimits::kGoodFit, 0));
+  checks.Add(std::make_unique<ModelRangeCheck>());
+  checks.Add(std::make_unique<ResidualCheck>(LoadLimits::kGoodFit, 0));
   return checks;
 }
 
 Checks<LoadSample> MakeLoadChecks() {
   Checks<LoadSample> checks;
-  checks.Add("pull", std::make_unique<PullCheck>());
-  checks.Add("scale", std::make_unique<ScaleCheck>());
-  checks.Add("timing", std::make_unique<TimingCheck>());
-  checks.Add("encoder_depth", std::make_unique<EncoderDepthCheck>());
+  checks.Add(std::make_unique<PullCheck>());
+  checks.Add(std::make_unique<ScaleCheck>());
+  checks.Add(std::make_unique<TimingCheck>());
+  checks.Add(std::make_unique<EncoderDepthCheck>());
   return checks;
 }
 

@@ -14,7 +14,6 @@
 
 #include "shared/program/command_line.h"
 #include "shared/text/text.h"
-#include "slave/checks/check.h"
 #include "tests/campaigns/robustness/case.h"
 #include "tests/campaigns/robustness/mixed.h"
 #include "tests/campaigns/robustness/stage.h"
@@ -44,7 +43,6 @@ struct Options {
   std::uint64_t seed = 1;
   std::string only;
   std::filesystem::path out, known;
-  std::vector<std::string> without;
 
   [[nodiscard]] Extent extent() const { return full ? Extent::kFull : Extent::kQuick; }
 };
@@ -152,12 +150,10 @@ int Main(int argc, char** argv) {
                  "Instead of the table: so many pairs of its rows for each sense, both at once")
       ->check(CLI::Range(1, 100000));
   app.add_option("--seed", options.seed, "By which they are drawn");
-  app.add_option("--without", options.without, "Leave out a check of slave/checks (repeatable)");
   app.add_option("--out", options.out, "Folder for table.csv and table.txt");
   app.add_option("--known", options.known, "File of rows that are known not to hold, a line each");
   try {
     app.parse(argc, argv);
-    for (const std::string& name : options.without) ChecksLeftOut().emplace_back(name);
     return Suite(options).Run();
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
