@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include "master/device/sim_hand.h"
-#include "master/session/recorder.h"
 #include "master/recording/session_recording.h"
+#include "master/session/recorder.h"
 #include "shared/recording/recording_reader.h"
 #include "tests/master/haptics/rig.h"
 #include "tests/support/allocation_count.h"
