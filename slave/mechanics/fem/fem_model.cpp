@@ -30,9 +30,10 @@ void CheckOptions(const FemOptions& options) {
   if (options.element != FemOptions::Element::kTet4) {
     throw std::invalid_argument("element = tet10: accepted is tet4 in this model");
   }
-  if (IsHyperelastic(options.law)) {
+  if (options.law == FemOptions::Law::kOgden ||
+      (options.law == FemOptions::Law::kNeoHookean && Dynamic(options))) {
     throw std::invalid_argument(
-        "law = neo-hookean, ogden: accepted is linear, corotational in this model");
+        "law: accepted is linear, corotational and, at rest, neo-hookean in this model");
   }
   if (options.pressure != FemOptions::Pressure::kAuto &&
       options.pressure != FemOptions::Pressure::kDisplacement) {
@@ -90,9 +91,12 @@ VolumeModel::Traits CheckedTraits(const SolidMesh& mesh, const HeldNodes& held,
 }
 
 fem::FemBody::Params BodyParams(const FemModel::Params& params) {
+  using Law = fem::TetElements::Law;
+  const FemOptions::Law law = params.options.law;
   return {params.material.poisson_ratio,
-          Linear(params.options) ? fem::TetElements::Law::kLinear
-                                 : fem::TetElements::Law::kCorotational,
+          law == FemOptions::Law::kLinear       ? Law::kLinear
+          : law == FemOptions::Law::kNeoHookean ? Law::kNeoHookean
+                                                : Law::kCorotational,
           params.options.threads};
 }
 
@@ -117,8 +121,8 @@ FemModel::FemModel(const SolidMesh& mesh, const HeldNodes& held, const Params& p
                                         options.damping_mass * time_unit_,
                                         options.damping_stiffness / time_unit_, Linear(options)});
   } else {
-    equilibrium_.emplace(
-        body_, fem::StaticEquilibrium::Params{options.residual, Linear(options), progress});
+    equilibrium_.emplace(body_, fem::StaticEquilibrium::Params{options.residual, Linear(options),
+                                                               params.deadline, progress});
   }
   Reset();
   Describe();

@@ -118,6 +118,7 @@ std::string_view VolumeModel::DoubtOf(std::span<const Contact> contacts) {
   if (inversion_.elements > 0) return "elements are inside out";
   if (locks()) return "linear tetrahedra lock at this Poisson ratio";
   if (traits_.range > 0 && largest_ > traits_.range) return kBeyondRange;
+  if (ended_early()) return "the deadline came before the residual";
   if (gained_energy()) return "the time step gained energy";
   // In equilibrium under nothing, what is left of strain is the residual's.
   const bool acts = traits_.is_dynamic || traits_.weighs ||
